@@ -90,22 +90,27 @@ impl Fields {
         Self { way, narrow }
     }
 
-    /// Evaluates every layer at the nodes of a rank, to which `add_correction` adds what makes the surface exact: it is
-    /// given the number of the layer.
+    /// Evaluates every layer at the nodes of a rank, without the correction.
     pub(super) fn at_rank(
         state: MeshState<'_>,
         layers: &[Layer],
         chosen: &[Chosen<'_>],
         progress: &dyn Progress,
-        add_correction: &dyn Fn(usize, &mut Field),
     ) -> Self {
-        let mut fields = evaluate_all(state, layers, chosen, progress);
-        for (i, field) in fields.iter_mut().enumerate() {
-            add_correction(i, field);
-        }
         Self {
-            way: Way::Here(fields),
+            way: Way::Here(evaluate_all(state, layers, chosen, progress)),
             narrow: None,
+        }
+    }
+
+    /// The field of a layer.
+    ///
+    /// # Panics
+    /// Where it lies with several ranks.
+    pub(super) fn of_layer(&mut self, layer: usize) -> &mut Field {
+        match &mut self.way {
+            Way::Here(fields) => &mut fields[layer],
+            Way::Shared(_) => panic!("fields of ranks lie with each of them"),
         }
     }
 

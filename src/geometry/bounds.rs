@@ -1,9 +1,10 @@
 //! Axis-aligned boxes.
 
 use super::vector::Vector;
+use serde::{Deserialize, Serialize};
 
 /// An axis-aligned box; empty when `low` is above `high`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bounds {
     /// Smallest coordinates.
     pub low: Vector,
@@ -39,8 +40,10 @@ impl Bounds {
     /// The box around both.
     #[must_use]
     pub fn union(mut self, other: &Self) -> Self {
-        self.include(&other.low);
-        self.include(&other.high);
+        for i in 0..3 {
+            self.low[i] = self.low[i].min(other.low[i]);
+            self.high[i] = self.high[i].max(other.high[i]);
+        }
         self
     }
 

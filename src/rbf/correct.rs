@@ -16,6 +16,8 @@ use super::kernel::Kernel;
 use crate::geometry::closest::{ClosestSurface, Foot};
 use crate::geometry::{curve, vector::Vector};
 use crate::parallel::{self, SMALL_BLOCK, collect_in_blocks};
+use crate::ranks::raw;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// `rho` in units of the largest residual.
@@ -189,7 +191,7 @@ impl<'a> Correction<'a> {
         let nodes = nodes.as_deref();
         let place = |row: usize| points[nodes.map_or(row, |nodes| nodes[row] as usize)];
         let order = self.fading.order(values.len() / self.n_modes, place);
-        let mut found: Vec<Near> = Vec::new();
+        let mut found: Vec<Added> = Vec::new();
         for order in order.chunks(BLOCK * BLOCKS) {
             let mut next = Vec::new();
             let near = |rows: Range<usize>| self.near(&order[rows], place);
@@ -201,18 +203,29 @@ impl<'a> Correction<'a> {
         self.add(&found, values);
     }
 
-    fn add(&self, found: &[Near], values: &mut [f64]) {
-        for (row, added) in found.iter().flat_map(|near| near.rows(self.n_modes)) {
-            let values = &mut values[row as usize * self.n_modes..][..self.n_modes];
-            for (value, added) in values.iter_mut().zip(added) {
-                *value += added;
-            }
+    /// What is added at each of `points` that is within the fade radius.
+    pub fn at(&self, points: &[Vector]) -> Added {
+        let order = self.fading.order(points.len(), |at| points[at]);
+        let blocks = parallel::map_blocks(order.len(), BLOCK, &|rows| {
+            self.near(&order[rows], |at| points[at])
+        });
+        let mut all = Added::default();
+        for of_block in blocks {
+            all.rows.extend(of_block.rows);
+            all.added.extend(of_block.added);
+        }
+        all
+    }
+
+    fn add(&self, found: &[Added], values: &mut [f64]) {
+        for added in found {
+            added.add_to(values, self.n_modes, |row| row);
         }
     }
 
     /// The values added at those of the rows that are within the fade radius.
-    fn near(&self, rows: &[u32], place: impl Fn(usize) -> Vector) -> Near {
-        let mut near = Near::default();
+    fn near(&self, rows: &[u32], place: impl Fn(usize) -> Vector) -> Added {
+        let mut near = Added::default();
         self.fading.near(rows, place, |row, foot, fade| {
             near.rows.push(row);
             near.added.extend((0..self.n_modes).map(|mode| {
@@ -223,17 +236,39 @@ impl<'a> Correction<'a> {
     }
 }
 
-/// What is added to some rows of a field.
-#[derive(Default)]
-struct Near {
+/// What is added to some rows of a field, of which none is there twice.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Added {
+    #[serde(with = "raw")]
     rows: Vec<u32>,
+    #[serde(with = "raw")]
     added: Vec<f64>,
 }
 
-impl Near {
-    fn rows(&self, n_modes: usize) -> impl Iterator<Item = (u32, &[f64])> {
-        let added = self.added.chunks_exact(n_modes);
-        self.rows.iter().copied().zip(added)
+impl Added {
+    /// Adds it to the values of a field, to those of the row that `row` gives for each.
+    pub fn add_to(&self, values: &mut [f64], n_modes: usize, row: impl Fn(u32) -> u32) {
+        let added = self.added.chunks_exact(n_modes.max(1));
+        for (&at, added) in self.rows.iter().zip(added) {
+            let values = &mut values[row(at) as usize * n_modes..][..n_modes];
+            for (value, added) in values.iter_mut().zip(added) {
+                *value += added;
+            }
+        }
+    }
+
+    /// What is added to the rows up to each of `ends`, by their number from the end before on.
+    pub fn split(&self, ends: &[usize]) -> Vec<Self> {
+        let mut parts = vec![Self::default(); ends.len()];
+        let n_modes = self.added.len() / self.rows.len().max(1);
+        let added = self.added.chunks_exact(n_modes.max(1));
+        for (&row, added) in self.rows.iter().zip(added) {
+            let part = ends.partition_point(|&end| end <= row as usize);
+            let start = part.checked_sub(1).map_or(0, |before| ends[before]);
+            parts[part].rows.push(row - start as u32);
+            parts[part].added.extend(added);
+        }
+        parts
     }
 }
 

@@ -4,6 +4,7 @@
 //! ```text
 //! selection   a slab of the surface, swept by each rank; the first picks among the worst points
 //! fields      a slab of the nodes that deform, and the nodes of the part; their values never leave the rank
+//! correction  the nodes around some of the surface, as many with each rank
 //! positions   each rank moves its nodes, the first gathers the slabs
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
 //!             slides, on a beam, by a repair) it tells the ranks that have it
@@ -17,12 +18,14 @@ mod kept;
 mod near_surface;
 mod order;
 mod placing;
+mod shared_correction;
 mod sweeps;
 mod work;
 
 use super::fields::{Chosen, MeshState, Narrow};
 use super::layer::Layer;
 use super::step_memory::Rounding;
+use crate::geometry::boxes::Boxes;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -123,6 +126,7 @@ impl Team {
         let whole = WholeSurface::new(at, layers, chosen, correct);
         let task = Box::new(Task {
             layers: layers.iter().zip(chosen).map(LayerTask::of).collect(),
+            boxes: whole.boxes(),
         });
         let Order::Evaluate { task, .. } = self.order(Order::Evaluate { id, task }) else {
             unreachable!("a broadcast gives what it got")
@@ -131,26 +135,26 @@ impl Team {
         let row_of = at
             .deforming
             .map(|nodes| rows_by_node(nodes, at.nodes.len()));
-        let nodes = self.ranks.scatter(&mut |rank| {
+        let rows = self.ranks.scatter(&mut |rank| {
             let part = state.nodes.get(rank).map_or(&[][..], Vec::as_slice);
             let slab = slab(n_rows, rank, self.ranks.n());
-            let rows = nodes_of_rank(part, slab, at, row_of.as_deref());
-            let surface = whole.near(&rows.nodes);
-            Some((rows, surface))
+            Some(nodes_of_rank(part, slab, at, row_of.as_deref()))
         });
-        let narrow = whole.narrow;
-        drop(whole);
-        let elsewhere = n_rows.saturating_sub(nodes.0.nodes.len());
-        let work = &mut state.work;
-        self.ranks
-            .together(|| work.evaluate(id, *task, nodes, progress));
+        let elsewhere = n_rows.saturating_sub(rows.nodes.len());
+        evaluate(
+            (id, *task, rows),
+            &mut state.work,
+            Some(&whole),
+            &self.ranks,
+            progress,
+        );
         progress.advance((elsewhere * layers.len()) as u64);
         let fields = SharedFields {
             team: Arc::clone(self),
             id,
             nodes: at.deforming.map(<[u32]>::to_vec),
         };
-        (fields, narrow)
+        (fields, whole.narrow)
     }
 
     /// Gives each rank a part of the mesh to judge, once; `moving_faces` are ascending, and so are nodes that are `apart`: not
@@ -336,8 +340,8 @@ pub fn serve(ranks: &Ranks) {
         match Order::give(None, ranks) {
             Order::Select(order) => sweeps::serve(&mut surface, &order, ranks),
             Order::Evaluate { id, task } => {
-                let nodes = ranks.scatter(&mut |_| None);
-                work.evaluate(id, *task, nodes, &Silent);
+                let rows = ranks.scatter(&mut |_| None);
+                evaluate((id, *task, rows), &mut work, None, ranks, &Silent);
             }
             Order::Move {
                 id,
@@ -372,6 +376,21 @@ pub fn serve(ranks: &Ranks) {
             Order::Walls => drop(work.part().normal_change()),
             Order::End => return,
         }
+    }
+}
+
+/// Evaluates fields at the nodes of a rank, and corrects them with all others; the first has the whole surface.
+fn evaluate(
+    (id, task, rows): (usize, Task, Rows),
+    work: &mut Work,
+    whole: Option<&WholeSurface<'_>>,
+    ranks: &Ranks,
+    progress: &dyn Progress,
+) {
+    let slab = ranks.together(|| work.evaluate(id, task.layers, rows, progress));
+    if !task.boxes.is_empty() {
+        ranks.is_for("correction");
+        shared_correction::correct(slab, Boxes::new(task.boxes), whole, ranks);
     }
 }
 

@@ -1,24 +1,33 @@
-//! The surface near the nodes of a rank: what the correction of the fields there needs of it.
+//! The surface near some of it: what the correction of fields at nodes there needs of it.
+//!
+//! The first rank has the whole surface, in patches of points that follow each other along a space-filling curve. The nodes
+//! around a patch are within its box, grown by how far the correction reaches. Each rank corrects the nodes around
+//! consecutive patches and gets the facets that are in reach of those.
 
 use crate::deform::fields::{Chosen, MeshState, Narrow, fading, narrowest};
 use crate::deform::layer::Layer;
 use crate::geometry::Bounds;
+use crate::geometry::boxes::Boxes;
 use crate::geometry::vector::Vector;
 use crate::parallel;
 use crate::ranks::raw;
-use crate::rbf::correct::{Correction, Fading};
-use crate::rbf::field::Field;
+use crate::rbf::correct::{Added, Correction, Fading};
 use serde::{Deserialize, Serialize};
 
 /// By so much of its size a box is larger than it has to be: round-off leaves out no facet.
 const MARGIN: f64 = 1e-9;
-/// A surface point that is not near.
-const FAR: u32 = u32::MAX;
+/// Points of a patch at least, and patches at most.
+const PATCH: usize = 16;
+const MOST_PATCHES: usize = 1 << 14;
+/// Facets that are looked at by one task.
+const BLOCK: usize = 1 << 14;
 
 /// The whole surface, with how far the correction of each layer reaches. The first rank has it.
 pub(super) struct WholeSurface<'a> {
     state: MeshState<'a>,
     layers: Vec<Reach<'a>>,
+    /// The largest reach of any layer, with a margin; zero where nothing is corrected.
+    reach: f64,
     /// Where two surfaces come closest.
     pub narrow: Option<Narrow>,
 }
@@ -31,8 +40,8 @@ struct Reach<'a> {
     largest_fade_radius: f64,
 }
 
-/// Facets near the nodes of a rank, in the order of the whole surface.
-#[derive(Serialize, Deserialize)]
+/// Some of the facets, in the order of the whole surface.
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct NearSurface {
     #[serde(with = "raw")]
     points: Vec<Vector>,
@@ -77,77 +86,129 @@ impl<'a> WholeSurface<'a> {
             }
             reach
         };
-        let layers = layers.iter().zip(chosen).map(reach).collect();
+        let layers: Vec<Reach<'_>> = layers.iter().zip(chosen).map(reach).collect();
+        let reaches = layers.iter().map(|layer| layer.largest_fade_radius);
+        let reach = reaches.fold(0.0, f64::max);
+        let margin = MARGIN * (reach + Bounds::around(state.surface).diagonal());
         Self {
+            reach: if reach > 0.0 { reach + margin } else { 0.0 },
             state,
             layers,
             narrow,
         }
     }
 
-    /// What is near some nodes.
-    pub fn near(&self, nodes: &[Vector]) -> NearSurface {
-        let MeshState {
-            surface, facets, ..
-        } = self.state;
-        let reaches = self.layers.iter().map(|layer| layer.largest_fade_radius);
-        let reach = reaches.fold(0.0, f64::max);
-        let bounds = Bounds::around(nodes);
-        let bounds = bounds.grown(reach + MARGIN * (reach + bounds.diagonal()));
-        let is_near = |facet: &[u32; 3]| {
-            let corners = facet.iter().map(|&point| &surface[point as usize]);
-            reach > 0.0 && bounds.meets(&Bounds::around(corners))
-        };
-        let found = |at: usize| Some(facets[at]).filter(is_near);
-        let mut near = parallel::filter_map(facets.len(), found);
-        let mut number = vec![FAR; surface.len()];
-        for &point in near.iter().flatten() {
-            number[point as usize] = 0;
+    fn n_patches(&self) -> usize {
+        self.state.surface.len().div_ceil(PATCH).min(MOST_PATCHES)
+    }
+
+    /// The patch of a facet: that of the first of its corners along the curve.
+    fn patch(&self, facet: [u32; 3]) -> usize {
+        let first = facet.into_iter().min().unwrap_or(0) as usize;
+        first * self.n_patches() / self.state.surface.len()
+    }
+
+    /// The box around a facet with all that it corrects.
+    fn reach_of(&self, facet: [u32; 3]) -> Bounds {
+        let corners = facet.map(|point| self.state.surface[point as usize]);
+        Bounds::around(&corners).grown(self.reach)
+    }
+
+    /// The boxes of the patches, in which all nodes lie that are corrected; none where there are none.
+    pub fn boxes(&self) -> Vec<Bounds> {
+        if self.reach == 0.0 {
+            return Vec::new();
         }
-        let points = parallel::filter_map(number.len(), |at| (number[at] == 0).then_some(at));
-        for (new, &point) in (0..).zip(&points) {
-            number[point] = new;
+        let facets = self.state.facets;
+        let blocks = parallel::map_blocks(facets.len(), BLOCK, &|range| {
+            let mut boxes = std::collections::BTreeMap::new();
+            for &facet in &facets[range] {
+                let bounds = boxes.entry(self.patch(facet)).or_insert(Bounds::EMPTY);
+                *bounds = bounds.union(&self.reach_of(facet));
+            }
+            boxes
+        });
+        let mut boxes = vec![Bounds::EMPTY; self.n_patches()];
+        for (patch, bounds) in blocks.into_iter().flatten() {
+            boxes[patch] = boxes[patch].union(&bounds);
         }
-        parallel::update(&mut near, |_, facet| {
-            *facet = facet.map(|point| number[point as usize]);
+        boxes
+    }
+
+    /// What is near the patches of each rank; of those of rank `i` the first is `starts[i]`, the last comes before
+    /// `starts[i + 1]`.
+    pub fn near_each(&self, boxes: &Boxes, starts: &[u32]) -> Vec<Vec<u32>> {
+        let facets = self.state.facets;
+        let found = parallel::concat_blocks(facets.len(), BLOCK, &|range| {
+            let mut found: Vec<[u32; 2]> = Vec::new();
+            for facet in range {
+                let first = found.len();
+                boxes.each_meeting(&self.reach_of(facets[facet]), |patch| {
+                    let rank = starts.partition_point(|&start| start as usize <= patch) - 1;
+                    if found[first..].iter().all(|of| of[0] != rank as u32) {
+                        found.push([rank as u32, facet as u32]);
+                    }
+                });
+            }
+            found
+        });
+        let mut each = vec![Vec::new(); starts.len() - 1];
+        for [rank, facet] in found {
+            each[rank as usize].push(facet);
+        }
+        each
+    }
+
+    /// Some facets, by their numbers.
+    pub fn some(&self, facets: &[u32]) -> NearSurface {
+        let mut facets = parallel::collect(facets.len(), |i| self.state.facets[facets[i] as usize]);
+        let mut points = facets.as_flattened().to_vec();
+        parallel::sort(&mut points);
+        points.dedup();
+        parallel::update(&mut facets, |_, facet| {
+            *facet = facet.map(|point| points.partition_point(|&other| other < point) as u32);
         });
         NearSurface {
-            facets: near,
+            facets,
             layers: self.layers.iter().map(|layer| layer.at(&points)).collect(),
-            points: points.into_iter().map(|point| surface[point]).collect(),
+            points: parallel::collect(points.len(), |i| self.state.surface[points[i] as usize]),
         }
     }
 }
 
 impl Reach<'_> {
     /// At some points of the surface.
-    fn at(&self, points: &[usize]) -> NearLayer {
+    fn at(&self, points: &[u32]) -> NearLayer {
         let r = self.n_modes;
-        let rows = points.iter().flat_map(|&at| &self.residuals[at * r..][..r]);
+        let rows = points.iter().map(|&at| at as usize * r);
+        let rho = |&at: &u32| self.fade_radius.get(at as usize).copied();
         NearLayer {
             n_modes: r,
-            residuals: rows.copied().collect(),
-            fade_radius: points
-                .iter()
-                .filter_map(|&at| self.fade_radius.get(at).copied())
+            residuals: rows
+                .flat_map(|at| &self.residuals[at..at + r])
+                .copied()
                 .collect(),
+            fade_radius: points.iter().filter_map(rho).collect(),
             largest_fade_radius: self.largest_fade_radius,
         }
     }
 }
 
 impl NearSurface {
-    /// Adds the correction of a layer to its field at `nodes`.
-    pub fn correct(&self, layer: usize, field: &mut Field, nodes: &[Vector]) {
-        let near = &self.layers[layer];
-        if near.largest_fade_radius > 0.0 && !self.facets.is_empty() {
+    /// What the correction of each layer adds at `points`.
+    pub fn added_at(&self, points: &[Vector]) -> Vec<Added> {
+        let of_layer = |near: &NearLayer| {
+            if near.largest_fade_radius == 0.0 || self.facets.is_empty() {
+                return Added::default();
+            }
             let fading = Fading::of_some(
                 &self.points,
                 &self.facets,
                 near.fade_radius.clone(),
                 near.largest_fade_radius,
             );
-            Correction::fading(fading, &near.residuals, near.n_modes).add_to(field, nodes);
-        }
+            Correction::fading(fading, &near.residuals, near.n_modes).at(points)
+        };
+        self.layers.iter().map(of_layer).collect()
     }
 }

@@ -5,6 +5,7 @@ use super::placing::Maps;
 use super::sweeps::SweepOrder;
 use crate::deform::fields::Chosen;
 use crate::deform::layer::{Layer, LayerKind};
+use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::ranks::{Ranks, raw};
 use crate::rbf::interpolant::Interpolant;
@@ -60,6 +61,8 @@ pub(super) enum Order {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Task {
     pub layers: Vec<LayerTask>,
+    /// Around all nodes that are corrected.
+    pub boxes: Vec<Bounds>,
 }
 
 /// What a rank has to know of a layer.

@@ -1,8 +1,7 @@
 //! What every rank has of the work: fields at its nodes, its part of the mesh and where the nodes of that are.
 
 use super::kept::{Kept, OwnNodes};
-use super::near_surface::NearSurface;
-use super::order::{Changed, Rows, Task};
+use super::order::{Changed, LayerTask, Rows};
 use super::placing::{Apart, Maps};
 use crate::deform::fields::{Chosen, Fields, MeshState};
 use crate::deform::layer::Layer;
@@ -14,7 +13,7 @@ use crate::parallel::{self, SMALL_BLOCK};
 use crate::progress::Progress;
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
-use crate::rbf::field::Field;
+use crate::rbf::correct::Added;
 use crate::rbf::select::Selection;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -65,23 +64,23 @@ pub(super) struct Part {
 }
 
 impl Work {
-    /// Evaluates fields at nodes of this rank, and corrects them by the surface near those.
+    /// Evaluates fields at nodes of this rank, without the correction.
     pub fn evaluate(
         &mut self,
         id: usize,
-        task: Task,
-        (rows, surface): (Rows, NearSurface),
+        layers: Vec<LayerTask>,
+        rows: Rows,
         progress: &dyn Progress,
-    ) {
+    ) -> &mut Slab {
         let state = MeshState {
             nodes: &rows.nodes,
             deforming: None,
             surface: &[],
             facets: &[],
         };
-        let mut layers = Vec::new();
+        let (tasks, mut layers) = (layers, Vec::new());
         let mut selections = Vec::new();
-        for of in task.layers {
+        for of in tasks {
             layers.push(Layer::elsewhere(of.kind, of.n_modes, of.coefficients));
             selections.push(Selection::elsewhere(of.interpolant));
         }
@@ -90,15 +89,14 @@ impl Work {
             error: 0.0,
         });
         let chosen: Vec<_> = chosen.collect();
-        let correct = |layer: usize, field: &mut Field| surface.correct(layer, field, &rows.nodes);
-        let fields = Fields::at_rank(state, &layers, &chosen, progress, &correct);
+        let fields = Fields::at_rank(state, &layers, &chosen, progress);
         let slab = Slab {
             layers,
             fields,
             rows,
             moved: Vec::new(),
         };
-        self.slabs.insert(id, slab);
+        self.slabs.entry(id).insert_entry(slab).into_mut()
     }
 
     /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones; where these `stay` only those
@@ -215,6 +213,13 @@ impl Work {
 }
 
 impl Slab {
+    /// Adds the correction of a layer; `row` gives the row of each number in it.
+    pub fn add(&mut self, layer: usize, added: &Added, row: impl Fn(usize) -> u32) {
+        let field = self.fields.of_layer(layer);
+        let n_modes = field.n_modes;
+        added.add_to(&mut field.values, n_modes, |at| row(at as usize));
+    }
+
     fn move_to(&self, step: usize, from_zero: bool, moved: &mut [Vector]) {
         match from_zero {
             true => self.fields.vectors(&self.layers, step, moved),

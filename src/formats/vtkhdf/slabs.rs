@@ -200,7 +200,12 @@ impl Open {
         let ends = [cut.offsets.start, cut.offsets.end - 1];
         let [start, end] = [self.offset(ends[0])?, self.offset(ends[1])?];
         let n = part.connectivity.end - part.connectivity.start;
-        if first < 0 || first > start || start > end || end > last || last.checked_sub(first) != Some(n as i64) {
+        if first < 0
+            || first > start
+            || start > end
+            || end > last
+            || last.checked_sub(first) != Some(n as i64)
+        {
             return Err(Error::input("they do not fit the node indices").dataset("Offsets"));
         }
         let entry = |offset: i64| part.connectivity.start + (offset - first) as u64;

@@ -1,0 +1,130 @@
+//! The correction of fields, shared by places: each rank corrects the nodes around some patches of the surface, as many as the
+//! others do, whichever rank evaluates fields at them.
+//!
+//! ```text
+//! every rank       the patch of each of its nodes that is near the surface: how many there are of each
+//! the first        which patches each rank takes, and the surface near them
+//! every rank       the places of its nodes, to the ranks that take their patches; what these add, back
+//! ```
+
+use super::near_surface::{NearSurface, WholeSurface};
+use super::work::Slab;
+use crate::geometry::boxes::Boxes;
+use crate::geometry::vector::Vector;
+use crate::parallel;
+use crate::ranks::Ranks;
+use crate::rbf::correct::Added;
+
+/// The nodes of a rank that are near the surface.
+struct Near {
+    /// The patch of each and its row, ascending.
+    rows: Vec<(u32, u32)>,
+}
+
+/// Corrects the fields of a rank at its nodes; the first has the whole surface. All ranks do it at once.
+pub(super) fn correct(
+    slab: &mut Slab,
+    boxes: Boxes,
+    whole: Option<&WholeSurface<'_>>,
+    ranks: &Ranks,
+) {
+    let near = ranks.together(|| Near::find(&slab.rows.nodes, &boxes));
+    let starts = ranks.broadcast(
+        (ranks.gather(near.counts(boxes.len()))).map(|counts| starts_of(&counts, ranks.n())),
+    );
+    let of_rank = near.by_rank(&starts);
+    let nodes = &slab.rows.nodes;
+    let places = |rows: &&[(u32, u32)]| rows.iter().map(|of| nodes[of.1 as usize]).collect();
+    let asked = ranks.exchange(of_rank.iter().map(places).collect());
+    let mut facets = whole.map(|whole| whole.near_each(&boxes, &starts));
+    let surface = ranks.scatter(&mut |rank| {
+        let facets = std::mem::take(&mut facets.as_mut()?[rank]);
+        Some(whole?.some(&facets))
+    });
+    let added = ranks.together(|| added_at(&surface, &asked));
+    let added = ranks.exchange_values(added);
+    for (rows, layers) in of_rank.iter().zip(added) {
+        for (layer, added) in layers.iter().enumerate() {
+            slab.add(layer, added, |at| rows[at].1);
+        }
+    }
+}
+
+impl Near {
+    fn find(nodes: &[Vector], boxes: &Boxes) -> Self {
+        let patch = |row: usize| Some((boxes.first_around(&nodes[row])? as u32, row as u32));
+        let mut rows = parallel::filter_map(nodes.len(), patch);
+        parallel::sort(&mut rows);
+        Self { rows }
+    }
+
+    /// How many there are around each patch.
+    fn counts(&self, n_patches: usize) -> Vec<u32> {
+        let mut counts = vec![0; n_patches];
+        for (patch, _) in &self.rows {
+            counts[*patch as usize] += 1;
+        }
+        counts
+    }
+
+    /// Those around the patches of each rank.
+    fn by_rank(&self, starts: &[u32]) -> Vec<&[(u32, u32)]> {
+        let before = |patch: u32| self.rows.partition_point(|of| of.0 < patch);
+        let ranks = starts.windows(2);
+        ranks
+            .map(|of| &self.rows[before(of[0])..before(of[1])])
+            .collect()
+    }
+}
+
+/// The first patch of each rank, and the end of those of the last, from how many nodes each rank has around each patch: as
+/// many for each rank as can be.
+fn starts_of(counts: &[Vec<u32>], n_ranks: usize) -> Vec<u32> {
+    let n_patches = counts.first().map_or(0, Vec::len);
+    let of_patch = |patch: usize| counts.iter().map(|of| u64::from(of[patch])).sum::<u64>();
+    let mut before = vec![0];
+    for patch in 0..n_patches {
+        before.push(before[patch] + of_patch(patch));
+    }
+    let all = before[n_patches];
+    let start = |rank: usize| {
+        let share = all * rank as u64 / n_ranks as u64;
+        before.partition_point(|&before| before < share) as u32
+    };
+    let mut starts: Vec<u32> = (0..n_ranks).map(start).collect();
+    starts.push(n_patches as u32);
+    starts
+}
+
+/// What is added at the places that each rank asks for, by layers.
+fn added_at(surface: &NearSurface, asked: &[Vec<Vector>]) -> Vec<Vec<Added>> {
+    let mut end = 0;
+    let ends: Vec<usize> = asked
+        .iter()
+        .map(|places| {
+            end += places.len();
+            end
+        })
+        .collect();
+    let mut of_ranks: Vec<Vec<Added>> = asked.iter().map(|_| Vec::new()).collect();
+    for added in surface.added_at(&asked.concat()) {
+        for (of_rank, part) in of_ranks.iter_mut().zip(added.split(&ends)) {
+            of_rank.push(part);
+        }
+    }
+    of_ranks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranks_have_as_many_nodes_as_patches_allow() {
+        let counts = [vec![0, 5, 5, 0, 0, 10], vec![10, 0, 0, 0, 0, 0]];
+        assert_eq!(starts_of(&counts, 1), [0, 6]);
+        assert_eq!(starts_of(&counts, 2), [0, 2, 6]);
+        assert_eq!(starts_of(&counts, 3), [0, 1, 3, 6]);
+        assert_eq!(starts_of(&[vec![], vec![]], 2), [0, 0, 0]);
+    }
+}
