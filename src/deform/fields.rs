@@ -22,6 +22,8 @@ pub struct MeshState<'a> {
     pub surface: &'a [Vector],
     /// Facets between them.
     pub facets: &'a [[u32; 3]],
+    /// Whether it is the reference mesh.
+    pub is_reference: bool,
 }
 
 /// Base points of a layer, with the largest error that the correction has to remove.
@@ -125,6 +127,7 @@ impl Fields {
                     deforming: None,
                     surface: &[],
                     facets: &[],
+                    is_reference: false,
                 };
                 self.displace(layers, step, state, out);
             }

@@ -161,6 +161,7 @@ impl Interval {
             deforming: self.deforming.as_deref(),
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
+            is_reference: true,
         }
     }
 

@@ -102,6 +102,7 @@ impl Interval {
         let state = MeshState {
             nodes,
             surface: &surface,
+            is_reference: false,
             ..self.reference()
         };
         let correct = plan.schedule.selection.correction;

@@ -4,8 +4,9 @@
 
 use super::order::Order;
 use super::placing::{Apart, Placing};
+use super::rows::slab;
 use super::work::Work;
-use super::{SharedFields, State, Team, slab};
+use super::{SharedFields, State, Team};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Numbers, PointsApart, check_in_32_bits};

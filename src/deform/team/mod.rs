@@ -18,6 +18,7 @@ mod kept;
 mod near_surface;
 mod order;
 mod placing;
+mod rows;
 mod shared_correction;
 mod sweeps;
 mod work;
@@ -34,17 +35,14 @@ use crate::quality::Summary;
 use crate::quality::faces::FaceSummary;
 use crate::ranks::Ranks;
 use near_surface::WholeSurface;
-use order::{Changed, LayerTask, Order, Rows, Task};
+use order::{Changed, LayerTask, Order, Task};
 use placing::Apart;
-use std::ops::Range;
+use rows::Rows;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use work::{BlockHash, Work, hash, hashes, rows_by_node, rows_of};
+use work::{BlockHash, Work, hash, hashes};
 
 pub(crate) use kept::KeptPoints;
 pub(crate) use placing::{Maps, Placing};
-
-/// Slabs of nodes begin at multiples of this.
-const SLAB: usize = 256;
 
 /// All ranks, as the first sees them.
 pub(crate) struct Team {
@@ -124,22 +122,16 @@ impl Team {
         let id = state.n_fields;
         state.n_fields += 1;
         let whole = WholeSurface::new(at, layers, chosen, correct);
+        let n_rows = at.deforming.map_or(at.nodes.len(), <[u32]>::len);
         let task = Box::new(Task {
             layers: layers.iter().zip(chosen).map(LayerTask::of).collect(),
+            n_rows,
             boxes: whole.boxes(),
         });
         let Order::Evaluate { task, .. } = self.order(Order::Evaluate { id, task }) else {
             unreachable!("a broadcast gives what it got")
         };
-        let n_rows = at.deforming.map_or(at.nodes.len(), <[u32]>::len);
-        let row_of = at
-            .deforming
-            .map(|nodes| rows_by_node(nodes, at.nodes.len()));
-        let rows = self.ranks.scatter(&mut |rank| {
-            let part = state.nodes.get(rank).map_or(&[][..], Vec::as_slice);
-            let slab = slab(n_rows, rank, self.ranks.n());
-            Some(nodes_of_rank(part, slab, at, row_of.as_deref()))
-        });
+        let rows = rows::give(Some((at, &state.nodes)), n_rows, &state.work, &self.ranks);
         let elsewhere = n_rows.saturating_sub(rows.nodes.len());
         evaluate(
             (id, *task, rows),
@@ -340,7 +332,7 @@ pub fn serve(ranks: &Ranks) {
         match Order::give(None, ranks) {
             Order::Select(order) => sweeps::serve(&mut surface, &order, ranks),
             Order::Evaluate { id, task } => {
-                let rows = ranks.scatter(&mut |_| None);
+                let rows = rows::give(None, task.n_rows, &work, ranks);
                 evaluate((id, *task, rows), &mut work, None, ranks, &Silent);
             }
             Order::Move {
@@ -392,33 +384,6 @@ fn evaluate(
         ranks.is_for("correction");
         shared_correction::correct(slab, Boxes::new(task.boxes), whole, ranks);
     }
-}
-
-/// The nodes at which a rank evaluates fields: those of its slab, and those of its part.
-fn nodes_of_rank(
-    part: &[u32],
-    slab: Range<usize>,
-    at: MeshState<'_>,
-    row_of: Option<&[u32]>,
-) -> Rows {
-    let row = |node: u32| row_of.map_or(node, |of| of[node as usize]);
-    let of_part = parallel::collect(part.len(), |i| row(part[i]));
-    let (own, of_part, rows) = rows_of(slab, &of_part);
-    let place = |row: u32| {
-        let node = at.deforming.map_or(row, |nodes| nodes[row as usize]);
-        at.nodes[node as usize]
-    };
-    Rows {
-        nodes: parallel::collect(rows.len(), |i| place(rows[i])),
-        own,
-        of_part,
-    }
-}
-
-/// The rows of a rank.
-fn slab(n: usize, rank: usize, n_ranks: usize) -> Range<usize> {
-    let start = |rank: usize| (rank * n.div_ceil(SLAB) / n_ranks * SLAB).min(n);
-    start(rank)..start(rank + 1)
 }
 
 impl SharedFields {

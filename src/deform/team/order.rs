@@ -10,7 +10,6 @@ use crate::geometry::vector::Vector;
 use crate::ranks::{Ranks, raw};
 use crate::rbf::interpolant::Interpolant;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// What the first rank orders. What an order is about follows it.
 #[derive(Serialize, Deserialize)]
@@ -61,6 +60,8 @@ pub(super) enum Order {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Task {
     pub layers: Vec<LayerTask>,
+    /// How many nodes deform.
+    pub n_rows: usize,
     /// Around all nodes that are corrected.
     pub boxes: Vec<Bounds>,
 }
@@ -73,18 +74,6 @@ pub(super) struct LayerTask {
     #[serde(with = "raw")]
     pub coefficients: Vec<f64>,
     pub interpolant: Interpolant,
-}
-
-/// The nodes of fields at a rank: some of those that deform, by ascending rows.
-#[derive(Default, Serialize, Deserialize)]
-pub(super) struct Rows {
-    #[serde(with = "raw")]
-    pub nodes: Vec<Vector>,
-    /// Those of the slab, which no other rank has in its own.
-    pub own: Range<usize>,
-    /// Where each node of the part is among them.
-    #[serde(with = "raw")]
-    pub of_part: Vec<u32>,
 }
 
 /// Blocks of nodes with other places than a rank has.

@@ -1,8 +1,9 @@
 //! What every rank has of the work: fields at its nodes, its part of the mesh and where the nodes of that are.
 
 use super::kept::{Kept, OwnNodes};
-use super::order::{Changed, LayerTask, Rows};
+use super::order::{Changed, LayerTask};
 use super::placing::{Apart, Maps};
+use super::rows::{NO_ROW, Rows};
 use crate::deform::fields::{Chosen, Fields, MeshState};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
@@ -21,8 +22,6 @@ use twox_hash::XxHash3_128;
 
 /// Nodes whose places are compared at once.
 const BLOCK: usize = 256;
-/// The row of a node that does not deform.
-const NO_ROW: u32 = u32::MAX;
 const EVALUATED: &str = "fields are evaluated before nodes are moved by them";
 const SHARED: &str = "the mesh is shared before it is judged";
 
@@ -77,6 +76,7 @@ impl Work {
             deforming: None,
             surface: &[],
             facets: &[],
+            is_reference: false,
         };
         let (tasks, mut layers) = (layers, Vec::new());
         let mut selections = Vec::new();
@@ -229,6 +229,7 @@ impl Slab {
                     deforming: None,
                     surface: &[],
                     facets: &[],
+                    is_reference: false,
                 };
                 self.fields.displace(&self.layers, step, state, moved);
             }
@@ -318,37 +319,4 @@ impl Changed {
             blocks,
         }
     }
-}
-
-/// For each of `n` nodes its row, where those in `nodes` are the ones that deform.
-pub(super) fn rows_by_node(nodes: &[u32], n: usize) -> Vec<u32> {
-    let mut row_of = vec![NO_ROW; n];
-    for (row, &node) in (0..).zip(nodes) {
-        row_of[node as usize] = row;
-    }
-    row_of
-}
-
-/// The rows of a rank, ascending: its slab, and those of its part, of which each node has one or deforms not. Gives which of
-/// them are the slab, where each node of the part is among them, and them.
-pub(super) fn rows_of(slab: Range<usize>, of_part: &[u32]) -> (Range<usize>, Vec<u32>, Vec<u32>) {
-    let slab = (slab.start as u32)..(slab.end as u32);
-    let outside = |i: usize| Some(of_part[i]).filter(|row| *row != NO_ROW && !slab.contains(row));
-    let outside = parallel::filter_map(of_part.len(), outside);
-    let n_below = outside.partition_point(|&row| row < slab.start);
-    let (below, above) = outside.split_at(n_below);
-    let own = n_below..n_below + slab.len();
-    let place = |row: u32| match row {
-        NO_ROW => NO_ROW,
-        row if slab.contains(&row) => n_below as u32 + (row - slab.start),
-        row => {
-            let at = outside.partition_point(|&other| other < row);
-            let slab_before = if at < n_below { 0 } else { slab.len() };
-            (at + slab_before) as u32
-        }
-    };
-    let of_part = parallel::collect(of_part.len(), |i| place(of_part[i]));
-    let below = below.iter().copied();
-    let rows = below.chain(slab.clone()).chain(above.iter().copied());
-    (own, of_part, rows.collect())
 }
