@@ -312,9 +312,7 @@ impl Input {
                 options.step = step;
                 SharedFile::new(&self.path, Some(*format), &options)
             }
-            Meshes::Listed(_) => {
-                SharedFile::new(self.path_of(step.unwrap_or(0)), None, &options)
-            }
+            Meshes::Listed(_) => SharedFile::new(self.path_of(step.unwrap_or(0)), None, &options),
             Meshes::Elsewhere(_) => Err("another rank has it".to_owned()),
         }
     }

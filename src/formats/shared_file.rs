@@ -112,7 +112,13 @@ fn open(path: &Path) -> Result<(Location, Stamp)> {
 /// # Errors
 /// On all ranks, why the file has to be read as a whole: in words that complete "read whole by one rank: ...".
 pub fn read_parts(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh, String> {
-    let reason = |error: Error| Error { path: None, ..error }.to_string();
+    let reason = |error: Error| {
+        Error {
+            path: None,
+            ..error
+        }
+        .to_string()
+    };
     let opened = ranks.agree(file.open()).map_err(reason)?;
     parts(opened, file, ranks).map_err(reason)
 }

@@ -350,10 +350,7 @@ mod tests {
             assert!(numbering.starts.len() <= sorted.len() + 2);
             for number in (0..2000).chain(sorted.iter().copied()).chain([u32::MAX]) {
                 let found = numbering.places(number);
-                assert_eq!(
-                    found.len(),
-                    sorted.iter().filter(|x| **x == number).count()
-                );
+                assert_eq!(found.len(), sorted.iter().filter(|x| **x == number).count());
                 assert!(sorted[found].iter().all(|x| *x == number));
             }
         }
