@@ -155,6 +155,37 @@ def check_large(folder):
     report("mpi: several slabs", 8, 0, "runs")
 
 
+# Formats that ranks read by slabs: the name's ending, and options of convert.
+BY_SLABS = [("vtkhdf", [])]
+
+
+def check_slabs(folder):
+    """Files of which each rank reads its slab: meshes, sequences and references are judged as by one process, and no rank reads the whole."""
+    n_judged = 0
+    meshes = [(folder / "b.vtu", "blade"), (TESTDATA / "naca0012.vtu", "naca"), (TESTDATA / "mixed_cells.su2", "mixed")]
+    for ending, options in BY_SLABS:
+        cases = []
+        for mesh, name in meshes:
+            path = folder / f"slabs_{name}.{ending}"
+            azimesh("convert", mesh, path, *options)
+            cases += [[path], [path, "--reference", path]]
+        if ending in ("vtkhdf", "cgns"):
+            schedule = schedule_of(folder, "naca0012", {"[rbf]": f"[output]\nformat = \"{ending}\"\n[rbf]"})
+            azimesh("deform", TESTDATA / "naca0012.vtu", schedule, "-o", folder / f"slabs_{ending}")
+            cases += [[folder / f"slabs_{ending}"]]
+        for case in cases:
+            for form in ([], ["--json"]):
+                alone = subprocess.run([AZIMESH, "quality", *case, *form], capture_output=True, text=True, check=True)
+                for n in (2, 3, 4):
+                    done = ranks(n, "-v", "quality", *case, *form)
+                    assert done.stdout == alone.stdout, f"{case} with {n} ranks"
+                    assert "read whole by one rank" not in done.stderr, done.stderr
+                    n_judged += 1
+        whole = ranks(2, "-v", "quality", folder / f"slabs_naca.{ending}", "--worst", 3)
+        assert whole.stderr.count("read whole by one rank: --worst") == 1, whole.stderr
+    report("mpi: read by slabs", n_judged, 0, "judged")
+
+
 def check_no_room(folder):
     """A rank that cannot write: one error, nothing short, and the run goes on where there is room."""
     mesh, schedule = folder / "b.vtu", folder / "b.toml"
@@ -259,6 +290,7 @@ def main():
         check_cases(folder)
         check_rotors(folder)
         check_large(folder)
+        check_slabs(folder)
         check_no_room(folder)
         check_errors(folder)
         check_script(folder)

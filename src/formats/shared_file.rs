@@ -10,6 +10,9 @@ use std::fs::Metadata;
 use std::path::{Path, absolute};
 use std::time::UNIX_EPOCH;
 
+/// What is wrong where a path leads to another file on another rank.
+const DIFFERENT: &str = "ranks see different files";
+
 /// A mesh in a file that ranks are told to read their parts of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SharedFile {
@@ -77,9 +80,10 @@ impl SharedFile {
     fn open(&self) -> Result<(Location, &'static dyn Format)> {
         let format = by_name(&self.format)?;
         let (location, stamp) = open(self.path())?;
-        match stamp == self.stamp && format.recognizes(&location) {
-            true => Ok((location, format)),
-            false => Err(Error::input("ranks see different files")),
+        match (stamp == self.stamp, format.recognizes(&location)) {
+            (true, true) => Ok((location, format)),
+            (true, false) => Err(Error::input(format!("it is not like {}", format.title()))),
+            (false, _) => Err(Error::input(DIFFERENT)),
         }
     }
 
@@ -133,7 +137,7 @@ fn parts(
     let (n_nodes, n_cells, space) = (slabs.n_nodes(), slabs.n_cells(), slabs.space());
     let counts = ranks.all((n_nodes, n_cells, space));
     if counts.windows(2).any(|pair| pair[0] != pair[1]) {
-        return Err(Error::input("ranks see different files"));
+        return Err(Error::input(DIFFERENT));
     }
     let slabs = from_slabs::Slabs {
         n_nodes,

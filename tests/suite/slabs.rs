@@ -1,11 +1,12 @@
 //! Parts of a mesh that ranks read by slabs are those that are cut from the whole.
 
-use azimesh::formats::{self, Location, SharedFile, read_parts};
+use azimesh::error::Position;
+use azimesh::formats::{self, Begin, Location, SharedFile, read_parts};
 use azimesh::mesh::from_slabs::Slabs;
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use azimesh::ranks::on_threads;
 use azimesh::sample::{BladeOptions, CellShape, SizeOptions, blade};
-use azimesh::{ReadOptions, Result};
+use azimesh::{Error, ReadOptions, Result, WriteOptions};
 use std::path::{Path, PathBuf};
 
 /// Formats that are read by slabs, with what a name ends with.
@@ -41,9 +42,17 @@ fn assert_same(found: &Mesh, wanted: &Mesh, what: &str) {
     assert!(found == wanted, "{what}");
 }
 
+/// With how many ranks it is tried.
+fn numbers_of_ranks(mesh: &Mesh) -> Vec<usize> {
+    match mesh.cells.len() {
+        ..100_000 => vec![2, 3, 5, 7],
+        _ => vec![3, 7],
+    }
+}
+
 /// Parts from slabs of a mesh in memory.
 fn same_from_memory(mesh: &Mesh) {
-    for n in [2, 3, 5, 7] {
+    for n in numbers_of_ranks(mesh) {
         let wanted = cut(mesh, n);
         let found = on_threads(n, |ranks| {
             let slabs = Slabs {
@@ -83,7 +92,7 @@ fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
 
 fn same_from_file(path: &Path, options: &ReadOptions) {
     let whole = read(path, options).unwrap();
-    for n in [2, 3, 5, 7] {
+    for n in numbers_of_ranks(&whole) {
         let found = read_by(path, options, n);
         for (rank, wanted) in cut(&whole, n).iter().enumerate() {
             let what = format!("{}: rank {rank} of {n}", path.display());
@@ -154,7 +163,7 @@ fn large_meshes_of_several_slabs() {
 /// Cells of several kinds, faces among them and edges, in no order, with nodes in no order either.
 #[test]
 fn cells_in_no_order() {
-    let mut mesh = blade_of(150_000, 6_000, CellShape::Hex);
+    let mut mesh = blade_of(110_000, 5_000, CellShape::Hex);
     let n = mesh.points.len() as u32;
     let new = |node: u32| (u64::from(node) * 7919 % u64::from(n)) as u32;
     assert_ne!(n % 7919, 0);
@@ -185,22 +194,41 @@ fn cells_in_no_order() {
 
 #[test]
 fn steps_and_parts_that_other_programs_have_written() {
-    for name in ["moving_by_vtk.vtkhdf", "moving_parts_by_h5py.vtkhdf"] {
-        let path = testdata(name);
-        let location = Location::open(&path).unwrap();
-        let n = formats::of(&location)
-            .unwrap()
-            .steps(&location)
-            .unwrap()
-            .len();
-        assert!(n > 1);
-        for step in (0..n).map(Some).chain([None]) {
-            let options = ReadOptions {
-                step,
-                ..ReadOptions::default()
-            };
-            same_from_file(&path, &options);
+    let path = testdata("moving_parts_by_h5py.vtkhdf");
+    let location = Location::open(&path).unwrap();
+    let format = formats::of(&location).unwrap();
+    let n = format.steps(&location).unwrap().len();
+    assert!(n > 1);
+    steps_are_the_same(&path, n);
+}
+
+fn steps_are_the_same(path: &Path, n: usize) {
+    for step in (0..n).map(Some).chain([None]) {
+        let options = ReadOptions {
+            step,
+            ..ReadOptions::default()
+        };
+        same_from_file(path, &options);
+    }
+}
+
+#[test]
+fn steps_of_a_sequence() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mesh = read(&testdata("wing_on_plane.vtu"), &ReadOptions::default()).unwrap();
+    for ending in FORMATS {
+        let path = folder.path().join(format!("m.{ending}"));
+        let create = formats::by_name(ending).unwrap().sequence().unwrap();
+        let options = WriteOptions::default();
+        let mut sequence = create(&path, &options, Begin::Create, false).unwrap();
+        for step in 0..3 {
+            for point in &mut mesh.points {
+                point[0] += 0.25;
+            }
+            sequence.push(f64::from(step), &mesh.view()).unwrap();
         }
+        drop(sequence);
+        steps_are_the_same(&path, 3);
     }
 }
 
@@ -284,6 +312,15 @@ fn a_file_that_has_changed_is_another() {
     assert!(on_threads(2, |ranks| read_parts(&new, &ranks).is_ok()) == [true; 2]);
 }
 
+/// Whether an error is about the values of an array, which ranks do not read.
+fn is_of_array(error: &Error) -> bool {
+    const READ: [&str; 4] = ["Points", "Types", "Offsets", "Connectivity"];
+    match &error.position {
+        Some(Position::Dataset(name)) => !READ.contains(&&name[..]) && name != "VTKHDF",
+        _ => false,
+    }
+}
+
 /// Damaged files give the parts of what is read as a whole, or are to be read as a whole.
 #[test]
 fn damaged_files_are_read_as_they_are_as_a_whole() {
@@ -296,7 +333,7 @@ fn damaged_files_are_read_as_they_are_as_a_whole() {
     let mut n_read = 0;
     for file in [
         own,
-        testdata("moving_by_vtk.vtkhdf"),
+        testdata("mixed_cells_by_vtk.vtkhdf"),
         testdata("moving_parts_by_h5py.vtkhdf"),
     ] {
         let good = std::fs::read(file).unwrap();
@@ -305,7 +342,7 @@ fn damaged_files_are_read_as_they_are_as_a_whole() {
             number = number.wrapping_mul(6_364_136_223_846_793_005) + 1;
             (number >> 33) as usize % below
         };
-        for i in 0..300 {
+        for i in 0..100 {
             let mut bytes = good.clone();
             match i % 10 {
                 9 => bytes.truncate(next(good.len())),
@@ -317,13 +354,16 @@ fn damaged_files_are_read_as_they_are_as_a_whole() {
                 assert!(found.iter().all(|part| part.is_err()));
                 continue;
             }
+            let whole = match read(&path, &options) {
+                Ok(whole) => whole,
+                Err(error) if is_of_array(&error) => continue,
+                Err(error) => panic!("damage {i}: {error}"),
+            };
             n_read += 1;
-            let whole = read(&path, &options);
-            let whole = whole.unwrap_or_else(|error| panic!("damage {i}: {error}"));
             for (found, wanted) in found.iter().zip(&cut(&whole, 2)) {
                 assert_same(found.as_ref().unwrap(), wanted, &format!("damage {i}"));
             }
         }
     }
-    assert!(n_read > 100, "{n_read}");
+    assert!(n_read > 30, "{n_read}");
 }

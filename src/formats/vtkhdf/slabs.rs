@@ -24,8 +24,8 @@ struct Open {
     cells: Range<u64>,
 }
 
-/// Opens a mesh or a step. What a reader of the whole finds wrong with its arrays, or remarks on, is found here, but for what
-/// their values are.
+/// Opens a mesh or a step. What a reader of the whole finds wrong with its arrays, or remarks on, is found here, but for chunks
+/// that are damaged: the values of arrays are not read.
 pub(super) fn open<'a>(grid: Group, options: &ReadOptions) -> Result<Opened<'a>> {
     let extent = Extent::new(&grid, options.step)?;
     let (points, cells) = read::rows(&extent);
@@ -50,6 +50,11 @@ pub(super) fn open<'a>(grid: Group, options: &ReadOptions) -> Result<Opened<'a>>
         read::check_array(array, rows)?;
         if !array.is_of_numbers() {
             return whole("it has text at nodes or cells");
+        }
+        if array.whole_chunks(1) == 1 && !rows.is_empty() {
+            // An array that is not in chunks may lie behind the end of a file that is damaged.
+            array.rows(rows.start..rows.start + 1)?;
+            array.rows(rows.end - 1..rows.end)?;
         }
     }
     if let Some(reason) = reason_in_tags(&grid, &cells, &of_cells, options)? {
