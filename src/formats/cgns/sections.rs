@@ -8,13 +8,13 @@ use super::element::{
 use super::node::Node;
 use super::stored::Data;
 use super::zone::Zone;
-use crate::error::{Result, counted};
+use crate::error::{Error, Result, counted};
 use crate::mesh::{CellKind, Values};
 use std::fmt::Display;
 use std::ops::Range;
 
 /// Node indices taken from the file at a time: what stays near the processor.
-const BLOCK: u64 = 1 << 18;
+pub(super) const BLOCK: u64 = 1 << 18;
 
 /// A section before its elements are read.
 pub(super) struct Section<'a> {
@@ -150,23 +150,11 @@ impl Section<'_> {
                 .next_multiple_of(element.n_nodes as u64),
             _ => u64::MAX,
         };
-        let order = element.vtk_from_cgns();
-        let rows = data.n_rows();
-        data.check_rows(&(0..rows))
-            .map_err(|e| node.refuse(e.message))?;
-        let mut start = 0;
-        while start < rows {
-            let end = start.saturating_add(step).min(rows);
-            let block = data.rows(start..end).map_err(|e| node.refuse(e.message))?;
-            let mut nodes = node_indices(&block, node, zone)?;
-            drop(block);
-            if let Some(order) = &order {
-                permute(&mut nodes, order);
-            }
-            push(element, &nodes, found);
-            start = end;
-        }
-        Ok(())
+        let rows = 0..data.n_rows();
+        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
+        let read = |rows| data.rows(rows);
+        append_rows(element, (rows, step), &read, zone.nodes(), found)
+            .map_err(|e| node.refuse(e.message))
     }
 
     /// Polygons with one number of nodes, given by the element type.
@@ -223,6 +211,28 @@ impl Section<'_> {
         flush(of, &mut nodes, found);
         Ok(())
     }
+}
+
+/// Appends elements of one type, whose nodes are in rows that `read` gives, `step` rows at a time.
+pub(super) fn append_rows(
+    element: ElementType,
+    (rows, step): (Range<u64>, u64),
+    read: &dyn Fn(Range<u64>) -> Result<Values>,
+    of_zone: Range<usize>,
+    found: &mut MeshBuilder,
+) -> Result<()> {
+    let order = element.vtk_from_cgns();
+    let mut start = rows.start;
+    while start < rows.end {
+        let end = start.saturating_add(step).min(rows.end);
+        let mut nodes = indices_in(&of_zone, &read(start..end)?).map_err(Error::input)?;
+        if let Some(order) = &order {
+            permute(&mut nodes, order);
+        }
+        push(element, &nodes, found);
+        start = end;
+    }
+    Ok(())
 }
 
 /// The entries of a dataset, of which a block at a time is in memory.
@@ -308,15 +318,18 @@ fn push(element: ElementType, nodes: &[u32], found: &mut MeshBuilder) {
 
 /// Node indices of the mesh for the node numbers of a zone.
 pub(super) fn node_indices(values: &Values, node: &Node, zone: &Zone) -> Result<Vec<u32>> {
-    let n = zone.n_nodes.iter().product::<usize>();
-    let first = zone.first_node as u32;
+    indices_in(&zone.nodes(), values).map_err(|message| node.refuse(message))
+}
+
+/// Node indices of the mesh for the node numbers of a zone with these nodes; or why there are none.
+fn indices_in(of_zone: &Range<usize>, values: &Values) -> std::result::Result<Vec<u32>, String> {
     let is_number = |chunk: &Chunk| chunk.element.is_integer() && chunk.element.size() >= 4;
     let numbers = Chunk::of(values).filter(is_number);
-    let numbers =
-        numbers.ok_or_else(|| node.refuse("node numbers must be integers of 4 or 8 bytes"))?;
+    let numbers = numbers.ok_or("node numbers must be integers of 4 or 8 bytes")?;
     let mut indices = vec![0; numbers.len()];
-    let found = numbers.indices(&mut indices, (1, n as u64), first);
-    found.map_err(|(_, number)| outside(number, node, n))?;
+    let n = of_zone.len();
+    let found = numbers.indices(&mut indices, (1, n as u64), of_zone.start as u32);
+    found.map_err(|(_, number)| not_of_zone(number, n))?;
     Ok(indices)
 }
 
@@ -329,8 +342,12 @@ pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
     }
 }
 
-pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> crate::error::Error {
-    node.refuse(format!("it has node {number}; the zone has nodes 1 to {n}"))
+pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> Error {
+    node.refuse(not_of_zone(number, n))
+}
+
+fn not_of_zone(number: impl Display, n: usize) -> String {
+    format!("it has node {number}; the zone has nodes 1 to {n}")
 }
 
 /// Whether a section's name only says what its elements are: an element type, or of cells their

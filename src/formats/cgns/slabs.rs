@@ -1,0 +1,232 @@
+//! Unstructured zones of a file in HDF5 by slabs: parts of their coordinates and of their sections of one element type.
+//!
+//! What is odd or damaged is left to the reader of the whole file.
+
+use super::super::hdf5::{Dataset, is_hdf5};
+use super::super::slabs::{Refusal, Slabs, overlapping, whole};
+use super::super::{ReadOptions, Source};
+use super::builder::MeshBuilder;
+use super::element::{ElementType, old_polygon, type_name};
+use super::node::Node;
+use super::read::{bases, version, zones_of};
+use super::regions::may_be_of_nodes;
+use super::sections::{BLOCK, Section, append_rows, sections};
+use super::stored::Data;
+use super::time::Step;
+use super::unstructured::order;
+use super::zone::{Zone, put};
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+use crate::mesh::{Cells, Values, too_many};
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+/// Bytes that a chunk of a dataset may have: as much is in memory beside a slab.
+const MOST_CHUNK: usize = 64 << 20;
+
+type Found<T> = std::result::Result<T, Refusal>;
+
+/// Coordinates and sections of all zones.
+#[derive(Default)]
+struct Zones {
+    grids: Vec<Grid>,
+    sections: Vec<Elements>,
+}
+
+/// The coordinates of a zone.
+struct Grid {
+    /// Its nodes in the mesh.
+    nodes: Range<usize>,
+    /// Arrays for x, y and z.
+    axes: Vec<(usize, Array)>,
+}
+
+/// A section of one element type.
+struct Elements {
+    /// Its cells in the mesh.
+    cells: Range<usize>,
+    element: ElementType,
+    /// Nodes in the mesh of its zone.
+    nodes: Range<usize>,
+    connectivity: Array,
+}
+
+/// A list of numbers.
+struct Array {
+    path: String,
+    data: Mutex<Box<Dataset>>,
+}
+
+/// Finds the zones of a file at one of its steps.
+pub(super) fn open(source: &Source, options: &ReadOptions) -> Found<impl Slabs + use<>> {
+    if !is_hdf5(source.bytes()) {
+        return Err(whole("it is not in HDF5"));
+    }
+    let (root, _) = Node::root(source)?;
+    let step = Step::choose(&root, options.step)?;
+    let version = version(&root)?;
+    let mut zones: Vec<Zone> = Vec::new();
+    for base in bases(&root)? {
+        zones.extend(zones_of(base, &step, (zones.len(), version))?);
+    }
+    if zones.is_empty() {
+        return Err(whole("it has no zone"));
+    }
+    let mut found = Zones::default();
+    for zone in zones {
+        found.add(zone, &step)?;
+    }
+    Ok(found)
+}
+
+impl Zones {
+    fn add(&mut self, mut zone: Zone, step: &Step) -> Found<()> {
+        if zone.is_structured {
+            return Err(whole("it has structured zones"));
+        }
+        if may_be_of_nodes(&zone)? {
+            return Err(whole("boundary conditions are given by their nodes"));
+        }
+        zone.first_node = self.n_nodes();
+        self.grids.push(Grid::of(&zone, step)?);
+        if self.n_nodes() + 1 >= u32::MAX as usize {
+            return Err(Error::input(too_many("nodes")).into());
+        }
+        let sections = sections(&zone)?;
+        for i in order(&zone, &sections)? {
+            let elements = Elements::of(&sections[i], &zone, self.n_cells())?;
+            if elements.cells.end >= u32::MAX as usize {
+                return Err(Error::input(too_many("cells")).into());
+            }
+            self.sections.push(elements);
+        }
+        Ok(())
+    }
+}
+
+impl Grid {
+    fn of(zone: &Zone, step: &Step) -> Found<Self> {
+        let (found, rind) = zone.axes(step)?;
+        if rind.iter().any(|n| *n > 0) {
+            return Err(whole("coordinates have rind planes"));
+        }
+        let n = zone.total_nodes()?;
+        let mut axes = Vec::new();
+        for (axis, node) in found.into_iter().enumerate() {
+            if let Some(node) = node {
+                axes.push((axis, Array::open(node, n)?));
+            }
+        }
+        let nodes = zone.nodes();
+        Ok(Self { nodes, axes })
+    }
+
+    /// Sets the coordinates of some nodes, counted from the first of the zone.
+    fn put(&self, nodes: Range<usize>, points: &mut [Vector]) -> Result<()> {
+        for (axis, array) in &self.axes {
+            let values = array.rows(nodes.start as u64..nodes.end as u64)?;
+            match put(points, *axis, &values) {
+                Some(true) => {}
+                Some(false) => return Err(array.refuse("coordinates must be finite")),
+                None => return Err(array.refuse("coordinates must be numbers")),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Elements {
+    /// The elements of a section, of which the first is this cell.
+    fn of(section: &Section, zone: &Zone, first: usize) -> Found<Self> {
+        let number = section.element_type;
+        let is_polygon = old_polygon(number, zone.version).is_some();
+        let element = ElementType::from_number(number).filter(|_| !is_polygon);
+        let element = element
+            .ok_or_else(|| whole(format!("it has a section of type {}", type_name(number))))?;
+        let n_entries = section.n_elements.checked_mul(element.n_nodes);
+        let n_entries = n_entries.ok_or_else(|| whole("a section is too long"))?;
+        Ok(Self {
+            cells: first..first + section.n_elements,
+            element,
+            nodes: zone.nodes(),
+            connectivity: Array::open(section.node.need("ElementConnectivity")?, n_entries)?,
+        })
+    }
+
+    /// Appends some of the elements, counted from the first of the section.
+    fn append(&self, elements: Range<usize>, found: &mut MeshBuilder) -> Result<()> {
+        let n = self.element.n_nodes as u64;
+        let rows = elements.start as u64 * n..elements.end as u64 * n;
+        let step = BLOCK.next_multiple_of(n);
+        let read = |rows| self.connectivity.rows(rows);
+        let appended = append_rows(
+            self.element,
+            (rows, step),
+            &read,
+            self.nodes.clone(),
+            found,
+        );
+        appended.map_err(|error| self.connectivity.refuse(error.message))
+    }
+}
+
+impl Array {
+    /// The data of a node, which must be a list of `n` values.
+    fn open(node: &Node, n: usize) -> Found<Self> {
+        let Data::Hdf5(data) = node.data()? else {
+            return Err(whole("it is not in HDF5"));
+        };
+        if *data.shape() != [n as u64] {
+            let path = node.path();
+            return Err(whole(format!("{path} is not a list of {n} numbers")));
+        }
+        data.check_rows(&(0..n as u64))?;
+        let chunk = usize::try_from(data.whole_chunks(1)).unwrap_or(usize::MAX);
+        if chunk.saturating_mul(data.value_size()) > MOST_CHUNK {
+            return Err(whole("its arrays are stored in chunks that are too large"));
+        }
+        Ok(Self {
+            path: node.path().to_owned(),
+            data: Mutex::new(data),
+        })
+    }
+
+    fn rows(&self, rows: Range<u64>) -> Result<Values> {
+        let data = self.data.lock().unwrap_or_else(PoisonError::into_inner);
+        data.rows(rows).map_err(|error| self.refuse(error.message))
+    }
+
+    /// An error with its place.
+    fn refuse(&self, message: impl Into<String>) -> Error {
+        Error::input(message).dataset(&self.path)
+    }
+}
+
+impl Slabs for Zones {
+    fn n_nodes(&self) -> usize {
+        self.grids.last().map_or(0, |last| last.nodes.end)
+    }
+
+    fn n_cells(&self) -> usize {
+        self.sections.last().map_or(0, |last| last.cells.end)
+    }
+
+    fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
+        let mut points = vec![[0.0; 3]; nodes.len()];
+        let mut done = 0;
+        for (grid, own) in overlapping(&self.grids, |grid| grid.nodes.clone(), nodes) {
+            let out = &mut points[done..done + own.len()];
+            done += own.len();
+            grid.put(own, out)?;
+        }
+        Ok(points)
+    }
+
+    fn cells(&self, cells: Range<usize>) -> Result<Cells> {
+        let mut found = MeshBuilder::default();
+        for (section, own) in overlapping(&self.sections, |s| s.cells.clone(), cells) {
+            section.append(own, &mut found)?;
+        }
+        Ok(found.cells)
+    }
+}
