@@ -54,21 +54,14 @@ pub(super) fn regions<'a>(
         }
     }
     for node in zone.node.labelled("ZoneSubRegion_t")? {
-        let dimension = match node.integers()?[..] {
-            [dimension @ 0..=3] => dimension as u8,
-            _ => return Err(node.refuse("the dimension of a subregion must be 0 to 3")),
-        };
-        regions.extend(region(node, dimension, None, families, found)?);
+        regions.extend(region(node, dimension_of(node)?, None, families, found)?);
     }
     for node in zone.node.labelled("UserDefinedData_t")? {
         if node.name() == super::CELL_ORDER {
             continue;
         }
-        let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
-        if has("FamilyName")? && (has("PointRange")? || has("PointList")?) {
-            let is_of_nodes = node.child_text("GridLocation")?.as_deref() == Some("Vertex");
-            let dimension = if is_of_nodes { 0 } else { 1 };
-            regions.extend(region(node, dimension, None, families, found)?);
+        if is_group(node)? {
+            regions.extend(region(node, own_dimension(node)?, None, families, found)?);
         } else {
             found.leave("UserDefinedData_t", 1);
         }
@@ -143,12 +136,20 @@ fn given(node: &Node) -> Result<Option<(&Node, GridLocation, bool)>> {
 
 /// Whether a region of a zone may be given by nodes, for which faces are made where the file has none. O(regions).
 pub(super) fn may_be_of_nodes(zone: &Zone) -> Result<bool> {
+    let boundary = zone.cell_dimension - 1;
     let mut nodes: Vec<&Node> = Vec::new();
     for conditions in zone.node.labelled("ZoneBC_t")? {
         nodes.extend(conditions.labelled("BC_t")?);
     }
-    for label in ["ZoneSubRegion_t", "UserDefinedData_t"] {
-        nodes.extend(zone.node.labelled(label)?);
+    for node in zone.node.labelled("ZoneSubRegion_t")? {
+        if dimension_of(node)? == boundary {
+            nodes.push(node);
+        }
+    }
+    for node in zone.node.labelled("UserDefinedData_t")? {
+        if is_group(node)? && own_dimension(node)? == boundary {
+            nodes.push(node);
+        }
     }
     for node in nodes {
         if given(node)?.is_some_and(|(_, place, _)| place == GridLocation::Nodes) {
@@ -156,6 +157,26 @@ pub(super) fn may_be_of_nodes(zone: &Zone) -> Result<bool> {
         }
     }
     Ok(false)
+}
+
+/// The dimension of a subregion.
+fn dimension_of(subregion: &Node) -> Result<u8> {
+    match subregion.integers()?[..] {
+        [dimension @ 0..=3] => Ok(dimension as u8),
+        _ => Err(subregion.refuse("the dimension of a subregion must be 0 to 3")),
+    }
+}
+
+/// Whether data of users are a group.
+fn is_group(node: &Node) -> Result<bool> {
+    let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
+    Ok(has("FamilyName")? && (has("PointRange")? || has("PointList")?))
+}
+
+/// The dimension of a group that is in data of users.
+fn own_dimension(group: &Node) -> Result<u8> {
+    let is_of_nodes = group.child_text("GridLocation")?.as_deref() == Some("Vertex");
+    Ok(if is_of_nodes { 0 } else { 1 })
 }
 
 /// The grid location of a GridLocation_t; `None` where there is none.

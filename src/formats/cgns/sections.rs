@@ -6,7 +6,6 @@ use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
 };
 use super::node::Node;
-use super::stored::Data;
 use super::zone::Zone;
 use crate::error::{Error, Result, counted};
 use crate::mesh::{CellKind, Values};
@@ -153,7 +152,7 @@ impl Section<'_> {
         let rows = 0..data.n_rows();
         data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
         let read = |rows| data.rows(rows);
-        append_rows(element, (rows, step), &read, zone.nodes(), found)
+        append_rows(element, (rows, step), &read, &zone.nodes(), found)
             .map_err(|e| node.refuse(e.message))
     }
 
@@ -176,41 +175,62 @@ impl Section<'_> {
 
     fn read_mixed(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
-        let mut stream = Entries::open(node)?;
+        let data = node.data()?;
+        let rows = 0..data.n_rows();
+        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
+        let row = data.row().unwrap_or(1) as u64;
+        let step = match data.shape() {
+            [_] => data.whole_chunks(BLOCK),
+            _ => u64::MAX,
+        };
         found.check_room(self.n_elements)?;
-        let mut nodes: Vec<u32> = Vec::new();
-        let mut of: Option<ElementType> = None;
-        for i in 0..self.n_elements {
-            let first = stream.next(1)?.map_or(0, |number| number[0]);
-            let number = current_number(first, zone.version);
-            let polygon = old_polygon(number, zone.version);
-            let element = ElementType::from_number(number).filter(|_| polygon.is_none());
-            if element != of || nodes.len() as u64 > BLOCK {
-                flush(of, &mut nodes, found);
-                of = element;
-            }
-            let n = polygon.or(element.map(|element| element.n_nodes));
-            let left = stream.n_left();
-            let numbers = n.map_or(Ok(None), |n| stream.next(n))?;
-            let Some(numbers) = numbers else {
-                return Err(node.refuse(format!(
-                    "element {} of {} has type {}, which is not known or needs more than the {left} entries that are left",
-                    i + 1,
-                    self.n_elements,
-                    type_name(number),
-                )));
-            };
-            for &number in numbers {
-                nodes.push(node_index(number, node, zone)?);
-            }
-            if polygon.is_some() {
-                found.cells.push(CellKind::Polygon, &nodes);
-                nodes.clear();
-            }
-        }
-        flush(of, &mut nodes, found);
-        Ok(())
+        let read = |rows| data.rows(rows);
+        let mut entries = Entries::new(rows, row, step, &read);
+        let elements = (0..self.n_elements, self.n_elements);
+        append_mixed(elements, &mut entries, zone.version, &zone.nodes(), found)
+            .map_err(|e| node.refuse(e.message))
     }
+}
+
+/// Appends some of `n` elements that name their own type, each before its nodes, in a file of this version.
+pub(super) fn append_mixed(
+    (elements, n_elements): (Range<usize>, usize),
+    entries: &mut Entries,
+    version: f64,
+    of_zone: &Range<usize>,
+    found: &mut MeshBuilder,
+) -> Result<()> {
+    let mut nodes: Vec<u32> = Vec::new();
+    let mut of: Option<ElementType> = None;
+    for i in elements {
+        let first = entries.next(1)?.map_or(0, |number| number[0]);
+        let number = current_number(first, version);
+        let polygon = old_polygon(number, version);
+        let element = ElementType::from_number(number).filter(|_| polygon.is_none());
+        if element != of || nodes.len() as u64 > BLOCK {
+            flush(of, &mut nodes, found);
+            of = element;
+        }
+        let n = polygon.or(element.map(|element| element.n_nodes));
+        let left = entries.n_left();
+        let numbers = n.map_or(Ok(None), |n| entries.next(n))?;
+        let Some(numbers) = numbers else {
+            return Err(Error::input(format!(
+                "element {} of {n_elements} has type {}, which is not known or needs more than the {left} entries that are left",
+                i + 1,
+                type_name(number),
+            )));
+        };
+        for &number in numbers {
+            nodes.push(index_in(of_zone, number).map_err(Error::input)?);
+        }
+        if polygon.is_some() {
+            found.cells.push(CellKind::Polygon, &nodes);
+            nodes.clear();
+        }
+    }
+    flush(of, &mut nodes, found);
+    Ok(())
 }
 
 /// Appends elements of one type, whose nodes are in rows that `read` gives, `step` rows at a time.
@@ -218,14 +238,14 @@ pub(super) fn append_rows(
     element: ElementType,
     (rows, step): (Range<u64>, u64),
     read: &dyn Fn(Range<u64>) -> Result<Values>,
-    of_zone: Range<usize>,
+    of_zone: &Range<usize>,
     found: &mut MeshBuilder,
 ) -> Result<()> {
     let order = element.vtk_from_cgns();
     let mut start = rows.start;
     while start < rows.end {
         let end = start.saturating_add(step).min(rows.end);
-        let mut nodes = indices_in(&of_zone, &read(start..end)?).map_err(Error::input)?;
+        let mut nodes = indices_in(of_zone, &read(start..end)?).map_err(Error::input)?;
         if let Some(order) = &order {
             permute(&mut nodes, order);
         }
@@ -236,41 +256,44 @@ pub(super) fn append_rows(
 }
 
 /// The entries of a dataset, of which a block at a time is in memory.
-struct Entries<'a> {
-    node: &'a Node,
-    data: Data,
+pub(super) struct Entries<'a> {
+    /// Gives rows.
+    read: &'a dyn Fn(Range<u64>) -> Result<Values>,
+    /// Rows that were not read.
     rows: Range<u64>,
+    /// Entries of a row.
+    row: u64,
+    /// Rows of a block.
+    step: u64,
     block: Vec<i64>,
     /// Entries of the block that were given.
     given: usize,
 }
 
 impl<'a> Entries<'a> {
-    fn open(node: &'a Node) -> Result<Self> {
-        let data = node.data()?;
-        let rows = 0..data.n_rows();
-        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
-        Ok(Self {
-            node,
-            data,
+    /// The entries in rows of `row` entries, which `read` gives, `step` rows at a time.
+    pub fn new(
+        rows: Range<u64>,
+        row: u64,
+        step: u64,
+        read: &'a dyn Fn(Range<u64>) -> Result<Values>,
+    ) -> Self {
+        Self {
+            read,
             rows,
+            row,
+            step,
             block: Vec::new(),
             given: 0,
-        })
+        }
     }
 
     /// The next `n` entries; `None` where there are less.
     fn next(&mut self, n: usize) -> Result<Option<&[i64]>> {
         while self.block.len() - self.given < n && !self.rows.is_empty() {
-            let rows = match self.data.shape() {
-                [_] => self.data.whole_chunks(BLOCK),
-                _ => u64::MAX,
-            };
-            let end = self.rows.start.saturating_add(rows).min(self.rows.end);
-            let values = self.data.rows(self.rows.start..end);
-            let values = values.map_err(|e| self.node.refuse(e.message))?;
-            let numbers = values.to_integers();
-            let refused = || self.node.refuse("node numbers must be integers");
+            let end = self.rows.start.saturating_add(self.step).min(self.rows.end);
+            let numbers = (self.read)(self.rows.start..end)?.to_integers();
+            let refused = || Error::input("node numbers must be integers");
             self.block.drain(..self.given);
             self.given = 0;
             self.block.append(&mut numbers.ok_or_else(refused)?);
@@ -285,10 +308,9 @@ impl<'a> Entries<'a> {
     }
 
     /// How many are left.
-    fn n_left(&self) -> u64 {
-        let row = self.data.row().unwrap_or(1) as u64;
+    pub fn n_left(&self) -> u64 {
         let rows = self.rows.end - self.rows.start;
-        (self.block.len() - self.given) as u64 + rows.saturating_mul(row)
+        (self.block.len() - self.given) as u64 + rows.saturating_mul(self.row)
     }
 }
 
@@ -335,10 +357,15 @@ fn indices_in(of_zone: &Range<usize>, values: &Values) -> std::result::Result<Ve
 
 /// The node index of the mesh for one node number of a zone.
 pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
-    let n = zone.n_nodes.iter().product::<usize>();
+    index_in(&zone.nodes(), number).map_err(|message| node.refuse(message))
+}
+
+/// The node index of the mesh for one node number of a zone with these nodes; or why there is none.
+fn index_in(of_zone: &Range<usize>, number: i64) -> std::result::Result<u32, String> {
+    let n = of_zone.len();
     match usize::try_from(number) {
-        Ok(number) if (1..=n).contains(&number) => Ok((number - 1 + zone.first_node) as u32),
-        _ => Err(outside(number, node, n)),
+        Ok(number) if (1..=n).contains(&number) => Ok((number - 1 + of_zone.start) as u32),
+        _ => Err(not_of_zone(number, n)),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Unstructured zones of a file in HDF5 by slabs: parts of their coordinates and of their sections of one element type.
+//! Unstructured zones of a file in HDF5 by slabs: parts of their coordinates and of their sections, of one element type or
+//! mixed.
 //!
 //! What is odd or damaged is left to the reader of the whole file.
 
@@ -6,11 +7,11 @@ use super::super::hdf5::{Dataset, is_hdf5};
 use super::super::slabs::{Refusal, Slabs, overlapping, whole};
 use super::super::{ReadOptions, Source};
 use super::builder::MeshBuilder;
-use super::element::{ElementType, old_polygon, type_name};
+use super::element::{ElementType, MIXED, old_polygon, type_name};
 use super::node::Node;
 use super::read::{bases, version, zones_of};
 use super::regions::may_be_of_nodes;
-use super::sections::{BLOCK, Section, append_rows, sections};
+use super::sections::{BLOCK, Entries, Section, append_mixed, append_rows, sections};
 use super::stored::Data;
 use super::time::Step;
 use super::unstructured::order;
@@ -41,19 +42,35 @@ struct Grid {
     axes: Vec<(usize, Array)>,
 }
 
-/// A section of one element type.
+/// A section.
 struct Elements {
     /// Its cells in the mesh.
     cells: Range<usize>,
-    element: ElementType,
+    form: Form,
     /// Nodes in the mesh of its zone.
     nodes: Range<usize>,
     connectivity: Array,
 }
 
+/// How the elements of a section are listed.
+enum Form {
+    /// The nodes of elements of one type.
+    Fixed(ElementType),
+    /// The type of each element and its nodes.
+    Mixed {
+        /// Where each element begins and the last ends.
+        starts: Array,
+        /// CGNS version of the file.
+        version: f64,
+    },
+}
+
 /// A list of numbers.
 struct Array {
     path: String,
+    n: usize,
+    /// How many are read at a time.
+    block: u64,
     data: Mutex<Box<Dataset>>,
 }
 
@@ -114,7 +131,11 @@ impl Grid {
         let mut axes = Vec::new();
         for (axis, node) in found.into_iter().enumerate() {
             if let Some(node) = node {
-                axes.push((axis, Array::open(node, n)?));
+                let array = Array::open(node)?;
+                if array.n != n {
+                    return Err(whole("coordinates are not one for each node"));
+                }
+                axes.push((axis, array));
             }
         }
         let nodes = zone.nodes();
@@ -138,57 +159,120 @@ impl Grid {
 impl Elements {
     /// The elements of a section, of which the first is this cell.
     fn of(section: &Section, zone: &Zone, first: usize) -> Found<Self> {
-        let number = section.element_type;
-        let is_polygon = old_polygon(number, zone.version).is_some();
-        let element = ElementType::from_number(number).filter(|_| !is_polygon);
-        let element = element
-            .ok_or_else(|| whole(format!("it has a section of type {}", type_name(number))))?;
-        let n_entries = section.n_elements.checked_mul(element.n_nodes);
-        let n_entries = n_entries.ok_or_else(|| whole("a section is too long"))?;
+        let connectivity = Array::open(section.node.need("ElementConnectivity")?)?;
+        let form = match section.element_type {
+            MIXED => mixed(section, zone.version, connectivity.n)?,
+            _ => fixed(section, zone.version, connectivity.n)?,
+        };
         Ok(Self {
             cells: first..first + section.n_elements,
-            element,
+            form,
             nodes: zone.nodes(),
-            connectivity: Array::open(section.node.need("ElementConnectivity")?, n_entries)?,
+            connectivity,
         })
     }
 
     /// Appends some of the elements, counted from the first of the section.
     fn append(&self, elements: Range<usize>, found: &mut MeshBuilder) -> Result<()> {
-        let n = self.element.n_nodes as u64;
-        let rows = elements.start as u64 * n..elements.end as u64 * n;
-        let step = BLOCK.next_multiple_of(n);
-        let read = |rows| self.connectivity.rows(rows);
-        let appended = append_rows(
-            self.element,
-            (rows, step),
-            &read,
-            self.nodes.clone(),
-            found,
-        );
+        let appended = match &self.form {
+            Form::Fixed(element) => self.append_fixed(*element, elements, found),
+            Form::Mixed { starts, version } => self.append_mixed(elements, starts, *version, found),
+        };
         appended.map_err(|error| self.connectivity.refuse(error.message))
+    }
+
+    fn append_fixed(
+        &self,
+        element: ElementType,
+        elements: Range<usize>,
+        found: &mut MeshBuilder,
+    ) -> Result<()> {
+        let n = element.n_nodes as u64;
+        let rows = elements.start as u64 * n..elements.end as u64 * n;
+        let step = self.connectivity.block.next_multiple_of(n);
+        let read = |rows| self.connectivity.rows(rows);
+        append_rows(element, (rows, step), &read, &self.nodes, found)
+    }
+
+    fn append_mixed(
+        &self,
+        elements: Range<usize>,
+        starts: &Array,
+        version: f64,
+        found: &mut MeshBuilder,
+    ) -> Result<()> {
+        let rows = starts.number(elements.start)?..starts.number(elements.end)?;
+        if rows.start > rows.end || rows.end > self.connectivity.n as u64 {
+            return Err(Error::input("its elements do not follow one another"));
+        }
+        let read = |rows| self.connectivity.rows(rows);
+        let mut entries = Entries::new(rows, 1, self.connectivity.block, &read);
+        let elements = (elements, self.cells.len());
+        append_mixed(elements, &mut entries, version, &self.nodes, found)?;
+        match entries.n_left() {
+            0 => Ok(()),
+            _ => Err(Error::input("an element does not begin where it should")),
+        }
+    }
+}
+
+/// The form of a section of one element type, with so many entries.
+fn fixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
+    let number = section.element_type;
+    let is_polygon = old_polygon(number, version).is_some();
+    let element = ElementType::from_number(number).filter(|_| !is_polygon);
+    let unread = || whole(format!("it has a section of type {}", type_name(number)));
+    let element = element.ok_or_else(unread)?;
+    match section.n_elements.checked_mul(element.n_nodes) == Some(n_entries) {
+        true => Ok(Form::Fixed(element)),
+        false => Err(whole("a section is not as long as its elements need")),
+    }
+}
+
+/// The form of a MIXED section with so many entries.
+fn mixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
+    let Some(node) = section.node.child("ElementStartOffset")? else {
+        return Err(whole(
+            "a MIXED section does not tell where elements begin (ElementStartOffset)",
+        ));
+    };
+    let starts = Array::open(node)?;
+    let n = section.n_elements;
+    let is_complete =
+        starts.n == n + 1 && starts.number(0)? == 0 && starts.number(n)? == n_entries as u64;
+    match is_complete {
+        true => Ok(Form::Mixed { starts, version }),
+        false => Err(whole("the ElementStartOffset of a section does not fit it")),
     }
 }
 
 impl Array {
-    /// The data of a node, which must be a list of `n` values.
-    fn open(node: &Node, n: usize) -> Found<Self> {
+    /// The data of a node, which must be a list.
+    fn open(node: &Node) -> Found<Self> {
         let Data::Hdf5(data) = node.data()? else {
             return Err(whole("it is not in HDF5"));
         };
-        if *data.shape() != [n as u64] {
-            let path = node.path();
-            return Err(whole(format!("{path} is not a list of {n} numbers")));
-        }
-        data.check_rows(&(0..n as u64))?;
+        let &[n] = data.shape() else {
+            return Err(whole(format!("{} is not a list", node.path())));
+        };
+        data.check_rows(&(0..n))?;
         let chunk = usize::try_from(data.whole_chunks(1)).unwrap_or(usize::MAX);
         if chunk.saturating_mul(data.value_size()) > MOST_CHUNK {
             return Err(whole("its arrays are stored in chunks that are too large"));
         }
         Ok(Self {
             path: node.path().to_owned(),
+            n: usize::try_from(n).map_err(|_| whole("an array is too long"))?,
+            block: data.whole_chunks(BLOCK),
             data: Mutex::new(data),
         })
+    }
+
+    /// One of the numbers, which must be an integer and not negative.
+    fn number(&self, at: usize) -> Result<u64> {
+        let numbers = self.rows(at as u64..at as u64 + 1)?.to_integers();
+        let number = numbers.and_then(|numbers| u64::try_from(*numbers.first()?).ok());
+        number.ok_or_else(|| self.refuse("it must have integers, none of them negative"))
     }
 
     fn rows(&self, rows: Range<u64>) -> Result<Values> {

@@ -1,0 +1,272 @@
+//! Slabs put together are the mesh that the whole file gives; damaged files give errors or sound slabs.
+
+use super::super::{
+    Format, Location, Notes, Precision, ReadOptions, Source, WriteOptions, cgns, gmsh, of, vtu,
+};
+use super::{Opened, Slabs, overlapping};
+use crate::error::Result;
+use crate::mesh::{CellKind, Cells, Mesh};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// The formats that are read by slabs here.
+static FORMATS: [&dyn Format; 3] = [&vtu::Vtu, &cgns::Cgns, &gmsh::MSH41];
+
+fn source(bytes: &[u8]) -> Source {
+    Source::from_bytes(Path::new("<memory>"), bytes.to_vec())
+}
+
+/// All of a mesh, read in slabs of so many nodes or cells.
+fn joined(slabs: &dyn Slabs, size: usize) -> Result<(Vec<[f64; 3]>, Cells)> {
+    let (mut points, mut cells) = (Vec::new(), Cells::new());
+    for start in (0..slabs.n_nodes()).step_by(size) {
+        let end = slabs.n_nodes().min(start + size);
+        points.extend(slabs.points(start..end)?);
+        assert_eq!(points.len(), end);
+    }
+    for start in (0..slabs.n_cells()).step_by(size) {
+        let end = slabs.n_cells().min(start + size);
+        cells.append(&slabs.cells(start..end)?);
+        assert_eq!(cells.len(), end);
+    }
+    Ok((points, cells))
+}
+
+/// Checks that slabs make up a mesh; gives why they cannot be read where cells have to be read as a whole.
+fn compare(slabs: &dyn Slabs, mesh: &Mesh, what: &str) -> std::result::Result<(), String> {
+    for size in [7, 101, slabs.n_nodes().max(slabs.n_cells()) / 3 + 1] {
+        let (points, cells) = joined(slabs, size).map_err(|error| error.to_string())?;
+        assert_eq!(points, mesh.points, "{what}");
+        assert!(cells == mesh.cells, "{what}: other cells");
+        assert_eq!(slabs.space(), mesh.space, "{what}");
+    }
+    Ok(())
+}
+
+/// Compares the slabs of a file with its mesh; gives why it has to be read as a whole where that is so.
+fn compare_file(
+    format: &dyn Format,
+    source: &Source,
+    options: &ReadOptions,
+) -> Option<std::result::Result<(), String>> {
+    let what = source.path().display().to_string();
+    let read = format.read_file(source, options, &mut Notes::default());
+    let opened = format.slabs(source, options);
+    match read {
+        Ok(mesh) => match opened.unwrap_or_else(|error| panic!("{what}: {error}")) {
+            Ok(slabs) => Some(compare(&*slabs, &mesh, &what)),
+            Err(reason) => Some(Err(reason)),
+        },
+        Err(_) => {
+            look_at_all(opened);
+            None
+        }
+    }
+}
+
+/// Reads what can be read of a damaged file, of which slabs have to be sound. Gives whether there are any.
+fn look_at_all(opened: Result<Opened>) -> bool {
+    let Ok(Ok(slabs)) = opened else { return false };
+    let n = slabs.n_nodes();
+    let Ok((points, cells)) = joined(&*slabs, n.max(slabs.n_cells()) / 2 + 1) else {
+        return false;
+    };
+    assert_eq!((points.len(), cells.len()), (n, slabs.n_cells()));
+    assert!(cells.connectivity().iter().all(|node| (*node as usize) < n));
+    true
+}
+
+fn files_below(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a readable folder") {
+        let path = entry.expect("a readable entry").path();
+        match path.is_dir() {
+            true => files_below(&path, found),
+            false => found.push(path),
+        }
+    }
+}
+
+/// For each of the formats how many files are read by slabs, and how many are not for each reason. Files that cannot
+/// be read at all are not counted.
+fn tally(folder: &Path) -> BTreeMap<String, usize> {
+    let mut files = Vec::new();
+    files_below(folder, &mut files);
+    files.sort();
+    let mut tally = BTreeMap::new();
+    for path in files {
+        let Ok(source) = Source::open(&path) else {
+            continue;
+        };
+        let Ok(format) = of(&Location::from(source.clone())) else {
+            continue;
+        };
+        if !FORMATS.iter().any(|known| known.name() == format.name()) {
+            continue;
+        }
+        let found = compare_file(format, &source, &ReadOptions::default());
+        let outcome = match found {
+            None => continue,
+            Some(Ok(())) => "by slabs".to_owned(),
+            Some(Err(reason)) => reason,
+        };
+        if std::env::var_os("AZIMESH_TELL").is_some() {
+            eprintln!("{}\t{}\t{outcome}", format.name(), path.display());
+        }
+        *tally
+            .entry(format!("{}: {outcome}", format.name()))
+            .or_default() += 1;
+    }
+    tally
+}
+
+fn n_by_slabs(tally: &BTreeMap<String, usize>, format: &str) -> usize {
+    *tally.get(&format!("{format}: by slabs")).unwrap_or(&0)
+}
+
+#[test]
+fn slabs_of_files_make_up_their_meshes() {
+    let found = tally(&Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata"));
+    assert!(n_by_slabs(&found, "vtu") >= 5, "{found:#?}");
+    assert!(n_by_slabs(&found, "msh") >= 4, "{found:#?}");
+    assert!(n_by_slabs(&found, "cgns") >= 4, "{found:#?}");
+}
+
+/// Skipped where the folder is not given, which is said loudly.
+#[test]
+fn slabs_of_real_files_make_up_their_meshes() {
+    let Some(folder) = std::env::var_os("AZIMESH_TESTDATA") else {
+        eprintln!("AZIMESH_TESTDATA is not set: NO REAL MESH IS READ BY SLABS");
+        return;
+    };
+    let found = tally(Path::new(&folder));
+    eprintln!("{found:#?}");
+    for format in FORMATS {
+        assert!(n_by_slabs(&found, format.name()) > 3, "{found:#?}");
+    }
+}
+
+#[test]
+fn every_step_of_a_sequence_is_read_by_slabs() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/cgns/sequence.cgns");
+    let source = Source::open(&path).expect("the file is there");
+    let n = cgns::Cgns
+        .steps_of_file(&source)
+        .expect("it has steps")
+        .len();
+    assert!(n > 1);
+    for step in 0..n {
+        let options = ReadOptions {
+            step: Some(step),
+            ..ReadOptions::default()
+        };
+        assert_eq!(compare_file(&cgns::Cgns, &source, &options), Some(Ok(())));
+    }
+}
+
+/// Meshes of all kinds of cells but polyhedra.
+fn meshes() -> Vec<(&'static str, Mesh)> {
+    let names = [
+        "mixed_cells_v22.msh",
+        "airfoil_hybrid.su2",
+        "naca0012.vtu",
+        "hart_ii.vtu",
+        "curved_solids_complete_v22.msh",
+        "curved_solids_serendipity_v22.msh",
+        "curved_plate_complete_v41.msh",
+        "curved_plate_serendipity_v41.msh",
+        "shared_faces_v41.msh",
+        "gmsh/order3_v41.msh",
+        "gmsh/cylinder_v41_binary.msh",
+    ];
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata");
+    let read = |name| Mesh::read(folder.join(name)).unwrap_or_else(|error| panic!("{error}"));
+    names.map(|name| (name, read(name))).into()
+}
+
+#[test]
+fn what_azimesh_writes_is_read_by_slabs() {
+    let mut n_compared = 0;
+    for (name, mesh) in meshes() {
+        for format in FORMATS {
+            for precision in [Precision::F64, Precision::F32] {
+                let options = WriteOptions {
+                    precision,
+                    ..WriteOptions::default()
+                };
+                let mut bytes = Vec::new();
+                if format
+                    .write_file(&mesh.view(), &mut bytes, &options)
+                    .is_err()
+                {
+                    continue;
+                }
+                let found = compare_file(format, &source(&bytes), &ReadOptions::default());
+                assert_eq!(found, Some(Ok(())), "{name} as {}", format.name());
+                n_compared += 1;
+            }
+        }
+    }
+    assert!(n_compared > 60, "{n_compared}");
+}
+
+/// A hexahedron and a pyramid on it, with a tag and a zone.
+fn small() -> Mesh {
+    let mut mesh = Mesh {
+        points: (0..9)
+            .map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)])
+            .collect(),
+        ..Mesh::default()
+    };
+    mesh.cells
+        .push(CellKind::Hexahedron, &[0, 1, 3, 2, 4, 5, 7, 6]);
+    mesh.cells.push(CellKind::Pyramid, &[4, 5, 7, 6, 8]);
+    mesh.cells.push(CellKind::Quadrilateral, &[0, 1, 3, 2]);
+    mesh.cells.push(CellKind::Triangle, &[4, 5, 8]);
+    mesh.add_tag("floor", [2]).expect("a face");
+    mesh.add_tag("side", [3]).expect("a face");
+    mesh
+}
+
+fn small_file(format: &dyn Format) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let written = format.write_file(&small().view(), &mut bytes, &WriteOptions::default());
+    written.unwrap_or_else(|error| panic!("{error}"));
+    bytes
+}
+
+#[test]
+fn damaged_files_give_errors_or_sound_slabs() {
+    for format in FORMATS {
+        let bytes = small_file(format);
+        let mut n_sound = 0;
+        let mut random = 1_u64;
+        for i in 0..600 {
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(99);
+            let mut damaged = bytes.clone();
+            let at = (random >> 33) as usize % bytes.len();
+            match i % 3 {
+                0 => damaged.truncate(at),
+                _ => damaged[at] ^= 1 << (random >> 30 & 7),
+            }
+            let source = source(&damaged);
+            n_sound += usize::from(look_at_all(format.slabs(&source, &ReadOptions::default())));
+        }
+        assert!(n_sound > 50, "{} of {}", n_sound, format.name());
+    }
+}
+
+#[test]
+fn slabs_are_cut_where_pieces_end() {
+    let pieces = [0..3, 3..3, 3..4, 4..9];
+    let cut = |wanted| -> Vec<_> {
+        let found = overlapping(&pieces, Clone::clone, wanted);
+        found.map(|(piece, own)| (piece.start, own)).collect()
+    };
+    assert_eq!(cut(0..9), [(0, 0..3), (3, 0..1), (4, 0..5)]);
+    assert_eq!(cut(2..5), [(0, 2..3), (3, 0..1), (4, 0..1)]);
+    assert_eq!(cut(5..6), [(4, 1..2)]);
+    assert_eq!(cut(3..3), []);
+    assert_eq!(cut(9..12), []);
+}
