@@ -57,11 +57,11 @@ pub(super) fn opened<'a>(
 
 /// Of consecutive pieces with their nodes or cells, those that have some of `wanted`, each with these as counted from its
 /// first.
-pub(super) fn overlapping<'p, P>(
-    pieces: &'p [P],
+pub(super) fn overlapping<P>(
+    pieces: &[P],
     items: impl Fn(&P) -> Range<usize>,
     wanted: Range<usize>,
-) -> impl Iterator<Item = (&'p P, Range<usize>)> {
+) -> impl Iterator<Item = (&P, Range<usize>)> {
     let first = pieces.partition_point(|piece| items(piece).end <= wanted.start);
     let of_pieces = pieces[first..].iter().map_while(move |piece| {
         let own = items(piece);
@@ -73,4 +73,20 @@ pub(super) fn overlapping<'p, P>(
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slabs_are_cut_where_pieces_end() {
+        let pieces = [0..3, 3..3, 3..4, 4..9];
+        let cut = |wanted| -> Vec<_> {
+            let found = overlapping(&pieces, Clone::clone, wanted);
+            found.map(|(piece, own)| (piece.start, own)).collect()
+        };
+        assert_eq!(cut(0..9), [(0, 0..3), (3, 0..1), (4, 0..5)]);
+        assert_eq!(cut(2..5), [(0, 2..3), (3, 0..1), (4, 0..1)]);
+        assert_eq!(cut(5..6), [(4, 1..2)]);
+        assert_eq!(cut(3..3), []);
+        assert_eq!(cut(9..12), []);
+    }
+}

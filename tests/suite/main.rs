@@ -45,6 +45,7 @@ mod resume;
 mod same_bytes;
 mod selection;
 mod shells;
+mod slabs;
 mod sliding;
 mod space;
 mod streams;
