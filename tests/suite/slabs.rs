@@ -258,6 +258,26 @@ fn what_azimesh_writes_is_read_by_slabs() {
     assert!(n_compared > 60, "{n_compared}");
 }
 
+#[test]
+fn threads_read_slabs_at_once() {
+    let mesh = Mesh::read("testdata/hart_ii.vtu").unwrap();
+    for format in FORMATS {
+        let source = source(&file_of(format, &mesh));
+        let slabs = format.slabs(&source, &ReadOptions::default());
+        let slabs = slabs.unwrap().unwrap_or_else(|reason| panic!("{reason}"));
+        std::thread::scope(|scope| {
+            for size in [11, 12, 13, 14] {
+                let slabs = &*slabs;
+                let (points, cells) = (&mesh.points, &mesh.cells);
+                scope.spawn(move || {
+                    let found = joined(slabs, size).unwrap();
+                    assert!(found.0 == *points && found.1 == *cells);
+                });
+            }
+        });
+    }
+}
+
 /// A hexahedron and a pyramid on it, with a tag and a zone.
 fn small() -> Mesh {
     let mut mesh = Mesh {

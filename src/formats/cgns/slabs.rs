@@ -236,13 +236,14 @@ fn mixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
             "a MIXED section does not tell where elements begin (ElementStartOffset)",
         ));
     };
-    let starts = Array::open(node)?;
+    // The reader of the whole file does not look at them.
+    let misfit = || whole("the ElementStartOffset of a section does not fit it");
+    let starts = Array::open(node).map_err(|_| misfit())?;
     let n = section.n_elements;
-    let is_complete =
-        starts.n == n + 1 && starts.number(0)? == 0 && starts.number(n)? == n_entries as u64;
-    match is_complete {
+    let is_at = |at, entry: usize| starts.number(at).is_ok_and(|found| found == entry as u64);
+    match starts.n == n + 1 && is_at(0, 0) && is_at(n, n_entries) {
         true => Ok(Form::Mixed { starts, version }),
-        false => Err(whole("the ElementStartOffset of a section does not fit it")),
+        false => Err(misfit()),
     }
 }
 

@@ -96,7 +96,7 @@ impl<'a> Values<'a> {
         let n_cells = count(piece.n_cells)?;
         count((node + n_nodes) as u64)?;
         count((cell + n_cells) as u64)?;
-        let none = |array: Option<&Array<'a>>| array.map_or(Ok(NO_VALUES), |a| raw(a, layout));
+        let points = piece.points.first();
         let of_cells = |name| match n_cells {
             0 => Ok(NO_VALUES),
             _ => integers(&piece.cells, name, layout),
@@ -104,7 +104,7 @@ impl<'a> Values<'a> {
         let values = Self {
             nodes: node..node + n_nodes,
             cells: cell..cell + n_cells,
-            points: none(piece.points.first())?,
+            points: points.map_or(Ok(NO_VALUES), |array| raw(array, layout))?,
             types: of_cells("types")?,
             offsets: of_cells("offsets")?,
             connectivity: of_cells("connectivity")?,
