@@ -1,6 +1,6 @@
 //! Mesh files of which some nodes and some cells can be read without the rest, so that each of several ranks reads its own.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::Cells;
 use std::ops::Range;
@@ -24,3 +24,69 @@ pub trait Slabs: Send + Sync {
 
 /// A file opened by slabs, or why it has to be read as a whole: in words that complete "read whole by one rank: ...".
 pub type Opened<'a> = std::result::Result<Box<dyn Slabs + 'a>, String>;
+
+/// Why a file is not opened by slabs.
+pub(super) enum Refusal {
+    /// It has to be read as a whole, or reading it as a whole tells what is wrong with it.
+    Whole(String),
+    /// It is damaged.
+    Damaged(Error),
+}
+
+impl From<Error> for Refusal {
+    fn from(error: Error) -> Self {
+        Self::Damaged(error)
+    }
+}
+
+/// Refuses a file that has to be read as a whole.
+pub(super) fn whole(reason: impl Into<String>) -> Refusal {
+    Refusal::Whole(reason.into())
+}
+
+/// What [`Format::slabs`](super::Format::slabs) gives.
+pub(super) fn opened<'a>(
+    found: std::result::Result<impl Slabs + 'a, Refusal>,
+) -> Result<Opened<'a>> {
+    match found {
+        Ok(slabs) => Ok(Ok(Box::new(slabs))),
+        Err(Refusal::Whole(reason)) => Ok(Err(reason)),
+        Err(Refusal::Damaged(error)) => Err(error),
+    }
+}
+
+/// Of consecutive pieces with their nodes or cells, those that have some of `wanted`, each with these as counted from its
+/// first.
+pub(super) fn overlapping<P>(
+    pieces: &[P],
+    items: impl Fn(&P) -> Range<usize>,
+    wanted: Range<usize>,
+) -> impl Iterator<Item = (&P, Range<usize>)> {
+    let first = pieces.partition_point(|piece| items(piece).end <= wanted.start);
+    let of_pieces = pieces[first..].iter().map_while(move |piece| {
+        let own = items(piece);
+        let start = wanted.start.max(own.start) - own.start;
+        let end = wanted.end.min(own.end).saturating_sub(own.start);
+        (own.start < wanted.end).then_some((piece, start..end))
+    });
+    of_pieces.filter(|(_, items)| !items.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slabs_are_cut_where_pieces_end() {
+        let pieces = [0..3, 3..3, 3..4, 4..9];
+        let cut = |wanted| -> Vec<_> {
+            let found = overlapping(&pieces, Clone::clone, wanted);
+            found.map(|(piece, own)| (piece.start, own)).collect()
+        };
+        assert_eq!(cut(0..9), [(0, 0..3), (3, 0..1), (4, 0..5)]);
+        assert_eq!(cut(2..5), [(0, 2..3), (3, 0..1), (4, 0..1)]);
+        assert_eq!(cut(5..6), [(4, 1..2)]);
+        assert_eq!(cut(3..3), []);
+        assert_eq!(cut(9..12), []);
+    }
+}

@@ -3,6 +3,7 @@
 //! ```text
 //! node          names, labels, data, children; stored: the same in HDF5 and in ADF, links followed
 //! read          all zones -> mesh; zone: one zone's sizes and nodes; time: steps of a sequence
+//! slabs         some nodes and cells of unstructured zones
 //! unstructured  sections, polyhedra -> cells; regions, node_set -> groups; exterior: faces the file lacks
 //! structured    index ranges -> cells, faces
 //! families, tags, arrays, solution: names of groups; groups; arrays of all zones
@@ -20,6 +21,7 @@ mod polyhedra;
 mod read;
 mod regions;
 mod sections;
+mod slabs;
 mod solution;
 mod stored;
 mod structured;
@@ -31,6 +33,7 @@ mod zone;
 
 use super::adf::is_adf;
 use super::hdf5::is_hdf5;
+use super::slabs::{Opened, opened};
 use super::{
     CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
@@ -89,6 +92,10 @@ impl Format for Cgns {
 
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source, options, notes)
+    }
+
+    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
+        opened(slabs::open(source, options))
     }
 
     fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {

@@ -13,6 +13,7 @@ use crate::diagnostic::formats::Read;
 use crate::error::{Error, Result};
 use crate::mesh::{BoundedCells, Mesh, Origin, first_where};
 use std::ops::Range;
+use std::rc::Rc;
 
 /// Reads a file at one of its steps.
 pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
@@ -45,14 +46,13 @@ fn read_bases(root: &Node, options: &ReadOptions, notes: &mut Notes) -> Result<M
     let step = Step::choose(root, options.step)?;
     let version = version(root)?;
     let mut found = MeshBuilder::default();
-    let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
-    if bases.is_empty() {
-        return Err(Error::input("this is not a CGNS file: it has no CGNSBase_t").dataset("/"));
-    }
-    let mut zones = Vec::new();
+    let bases = bases(root)?;
+    let mut zones: Vec<(Zone, Rc<Families>)> = Vec::new();
     for base in &bases {
-        let at = (zones.len(), version);
-        zones.extend(zones_of(base, &step, at, &mut found)?);
+        let families = Rc::new(Families::read(base)?);
+        let of_base = zones_of(base, &step, (zones.len(), version))?;
+        zones.extend(of_base.into_iter().map(|zone| (zone, families.clone())));
+        read_others(base, &step, &mut found)?;
     }
     if zones.is_empty() {
         return Err(bases[0].refuse("it has no zone (Zone_t), so there is no mesh"));
@@ -91,21 +91,28 @@ fn give_to_faces(mesh: &mut Mesh) {
     }
 }
 
-fn version(root: &Node) -> Result<f64> {
+/// The bases of a file.
+pub(super) fn bases(root: &Node) -> Result<Vec<&Node>> {
+    let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
+    match bases.is_empty() {
+        true => Err(Error::input("this is not a CGNS file: it has no CGNSBase_t").dataset("/")),
+        false => Ok(bases),
+    }
+}
+
+/// The CGNS version of a file.
+pub(super) fn version(root: &Node) -> Result<f64> {
     let version = root.child("CGNSLibraryVersion")?.map(Node::numbers);
     let version = version.transpose()?;
     Ok(version.and_then(|v| v.first().copied()).unwrap_or(4.0))
 }
 
-type ZoneOfBase<'a> = (Zone<'a>, std::rc::Rc<Families>);
-
 /// The zones of a base that exist at this step.
-fn zones_of<'a>(
+pub(super) fn zones_of<'a>(
     base: &'a Node,
     step: &Step,
     (n_before, version): (usize, f64),
-    found: &mut MeshBuilder,
-) -> Result<Vec<ZoneOfBase<'a>>> {
+) -> Result<Vec<Zone<'a>>> {
     let dimension = match base.integers()?.first() {
         Some(&dimension @ 1..=3) => dimension as u8,
         Some(other) => {
@@ -115,7 +122,6 @@ fn zones_of<'a>(
         }
         None => return Err(base.refuse("it does not give the dimension of its cells")),
     };
-    let families = std::rc::Rc::new(Families::read(base)?);
     let present = step.zones(base)?;
     let is_present = |zone: &&Node| {
         let listed = |names: &Vec<String>| names.iter().any(|name| name == zone.name());
@@ -125,8 +131,13 @@ fn zones_of<'a>(
     for node in base.labelled("Zone_t")?.filter(is_present) {
         let mut zone = Zone::open(node, base.name(), n_before + zones.len(), dimension)?;
         zone.version = version;
-        zones.push((zone, families.clone()));
+        zones.push(zone);
     }
+    Ok(zones)
+}
+
+/// Reads the arrays of a base, and counts what it has that is not read.
+fn read_others(base: &Node, step: &Step, found: &mut MeshBuilder) -> Result<()> {
     const KEPT: [&str; 7] = [
         "Zone_t",
         "Family_t",
@@ -144,7 +155,7 @@ fn zones_of<'a>(
     found
         .field_arrays
         .extend(solution::field_arrays(base, step)?);
-    Ok(zones)
+    Ok(())
 }
 
 fn read_zone(

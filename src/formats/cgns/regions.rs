@@ -54,21 +54,14 @@ pub(super) fn regions<'a>(
         }
     }
     for node in zone.node.labelled("ZoneSubRegion_t")? {
-        let dimension = match node.integers()?[..] {
-            [dimension @ 0..=3] => dimension as u8,
-            _ => return Err(node.refuse("the dimension of a subregion must be 0 to 3")),
-        };
-        regions.extend(region(node, dimension, None, families, found)?);
+        regions.extend(region(node, dimension_of(node)?, None, families, found)?);
     }
     for node in zone.node.labelled("UserDefinedData_t")? {
         if node.name() == super::CELL_ORDER {
             continue;
         }
-        let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
-        if has("FamilyName")? && (has("PointRange")? || has("PointList")?) {
-            let is_of_nodes = node.child_text("GridLocation")?.as_deref() == Some("Vertex");
-            let dimension = if is_of_nodes { 0 } else { 1 };
-            regions.extend(region(node, dimension, None, families, found)?);
+        if is_group(node)? {
+            regions.extend(region(node, own_dimension(node)?, None, families, found)?);
         } else {
             found.leave("UserDefinedData_t", 1);
         }
@@ -84,7 +77,6 @@ fn region<'a>(
     found: &mut MeshBuilder,
 ) -> Result<Option<Region<'a>>> {
     let mut names = Vec::new();
-    let mut points = None;
     let mut full_name = None;
     for child in node.children()? {
         match (child.label(), child.name()) {
@@ -93,12 +85,7 @@ fn region<'a>(
                 condition = condition.or_else(|| families.condition(&family).map(str::to_owned));
                 names.extend(families.names(&family));
             }
-            ("IndexRange_t" | "IndexArray_t", "PointRange" | "PointList") => {
-                points = Some((child, false));
-            }
-            ("IndexRange_t" | "IndexArray_t", "ElementRange" | "ElementList") => {
-                points = Some((child, true));
-            }
+            ("IndexRange_t" | "IndexArray_t", name) if GIVEN_BY.contains(&name) => {}
             ("Descriptor_t", super::FULL_NAME) => full_name = Some(child.own_text()?),
             ("GridLocation_t" | "Ordinal_t", _) | (_, "InwardNormalList") => {}
             (label, _) => found.leave(label, 1),
@@ -108,8 +95,32 @@ fn region<'a>(
         names.push(full_name.unwrap_or_else(|| node.name().to_owned()));
     }
     names.dedup();
-    let Some((points, are_elements)) = points else {
+    let Some((points, place, says_place)) = given(node)? else {
         found.leave_named(&format!("{} without points", noun(node)), node.name());
+        return Ok(None);
+    };
+    Ok(Some(Region {
+        node,
+        names,
+        condition,
+        place,
+        says_place,
+        dimension,
+        numbers: points.integers()?,
+        is_range: points.name().ends_with("Range"),
+    }))
+}
+
+/// Names of the lists of nodes or elements, and then of those of elements only.
+const GIVEN_BY: [&str; 4] = ["PointRange", "PointList", "ElementRange", "ElementList"];
+
+/// What a region is given by: the numbers, what they refer to, and whether the file says so.
+fn given(node: &Node) -> Result<Option<(&Node, GridLocation, bool)>> {
+    let is_list = |child: &&Node| {
+        ["IndexRange_t", "IndexArray_t"].contains(&child.label())
+            && GIVEN_BY.contains(&child.name())
+    };
+    let Some(points) = node.children()?.iter().rfind(is_list) else {
         return Ok(None);
     };
     let said = match node.child("GridLocation")? {
@@ -117,19 +128,55 @@ fn region<'a>(
         None => None,
     };
     let place = match said {
-        _ if are_elements => GridLocation::Elements,
+        _ if points.name().starts_with("Element") => GridLocation::Elements,
         said => said.unwrap_or(GridLocation::Nodes),
     };
-    Ok(Some(Region {
-        node,
-        names,
-        condition,
-        place,
-        says_place: said.is_some(),
-        dimension,
-        numbers: points.integers()?,
-        is_range: points.name().ends_with("Range"),
-    }))
+    Ok(Some((points, place, said.is_some())))
+}
+
+/// Whether a region of a zone may be given by nodes, for which faces are made where the file has none. O(regions).
+pub(super) fn may_be_of_nodes(zone: &Zone) -> Result<bool> {
+    let boundary = zone.cell_dimension - 1;
+    let mut nodes: Vec<&Node> = Vec::new();
+    for conditions in zone.node.labelled("ZoneBC_t")? {
+        nodes.extend(conditions.labelled("BC_t")?);
+    }
+    for node in zone.node.labelled("ZoneSubRegion_t")? {
+        if dimension_of(node)? == boundary {
+            nodes.push(node);
+        }
+    }
+    for node in zone.node.labelled("UserDefinedData_t")? {
+        if is_group(node)? && own_dimension(node)? == boundary {
+            nodes.push(node);
+        }
+    }
+    for node in nodes {
+        if given(node)?.is_some_and(|(_, place, _)| place == GridLocation::Nodes) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// The dimension of a subregion.
+fn dimension_of(subregion: &Node) -> Result<u8> {
+    match subregion.integers()?[..] {
+        [dimension @ 0..=3] => Ok(dimension as u8),
+        _ => Err(subregion.refuse("the dimension of a subregion must be 0 to 3")),
+    }
+}
+
+/// Whether data of users are a group.
+fn is_group(node: &Node) -> Result<bool> {
+    let has = |name| Ok::<_, crate::error::Error>(node.child(name)?.is_some());
+    Ok(has("FamilyName")? && (has("PointRange")? || has("PointList")?))
+}
+
+/// The dimension of a group that is in data of users.
+fn own_dimension(group: &Node) -> Result<u8> {
+    let is_of_nodes = group.child_text("GridLocation")?.as_deref() == Some("Vertex");
+    Ok(if is_of_nodes { 0 } else { 1 })
 }
 
 /// The grid location of a GridLocation_t; `None` where there is none.

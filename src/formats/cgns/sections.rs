@@ -6,15 +6,14 @@ use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
 };
 use super::node::Node;
-use super::stored::Data;
 use super::zone::Zone;
-use crate::error::{Result, counted};
+use crate::error::{Error, Result, counted};
 use crate::mesh::{CellKind, Values};
 use std::fmt::Display;
 use std::ops::Range;
 
 /// Node indices taken from the file at a time: what stays near the processor.
-const BLOCK: u64 = 1 << 18;
+pub(super) const BLOCK: u64 = 1 << 18;
 
 /// A section before its elements are read.
 pub(super) struct Section<'a> {
@@ -150,23 +149,11 @@ impl Section<'_> {
                 .next_multiple_of(element.n_nodes as u64),
             _ => u64::MAX,
         };
-        let order = element.vtk_from_cgns();
-        let rows = data.n_rows();
-        data.check_rows(&(0..rows))
-            .map_err(|e| node.refuse(e.message))?;
-        let mut start = 0;
-        while start < rows {
-            let end = start.saturating_add(step).min(rows);
-            let block = data.rows(start..end).map_err(|e| node.refuse(e.message))?;
-            let mut nodes = node_indices(&block, node, zone)?;
-            drop(block);
-            if let Some(order) = &order {
-                permute(&mut nodes, order);
-            }
-            push(element, &nodes, found);
-            start = end;
-        }
-        Ok(())
+        let rows = 0..data.n_rows();
+        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
+        let read = |rows| data.rows(rows);
+        append_rows(element, (rows, step), &read, &zone.nodes(), found)
+            .map_err(|e| node.refuse(e.message))
     }
 
     /// Polygons with one number of nodes, given by the element type.
@@ -188,79 +175,125 @@ impl Section<'_> {
 
     fn read_mixed(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
-        let mut stream = Entries::open(node)?;
+        let data = node.data()?;
+        let rows = 0..data.n_rows();
+        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
+        let row = data.row().unwrap_or(1) as u64;
+        let step = match data.shape() {
+            [_] => data.whole_chunks(BLOCK),
+            _ => u64::MAX,
+        };
         found.check_room(self.n_elements)?;
-        let mut nodes: Vec<u32> = Vec::new();
-        let mut of: Option<ElementType> = None;
-        for i in 0..self.n_elements {
-            let first = stream.next(1)?.map_or(0, |number| number[0]);
-            let number = current_number(first, zone.version);
-            let polygon = old_polygon(number, zone.version);
-            let element = ElementType::from_number(number).filter(|_| polygon.is_none());
-            if element != of || nodes.len() as u64 > BLOCK {
-                flush(of, &mut nodes, found);
-                of = element;
-            }
-            let n = polygon.or(element.map(|element| element.n_nodes));
-            let left = stream.n_left();
-            let numbers = n.map_or(Ok(None), |n| stream.next(n))?;
-            let Some(numbers) = numbers else {
-                return Err(node.refuse(format!(
-                    "element {} of {} has type {}, which is not known or needs more than the {left} entries that are left",
-                    i + 1,
-                    self.n_elements,
-                    type_name(number),
-                )));
-            };
-            for &number in numbers {
-                nodes.push(node_index(number, node, zone)?);
-            }
-            if polygon.is_some() {
-                found.cells.push(CellKind::Polygon, &nodes);
-                nodes.clear();
-            }
-        }
-        flush(of, &mut nodes, found);
-        Ok(())
+        let read = |rows| data.rows(rows);
+        let mut entries = Entries::new(rows, row, step, &read);
+        let elements = (0..self.n_elements, self.n_elements);
+        append_mixed(elements, &mut entries, zone.version, &zone.nodes(), found)
+            .map_err(|e| node.refuse(e.message))
     }
 }
 
+/// Appends some of `n` elements that name their own type, each before its nodes, in a file of this version.
+pub(super) fn append_mixed(
+    (elements, n_elements): (Range<usize>, usize),
+    entries: &mut Entries,
+    version: f64,
+    of_zone: &Range<usize>,
+    found: &mut MeshBuilder,
+) -> Result<()> {
+    let mut nodes: Vec<u32> = Vec::new();
+    let mut of: Option<ElementType> = None;
+    for i in elements {
+        let first = entries.next(1)?.map_or(0, |number| number[0]);
+        let number = current_number(first, version);
+        let polygon = old_polygon(number, version);
+        let element = ElementType::from_number(number).filter(|_| polygon.is_none());
+        if element != of || nodes.len() as u64 > BLOCK {
+            flush(of, &mut nodes, found);
+            of = element;
+        }
+        let n = polygon.or(element.map(|element| element.n_nodes));
+        let left = entries.n_left();
+        let numbers = n.map_or(Ok(None), |n| entries.next(n))?;
+        let Some(numbers) = numbers else {
+            return Err(Error::input(format!(
+                "element {} of {n_elements} has type {}, which is not known or needs more than the {left} entries that are left",
+                i + 1,
+                type_name(number),
+            )));
+        };
+        for &number in numbers {
+            nodes.push(index_in(of_zone, number).map_err(Error::input)?);
+        }
+        if polygon.is_some() {
+            found.cells.push(CellKind::Polygon, &nodes);
+            nodes.clear();
+        }
+    }
+    flush(of, &mut nodes, found);
+    Ok(())
+}
+
+/// Appends elements of one type, whose nodes are in rows that `read` gives, `step` rows at a time.
+pub(super) fn append_rows(
+    element: ElementType,
+    (rows, step): (Range<u64>, u64),
+    read: &dyn Fn(Range<u64>) -> Result<Values>,
+    of_zone: &Range<usize>,
+    found: &mut MeshBuilder,
+) -> Result<()> {
+    let order = element.vtk_from_cgns();
+    let mut start = rows.start;
+    while start < rows.end {
+        let end = start.saturating_add(step).min(rows.end);
+        let mut nodes = indices_in(of_zone, &read(start..end)?).map_err(Error::input)?;
+        if let Some(order) = &order {
+            permute(&mut nodes, order);
+        }
+        push(element, &nodes, found);
+        start = end;
+    }
+    Ok(())
+}
+
 /// The entries of a dataset, of which a block at a time is in memory.
-struct Entries<'a> {
-    node: &'a Node,
-    data: Data,
+pub(super) struct Entries<'a> {
+    /// Gives rows.
+    read: &'a dyn Fn(Range<u64>) -> Result<Values>,
+    /// Rows that were not read.
     rows: Range<u64>,
+    /// Entries of a row.
+    row: u64,
+    /// Rows of a block.
+    step: u64,
     block: Vec<i64>,
     /// Entries of the block that were given.
     given: usize,
 }
 
 impl<'a> Entries<'a> {
-    fn open(node: &'a Node) -> Result<Self> {
-        let data = node.data()?;
-        let rows = 0..data.n_rows();
-        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
-        Ok(Self {
-            node,
-            data,
+    /// The entries in rows of `row` entries, which `read` gives, `step` rows at a time.
+    pub fn new(
+        rows: Range<u64>,
+        row: u64,
+        step: u64,
+        read: &'a dyn Fn(Range<u64>) -> Result<Values>,
+    ) -> Self {
+        Self {
+            read,
             rows,
+            row,
+            step,
             block: Vec::new(),
             given: 0,
-        })
+        }
     }
 
     /// The next `n` entries; `None` where there are less.
     fn next(&mut self, n: usize) -> Result<Option<&[i64]>> {
         while self.block.len() - self.given < n && !self.rows.is_empty() {
-            let rows = match self.data.shape() {
-                [_] => self.data.whole_chunks(BLOCK),
-                _ => u64::MAX,
-            };
-            let end = self.rows.start.saturating_add(rows).min(self.rows.end);
-            let values = self.data.rows(self.rows.start..end);
-            let values = values.map_err(|e| self.node.refuse(e.message))?;
-            let numbers = values.to_integers();
-            let refused = || self.node.refuse("node numbers must be integers");
+            let end = self.rows.start.saturating_add(self.step).min(self.rows.end);
+            let numbers = (self.read)(self.rows.start..end)?.to_integers();
+            let refused = || Error::input("node numbers must be integers");
             self.block.drain(..self.given);
             self.given = 0;
             self.block.append(&mut numbers.ok_or_else(refused)?);
@@ -275,10 +308,9 @@ impl<'a> Entries<'a> {
     }
 
     /// How many are left.
-    fn n_left(&self) -> u64 {
-        let row = self.data.row().unwrap_or(1) as u64;
+    pub fn n_left(&self) -> u64 {
         let rows = self.rows.end - self.rows.start;
-        (self.block.len() - self.given) as u64 + rows.saturating_mul(row)
+        (self.block.len() - self.given) as u64 + rows.saturating_mul(self.row)
     }
 }
 
@@ -308,29 +340,41 @@ fn push(element: ElementType, nodes: &[u32], found: &mut MeshBuilder) {
 
 /// Node indices of the mesh for the node numbers of a zone.
 pub(super) fn node_indices(values: &Values, node: &Node, zone: &Zone) -> Result<Vec<u32>> {
-    let n = zone.n_nodes.iter().product::<usize>();
-    let first = zone.first_node as u32;
+    indices_in(&zone.nodes(), values).map_err(|message| node.refuse(message))
+}
+
+/// Node indices of the mesh for the node numbers of a zone with these nodes; or why there are none.
+fn indices_in(of_zone: &Range<usize>, values: &Values) -> std::result::Result<Vec<u32>, String> {
     let is_number = |chunk: &Chunk| chunk.element.is_integer() && chunk.element.size() >= 4;
     let numbers = Chunk::of(values).filter(is_number);
-    let numbers =
-        numbers.ok_or_else(|| node.refuse("node numbers must be integers of 4 or 8 bytes"))?;
+    let numbers = numbers.ok_or("node numbers must be integers of 4 or 8 bytes")?;
     let mut indices = vec![0; numbers.len()];
-    let found = numbers.indices(&mut indices, (1, n as u64), first);
-    found.map_err(|(_, number)| outside(number, node, n))?;
+    let n = of_zone.len();
+    let found = numbers.indices(&mut indices, (1, n as u64), of_zone.start as u32);
+    found.map_err(|(_, number)| not_of_zone(number, n))?;
     Ok(indices)
 }
 
 /// The node index of the mesh for one node number of a zone.
 pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
-    let n = zone.n_nodes.iter().product::<usize>();
+    index_in(&zone.nodes(), number).map_err(|message| node.refuse(message))
+}
+
+/// The node index of the mesh for one node number of a zone with these nodes; or why there is none.
+fn index_in(of_zone: &Range<usize>, number: i64) -> std::result::Result<u32, String> {
+    let n = of_zone.len();
     match usize::try_from(number) {
-        Ok(number) if (1..=n).contains(&number) => Ok((number - 1 + zone.first_node) as u32),
-        _ => Err(outside(number, node, n)),
+        Ok(number) if (1..=n).contains(&number) => Ok((number - 1 + of_zone.start) as u32),
+        _ => Err(not_of_zone(number, n)),
     }
 }
 
-pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> crate::error::Error {
-    node.refuse(format!("it has node {number}; the zone has nodes 1 to {n}"))
+pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> Error {
+    node.refuse(not_of_zone(number, n))
+}
+
+fn not_of_zone(number: impl Display, n: usize) -> String {
+    format!("it has node {number}; the zone has nodes 1 to {n}")
 }
 
 /// Whether a section's name only says what its elements are: an element type, or of cells their

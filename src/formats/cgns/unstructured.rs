@@ -87,7 +87,7 @@ fn read_cells(
 
 /// The order in which the sections make up the cells: that of their elements, unless azimesh has written
 /// which cell each begins with. Faces of polyhedra that are no cells may follow as a section.
-fn order(zone: &Zone, sections: &[Section]) -> Result<Vec<usize>> {
+pub(super) fn order(zone: &Zone, sections: &[Section]) -> Result<Vec<usize>> {
     let mut order: Vec<usize> = (0..sections.len()).collect();
     let said = zone.node.child(super::CELL_ORDER)?;
     let Some(first) = said

@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::mesh::Values;
 use crate::mesh::too_many;
 use crate::parallel::{BLOCK, for_blocks};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A zone of the file and what is read of it first.
@@ -102,11 +103,9 @@ impl<'a> Zone<'a> {
 
     /// Appends its nodes at this step to `points`.
     pub fn read_points(&mut self, step: &Step, points: &mut Vec<[f64; 3]>) -> Result<()> {
-        let coordinates = self.coordinates(step)?;
-        let rind = rind(coordinates)?;
+        let (axes, rind) = self.axes(step)?;
         let n = self.total_nodes()?;
         self.first_node = points.len();
-        let axes = axes_of(coordinates, self.cell_dimension)?;
         for (axis, node) in axes.iter().enumerate() {
             let Some(node) = node else { continue };
             let values = self.core(node, &self.n_nodes, &rind)?;
@@ -134,6 +133,19 @@ impl<'a> Zone<'a> {
             return Err(Error::input(too_many("nodes")));
         }
         Ok(())
+    }
+
+    /// The arrays of its coordinates at this step, for x, y and z, and their rind planes.
+    pub fn axes(&self, step: &Step) -> Result<(Axes<'a>, Vec<usize>)> {
+        let coordinates = self.coordinates(step)?;
+        let rind = rind(coordinates)?;
+        Ok((axes_of(coordinates, self.cell_dimension)?, rind))
+    }
+
+    /// Its nodes in the mesh.
+    pub fn nodes(&self) -> Range<usize> {
+        let n = self.n_nodes.iter().product::<usize>();
+        self.first_node..self.first_node + n
     }
 
     fn coordinates(&self, step: &Step) -> Result<&'a Node> {
@@ -198,7 +210,9 @@ pub(super) fn rind(node: &Node) -> Result<Vec<usize>> {
 }
 
 /// The arrays for x, y and z.
-fn axes_of(coordinates: &Node, cell_dimension: u8) -> Result<[Option<&Node>; 3]> {
+type Axes<'a> = [Option<&'a Node>; 3];
+
+fn axes_of(coordinates: &Node, cell_dimension: u8) -> Result<Axes<'_>> {
     let mut axes = [None; 3];
     for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"]
         .iter()
@@ -227,7 +241,7 @@ fn axes_of(coordinates: &Node, cell_dimension: u8) -> Result<[Option<&Node>; 3]>
 }
 
 /// Sets one coordinate of every point; returns whether all are finite, `None` for text.
-fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
+pub(super) fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
     let values = Chunk::of(values)?;
     let all_finite = AtomicBool::new(true);
     for_blocks(points, BLOCK, &|first, points| {

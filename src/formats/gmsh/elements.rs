@@ -10,10 +10,11 @@ use crate::error::{Error, Result};
 use crate::mesh::too_many;
 use crate::mesh::{CellKind, Cells};
 use crate::parallel::map_items;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Elements of one type in one entity.
-struct Block<'a> {
+pub(super) struct Block<'a> {
     of: &'static Type,
     first_cell: usize,
     n_cells: usize,
@@ -39,28 +40,35 @@ pub(super) fn read(
     for block in &blocks {
         block.check_length(nodes)?;
     }
-    let n_entries = blocks.iter().map(|block| block.of.n_nodes * block.n_cells);
-    let mut connectivity = vec![0u32; n_entries.sum()];
-    let mut rest = &mut connectivity[..];
-    let counts_up = AtomicBool::new(true);
-    for block in &blocks {
-        let (out, tail) = rest.split_at_mut(block.of.n_nodes * block.n_cells);
-        block.fill(nodes, out, &counts_up)?;
-        rest = tail;
-    }
-    if !counts_up.into_inner() {
+    let (cells, counts_up) = cells_of(&blocks, nodes)?;
+    if !counts_up {
         for block in &blocks {
             block.numbers(numbers)?;
         }
     }
+    Ok(cells)
+}
+
+/// The cells of blocks, and whether their tags count up from 1.
+pub(super) fn cells_of(blocks: &[Block], nodes: &Index) -> Result<(Cells, bool)> {
+    let n_entries = blocks.iter().map(|block| block.of.n_nodes * block.n_cells);
+    let mut connectivity = vec![0u32; n_entries.sum()];
+    let mut rest = &mut connectivity[..];
+    let counts_up = AtomicBool::new(true);
+    for block in blocks {
+        let (out, tail) = rest.split_at_mut(block.of.n_nodes * block.n_cells);
+        block.fill(nodes, out, &counts_up)?;
+        rest = tail;
+    }
     let kinds = blocks
         .iter()
         .map(|block| (block.of.kind, block.of.n_nodes, block.n_cells));
-    Ok(Cells::from_connectivity(connectivity, kinds))
+    let cells = Cells::from_connectivity(connectivity, kinds);
+    Ok((cells, counts_up.into_inner()))
 }
 
 /// Finds the blocks and checks that the file holds all of them.
-fn read_blocks<'a>(
+pub(super) fn read_blocks<'a>(
     stream: &mut Stream<'a>,
     version: Version,
     tagged: &mut Tagged,
@@ -134,7 +142,27 @@ fn read_block<'a>(
     })
 }
 
-impl Block<'_> {
+impl<'a> Block<'a> {
+    /// Its cells in the mesh.
+    pub fn cells(&self) -> Range<usize> {
+        self.first_cell..self.first_cell + self.n_cells
+    }
+
+    /// Some of the elements of a binary block, counted from its first; `None` in text.
+    pub fn part(&self, elements: Range<usize>) -> Option<Self> {
+        let Body::Binary(binary, start, body) = self.body else {
+            return None;
+        };
+        let each = binary.size_bytes * (1 + self.of.n_nodes);
+        let bytes = each * elements.start..each * elements.end;
+        Some(Self {
+            of: self.of,
+            first_cell: self.first_cell + elements.start,
+            n_cells: elements.len(),
+            body: Body::Binary(binary, start + bytes.start, &body[bytes]),
+        })
+    }
+
     /// Finds the line that is too short in a block of fewer bytes than its nodes need, before there is
     /// memory for all of them.
     fn check_length(&self, nodes: &Index) -> Result<()> {

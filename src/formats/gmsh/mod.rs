@@ -18,11 +18,13 @@ mod lattice;
 mod nodes;
 mod read;
 mod sink;
+mod slabs;
 mod stream;
 mod write22;
 mod write41;
 mod write_data;
 
+use super::slabs::{Opened, opened};
 use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::formats::Out;
@@ -78,6 +80,9 @@ impl Format for Msh {
     }
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
+    }
+    fn slabs<'a>(&self, source: &'a Source, _: &ReadOptions) -> Result<Opened<'a>> {
+        opened(slabs::open(source.bytes()))
     }
     fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
         read::steps(source.bytes())

@@ -6,6 +6,7 @@ use super::stream::{Binary, Stream, Version};
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::parallel::for_blocks;
+use std::ops::Range;
 
 /// Records that one task converts at a time.
 pub(super) const CHUNK: usize = 1 << 16;
@@ -47,25 +48,12 @@ pub(super) fn read(stream: &mut Stream, version: Version, parametric: bool) -> R
 
 /// Nodes of version 4 come in blocks, one for each entity.
 fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
-    let n_blocks = stream.size("the number of node blocks")?;
-    let n_nodes = stream.size("the number of nodes")?;
-    if version == Version::V41 {
-        stream.size("the lowest node tag")?;
-        stream.size("the highest node tag")?;
-    }
+    let (n_blocks, n_nodes) = block_counts(stream, version)?;
     let mut points = Vec::new();
     let mut tags = Vec::new();
     let mut n_parametric = 0;
     for _ in 0..n_blocks {
-        let (dimension, _) = stream.entity(version)?;
-        let parametric = stream.int("whether nodes are parametric")? != 0;
-        let n = stream.size("the number of nodes in a block")?;
-        if !(0..=3).contains(&dimension) {
-            return Err(stream.error(format!(
-                "a block of nodes has dimension {dimension}; it must be 0 to 3"
-            )));
-        }
-        let n_parameters = if parametric { dimension as usize } else { 0 };
+        let (n, n_parameters) = block_head(stream, version)?;
         match (stream.binary, version) {
             (Some(binary), Version::V41) => {
                 let tag_bytes = stream.take(n, binary.size_bytes, "the node tags")?;
@@ -86,13 +74,42 @@ fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
         }
         n_parametric += if n_parameters > 0 { n } else { 0 };
     }
-    if points.len() != n_nodes {
+    check_total(stream, points.len(), n_nodes)?;
+    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
+}
+
+/// Reads how many blocks and nodes there are.
+pub(super) fn block_counts(stream: &mut Stream, version: Version) -> Result<(usize, usize)> {
+    let n_blocks = stream.size("the number of node blocks")?;
+    let n_nodes = stream.size("the number of nodes")?;
+    if version == Version::V41 {
+        stream.size("the lowest node tag")?;
+        stream.size("the highest node tag")?;
+    }
+    Ok((n_blocks, n_nodes))
+}
+
+/// Reads how many nodes a block has, and how many parameters each of them.
+pub(super) fn block_head(stream: &mut Stream, version: Version) -> Result<(usize, usize)> {
+    let (dimension, _) = stream.entity(version)?;
+    let parametric = stream.int("whether nodes are parametric")? != 0;
+    let n = stream.size("the number of nodes in a block")?;
+    if !(0..=3).contains(&dimension) {
         return Err(stream.error(format!(
-            "the blocks hold {} nodes, but $Nodes says {n_nodes}",
-            points.len()
+            "a block of nodes has dimension {dimension}; it must be 0 to 3"
         )));
     }
-    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
+    Ok((n, if parametric { dimension as usize } else { 0 }))
+}
+
+/// Refuses blocks that do not have the nodes that their section says.
+pub(super) fn check_total(stream: &Stream, found: usize, said: usize) -> Result<()> {
+    match found == said {
+        true => Ok(()),
+        false => Err(stream.error(format!(
+            "the blocks hold {found} nodes, but $Nodes says {said}"
+        ))),
+    }
 }
 
 /// Reads a block of tags as text.
@@ -251,27 +268,58 @@ fn read_binary<'a>(
     [before, after]: [usize; 2],
     points: &mut Vec<[f64; 3]>,
 ) -> Result<&'a [u8]> {
-    let start = stream.text.position();
     let each = before + 24 + after;
-    let body = stream.take(n, each, "the nodes")?;
+    let records = Records {
+        binary,
+        start: stream.text.position(),
+        each,
+        before,
+        body: stream.take(n, each, "the nodes")?,
+    };
     let known = points.len();
     points.resize(known + n, [0.0; 3]);
-    for_blocks(&mut points[known..], CHUNK, &|first, points| {
-        let nodes = body[first * each..].chunks_exact(each);
-        for (point, node) in points.iter_mut().zip(nodes) {
-            for (i, x) in point.iter_mut().enumerate() {
-                *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
+    records.points(0..n, &mut points[known..])?;
+    Ok(records.body)
+}
+
+/// Binary nodes of one size.
+pub(super) struct Records<'a> {
+    pub binary: Binary,
+    /// Offset in the file.
+    pub start: usize,
+    /// Bytes of a node.
+    pub each: usize,
+    /// Bytes of a node before its coordinates.
+    pub before: usize,
+    pub body: &'a [u8],
+}
+
+impl Records<'_> {
+    /// The coordinates of some of the nodes, which must be finite.
+    pub fn points(&self, nodes: Range<usize>, points: &mut [[f64; 3]]) -> Result<()> {
+        let &Self {
+            binary,
+            each,
+            before,
+            ..
+        } = self;
+        for_blocks(points, CHUNK, &|first, points| {
+            let records = self.body[(nodes.start + first) * each..].chunks_exact(each);
+            for (point, node) in points.iter_mut().zip(records) {
+                for (i, x) in point.iter_mut().enumerate() {
+                    *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
+                }
             }
+        });
+        let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
+        match points.iter().position(|point| !finite(point)) {
+            None => Ok(()),
+            Some(i) => Err(Error::input(format!(
+                "a node is at {}; coordinates must be finite",
+                point(&points[i])
+            ))
+            .byte((self.start + (nodes.start + i) * each) as u64)),
         }
-    });
-    let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
-    match points[known..].iter().position(|point| !finite(point)) {
-        None => Ok(body),
-        Some(i) => Err(Error::input(format!(
-            "a node is at {}; coordinates must be finite",
-            point(&points[known + i])
-        ))
-        .byte((start + i * each) as u64)),
     }
 }
 

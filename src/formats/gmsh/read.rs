@@ -10,7 +10,7 @@ use super::nodes::Nodes;
 use super::stream::{Binary, Stream, Version};
 use super::{comments, elements, elements2, foreign, nodes};
 use crate::diagnostic::formats::{NotKept, Read};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::{Cells, DataArray, Mesh, Values};
 
 /// The sections that have been read so far.
@@ -37,7 +37,8 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
 fn read_sections(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let mut parts = FileContent::default();
     let stream = sections(bytes, |name, version, stream| {
-        parts.read(name, version, stream, notes)
+        let is_read = parts.read(name, version, stream, notes)?;
+        Ok(if is_read { Passed::Read } else { Passed::Over })
     })?;
     if stream.binary.is_none() {
         notes.fortran(bytes);
@@ -54,19 +55,29 @@ pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
     let mut found = Vec::new();
     sections(bytes, |name, _, stream| {
         let Some(kind) = DataOwner::of(name) else {
-            return Ok(false);
+            return Ok(Passed::Over);
         };
         found.push(Data::read(stream, kind, &mut Notes::default())?);
-        Ok(true)
+        Ok(Passed::Read)
     })?;
     Ok(data::times(&found))
 }
 
-/// Passes every section to `read`, which returns whether it has read it; others are skipped.
-fn sections<'a>(
+/// What was done with a section.
+pub(super) enum Passed {
+    /// It was read.
+    Read,
+    /// It is to be passed over.
+    Over,
+    /// It was read, or not, and no further one is needed.
+    Last,
+}
+
+/// Passes every section to `read`, as far as they are needed.
+pub(super) fn sections<'a, E: From<Error>>(
     bytes: &'a [u8],
-    mut read: impl FnMut(&[u8], Version, &mut Stream<'a>) -> Result<bool>,
-) -> Result<Stream<'a>> {
+    mut read: impl FnMut(&[u8], Version, &mut Stream<'a>) -> std::result::Result<Passed, E>,
+) -> std::result::Result<Stream<'a>, E> {
     let mut stream = Stream::new(bytes);
     let mut version = None;
     while let Some(name) = next_section(&mut stream) {
@@ -79,7 +90,8 @@ fn sections<'a>(
             // Version 1 has no other header.
             (b"NOD" | b"ELM", None) => *version.insert(Version::V1),
             (b"Nodes" | b"Elements" | b"PhysicalNames" | b"Entities", None) => {
-                return Err(stream.error(format!("${} comes before $MeshFormat", show(name))));
+                let message = format!("${} comes before $MeshFormat", show(name));
+                return Err(stream.error(message).into());
             }
             (_, Some(version)) => version,
             (_, None) => {
@@ -88,13 +100,14 @@ fn sections<'a>(
             }
         };
         match read(name, known, &mut stream)? {
-            true => end_section(name, &mut stream)?,
-            false => skip_section(name, &mut stream)?,
+            Passed::Read => end_section(name, &mut stream)?,
+            Passed::Over => skip_section(name, &mut stream)?,
+            Passed::Last => return Ok(stream),
         }
     }
     match version {
         Some(_) => Ok(stream),
-        None => Err(foreign::refusal(bytes)),
+        None => Err(foreign::refusal(bytes).into()),
     }
 }
 

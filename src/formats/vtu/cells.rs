@@ -163,16 +163,18 @@ pub(super) fn indices(
     collect(array, layout, 1, expected, out, &|chunk, out| {
         chunk
             .indices(out, (0, limit), base)
-            .map_err(|(at, value)| {
-                let at = done.get() + at;
-                let highest = limit as i64 - 1;
-                Error::input(format!(
-                    "entry {at} is {value}; it must be from 0 to {highest}"
-                ))
-            })?;
+            .map_err(|(at, value)| not_a_node(done.get() + at, &value, limit))?;
         done.set(done.get() + out.len());
         Ok(())
     })
+}
+
+/// The refusal of an entry that is no index below `limit`.
+pub(super) fn not_a_node(at: usize, value: &str, limit: u64) -> Error {
+    let highest = limit as i64 - 1;
+    Error::input(format!(
+        "entry {at} is {value}; it must be from 0 to {highest}"
+    ))
 }
 
 /// Appends the cells of a piece; gives the last offset.

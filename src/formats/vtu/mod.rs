@@ -7,6 +7,7 @@
 //! xml     elements, and where the values of an array lie; document: which arrays there are
 //! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
 //! read    arrays -> nodes; arrays: values; cells: types, offsets, connectivity; structured: blocks
+//! slabs   some nodes and cells of a file of raw values
 //! write   mesh -> file; encode: one array as text, base64, blocks
 //! file    list of arrays -> XML and values; polydata: surfaces (.vtp)
 //! ```
@@ -21,6 +22,7 @@ mod encode;
 mod file;
 mod polydata;
 pub(super) mod read;
+mod slabs;
 mod stored;
 mod structured;
 mod write;
@@ -30,6 +32,7 @@ pub use polydata::Vtp;
 
 pub(super) use file::{NAMES, escaped, is_xml};
 
+use super::slabs::{Opened, opened};
 use super::{Compression, Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::formats::Out;
@@ -81,6 +84,10 @@ impl Format for Vtu {
 
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
+    }
+
+    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
+        opened(slabs::open(source.bytes(), options))
     }
 
     fn takes_points_apart(&self, options: &WriteOptions) -> bool {

@@ -12,7 +12,7 @@ use crate::formats::{Notes, ReadOptions};
 use crate::mesh::Mesh;
 
 /// XML of this version on has hexahedra of high order in VTK's present order of nodes.
-const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
+pub(super) const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
 
 /// Reads a mesh. Pieces share no nodes; arrays that not all pieces have are left out.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {

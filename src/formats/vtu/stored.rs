@@ -50,6 +50,18 @@ impl<'a> Stored<'a> {
         })
     }
 
+    /// The values where they lie in the file as they are.
+    pub fn plain(&self) -> Option<Chunk<'a>> {
+        match self.data {
+            Data::Plain(bytes) => Some(Chunk {
+                bytes,
+                element: self.element,
+                swap: self.swap,
+            }),
+            _ => None,
+        }
+    }
+
     /// Number of bytes of all values; unknown for text.
     pub fn n_bytes(&self) -> Option<usize> {
         match &self.data {
