@@ -49,10 +49,14 @@ impl Mesh {
         if faces_once {
             owners.check_faces(&cells, dimension)?;
         }
-        let others = owners.others(&nodes_of(&cells));
+        let mut nodes = nodes_of(&cells, 0..cells.len());
+        let others = owners.others(&nodes);
         let needed = needed(&cells, dimension, &others, ranks.n());
         let (numbers, own_cells, mut cells) = with_needed(cells, own, needed, ranks);
-        let nodes = nodes_of(&cells);
+        nodes.extend(nodes_of(&cells, 0..own_cells.start));
+        nodes.extend(nodes_of(&cells, own_cells.end..cells.len()));
+        parallel::sort(&mut nodes);
+        nodes.dedup();
         let numbering = Numbering::new(&nodes);
         cells.renumber_nodes_by(|node| numbering.of(node));
         let (points, is_level) = owners.points(slabs, &nodes)?;
@@ -88,17 +92,38 @@ fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
 }
 
 /// The nodes of some cells, ascending.
-fn nodes_of(cells: &Cells) -> Vec<u32> {
-    let mut nodes = parallel::concat_blocks(cells.len(), SLAB, &|range| {
-        let runs = cells.runs_in(range);
-        let mut nodes: Vec<u32> = runs.flat_map(|run| run.connectivity).copied().collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes
+fn nodes_of(cells: &Cells, range: Range<usize>) -> Vec<u32> {
+    let mut nodes = parallel::concat_blocks(range.len(), SLAB, &|block| {
+        let runs = cells.runs_in(range.start + block.start..range.start + block.end);
+        distinct(runs.flat_map(|run| run.connectivity).copied().collect())
     });
     parallel::sort(&mut nodes);
     nodes.dedup();
     nodes
+}
+
+/// Numbers, each once, ascending.
+fn distinct(mut numbers: Vec<u32>) -> Vec<u32> {
+    let lowest = numbers.iter().copied().min().unwrap_or(0);
+    let highest = numbers.iter().copied().max().unwrap_or(0);
+    let n_words = (highest - lowest) as usize / 64 + 1;
+    if n_words > numbers.len() {
+        numbers.sort_unstable();
+        numbers.dedup();
+        return numbers;
+    }
+    let mut is_here = vec![0u64; n_words];
+    for number in numbers.drain(..) {
+        let at = (number - lowest) as usize;
+        is_here[at / 64] |= 1 << (at % 64);
+    }
+    for (at, mut bits) in (0u32..).zip(is_here) {
+        while bits != 0 {
+            numbers.push(lowest + at * 64 + bits.trailing_zeros());
+            bits &= bits - 1;
+        }
+    }
+    numbers
 }
 
 /// Which rank owns each node: consecutive nodes have one owner.
@@ -336,6 +361,21 @@ impl<'a> Numbering<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_number_comes_once() {
+        for numbers in [
+            vec![],
+            vec![5, 5, 5],
+            vec![70, 3, 64, 3, 63, 128],
+            vec![u32::MAX, 0, 7, 0],
+        ] {
+            let mut wanted = numbers.clone();
+            wanted.sort_unstable();
+            wanted.dedup();
+            assert_eq!(distinct(numbers), wanted);
+        }
+    }
 
     #[test]
     fn numbers_are_found_wherever_they_lie() {
