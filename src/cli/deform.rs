@@ -6,8 +6,8 @@ use crate::deform::{Deformation, Plan};
 use crate::diagnostic::run::RunNote;
 use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use crate::error::{Result, counted, path_in_line};
-use crate::formats;
 use crate::formats::openfoam::set_patch_types;
+use crate::formats::{self, SharedFile};
 use crate::motion::Schedule;
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::progress::Stop;
@@ -89,12 +89,15 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         schedule.output.format_given = true;
     }
     let with_files = args.keep_in_files(context);
+    // Before it is read: ranks see by that whether it is the same file.
+    let file = SharedFile::new(&args.mesh, None, &context.read_options());
     let mut mesh = context.read_any(&args.mesh)?;
     set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
     let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(&stop))
         .ranks(&context.team)
+        .file(file)
         .plan()
         .map_err(|error| error.file(&args.mesh))?;
     let plan = deformation.plan();
@@ -120,6 +123,9 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&deformation, &request)?;
+    if let Some(reason) = deformation.why_cut() {
+        context.tell_why_whole(&args.mesh, &reason);
+    }
     context.tell_of_files();
     report(&args.output, finished, context)
 }

@@ -1,11 +1,10 @@
 //! What a command reads: a mesh, or the meshes of a sequence one after another.
 
-use super::shared::Shared;
 use super::unfinished::unfinished;
 use super::{Context, heap};
 use crate::diagnostic::short;
 use crate::error::{Error, Position, Result};
-use crate::formats::{self, Format, Listed, Loaded, Location, ReadOptions, SharedFile};
+use crate::formats::{self, Format, Listed, Loaded, Location, ReadOptions, Shared, SharedFile};
 use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 

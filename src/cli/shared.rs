@@ -2,12 +2,9 @@
 
 use super::Context;
 use crate::error::Result;
-use crate::formats::{SharedFile, read_parts};
+use crate::formats::{Shared, SharedFile, read_parts};
 use crate::mesh::Mesh;
 use std::path::Path;
-
-/// A file that each rank can read its part of, or why not.
-pub type Shared = std::result::Result<SharedFile, String>;
 
 impl Context {
     /// The part of each rank of the mesh in the file that `of_first` gives on the first rank. Where parts cannot be read alone, that

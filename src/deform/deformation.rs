@@ -13,6 +13,7 @@ use super::step_memory::{Rounding, StepMemory};
 use super::team::{KeptPoints, Team};
 use super::tolerance::{BaseOrigin, check_tolerance};
 use crate::error::{Error, Result, counted};
+use crate::formats::Shared;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
@@ -89,6 +90,7 @@ pub struct DeformationBuilder {
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
     ranks: Ranks,
+    file: Shared,
 }
 
 impl DeformationBuilder {
@@ -121,6 +123,14 @@ impl DeformationBuilder {
         self
     }
 
+    /// Has other ranks read their parts of the mesh from its file, or why they cannot.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn file(mut self, file: Shared) -> Self {
+        self.file = file;
+        self
+    }
+
     /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
     ///
     /// # Errors
@@ -142,8 +152,13 @@ impl DeformationBuilder {
     /// are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
+        let n_nodes = self.mesh.points.len();
         let mut plan = Plan::new(self.mesh, self.schedule)?;
-        plan.team = Team::of(&self.ranks);
+        let file = match plan.mesh.points.len() == n_nodes {
+            true => self.file,
+            false => Err("nodes where a zone turns are doubled".to_owned()),
+        };
+        plan.team = Team::of(&self.ranks, file);
         Ok(Deformation {
             plan: Arc::new(plan),
             measures: OnceLock::new(),
@@ -177,6 +192,7 @@ impl Deformation {
             progress: Arc::new(Silent),
             stop: Arc::default(),
             ranks: Ranks::alone(),
+            file: Err("it is a mesh in memory".to_owned()),
         }
     }
 
@@ -305,6 +321,12 @@ impl Deformation {
     /// Everything that was decided before base points are chosen.
     pub(crate) fn plan(&self) -> &Plan {
         &self.plan
+    }
+
+    /// Why the first rank has cut the mesh into parts for the others, where it has.
+    #[doc(hidden)]
+    pub fn why_cut(&self) -> Option<String> {
+        self.plan.team.as_ref()?.why_cut()
     }
 
     /// Quality measures of the reference mesh, made on first use.

@@ -78,7 +78,7 @@ pub use reserve::Reserve;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
-pub use shared_file::{SharedFile, read_parts};
+pub use shared_file::{Shared, SharedFile, read_parts};
 pub use source::{Source, check_file, check_no_device, release_mapped};
 pub use staged::{
     Commit, clear_left, end_staged, end_staged_soon, folder_of, is_same, register_temporary,

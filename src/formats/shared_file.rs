@@ -23,6 +23,9 @@ pub struct SharedFile {
     stamp: Stamp,
 }
 
+/// A file of which each rank can read its part, or why it has to be read as a whole.
+pub type Shared = std::result::Result<SharedFile, String>;
+
 /// What tells a file from another of the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct Stamp {

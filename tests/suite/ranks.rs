@@ -1,12 +1,13 @@
 //! Parts of a mesh that several ranks hold are judged as the whole mesh is: to the last bit, and cell by cell.
 
 use azimesh::deform::{dismiss, serve};
+use azimesh::formats::SharedFile;
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
 use azimesh::ranks::{Ranks, on_threads};
 use azimesh::run::{Request, run};
 use azimesh::sample::{BladeOptions, CellShape, Naca0012Options, SizeOptions, blade, naca0012};
-use azimesh::{Deformation, Schedule, Step};
+use azimesh::{Deformation, ReadOptions, Schedule, Step};
 use std::path::{Path, PathBuf};
 
 /// Everything that is told of a mesh, judged by the mesh at rest.
@@ -309,8 +310,24 @@ fn written(
         folder: folder.path().join("out"),
         ..Request::default()
     };
-    let deformation = Deformation::builder(mesh.clone(), schedule).ranks(ranks);
-    run(&deformation.plan().expect("they fit"), &request).expect("it runs");
+    let file = folder.path().join("mesh.vtkhdf");
+    mesh.write(&file).expect("it can be written");
+    let shared = SharedFile::new(&file, None, &ReadOptions::default());
+    if ramp == "false" {
+        // Ranks see another file than the first did, and get their parts from it.
+        let mut bytes = std::fs::read(&file).expect("a file");
+        bytes.push(0);
+        std::fs::write(&file, bytes).expect("it can be written");
+    }
+    let deformation = Deformation::builder(mesh.clone(), schedule)
+        .ranks(ranks)
+        .file(shared);
+    let deformation = deformation.plan().expect("they fit");
+    run(&deformation, &request).expect("it runs");
+    assert_eq!(
+        deformation.why_cut().is_some(),
+        ranks.n() > 1 && ramp == "false"
+    );
     let files = std::fs::read_dir(&request.folder).expect("the folder is there");
     let names = files.map(|file| file.expect("it is listed").path());
     let mut names: Vec<_> = names

@@ -26,6 +26,7 @@ mod work;
 use super::fields::{Chosen, MeshState, Narrow};
 use super::layer::Layer;
 use super::step_memory::Rounding;
+use crate::formats::{Shared, SharedFile, read_parts};
 use crate::geometry::boxes::Boxes;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
@@ -47,6 +48,8 @@ pub(crate) use placing::{Maps, Placing};
 /// All ranks, as the first sees them.
 pub(crate) struct Team {
     ranks: Ranks,
+    /// Of which ranks read their parts.
+    file: Shared,
     state: Mutex<State>,
 }
 
@@ -58,6 +61,8 @@ struct State {
     n_fields: usize,
     /// The nodes of the part of each rank.
     nodes: Vec<Vec<u32>>,
+    /// Why ranks have not read their parts themselves.
+    why_cut: Option<String>,
     /// Of these, by their place there, those of which the first rank tells.
     apart: Vec<Vec<u32>>,
     /// The step that the nodes of all parts have moved to by fields.
@@ -91,14 +96,20 @@ pub(crate) struct SharedFields {
 
 impl Team {
     /// The team of the first rank; none where it is alone.
-    pub fn of(ranks: &Ranks) -> Option<Arc<Self>> {
+    pub fn of(ranks: &Ranks, file: Shared) -> Option<Arc<Self>> {
         let has_others = ranks.is_first() && ranks.n() > 1;
         has_others.then(|| {
             Arc::new(Self {
                 ranks: ranks.clone(),
+                file,
                 state: Mutex::default(),
             })
         })
+    }
+
+    /// Why this rank has cut the mesh into parts for the others, where it has.
+    pub fn why_cut(&self) -> Option<String> {
+        self.state().why_cut.clone()
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -156,12 +167,20 @@ impl Team {
         if !state.nodes.is_empty() {
             return;
         }
-        let moving_faces = moving_faces.to_vec();
-        let given = self.order(Order::Share { moving_faces });
-        let Order::Share { moving_faces } = given else {
-            unreachable!("a broadcast gives what it got")
+        let order = Order::Share {
+            file: self.file.as_ref().ok().cloned(),
+            moving_faces: moving_faces.to_vec(),
         };
-        let (part, nodes) = Mesh::shared_of(Some(mesh), &self.ranks);
+        self.order(order);
+        let parts = (self.file.as_ref().map_err(String::clone))
+            .and_then(|file| parts_of_file(file, &self.ranks));
+        let (part, nodes) = match parts {
+            Ok(parts) => parts,
+            Err(reason) => {
+                state.why_cut = Some(reason);
+                Mesh::shared_of(Some(mesh), &self.ranks)
+            }
+        };
         let mut told = Vec::new();
         let of_rank = |rank: usize| Apart::among(&nodes[rank], apart);
         let own = self.ranks.scatter(&mut |rank| {
@@ -173,7 +192,7 @@ impl Team {
         state.apart = told.into_iter().map(|(_, told)| told).collect();
         let work = &mut state.work;
         self.ranks
-            .together(|| work.take_part(part, &moving_faces, own));
+            .together(|| work.take_part(part, moving_faces, own));
         state.nodes = nodes;
         state.moves();
     }
@@ -342,8 +361,9 @@ pub fn serve(ranks: &Ranks) {
                 stays,
             } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
             Order::Forget { id } => work.forget(id),
-            Order::Share { moving_faces } => {
-                let (part, _) = Mesh::shared_of(None, ranks);
+            Order::Share { file, moving_faces } => {
+                let parts = file.and_then(|file| parts_of_file(&file, ranks).ok());
+                let (part, _) = parts.unwrap_or_else(|| Mesh::shared_of(None, ranks));
                 let apart = ranks.scatter(&mut |_| None);
                 work.take_part(part, &moving_faces, apart);
             }
@@ -369,6 +389,19 @@ pub fn serve(ranks: &Ranks) {
             Order::End => return,
         }
     }
+}
+
+/// The part of each rank, which reads it from the file; the first learns the nodes of all.
+///
+/// # Errors
+/// Why it is not read, on all ranks.
+fn parts_of_file(
+    file: &SharedFile,
+    ranks: &Ranks,
+) -> std::result::Result<(Mesh, Vec<Vec<u32>>), String> {
+    let part = ranks.together(|| read_parts(file, ranks))?;
+    let nodes = part.nodes_of_parts().unwrap_or_default();
+    Ok((part, nodes))
 }
 
 /// Evaluates fields at the nodes of a rank, and corrects them with all others; the first has the whole surface.

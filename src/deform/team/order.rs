@@ -5,6 +5,7 @@ use super::placing::Maps;
 use super::sweeps::SweepOrder;
 use crate::deform::fields::Chosen;
 use crate::deform::layer::{Layer, LayerKind};
+use crate::formats::SharedFile;
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::ranks::{Ranks, raw};
@@ -28,8 +29,11 @@ pub(super) enum Order {
     },
     /// Fields are not needed any more.
     Forget { id: usize },
-    /// Take a part of the mesh and of its moving faces.
-    Share { moving_faces: Vec<u32> },
+    /// Take a part of the mesh, from its file or else from the first rank, and the moving faces there.
+    Share {
+        file: Option<SharedFile>,
+        moving_faces: Vec<u32>,
+    },
     /// End the move to a step, with places rounded to 32 bits or not.
     EndMove { maps: Maps, is_rounded: bool },
     /// Take the places of nodes of which the first rank tells.
