@@ -96,7 +96,7 @@ impl Work {
             rows,
             moved: Vec::new(),
         };
-        self.slabs.entry(id).insert_entry(slab).into_mut()
+        self.slabs.entry(id).or_insert(slab)
     }
 
     /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones; where these `stay` only those
