@@ -312,6 +312,23 @@ fn a_file_that_has_changed_is_another() {
     assert!(on_threads(2, |ranks| read_parts(&new, &ranks).is_ok()) == [true; 2]);
 }
 
+#[test]
+fn a_file_that_one_rank_does_not_see_is_read_by_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = read(&testdata("block.vtu"), &ReadOptions::default()).unwrap();
+    let files = ["here.vtkhdf", "gone.vtkhdf"].map(|name| {
+        let path = folder.path().join(name);
+        mesh.view().write(&path).unwrap();
+        SharedFile::new(&path, None, &ReadOptions::default()).unwrap()
+    });
+    std::fs::remove_file(files[1].path()).unwrap();
+    let found = on_threads(3, |ranks| {
+        let file = &files[usize::from(ranks.rank() == 1)];
+        read_parts(file, &ranks).unwrap_err()
+    });
+    assert_eq!(found, ["there is no such file"; 3]);
+}
+
 /// Whether an error is about the values of an array, which ranks do not read.
 fn is_of_array(error: &Error) -> bool {
     const READ: [&str; 4] = ["Points", "Types", "Offsets", "Connectivity"];
