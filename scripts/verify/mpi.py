@@ -156,7 +156,7 @@ def check_large(folder):
 
 
 # Formats that ranks read by slabs: the name's ending, and options of convert.
-BY_SLABS = [("vtkhdf", [])]
+BY_SLABS = [("vtkhdf", []), ("vtu", []), ("cgns", []), ("msh", [])]
 
 
 def check_slabs(folder):

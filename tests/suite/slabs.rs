@@ -10,7 +10,7 @@ use azimesh::{Error, ReadOptions, Result, WriteOptions};
 use std::path::{Path, PathBuf};
 
 /// Formats that are read by slabs, with what a name ends with.
-const FORMATS: &[&str] = &["vtkhdf"];
+const FORMATS: &[&str] = &["vtkhdf", "vtu", "cgns", "msh"];
 
 /// A part without what is not read by slabs.
 fn bare(part: Mesh) -> Mesh {
@@ -218,7 +218,9 @@ fn steps_of_a_sequence() {
     let mut mesh = read(&testdata("wing_on_plane.vtu"), &ReadOptions::default()).unwrap();
     for ending in FORMATS {
         let path = folder.path().join(format!("m.{ending}"));
-        let create = formats::by_name(ending).unwrap().sequence().unwrap();
+        let Some(create) = formats::by_name(ending).unwrap().sequence() else {
+            continue;
+        };
         let options = WriteOptions::default();
         let mut sequence = create(&path, &options, Begin::Create, false).unwrap();
         for step in 0..3 {
