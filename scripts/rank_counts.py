@@ -3,6 +3,7 @@ memory, and the work that takes time. All that follows from the program's code i
 """
 
 import math
+import statistics
 from types import SimpleNamespace
 
 # Nodes within 30 errors of the wall, where the correction reaches: 23 of the sample's 60 layers.
@@ -11,6 +12,11 @@ NEAR_WALL = 0.38
 CHUNK = 1 << 15
 # Bytes that are hashed as one where ranks write, and of the name of a file.
 BLOCK, PATH = 1 << 16, 60
+# Patches of the surface at most, and points of one at least; nodes in their boxes for each that the correction reaches, and
+# surface points near the patches of a rank for each of its own.
+MOST_PATCHES, PATCH, BOXED, BESIDE = 1 << 14, 16, 1.25, 1.15
+# Bytes of the map of a body.
+MAP = 98
 
 
 def counted(run, cores=math.inf):
@@ -32,33 +38,36 @@ def counted(run, cores=math.inf):
     c.written_apart = (c.P > 1) * 24 * c.N * c.K / min(c.P, cores)
     c.L = c.S / 2  # of a layer
     c.parts = [part(c, rank) for rank in range(c.P)]
-    for key in ("rows", "own", "hexes", "near_wall"):
+    # The correction is shared evenly.
+    c.patches = min(MOST_PATCHES, math.ceil(c.S / PATCH)) * c.corrects
+    c.near_wall = sum(of.near_wall for of in c.parts) / (c.P if c.P < cores else cores)
+    for key in ("rows", "own", "hexes"):
         of_ranks = [getattr(of, key) for of in c.parts]
         setattr(c, key, max([*of_ranks, sum(of_ranks) / cores]))
     return c
 
 
-OF_RANK = ("slab", "rows", "nodes", "hexes", "own", "faces", "near", "near_wall", "told", "placed")
+OF_RANK = ("slab", "rows", "nodes", "hexes", "own", "faces", "near_wall", "told", "placed", "unknown", "elsewhere")
 
 
 def part(c, rank):
-    """What a rank has: its slab of nodes, nodes with fields, nodes and cells of its part, its own cells, faces, and
-    points of the surface near its nodes, nodes with fields that are near the wall, and nodes of its slab that it tells
-    the first rank of and that this places."""
+    """What a rank has: its slab of nodes, nodes with fields, nodes and cells of its part, its own cells, faces, nodes with
+    fields that are near the wall, nodes of its slab that it tells the first rank of and that are on the surface, nodes of
+    its slab that are not in its part, and those of its part that other ranks read."""
     if c.P == 1:
-        has = (c.N, c.N, c.N, c.C - c.S, c.C - c.S, c.S, c.S, NEAR_WALL * c.N, c.N, c.N)
+        has = (c.N, c.N, c.N, c.C - c.S, c.C - c.S, c.S, NEAR_WALL * c.N, c.N, c.N, 0, 0)
     else:
         has = cube(c) if c.compact else layers(c, rank)
     return SimpleNamespace(**dict(zip(OF_RANK, has)))
 
 
 def cube(c):
-    """Of a mesh whose numbering keeps neighbours together: a cube of cells with one layer around it. Of the surface it
-    gets its own and as much again to each side."""
-    side = (c.N / c.P) ** (1 / 3)
+    """Of a mesh whose numbering keeps neighbours together: a cube of cells with one layer around it."""
+    slab, of_surface = c.N / c.P, c.S / c.P
+    side = slab ** (1 / 3)
     nodes = (side + 3) ** 3
-    near, of_surface = min(c.S, 9 * c.S / c.P), c.S / c.P
-    return c.N / c.P, nodes, nodes, (side + 2) ** 3, c.N / c.P, of_surface, near, nodes, of_surface, of_surface
+    near = NEAR_WALL * nodes
+    return slab, nodes, nodes, (side + 2) ** 3, slab, of_surface, near, of_surface, of_surface, 0, nodes - slab
 
 
 def layers(c, rank):
@@ -73,6 +82,8 @@ def layers(c, rank):
     nodes, hexes = high - low + wall, min(end + 1, n - 1) - low + wall / 2
     faces = (low < 1 or has_faces) + (high >= n)
     row, end_row = rank * n / c.P, (rank + 1) * n / c.P
+    unknown = n / c.P - (within(row, end_row, low, high) if c.judges else 0)
+    elsewhere = high - low + wall - within(row, end_row, low, high)
     # The wall and the outside; the other ends of first cells.
     placed = within(row, end_row, 0, 1) + within(row, end_row, n - 1, n)
     told = within(row, end_row, 1, 2)
@@ -80,10 +91,9 @@ def layers(c, rank):
         row, end_row = min(row, low), max(end_row, high)
     else:
         nodes = hexes = faces = wall = 0
-    near = 1 + (end_row >= n)
     near_wall = max(0, min(end_row, NEAR_WALL * n) - row) + wall
-    of_rank = (n / c.P, end_row - row + wall, nodes, hexes, (end - start) * c.judges, faces, near, near_wall)
-    return tuple(L * of for of in (*of_rank, told, placed))
+    of_rank = (n / c.P, end_row - row + wall, nodes, hexes, (end - start) * c.judges, faces, near_wall)
+    return tuple(L * of for of in (*of_rank, told, placed, unknown, elsewhere))
 
 
 def within(start, end, low, high):
@@ -111,6 +121,11 @@ class Messages:
         by_first = (self.ranks - 1).bit_length()
         self.send([size] * by_first)
         self.send([size] * (self.ranks - 1 - by_first), before)
+
+    def exchange(self, size):
+        """Between all ranks, so much together."""
+        n = self.ranks * (self.ranks - 1)
+        self.send([size / n] * n)
 
     def fold(self, size):
         """Round all ranks, and down a tree."""
@@ -143,13 +158,14 @@ def interpolant(c, base_points):
 
 
 def task(c):
-    """Bytes of what each rank gets to evaluate fields: the interpolant, and coefficients of the modes at all steps."""
-    return interpolant(c, c.B) + 24 * c.R * c.scheduled
+    """Bytes of what each rank gets to evaluate fields: the interpolant, coefficients of the modes at all steps, and boxes
+    of patches."""
+    return interpolant(c, c.B) + 24 * c.R * c.scheduled + 48 * c.patches
 
 
-def near_surface(c, points):
-    """Bytes of a surface: points, two triangles for each, residuals and fade radii."""
-    return points * (24 + 24 + (8 * c.R + 8) * c.corrects) * c.corrects
+def near_surface(c):
+    """Bytes of the surface near some patches: points, two triangles for each, residuals and fade radii."""
+    return min(c.S, BESIDE * c.S / c.P) * (24 + 24 + 8 * c.R + 8) * c.corrects
 
 
 def messages(c):
@@ -160,21 +176,18 @@ def messages(c):
         return {}
     selection(sent, c)
     if c.judges:
-        sent.order("parts", c.S / 2 * varint(c.C))
-        sent.send([28 * of.nodes + 36 * of.hexes + 20 * of.faces for of in others])
-        sent.send([of.faces * varint(of.nodes) for of in others])
-        sent.fold(2)
+        parts(sent, c, others)
     sent.order("fields", task(c))
-    sent.send([24 * of.rows + 4 * of.nodes + near_surface(c, of.near) for of in others])
+    sent.send([24 * of.unknown for of in others])
+    if c.corrects:
+        corrected(sent, c)
     sent.order("writing", 1)
-    sent.send([(of.told + of.placed) * varint(of.slab) for of in others])
+    sent.send([of.told * varint(of.slab) + 6 * of.placed for of in others])
     for move in range(c.M):
         sent.order("positions", 5)
         sent.send([24 * of.told for of in others])
         is_look = move < c.J
-        if c.judges or not is_look:
-            sent.order("places", 1)
-            sent.send([24 * (of.faces + of.placed) for of in others])
+        sent.order("places", MAP)
         if c.judges:
             judged(sent, is_look)
         if not is_look:
@@ -182,6 +195,41 @@ def messages(c):
     sent.order("fields", 2)
     sent.order("fields", 1)
     return sent.sent
+
+
+def parts(sent, c, others):
+    """Parts that ranks read. Faces meet at the owners of their nodes; each rank asks who else has the nodes that others own,
+    is told who has those, gets cells, and the coordinates of these nodes."""
+    sent.order("parts", c.S / 2 * varint(c.C) + 2 * PATH)
+    for size in (1, 1, 11, 1, 1):
+        sent.all(size)
+    elsewhere = sum(of.elsewhere for of in c.parts)
+    sent.exchange(8 * sum(of.faces for of in others) / 2)
+    sent.all(1)
+    # At each seam both have a layer of nodes, and one of them owns it.
+    seams = elsewhere / 3
+    sent.exchange(4 * seams)
+    sent.exchange(8 * seams)
+    sent.exchange(36 * sum(of.hexes - of.own for of in c.parts))
+    sent.all(1)
+    sent.all(11)
+    sent.exchange(4 * elsewhere)
+    sent.exchange(24 * elsewhere)
+    sent.gather(4 * statistics.mean(of.nodes for of in others))
+    sent.send([6 * of.faces for of in others])
+    sent.fold(2)
+
+
+def corrected(sent, c):
+    """How many nodes are around each patch; their places, and what is added to those that are in reach."""
+    sent.what = "correction"
+    near = sum(of.near_wall for of in c.parts)
+    sent.gather(c.patches * 1.5)
+    sent.send([4 * c.P] * (c.P - 1))
+    abroad = near * (1 - 1 / c.P)
+    sent.exchange(24 * BOXED * abroad)
+    sent.send([near_surface(c)] * (c.P - 1))
+    sent.exchange((4 + 8 * c.R) * abroad)
 
 
 def selection(sent, c):
@@ -243,8 +291,8 @@ def memory(c):
     for rank, of in enumerate(c.parts):
         judge, centres = (9 + 13.5) * of.hexes, 32 * of.hexes
         fields, places = 8 * c.R * of.rows, 24 * of.rows
-        evaluation = 12 * of.rows + (220 * of.near + 8 * c.R * of.near) * c.corrects
         if c.P == 1:
+            evaluation = 12 * of.rows + (220 + 8 * c.R) * c.S * c.corrects
             held, steps = mesh + surface, 48 * c.N + (judge + centres) * c.judges
         else:
             # As much as faces and sizes take stays with the allocator: short arrays that finding them has freed.
@@ -253,7 +301,11 @@ def memory(c):
             held = own * c.judges + places + 4 * of.nodes + (0 if rank else mesh + surface + lists)
             # Positions that are kept; the first rank has room for all nodes twice, of which few are known.
             steps = places + centres + 24 * of.slab + (0 if rank else 48 * 1.5 * c.S)
-            evaluation += near_surface(c, of.near)
+            # Places that others ask for, what is added there, and the same of the own nodes.
+            near = sum(other.near_wall for other in c.parts) / c.P
+            patches = min(c.S, BESIDE * c.S / c.P)
+            corrects = (220 + 8 * c.R) * patches + near_surface(c) + (24 * BOXED + 2 * (4 + 8 * c.R)) * near
+            evaluation = max(12 * of.rows, corrects * c.corrects + 8 * BOXED * of.near_wall)
         found.append((program + held + fields + max(steps, evaluation)) / 1e6)
     return found
 
@@ -270,7 +322,7 @@ def passed_on(c):
 def shared_bytes(c):
     """Bytes of parts and of fields."""
     sent = messages(c)
-    return sum(sent[what][1] for what in ("parts", "fields") if what in sent)
+    return sum(sent[what][1] for what in ("parts", "fields", "correction") if what in sent)
 
 
 def reference(c):
@@ -295,8 +347,8 @@ TERMS = {
     ),
     "node x base point": (ALL, [("modes", lambda c: c.rows * c.B)]),
     "node near the wall": (ALL, [("modes", lambda c: c.near_wall * c.corrects)]),
-    "cell that is cut": (FIRST, [("modes", lambda c: c.C * c.judges * (c.P > 1))]),
-    "byte of parts and fields": (ONE, [("modes", shared_bytes)]),
+    "cell that is read again": (ALL, [("modes", lambda c: c.hexes * c.judges * (c.P > 1))]),
+    "byte of parts, fields and correction": (ONE, [("modes", shared_bytes)]),
     "cell of the reference": (
         ALL,
         [("modes", lambda c: reference(c) * (c.P > 1)), ("rest", lambda c: reference(c) * (c.P == 1))],

@@ -21,7 +21,7 @@ from measure import significant
 from rank_counts import ALL, FIRST, TERMS, counted, memory, messages, passed_on
 from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, at_once, check, kept, measure, threads_of
 
-PURPOSES = ["selection", "parts", "fields", "positions", "places", "quality", "writing"]
+PURPOSES = ["selection", "parts", "fields", "correction", "positions", "places", "quality", "writing"]
 
 
 def medians(runs):

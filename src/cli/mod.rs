@@ -175,6 +175,12 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         true => listen(&cli.command),
         false => ignore(),
     };
+    if let Some(kinds) = ranks.kinds_of_processors() {
+        context.warn(&format!(
+            "ranks run on processors of several kinds ({kinds}), which round sums in different ways: the last digits of \
+             results depend on how many ranks there are, and where"
+        ));
+    }
     let ready = ranks.agree(heard.and_then(|()| context.start_threads()));
     let code = match (ready, is_alike || ranks.is_first()) {
         (Err(error), _) => failed(&error, &context),
