@@ -34,18 +34,21 @@ impl Boxes {
         self.levels[0].is_empty()
     }
 
-    /// The first that holds a point.
-    pub fn first_around(&self, point: &Vector) -> Option<usize> {
-        let mut first = None;
+    /// One that holds a point: the one that held another where that `was`, which is found at once.
+    pub fn one_around(&self, point: &Vector, was: Option<usize>) -> Option<usize> {
         let point = Bounds {
             low: *point,
             high: *point,
         };
-        self.each_below(self.levels.len() - 1, 0, &point, &mut |at| {
-            first = Some(at);
-            false
-        });
-        first
+        let again = was.filter(|&at| self.levels[0][at].meets(&point));
+        again.or_else(|| {
+            let mut first = None;
+            self.each_below(self.levels.len() - 1, 0, &point, &mut |at| {
+                first = Some(at);
+                false
+            });
+            first
+        })
     }
 
     /// Calls `found` with each that meets a box, in their order.
@@ -62,7 +65,7 @@ impl Boxes {
         level: usize,
         start: usize,
         bounds: &Bounds,
-        found: &mut dyn FnMut(usize) -> bool,
+        found: &mut impl FnMut(usize) -> bool,
     ) -> bool {
         let boxes = &self.levels[level];
         let some = start..boxes.len().min(start + FAN);
@@ -97,7 +100,9 @@ mod tests {
                 let t = f64::from(i) * 0.17;
                 let point = [(t * 1.3).sin() * 3.0, t.cos() * 3.0, t];
                 let around = |bounds: &Bounds| bounds.distance_squared(&point) == 0.0;
-                assert_eq!(tree.first_around(&point), some.iter().position(around));
+                assert_eq!(tree.one_around(&point, None), some.iter().position(around));
+                let last = some.iter().rposition(around);
+                assert_eq!(tree.one_around(&point, last), last);
                 let wide = Bounds::around(&[point]).grown(1.0);
                 let meeting = (0..n).filter(|&at| some[at].meets(&wide));
                 let mut found = Vec::new();

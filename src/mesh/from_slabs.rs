@@ -11,6 +11,8 @@ use crate::ranks::{Ranks, raw};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// A mesh of which nodes and cells can be had by ranges.
 pub struct Slabs<'a> {
@@ -91,39 +93,50 @@ fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
     }
 }
 
-/// The nodes of some cells, ascending.
+/// The nodes of some cells, each once, ascending.
 fn nodes_of(cells: &Cells, range: Range<usize>) -> Vec<u32> {
-    let mut nodes = parallel::concat_blocks(range.len(), SLAB, &|block| {
+    let of_block = |block: Range<usize>| {
         let runs = cells.runs_in(range.start + block.start..range.start + block.end);
-        distinct(runs.flat_map(|run| run.connectivity).copied().collect())
+        runs.flat_map(|run| run.connectivity).copied()
+    };
+    let ends = parallel::map_blocks(range.len(), SLAB, &|block| {
+        let ends = [u32::MAX, 0, 0];
+        of_block(block).fold(ends, |[low, high, n], node| {
+            [low.min(node), high.max(node), n + 1]
+        })
     });
-    parallel::sort(&mut nodes);
-    nodes.dedup();
-    nodes
-}
-
-/// Numbers, each once, ascending.
-fn distinct(mut numbers: Vec<u32>) -> Vec<u32> {
-    let lowest = numbers.iter().copied().min().unwrap_or(0);
-    let highest = numbers.iter().copied().max().unwrap_or(0);
-    let n_words = (highest - lowest) as usize / 64 + 1;
-    if n_words > numbers.len() {
-        numbers.sort_unstable();
-        numbers.dedup();
-        return numbers;
+    let low = ends.iter().map(|of| of[0]).min().unwrap_or(0);
+    let high = ends.iter().map(|of| of[1]).max().unwrap_or(0);
+    let n_all: usize = ends.iter().map(|of| of[2] as usize).sum();
+    let n_words = (high.saturating_sub(low) as usize) / 64 + 1;
+    if n_words > n_all {
+        let mut nodes =
+            parallel::concat_blocks(range.len(), SLAB, &|block| of_block(block).collect());
+        parallel::sort(&mut nodes);
+        nodes.dedup();
+        return nodes;
     }
-    let mut is_here = vec![0u64; n_words];
-    for number in numbers.drain(..) {
-        let at = (number - lowest) as usize;
-        is_here[at / 64] |= 1 << (at % 64);
-    }
-    for (at, mut bits) in (0u32..).zip(is_here) {
-        while bits != 0 {
-            numbers.push(lowest + at * 64 + bits.trailing_zeros());
-            bits &= bits - 1;
+    let is_here: Vec<AtomicU64> = (0..n_words).map(|_| AtomicU64::new(0)).collect();
+    parallel::for_each(range.len().div_ceil(SLAB), &|block| {
+        for node in of_block(parallel::block(range.len(), SLAB, block)) {
+            let at = (node - low) as usize;
+            let (word, bit) = (&is_here[at / 64], 1 << (at % 64));
+            if word.load(Relaxed) & bit == 0 {
+                word.fetch_or(bit, Relaxed);
+            }
         }
-    }
-    numbers
+    });
+    parallel::concat_blocks(n_words, SLAB, &|words| {
+        let mut nodes = Vec::new();
+        for at in words {
+            let mut bits = is_here[at].load(Relaxed);
+            while bits != 0 {
+                nodes.push(low + at as u32 * 64 + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
+        }
+        nodes
+    })
 }
 
 /// Which rank owns each node: consecutive nodes have one owner.
@@ -303,8 +316,12 @@ fn with_needed(
         .sum();
     let mut all = Needed::default();
     for from in from_each {
-        all.numbers.extend(from.numbers);
-        all.cells.append(&from.cells);
+        if all.numbers.is_empty() {
+            all = from;
+        } else {
+            all.numbers.extend(from.numbers);
+            all.cells.append(&from.cells);
+        }
     }
     (all.numbers, before..before + own.len(), all.cells)
 }
@@ -360,20 +377,25 @@ impl<'a> Numbering<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::CellKind;
     use super::*;
 
     #[test]
-    fn every_number_comes_once() {
-        for numbers in [
+    fn every_node_comes_once() {
+        for nodes in [
             vec![],
-            vec![5, 5, 5],
-            vec![70, 3, 64, 3, 63, 128],
-            vec![u32::MAX, 0, 7, 0],
+            vec![[5, 5, 5]],
+            vec![[70, 3, 64], [3, 63, 128]],
+            vec![[u32::MAX, 0, 7], [0, 7, 9]],
         ] {
-            let mut wanted = numbers.clone();
+            let mut cells = Cells::new();
+            nodes
+                .iter()
+                .for_each(|nodes| cells.push(CellKind::Triangle, nodes));
+            let mut wanted = nodes.concat();
             wanted.sort_unstable();
             wanted.dedup();
-            assert_eq!(distinct(numbers), wanted);
+            assert_eq!(nodes_of(&cells, 0..cells.len()), wanted);
         }
     }
 

@@ -4,6 +4,7 @@ use super::{Ranks, pack, unpack};
 use bytemuck::Pod;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
 
 impl Ranks {
     /// Gives each rank the numbers that this one has for it, in the order of the ranks; gives those that each has for this one.
@@ -12,8 +13,11 @@ impl Ranks {
     /// # Panics
     /// When there is not one list for each rank.
     pub fn exchange<T: Pod>(&self, to_each: Vec<Vec<T>>) -> Vec<Vec<T>> {
-        let bytes = |numbers: &Vec<T>| bytemuck::cast_slice(numbers).to_vec();
-        self.in_rounds(to_each, &bytes, &bytemuck::pod_collect_to_vec)
+        self.in_rounds(
+            to_each,
+            |numbers| Cow::Borrowed(bytemuck::cast_slice(numbers)),
+            &bytemuck::pod_collect_to_vec,
+        )
     }
 
     /// As [`exchange`](Self::exchange), of any value.
@@ -24,7 +28,7 @@ impl Ranks {
         &self,
         to_each: Vec<T>,
     ) -> Vec<T> {
-        self.in_rounds(to_each, &pack, &|bytes| unpack(bytes))
+        self.in_rounds(to_each, |value| pack(value).into(), &|bytes| unpack(bytes))
     }
 
     /// In round `k` each rank sends to the one `k` after it, and receives from the one `k` before it. A send may wait until it is
@@ -33,7 +37,7 @@ impl Ranks {
     fn in_rounds<T: Default>(
         &self,
         mut to_each: Vec<T>,
-        pack: &dyn Fn(&T) -> Vec<u8>,
+        pack: impl Fn(&T) -> Cow<'_, [u8]>,
         unpack: &dyn Fn(&[u8]) -> T,
     ) -> Vec<T> {
         let (rank, n) = (self.rank(), self.n());
@@ -42,7 +46,8 @@ impl Ranks {
         from_each[rank] = std::mem::take(&mut to_each[rank]);
         for k in 1..n {
             let (to, from) = ((rank + k) % n, (rank + n - k) % n);
-            let bytes = pack(&std::mem::take(&mut to_each[to]));
+            let value = std::mem::take(&mut to_each[to]);
+            let bytes = pack(&value);
             if rank < to {
                 self.send(to, &bytes);
             }

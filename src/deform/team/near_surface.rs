@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// By so much of its size a box is larger than it has to be: round-off leaves out no facet.
 const MARGIN: f64 = 1e-9;
 /// Points of a patch at least, and patches at most.
-const PATCH: usize = 16;
+const PATCH: usize = 64;
 const MOST_PATCHES: usize = 1 << 14;
 /// Facets that are looked at by one task.
 const BLOCK: usize = 1 << 14;
@@ -135,7 +135,7 @@ impl<'a> WholeSurface<'a> {
         boxes
     }
 
-    /// What is near the patches of each rank; of those of rank `i` the first is `starts[i]`, the last comes before
+    /// The facets near the patches of each rank; of those of rank `i` the first is `starts[i]`, the last comes before
     /// `starts[i + 1]`.
     pub fn near_each(&self, boxes: &Boxes, starts: &[u32]) -> Vec<Vec<u32>> {
         let facets = self.state.facets;
@@ -144,9 +144,9 @@ impl<'a> WholeSurface<'a> {
             for facet in range {
                 let first = found.len();
                 boxes.each_meeting(&self.reach_of(facets[facet]), |patch| {
-                    let rank = starts.partition_point(|&start| start as usize <= patch) - 1;
-                    if found[first..].iter().all(|of| of[0] != rank as u32) {
-                        found.push([rank as u32, facet as u32]);
+                    let rank = rank_of(starts, patch as u32) as u32;
+                    if found[first..].iter().all(|of| of[0] != rank) {
+                        found.push([rank, facet as u32]);
                     }
                 });
             }
@@ -174,6 +174,11 @@ impl<'a> WholeSurface<'a> {
             points: parallel::collect(points.len(), |i| self.state.surface[points[i] as usize]),
         }
     }
+}
+
+/// The rank that has a patch; of those of rank `i` the first is `starts[i]`.
+pub(super) fn rank_of(starts: &[u32], patch: u32) -> usize {
+    starts.partition_point(|&start| start <= patch) - 1
 }
 
 impl Reach<'_> {

@@ -7,7 +7,7 @@
 //! every rank       the places of its nodes, to the ranks that take their patches; what these add, back
 //! ```
 
-use super::near_surface::{NearSurface, WholeSurface};
+use super::near_surface::{self, NearSurface, WholeSurface};
 use super::work::Slab;
 use crate::geometry::boxes::Boxes;
 use crate::geometry::vector::Vector;
@@ -15,10 +15,13 @@ use crate::parallel;
 use crate::ranks::Ranks;
 use crate::rbf::correct::Added;
 
+/// Nodes that are looked at by one task.
+const BLOCK: usize = 1 << 14;
+
 /// The nodes of a rank that are near the surface.
 struct Near {
-    /// The patch of each and its row, ascending.
-    rows: Vec<(u32, u32)>,
+    /// The row of each and its patch, by ascending rows.
+    rows: Vec<[u32; 2]>,
 }
 
 /// Corrects the fields of a rank at its nodes; the first has the whole surface. All ranks do it at once.
@@ -34,7 +37,7 @@ pub(super) fn correct(
     );
     let of_rank = near.by_rank(&starts);
     let nodes = &slab.rows.nodes;
-    let places = |rows: &&[(u32, u32)]| rows.iter().map(|of| nodes[of.1 as usize]).collect();
+    let places = |rows: &Vec<u32>| parallel::collect(rows.len(), |i| nodes[rows[i] as usize]);
     let asked = ranks.exchange(of_rank.iter().map(places).collect());
     let mut facets = whole.map(|whole| whole.near_each(&boxes, &starts));
     let surface = ranks.scatter(&mut |rank| {
@@ -45,35 +48,42 @@ pub(super) fn correct(
     let added = ranks.exchange_values(added);
     for (rows, layers) in of_rank.iter().zip(added) {
         for (layer, added) in layers.iter().enumerate() {
-            slab.add(layer, added, |at| rows[at].1);
+            slab.add(layer, added, |at| rows[at]);
         }
     }
 }
 
 impl Near {
     fn find(nodes: &[Vector], boxes: &Boxes) -> Self {
-        let patch = |row: usize| Some((boxes.first_around(&nodes[row])? as u32, row as u32));
-        let mut rows = parallel::filter_map(nodes.len(), patch);
-        parallel::sort(&mut rows);
+        let rows = parallel::concat_blocks(nodes.len(), BLOCK, &|rows| {
+            let (mut found, mut last) = (Vec::new(), None);
+            for row in rows {
+                if let Some(patch) = boxes.one_around(&nodes[row], last) {
+                    found.push([row as u32, patch as u32]);
+                    last = Some(patch);
+                }
+            }
+            found
+        });
         Self { rows }
     }
 
     /// How many there are around each patch.
     fn counts(&self, n_patches: usize) -> Vec<u32> {
         let mut counts = vec![0; n_patches];
-        for (patch, _) in &self.rows {
+        for [_, patch] in &self.rows {
             counts[*patch as usize] += 1;
         }
         counts
     }
 
-    /// Those around the patches of each rank.
-    fn by_rank(&self, starts: &[u32]) -> Vec<&[(u32, u32)]> {
-        let before = |patch: u32| self.rows.partition_point(|of| of.0 < patch);
-        let ranks = starts.windows(2);
-        ranks
-            .map(|of| &self.rows[before(of[0])..before(of[1])])
-            .collect()
+    /// The rows of those around the patches of each rank.
+    fn by_rank(self, starts: &[u32]) -> Vec<Vec<u32>> {
+        let mut each = vec![Vec::new(); starts.len() - 1];
+        for [row, patch] in self.rows {
+            each[near_surface::rank_of(starts, patch)].push(row);
+        }
+        each
     }
 }
 
