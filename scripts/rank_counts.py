@@ -14,7 +14,7 @@ CHUNK = 1 << 15
 BLOCK, PATH = 1 << 16, 60
 # Patches of the surface at most, and points of one at least; nodes in their boxes for each that the correction reaches, and
 # surface points near the patches of a rank for each of its own.
-MOST_PATCHES, PATCH, BOXED, BESIDE = 1 << 14, 64, 1.25, 1.15
+MOST_PATCHES, PATCH, BOXED, BESIDE = 1 << 16, 16, 1.25, 1.15
 # Bytes of the map of a body.
 MAP = 98
 

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 /// By so much of its size a box is larger than it has to be: round-off leaves out no facet.
 const MARGIN: f64 = 1e-9;
 /// Points of a patch at least, and patches at most.
-const PATCH: usize = 64;
-const MOST_PATCHES: usize = 1 << 14;
+const PATCH: usize = 16;
+const MOST_PATCHES: usize = 1 << 16;
 /// Facets that are looked at by one task.
 const BLOCK: usize = 1 << 14;
 
