@@ -40,7 +40,8 @@ def counted(run, cores=math.inf):
     c.parts = [part(c, rank) for rank in range(c.P)]
     # The correction is shared evenly.
     c.patches = min(MOST_PATCHES, math.ceil(c.S / PATCH)) * c.corrects
-    c.near_wall = sum(of.near_wall for of in c.parts) / (c.P if c.P < cores else cores)
+    c.share = min(c.P, cores)
+    c.near_wall = sum(of.near_wall for of in c.parts) / c.share
     for key in ("rows", "own", "hexes"):
         of_ranks = [getattr(of, key) for of in c.parts]
         setattr(c, key, max([*of_ranks, sum(of_ranks) / cores]))
@@ -319,10 +320,10 @@ def passed_on(c):
     return (c.P - 1 - (c.P - 1).bit_length()) * orders
 
 
-def shared_bytes(c):
-    """Bytes of parts and of fields."""
+def exchanged(c):
+    """Bytes of parts and of the correction, of which each rank sends as many."""
     sent = messages(c)
-    return sum(sent[what][1] for what in ("parts", "fields", "correction") if what in sent)
+    return sum(sent[what][1] for what in ("parts", "correction") if what in sent)
 
 
 def reference(c):
@@ -348,7 +349,7 @@ TERMS = {
     "node x base point": (ALL, [("modes", lambda c: c.rows * c.B)]),
     "node near the wall": (ALL, [("modes", lambda c: c.near_wall * c.corrects)]),
     "cell that is read again": (ALL, [("modes", lambda c: c.hexes * c.judges * (c.P > 1))]),
-    "byte of parts, fields and correction": (ONE, [("modes", shared_bytes)]),
+    "byte of parts and correction": (ONE, [("modes", lambda c: exchanged(c) / c.share)]),
     "cell of the reference": (
         ALL,
         [("modes", lambda c: reference(c) * (c.P > 1)), ("rest", lambda c: reference(c) * (c.P == 1))],

@@ -18,7 +18,7 @@ import statistics
 from pathlib import Path
 
 from measure import significant
-from rank_counts import ALL, FIRST, TERMS, counted, memory, messages, passed_on
+from rank_counts import ALL, FIRST, TERMS, counted, exchanged, memory, messages, passed_on
 from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, at_once, check, kept, measure, threads_of
 
 PURPOSES = ["selection", "parts", "fields", "correction", "positions", "places", "quality", "writing"]
@@ -169,8 +169,9 @@ def prospect(like, surface, compact, model, options):
     rates, serial = model
     found, sent = seconds(c, rates, serial), messages(c)
     disk, network = options.disk * 1e9, options.network * 1e9
-    # All else goes to the first rank, or comes from it.
-    found["network"] = (sum(size for _, size in sent.values()) - passed_on(c)) / network
+    # Parts and the correction go from each rank to all; all else goes to the first rank, or comes from it.
+    by_first = sum(size for _, size in sent.values()) - passed_on(c) - exchanged(c)
+    found["network"] = (by_first + 2 * exchanged(c) / c.P) / network
     found["reading"] = max(found["reading"], c.F / disk)
     found["writing"] = (c.F + 24 * nodes * (steps - 1)) / disk
     stepping = max(found["steps"] + found["network"], found["writing"])
