@@ -13,6 +13,7 @@ use crate::parallel;
 use crate::ranks::raw;
 use crate::rbf::correct::{Added, Correction, Fading};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// By so much of its size a box is larger than it has to be: round-off leaves out no facet.
 const MARGIN: f64 = 1e-9;
@@ -121,7 +122,7 @@ impl<'a> WholeSurface<'a> {
         }
         let facets = self.state.facets;
         let blocks = parallel::map_blocks(facets.len(), BLOCK, &|range| {
-            let mut boxes = std::collections::BTreeMap::new();
+            let mut boxes = BTreeMap::new();
             for &facet in &facets[range] {
                 let bounds = boxes.entry(self.patch(facet)).or_insert(Bounds::EMPTY);
                 *bounds = bounds.union(&self.reach_of(facet));
