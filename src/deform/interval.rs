@@ -13,7 +13,7 @@ use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
-use crate::motion::{BodyMap, QualityOutput, Role, Step};
+use crate::motion::{BodyMap, Role, Step};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::rbf::field::BLOCK;
@@ -79,6 +79,8 @@ impl Interval {
         };
         let noise = round_off::check(plan, &selections)?;
         interval.warnings.extend(noise);
+        // Ranks evaluate fields where they judge cells.
+        plan.share();
         if plan.schedule.rbf.substeps == 1 {
             interval.way = interval.at_once(selections, progress)?;
         }
@@ -117,10 +119,6 @@ impl Interval {
         let n_nodes = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
         let correct = plan.schedule.selection.correction;
-        if plan.schedule.output.quality != QualityOutput::None {
-            // Ranks evaluate fields where they judge cells.
-            plan.share();
-        }
         let fields = Fields::new(
             state,
             &plan.layers,

@@ -24,7 +24,7 @@ impl Measures {
             mesh: Arc::clone(&plan.mesh),
             judge: OnceLock::new(),
             walls: WallAngles::default(),
-            team: plan.team.clone(),
+            team: plan.team.clone().filter(|_| plan.judges()),
         };
         match &measures.team {
             Some(_) => plan.share(),

@@ -10,7 +10,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{Mesh, OneLayer};
-use crate::motion::{BodyMap, Motion, Role, Schedule, SelectionMethod, Step};
+use crate::motion::{BodyMap, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
@@ -125,11 +125,17 @@ impl Plan {
         })
     }
 
-    /// Gives each rank its part of the mesh, where there are several.
+    /// Gives each rank its nodes, and where cells are judged its part of the mesh, where there are several.
     pub(super) fn share(&self) {
         if let Some(team) = &self.team {
-            team.share(&self.mesh, &self.moving_faces, &self.placings());
+            let moving_faces = self.judges().then_some(&self.moving_faces[..]);
+            team.share(&self.mesh, moving_faces, &self.placings());
         }
+    }
+
+    /// Whether cells are judged at every step.
+    pub(super) fn judges(&self) -> bool {
+        self.schedule.output.quality != QualityOutput::None
     }
 
     /// The nodes that fields move to a place where they do not stay, ascending: those on the surface, and followers.
@@ -187,7 +193,7 @@ impl Plan {
         known.sort_unstable();
         known.dedup();
         let told = self.told(&known);
-        team.divide(self.mesh.points.len(), &self.placings(), told);
+        team.divide(self.mesh.points.len(), told);
         Some(known)
     }
 

@@ -48,6 +48,7 @@ impl Bounds {
     }
 
     /// Whether both boxes have a point.
+    #[inline]
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
     }

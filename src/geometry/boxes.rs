@@ -51,6 +51,11 @@ impl Boxes {
         })
     }
 
+    /// Whether one meets a box.
+    pub fn any_meets(&self, bounds: &Bounds) -> bool {
+        !self.each_below(self.levels.len() - 1, 0, bounds, &mut |_| false)
+    }
+
     /// Calls `found` with each that meets a box, in their order.
     pub fn each_meeting(&self, bounds: &Bounds, mut found: impl FnMut(usize)) {
         self.each_below(self.levels.len() - 1, 0, bounds, &mut |at| {

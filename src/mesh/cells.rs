@@ -217,6 +217,12 @@ impl Cells {
 
     /// Appends all cells of another list.
     pub fn append(&mut self, other: &Self) {
+        self.append_kinds(other);
+        self.connectivity.extend_from_slice(&other.connectivity);
+    }
+
+    /// Appends all of another list but its connectivity.
+    fn append_kinds(&mut self, other: &Self) {
         let (cell, entry) = (self.len(), self.connectivity.len());
         for run in &other.runs {
             let n_cells = run.n_cells as usize;
@@ -227,7 +233,6 @@ impl Cells {
                 entry + run.first_entry,
             );
         }
-        self.connectivity.extend_from_slice(&other.connectivity);
         let (own, new) = (&mut self.polyhedra, &other.polyhedra);
         let stream = own.stream.len();
         own.cells
@@ -235,6 +240,16 @@ impl Cells {
         own.starts
             .extend(new.starts.iter().map(|start| stream + start));
         own.stream.extend_from_slice(&new.stream);
+    }
+
+    /// Puts all cells of another list, which is small, before these.
+    pub(super) fn prepend(&mut self, other: &Self) {
+        let mut own = std::mem::replace(self, other.clone());
+        let mut connectivity = std::mem::take(&mut own.connectivity);
+        self.append_kinds(&own);
+        connectivity.reserve_exact(other.connectivity.len());
+        connectivity.splice(0..0, other.connectivity.iter().copied());
+        self.connectivity = connectivity;
     }
 
     /// Replaces each node by `new_index[node]`.

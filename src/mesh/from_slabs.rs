@@ -51,20 +51,23 @@ impl Mesh {
         if faces_once {
             owners.check_faces(&cells, dimension)?;
         }
-        let mut nodes = nodes_of(&cells, 0..cells.len());
-        let others = owners.others(&nodes);
+        let others = owners.others(nodes_of(&cells, 0..0));
         let needed = needed(&cells, dimension, &others, ranks.n());
+        drop(others);
         let (numbers, own_cells, mut cells) = with_needed(cells, own, needed, ranks);
-        nodes.extend(nodes_of(&cells, 0..own_cells.start));
-        nodes.extend(nodes_of(&cells, own_cells.end..cells.len()));
-        parallel::sort(&mut nodes);
-        nodes.dedup();
+        let own_nodes = owners.nodes_of(ranks.rank());
+        let nodes = nodes_of(&cells, own_nodes.clone());
         let numbering = Numbering::new(&nodes);
-        cells.renumber_nodes_by(|node| numbering.of(node));
+        let (first, own_places) = (own_nodes.start as u32, part::places_of(&own_nodes, &nodes));
+        cells.renumber_nodes_by(|node| match own_nodes.contains(&(node as usize)) {
+            true => own_places.start as u32 + (node - first),
+            false => numbering.of(node),
+        });
         let (points, is_level) = owners.points(slabs, &nodes)?;
         let part = Part {
             ranks: ranks.clone(),
             is_level,
+            own_nodes: own_places,
             nodes,
             cells: numbers,
             own_cells,
@@ -93,33 +96,41 @@ fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
     }
 }
 
-/// The nodes of some cells, each once, ascending.
-fn nodes_of(cells: &Cells, range: Range<usize>) -> Vec<u32> {
+/// The nodes of cells and those of a range, each once, ascending.
+fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
     let of_block = |block: Range<usize>| {
-        let runs = cells.runs_in(range.start + block.start..range.start + block.end);
+        let runs = cells.runs_in(block);
         runs.flat_map(|run| run.connectivity).copied()
     };
-    let ends = parallel::map_blocks(range.len(), SLAB, &|block| {
+    let ends = parallel::map_blocks(cells.len(), SLAB, &|block| {
         let ends = [u32::MAX, 0, 0];
         of_block(block).fold(ends, |[low, high, n], node| {
             [low.min(node), high.max(node), n + 1]
         })
     });
-    let low = ends.iter().map(|of| of[0]).min().unwrap_or(0);
-    let high = ends.iter().map(|of| of[1]).max().unwrap_or(0);
+    let lowest = (!and.is_empty()).then_some(and.start as u32);
+    let low = ends.iter().map(|of| of[0]).chain(lowest).min();
+    // The bits of the range begin where a word does.
+    let low = low.unwrap_or(0) as usize / 64 * 64;
+    let last = and.end.saturating_sub(1) as u32;
+    let high = ends.iter().map(|of| of[1]).max().unwrap_or(0).max(last) as usize;
     let n_all: usize = ends.iter().map(|of| of[2] as usize).sum();
-    let n_words = (high.saturating_sub(low) as usize) / 64 + 1;
-    if n_words > n_all {
-        let mut nodes =
-            parallel::concat_blocks(range.len(), SLAB, &|block| of_block(block).collect());
+    let n_words = (high - low) / 64 + 1;
+    if n_words > n_all + and.len() {
+        let all = |block: Range<usize>| of_block(block).collect();
+        let mut nodes = parallel::concat_blocks(cells.len(), SLAB, &all);
+        nodes.extend(and.map(|node| node as u32));
         parallel::sort(&mut nodes);
         nodes.dedup();
         return nodes;
     }
     let is_here: Vec<AtomicU64> = (0..n_words).map(|_| AtomicU64::new(0)).collect();
-    parallel::for_each(range.len().div_ceil(SLAB), &|block| {
-        for node in of_block(parallel::block(range.len(), SLAB, block)) {
-            let at = (node - low) as usize;
+    if !and.is_empty() {
+        part::mark_all(&is_here, &(and.start - low..and.end - low));
+    }
+    parallel::for_each(cells.len().div_ceil(SLAB), &|block| {
+        for node in of_block(parallel::block(cells.len(), SLAB, block)) {
+            let at = node as usize - low;
             let (word, bit) = (&is_here[at / 64], 1 << (at % 64));
             if word.load(Relaxed) & bit == 0 {
                 word.fetch_or(bit, Relaxed);
@@ -131,7 +142,7 @@ fn nodes_of(cells: &Cells, range: Range<usize>) -> Vec<u32> {
         for at in words {
             let mut bits = is_here[at].load(Relaxed);
             while bits != 0 {
-                nodes.push(low + at as u32 * 64 + bits.trailing_zeros());
+                nodes.push((low + at * 64) as u32 + bits.trailing_zeros());
                 bits &= bits - 1;
             }
         }
@@ -143,22 +154,15 @@ fn nodes_of(cells: &Cells, range: Range<usize>) -> Vec<u32> {
 struct Owners<'a> {
     ranks: &'a Ranks,
     n_nodes: usize,
-    /// Nodes of one rank.
-    each: usize,
 }
 
 impl<'a> Owners<'a> {
     fn new(n_nodes: usize, ranks: &'a Ranks) -> Self {
-        Self {
-            ranks,
-            n_nodes,
-            each: n_nodes.div_ceil(ranks.n()).max(1),
-        }
+        Self { ranks, n_nodes }
     }
 
     fn nodes_of(&self, rank: usize) -> Range<usize> {
-        let start = |rank: usize| (rank * self.each).min(self.n_nodes);
-        start(rank)..start(rank + 1)
+        part::node_slab(self.n_nodes, rank, self.ranks.n())
     }
 
     /// Nodes, ascending, by their owners.
@@ -172,8 +176,10 @@ impl<'a> Owners<'a> {
     }
 
     /// For some of the nodes of this rank, those where others have cells, each of these; ascending.
-    fn others(&self, nodes: &[u32]) -> Vec<[u32; 2]> {
-        let asked = self.ranks.exchange(self.split(nodes));
+    fn others(&self, nodes: Vec<u32>) -> Vec<[u32; 2]> {
+        let of_owners = self.split(&nodes);
+        drop(nodes);
+        let asked = self.ranks.exchange(of_owners);
         let own = self.nodes_of(self.ranks.rank());
         let mut n_ranks = vec![0u32; own.len()];
         for &node in asked.iter().flatten() {
@@ -196,23 +202,31 @@ impl<'a> Owners<'a> {
         self.ranks.exchange(answers).concat()
     }
 
-    /// The coordinates of some nodes, ascending, and whether all nodes of the mesh have the same z.
+    /// The coordinates of nodes, ascending, the own ones among them, and whether all nodes of the mesh have the same z.
     fn points(&self, slabs: &Slabs, nodes: &[u32]) -> Result<(Vec<[f64; 3]>, bool)> {
         let own = self.nodes_of(self.ranks.rank());
-        let points = self.ranks.agree(own_points(slabs, own.clone()))?;
+        let mut points = self.ranks.agree(own_points(slabs, own.clone()))?;
         let is_level = points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
         let of_ranks = self.ranks.all((points.first().map(|x| x[2]), is_level));
         let heights: Vec<f64> = of_ranks.iter().filter_map(|(z, _)| *z).collect();
         let is_level = of_ranks.iter().all(|(_, is_level)| *is_level)
             && heights.windows(2).all(|pair| pair[0] == pair[1]);
-        let asked = self.ranks.exchange(self.split(nodes));
+        let mut of_others = self.split(nodes);
+        of_others[self.ranks.rank()] = Vec::new();
+        let asked = self.ranks.exchange(of_others);
         let places = |nodes: Vec<u32>| {
             let place = |i: usize| points[nodes[i] as usize - own.start];
             parallel::collect(nodes.len(), place)
         };
         let answers = asked.into_iter().map(places).collect();
-        drop(points);
-        Ok((self.ranks.exchange(answers).concat(), is_level))
+        let answers = self.ranks.exchange(answers);
+        let (below, above) = answers.split_at(self.ranks.rank());
+        // The others, whose memory is small, go around the own ones, which stay where they are.
+        let n_others: usize = answers.iter().map(Vec::len).sum();
+        points.reserve_exact(n_others);
+        points.splice(0..0, below.concat());
+        above.iter().for_each(|above| points.extend(above));
+        Ok((points, is_level))
     }
 
     /// Refuses boundary faces that have the same nodes. They meet at the owner of their lowest node, as numbers that differ where
@@ -224,7 +238,7 @@ impl<'a> Owners<'a> {
             for nodes in run.cells() {
                 let mut nodes = nodes.to_vec();
                 nodes.sort_unstable();
-                let owner = nodes[0] as usize / self.each;
+                let owner = part::rank_of_node(self.n_nodes, nodes[0], self.ranks.n());
                 let start = u64::from(run.kind.vtk());
                 let number = nodes.iter().fold(start, |hash, &node| mixed(hash, node));
                 to_each[owner].push(number);
@@ -305,25 +319,24 @@ fn with_needed(
         numbers: places.iter().map(|at| at + own.start as u32).collect(),
     };
     let parcels = needed.into_iter().map(parcel).collect();
-    let mut from_each = ranks.exchange_values(parcels);
-    from_each[ranks.rank()] = Needed {
-        numbers: (own.start as u32..own.end as u32).collect(),
-        cells,
-    };
-    let before: usize = from_each[..ranks.rank()]
-        .iter()
-        .map(|from| from.numbers.len())
-        .sum();
-    let mut all = Needed::default();
-    for from in from_each {
-        if all.numbers.is_empty() {
-            all = from;
-        } else {
-            all.numbers.extend(from.numbers);
-            all.cells.append(&from.cells);
-        }
+    let of_others = ranks.exchange_values(parcels);
+    let mut numbers: Vec<u32> = (own.start as u32..own.end as u32).collect();
+    let mut all = cells;
+    let (before, after) = of_others.split_at(ranks.rank());
+    let mut below = Needed::default();
+    for from in before {
+        below.numbers.extend(&from.numbers);
+        below.cells.append(&from.cells);
     }
-    (all.numbers, before..before + own.len(), all.cells)
+    // In the memory of the own ones: what grows is moved, and not copied to memory that has to be cleared.
+    all.prepend(&below.cells);
+    numbers.splice(0..0, below.numbers.iter().copied());
+    for from in after {
+        numbers.extend(&from.numbers);
+        all.append(&from.cells);
+    }
+    let first = below.numbers.len();
+    (numbers, first..first + own.len(), all)
 }
 
 /// Finds numbers in an ascending list, in a time that hardly grows with its length where they are spread evenly.
@@ -363,6 +376,9 @@ impl<'a> Numbering<'a> {
             return 0..0;
         };
         let start = self.starts[bits] as usize;
+        if start == end as usize {
+            return 0..0;
+        }
         let few = &self.sorted[start..end as usize];
         let first = few.partition_point(|&other| other < number);
         let n = few[first..].partition_point(|&other| other == number);
@@ -395,7 +411,11 @@ mod tests {
             let mut wanted = nodes.concat();
             wanted.sort_unstable();
             wanted.dedup();
-            assert_eq!(nodes_of(&cells, 0..cells.len()), wanted);
+            assert_eq!(nodes_of(&cells, 0..0), wanted);
+            wanted.extend(64..131);
+            wanted.sort_unstable();
+            wanted.dedup();
+            assert_eq!(nodes_of(&cells, 64..131), wanted);
         }
     }
 

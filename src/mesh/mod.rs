@@ -50,6 +50,7 @@ pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
 pub(crate) use outward::turn_outward;
 pub use part::Part;
+pub(crate) use part::node_slab;
 pub use reorder::Reordering;
 pub use skin::Skin;
 pub use split::SplitCounts;

@@ -5,6 +5,8 @@
 //! message. Nodes and cells of a part are in the order of the whole mesh: what comes first there comes first here, and ties
 //! that go to the lowest index go the same way.
 //!
+//! Each rank also answers for consecutive nodes of the whole mesh. It holds these whether or not a cell of its part has them.
+//!
 //! Groups of a part are there where it was cut from a whole mesh. A part that was read by slabs ([`Mesh::from_slabs`]) has none:
 //! no measure asks for them, but the list of the worst cells names the tags near them.
 
@@ -21,6 +23,8 @@ use std::sync::atomic::{AtomicU32, AtomicU64};
 
 /// Own cells begin at multiples of this: no block over which sums are taken lies with two ranks.
 pub const SLAB: usize = 1 << 15;
+/// Own nodes begin at multiples of this.
+const NODE_SLAB: usize = 256;
 
 /// What a part of a mesh knows of the whole.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -38,12 +42,35 @@ pub struct Part {
     pub cells: Vec<u32>,
     /// The own cells among those here.
     pub own_cells: Range<usize>,
+    /// The own nodes among those here.
+    pub own_nodes: Range<usize>,
 }
 
 impl PartialEq for Part {
     fn eq(&self, other: &Self) -> bool {
-        self.own_cells == other.own_cells && self.nodes == other.nodes && self.cells == other.cells
+        self.own_cells == other.own_cells
+            && self.own_nodes == other.own_nodes
+            && self.nodes == other.nodes
+            && self.cells == other.cells
     }
+}
+
+/// The own nodes of each of `n` ranks, of `n_nodes` in the whole mesh.
+pub(crate) fn node_slab(n_nodes: usize, rank: usize, n: usize) -> Range<usize> {
+    let start = |rank: usize| (rank * n_nodes.div_ceil(NODE_SLAB) / n * NODE_SLAB).min(n_nodes);
+    start(rank)..start(rank + 1)
+}
+
+/// The rank that a node belongs to.
+pub(crate) fn rank_of_node(n_nodes: usize, node: u32, n: usize) -> usize {
+    let n_blocks = n_nodes.div_ceil(NODE_SLAB);
+    ((node as usize / NODE_SLAB + 1) * n - 1) / n_blocks
+}
+
+/// Where consecutive nodes of the whole mesh are among `nodes`, which are ascending and have all of them.
+pub(super) fn places_of(slab: &Range<usize>, nodes: &[u32]) -> Range<usize> {
+    let start = nodes.partition_point(|&node| (node as usize) < slab.start);
+    start..start + slab.len()
 }
 
 /// The own cells of each of `n` ranks.
@@ -114,22 +141,17 @@ impl Mesh {
             false => Ok(None),
         };
         let whole = ranks.agree(of_first)?;
-        Ok(Self::shared_of(whole.as_ref(), ranks).0)
+        Ok(Self::shared_of(whole.as_ref(), ranks))
     }
 
-    /// Gives each rank a part of the mesh that rank 0 has, without its arrays; rank 0 learns the nodes of each part.
-    pub(crate) fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> (Self, Vec<Vec<u32>>) {
-        let mut nodes = vec![Vec::new(); ranks.n()];
+    /// Gives each rank a part of the mesh that rank 0 has, without its arrays.
+    pub(crate) fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> Self {
         let mut cut = whole.map(|whole| Cut::new(whole, ranks.n()));
-        let mut parcel = |rank: usize| {
-            let parcel = cut.as_mut()?.parcel(rank);
-            nodes[rank].clone_from(&parcel.part.nodes);
-            Some(parcel)
-        };
+        let mut parcel = |rank: usize| Some(cut.as_mut()?.parcel(rank));
         let Parcel { mut mesh, mut part } = ranks.scatter(&mut parcel);
         part.ranks = ranks.clone();
         mesh.part = Some(Arc::new(part));
-        (mesh, nodes)
+        mesh
     }
 }
 
@@ -197,7 +219,8 @@ impl<'a> Cut<'a> {
             .chunk_by(|a, b| a + 1 == *b)
             .map(|run| run[0] as usize..run[run.len() - 1] as usize + 1)
             .collect();
-        let nodes = self.number(&runs);
+        let own_nodes = node_slab(mesh.points.len(), rank, self.n_ranks);
+        let nodes = self.number(&runs, &own_nodes);
         let mut cells_here = mesh.cells.select_runs(&runs);
         cells_here.renumber_nodes(&self.numbers);
         let place = |cell: usize| cells.partition_point(|&here| (here as usize) < cell);
@@ -225,15 +248,17 @@ impl<'a> Cut<'a> {
             ranks: Ranks::alone(),
             is_level: self.is_level,
             own_cells: before.len()..before.len() + own.len(),
+            own_nodes: places_of(&own_nodes, &nodes),
             nodes,
             cells,
         };
         Parcel { mesh: here, part }
     }
 
-    /// Numbers the nodes of some cells in their order, and gives them.
-    fn number(&mut self, runs: &[Range<usize>]) -> Vec<u32> {
+    /// Numbers the nodes of some cells and the own ones in their order, and gives them.
+    fn number(&mut self, runs: &[Range<usize>], own: &Range<usize>) -> Vec<u32> {
         let (mesh, is_here) = (self.mesh, &self.is_here);
+        mark_all(is_here, own);
         let blocks = runs.iter().flat_map(|run| {
             let starts = run.clone().step_by(SLAB);
             starts.map(|start| start..run.end.min(start + SLAB))
@@ -264,6 +289,14 @@ impl<'a> Cut<'a> {
             }
         });
         nodes
+    }
+}
+
+/// Sets the bits of a range, which begins at a multiple of 64.
+pub(super) fn mark_all(bits: &[AtomicU64], range: &Range<usize>) {
+    for start in range.clone().step_by(64) {
+        let n = (range.end - start).min(64);
+        bits[start / 64].fetch_or(u64::MAX >> (64 - n), Relaxed);
     }
 }
 

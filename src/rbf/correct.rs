@@ -256,20 +256,6 @@ impl Added {
             }
         }
     }
-
-    /// What is added to the rows up to each of `ends`, by their number from the end before on.
-    pub fn split(&self, ends: &[usize]) -> Vec<Self> {
-        let mut parts = vec![Self::default(); ends.len()];
-        let n_modes = self.added.len() / self.rows.len().max(1);
-        let added = self.added.chunks_exact(n_modes.max(1));
-        for (&row, added) in self.rows.iter().zip(added) {
-            let part = ends.partition_point(|&end| end <= row as usize);
-            let start = part.checked_sub(1).map_or(0, |before| ends[before]);
-            parts[part].rows.push(row - start as u32);
-            parts[part].added.extend(added);
-        }
-        parts
-    }
 }
 
 fn interpolate(foot: &Foot, value: impl Fn(usize) -> f64) -> f64 {

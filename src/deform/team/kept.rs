@@ -1,38 +1,25 @@
 //! Positions that stay with the ranks, which write them: the first rank knows those of few nodes.
 //!
-//! A rank has the slab of nodes that it moves. At a step by fields it tells the first rank where some of them are, and is told where those are that it does not place itself. Once the step is kept, the next may begin while it is written.
+//! A rank has its own nodes. At a step by fields it tells the first rank where some of them are, and is told where those are that it does not place itself. Once the step is kept, the next may begin while it is written.
 
 use super::order::Order;
-use super::placing::{Apart, Placing};
-use super::rows::slab;
-use super::work::Work;
+use super::work::{Work, among};
 use super::{SharedFields, State, Team};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Numbers, PointsApart, check_in_32_bits};
+use crate::mesh::{Numbers, PointsApart, check_in_32_bits, node_slab};
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, PartHasher};
+use crate::ranks::raw::List;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 /// Nodes whose numbers are made and written at a time.
 const NODES: usize = 1 << 14;
-
-/// The slab of a rank.
-#[derive(Debug, Default, Clone, Serialize, Deserialize)]
-pub(super) struct OwnNodes {
-    /// The number of its first node.
-    pub first: usize,
-    /// Those of its nodes that are not where fields move them.
-    pub apart: Apart,
-    /// Of which nodes the first rank is told; ascending, from the first one on.
-    pub told: Vec<u32>,
-}
 
 /// Numbers that ranks are to write.
 #[derive(Debug, Serialize, Deserialize)]
@@ -62,27 +49,12 @@ pub(crate) struct KeptPoints {
 }
 
 impl Team {
-    /// Has each rank keep the nodes of its slab, of `n_nodes` that all deform but for those that are `apart`. The first rank is
-    /// told of some at every step; both are ascending.
-    pub fn divide(&self, n_nodes: usize, apart: &[(u32, Placing)], told: Vec<u32>) {
+    /// Has each rank keep its own nodes, of `n_nodes` that all deform. The first rank is told of some at every step, which are
+    /// ascending.
+    pub fn divide(&self, n_nodes: usize, told: Vec<u32>) {
         let mut state = self.state();
         self.order(Order::Divide);
-        let n_ranks = self.ranks.n();
-        let own = |rank: usize| {
-            let slab = slab(n_nodes, rank, n_ranks);
-            let told = told[within(&told, &slab)].iter();
-            OwnNodes {
-                first: slab.start,
-                apart: Apart::within(&slab, apart),
-                told: told.map(|node| node - slab.start as u32).collect(),
-            }
-        };
-        let is_told = apart.iter().filter(|of| of.1 == Placing::Told);
-        let is_told: Vec<u32> = is_told.map(|of| of.0).collect();
-        state.own_apart = (0..n_ranks)
-            .map(|rank| is_told[within(&is_told, &slab(n_nodes, rank, n_ranks))].to_vec())
-            .collect();
-        state.work.own = self.ranks.scatter(&mut |rank| Some(own(rank)));
+        state.work.wanted = share_wanted(Some((n_nodes, &told)), &self.ranks);
         state.told = told;
     }
 
@@ -91,10 +63,8 @@ impl Team {
         let mut state = self.state();
         self.place_own(&mut state, points);
         self.order(Order::Collect);
-        let n_ranks = self.ranks.n();
-        let mut parts = split(points, n_ranks);
-        let own = state.work.own_points().unwrap_or_default();
-        parts[0].copy_from_slice(own);
+        let mut parts = split(points, self.ranks.n());
+        parts[0].copy_from_slice(state.work.own_places());
         self.ranks.receive_parts(&mut parts);
     }
 
@@ -111,12 +81,28 @@ impl Team {
         }
     }
 
-    /// Tells ranks where the nodes of their slabs are that they do not place, if they were not told of this step.
+    /// Tells ranks where nodes are that they do not place, if they were not told of this step.
     fn place_own(&self, state: &mut State, points: &[Vector]) {
-        if !state.own_is_placed {
-            self.place_apart(state, points);
+        if !state.is_told {
+            self.tell_places(state, points);
         }
     }
+}
+
+/// Which of its own nodes each rank is to tell of: of `n_nodes` some, ascending, which the first rank knows.
+pub(super) fn share_wanted(of_first: Option<(usize, &[u32])>, ranks: &Ranks) -> Vec<u32> {
+    let n_ranks = ranks.n();
+    let List(wanted) = ranks.scatter(&mut |rank| {
+        let (n_nodes, wanted) = of_first?;
+        let slab = node_slab(n_nodes, rank, n_ranks);
+        let wanted = among(wanted, &slab).iter();
+        Some(List(
+            wanted
+                .map(|node| node - slab.start as u32)
+                .collect::<Vec<_>>(),
+        ))
+    });
+    wanted
 }
 
 impl SharedFields {
@@ -131,13 +117,13 @@ impl SharedFields {
         });
         state.moves();
         let n_ranks = team.ranks.n();
-        let slab = |rank| slab(out.len(), rank, n_ranks);
+        let slab = |rank| node_slab(out.len(), rank, n_ranks);
         let State { work, told, .. } = &mut *state;
         let mut places = vec![[0.0; 3]; told.len()];
         let mut rest = &mut places[..];
         let mut parts = Vec::new();
         for rank in 0..n_ranks {
-            let (part, others) = rest.split_at_mut(within(told, &slab(rank)).len());
+            let (part, others) = rest.split_at_mut(among(told, &slab(rank)).len());
             parts.push(part);
             rest = others;
         }
@@ -200,24 +186,23 @@ impl PointsApart for KeptPoints {
 }
 
 impl Work {
-    /// Where the nodes of the slab are, if they stay here.
-    pub fn own_points(&mut self) -> Option<&mut [Vector]> {
-        let slab = self.slabs.get_mut(&self.stays_with?)?;
-        Some(&mut slab.moved[slab.rows.own.clone()])
+    /// Where the own nodes are.
+    pub fn own_places(&self) -> &[Vector] {
+        &self.nodes.places[self.own()]
     }
 
     /// Keeps positions until they are written.
     pub fn keep(&mut self) {
         let mut kept = std::mem::take(&mut self.kept.points);
         kept.clear();
-        kept.extend_from_slice(self.own_points().unwrap_or_default());
+        kept.extend_from_slice(self.own_places());
         self.kept.points = kept;
     }
 
-    /// Writes the numbers of the slab.
+    /// Writes numbers of the own nodes.
     pub fn write(&mut self, task: &WriteTask, ranks: &Ranks) -> Result<HashedBytes> {
         let size = task.numbers.size();
-        let (start, n) = (self.own.first * size, self.kept.points.len() * size);
+        let (start, n) = (self.first_own() * size, self.kept.points.len() * size);
         let mut hasher = PartHasher::new(task.hash_from + start as u64, n as u64);
         let failed = |error: io::Error| of_rank(ranks, &error);
         let mut file = match &task.to {
@@ -227,7 +212,7 @@ impl Work {
         let mut bytes = Vec::new();
         for (i, nodes) in self.kept.points.chunks(NODES).enumerate() {
             if task.numbers.is_single {
-                check_in_32_bits(nodes, self.own.first + i * NODES)?;
+                check_in_32_bits(nodes, self.first_own() + i * NODES)?;
             }
             bytes.clear();
             task.numbers.append(nodes, &mut bytes);
@@ -272,19 +257,13 @@ fn of_rank(ranks: &Ranks, error: &io::Error) -> Error {
     Error::system(format!("rank {}: {why}", ranks.rank()))
 }
 
-/// Which of ascending nodes are in a slab.
-fn within(nodes: &[u32], slab: &Range<usize>) -> Range<usize> {
-    let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
-    before(slab.start)..before(slab.end)
-}
-
-/// Positions of all nodes, by slabs.
+/// Positions of all nodes, by the ranks that they belong to.
 pub(super) fn split(points: &mut [Vector], n_ranks: usize) -> Vec<&mut [Vector]> {
     let n = points.len();
     let mut rest = points;
     let mut parts = Vec::new();
     for rank in 0..n_ranks {
-        let (part, others) = rest.split_at_mut(slab(n, rank, n_ranks).len());
+        let (part, others) = rest.split_at_mut(node_slab(n, rank, n_ranks).len());
         parts.push(part);
         rest = others;
     }

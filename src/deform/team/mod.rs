@@ -3,9 +3,9 @@
 //!
 //! ```text
 //! selection   a slab of the surface, swept by each rank; the first picks among the worst points
-//! fields      a slab of the nodes that deform, and the nodes of the part; their values never leave the rank
+//! fields      the nodes of a part of the mesh, the own ones of the rank among them; their values never leave the rank
 //! correction  the nodes around some of the surface, as many with each rank
-//! positions   each rank moves its nodes, the first gathers the slabs
+//! positions   each rank moves its nodes, and writes its own; the first gathers them where it has to know them
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
 //!             slides, on a beam, by a repair) it tells the ranks that have it
 //! quality     a part of the cells with those around it, where the rank itself has moved the nodes
@@ -16,9 +16,9 @@
 
 mod kept;
 mod near_surface;
+mod nodes;
 mod order;
 mod placing;
-mod rows;
 mod shared_correction;
 mod sweeps;
 mod work;
@@ -29,18 +29,20 @@ use super::step_memory::Rounding;
 use crate::formats::{Shared, SharedFile, read_parts};
 use crate::geometry::boxes::Boxes;
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, node_slab};
 use crate::parallel;
 use crate::progress::{Progress, Silent};
 use crate::quality::Summary;
 use crate::quality::faces::FaceSummary;
 use crate::ranks::Ranks;
+use crate::ranks::raw::List;
 use near_surface::WholeSurface;
-use order::{Changed, LayerTask, Order, Task};
-use placing::Apart;
-use rows::Rows;
+use nodes::Nodes;
+use order::{Changed, LayerTask, Order, Rows, Task};
+use placing::{Apart, Numbered};
+use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use work::{BlockHash, Work, hash, hashes};
+use work::{BlockHash, Work, among, hash, hashes};
 
 pub(crate) use kept::KeptPoints;
 pub(crate) use placing::{Maps, Placing};
@@ -59,22 +61,64 @@ struct State {
     work: Work,
     /// How many fields there have been.
     n_fields: usize,
-    /// The nodes of the part of each rank.
-    nodes: Vec<Vec<u32>>,
+    /// The nodes of each rank, once they have any.
+    nodes: Vec<NodesOfRank>,
     /// Why ranks have not read their parts themselves.
     why_cut: Option<String>,
-    /// Of these, by their place there, those of which the first rank tells.
+    /// The nodes of each rank of which the first tells, by their numbers in the whole mesh.
     apart: Vec<Vec<u32>>,
+    /// Whether ranks know where these are at the step that they have moved to.
+    is_told: bool,
     /// The step that the nodes of all parts have moved to by fields.
     moved_to: Option<usize>,
     /// The places that the parts have.
     placed: Option<Placed>,
-    /// The nodes of which this rank is told where slabs stay with theirs.
+    /// The nodes of which this rank is told where others stay with theirs.
     told: Vec<u32>,
-    /// The nodes of each slab of which the first rank tells, where slabs may stay with their ranks.
-    own_apart: Vec<Vec<u32>>,
-    /// Whether ranks know where these are at the step that they have moved to.
-    own_is_placed: bool,
+}
+
+/// Numbers of the nodes of a rank in the whole mesh.
+enum NodesOfRank {
+    /// Its own alone.
+    Own(Range<usize>),
+    /// Those of its part: the first rank asks for them when it has to know them.
+    OfPart,
+    /// These, ascending.
+    All(Vec<u32>),
+}
+
+impl NodesOfRank {
+    fn collect<T: Copy + Default + Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        match self {
+            Self::Own(own) => parallel::collect(own.len(), |i| of(own.start + i)),
+            Self::OfPart => Vec::new(),
+            Self::All(nodes) => parallel::collect(nodes.len(), |i| of(nodes[i] as usize)),
+        }
+    }
+
+    /// At which nodes the rank evaluates fields.
+    fn rows(&self, at: MeshState<'_>) -> Rows {
+        let from = || self.collect(|node| at.nodes[node]);
+        Rows {
+            from: (!at.is_reference).then(from).map(List),
+            deforming: at.deforming.map(|nodes| List(self.among(nodes))),
+        }
+    }
+
+    /// Which of ascending nodes the rank has, by their places there.
+    fn among(&self, nodes: &[u32]) -> Vec<u32> {
+        match self {
+            Self::Own(own) => {
+                let here = among(nodes, own).iter();
+                here.map(|node| node - own.start as u32).collect()
+            }
+            Self::OfPart => Vec::new(),
+            Self::All(all) => {
+                let is_here = |at: &u32| nodes.binary_search(&all[*at as usize]).is_ok();
+                (0..all.len() as u32).filter(is_here).collect()
+            }
+        }
+    }
 }
 
 /// Which places parts have.
@@ -133,17 +177,23 @@ impl Team {
         let id = state.n_fields;
         state.n_fields += 1;
         let whole = WholeSurface::new(at, layers, chosen, correct);
-        let n_rows = at.deforming.map_or(at.nodes.len(), <[u32]>::len);
+        let is_at_rest = at.is_reference && at.deforming.is_none();
+        if !is_at_rest {
+            self.ask_for_nodes(&mut state);
+        }
         let task = Box::new(Task {
             layers: layers.iter().zip(chosen).map(LayerTask::of).collect(),
-            n_rows,
             boxes: whole.boxes(),
         });
         let Order::Evaluate { task, .. } = self.order(Order::Evaluate { id, task }) else {
             unreachable!("a broadcast gives what it got")
         };
-        let rows = rows::give(Some((at, &state.nodes)), n_rows, &state.work, &self.ranks);
-        let elsewhere = n_rows.saturating_sub(rows.nodes.len());
+        let rows = self.ranks.scatter(&mut |rank| {
+            Some(match is_at_rest {
+                true => Rows::default(),
+                false => state.nodes[rank].rows(at),
+            })
+        });
         evaluate(
             (id, *task, rows),
             &mut state.work,
@@ -151,6 +201,11 @@ impl Team {
             &self.ranks,
             progress,
         );
+        let own = node_slab(at.nodes.len(), 0, self.ranks.n());
+        let elsewhere = match at.deforming {
+            Some(nodes) => nodes.len() - among(nodes, &own).len(),
+            None => at.nodes.len() - own.len(),
+        };
         progress.advance((elsewhere * layers.len()) as u64);
         let fields = SharedFields {
             team: Arc::clone(self),
@@ -160,41 +215,79 @@ impl Team {
         (fields, whole.narrow)
     }
 
-    /// Gives each rank a part of the mesh to judge, once; `moving_faces` are ascending, and so are nodes that are `apart`: not
-    /// where fields move them.
-    pub fn share(&self, mesh: &Mesh, moving_faces: &[u32], apart: &[(u32, Placing)]) {
+    /// Gives each rank its nodes, once; where cells are judged, which `moving_faces` says, with a part of the mesh. Those are ascending, and so
+    /// are nodes that are `apart`: not where fields move them.
+    pub fn share(&self, mesh: &Mesh, moving_faces: Option<&[u32]>, apart: &[(u32, Placing)]) {
         let mut state = self.state();
         if !state.nodes.is_empty() {
             return;
         }
-        let order = Order::Share {
-            file: self.file.as_ref().ok().cloned(),
-            moving_faces: moving_faces.to_vec(),
-        };
-        self.order(order);
-        let parts = (self.file.as_ref().map_err(String::clone))
-            .and_then(|file| parts_of_file(file, &self.ranks));
-        let (part, nodes) = match parts {
-            Ok(parts) => parts,
-            Err(reason) => {
-                state.why_cut = Some(reason);
-                Mesh::shared_of(Some(mesh), &self.ranks)
+        let (n_nodes, n_ranks) = (mesh.points.len(), self.ranks.n());
+        match moving_faces {
+            Some(faces) => {
+                self.share_parts(&mut state, mesh, faces, apart);
+                state.nodes = (0..n_ranks).map(|_| NodesOfRank::OfPart).collect();
             }
-        };
-        let mut told = Vec::new();
-        let of_rank = |rank: usize| Apart::among(&nodes[rank], apart);
-        let own = self.ranks.scatter(&mut |rank| {
-            let apart = of_rank(rank);
-            told.push((rank, apart.told.clone()));
-            Some(apart)
-        });
-        told.sort_unstable();
-        state.apart = told.into_iter().map(|(_, told)| told).collect();
-        let work = &mut state.work;
-        self.ranks
-            .together(|| work.take_part(part, moving_faces, own));
-        state.nodes = nodes;
+            None => {
+                self.order(Order::TakeNodes { n_nodes });
+                let slab = |rank| node_slab(n_nodes, rank, n_ranks);
+                let rest = self
+                    .ranks
+                    .scatter(&mut |rank| Some(List(mesh.points[slab(rank)].to_vec())));
+                state.work.nodes = nodes_alone((n_nodes, rest), Some(apart), &self.ranks);
+                state.nodes = (0..n_ranks)
+                    .map(|rank| NodesOfRank::Own(slab(rank)))
+                    .collect();
+            }
+        }
+        let told = self.ranks.gather(state.work.told()).unwrap_or_default();
+        state.apart = told.into_iter().map(|List(nodes)| nodes).collect();
         state.moves();
+    }
+
+    fn share_parts(
+        &self,
+        state: &mut State,
+        mesh: &Mesh,
+        moving_faces: &[u32],
+        apart: &[(u32, Placing)],
+    ) {
+        let n_nodes = mesh.points.len();
+        self.order(Order::Share {
+            file: self.file.as_ref().ok().cloned(),
+            n_nodes,
+            moving_faces: moving_faces.to_vec(),
+        });
+        let part = (self.file.as_ref().map_err(String::clone))
+            .and_then(|file| part_of_file(file, &self.ranks));
+        let part = part.unwrap_or_else(|reason| {
+            state.why_cut = Some(reason);
+            Mesh::shared_of(Some(mesh), &self.ranks)
+        });
+        take_part(
+            &mut state.work,
+            part,
+            moving_faces,
+            (n_nodes, Some(apart)),
+            &self.ranks,
+        );
+    }
+
+    /// Learns the nodes of all parts.
+    fn ask_for_nodes(&self, state: &mut State) {
+        if !state
+            .nodes
+            .iter()
+            .any(|of| matches!(of, NodesOfRank::OfPart))
+        {
+            return;
+        }
+        self.order(Order::Numbers);
+        let all = self.ranks.gather(state.work.numbers()).unwrap_or_default();
+        state.nodes = all
+            .into_iter()
+            .map(|List(nodes)| NodesOfRank::All(nodes))
+            .collect();
     }
 
     /// Ends the move to a step on all ranks as it is ended here, with places rounded as they are here.
@@ -216,24 +309,21 @@ impl Team {
     pub fn cells(&self, points: &[Vector], by_fields: Option<usize>) -> Summary {
         let state = self.placed(points, by_fields);
         self.order(Order::Cells);
-        let part = state.work.part();
-        self.ranks.together(|| part.cells())
+        self.ranks.together(|| state.work.cells())
     }
 
     /// The quality of the faces.
     pub fn faces(&self, points: &[Vector], by_fields: Option<usize>) -> FaceSummary {
         let state = self.placed(points, by_fields);
         self.order(Order::Faces);
-        let part = state.work.part();
-        self.ranks.together(|| part.faces())
+        self.ranks.together(|| state.work.faces())
     }
 
     /// The largest change of the angle between a moving wall and its first cell, in degrees.
     pub fn normal_change(&self, points: &[Vector], by_fields: Option<usize>) -> Option<f64> {
         let state = self.placed(points, by_fields);
         self.order(Order::Walls);
-        let part = state.work.part();
-        self.ranks.together(|| part.normal_change())
+        self.ranks.together(|| state.work.normal_change())
     }
 
     /// The state, once all parts have their nodes at `points`.
@@ -244,10 +334,10 @@ impl Team {
         if state.placed == Some(wanted) {
             return state;
         }
-        self.place_apart(&mut state, points);
+        self.tell_places(&mut state, points);
         // Once they are told of others, ranks are not where fields move them any more.
         state.moved_to = step;
-        let is_whole = state.work.stays_with.is_none();
+        let is_whole = !state.work.stays;
         if step.is_none() || (cfg!(debug_assertions) && is_whole) {
             let n_changed = self.place_rest(&mut state, points);
             debug_assert!(
@@ -260,52 +350,38 @@ impl Team {
     }
 
     /// Tells each rank where nodes are that it does not place itself.
-    fn place_apart(&self, state: &mut State, points: &[Vector]) {
-        state.own_is_placed = true;
-        let mut told = state.apart.iter().chain(&state.own_apart);
-        if told.all(Vec::is_empty) {
+    fn tell_places(&self, state: &mut State, points: &[Vector]) {
+        state.is_told = true;
+        if state.apart.iter().all(Vec::is_empty) {
             return;
         }
         self.order(Order::PlaceApart);
-        let State {
-            work,
-            nodes,
-            apart,
-            own_apart,
-            ..
-        } = state;
-        let own_apart = match work.stays_with {
-            Some(_) => &own_apart[..],
-            None => &[],
+        let State { work, apart, .. } = state;
+        let apart = &*apart;
+        let place = |rank: usize, places: &mut [Vector]| {
+            for (&node, x) in apart[rank].iter().zip(places) {
+                *x = points[node as usize];
+            }
         };
-        let (apart, nodes) = (&*apart, &*nodes);
-        let of_rank = |rank: usize| {
-            let part = apart.get(rank).into_iter().flatten();
-            let part = part.map(move |&at| nodes[rank][at as usize]);
-            let own = own_apart.get(rank).into_iter().flatten();
-            part.chain(own.copied())
-        };
-        let place_apart = |rank: usize, places: &mut [Vector]| {
-            let nodes = of_rank(rank).zip(places);
-            nodes.for_each(|(node, x)| *x = points[node as usize]);
-        };
-        let lengths: Vec<usize> = (0..self.ranks.n())
-            .map(|rank| of_rank(rank).count())
-            .collect();
+        let lengths: Vec<usize> = apart.iter().map(Vec::len).collect();
         let mut own = vec![[0.0; 3]; lengths[0]];
-        self.ranks.scatter_into(&place_apart, &mut own, &lengths);
-        work.take_apart(&own);
+        self.ranks.scatter_into(&place, &mut own, &lengths);
+        work.take_told(&own);
     }
 
     /// Tells each rank where nodes are that it has elsewhere. Gives how many blocks of them other ranks had.
     fn place_rest(&self, state: &mut State, points: &[Vector]) -> usize {
+        self.ask_for_nodes(state);
         self.order(Order::PlaceRest);
         let State { work, nodes, .. } = state;
-        let place = |rank: usize, at: usize| points[nodes[rank][at] as usize];
+        let places = |rank: usize| nodes[rank].collect(|node| points[node]);
         let wanted = |rank: usize| match rank {
             // The first rank takes its own from where they are.
             0 => Vec::new(),
-            rank => hashes(nodes[rank].len(), |at| place(rank, at)),
+            rank => {
+                let places = places(rank);
+                hashes(places.len(), |at| places[at])
+            }
         };
         let wanted: Vec<_> = (0..nodes.len()).map(wanted).collect();
         let mut found = wanted.clone();
@@ -314,15 +390,11 @@ impl Team {
         let mut n_changed = 0;
         self.ranks.scatter(&mut |rank| {
             let hashes = wanted[rank].iter().zip(&found[rank]);
-            let place = |at: usize| place(rank, at);
-            let changed = Changed::between(hashes, nodes[rank].len(), place);
+            let changed = Changed::between(hashes, &places(rank));
             n_changed += changed.blocks.len();
             Some(changed)
         });
-        let own = &nodes[0];
-        parallel::update(&mut work.part_mut().points, |at, x| {
-            *x = points[own[at] as usize];
-        });
+        work.nodes.places = places(0);
         n_changed
     }
 }
@@ -331,7 +403,7 @@ impl State {
     /// Nodes of parts move: they are nowhere known until they are placed.
     fn moves(&mut self) {
         (self.moved_to, self.placed) = (None, None);
-        self.own_is_placed = false;
+        self.is_told = false;
     }
 }
 
@@ -351,7 +423,7 @@ pub fn serve(ranks: &Ranks) {
         match Order::give(None, ranks) {
             Order::Select(order) => sweeps::serve(&mut surface, &order, ranks),
             Order::Evaluate { id, task } => {
-                let rows = rows::give(None, task.n_rows, &work, ranks);
+                let rows = ranks.scatter(&mut |_| None);
                 evaluate((id, *task, rows), &mut work, None, ranks, &Silent);
             }
             Order::Move {
@@ -361,50 +433,84 @@ pub fn serve(ranks: &Ranks) {
                 stays,
             } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
             Order::Forget { id } => work.forget(id),
-            Order::Share { file, moving_faces } => {
-                let parts = file.and_then(|file| parts_of_file(&file, ranks).ok());
-                let (part, _) = parts.unwrap_or_else(|| Mesh::shared_of(None, ranks));
-                let apart = ranks.scatter(&mut |_| None);
-                work.take_part(part, &moving_faces, apart);
+            Order::Share {
+                file,
+                n_nodes,
+                moving_faces,
+            } => {
+                let part = file.and_then(|file| part_of_file(&file, ranks).ok());
+                let part = part.unwrap_or_else(|| Mesh::shared_of(None, ranks));
+                take_part(&mut work, part, &moving_faces, (n_nodes, None), ranks);
+                ranks.gather(work.told());
             }
+            Order::TakeNodes { n_nodes } => {
+                let rest = ranks.scatter(&mut |_| None);
+                work.nodes = nodes_alone((n_nodes, rest), None, ranks);
+                ranks.gather(work.told());
+            }
+            Order::Numbers => drop(ranks.gather(work.numbers())),
             Order::EndMove { maps, is_rounded } => work.end_move(&maps, is_rounded),
             Order::PlaceApart => {
-                let mut places = vec![[0.0; 3]; work.n_told()];
+                let mut places = vec![[0.0; 3]; work.nodes.apart.told.len()];
                 ranks.scatter_into(&nothing, &mut places, &[]);
-                work.take_apart(&places);
+                work.take_told(&places);
             }
             Order::PlaceRest => {
-                let part = work.part_mut();
-                ranks.send_part(&part.hashes());
-                part.correct(ranks.scatter(&mut |_| None));
+                ranks.send_part(&work.hashes());
+                work.correct(ranks.scatter(&mut |_| None));
             }
-            Order::Divide => work.own = ranks.scatter(&mut |_| None),
-            Order::Collect => ranks.send_part(work.own_points().unwrap_or_default()),
+            Order::Divide => work.wanted = kept::share_wanted(None, ranks),
+            Order::Collect => ranks.send_part(work.own_places()),
             Order::Keep => work.keep(),
             Order::Write(task) => drop(ranks.gather(work.write(&task, ranks))),
             Order::Settle => drop(ranks.agree(work.settle(ranks))),
-            Order::Cells => drop(work.part().cells()),
-            Order::Faces => drop(work.part().faces()),
-            Order::Walls => drop(work.part().normal_change()),
+            Order::Cells => drop(work.cells()),
+            Order::Faces => drop(work.faces()),
+            Order::Walls => drop(work.normal_change()),
             Order::End => return,
         }
     }
 }
 
-/// The part of each rank, which reads it from the file; the first learns the nodes of all.
+/// The part of each rank, which reads it from the file.
 ///
 /// # Errors
 /// Why it is not read, on all ranks.
-fn parts_of_file(
-    file: &SharedFile,
-    ranks: &Ranks,
-) -> std::result::Result<(Mesh, Vec<Vec<u32>>), String> {
-    let part = ranks.together(|| read_parts(file, ranks))?;
-    let nodes = part.nodes_of_parts().unwrap_or_default();
-    Ok((part, nodes))
+fn part_of_file(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh, String> {
+    ranks.together(|| read_parts(file, ranks))
 }
 
-/// Evaluates fields at the nodes of a rank, and corrects them with all others; the first has the whole surface.
+/// Takes a part of a mesh of so many nodes, of which the first rank knows which are apart.
+fn take_part(
+    work: &mut Work,
+    part: Mesh,
+    moving_faces: &[u32],
+    (n_nodes, apart): (usize, Option<&[(u32, Placing)]>),
+    ranks: &Ranks,
+) {
+    let numbers = part.part.as_ref().map(|part| &part.nodes[..]);
+    let numbered = Numbered {
+        n_nodes,
+        all: numbers,
+    };
+    let nodes = Nodes::of_part(n_nodes, Apart::share(apart, &numbered, ranks));
+    ranks.together(|| work.take_part(part, moving_faces, nodes));
+}
+
+/// The own nodes of a rank alone.
+fn nodes_alone(
+    (n_nodes, List(rest)): (usize, List<Vector>),
+    apart: Option<&[(u32, Placing)]>,
+    ranks: &Ranks,
+) -> Nodes {
+    let numbered = Numbered { n_nodes, all: None };
+    let first = node_slab(n_nodes, ranks.rank(), ranks.n()).start;
+    let apart = Apart::share(apart, &numbered, ranks);
+    Nodes::alone((first, n_nodes), rest, apart)
+}
+
+/// Evaluates fields at the own nodes of a rank, corrects them with all others, and gets them at the other nodes of its part from the
+/// ranks that these belong to. The first has the whole surface.
 fn evaluate(
     (id, task, rows): (usize, Task, Rows),
     work: &mut Work,
@@ -412,11 +518,14 @@ fn evaluate(
     ranks: &Ranks,
     progress: &dyn Progress,
 ) {
-    let slab = ranks.together(|| work.evaluate(id, task.layers, rows, progress));
+    ranks.together(|| work.evaluate(id, task.layers, rows, progress));
     if !task.boxes.is_empty() {
         ranks.is_for("correction");
-        shared_correction::correct(slab, Boxes::new(task.boxes), whole, ranks);
+        let boxes = Boxes::new(task.boxes);
+        shared_correction::correct(work.own_fields(id), boxes, whole, ranks);
     }
+    ranks.is_for("fields");
+    work.get_others(id, ranks);
 }
 
 impl SharedFields {
@@ -430,28 +539,33 @@ impl SharedFields {
             from_zero,
             stays: false,
         });
+        if !from_zero {
+            state.moves();
+        }
         let ranks = &team.ranks;
-        let n_ranks = ranks.n();
-        let mut gather = |rows: &mut [Vector]| {
-            let mut parts = kept::split(rows, n_ranks);
-            if !from_zero {
-                state.moves();
-            }
+        let mut take = |parts: &mut Vec<&mut [Vector]>| {
             let own = &mut parts[0];
-            let work = &mut state.work;
             let take = |moved: &[Vector]| own.copy_from_slice(moved);
+            let work = &mut state.work;
             ranks.together(|| work.move_to((id, step, from_zero), false, take));
-            ranks.receive_parts(&mut parts);
+            ranks.receive_parts(parts);
         };
         let Some(deforming) = &self.nodes else {
-            return gather(out);
+            return take(&mut kept::split(out, ranks.n()));
         };
         match nodes {
             Some(nodes) => out.copy_from_slice(nodes),
             None => out.fill([0.0; 3]),
         }
         let mut moved = vec![[0.0; 3]; deforming.len()];
-        gather(&mut moved);
+        let (mut rest, mut parts) = (&mut moved[..], Vec::new());
+        for rank in 0..ranks.n() {
+            let n = among(deforming, &node_slab(out.len(), rank, ranks.n())).len();
+            let (part, others) = rest.split_at_mut(n);
+            parts.push(part);
+            rest = others;
+        }
+        take(&mut parts);
         for (&node, place) in deforming.iter().zip(moved) {
             out[node as usize] = place;
         }

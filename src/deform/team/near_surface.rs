@@ -201,20 +201,31 @@ impl Reach<'_> {
 }
 
 impl NearSurface {
-    /// What the correction of each layer adds at `points`.
-    pub fn added_at(&self, points: &[Vector]) -> Vec<Added> {
-        let of_layer = |near: &NearLayer| {
-            if near.largest_fade_radius == 0.0 || self.facets.is_empty() {
-                return Added::default();
+    /// What the correction of each layer adds at each list of points.
+    pub fn added_at(&self, lists: &[Vec<Vector>]) -> Vec<Vec<Added>> {
+        let mut added: Vec<Vec<Added>> = lists.iter().map(|_| Vec::new()).collect();
+        for near in &self.layers {
+            let correction = self.correction(near);
+            for (points, added) in lists.iter().zip(&mut added) {
+                let of_layer = correction.as_ref().map(|correction| correction.at(points));
+                added.push(of_layer.unwrap_or_default());
             }
-            let fading = Fading::of_some(
-                &self.points,
-                &self.facets,
-                near.fade_radius.clone(),
-                near.largest_fade_radius,
-            );
-            Correction::fading(fading, &near.residuals, near.n_modes).at(points)
-        };
-        self.layers.iter().map(of_layer).collect()
+        }
+        added
+    }
+
+    /// The correction of a layer; none where it adds nothing.
+    fn correction<'a>(&'a self, near: &'a NearLayer) -> Option<Correction<'a>> {
+        if near.largest_fade_radius == 0.0 || self.facets.is_empty() {
+            return None;
+        }
+        let fading = Fading::of_some(
+            &self.points,
+            &self.facets,
+            near.fade_radius.clone(),
+            near.largest_fade_radius,
+        );
+        let correction = Correction::fading(fading, &near.residuals, near.n_modes);
+        Some(correction)
     }
 }

@@ -8,7 +8,8 @@ use crate::deform::layer::{Layer, LayerKind};
 use crate::formats::SharedFile;
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
-use crate::ranks::{Ranks, raw};
+use crate::ranks::Ranks;
+use crate::ranks::raw::{self, List};
 use crate::rbf::interpolant::Interpolant;
 use serde::{Deserialize, Serialize};
 
@@ -17,14 +18,14 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Order {
     /// Choose base points: sweep over a slab of the surface.
     Select(SweepOrder),
-    /// Evaluate fields at the nodes of a slab and of the part.
+    /// Evaluate fields at all nodes.
     Evaluate { id: usize, task: Box<Task> },
-    /// Move these nodes to a step, and tell where those of the slab are; with `from_zero` by how much they move.
+    /// Move the nodes to a step, and tell where the own ones are that deform; with `from_zero` by how much they move.
     Move {
         id: usize,
         step: usize,
         from_zero: bool,
-        /// Whether the nodes of the slab stay with the rank, which tells of some.
+        /// Whether the own nodes stay with the rank, which tells of some.
         stays: bool,
     },
     /// Fields are not needed any more.
@@ -32,19 +33,24 @@ pub(super) enum Order {
     /// Take a part of the mesh, from its file or else from the first rank, and the moving faces there.
     Share {
         file: Option<SharedFile>,
+        n_nodes: usize,
         moving_faces: Vec<u32>,
     },
+    /// Take the own nodes, without a part of the mesh.
+    TakeNodes { n_nodes: usize },
+    /// Tell the numbers of all nodes in the whole mesh.
+    Numbers,
     /// End the move to a step, with places rounded to 32 bits or not.
     EndMove { maps: Maps, is_rounded: bool },
     /// Take the places of nodes of which the first rank tells.
     PlaceApart,
     /// Take the places that other nodes of the part have on the first rank, where they are others.
     PlaceRest,
-    /// Take the slab of nodes that may stay with the rank.
+    /// Take which of the own nodes the first rank wants to know, where they may stay with the rank.
     Divide,
-    /// Tell where all nodes of the slab are.
+    /// Tell where all own nodes are.
     Collect,
-    /// Keep where the nodes of the slab are, to write it.
+    /// Keep where the own nodes are, to write them.
     Keep,
     /// Write numbers of the nodes that are kept.
     Write(WriteTask),
@@ -64,10 +70,17 @@ pub(super) enum Order {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Task {
     pub layers: Vec<LayerTask>,
-    /// How many nodes deform.
-    pub n_rows: usize,
     /// Around all nodes that are corrected.
     pub boxes: Vec<Bounds>,
+}
+
+/// At which nodes a rank evaluates fields.
+#[derive(Default, Serialize, Deserialize)]
+pub(super) struct Rows {
+    /// Where all of its nodes are; none where they are at rest.
+    pub from: Option<List<Vector>>,
+    /// Those that deform, by their place there, ascending; none for all.
+    pub deforming: Option<List<u32>>,
 }
 
 /// What a rank has to know of a layer.
@@ -95,7 +108,7 @@ impl Order {
             Self::Select(_) => "selection",
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
             Self::Move { .. } | Self::Collect => "positions",
-            Self::Share { .. } => "parts",
+            Self::Share { .. } | Self::TakeNodes { .. } | Self::Numbers => "parts",
             Self::EndMove { .. } | Self::PlaceApart | Self::PlaceRest => "places",
             Self::Divide | Self::Keep | Self::Write(_) | Self::Settle => "writing",
             Self::Cells | Self::Faces | Self::Walls => "quality",

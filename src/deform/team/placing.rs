@@ -3,13 +3,17 @@
 
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
+use crate::mesh::node_slab;
 use crate::parallel;
-use crate::ranks::raw;
+use crate::ranks::Ranks;
+use crate::ranks::raw::List;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Stands for the body of a node at rest.
 const AT_REST: u16 = u16::MAX;
+/// Stands for the body of a node of which the first rank tells.
+const TOLD: u32 = u32::MAX;
 
 /// Where a node goes that is not where fields move it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,58 +38,83 @@ pub(crate) struct Maps {
 }
 
 /// Some nodes of a rank, by their place there, ascending, that are not where fields move them.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Apart {
     /// Those of which the first rank tells.
-    #[serde(with = "raw")]
     pub told: Vec<u32>,
     /// Those that the rank places, and the body of each.
-    #[serde(with = "raw")]
     placed: Vec<u32>,
-    #[serde(with = "raw")]
     bodies: Vec<u16>,
 }
 
+/// A node with what [`Placing`] it has, as it is sent.
+type Coded = [u32; 2];
+
+fn coded((node, placing): &(u32, Placing)) -> Coded {
+    let code = match placing {
+        Placing::Told => TOLD,
+        Placing::AtRest => u32::from(AT_REST),
+        Placing::Body(body) => u32::from(*body),
+    };
+    [*node, code]
+}
+
+/// The nodes of a rank by their numbers in the whole mesh.
+pub(super) struct Numbered<'a> {
+    /// How many the whole mesh has.
+    pub n_nodes: usize,
+    /// All of them, ascending; none where the rank has its own ones alone.
+    pub all: Option<&'a [u32]>,
+}
+
 impl Apart {
-    fn push(&mut self, at: u32, placing: Placing) {
-        let body = match placing {
-            Placing::Told => return self.told.push(at),
-            Placing::AtRest => AT_REST,
-            Placing::Body(body) => body,
+    /// Of the nodes of each rank those that are in `all`, ascending, which the first rank has. It tells each rank of its own nodes,
+    /// and ranks tell each other of the rest.
+    pub fn share(all: Option<&[(u32, Placing)]>, nodes: &Numbered<'_>, ranks: &Ranks) -> Self {
+        let (rank, n_ranks) = (ranks.rank(), ranks.n());
+        let slab = |rank: usize| node_slab(nodes.n_nodes, rank, n_ranks);
+        let List(own) = ranks.scatter(&mut |rank| {
+            let of_slab = within(all?, |of| of.0, &slab(rank));
+            Some(List(of_slab.iter().map(coded).collect::<Vec<_>>()))
+        });
+        let Some(numbers) = nodes.all else {
+            let first = slab(rank).start as u32;
+            return Self::from_coded(own.iter().map(|[node, code]| [node - first, *code]));
         };
-        self.placed.push(at);
-        self.bodies.push(body);
+        let of_owner = |owner: usize| match owner == rank {
+            true => Vec::new(),
+            false => within(numbers, |&node| node, &slab(owner)).to_vec(),
+        };
+        let asked = ranks.exchange((0..n_ranks).map(of_owner).collect());
+        let answers = asked.iter().map(|asked| common(asked, &own)).collect();
+        let mut found = ranks.exchange(answers);
+        found[rank] = own;
+        let mut at = 0;
+        Self::from_coded(found.concat().into_iter().map(|[node, code]| {
+            at += numbers[at..].partition_point(|&other| other < node);
+            [at as u32, code]
+        }))
     }
 
-    /// Those of ascending `apart` that are among ascending `nodes`.
-    pub fn among(nodes: &[u32], apart: &[(u32, Placing)]) -> Self {
-        let mut own = Self::default();
-        let mut apart = apart.iter().peekable();
-        for (at, node) in (0..).zip(nodes) {
-            while apart.next_if(|(other, _)| other < node).is_some() {}
-            if let Some((_, placing)) = apart.next_if(|(other, _)| other == node) {
-                own.push(at, *placing);
+    fn from_coded(nodes: impl Iterator<Item = Coded>) -> Self {
+        let mut apart = Self::default();
+        for [at, code] in nodes {
+            if code == TOLD {
+                apart.told.push(at);
+            } else {
+                apart.placed.push(at);
+                apart.bodies.push(code as u16);
             }
         }
-        own
-    }
-
-    /// Those of ascending `apart` that are in a slab.
-    pub fn within(slab: &Range<usize>, apart: &[(u32, Placing)]) -> Self {
-        let before = |end: usize| apart.partition_point(|(node, _)| (*node as usize) < end);
-        let mut own = Self::default();
-        for (node, placing) in &apart[before(slab.start)..before(slab.end)] {
-            own.push(node - slab.start as u32, *placing);
-        }
-        own
+        apart
     }
 
     /// Ends the move of nodes that are at `rest` in the reference mesh: puts those that the rank places where they belong, and
-    /// turns those that deform.
+    /// turns those that are `turned`, or with none all.
     pub fn end_move(
         &self,
         maps: &Maps,
-        deforms: impl Fn(usize) -> bool + Sync,
+        turned: Option<&[u32]>,
         rest: &[Vector],
         points: &mut [Vector],
     ) {
@@ -94,11 +123,11 @@ impl Apart {
             points[at as usize] = rest[at as usize];
         }
         if let Some(to_inertial) = &maps.to_inertial {
-            parallel::update(points, |at, x| {
-                if deforms(at) {
-                    *x = to_inertial.apply(*x);
-                }
-            });
+            let turn = |x: &mut Vector| *x = to_inertial.apply(*x);
+            match turned {
+                Some(nodes) => nodes.iter().for_each(|&at| turn(&mut points[at as usize])),
+                None => parallel::update(points, |_, x| turn(x)),
+            }
         }
         for (&at, &body) in placed().filter(|(_, body)| **body != AT_REST) {
             let x = rest[at as usize];
@@ -118,24 +147,68 @@ impl Apart {
     }
 }
 
+/// Those of ascending items whose nodes are in a range.
+fn within<'a, T>(items: &'a [T], node: impl Fn(&T) -> u32, range: &Range<usize>) -> &'a [T] {
+    let before = |end: usize| items.partition_point(|item| (node(item) as usize) < end);
+    &items[before(range.start)..before(range.end)]
+}
+
+/// Those of ascending `own` that are among ascending `nodes`.
+fn common(nodes: &[u32], own: &[Coded]) -> Vec<Coded> {
+    let mut own = own.iter().peekable();
+    let of = |&node: &u32| {
+        while own.next_if(|other| other[0] < node).is_some() {}
+        own.next_if(|other| other[0] == node).copied()
+    };
+    nodes.iter().filter_map(of).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ranks::on_threads;
 
     #[test]
-    fn nodes_are_placed_by_their_numbers() {
-        let apart = [
-            (2, Placing::Told),
-            (5, Placing::AtRest),
-            (7, Placing::Body(1)),
+    fn each_rank_knows_which_of_its_nodes_are_placed_and_how() {
+        // Two ranks with 256 own nodes each; the first has two of the second as well.
+        let all = [
+            (5, Placing::Told),
+            (255, Placing::AtRest),
+            (256, Placing::Body(3)),
+            (300, Placing::Told),
         ];
-        let own = Apart::among(&[1, 2, 4, 5, 7, 9], &apart);
-        assert_eq!(
-            (&own.told, &own.placed, &own.bodies),
-            (&vec![1], &vec![3, 4], &vec![AT_REST, 1])
-        );
-        let own = Apart::within(&(3..8), &apart);
-        assert_eq!((&own.told, &own.placed), (&vec![], &vec![2, 4]));
+        let shared = on_threads(2, |ranks| {
+            let own = node_slab(512, ranks.rank(), 2);
+            let mut numbers: Vec<u32> = (own.start as u32..own.end as u32).collect();
+            if ranks.is_first() {
+                numbers.extend([256, 299]);
+            }
+            let all = ranks.is_first().then_some(&all[..]);
+            let nodes = |numbers| Numbered {
+                n_nodes: 512,
+                all: numbers,
+            };
+            let with_others = Apart::share(all, &nodes(Some(&numbers)), &ranks);
+            (with_others, Apart::share(all, &nodes(None), &ranks))
+        });
+        let apart = |told: &[u32], placed: &[u32], bodies: &[u16]| Apart {
+            told: told.to_vec(),
+            placed: placed.to_vec(),
+            bodies: bodies.to_vec(),
+        };
+        assert_eq!(shared[0].0, apart(&[5], &[255, 256], &[AT_REST, 3]));
+        assert_eq!(shared[0].1, apart(&[5], &[255], &[AT_REST]));
+        assert_eq!(shared[1].0, apart(&[44], &[0], &[3]));
+        assert_eq!(shared[1].0, shared[1].1);
+    }
+
+    #[test]
+    fn nodes_at_rest_and_those_of_bodies_are_placed_and_others_turned() {
+        let apart = Apart {
+            told: Vec::new(),
+            placed: vec![2, 4],
+            bodies: vec![AT_REST, 1],
+        };
         let maps = Maps {
             bodies: vec![None, Some(Transform::translation([0.0, 1.0, 0.0]))],
             to_inertial: Some(Transform::translation([10.0, 0.0, 0.0])),
@@ -143,9 +216,12 @@ mod tests {
         };
         let rest: Vec<Vector> = (3..8).map(|i| [f64::from(i), 0.0, 0.0]).collect();
         let mut points = vec![[0.5; 3]; 5];
-        own.end_move(&maps, |at| at != 1, &rest, &mut points);
+        apart.end_move(&maps, Some(&[0, 2, 3, 4]), &rest, &mut points);
         let moved = [10.5, 0.5, 0.5];
         let wanted = [moved, [0.5; 3], [15.0, 0.0, 0.0], moved, [7.0, 1.0, 0.0]];
         assert_eq!(points, wanted);
+        let mut points = vec![[0.5; 3]; 5];
+        apart.end_move(&maps, None, &rest, &mut points);
+        assert_eq!(points[1], moved);
     }
 }

@@ -7,16 +7,17 @@
 //! every rank       the places of its nodes, to the ranks that take their patches; what these add, back
 //! ```
 
-use super::near_surface::{self, NearSurface, WholeSurface};
-use super::work::Slab;
+use super::near_surface::{self, WholeSurface};
+use super::work::OwnFields;
+use crate::geometry::Bounds;
 use crate::geometry::boxes::Boxes;
-use crate::geometry::vector::Vector;
 use crate::parallel;
 use crate::ranks::Ranks;
-use crate::rbf::correct::Added;
 
 /// Nodes that are looked at by one task.
 const BLOCK: usize = 1 << 14;
+/// Nodes that follow each other in the mesh are near each other: so many are looked at together first.
+const FEW: usize = 32;
 
 /// The nodes of a rank that are near the surface.
 struct Near {
@@ -24,43 +25,56 @@ struct Near {
     rows: Vec<[u32; 2]>,
 }
 
-/// Corrects the fields of a rank at its nodes; the first has the whole surface. All ranks do it at once.
+/// Corrects fields at the own nodes of a rank; the first has the whole surface. All ranks do it at once.
 pub(super) fn correct(
-    slab: &mut Slab,
+    mut fields: OwnFields<'_>,
     boxes: Boxes,
     whole: Option<&WholeSurface<'_>>,
     ranks: &Ranks,
 ) {
-    let near = ranks.together(|| Near::find(&slab.rows.nodes, &boxes));
+    let near = ranks.together(|| Near::find(&fields, &boxes));
     let starts = ranks.broadcast(
         (ranks.gather(near.counts(boxes.len()))).map(|counts| starts_of(&counts, ranks.n())),
     );
     let of_rank = near.by_rank(&starts);
-    let nodes = &slab.rows.nodes;
-    let places = |rows: &Vec<u32>| parallel::collect(rows.len(), |i| nodes[rows[i] as usize]);
+    let place = |row: u32| fields.place(row as usize);
+    let places = |rows: &Vec<u32>| parallel::collect(rows.len(), |i| place(rows[i]));
     let asked = ranks.exchange(of_rank.iter().map(places).collect());
     let mut facets = whole.map(|whole| whole.near_each(&boxes, &starts));
     let surface = ranks.scatter(&mut |rank| {
         let facets = std::mem::take(&mut facets.as_mut()?[rank]);
         Some(whole?.some(&facets))
     });
-    let added = ranks.together(|| added_at(&surface, &asked));
+    let added = ranks.together(|| surface.added_at(&asked));
+    drop(asked);
     let added = ranks.exchange_values(added);
     for (rows, layers) in of_rank.iter().zip(added) {
         for (layer, added) in layers.iter().enumerate() {
-            slab.add(layer, added, |at| rows[at]);
+            fields.add(layer, added, |at| rows[at]);
         }
     }
 }
 
 impl Near {
-    fn find(nodes: &[Vector], boxes: &Boxes) -> Self {
-        let rows = parallel::concat_blocks(nodes.len(), BLOCK, &|rows| {
+    fn find(fields: &OwnFields<'_>, boxes: &Boxes) -> Self {
+        let rows = parallel::concat_blocks(fields.n_rows(), BLOCK, &|rows| {
             let (mut found, mut last) = (Vec::new(), None);
-            for row in rows {
-                if let Some(patch) = boxes.one_around(&nodes[row], last) {
-                    found.push([row as u32, patch as u32]);
-                    last = Some(patch);
+            let mut places = [[0.0; 3]; FEW];
+            for start in rows.clone().step_by(FEW) {
+                let few = start..rows.end.min(start + FEW);
+                let places = &mut places[..few.len()];
+                for (row, place) in few.clone().zip(&mut *places) {
+                    *place = fields.place(row);
+                }
+                // Most nodes are far from all patches.
+                if !boxes.any_meets(&Bounds::around(&*places)) {
+                    continue;
+                }
+                for (row, place) in few.zip(&*places) {
+                    if let Some(patch) = boxes.one_around(place, last) {
+                        found.push([row as u32, patch as u32]);
+                        last = Some(patch);
+                    }
                 }
             }
             found
@@ -104,25 +118,6 @@ fn starts_of(counts: &[Vec<u32>], n_ranks: usize) -> Vec<u32> {
     let mut starts: Vec<u32> = (0..n_ranks).map(start).collect();
     starts.push(n_patches as u32);
     starts
-}
-
-/// What is added at the places that each rank asks for, by layers.
-fn added_at(surface: &NearSurface, asked: &[Vec<Vector>]) -> Vec<Vec<Added>> {
-    let mut end = 0;
-    let ends: Vec<usize> = asked
-        .iter()
-        .map(|places| {
-            end += places.len();
-            end
-        })
-        .collect();
-    let mut of_ranks: Vec<Vec<Added>> = asked.iter().map(|_| Vec::new()).collect();
-    for added in surface.added_at(&asked.concat()) {
-        for (of_rank, part) in of_ranks.iter_mut().zip(added.split(&ends)) {
-            of_rank.push(part);
-        }
-    }
-    of_ranks
 }
 
 #[cfg(test)]

@@ -1,23 +1,26 @@
-//! What every rank has of the work: fields at its nodes, its part of the mesh and where the nodes of that are.
+//! What every rank has of the work: its part of the mesh, fields at its nodes and where these are.
 
-use super::kept::{Kept, OwnNodes};
-use super::order::{Changed, LayerTask};
-use super::placing::{Apart, Maps};
-use super::rows::{NO_ROW, Rows};
+use super::kept::Kept;
+use super::nodes::Nodes;
+use super::order::{Changed, LayerTask, Rows};
+use super::placing::Maps;
 use crate::deform::fields::{Chosen, Fields, MeshState};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
 use crate::deform::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, node_slab};
 use crate::parallel::{self, SMALL_BLOCK};
 use crate::progress::Progress;
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
+use crate::ranks::Ranks;
+use crate::ranks::raw::List;
 use crate::rbf::correct::Added;
 use crate::rbf::select::Selection;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 use twox_hash::XxHash3_128;
 
 /// Nodes whose places are compared at once.
@@ -31,49 +34,112 @@ pub(super) type BlockHash = u128;
 /// What a rank has of the work.
 #[derive(Default)]
 pub(super) struct Work {
-    pub(super) slabs: BTreeMap<usize, Slab>,
+    pub(super) fields: BTreeMap<usize, RankFields>,
     pub part: Option<Part>,
-    /// The nodes of the slab that may stay here.
-    pub own: OwnNodes,
-    /// The fields whose slab has the positions of a step, where they stay here.
-    pub(super) stays_with: Option<usize>,
+    pub nodes: Nodes,
+    /// Of which own nodes the first rank is told, where the others may stay here; ascending, from the first own one on.
+    pub wanted: Vec<u32>,
+    /// Whether the own nodes stay here at the step that they have moved to.
+    pub(super) stays: bool,
+    /// The nodes that the fields of that step have moved; none for all.
+    moved: Option<Arc<[u32]>>,
     pub(super) kept: Kept,
 }
 
-/// Some nodes with the fields there.
-pub(super) struct Slab {
+/// Fields at the nodes of a rank.
+pub(super) struct RankFields {
     layers: Vec<Layer>,
     fields: Fields,
-    pub rows: Rows,
-    /// Where they are at a step.
-    pub moved: Vec<Vector>,
+    /// The nodes that deform, ascending; none for all.
+    pub deforming: Option<Arc<[u32]>>,
+    /// Where the nodes were before; none where they were at rest.
+    from: Option<Vec<Vector>>,
 }
 
-/// A part of the mesh, and where its nodes are.
+/// Fields at the own nodes of a rank, by rows: the nodes that deform, in their order.
+pub(super) struct OwnFields<'a> {
+    places: &'a [Vector],
+    deforming: Option<&'a [u32]>,
+    first: usize,
+    fields: &'a mut Fields,
+}
+
+impl OwnFields<'_> {
+    /// How many rows there are.
+    pub fn n_rows(&self) -> usize {
+        self.deforming.map_or(self.places.len(), <[u32]>::len)
+    }
+
+    /// Where the node of a row was before fields move it.
+    pub fn place(&self, row: usize) -> Vector {
+        match self.deforming {
+            None => self.places[row],
+            Some(nodes) => self.places[nodes[row] as usize - self.first],
+        }
+    }
+
+    /// Adds the correction of a layer; `row` gives the row of each number in it.
+    pub fn add(&mut self, layer: usize, added: &Added, row: impl Fn(usize) -> u32) {
+        let field = self.fields.of_layer(layer);
+        let n_modes = field.n_modes;
+        added.add_to(&mut field.values, n_modes, |at| row(at as usize));
+    }
+}
+
+/// A part of the mesh, and what it is judged by.
 pub(super) struct Part {
     pub mesh: Mesh,
     judge: Judge,
     walls: WallAngles,
-    /// The places.
-    pub points: Vec<Vector>,
-    /// Nodes that are not where fields move them.
-    apart: Apart,
-    /// The fields that moved its nodes last.
-    moved_by: Option<usize>,
 }
 
 impl Work {
-    /// Evaluates fields at nodes of this rank, without the correction.
+    fn mesh(&self) -> Option<&Mesh> {
+        self.part.as_ref().map(|part| &part.mesh)
+    }
+
+    /// The numbers of all nodes in the whole mesh.
+    pub fn numbers(&self) -> List<u32> {
+        let part = self.mesh().and_then(|mesh| mesh.part.as_ref());
+        List(part.map_or_else(Vec::new, |part| part.nodes.clone()))
+    }
+
+    /// The nodes of which the first rank tells, by their numbers in the whole mesh.
+    pub fn told(&self) -> List<u32> {
+        List(self.nodes.told(self.mesh()))
+    }
+
+    /// The number of the first own node in the whole mesh.
+    pub fn first_own(&self) -> usize {
+        self.nodes.first(self.mesh())
+    }
+
+    /// The own nodes, among those here.
+    pub fn own(&self) -> Range<usize> {
+        self.nodes.own(self.mesh())
+    }
+
+    /// Evaluates fields at the own nodes, without the correction.
     pub fn evaluate(
         &mut self,
         id: usize,
         layers: Vec<LayerTask>,
         rows: Rows,
         progress: &dyn Progress,
-    ) -> &mut Slab {
+    ) {
+        let from = rows.from.map(|List(from)| from);
+        let deforming = rows.deforming.map(|List(nodes)| Arc::from(nodes));
+        let own = self.own();
+        let of_own = deforming.as_deref().map(|nodes| {
+            let own_ones = among(nodes, &own).iter();
+            own_ones
+                .map(|node| node - own.start as u32)
+                .collect::<Vec<_>>()
+        });
+        let places = from.as_deref().unwrap_or(self.nodes.rest(self.mesh()));
         let state = MeshState {
-            nodes: &rows.nodes,
-            deforming: None,
+            nodes: &places[own],
+            deforming: of_own.as_deref(),
             surface: &[],
             facets: &[],
             is_reference: false,
@@ -89,192 +155,248 @@ impl Work {
             error: 0.0,
         });
         let chosen: Vec<_> = chosen.collect();
-        let fields = Fields::at_rank(state, &layers, &chosen, progress);
-        let slab = Slab {
+        let fields = RankFields {
+            fields: Fields::at_rank(state, &layers, &chosen, progress),
             layers,
-            fields,
-            rows,
-            moved: Vec::new(),
+            deforming,
+            from,
         };
-        self.slabs.entry(id).or_insert(slab)
+        self.fields.insert(id, fields);
     }
 
-    /// Moves the nodes of fields to a step, those of the part as well, and gives `take` the own ones; where these `stay` only those
-    /// of which the first rank is told.
+    /// Fields at the own nodes, and where these were before they are moved by them.
+    pub fn own_fields(&mut self, id: usize) -> OwnFields<'_> {
+        let own = self.own();
+        let mesh = self.part.as_ref().map(|part| &part.mesh);
+        let fields = self.fields.get_mut(&id).expect(EVALUATED);
+        let places = fields.from.as_deref().unwrap_or(self.nodes.rest(mesh));
+        OwnFields {
+            places: &places[own.clone()],
+            deforming: fields.deforming.as_ref().map(|nodes| among(nodes, &own)),
+            first: own.start,
+            fields: &mut fields.fields,
+        }
+    }
+
+    /// Gets the values of fields at the other nodes of the part from the ranks that these belong to.
+    pub fn get_others(&mut self, id: usize, ranks: &Ranks) {
+        let own = self.own();
+        let Some(part) = self.part.as_ref().and_then(|part| part.mesh.part.as_ref()) else {
+            return;
+        };
+        let (numbers, n_nodes) = (&part.nodes, self.nodes.n_nodes);
+        let first = numbers.get(own.start).copied().unwrap_or(0);
+        let fields = self.fields.get_mut(&id).expect(EVALUATED);
+        let deforming = fields.deforming.clone();
+        let deforming = deforming.as_deref();
+        let rows_in = |range: Range<usize>| match deforming {
+            None => numbers[range].to_vec(),
+            Some(nodes) => {
+                let here = among(nodes, &range).iter();
+                here.map(|&at| numbers[at as usize]).collect()
+            }
+        };
+        let of_owner = |owner: usize| match owner == ranks.rank() {
+            true => Vec::new(),
+            false => {
+                let slab = node_slab(n_nodes, owner, ranks.n());
+                let before = |end: usize| numbers.partition_point(|&n| (n as usize) < end);
+                rows_in(before(slab.start)..before(slab.end))
+            }
+        };
+        let asked = ranks.exchange((0..ranks.n()).map(of_owner).collect());
+        let own_rows = deforming.map(|nodes| among(nodes, &own));
+        let row = |number: &u32| {
+            let at = number - first + own.start as u32;
+            match own_rows {
+                None => at as usize - own.start,
+                Some(rows) => rows.partition_point(|&other| other < at),
+            }
+        };
+        let mut answers: Vec<Vec<f64>> = vec![Vec::new(); ranks.n()];
+        for (answer, asked) in answers.iter_mut().zip(&asked) {
+            for layer in 0..fields.layers.len() {
+                let field = fields.fields.of_layer(layer);
+                let values =
+                    |number: &u32| &field.values[row(number) * field.n_modes..][..field.n_modes];
+                answer.extend(asked.iter().flat_map(values));
+            }
+        }
+        let found = ranks.exchange(answers);
+        fields.take_others(&found, ranks.rank());
+    }
+
+    /// Moves the nodes to a step by fields, and gives `take` the own ones that deform; where they `stay` only those of which the
+    /// first rank is told. With `from_zero` the nodes stay where they are, and what is given is by how much they would move.
     pub fn move_to(
         &mut self,
         (id, step, from_zero): (usize, usize, bool),
         stay: bool,
         take: impl FnOnce(&[Vector]),
     ) {
-        let slab = self.slabs.get_mut(&id).expect(EVALUATED);
-        let mut moved = std::mem::take(&mut slab.moved);
-        moved.resize(slab.rows.nodes.len(), [0.0; 3]);
-        slab.move_to(step, from_zero, &mut moved);
-        let own = &moved[slab.rows.own.clone()];
-        match stay {
-            false => take(own),
-            true => {
-                let told = self.own.told.iter();
-                take(&told.map(|&node| own[node as usize]).collect::<Vec<_>>());
-            }
+        let own = self.own();
+        let mut places = match from_zero {
+            true => Vec::new(),
+            false => std::mem::take(&mut self.nodes.places),
+        };
+        let rest = self.nodes.rest(self.mesh());
+        places.resize(rest.len(), [0.0; 3]);
+        let fields = self.fields.get(&id).expect(EVALUATED);
+        fields.move_to(step, from_zero, rest, &mut places);
+        let here = &places[own.clone()];
+        match (stay, &fields.deforming) {
+            (false, None) => take(here),
+            (false, Some(nodes)) => take(&picked(&places, among(nodes, &own))),
+            (true, _) => take(&picked(here, &self.wanted)),
         }
-        self.stays_with = stay.then_some(id);
-        if let Some(part) = self.part.as_mut().filter(|_| !from_zero) {
-            part.move_to(&slab.rows.of_part, &moved);
-            part.moved_by = Some(id);
+        if !from_zero {
+            self.stays = stay;
+            self.moved.clone_from(&fields.deforming);
+            self.nodes.places = places;
         }
-        slab.moved = moved;
     }
 
     pub fn forget(&mut self, id: usize) {
-        self.slabs.remove(&id);
+        self.fields.remove(&id);
     }
 
     /// Takes a part of the mesh, with the faces of moving walls by their number in the whole mesh.
-    pub fn take_part(&mut self, mesh: Mesh, moving_faces: &[u32], apart: Apart) {
+    pub fn take_part(&mut self, mesh: Mesh, moving_faces: &[u32], nodes: Nodes) {
         let judge = Judge::new(&mesh);
         let numbers = mesh.part.as_ref().map_or(&[][..], |part| &part.cells);
         let here = moving_faces
             .iter()
             .filter_map(|face| numbers.binary_search(face).ok());
         let here: Vec<u32> = here.map(|face| face as u32).collect();
+        self.nodes = nodes;
         self.part = Some(Part {
             walls: WallAngles::find(&mesh, &judge.adjacency, &here),
-            points: mesh.points.clone(),
-            moved_by: None,
             judge,
             mesh,
-            apart,
         });
     }
 
     /// Ends the move of the nodes of the rank to a step, as the first rank does for those that it has.
     pub fn end_move(&mut self, maps: &Maps, is_rounded: bool) {
-        if let Some(slab) = self.stays_with.and_then(|id| self.slabs.get_mut(&id)) {
-            let own = slab.rows.own.clone();
-            let (rest, points) = (&slab.rows.nodes[own.clone()], &mut slab.moved[own]);
-            self.own.apart.end_move(maps, |_| true, rest, points);
+        if !self.has_places() {
+            return;
         }
-        if let Some(part) = &mut self.part {
-            let slab = part.moved_by.and_then(|id| self.slabs.get(&id));
-            let rows = slab.map_or(&[][..], |slab| &slab.rows.of_part);
-            let deforms = |node: usize| rows.get(node).is_some_and(|&row| row != NO_ROW);
-            let rest = &part.mesh.points;
-            (part.apart).end_move(maps, deforms, rest, &mut part.points);
-        }
-        if is_rounded {
-            self.round();
-        }
+        let rounding = match is_rounded {
+            true => Rounding::Single,
+            false => Rounding::None,
+        };
+        let mesh = self.part.as_ref().map(|part| &part.mesh);
+        let moved = self.moved.as_deref();
+        self.nodes.end_move(maps, moved, rounding, mesh);
     }
 
-    /// Whether the rank knows where nodes are that it has moved.
+    /// Whether it matters where the rank has its nodes: they are judged here, or stay here.
     pub fn has_places(&self) -> bool {
-        self.part.is_some() || self.stays_with.is_some()
+        self.part.is_some() || self.stays
     }
 
-    /// Rounds the places of all nodes of the rank.
-    fn round(&mut self) {
-        if let Some(part) = &mut self.part {
-            Rounding::Single.apply(&mut part.points);
-        }
-        Rounding::Single.apply(self.own_points().unwrap_or_default());
-    }
-
-    /// Of how many nodes the first rank tells.
-    pub fn n_told(&self) -> usize {
-        let own = self.stays_with.map_or(0, |_| self.own.apart.told.len());
-        self.n_told_of_part() + own
-    }
-
-    fn n_told_of_part(&self) -> usize {
-        self.part.as_ref().map_or(0, |part| part.apart.told.len())
-    }
-
-    /// Takes the places of these nodes: first of those of the part, then of those of the slab.
-    pub fn take_apart(&mut self, places: &[Vector]) {
-        let (of_part, of_slab) = places.split_at(self.n_told_of_part());
-        if let Some(part) = &mut self.part {
-            part.apart.take(of_part, &mut part.points);
-        }
-        if let Some(slab) = self.stays_with.and_then(|id| self.slabs.get_mut(&id)) {
-            let own = &mut slab.moved[slab.rows.own.clone()];
-            self.own.apart.take(of_slab, own);
-        }
+    /// Takes the places of the nodes of which the first rank tells.
+    pub fn take_told(&mut self, places: &[Vector]) {
+        let Nodes {
+            apart,
+            places: points,
+            ..
+        } = &mut self.nodes;
+        apart.take(places, points);
     }
 
     pub fn part(&self) -> &Part {
         self.part.as_ref().expect(SHARED)
     }
 
-    pub fn part_mut(&mut self) -> &mut Part {
-        self.part.as_mut().expect(SHARED)
+    /// The quality of the cells of the part.
+    pub fn cells(&self) -> Summary {
+        let part = self.part();
+        part.judge.cells(&part.mesh, &self.nodes.places)
+    }
+
+    /// The quality of its faces.
+    pub fn faces(&self) -> FaceSummary {
+        let part = self.part();
+        part.judge.faces(&part.mesh, &self.nodes.places)
+    }
+
+    /// The largest change of the angle between a moving wall and its first cell, in degrees.
+    pub fn normal_change(&self) -> Option<f64> {
+        let Part { mesh, walls, .. } = self.part();
+        let own = walls.largest_change(mesh, &self.nodes.places, &mesh.points);
+        let all = mesh.ranks().all(own);
+        all.into_iter().flatten().max_by(f64::total_cmp)
+    }
+
+    /// The hashes of all places.
+    pub fn hashes(&self) -> Vec<BlockHash> {
+        let places = &self.nodes.places;
+        hashes(places.len(), |node| places[node])
+    }
+
+    /// Takes places that are others on the first rank.
+    pub fn correct(&mut self, changed: Changed) {
+        let places = &mut self.nodes.places;
+        let n = places.len();
+        let nodes = changed.blocks.iter().flat_map(|&block| nodes_of(block, n));
+        for (node, place) in nodes.zip(changed.places) {
+            places[node] = place;
+        }
     }
 }
 
-impl Slab {
-    /// Adds the correction of a layer; `row` gives the row of each number in it.
-    pub fn add(&mut self, layer: usize, added: &Added, row: impl Fn(usize) -> u32) {
-        let field = self.fields.of_layer(layer);
-        let n_modes = field.n_modes;
-        added.add_to(&mut field.values, n_modes, |at| row(at as usize));
+impl RankFields {
+    /// Takes values of nodes that belong to other ranks, layer by layer from each; those of ranks before `rank` come before its own.
+    fn take_others(&mut self, of_ranks: &[Vec<f64>], rank: usize) {
+        let n_modes: usize = self.layers.iter().map(|layer| layer.modes.n_modes).sum();
+        let mut before = 0;
+        for (i, layer) in self.layers.iter().enumerate() {
+            let r = layer.modes.n_modes;
+            let of_layer = |values: &Vec<f64>| {
+                let n_rows = values.len() / n_modes.max(1);
+                before * n_rows..(before + r) * n_rows
+            };
+            let values = |ranks: &[Vec<f64>]| -> Vec<f64> {
+                let parts = ranks.iter().flat_map(|values| &values[of_layer(values)]);
+                parts.copied().collect()
+            };
+            let (below, above) = (values(&of_ranks[..rank]), values(&of_ranks[rank..]));
+            let field = self.fields.of_layer(i);
+            // The own values stay in their memory: others are few.
+            field.values.reserve_exact(below.len() + above.len());
+            field.values.splice(0..0, below);
+            field.values.extend(above);
+            field.nodes = self.deforming.as_deref().map(<[u32]>::to_vec);
+            before += r;
+        }
     }
 
-    fn move_to(&self, step: usize, from_zero: bool, moved: &mut [Vector]) {
+    fn move_to(&self, step: usize, from_zero: bool, rest: &[Vector], places: &mut [Vector]) {
         match from_zero {
-            true => self.fields.vectors(&self.layers, step, moved),
+            true => self.fields.vectors(&self.layers, step, places),
             false => {
                 let state = MeshState {
-                    nodes: &self.rows.nodes,
+                    nodes: self.from.as_deref().unwrap_or(rest),
                     deforming: None,
                     surface: &[],
                     facets: &[],
                     is_reference: false,
                 };
-                self.fields.displace(&self.layers, step, state, moved);
+                self.fields.displace(&self.layers, step, state, places);
             }
         }
     }
 }
 
-impl Part {
-    fn move_to(&mut self, rows: &[u32], moved: &[Vector]) {
-        let rest = &self.mesh.points;
-        parallel::update(&mut self.points, |node, x| {
-            let row = rows.get(node).copied().unwrap_or(NO_ROW);
-            *x = moved.get(row as usize).copied().unwrap_or(rest[node]);
-        });
-    }
+/// Those of ascending nodes that are in a range.
+pub(super) fn among<'a>(nodes: &'a [u32], range: &Range<usize>) -> &'a [u32] {
+    let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
+    &nodes[before(range.start)..before(range.end)]
+}
 
-    /// The hashes of all places.
-    pub fn hashes(&self) -> Vec<BlockHash> {
-        hashes(self.points.len(), |node| self.points[node])
-    }
-
-    /// Takes places that were others on the first rank.
-    pub fn correct(&mut self, changed: Changed) {
-        let n = self.points.len();
-        let nodes = changed.blocks.iter().flat_map(|&block| nodes_of(block, n));
-        for (node, place) in nodes.zip(changed.places) {
-            self.points[node] = place;
-        }
-    }
-
-    pub fn cells(&self) -> Summary {
-        self.judge.cells(&self.mesh, &self.points)
-    }
-
-    pub fn faces(&self) -> FaceSummary {
-        self.judge.faces(&self.mesh, &self.points)
-    }
-
-    pub fn normal_change(&self) -> Option<f64> {
-        let own = self
-            .walls
-            .largest_change(&self.mesh, &self.points, &self.mesh.points);
-        let all = self.mesh.ranks().all(own);
-        all.into_iter().flatten().max_by(f64::total_cmp)
-    }
+fn picked(places: &[Vector], nodes: &[u32]) -> Vec<Vector> {
+    nodes.iter().map(|&node| places[node as usize]).collect()
 }
 
 /// The hash of places.
@@ -303,19 +425,18 @@ fn nodes_of(block: u32, n: usize) -> Range<usize> {
 }
 
 impl Changed {
-    /// What a rank has to learn that has `n` nodes, from pairs of wanted and found hashes and from places that are wanted.
+    /// What a rank has to learn, from pairs of wanted and found hashes and from the places that are wanted.
     pub fn between<'a>(
         hashes: impl Iterator<Item = (&'a BlockHash, &'a BlockHash)>,
-        n: usize,
-        place: impl Fn(usize) -> Vector,
+        places: &[Vector],
     ) -> Self {
         let differ = (0..)
             .zip(hashes)
             .filter(|(_, (wanted, found))| wanted != found);
         let blocks: Vec<u32> = differ.map(|(block, _)| block).collect();
-        let nodes = blocks.iter().flat_map(|&block| nodes_of(block, n));
+        let of_block = |&block: &u32| &places[nodes_of(block, places.len())];
         Self {
-            places: nodes.map(place).collect(),
+            places: blocks.iter().flat_map(of_block).copied().collect(),
             blocks,
         }
     }
