@@ -3,7 +3,6 @@ memory, and the work that takes time. All that follows from the program's code i
 """
 
 import math
-import statistics
 from types import SimpleNamespace
 
 # Nodes within 30 errors of the wall, where the correction reaches: 23 of the sample's 60 layers.
@@ -42,21 +41,21 @@ def counted(run, cores=math.inf):
     c.patches = min(MOST_PATCHES, math.ceil(c.S / PATCH)) * c.corrects
     c.share = min(c.P, cores)
     c.near_wall = sum(of.near_wall for of in c.parts) / c.share
-    for key in ("rows", "own", "hexes"):
+    for key in ("slab", "nodes", "own", "hexes"):
         of_ranks = [getattr(of, key) for of in c.parts]
         setattr(c, key, max([*of_ranks, sum(of_ranks) / cores]))
     return c
 
 
-OF_RANK = ("slab", "rows", "nodes", "hexes", "own", "faces", "near_wall", "told", "placed", "unknown", "elsewhere")
+OF_RANK = ("slab", "nodes", "hexes", "own", "faces", "near_wall", "told", "placed", "elsewhere", "at_rest")
 
 
 def part(c, rank):
-    """What a rank has: its slab of nodes, nodes with fields, nodes and cells of its part, its own cells, faces, nodes with
-    fields that are near the wall, nodes of its slab that it tells the first rank of and that are on the surface, nodes of
-    its slab that are not in its part, and those of its part that other ranks read."""
+    """What a rank has: its own nodes, which it evaluates fields at; all nodes and cells of its part, its own cells, faces, own nodes
+    near the wall, own nodes that it tells the first rank of and that are on the surface, nodes of its part that are other
+    ranks' own, and those of them on the surface."""
     if c.P == 1:
-        has = (c.N, c.N, c.N, c.C - c.S, c.C - c.S, c.S, NEAR_WALL * c.N, c.N, c.N, 0, 0)
+        has = (c.N, c.N, c.C - c.S, c.C - c.S, c.S, NEAR_WALL * c.N, c.N, c.N, 0, 0)
     else:
         has = cube(c) if c.compact else layers(c, rank)
     return SimpleNamespace(**dict(zip(OF_RANK, has)))
@@ -67,8 +66,8 @@ def cube(c):
     slab, of_surface = c.N / c.P, c.S / c.P
     side = slab ** (1 / 3)
     nodes = (side + 3) ** 3
-    near = NEAR_WALL * nodes
-    return slab, nodes, nodes, (side + 2) ** 3, slab, of_surface, near, of_surface, of_surface, 0, nodes - slab
+    near, at_rest = NEAR_WALL * slab, of_surface * (nodes / slab - 1)
+    return slab, nodes, (side + 2) ** 3, slab, of_surface, near, of_surface, of_surface, nodes - slab, at_rest
 
 
 def layers(c, rank):
@@ -80,21 +79,17 @@ def layers(c, rank):
     start, end = min(first, n - 1), min(last, n - 1)
     low, high, has_faces = max(start - 1, 0), min(end + 2, n), last > n - 1 and rank > 0
     wall = min(low, 2) if has_faces else 0
-    nodes, hexes = high - low + wall, min(end + 1, n - 1) - low + wall / 2
-    faces = (low < 1 or has_faces) + (high >= n)
+    hexes, faces = min(end + 1, n - 1) - low + wall / 2, (low < 1 or has_faces) + (high >= n)
     row, end_row = rank * n / c.P, (rank + 1) * n / c.P
-    unknown = n / c.P - (within(row, end_row, low, high) if c.judges else 0)
-    elsewhere = high - low + wall - within(row, end_row, low, high)
     # The wall and the outside; the other ends of first cells.
     placed = within(row, end_row, 0, 1) + within(row, end_row, n - 1, n)
     told = within(row, end_row, 1, 2)
-    if c.judges:
-        row, end_row = min(row, low), max(end_row, high)
-    else:
-        nodes = hexes = faces = wall = 0
-    near_wall = max(0, min(end_row, NEAR_WALL * n) - row) + wall
-    of_rank = (n / c.P, end_row - row + wall, nodes, hexes, (end - start) * c.judges, faces, near_wall)
-    return tuple(L * of for of in (*of_rank, told, placed, unknown, elsewhere))
+    near_wall = max(0, min(end_row, NEAR_WALL * n) - row)
+    nodes = max(end_row, high) - min(row, low) + wall
+    if not c.judges:
+        nodes, hexes, faces, wall = n / c.P, 0, 0, 0
+    of_rank = (n / c.P, nodes, hexes, (end - start) * c.judges, faces, near_wall, told, placed, nodes - n / c.P)
+    return tuple(L * of for of in (*of_rank, min(wall, 1)))
 
 
 def within(start, end, low, high):
@@ -177,13 +172,22 @@ def messages(c):
         return {}
     selection(sent, c)
     if c.judges:
-        parts(sent, c, others)
+        parts(sent, c)
+    else:
+        sent.order("parts", 5)
+        sent.send([24 * of.slab for of in others])
+    placed(sent, c, others)
     sent.order("fields", task(c))
-    sent.send([24 * of.unknown for of in others])
+    sent.send([2 for _ in others])
     if c.corrects:
         corrected(sent, c)
+    if c.judges:
+        elsewhere = sum(of.elsewhere for of in c.parts)
+        sent.what = "fields"
+        sent.exchange(4 * elsewhere)
+        sent.exchange(8 * c.R * elsewhere)
     sent.order("writing", 1)
-    sent.send([of.told * varint(of.slab) + 6 * of.placed for of in others])
+    sent.send([4 * of.told + 5 for of in others])
     for move in range(c.M):
         sent.order("positions", 5)
         sent.send([24 * of.told for of in others])
@@ -198,14 +202,23 @@ def messages(c):
     return sent.sent
 
 
-def parts(sent, c, others):
+def placed(sent, c, others):
+    """Which nodes ranks place themselves, and how: each of its own, then those that it has of others."""
+    sent.send([8 * of.placed for of in others])
+    if c.judges:
+        sent.exchange(4 * sum(of.elsewhere for of in c.parts))
+        sent.exchange(8 * sum(of.at_rest for of in c.parts))
+    sent.gather(1)
+
+
+def parts(sent, c):
     """Parts that ranks read. Faces meet at the owners of their nodes; each rank asks who else has the nodes that others own,
     is told who has those, gets cells, and the coordinates of these nodes."""
     sent.order("parts", c.S / 2 * varint(c.C) + 2 * PATH)
     for size in (1, 1, 11, 1, 1):
         sent.all(size)
     elsewhere = sum(of.elsewhere for of in c.parts)
-    sent.exchange(8 * sum(of.faces for of in others) / 2)
+    sent.exchange(8 * sum(of.faces for of in c.parts[1:]) / 2)
     sent.all(1)
     # At each seam both have a layer of nodes, and one of them owns it.
     seams = elsewhere / 3
@@ -216,8 +229,6 @@ def parts(sent, c, others):
     sent.all(11)
     sent.exchange(4 * elsewhere)
     sent.exchange(24 * elsewhere)
-    sent.gather(4 * statistics.mean(of.nodes for of in others))
-    sent.send([6 * of.faces for of in others])
     sent.fold(2)
 
 
@@ -291,22 +302,21 @@ def memory(c):
     found = []
     for rank, of in enumerate(c.parts):
         judge, centres = (9 + 13.5) * of.hexes, 32 * of.hexes
-        fields, places = 8 * c.R * of.rows, 24 * of.rows
+        fields = 8 * c.R * of.nodes
         if c.P == 1:
-            evaluation = 12 * of.rows + (220 + 8 * c.R) * c.S * c.corrects
+            evaluation = 12 * of.nodes + (220 + 8 * c.R) * c.S * c.corrects
             held, steps = mesh + surface, 48 * c.N + (judge + centres) * c.judges
         else:
             # As much as faces and sizes take stays with the allocator: short arrays that finding them has freed.
-            own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge
-            lists = 4 * sum(other.nodes for other in c.parts)
-            held = own * c.judges + places + 4 * of.nodes + (0 if rank else mesh + surface + lists)
+            own = 52 * of.nodes + (36 * of.hexes + 20 * of.faces + 2 * judge) * c.judges
+            held = own + (0 if rank else mesh + surface)
             # Positions that are kept; the first rank has room for all nodes twice, of which few are known.
-            steps = places + centres + 24 * of.slab + (0 if rank else 48 * 1.5 * c.S)
+            steps = centres * c.judges + 24 * of.slab + (0 if rank else 48 * 1.5 * c.S)
             # Places that others ask for, what is added there, and the same of the own nodes.
             near = sum(other.near_wall for other in c.parts) / c.P
             patches = min(c.S, BESIDE * c.S / c.P)
             corrects = (220 + 8 * c.R) * patches + near_surface(c) + (24 * BOXED + 2 * (4 + 8 * c.R)) * near
-            evaluation = max(12 * of.rows, corrects * c.corrects + 8 * BOXED * of.near_wall)
+            evaluation = max(12 * of.slab, corrects * c.corrects + 8 * BOXED * of.near_wall)
         found.append((program + held + fields + max(steps, evaluation)) / 1e6)
     return found
 
@@ -346,7 +356,7 @@ TERMS = {
         FIRST,
         [("selection", lambda c: c.candidates * c.B**2 + c.B**3 / 3)],
     ),
-    "node x base point": (ALL, [("modes", lambda c: c.rows * c.B)]),
+    "node x base point": (ALL, [("modes", lambda c: c.slab * c.B)]),
     "node near the wall": (ALL, [("modes", lambda c: c.near_wall * c.corrects)]),
     "cell that is read again": (ALL, [("modes", lambda c: c.hexes * c.judges * (c.P > 1))]),
     "byte of parts and correction": (ONE, [("modes", lambda c: exchanged(c) / c.share)]),
@@ -358,7 +368,7 @@ TERMS = {
         ALL,
         [("modes", lambda c: apart(c) * (c.P > 1)), ("rest", lambda c: apart(c) * (c.P == 1))],
     ),
-    "node moved": (ALL, [("steps", lambda c: c.M * c.rows)]),
+    "node moved": (ALL, [("steps", lambda c: c.M * c.nodes)]),
     "cell looked at": (ALL, [("steps", lambda c: c.J * c.own)]),
     "cell whose faces are judged": (ALL, [("steps", lambda c: c.K * c.own * c.judges)]),
     "byte written": (FIRST, [("writing", lambda c: c.written)]),

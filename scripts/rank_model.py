@@ -180,7 +180,7 @@ def prospect(like, surface, compact, model, options):
     return {
         **{f"{stage}, s": found[stage] for stage in [*STAGES, "network"]},
         "whole, s (steps and network beside writing)": whole,
-        "nodes that a rank evaluates, of 1 / P": c.rows * c.P / c.N,
+        "nodes that a rank has, of 1 / P": c.nodes * c.P / c.N,
         **{f"{what}, GB": sent[what][1] / 1e9 for what in PURPOSES},
         "first rank, GB of memory": first / 1e3,
         "largest of the others, GB of memory": max(others) / 1e3,

@@ -14,7 +14,6 @@ use crate::motion::{BodyMap, Motion, QualityOutput, Role, Schedule, SelectionMet
 use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -154,13 +153,15 @@ impl Plan {
             Role::Fixed => Some((node, Placing::AtRest)),
             Role::Moving(body) => Some((node, of_body[usize::from(*body)])),
         };
-        let mut placings: BTreeMap<u32, Placing> = (surface.nodes.iter())
-            .zip(&surface.roles)
-            .filter_map(placing)
-            .collect();
         let followers = self.periodic.followers().iter();
-        placings.extend(followers.map(|of| (of.node, Placing::Told)));
-        placings.into_iter().collect()
+        let mut placings: Vec<(u32, Placing)> =
+            followers.map(|of| (of.node, Placing::Told)).collect();
+        let on_surface = surface.nodes.iter().zip(&surface.roles);
+        placings.extend(on_surface.filter_map(placing));
+        // The first of a node counts: a follower goes where its leader is, whatever its role.
+        placings.sort_by_key(|of| of.0);
+        placings.dedup_by_key(|of| of.0);
+        placings
     }
 
     /// How ranks end their move to a step.

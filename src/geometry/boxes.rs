@@ -51,9 +51,10 @@ impl Boxes {
         })
     }
 
-    /// Whether one meets a box.
-    pub fn any_meets(&self, bounds: &Bounds) -> bool {
-        !self.each_below(self.levels.len() - 1, 0, bounds, &mut |_| false)
+    /// Whether one meets a box: that which met another, where it `was` one, is looked at first.
+    pub fn any_meets(&self, bounds: &Bounds, was: Option<usize>) -> bool {
+        was.is_some_and(|at| self.levels[0][at].meets(bounds))
+            || !self.each_below(self.levels.len() - 1, 0, bounds, &mut |_| false)
     }
 
     /// Calls `found` with each that meets a box, in their order.

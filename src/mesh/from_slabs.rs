@@ -3,6 +3,7 @@
 //! Every node has an owner, the rank that reads its coordinates. Ranks tell owners at which nodes they have cells, and learn who
 //! else has some there; so each knows which of its cells others need. What a rank holds is as large as its part.
 
+use super::node_bits::NodeBits;
 use super::part::{self, Part, SLAB};
 use super::{Cells, Mesh, first_where};
 use crate::error::{Error, Result};
@@ -11,8 +12,6 @@ use crate::ranks::{Ranks, raw};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
-use std::sync::atomic::Ordering::Relaxed;
 
 /// A mesh of which nodes and cells can be had by ranges.
 pub struct Slabs<'a> {
@@ -98,56 +97,30 @@ fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
 
 /// The nodes of cells and those of a range, each once, ascending.
 fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
-    let of_block = |block: Range<usize>| {
-        let runs = cells.runs_in(block);
-        runs.flat_map(|run| run.connectivity).copied()
-    };
-    let ends = parallel::map_blocks(cells.len(), SLAB, &|block| {
-        let ends = [u32::MAX, 0, 0];
-        of_block(block).fold(ends, |[low, high, n], node| {
-            [low.min(node), high.max(node), n + 1]
-        })
+    let listed = cells.connectivity();
+    let ends = parallel::map_blocks(listed.len(), SLAB, &|block| {
+        let (mut low, mut high) = (u32::MAX, 0);
+        for &node in &listed[block] {
+            (low, high) = (low.min(node), high.max(node));
+        }
+        low as usize..high as usize + 1
     });
-    let lowest = (!and.is_empty()).then_some(and.start as u32);
-    let low = ends.iter().map(|of| of[0]).chain(lowest).min();
-    // The bits of the range begin where a word does.
-    let low = low.unwrap_or(0) as usize / 64 * 64;
-    let last = and.end.saturating_sub(1) as u32;
-    let high = ends.iter().map(|of| of[1]).max().unwrap_or(0).max(last) as usize;
-    let n_all: usize = ends.iter().map(|of| of[2] as usize).sum();
-    let n_words = (high - low) / 64 + 1;
-    if n_words > n_all + and.len() {
-        let all = |block: Range<usize>| of_block(block).collect();
-        let mut nodes = parallel::concat_blocks(cells.len(), SLAB, &all);
+    let ends = ends
+        .into_iter()
+        .chain((!and.is_empty()).then(|| and.clone()));
+    let all = ends.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
+    let all = all.unwrap_or(0..0);
+    if all.len() / 64 > listed.len() + and.len() {
+        let mut nodes = listed.to_vec();
         nodes.extend(and.map(|node| node as u32));
         parallel::sort(&mut nodes);
         nodes.dedup();
         return nodes;
     }
-    let is_here: Vec<AtomicU64> = (0..n_words).map(|_| AtomicU64::new(0)).collect();
-    if !and.is_empty() {
-        part::mark_all(&is_here, &(and.start - low..and.end - low));
-    }
-    parallel::for_each(cells.len().div_ceil(SLAB), &|block| {
-        for node in of_block(parallel::block(cells.len(), SLAB, block)) {
-            let at = node as usize - low;
-            let (word, bit) = (&is_here[at / 64], 1 << (at % 64));
-            if word.load(Relaxed) & bit == 0 {
-                word.fetch_or(bit, Relaxed);
-            }
-        }
-    });
-    parallel::concat_blocks(n_words, SLAB, &|words| {
-        let mut nodes = Vec::new();
-        for at in words {
-            let mut bits = is_here[at].load(Relaxed);
-            while bits != 0 {
-                nodes.push((low + at * 64) as u32 + bits.trailing_zeros());
-                bits &= bits - 1;
-            }
-        }
-        nodes
-    })
+    let bits = NodeBits::new(&all);
+    bits.add_nodes_of(cells, std::slice::from_ref(&(0..cells.len())));
+    bits.add_all(&and);
+    bits.take()
 }
 
 /// Which rank owns each node: consecutive nodes have one owner.

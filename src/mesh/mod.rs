@@ -21,6 +21,7 @@ pub mod join;
 mod kind;
 pub mod lagrange;
 mod linearize;
+mod node_bits;
 mod nodes;
 mod one_layer;
 mod origin;

@@ -10,6 +10,7 @@
 //! Groups of a part are there where it was cut from a whole mesh. A part that was read by slabs ([`Mesh::from_slabs`]) has none:
 //! no measure asks for them, but the list of the worst cells names the tags near them.
 
+use super::node_bits::NodeBits;
 use super::{CellKind, CellSet, Group, Mesh, Origin};
 use crate::error::Result;
 use crate::parallel;
@@ -18,8 +19,8 @@ use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::atomic::{AtomicU32, AtomicU64};
 
 /// Own cells begin at multiples of this: no block over which sums are taken lies with two ranks.
 pub const SLAB: usize = 1 << 15;
@@ -169,8 +170,8 @@ struct Cut<'a> {
     halos: Vec<Vec<u32>>,
     /// For each node of the part that is being made its number there.
     numbers: Vec<u32>,
-    /// A bit for each node of that part; none between two parts.
-    is_here: Vec<AtomicU64>,
+    /// The nodes of that part; none between two parts.
+    is_here: NodeBits,
 }
 
 impl<'a> Cut<'a> {
@@ -201,7 +202,7 @@ impl<'a> Cut<'a> {
             is_level: mesh.is_level(),
             halos,
             numbers: vec![0; mesh.points.len()],
-            is_here: zeros(mesh.points.len().div_ceil(64)),
+            is_here: NodeBits::new(&(0..mesh.points.len())),
         }
     }
 
@@ -257,31 +258,9 @@ impl<'a> Cut<'a> {
 
     /// Numbers the nodes of some cells and the own ones in their order, and gives them.
     fn number(&mut self, runs: &[Range<usize>], own: &Range<usize>) -> Vec<u32> {
-        let (mesh, is_here) = (self.mesh, &self.is_here);
-        mark_all(is_here, own);
-        let blocks = runs.iter().flat_map(|run| {
-            let starts = run.clone().step_by(SLAB);
-            starts.map(|start| start..run.end.min(start + SLAB))
-        });
-        parallel::for_items(blocks, &|_, cells| {
-            for &node in mesh.cells.runs_in(cells).flat_map(|run| run.connectivity) {
-                let (word, bit) = (&is_here[node as usize / 64], 1 << (node % 64));
-                if word.load(Relaxed) & bit == 0 {
-                    word.fetch_or(bit, Relaxed);
-                }
-            }
-        });
-        let nodes = parallel::concat_blocks(is_here.len(), BLOCK / 64, &|words| {
-            let mut nodes = Vec::new();
-            for word in words {
-                let mut bits = is_here[word].swap(0, Relaxed);
-                while bits != 0 {
-                    nodes.push(word as u32 * 64 + bits.trailing_zeros());
-                    bits &= bits - 1;
-                }
-            }
-            nodes
-        });
+        self.is_here.add_all(own);
+        self.is_here.add_nodes_of(&self.mesh.cells, runs);
+        let nodes = self.is_here.take();
         let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
         parallel::for_blocks(&mut self.numbers, BLOCK, &|first, numbers| {
             for at in before(first)..before(first + numbers.len()) {
@@ -289,14 +268,6 @@ impl<'a> Cut<'a> {
             }
         });
         nodes
-    }
-}
-
-/// Sets the bits of a range, which begins at a multiple of 64.
-pub(super) fn mark_all(bits: &[AtomicU64], range: &Range<usize>) {
-    for start in range.clone().step_by(64) {
-        let n = (range.end - start).min(64);
-        bits[start / 64].fetch_or(u64::MAX >> (64 - n), Relaxed);
     }
 }
 

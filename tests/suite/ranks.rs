@@ -1,5 +1,6 @@
 //! Parts of a mesh that several ranks hold are judged as the whole mesh is: to the last bit, and cell by cell.
 
+use crate::support::blade_of;
 use azimesh::deform::{dismiss, serve};
 use azimesh::formats::SharedFile;
 use azimesh::mesh::{CellKind, Cells, Mesh};
@@ -52,21 +53,6 @@ fn same_on_any_number_of_ranks(mesh: &Mesh) {
             );
         }
     }
-}
-
-/// A blade with so many nodes, of cells of one shape.
-fn blade_of(nodes: usize, surface_nodes: usize, cells: CellShape) -> Mesh {
-    let size = SizeOptions {
-        nodes: Some(nodes),
-        surface_nodes: Some(surface_nodes),
-        ..SizeOptions::default()
-    };
-    let options = BladeOptions {
-        size,
-        cells,
-        ..BladeOptions::default()
-    };
-    blade(&options).expect("a sample").mesh
 }
 
 #[test]

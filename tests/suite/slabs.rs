@@ -1,11 +1,12 @@
 //! Parts of a mesh that ranks read by slabs are those that are cut from the whole.
 
+use crate::support::blade_of;
 use azimesh::error::Position;
 use azimesh::formats::{self, Begin, Location, SharedFile, read_parts};
 use azimesh::mesh::from_slabs::Slabs;
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use azimesh::ranks::on_threads;
-use azimesh::sample::{BladeOptions, CellShape, SizeOptions, blade};
+use azimesh::sample::CellShape;
 use azimesh::{Error, ReadOptions, Result, WriteOptions};
 use std::path::{Path, PathBuf};
 
@@ -116,20 +117,6 @@ fn testdata(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("testdata")
         .join(name)
-}
-
-fn blade_of(nodes: usize, surface_nodes: usize, cells: CellShape) -> Mesh {
-    let size = SizeOptions {
-        nodes: Some(nodes),
-        surface_nodes: Some(surface_nodes),
-        ..SizeOptions::default()
-    };
-    let options = BladeOptions {
-        size,
-        cells,
-        ..BladeOptions::default()
-    };
-    blade(&options).unwrap().mesh
 }
 
 #[test]

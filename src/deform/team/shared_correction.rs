@@ -67,7 +67,7 @@ impl Near {
                     *place = fields.place(row);
                 }
                 // Most nodes are far from all patches.
-                if !boxes.any_meets(&Bounds::around(&*places)) {
+                if !boxes.any_meets(&Bounds::around(&*places), last) {
                     continue;
                 }
                 for (row, place) in few.zip(&*places) {

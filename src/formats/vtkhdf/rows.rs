@@ -5,8 +5,9 @@ use crate::error::{Error, Result};
 use crate::mesh::Values;
 use std::ops::Range;
 
-/// Rows that are in memory twice while they are converted.
-pub(super) const WINDOW: u64 = 1 << 21;
+/// Rows that are in memory twice while they are converted: so few that it is the same memory for all windows, which the
+/// system clears once.
+pub(super) const WINDOW: u64 = 1 << 17;
 
 /// A number of nodes or cells, which must fit in an index of 32 bits.
 pub(super) fn count(rows: &Range<u64>) -> Result<usize> {

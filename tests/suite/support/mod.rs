@@ -6,6 +6,8 @@ pub mod plot3d;
 pub mod sequence;
 
 use assert_cmd::Command;
+use azimesh::mesh::Mesh;
+use azimesh::sample::{BladeOptions, CellShape, SizeOptions, blade};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tempfile::TempDir;
@@ -16,6 +18,21 @@ pub struct Run {
     pub code: i32,
     pub out: String,
     pub err: String,
+}
+
+/// A blade with so many nodes, of cells of one shape.
+pub fn blade_of(nodes: usize, surface_nodes: usize, cells: CellShape) -> Mesh {
+    let size = SizeOptions {
+        nodes: Some(nodes),
+        surface_nodes: Some(surface_nodes),
+        ..SizeOptions::default()
+    };
+    let options = BladeOptions {
+        size,
+        cells,
+        ..BladeOptions::default()
+    };
+    blade(&options).unwrap().mesh
 }
 
 /// Runs the program in a folder.
