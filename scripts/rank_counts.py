@@ -275,7 +275,8 @@ def written(sent, c):
     sent.order("writing", 1)
     for path in (0, PATH):
         sent.order("writing", 12 + path)
-        sent.gather(1.5 * BLOCK + 32 * 24 * c.N / c.P / BLOCK)
+        # Bytes before the first whole block and behind the last, half a block each on average, and the hashes of those between.
+        sent.gather(BLOCK + 32 * 24 * c.N / c.P / BLOCK)
     sent.order("writing", 1)
     sent.all(1)
 

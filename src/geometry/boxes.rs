@@ -110,10 +110,13 @@ mod tests {
                 let last = some.iter().rposition(around);
                 assert_eq!(tree.one_around(&point, last), last);
                 let wide = Bounds::around(&[point]).grown(1.0);
-                let meeting = (0..n).filter(|&at| some[at].meets(&wide));
+                let meeting: Vec<usize> = (0..n).filter(|&at| some[at].meets(&wide)).collect();
                 let mut found = Vec::new();
                 tree.each_meeting(&wide, |at| found.push(at));
-                assert_eq!(found, meeting.collect::<Vec<_>>());
+                assert_eq!(found, meeting);
+                for was in [None, last, n.checked_sub(1)] {
+                    assert_eq!(tree.any_meets(&wide, was), !meeting.is_empty());
+                }
             }
         }
     }

@@ -460,6 +460,27 @@ mod tests {
     }
 
     #[test]
+    fn cells_put_before_others_are_as_if_those_had_been_appended() {
+        let tetrahedron = [4, 3, 0, 1, 2, 3, 0, 1, 3, 3, 1, 2, 3, 3, 0, 2, 3];
+        let mut few = Cells::new();
+        few.push_polyhedron(&tetrahedron).expect("a good stream");
+        few.push(CellKind::Triangle, &[7, 8, 9]);
+        let mut others = Cells::new();
+        others.push(CellKind::Triangle, &[0, 1, 2]);
+        others.push_polyhedron(&tetrahedron).expect("a good stream");
+        for (before, after) in [
+            (&few, &others),
+            (&few, &Cells::new()),
+            (&Cells::new(), &few),
+        ] {
+            let (mut wanted, mut found) = (before.clone(), after.clone());
+            wanted.append(after);
+            found.prepend(before);
+            assert_eq!(found, wanted);
+        }
+    }
+
+    #[test]
     fn cells_that_are_appended_are_as_if_they_had_been_pushed() {
         let stream = |n: u32| {
             let faces = [4, 3, 0, 1, 2, 3, 0, 1, 3, 3, 1, 2, 3, 3, 0, 2, 3];

@@ -203,7 +203,7 @@ fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Vec<Stri
     told(mesh, schedule, ranks)
 }
 
-/// Positions, velocities and quality at the first steps.
+/// Quality before anything has moved; positions, velocities and quality at the first steps.
 fn told(mesh: Mesh, schedule: Schedule, ranks: &Ranks) -> Vec<String> {
     let deformation = Deformation::builder(mesh, schedule).ranks(ranks).build();
     let deformation = deformation.expect("base points");
@@ -213,7 +213,11 @@ fn told(mesh: Mesh, schedule: Schedule, ranks: &Ranks) -> Vec<String> {
         let velocities = deformation.velocities_at(step).ok();
         format!("{step}: {quality:?} {points:?} {velocities:?}")
     };
-    deformation.steps().iter().take(5).map(at).collect()
+    let rest = deformation.mesh().points();
+    let at_rest = deformation.quality_of(rest).expect("its own points");
+    let mut all = vec![format!("at rest: {at_rest:?}")];
+    all.extend(deformation.steps().iter().take(5).map(at));
+    all
 }
 
 fn deforms_alike(schedule: &str, changes: &[(&str, &str)]) {
@@ -271,6 +275,11 @@ fn substeps_twist_repairs_and_velocities_give_the_same_nodes_on_any_number_of_ra
     deforms_alike("hart_ii.toml", &[twist]);
     let velocity = ("[rbf]", "[output]\nvelocity = true\n[rbf]");
     deforms_alike("hart_ii.toml", &[velocity]);
+    let carried_round = [
+        ("[rotor]", "[rotor]\nframe = \"inertial\""),
+        ("[rbf]", "[rbf]\nsubsteps = 2"),
+    ];
+    deforms_alike("hart_ii.toml", &carried_round);
 }
 
 /// The files of a run that turns a blade, with their content; the folder is that of all ranks.

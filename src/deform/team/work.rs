@@ -295,8 +295,16 @@ impl Work {
         self.part.is_some() || self.stays
     }
 
+    /// Puts nodes that nothing has moved yet where they are at rest.
+    fn begin_at_rest(&mut self) {
+        if self.nodes.places.is_empty() {
+            self.nodes.places = self.nodes.rest(self.mesh()).to_vec();
+        }
+    }
+
     /// Takes the places of the nodes of which the first rank tells.
     pub fn take_told(&mut self, places: &[Vector]) {
+        self.begin_at_rest();
         let Nodes {
             apart,
             places: points,
@@ -330,7 +338,8 @@ impl Work {
     }
 
     /// The hashes of all places.
-    pub fn hashes(&self) -> Vec<BlockHash> {
+    pub fn hashes(&mut self) -> Vec<BlockHash> {
+        self.begin_at_rest();
         let places = &self.nodes.places;
         hashes(places.len(), |node| places[node])
     }
