@@ -120,15 +120,6 @@ impl Mesh {
             .map_or(0, |&number| number as usize - first)
     }
 
-    /// The nodes of all parts, by their numbers in the whole mesh, on rank 0 alone.
-    pub fn nodes_of_parts(&self) -> Option<Vec<Vec<u32>>> {
-        #[derive(Serialize, Deserialize)]
-        struct Nodes(#[serde(with = "raw")] Vec<u32>);
-        let part = self.part.as_ref()?;
-        let of_parts = part.ranks.gather(Nodes(part.nodes.clone()))?;
-        Some(of_parts.into_iter().map(|Nodes(nodes)| nodes).collect())
-    }
-
     /// Gives each rank a part of the mesh that rank 0 has.
     ///
     /// # Errors
@@ -375,4 +366,26 @@ impl Touching {
 struct Parcel {
     mesh: Mesh,
     part: Part,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_node_belongs_to_one_rank() {
+        for n_nodes in [1, 255, 256, 257, 1000, 5000] {
+            for n in [1, 2, 3, 7, 30] {
+                let mut end = 0;
+                for rank in 0..n {
+                    let slab = node_slab(n_nodes, rank, n);
+                    assert_eq!(slab.start, end);
+                    end = slab.end;
+                    let rank_of = |node: usize| rank_of_node(n_nodes, node as u32, n);
+                    assert!(slab.into_iter().all(|node| rank_of(node) == rank));
+                }
+                assert_eq!(end, n_nodes);
+            }
+        }
+    }
 }

@@ -63,15 +63,10 @@ fn same_from_memory(mesh: &Mesh) {
                 points: &|nodes| Ok(mesh.points[nodes].to_vec()),
                 cells: &|cells| Ok(mesh.cells.select(cells)),
             };
-            let part = Mesh::from_slabs(&slabs, false, &ranks).unwrap();
-            let nodes = part.nodes_of_parts();
-            assert_eq!(nodes.is_some(), ranks.is_first());
-            (part, nodes)
+            Mesh::from_slabs(&slabs, false, &ranks).unwrap()
         });
-        let nodes = found[0].1.as_ref().unwrap();
-        for (rank, (found, _)) in found.iter().enumerate() {
+        for (rank, found) in found.iter().enumerate() {
             assert_same(found, &wanted[rank], &format!("rank {rank} of {n}"));
-            assert_eq!(nodes[rank], found.part.as_ref().unwrap().nodes);
         }
     }
 }
