@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! selection   a slab of the surface, swept by each rank; the first picks among the worst points
-//! fields      the nodes of a part of the mesh, the own ones of the rank among them; their values never leave the rank
+//! fields      evaluated at the own nodes of each rank; it gets their values at the other nodes of its part from the ranks
+//!             that own those
 //! correction  the nodes around some of the surface, as many with each rank
 //! positions   each rank moves its nodes, and writes its own; the first gathers them where it has to know them
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
@@ -215,7 +216,7 @@ impl Team {
         (fields, whole.narrow)
     }
 
-    /// Gives each rank its nodes, once; where cells are judged, which `moving_faces` says, with a part of the mesh. Those are ascending, and so
+    /// Gives each rank its nodes, once, and with `moving_faces` a part of the mesh to judge. These faces are ascending, and so
     /// are nodes that are `apart`: not where fields move them.
     pub fn share(&self, mesh: &Mesh, moving_faces: Option<&[u32]>, apart: &[(u32, Placing)]) {
         let mut state = self.state();

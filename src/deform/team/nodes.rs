@@ -1,7 +1,7 @@
-//! The nodes of a rank: where they are at rest and at a step, and which of them fields do not move to where they go.
+//! The nodes of a rank: where they are at rest and at a step, and which of them are not placed by fields.
 //!
-//! A rank has the nodes of its part of the mesh, the own ones among them; where cells are not judged there are no parts, and it
-//! has the own ones alone. Own nodes are consecutive nodes of the whole mesh, and each node is the own one of one rank.
+//! A rank has the nodes of its part of the mesh, its own nodes among them; where cells are not judged there are no parts, and it
+//! has its own nodes alone. Own nodes are consecutive in the whole mesh, and each node belongs to one rank.
 
 use super::placing::{Apart, Maps};
 use crate::deform::step_memory::Rounding;
