@@ -2,13 +2,14 @@
 
 use super::convert::patch_type;
 use super::{Context, Outcome, heap, memory};
-use crate::deform::{Deformation, Plan};
+use crate::deform::{Deformation, Plan, Team};
 use crate::diagnostic::run::RunNote;
 use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use crate::error::{Result, counted, path_in_line};
 use crate::formats::openfoam::set_patch_types;
 use crate::formats::{self, SharedFile};
-use crate::motion::Schedule;
+use crate::mesh::Mesh;
+use crate::motion::{Schedule, SurfaceOutput};
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::progress::Stop;
 use crate::quality::Criterion;
@@ -91,13 +92,21 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let with_files = args.keep_in_files(context);
     // Before it is read: ranks see by that whether it is the same file.
     let file = SharedFile::new(&args.mesh, None, &context.read_options());
-    let mut mesh = context.read_any(&args.mesh)?;
+    let team = Team::of(&context.team, file);
+    let outline = team
+        .as_ref()
+        .map(|team| outline(team, &schedule, args, context));
+    let (outline, why_whole) = match outline {
+        Some(Ok(outline)) => (Some(outline), None),
+        Some(Err(reason)) => (None, Some(reason)),
+        None => (None, None),
+    };
+    let mut mesh = outline.map_or_else(|| context.read_any(&args.mesh), Ok)?;
     set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
     let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(&stop))
-        .ranks(&context.team)
-        .file(file)
+        .team(team)
         .plan()
         .map_err(|error| error.file(&args.mesh))?;
     let plan = deformation.plan();
@@ -123,11 +132,40 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&deformation, &request)?;
-    if let Some(reason) = deformation.why_cut() {
+    if let Some(reason) = deformation.why_cut().or(why_whole) {
         context.tell_why_whole(&args.mesh, &reason);
     }
     context.tell_of_files();
     report(&args.output, finished, context)
+}
+
+/// The outline of the mesh, where ranks read it by parts and the first needs no more.
+///
+/// # Errors
+/// Why it reads the whole, to go with [`Context::tell_why_whole`].
+fn outline(
+    team: &Arc<Team>,
+    schedule: &Schedule,
+    args: &DeformArgs,
+    context: &Context,
+) -> std::result::Result<Mesh, String> {
+    let output = &schedule.output;
+    let format = formats::by_name(&output.format).map_err(|error| error.message)?;
+    if !format.takes_numbers_apart(&output.write_options()) {
+        return Err("several ranks do not write together what the run writes".to_owned());
+    }
+    if args.resume && format.sequence().is_some() {
+        return Err("it compares the file of all steps with the run".to_owned());
+    }
+    if output.surface != SurfaceOutput::None {
+        return Err("it writes surfaces".to_owned());
+    }
+    let outline = context.reading(&args.mesh, || Ok(team.outline(schedule)));
+    let outline = outline.map_err(|error| error.to_string())??;
+    match format.takes_cells_apart(&outline.view()) {
+        true => Ok(outline),
+        false => Err("cells are not written in their order".to_owned()),
+    }
 }
 
 /// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.

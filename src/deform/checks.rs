@@ -7,7 +7,6 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
 use crate::diagnostic::{in_digits, short};
 use crate::error::{Error, Result, counted};
-use crate::geometry::Bounds;
 use crate::geometry::Transform;
 use crate::geometry::vector::{distance, norm, sub};
 use crate::mesh::{Mesh, OneLayer};
@@ -22,7 +21,7 @@ const LEAST_RADIUS: f64 = 1e-9;
 
 /// Refuses a mesh whose lengths cannot be squared.
 pub(super) fn check_size(mesh: &Mesh) -> Result<()> {
-    let bounds = Bounds::around(&mesh.points);
+    let bounds = mesh.extent();
     if bounds.diagonal().is_finite() {
         Ok(())
     } else {
@@ -80,7 +79,7 @@ pub(super) fn check_one_layer(
     let Some(layer) = layer else {
         return Ok(());
     };
-    let least = LEAST_RADIUS * Bounds::around(&mesh.points).diagonal();
+    let least = LEAST_RADIUS * mesh.extent().diagonal();
     let surface = &motion.surface.nodes;
     let body_of = |node: u32| {
         let at = surface.nodes.binary_search(&node).ok()?;
@@ -128,7 +127,7 @@ pub(super) fn check_one_layer(
 
 /// Refuses support radii that vanish in round-off against the mesh.
 pub(super) fn check_radii(schedule: &Schedule, mesh: &Mesh) -> Result<()> {
-    let least = LEAST_RADIUS * Bounds::around(&mesh.points).diagonal();
+    let least = LEAST_RADIUS * mesh.extent().diagonal();
     let radii = [
         ("support_radius", schedule.rbf.support_radius),
         ("rotation_radius", schedule.rbf.rotation_radius),

@@ -13,13 +13,11 @@ use super::step_memory::{Rounding, StepMemory};
 use super::team::{KeptPoints, Team};
 use super::tolerance::{BaseOrigin, check_tolerance};
 use crate::error::{Error, Result, counted};
-use crate::formats::Shared;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
 use crate::progress::{Progress, Silent, Stop};
 use crate::quality::{Assessment, Quality};
-use crate::ranks::Ranks;
 use crate::rbf::select::Selection;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -89,8 +87,7 @@ pub struct DeformationBuilder {
     base: Option<BasePoints>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
-    ranks: Ranks,
-    file: Shared,
+    team: Option<Arc<Team>>,
 }
 
 impl DeformationBuilder {
@@ -118,16 +115,8 @@ impl DeformationBuilder {
     /// Shares the work with other ranks, which serve this one, the first.
     #[doc(hidden)]
     #[must_use]
-    pub fn ranks(mut self, ranks: &Ranks) -> Self {
-        self.ranks = ranks.clone();
-        self
-    }
-
-    /// Has other ranks read their parts of the mesh from its file, or why they cannot.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn file(mut self, file: Shared) -> Self {
-        self.file = file;
+    pub fn team(mut self, team: Option<Arc<Team>>) -> Self {
+        self.team = team;
         self
     }
 
@@ -152,13 +141,7 @@ impl DeformationBuilder {
     /// are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
-        let n_nodes = self.mesh.points.len();
-        let mut plan = Plan::new(self.mesh, self.schedule)?;
-        let file = match plan.mesh.points.len() == n_nodes {
-            true => self.file,
-            false => Err("nodes where a zone turns are doubled".to_owned()),
-        };
-        plan.team = Team::of(&self.ranks, file);
+        let plan = Plan::with_team(self.mesh, self.schedule, self.team)?;
         Ok(Deformation {
             plan: Arc::new(plan),
             measures: OnceLock::new(),
@@ -191,8 +174,7 @@ impl Deformation {
             base: None,
             progress: Arc::new(Silent),
             stop: Arc::default(),
-            ranks: Ranks::alone(),
-            file: Err("it is a mesh in memory".to_owned()),
+            team: None,
         }
     }
 
@@ -415,6 +397,9 @@ impl Deformation {
         let mut stepper = self.stepper(interval, rounding, &measures);
         if apart {
             stepper.known = self.divided.get_or_init(|| plan.divide()).as_deref();
+        }
+        if stepper.known.is_none() {
+            plan.take_whole()?;
         }
         let judges = plan.schedule.output.quality != QualityOutput::None;
         let found = stepper.at(step, judges, points)?;

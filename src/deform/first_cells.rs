@@ -1,12 +1,18 @@
 //! First cells at moving walls: each wall node with its nearest neighbour off the wall.
 
+use super::team::Team;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{CellRun, Mesh};
 use crate::motion::{Motion, Role};
 use crate::parallel::{self, BLOCK};
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Cells of one task.
 const CELLS: usize = 1 << 14;
+
+/// An edge that leaves a wall: the place of its node among those of the wall or its number, the node off it, its length.
+pub(super) type Edge = (u32, u32, f64);
 
 /// Edges that leave a moving wall, the shortest at each wall node.
 #[derive(Debug, Clone, Default)]
@@ -18,40 +24,29 @@ pub struct FirstCells {
 }
 
 impl FirstCells {
-    /// Finds the edges in the reference mesh. Polyhedra and polygons have none.
-    pub fn find(mesh: &Mesh, motion: &Motion) -> Self {
-        let mut wall = vec![u32::MAX; mesh.points.len()];
+    /// Finds the edges in the reference mesh. Polyhedra and polygons have none. Of an outline the `team` finds them, and it learns
+    /// where they end.
+    pub fn find(mesh: &mut Arc<Mesh>, motion: &Motion, team: Option<&Team>) -> Self {
         let surface = &motion.surface.nodes;
         let moving = surface.nodes.iter().zip(&surface.roles);
         let moving = moving.filter(|(_, role)| matches!(role, Role::Moving(_)));
         let nodes: Vec<u32> = moving.map(|(node, _)| *node).collect();
-        for (at, &node) in nodes.iter().enumerate() {
-            wall[node as usize] = at as u32;
-        }
-        let mut shortest = vec![(u32::MAX, f64::INFINITY); nodes.len()];
-        let mut shorten = |edges: Vec<(u32, u32, f64)>| {
-            for (at, off, length) in edges {
-                let entry: &mut (u32, f64) = &mut shortest[at as usize];
-                if (length, off) < (entry.1, entry.0) {
-                    *entry = (off, length);
-                }
+        let found = match team.filter(|_| mesh.outline.is_some()) {
+            None => {
+                let found = shortest(mesh, 0..mesh.cells.len(), &nodes);
+                let on = |(at, off, length): Edge| (nodes[at as usize], off, length);
+                found.into_iter().map(on).collect()
+            }
+            Some(team) => {
+                let (found, ends) = team.edges_off_walls(&nodes);
+                let off: Vec<u32> = found.iter().map(|edge| edge.1).collect();
+                Arc::make_mut(mesh).take_places(&off, &ends);
+                found
             }
         };
-        for run in mesh.volume_runs() {
-            let edges = |cells: &[u32]| edges_off(&run, cells, &wall, &mesh.points);
-            if run.n_cells() <= CELLS {
-                shorten(edges(run.connectivity));
-                continue;
-            }
-            let (nodes, size) = (run.connectivity, CELLS * run.n_nodes);
-            let found = parallel::map_blocks(nodes.len(), size, &|range| edges(&nodes[range]));
-            found.into_iter().for_each(&mut shorten);
-        }
-        let found = nodes.iter().zip(&shortest);
-        let found = found.filter(|(_, (off, _))| *off != u32::MAX);
         Self {
-            edges: found.clone().map(|(&on, (off, _))| (on, *off)).collect(),
-            smallest: found.map(|(_, (_, length))| *length).min_by(f64::total_cmp),
+            edges: found.iter().map(|&(on, off, _)| (on, off)).collect(),
+            smallest: found.iter().map(|edge| edge.2).min_by(f64::total_cmp),
         }
     }
 
@@ -94,14 +89,51 @@ impl FirstCells {
     }
 }
 
+/// The shortest edge of some cells of a mesh that leaves the wall at each of its `nodes`, which are ascending: the lower node off
+/// it of two of one length. Each has the place of its node there.
+pub(super) fn shortest(mesh: &Mesh, cells: Range<usize>, nodes: &[u32]) -> Vec<Edge> {
+    let mut wall = vec![u32::MAX; mesh.points.len()];
+    for (at, &node) in nodes.iter().enumerate() {
+        wall[node as usize] = at as u32;
+    }
+    let mut shortest = vec![(u32::MAX, f64::INFINITY); nodes.len()];
+    let mut shorten = |edges: Vec<Edge>| {
+        for (at, off, length) in edges {
+            let entry: &mut (u32, f64) = &mut shortest[at as usize];
+            if (length, off) < (entry.1, entry.0) {
+                *entry = (off, length);
+            }
+        }
+    };
+    for run in mesh.volume_runs_in(cells) {
+        let edges = |cells: &[u32]| edges_off(&run, cells, &wall, &mesh.points);
+        if run.n_cells() <= CELLS {
+            shorten(edges(run.connectivity));
+            continue;
+        }
+        let (nodes, size) = (run.connectivity, CELLS * run.n_nodes);
+        let found = parallel::map_blocks(nodes.len(), size, &|range| edges(&nodes[range]));
+        found.into_iter().for_each(&mut shorten);
+    }
+    let found = (0..).zip(shortest);
+    let found = found.filter(|(_, (off, _))| *off != u32::MAX);
+    found.map(|(at, (off, length))| (at, off, length)).collect()
+}
+
+/// Of edges by their nodes, each with its end, the shortest at each node on the wall, by these nodes.
+pub(super) fn shortest_of(edges: impl Iterator<Item = (Edge, Vector)>) -> (Vec<Edge>, Vec<Vector>) {
+    let mut edges: Vec<(Edge, Vector)> = edges.collect();
+    edges.sort_unstable_by(|((on, off, length), _), ((on_b, off_b, length_b), _)| {
+        let by_length = length.total_cmp(length_b);
+        on.cmp(on_b).then(by_length).then(off.cmp(off_b))
+    });
+    edges.dedup_by_key(|(edge, _)| edge.0);
+    edges.into_iter().unzip()
+}
+
 /// The edges of some cells of a run that leave the wall, which `wall` numbers: place on the wall,
 /// node off it, length.
-fn edges_off(
-    run: &CellRun<'_>,
-    cells: &[u32],
-    wall: &[u32],
-    points: &[Vector],
-) -> Vec<(u32, u32, f64)> {
+fn edges_off(run: &CellRun<'_>, cells: &[u32], wall: &[u32], points: &[Vector]) -> Vec<Edge> {
     let place = |node: u32| wall[node as usize];
     let mut found = Vec::new();
     for cell in cells.chunks_exact(run.n_nodes) {

@@ -155,7 +155,7 @@ impl Interval {
 
     pub(super) fn reference(&self) -> MeshState<'_> {
         MeshState {
-            nodes: &self.plan.mesh.points,
+            nodes: self.plan.points(),
             deforming: self.deforming.as_deref(),
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
@@ -253,10 +253,11 @@ impl Interval {
             .follow(&plan.motion, &plan.mesh.points, to_inertial.as_ref(), out);
         if plan.motion.rotor.in_plane {
             // Round-off lifts no node out of the plane.
-            parallel::update(out, |node, x| x[2] = plan.mesh.points[node][2]);
+            let reference = plan.points();
+            parallel::update(out, |node, x| x[2] = reference[node][2]);
         }
         if let Some(layer) = &plan.one_layer {
-            layer.level(&plan.mesh.points, out);
+            layer.level(plan.points(), out);
         }
     }
 

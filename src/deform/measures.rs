@@ -4,13 +4,12 @@ use super::plan::Plan;
 use super::team::Team;
 use super::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Adjacency, DataArray, Mesh};
+use crate::mesh::{Adjacency, DataArray};
 use crate::quality::{Assessment, Judge, Quality, Reference, Summary};
 use std::sync::{Arc, OnceLock};
 
 /// Data of the reference mesh that the quality of every step is measured with.
 pub(crate) struct Measures {
-    mesh: Arc<Mesh>,
     /// Of the whole mesh; where ranks share it, made when it is needed.
     judge: OnceLock<Judge>,
     walls: WallAngles,
@@ -21,7 +20,6 @@ impl Measures {
     /// For the reference mesh of a plan.
     pub fn new(plan: &Plan) -> Self {
         let mut measures = Self {
-            mesh: Arc::clone(&plan.mesh),
             judge: OnceLock::new(),
             walls: WallAngles::default(),
             team: plan.team.clone().filter(|_| plan.judges()),
@@ -29,32 +27,32 @@ impl Measures {
         match &measures.team {
             Some(_) => plan.share(),
             None => {
-                let adjacency = &measures.judge().adjacency;
+                let adjacency = &measures.judge(plan).adjacency;
                 measures.walls = WallAngles::find(&plan.mesh, adjacency, &plan.moving_faces);
             }
         }
         measures
     }
 
-    fn judge(&self) -> &Judge {
-        self.judge.get_or_init(|| Judge::new(&self.mesh))
+    fn judge(&self, plan: &Plan) -> &Judge {
+        self.judge.get_or_init(|| Judge::new(plan.whole()))
     }
 
     /// Orientation of the cells in the reference mesh.
-    pub fn orientation(&self) -> &Reference {
-        &self.judge().reference
+    pub fn orientation(&self, plan: &Plan) -> &Reference {
+        &self.judge(plan).reference
     }
 
     /// Which cells share each face.
-    pub fn adjacency(&self) -> &Adjacency {
-        &self.judge().adjacency
+    pub fn adjacency(&self, plan: &Plan) -> &Adjacency {
+        &self.judge(plan).adjacency
     }
 
     /// The quality of the cells with their nodes at `points`, which are those of a step `by_fields` alone where that says so.
     pub fn cells(&self, plan: &Plan, points: &[Vector], by_fields: Option<usize>) -> Summary {
         match &self.team {
             Some(team) => team.cells(points, by_fields),
-            None => self.judge().cells(&plan.mesh, points),
+            None => self.judge(plan).cells(&plan.mesh, points),
         }
     }
 
@@ -68,7 +66,7 @@ impl Measures {
     ) -> Assessment {
         let faces = match &self.team {
             Some(team) => team.faces(points, by_fields),
-            None => self.judge().faces(&plan.mesh, points),
+            None => self.judge(plan).faces(&plan.mesh, points),
         };
         Assessment { cells, faces }
     }
@@ -89,7 +87,7 @@ impl Measures {
 
     /// Every metric as a cell array.
     pub fn arrays(&self, plan: &Plan, points: &[Vector]) -> Vec<DataArray> {
-        self.judge().arrays(&plan.mesh, points)
+        self.judge(plan).arrays(&plan.mesh, points)
     }
 
     /// The quality in plain numbers.

@@ -40,7 +40,7 @@ impl PeriodicNodes {
         if tags.is_empty() {
             return Ok(Self::default());
         }
-        let bounds = Bounds::around(&mesh.points);
+        let bounds = mesh.extent();
         let axis = Axis {
             origin: motion.rotor.hub,
             direction: motion.rotor.e_z,

@@ -7,15 +7,16 @@ use super::periodic::PeriodicNodes;
 use super::surface::SurfacePoints;
 use super::team::{Maps, Placing, Team};
 use crate::diagnostic::Diagnostic;
+use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::{Mesh, OneLayer};
+use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
 use crate::motion::{BodyMap, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
 pub(super) const SELECTED: f64 = 0.99;
@@ -56,6 +57,8 @@ pub struct Plan {
     pub choices: Vec<Diagnostic>,
     /// The ranks that share the work; none where this one is alone.
     pub(crate) team: Option<Arc<Team>>,
+    /// The whole mesh, once something takes more of it than the outline in its place.
+    pub(super) whole: OnceLock<Arc<Mesh>>,
 }
 
 impl Plan {
@@ -68,6 +71,34 @@ impl Plan {
             images: &self.periodic.is_image,
             lever_arms: &layer.lever_arms,
         }
+    }
+
+    /// Has this rank read the whole mesh, where it has the outline alone.
+    pub(super) fn take_whole(&self) -> Result<()> {
+        if let (Some(_), None, Some(team)) = (&self.mesh.outline, self.whole.get(), &self.team) {
+            let whole = Arc::new(team.whole()?);
+            self.whole.get_or_init(|| whole);
+        }
+        Ok(())
+    }
+
+    /// The whole mesh.
+    ///
+    /// # Panics
+    /// Where there is an outline, before [`take_whole`](Self::take_whole).
+    pub(super) fn whole(&self) -> &Arc<Mesh> {
+        match self.mesh.outline {
+            None => &self.mesh,
+            Some(_) => self
+                .whole
+                .get()
+                .expect("the whole mesh is taken before it is used"),
+        }
+    }
+
+    /// Where the nodes are in the reference mesh: with an outline those that are known.
+    pub(super) fn points(&self) -> &[Vector] {
+        &self.whole.get().unwrap_or(&self.mesh).points
     }
 
     /// Number of modes, all layers together.
@@ -129,6 +160,14 @@ impl Plan {
         if let Some(team) = &self.team {
             let moving_faces = self.judges().then_some(&self.moving_faces[..]);
             team.share(&self.mesh, moving_faces, &self.placings());
+        }
+    }
+
+    /// Moving faces that are a side of no cell.
+    pub fn moving_faces_on_no_cell(&self) -> Vec<u32> {
+        match (&self.mesh.outline, &self.team) {
+            (Some(_), Some(team)) => team.faces_on_no_cell(&self.moving_faces),
+            _ => faces_on_no_cell(&self.mesh, &self.moving_faces),
         }
     }
 

@@ -77,7 +77,7 @@ impl Stepper<'_> {
         if !repair::wants_repair(self.plan, cells) {
             return Ok(());
         }
-        self.make_whole(points);
+        self.make_whole(points)?;
         found.is_apart = false;
         let mut done = self.try_substeps(step, points, cells, &mut found.selection_error)?;
         if self.plan.schedule.output.on_inverted == OnInverted::Repair && n_not_valid(cells) > 0 {
@@ -119,11 +119,14 @@ impl Stepper<'_> {
             repair: None,
             is_apart: self.known.is_some() && window.is_none(),
         };
-        if window.is_some() {
-            self.make_whole(points);
-        }
         // Where nothing has moved there is nothing to take part in.
-        let window = window.filter(|_| *points != self.plan.mesh.points[..]);
+        let window = match window {
+            Some(window) => {
+                self.make_whole(points)?;
+                (*points != self.plan.whole().points[..]).then_some(window)
+            }
+            None => None,
+        };
         if let Some(window) = window {
             self.repair(&window, step, points, &mut found)?;
             if self.plan.velocity.is_some() {
@@ -174,7 +177,7 @@ impl Stepper<'_> {
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.judge_plain(worst, points);
-        self.make_whole(points);
+        self.make_whole(points)?;
         let substeps = self
             .try_substeps(worst, points, &mut cells, &mut error)?
             .substeps;
@@ -365,11 +368,13 @@ impl Stepper<'_> {
         }
     }
 
-    /// Takes the positions of a plain step that are with other ranks.
-    fn make_whole(&self, points: &mut [Vector]) {
+    /// Takes the positions of a plain step that are with other ranks, and the whole mesh.
+    fn make_whole(&self, points: &mut [Vector]) -> Result<()> {
         if let (Some(_), Some(team)) = (self.known, &self.plan.team) {
+            self.plan.take_whole()?;
             team.collect(points);
         }
+        Ok(())
     }
 
     /// Where the repair of a step begins.
@@ -377,7 +382,7 @@ impl Stepper<'_> {
         match substeps {
             None => {
                 let error = self.plain(step, points)?;
-                self.make_whole(points);
+                self.make_whole(points)?;
                 Ok(error)
             }
             Some(parts) => self.through(step, parts, points),

@@ -11,6 +11,7 @@ use super::periodic::PeriodicNodes;
 use super::plan::{Plan, SELECTED};
 use super::sections;
 use super::surface::SurfacePoints;
+use super::team::Team;
 use super::velocity;
 use super::zone;
 use crate::diagnostic::Diagnostic;
@@ -25,7 +26,7 @@ use crate::modes::{Form, RigidSurface};
 use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SurfaceFaces};
 use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The tolerance left out of a schedule, in diagonals of the moving bodies.
 const DEFAULT_TOLERANCE: f64 = 1e-4;
@@ -39,7 +40,15 @@ const FAR: f64 = 100.0;
 impl Plan {
     /// Resolves a schedule on a mesh and finds its modes. An error without a file is about the mesh.
     pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
-        let mut mesh = mesh.into();
+        Self::with_team(mesh.into(), schedule, None)
+    }
+
+    /// The same, with the ranks that share the work; the mesh may be the outline of theirs.
+    pub(super) fn with_team(
+        mut mesh: Arc<Mesh>,
+        schedule: Schedule,
+        team: Option<Arc<Team>>,
+    ) -> Result<Self> {
         let has_boxes = mesh.field_arrays.iter().any(|a| a.name == su2::BOXES);
         if has_boxes {
             Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);
@@ -50,6 +59,9 @@ impl Plan {
         let mut motion = schedule.resolve(&mesh)?;
         if motion.to_inertial(&motion.steps[0]).is_some() {
             zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
+            if let Some(team) = team.as_ref().filter(|_| motion.zone.is_some()) {
+                team.leave_file("nodes where a zone turns are doubled");
+            }
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
         let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
@@ -60,7 +72,7 @@ impl Plan {
         choices.extend(format);
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
-        let first_cells = FirstCells::find(&mesh, &motion);
+        let first_cells = FirstCells::find(&mut mesh, &motion, team.as_deref());
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         check_radii(&schedule, &mesh).map_err(in_schedule)?;
@@ -94,7 +106,8 @@ impl Plan {
             periodic,
             tolerance,
             choices,
-            team: None,
+            team,
+            whole: OnceLock::new(),
         };
         let path = plan.schedule.path.clone();
         plan.find_layers().map_err(|error| error.file(&path))?;
@@ -145,7 +158,7 @@ impl Plan {
 
     /// What to do about modes that are too coarse: the motion, the place of the mesh or the tolerance may be at fault.
     fn better_modes(&self, cell: f64) -> String {
-        let bounds = Bounds::around(&self.mesh.points);
+        let bounds = self.mesh.extent();
         let diagonal = bounds.diagonal();
         let steps = 0..self.motion.steps.len();
         let largest = steps.map(|step| self.largest_displacement(step));
@@ -250,7 +263,7 @@ fn basis(
 ) -> Basis {
     let radius = schedule.rbf.support_radius.unwrap_or_else(|| {
         let region = match &motion.zone {
-            None => Bounds::around(&mesh.points),
+            None => mesh.extent(),
             Some(zone) => {
                 let nodes = mesh.points.iter().zip(&zone.nodes);
                 let inside: Vec<Vector> = nodes

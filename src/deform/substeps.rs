@@ -34,7 +34,7 @@ impl Interval {
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
-        let mut nodes = plan.mesh.points.clone();
+        let mut nodes = plan.whole().points.clone();
         let mut worst: f64 = 0.0;
         let n = parts.n as f64;
         for part in 1..=parts.n {

@@ -38,8 +38,8 @@ impl<'a> StepFreedom<'a> {
     /// What is to be repaired.
     pub fn task(&self) -> Task<'_> {
         Task {
-            mesh: &self.plan.mesh,
-            reference: self.measures.orientation(),
+            mesh: self.plan.whole(),
+            reference: self.measures.orientation(self.plan),
             freedom: &self.freedom,
         }
     }
@@ -87,7 +87,7 @@ impl<'a> StepFreedom<'a> {
     /// Periodic nodes follow their partners, a plane mesh stays in its plane, and both sides of one layer are alike.
     fn keep_alike(&self, points: &mut [Vector]) {
         let plan = self.plan;
-        let reference = &plan.mesh.points;
+        let reference = &plan.whole().points;
         plan.periodic
             .follow(&plan.motion, reference, self.to_inertial.as_ref(), points);
         if plan.motion.rotor.in_plane {
@@ -105,7 +105,7 @@ fn freedom(plan: &Plan, measures: &Measures, to_inertial: Option<&Transform>) ->
     let is_alike = plan.periodic.followers().is_empty();
     let layer = plan.one_layer.as_ref().filter(|_| is_alike);
     let mut freedom = match layer {
-        None => Freedom::inner(&plan.mesh, measures.adjacency()),
+        None => Freedom::inner(plan.whole(), measures.adjacency(plan)),
         Some(layer) => {
             // The sides that are called `empty` are no boundary in the plane.
             let high = layer.high_nodes(plan.mesh.points.len());
@@ -113,7 +113,7 @@ fn freedom(plan: &Plan, measures: &Measures, to_inertial: Option<&Transform>) ->
                 let n_high = nodes.iter().filter(|&&node| high[node as usize]).count();
                 n_high > 0 && n_high < nodes.len()
             };
-            Freedom::inside(&plan.mesh, measures.adjacency(), &is_upright)
+            Freedom::inside(plan.whole(), measures.adjacency(plan), &is_upright)
         }
     };
     let turned = |constraint: Constraint| match to_inertial {

@@ -23,6 +23,7 @@ mod hash;
 mod hdf5;
 pub mod legacy;
 mod lexer;
+mod listing;
 mod location;
 mod memory_limit;
 mod mesh_file;
@@ -68,6 +69,7 @@ pub use embed::embedded;
 #[cfg(test)]
 pub use embed::unembedded;
 pub use hash::{hash_of, hash_of_input, hash_of_range};
+pub(crate) use listing::list_nodes;
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;
@@ -244,7 +246,12 @@ pub trait Format: Sync {
         })
     }
     /// Whether ranks that have coordinates can write them into the file.
-    fn takes_points_apart(&self, _: &WriteOptions) -> bool {
+    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
+        false
+    }
+    /// Whether ranks that have the cells of this mesh can write their nodes into such a file too: cells are there in their order,
+    /// each once. Asks for nothing but the kinds of cells and the groups.
+    fn takes_cells_apart(&self, _: &MeshView) -> bool {
         false
     }
     /// Small files that belong next to a mesh written to `path`, with their content, which does not depend on the

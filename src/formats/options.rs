@@ -74,7 +74,7 @@ impl WriteOptions {
     /// Refuses coordinates that the wanted precision cannot hold.
     pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<()> {
         // Other ranks look at what they write.
-        if self.precision == Precision::F64 || mesh.apart.is_some() {
+        if self.precision == Precision::F64 || mesh.points_apart.is_some() {
             return Ok(());
         }
         check_in_32_bits(mesh.points, 0)

@@ -246,7 +246,7 @@ impl Out for Counting<'_> {
         if let Some(hasher) = &mut self.hasher {
             told.iter().for_each(|part| hasher.take(part));
         }
-        self.n_bytes += numbers.n_bytes();
+        self.n_bytes += numbers.n_bytes;
         Ok(told)
     }
 }

@@ -180,8 +180,8 @@ impl Out for StagedFile<'_> {
         self.out.flush().map_err(failed)?;
         let at = self.out.get_mut().0.stream_position().map_err(failed)?;
         let to = Some((self.path, at));
-        let told = numbers.points.write(to, numbers.numbers, hash_from)?;
-        let end = SeekFrom::Start(at + numbers.n_bytes());
+        let told = numbers.by.write(to, &numbers.numbers, hash_from)?;
+        let end = SeekFrom::Start(at + numbers.n_bytes);
         self.out.get_mut().0.seek(end).map_err(failed)?;
         Ok(told)
     }

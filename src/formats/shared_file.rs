@@ -1,6 +1,6 @@
 //! Files of which each of several ranks reads its own slab, so that no rank has the whole mesh.
 
-use super::slabs::Slabs;
+use super::slabs::{Refusal, Slabs};
 use super::{Format, Location, ReadOptions, Source, by_name, of};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, from_slabs};
@@ -119,13 +119,6 @@ fn open(path: &Path) -> Result<(Location, Stamp)> {
 /// # Errors
 /// On all ranks, why the file has to be read as a whole: in words that complete "read whole by one rank: ...".
 pub fn read_parts(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh, String> {
-    let reason = |error: Error| {
-        Error {
-            path: None,
-            ..error
-        }
-        .to_string()
-    };
     let opened = ranks.agree(file.open()).map_err(reason)?;
     parts(opened, file, ranks).map_err(reason)
 }
@@ -150,6 +143,41 @@ fn parts(
         cells: &|cells| released(source, slabs.cells(cells)),
     };
     Mesh::from_slabs(&slabs, format.lists_faces_again(), ranks)
+}
+
+impl SharedFile {
+    /// Gives the outline of the mesh its groups and the arrays of the mesh as a whole.
+    ///
+    /// # Errors
+    /// Why the file has to be read as a whole, as for [`read_parts`].
+    pub fn complete(&self, outline: &mut Mesh) -> std::result::Result<(), String> {
+        let (location, format) = self.open().map_err(reason)?;
+        let source = location.file().map_err(reason)?;
+        let slabs = by_slabs(format, source, &self.options()).map_err(reason)?;
+        let completed = slabs.complete(outline);
+        completed.map_err(|refusal| match refusal {
+            Refusal::Whole(why) => why,
+            Refusal::Damaged(error) => reason(error),
+        })?;
+        outline.validate_groups().map_err(reason)
+    }
+
+    /// Reads the whole mesh, which the first rank had found readable by slabs.
+    pub fn read_whole(&self) -> Result<Mesh> {
+        let named = |error: Error| error.file(self.path());
+        let (location, format) = self.open().map_err(named)?;
+        let read = super::read_as(format, &location, &self.options());
+        Ok(read.map_err(named)?.mesh)
+    }
+}
+
+/// An error as a reason, without the path that is known.
+fn reason(error: Error) -> String {
+    let error = Error {
+        path: None,
+        ..error
+    };
+    error.to_string()
 }
 
 fn by_slabs<'a>(

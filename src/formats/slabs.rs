@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::mesh::Cells;
+use crate::mesh::{Cells, Mesh};
 use std::ops::Range;
 
 /// A mesh in a file, of which each slab of nodes or cells can be read alone. Nodes and cells have the numbers that they
@@ -20,13 +20,21 @@ pub trait Slabs: Send + Sync {
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>>;
     /// Some cells, in memory of about their size; each of their nodes is one of the mesh.
     fn cells(&self, cells: Range<usize>) -> Result<Cells>;
+    /// Gives the outline of the mesh, which knows the kinds of all cells, its groups and the arrays of the mesh as a whole.
+    ///
+    /// # Errors
+    /// Why that is not all that the mesh has, as for [`Opened`].
+    fn complete(&self, _outline: &mut Mesh) -> std::result::Result<(), Refusal> {
+        Err(whole("its groups are not read by themselves"))
+    }
 }
 
 /// A file opened by slabs, or why it has to be read as a whole: in words that complete "read whole by one rank: ...".
 pub type Opened<'a> = std::result::Result<Box<dyn Slabs + 'a>, String>;
 
 /// Why a file is not opened by slabs.
-pub(super) enum Refusal {
+#[derive(Debug)]
+pub enum Refusal {
     /// It has to be read as a whole, or reading it as a whole tells what is wrong with it.
     Whole(String),
     /// It is damaged.

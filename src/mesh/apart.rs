@@ -1,43 +1,102 @@
-//! Node coordinates that lie with several ranks, each of which writes its own.
+//! Nodes and cells that lie with several ranks, each of which writes its own.
 
+use super::Cells;
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::ranks::hash::HashedBytes;
+use crate::ranks::hash::{HashedBytes, TreeHasher};
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
+use std::ops::Range;
 use std::path::Path;
 
-/// The coordinates of all nodes, with the ranks.
-pub trait PointsApart: Debug + Send + Sync {
+/// A mesh that the ranks have together.
+pub trait Apart: Debug + Send + Sync {
     /// Has all ranks write numbers into a file, which lie one after another from a byte of it on; none writes nothing.
     /// Gives what the ranks tell of them, in the order in which they lie there; they are hashed from byte `hash_from` on.
     fn write(
         &self,
         to: Option<(&Path, u64)>,
-        numbers: Numbers,
+        numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>>;
 }
 
-/// Which numbers of nodes are written, and how.
+/// Which numbers are written, and how.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Numbers {
+    /// Coordinates of all nodes.
+    Coordinates(Coordinates),
+    /// The nodes of some cells.
+    Nodes(NodesOfCells),
+}
+
+/// Coordinates of nodes as they are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Numbers {
+pub struct Coordinates {
     /// The coordinate; `None` for all three of each node.
     pub axis: Option<usize>,
     /// Whether they have 32 bits; else 64.
     pub is_single: bool,
 }
 
-/// Numbers of all nodes of a mesh that ranks write.
-#[derive(Debug, Clone, Copy)]
-pub struct NumbersApart<'a> {
-    pub points: &'a dyn PointsApart,
-    pub numbers: Numbers,
-    pub n_nodes: usize,
+/// The nodes of cells as they are written, cell after cell.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NodesOfCells {
+    /// The cells, by their numbers in the whole mesh.
+    pub cells: Range<usize>,
+    /// How they are listed.
+    pub listing: Listing,
+    /// Whether numbers have 64 bits; else 32.
+    pub is_wide: bool,
 }
 
-impl Numbers {
+/// How the nodes of cells are listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Listing {
+    /// In VTK's order, from 0.
+    Vtk,
+    /// In the order of CGNS, from 1.
+    Cgns,
+    /// The same, the number of its type before the nodes of each cell.
+    CgnsMixed,
+}
+
+/// Numbers of a mesh that ranks write.
+#[derive(Debug, Clone)]
+pub struct NumbersApart<'a> {
+    pub by: &'a dyn Apart,
+    pub numbers: Numbers,
+    /// Bytes of all of them.
+    pub n_bytes: u64,
+}
+
+impl NumbersApart<'_> {
+    /// The hash of their bytes, which are written nowhere.
+    pub fn hash(&self) -> Result<blake3::Hash> {
+        let mut hasher = TreeHasher::default();
+        let told = self.by.write(None, &self.numbers, 0)?;
+        told.iter().for_each(|part| hasher.take(part));
+        Ok(hasher.finalize())
+    }
+}
+
+impl NodesOfCells {
+    /// Bytes of a number.
+    pub fn size(&self) -> usize {
+        if self.is_wide { 8 } else { 4 }
+    }
+
+    /// How many numbers are listed of a range of `cells`.
+    pub fn n_numbers(&self, cells: &Cells, range: Range<usize>) -> usize {
+        let more = usize::from(self.listing == Listing::CgnsMixed);
+        let of_run = |n_cells: usize, n_nodes: usize| n_cells * (n_nodes + more);
+        let runs = cells.runs_in(range);
+        runs.map(|run| of_run(run.n_cells(), run.n_nodes)).sum()
+    }
+}
+
+impl Coordinates {
     /// Bytes of a node.
     pub fn size(self) -> usize {
         let n = if self.axis.is_some() { 1 } else { 3 };
@@ -70,12 +129,5 @@ pub fn check_in_32_bits(points: &[Vector], first: usize) -> Result<()> {
             point(&points[at])
         ))),
         None => Ok(()),
-    }
-}
-
-impl NumbersApart<'_> {
-    /// Their bytes, all together.
-    pub fn n_bytes(&self) -> u64 {
-        (self.n_nodes * self.numbers.size()) as u64
     }
 }

@@ -186,6 +186,38 @@ impl Cells {
         cells
     }
 
+    /// Cells of which the kinds are known as for [`from_connectivity`](Self::from_connectivity), and every node is `node`.
+    pub(super) fn of_kinds(
+        kinds: impl IntoIterator<Item = (CellKind, usize, usize)>,
+        node: u32,
+    ) -> Self {
+        let mut cells = Self::new();
+        let mut n_entries = 0;
+        for (kind, n_nodes, n_cells) in kinds {
+            cells.extend_run_at(kind, n_nodes, n_cells, n_entries);
+            n_entries += n_nodes * n_cells;
+        }
+        cells.connectivity = vec![node; n_entries];
+        cells
+    }
+
+    /// Sets the nodes of all cells of less than this dimension, in their order.
+    pub(super) fn set_nodes_below(&mut self, dimension: u8, mut nodes: impl Iterator<Item = u32>) {
+        for run in self
+            .runs
+            .iter()
+            .filter(|run| run.kind.dimension() < dimension)
+        {
+            let n = run.n_nodes as usize * run.n_cells as usize;
+            for (to, node) in self.connectivity[run.first_entry..][..n]
+                .iter_mut()
+                .zip(&mut nodes)
+            {
+                *to = node;
+            }
+        }
+    }
+
     /// Appends a polyhedron given as its face stream `n_faces, (n_nodes, node...)...`.
     ///
     /// Its nodes are listed once each, in order of first appearance.

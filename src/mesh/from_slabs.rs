@@ -65,6 +65,7 @@ impl Mesh {
         let (points, is_level) = owners.points(slabs, &nodes)?;
         let part = Part {
             ranks: ranks.clone(),
+            n_nodes: slabs.n_nodes,
             is_level,
             own_nodes: own_places,
             nodes,

@@ -25,6 +25,7 @@ mod node_bits;
 mod nodes;
 mod one_layer;
 mod origin;
+mod outline;
 mod outward;
 mod part;
 mod reorder;
@@ -37,7 +38,9 @@ mod subset;
 mod view;
 
 pub use adjacency::{Across, Adjacency};
-pub use apart::{Numbers, NumbersApart, PointsApart, check_in_32_bits};
+pub use apart::{
+    Apart, Coordinates, Listing, NodesOfCells, Numbers, NumbersApart, check_in_32_bits,
+};
 pub use arrays::{DataArray, Values};
 pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};
 pub use cells::{CellRef, CellRun, Cells};
@@ -49,6 +52,7 @@ pub use kind::CellKind;
 pub(crate) use nodes::for_each_shared_place;
 pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
+pub use outline::Outline;
 pub(crate) use outward::turn_outward;
 pub use part::Part;
 pub(crate) use part::node_slab;
@@ -109,6 +113,10 @@ pub struct Mesh {
     #[doc(hidden)]
     #[serde(skip)]
     pub part: Option<Arc<Part>>,
+    /// What is known of a mesh that lies with several ranks, where this is its outline.
+    #[doc(hidden)]
+    #[serde(skip)]
+    pub outline: Option<Outline>,
 }
 
 impl Mesh {
@@ -158,7 +166,10 @@ impl Mesh {
 
     /// Smallest and largest coordinates; `None` without nodes.
     pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
-        bounds(&self.points)
+        match &self.outline {
+            Some(outline) => Some([outline.bounds.low, outline.bounds.high]),
+            None => bounds(&self.points),
+        }
     }
 
     /// Removes the field arrays of these names; gives the names of those that were there.
@@ -243,7 +254,7 @@ impl Mesh {
         Ok(())
     }
 
-    fn validate_groups(&self) -> Result<()> {
+    pub(crate) fn validate_groups(&self) -> Result<()> {
         for group in &self.groups {
             for range in group.cells.ranges() {
                 if range.end > self.cells.len() {

@@ -33,6 +33,8 @@ pub struct Part {
     /// All ranks; each has a part.
     #[serde(skip)]
     pub ranks: Ranks,
+    /// How many nodes the whole mesh has.
+    pub n_nodes: usize,
     /// Whether all nodes of the whole mesh have the same z.
     pub is_level: bool,
     /// For each node here its number in the whole mesh, ascending.
@@ -109,6 +111,12 @@ impl Mesh {
             None => 0..self.cells.len(),
             Some(part) => part.own_cells.clone(),
         }
+    }
+
+    /// How many nodes there are, in the whole mesh where this is a part.
+    pub(crate) fn n_nodes_of_all(&self) -> usize {
+        let part = self.part.as_ref();
+        part.map_or(self.points.len(), |part| part.n_nodes)
     }
 
     /// By how much the number of an own cell in the whole mesh is larger than here.
@@ -234,10 +242,12 @@ impl<'a> Cut<'a> {
             space: (mesh.dimension() > 0).then(|| mesh.dimension()),
             origin: Origin::default(),
             part: None,
+            outline: None,
             cells: cells_here,
         };
         let part = Part {
             ranks: Ranks::alone(),
+            n_nodes: mesh.points.len(),
             is_level: self.is_level,
             own_cells: before.len()..before.len() + own.len(),
             own_nodes: places_of(&own_nodes, &nodes),

@@ -1,9 +1,10 @@
 //! A borrowed view of a mesh for writers, whose node positions and arrays may differ from those of the mesh.
 
 use super::{
-    CellRun, Cells, DataArray, Group, Mesh, Numbers, NumbersApart, Origin, PointsApart, groups,
-    volume_dimension,
+    Apart, CellRun, Cells, Coordinates, DataArray, Group, Listing, Mesh, NodesOfCells, Numbers,
+    NumbersApart, Origin, groups, volume_dimension,
 };
+use std::ops::Range;
 
 /// A mesh to write. Nothing of it is copied.
 ///
@@ -36,12 +37,15 @@ pub struct MeshView<'a> {
     /// See [`Mesh::origin`].
     pub origin: &'a Origin,
     /// Where the coordinates are, where `points` has only some of them.
-    pub(crate) apart: Option<&'a dyn PointsApart>,
+    pub(crate) points_apart: Option<&'a dyn Apart>,
+    /// Where the nodes of the cells are, where `cells` has only some of them.
+    pub(crate) cells_apart: Option<&'a dyn Apart>,
 }
 
 impl Mesh {
     /// The mesh as it is, to write.
     pub fn view(&self) -> MeshView<'_> {
+        let apart = self.outline.as_ref().map(|outline| &*outline.by);
         MeshView {
             points: &self.points,
             cells: &self.cells,
@@ -51,7 +55,8 @@ impl Mesh {
             field_arrays: self.field_arrays.iter().collect(),
             space: self.space,
             origin: &self.origin,
-            apart: None,
+            points_apart: apart,
+            cells_apart: apart,
         }
     }
 }
@@ -64,22 +69,56 @@ impl<'a> MeshView<'a> {
     #[must_use]
     pub fn with_points(self, points: &'a [[f64; 3]]) -> Self {
         assert_eq!(points.len(), self.points.len(), "one position a node");
-        Self { points, ..self }
+        Self {
+            points,
+            points_apart: None,
+            ..self
+        }
     }
 
     /// With the coordinates of most nodes elsewhere: for formats that take them from there
-    /// ([`Format::takes_points_apart`](crate::formats::Format::takes_points_apart)).
+    /// ([`Format::takes_numbers_apart`](crate::formats::Format::takes_numbers_apart)).
     #[must_use]
-    pub(crate) fn with_points_apart(self, apart: Option<&'a dyn PointsApart>) -> Self {
-        Self { apart, ..self }
+    pub(crate) fn with_points_apart(self, apart: Option<&'a dyn Apart>) -> Self {
+        Self {
+            points_apart: apart,
+            ..self
+        }
     }
 
     /// Coordinates that are elsewhere; none where they are here.
-    pub(crate) fn apart(&self, axis: Option<usize>, is_single: bool) -> Option<NumbersApart<'a>> {
+    pub(crate) fn coordinates_apart(
+        &self,
+        axis: Option<usize>,
+        is_single: bool,
+    ) -> Option<NumbersApart<'a>> {
+        let by = self.points_apart?;
+        let numbers = Coordinates { axis, is_single };
         Some(NumbersApart {
-            points: self.apart?,
-            numbers: Numbers { axis, is_single },
-            n_nodes: self.points.len(),
+            by,
+            n_bytes: (self.points.len() * numbers.size()) as u64,
+            numbers: Numbers::Coordinates(numbers),
+        })
+    }
+
+    /// The nodes of some cells that are elsewhere; none where they are here.
+    pub(crate) fn nodes_apart(
+        &self,
+        cells: Range<usize>,
+        listing: Listing,
+        is_wide: bool,
+    ) -> Option<NumbersApart<'a>> {
+        let by = self.cells_apart?;
+        let numbers = NodesOfCells {
+            cells: cells.clone(),
+            listing,
+            is_wide,
+        };
+        let n_numbers = numbers.n_numbers(self.cells, cells);
+        Some(NumbersApart {
+            by,
+            n_bytes: (n_numbers * numbers.size()) as u64,
+            numbers: Numbers::Nodes(numbers),
         })
     }
 

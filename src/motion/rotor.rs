@@ -67,7 +67,7 @@ pub struct Rotor {
     /// Unit vector along the shaft, towards the thrust side; likewise.
     pub(super) shaft_axis: Option<Vector>,
     /// In which frame the mesh is written.
-    pub(super) frame: Frame,
+    pub(crate) frame: Frame,
     /// Revolutions a minute.
     pub(super) rpm: Option<f64>,
     /// Azimuth over time.

@@ -45,7 +45,7 @@ pub struct Schedule {
     /// The file it came from, empty without one; files it names are relative to it.
     pub(crate) path: PathBuf,
     pub(super) steps: Steps,
-    pub(super) rotor: Rotor,
+    pub(crate) rotor: Rotor,
     /// The moving bodies, at least one.
     pub(super) bodies: Vec<Body>,
     /// Zones that deform, and boundaries that do not move with a body.

@@ -97,7 +97,9 @@ fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
     let n_volume: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     StepSize {
         n_nodes: plan.mesh.points.len() as u64,
-        is_plane: plan.mesh.points.iter().all(|x| x[2] == 0.0),
+        is_plane: [plan.mesh.extent()]
+            .iter()
+            .all(|all| all.low[2] == 0.0 && all.high[2] == 0.0),
         number: match output.precision {
             Precision::F64 => 8,
             Precision::F32 => 4,

@@ -75,7 +75,7 @@ impl Region {
             Some(nodes) => {
                 Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[node as usize]))
             }
-            None => Bounds::around(&plan.mesh.points),
+            None => plan.mesh.extent(),
         };
         let slack = OUTSIDE * bounds.diagonal();
         let held = |body: usize| {

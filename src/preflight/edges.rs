@@ -28,7 +28,7 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<Diagnostic> {
         .filter_map(|&(at, normal)| Some((at as usize, surface.body[at as usize]?, normal)))
         .collect();
     let [of_way, of_mesh] = ROUND_OFF;
-    let least = of_mesh * Bounds::around(&plan.mesh.points).diagonal();
+    let least = of_mesh * plan.mesh.extent().diagonal();
     // For each body the points that leave, how far at most, and the step of that.
     let mut left: BTreeMap<u16, (BTreeSet<usize>, f64, usize)> = BTreeMap::new();
     for step in plan.motion.steps.iter().filter(|_| !held.is_empty()) {

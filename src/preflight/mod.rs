@@ -28,12 +28,11 @@ pub use surface_files::check_surface_files;
 use crate::deform::{Layer, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
-use crate::geometry::Bounds;
 use crate::motion::Frame;
 
 /// What the user should know of the motion before it is interpolated.
 pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
-    let diagonal = Bounds::around(&plan.mesh.points).diagonal();
+    let diagonal = plan.mesh.extent().diagonal();
     let mut warnings = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(tags::fixed_that_move(plan));

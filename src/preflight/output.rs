@@ -113,8 +113,12 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u6
         compression: Compression::None,
         ..plan.schedule.output.write_options()
     };
-    let points = moved_a_little(&plan.mesh.points);
-    let mesh = plan.mesh.view().with_points(&points);
+    let mut mesh = plan.mesh.view();
+    // What ranks write does not depend on where it is.
+    let points = (plan.mesh.outline.is_none()).then(|| moved_a_little(&plan.mesh.points));
+    if let Some(points) = &points {
+        mesh = mesh.with_points(points);
+    }
     let mut out = OutputSet::nowhere(Path::new("mesh"));
     let dropped = format.write(&mesh, &mut out, &options);
     let dropped = dropped.map_err(|error| described(error, plan))?;

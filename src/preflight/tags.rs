@@ -4,9 +4,8 @@
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
-use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
-use crate::mesh::{Group, faces_on_no_cell};
+use crate::mesh::Group;
 use crate::motion::{BodyMap, Role};
 use std::collections::BTreeMap;
 
@@ -41,7 +40,7 @@ pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
     for (tag, _) in fixed {
         let (all_nodes, mut found) = moved_nodes(plan, tag, &body_of, &moving);
         measure(plan, tag, &mut found);
-        let least = ROUND_OFF * Bounds::around(&plan.mesh.points).diagonal();
+        let least = ROUND_OFF * plan.mesh.extent().diagonal();
         let found = found
             .into_iter()
             .filter(|(_, moved)| moved.distance > least);
@@ -132,7 +131,7 @@ fn measure(plan: &Plan, tag: &Group, found: &mut BTreeMap<u16, Moved>) {
 /// The normal of the plane that the faces of a tag lie in, in space; `None` where they lie in none.
 fn plane_of(plan: &Plan, tag: &Group) -> Option<Vector> {
     let points = &plan.mesh.points;
-    let least = ROUND_OFF * Bounds::around(points).diagonal();
+    let least = ROUND_OFF * plan.mesh.extent().diagonal();
     let nodes = || {
         tag.cells
             .iter()
@@ -167,7 +166,7 @@ pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
     {
         return Vec::new();
     }
-    let loose = faces_on_no_cell(mesh, &plan.moving_faces);
+    let loose = plan.moving_faces_on_no_cell();
     let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
     let moving = mesh.boundary_tags().zip(roles);
     let moving = moving.filter(|(_, role)| matches!(role, Some(Role::Moving(_))));

@@ -39,6 +39,10 @@ pub trait Network: Send + Sync {
     fn receive(&self, from: usize) -> Vec<u8>;
     /// Waits for the next bytes of another rank, of which there are as many as `bytes` takes.
     fn receive_into(&self, from: usize, bytes: &mut [u8]);
+    /// Whether ranks are threads of one process, for tests.
+    fn is_of_threads(&self) -> bool {
+        false
+    }
 }
 
 /// This rank, and the way to the others. Copies share it.
@@ -137,6 +141,11 @@ impl Ranks {
     /// How many there are.
     pub fn n(&self) -> usize {
         self.network.as_ref().map_or(1, |network| network.n_ranks())
+    }
+
+    /// Whether ranks are threads of one process, for tests.
+    pub fn are_threads(&self) -> bool {
+        (self.network.as_ref()).is_some_and(|network| network.is_of_threads())
     }
 
     /// Whether this is the rank that speaks for all.

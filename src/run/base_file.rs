@@ -3,7 +3,6 @@
 use crate::deform::{BasePoints, LayerKind, Plan, from_nodes};
 use crate::error::{Error, Result};
 use crate::formats::{Commit, check_no_device, save_text};
-use crate::geometry::vector::Vector;
 use crate::rbf::select::Selection;
 use crate::record::BaseFile;
 use std::ops::Range;
@@ -31,7 +30,7 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
             .map(|selection| selection.error)
             .fold(0.0, f64::max),
         mesh_nodes: plan.mesh.points.len(),
-        mesh_points_blake3: points_hash(&plan.mesh.points),
+        mesh_points_blake3: points_hash(plan)?,
         nodes: of("nodes").unwrap_or_default(),
         rotation_nodes: of("rotation_nodes"),
         rotation_radius: plan.schedule.rbf.rotation_radius,
@@ -95,9 +94,7 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.version
         )));
     }
-    if file.mesh_nodes != plan.mesh.points.len()
-        || file.mesh_points_blake3 != points_hash(&plan.mesh.points)
-    {
+    if file.mesh_nodes != plan.mesh.points.len() || file.mesh_points_blake3 != points_hash(plan)? {
         return Err(Error::input(format!(
             "the base points were chosen on another mesh, of {} nodes; this one has {}",
             file.mesh_nodes,
@@ -125,10 +122,14 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
     Ok(())
 }
 
-fn points_hash(points: &[Vector]) -> String {
+fn points_hash(plan: &Plan) -> Result<String> {
+    let mesh = plan.mesh.view();
+    if let Some(numbers) = mesh.coordinates_apart(None, false) {
+        return Ok(numbers.hash()?.to_string());
+    }
     let mut hasher = blake3::Hasher::new();
-    hasher.update_rayon(bytemuck::cast_slice(points));
-    hasher.finalize().to_string()
+    hasher.update_rayon(bytemuck::cast_slice(mesh.points));
+    Ok(hasher.finalize().to_string())
 }
 
 /// The base points as VTK polydata: vertices in the order chosen, with that order, the mesh node and

@@ -11,7 +11,7 @@ use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
-use crate::mesh::{MeshView, PointsApart};
+use crate::mesh::{Apart, MeshView};
 use crate::motion::{OnInverted, QualityOutput, Step};
 use crate::parallel::join_with_own_thread;
 
@@ -71,7 +71,7 @@ impl Run<'_> {
                 false => None,
             };
             let mesh = arrays.view(&self.plan.mesh, &points);
-            let mesh = mesh.with_points_apart(kept.as_ref().map(|kept| kept as &dyn PointsApart));
+            let mesh = mesh.with_points_apart(kept.as_ref().map(|kept| kept as &dyn Apart));
             let may_be_apart = self.may_be_apart(writer);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
@@ -80,7 +80,7 @@ impl Run<'_> {
                 let (step, task) = following?;
                 Some(task.run(base_points, step, may_be_apart, &mut next))
             };
-            let (written, then) = match is_apart {
+            let (written, then) = match is_apart || mesh.cells_apart.is_some() {
                 false => rayon::join(write, compute),
                 // Writing waits for other ranks: none of the loops' threads may do that.
                 true => {
@@ -109,7 +109,7 @@ impl Run<'_> {
     /// Whether positions may stay with other ranks, which write them: where nothing else is made of them here.
     fn may_be_apart(&self, writer: &Writer<'_>) -> bool {
         let output = &self.plan.schedule.output;
-        self.format.takes_points_apart(&output.write_options())
+        self.format.takes_numbers_apart(&output.write_options())
             && !output.displacement
             && output.quality != QualityOutput::Cells
             && !writer.has_surfaces()

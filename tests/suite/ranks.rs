@@ -1,7 +1,7 @@
 //! Parts of a mesh that several ranks hold are judged as the whole mesh is: to the last bit, and cell by cell.
 
 use crate::support::blade_of;
-use azimesh::deform::{dismiss, serve};
+use azimesh::deform::{Team, dismiss, serve};
 use azimesh::formats::SharedFile;
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
@@ -205,7 +205,9 @@ fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Vec<Stri
 
 /// Quality before anything has moved; positions, velocities and quality at the first steps.
 fn told(mesh: Mesh, schedule: Schedule, ranks: &Ranks) -> Vec<String> {
-    let deformation = Deformation::builder(mesh, schedule).ranks(ranks).build();
+    let deformation = Deformation::builder(mesh, schedule)
+        .team(Team::of(ranks, Err("it is in memory".to_owned())))
+        .build();
     let deformation = deformation.expect("base points");
     let at = |step: &Step| {
         let points = deformation.points_at(step).expect("positions");
@@ -284,16 +286,17 @@ fn substeps_twist_repairs_and_velocities_give_the_same_nodes_on_any_number_of_ra
 
 /// The files of a run that turns a blade, with their content; the folder is that of all ranks.
 fn written(
-    [format, precision, ramp]: [&str; 3],
+    [format, precision, ramp, way]: [&str; 4],
     mesh: &Mesh,
     ranks: &Ranks,
 ) -> Vec<(String, Vec<u8>)> {
     let folder = tempfile::tempdir().expect("a folder");
+    let angle = if way == "folds" { "120.0" } else { "10.0" };
     // Where all steps are the same, a file of all has their positions once.
     let text = format!(
         "version = 1\nangle_unit = \"deg\"\n[azimuth]\nstart = 0.0\nstop = 60.0\nstep = 20.0\n\
          [[body]]\nname = \"blade\"\ntags = [\"blade\"]\n[body.rigid]\nramp = {ramp}\n\
-         rotate = {{ axis = [1.0, 0.0, 0.0], origin = [0.0, 0.0, 0.0], angle = 10.0 }}\n\
+         rotate = {{ axis = [1.0, 0.0, 0.0], origin = [0.0, 0.0, 0.0], angle = {angle} }}\n\
          [boundaries]\nfixed = [\"outer\"]\n[rbf]\nkernel = \"wendland-c2\"\nsupport_radius = 6.0\n\
          [selection]\ntolerance = 1e-3\n[output]\nformat = \"{format}\"\nprecision = \"{precision}\"\n"
     );
@@ -314,11 +317,14 @@ fn written(
         bytes.push(0);
         std::fs::write(&file, bytes).expect("it can be written");
     }
-    let deformation = Deformation::builder(mesh.clone(), schedule)
-        .ranks(ranks)
-        .file(shared);
+    let team = Team::of(ranks, shared);
+    let outline = team.as_ref().filter(|_| way != "whole");
+    let outline = outline.map(|team| team.outline(&schedule).expect("ranks read it"));
+    let mesh = outline.unwrap_or_else(|| mesh.clone());
+    let deformation = Deformation::builder(mesh, schedule).team(team);
     let deformation = deformation.plan().expect("they fit");
-    run(&deformation, &request).expect("it runs");
+    let finished = run(&deformation, &request).expect("it runs");
+    assert_eq!(finished.warnings.is_empty(), way != "folds", "{finished:?}");
     assert_eq!(
         deformation.why_cut().is_some(),
         ranks.n() > 1 && ramp == "false"
@@ -351,10 +357,14 @@ fn ranks_write_what_one_process_writes() {
     };
     let mesh = blade(&options).expect("a sample").mesh;
     for case in [
-        ["vtu", "f64", "true"],
-        ["vtkhdf", "f32", "true"],
-        ["vtkhdf", "f64", "false"],
-        ["cgns", "f64", "true"],
+        ["vtu", "f64", "true", "whole"],
+        ["vtkhdf", "f32", "true", "whole"],
+        ["vtkhdf", "f64", "false", "whole"],
+        ["cgns", "f64", "true", "whole"],
+        ["vtu", "f32", "true", "outline"],
+        ["vtkhdf", "f64", "true", "outline"],
+        ["cgns", "f64", "true", "outline"],
+        ["vtkhdf", "f64", "true", "folds"],
     ] {
         let alone = written(case, &mesh, &Ranks::alone());
         assert!(!alone.is_empty());

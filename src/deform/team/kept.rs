@@ -6,14 +6,16 @@ use super::order::Order;
 use super::work::{Work, among};
 use super::{SharedFields, State, Team};
 use crate::error::{Error, Result};
+use crate::formats::list_nodes;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Numbers, PointsApart, check_in_32_bits, node_slab};
+use crate::mesh::{Apart, Coordinates, Mesh, NodesOfCells, Numbers, check_in_32_bits, node_slab};
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, PartHasher};
 use crate::ranks::raw::List;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -27,6 +29,8 @@ pub(super) struct WriteTask {
     /// The file, and where in it the numbers of all ranks begin; none where they are only hashed.
     to: Option<(PathBuf, u64)>,
     numbers: Numbers,
+    /// Whether coordinates are those of the reference mesh; else those that are kept.
+    at_rest: bool,
     /// The same place among the bytes that are hashed.
     hash_from: u64,
     /// Whether they are synced to the disk.
@@ -51,7 +55,7 @@ pub(crate) struct KeptPoints {
 impl Team {
     /// Has each rank keep its own nodes, of `n_nodes` that all deform. The first rank is told of some at every step, which are
     /// ascending.
-    pub fn divide(&self, n_nodes: usize, told: Vec<u32>) {
+    pub(crate) fn divide(&self, n_nodes: usize, told: Vec<u32>) {
         let mut state = self.state();
         self.order(Order::Divide);
         state.work.wanted = share_wanted(Some((n_nodes, &told)), &self.ranks);
@@ -59,7 +63,7 @@ impl Team {
     }
 
     /// Gives all positions of the step that the ranks have moved to last, which are known in part.
-    pub fn collect(&self, points: &mut [Vector]) {
+    pub(crate) fn collect(&self, points: &mut [Vector]) {
         let mut state = self.state();
         self.place_own(&mut state, points);
         self.order(Order::Collect);
@@ -70,7 +74,7 @@ impl Team {
 
     /// Has the ranks keep the positions of the step that they have moved to last, until they are written; with `sync` to the
     /// disk.
-    pub fn keep(self: &Arc<Self>, points: &[Vector], sync: bool) -> KeptPoints {
+    pub(crate) fn keep(self: &Arc<Self>, points: &[Vector], sync: bool) -> KeptPoints {
         let mut state = self.state();
         self.place_own(&mut state, points);
         self.order(Order::Keep);
@@ -157,32 +161,66 @@ impl std::fmt::Debug for KeptPoints {
     }
 }
 
-impl PointsApart for KeptPoints {
+impl Apart for KeptPoints {
     fn write(
         &self,
         to: Option<(&Path, u64)>,
-        numbers: Numbers,
+        numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
-        let absolute = |(path, at): (&Path, u64)| {
-            let path = std::path::absolute(path).map_err(|error| Error::io(path, &error))?;
-            Ok::<_, Error>((path, at))
-        };
-        let task = WriteTask {
-            to: to.map(absolute).transpose()?,
-            numbers,
+        self.team.write(WriteTask {
+            to: absolute(to)?,
+            numbers: numbers.clone(),
+            at_rest: false,
             hash_from,
             sync: self.sync,
-        };
+        })
+    }
+}
+
+/// The reference mesh.
+impl Apart for Team {
+    fn write(
+        &self,
+        to: Option<(&Path, u64)>,
+        numbers: &Numbers,
+        hash_from: u64,
+    ) -> Result<Vec<HashedBytes>> {
+        self.write(WriteTask {
+            to: absolute(to)?,
+            numbers: numbers.clone(),
+            at_rest: true,
+            hash_from,
+            sync: false,
+        })
+    }
+}
+
+impl std::fmt::Debug for Team {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "a mesh with {} ranks", self.ranks.n())
+    }
+}
+
+impl Team {
+    fn write(&self, task: WriteTask) -> Result<Vec<HashedBytes>> {
         // No other thread may be needed here: it may wait for the team.
-        let mut state = self.team.state();
-        let Order::Write(task) = self.team.order(Order::Write(task)) else {
+        let mut state = self.state();
+        let Order::Write(task) = self.order(Order::Write(task)) else {
             unreachable!("a broadcast gives what it got")
         };
-        let told = state.work.write(&task, &self.team.ranks);
-        let all = self.team.ranks.gather(told);
+        let told = state.work.write(&task, &self.ranks);
+        let all = self.ranks.gather(told);
         all.unwrap_or_default().into_iter().collect()
     }
+}
+
+fn absolute(to: Option<(&Path, u64)>) -> Result<Option<(PathBuf, u64)>> {
+    let absolute = |(path, at): (&Path, u64)| {
+        let path = std::path::absolute(path).map_err(|error| Error::io(path, &error))?;
+        Ok((path, at))
+    };
+    to.map(absolute).transpose()
 }
 
 impl Work {
@@ -199,27 +237,28 @@ impl Work {
         self.kept.points = kept;
     }
 
-    /// Writes numbers of the own nodes.
+    /// Writes numbers of the own nodes or of the own cells.
     pub fn write(&mut self, task: &WriteTask, ranks: &Ranks) -> Result<HashedBytes> {
-        let size = task.numbers.size();
-        let (start, n) = (self.first_own() * size, self.kept.points.len() * size);
-        let mut hasher = PartHasher::new(task.hash_from + start as u64, n as u64);
         let failed = |error: io::Error| of_rank(ranks, &error);
+        let (start, n_bytes) = self.place_in_file(&task.numbers, task.at_rest, ranks);
+        let mut hasher = PartHasher::new(task.hash_from + start, n_bytes);
         let mut file = match &task.to {
-            Some((path, at)) => Some(file_at(path, at + start as u64).map_err(failed)?),
+            Some((path, at)) => Some(file_at(path, at + start).map_err(failed)?),
             None => None,
         };
-        let mut bytes = Vec::new();
-        for (i, nodes) in self.kept.points.chunks(NODES).enumerate() {
-            if task.numbers.is_single {
-                check_in_32_bits(nodes, self.first_own() + i * NODES)?;
+        let mut take = |bytes: &[u8]| {
+            hasher.update(bytes);
+            match &mut file {
+                Some(file) => file.write_all(bytes).map_err(failed),
+                None => Ok(()),
             }
-            bytes.clear();
-            task.numbers.append(nodes, &mut bytes);
-            hasher.update(&bytes);
-            if let Some(file) = &mut file {
-                file.write_all(&bytes).map_err(failed)?;
+        };
+        match &task.numbers {
+            Numbers::Coordinates(numbers) => {
+                let points = self.written_points(task.at_rest);
+                write_points(points, self.first_own(), *numbers, &mut take)?;
             }
+            Numbers::Nodes(wanted) => write_nodes(self.cells_to_write(), wanted, &mut take)?,
         }
         // The first rank syncs the file once it is whole.
         if let Some(file) = file.filter(|_| task.sync && !ranks.is_first()) {
@@ -228,6 +267,32 @@ impl Work {
             self.kept.syncing.push(sync.map_err(failed)?);
         }
         Ok(hasher.finish())
+    }
+
+    /// Where the numbers of this rank begin among those of all, in bytes, and how many bytes they are.
+    fn place_in_file(&self, numbers: &Numbers, at_rest: bool, ranks: &Ranks) -> (u64, u64) {
+        match numbers {
+            Numbers::Coordinates(numbers) => {
+                let n = self.written_points(at_rest).len();
+                let bytes = |n: usize| (n * numbers.size()) as u64;
+                (bytes(self.first_own()), bytes(n))
+            }
+            Numbers::Nodes(wanted) => {
+                let mesh = self.cells_to_write();
+                let here = cells_here(mesh, wanted);
+                let n = (wanted.n_numbers(&mesh.cells, here) * wanted.size()) as u64;
+                let of_ranks = ranks.all(n);
+                (of_ranks[..ranks.rank()].iter().sum(), n)
+            }
+        }
+    }
+
+    /// Where the own nodes are that are written.
+    fn written_points(&self, at_rest: bool) -> &[Vector] {
+        match at_rest {
+            true => self.own_rest(),
+            false => &self.kept.points,
+        }
     }
 
     /// Waits until what was written is on the disk.
@@ -240,6 +305,45 @@ impl Work {
         }
         Ok(())
     }
+}
+
+/// Which of the cells of a part are own ones among those that are written.
+fn cells_here(mesh: &Mesh, wanted: &NodesOfCells) -> Range<usize> {
+    let (own, before) = (mesh.own_cells(), mesh.own_offset());
+    let place = |cell: usize| cell.saturating_sub(before).clamp(own.start, own.end);
+    place(wanted.cells.start)..place(wanted.cells.end)
+}
+
+fn write_nodes(
+    mesh: &Mesh,
+    wanted: &NodesOfCells,
+    take: &mut dyn FnMut(&[u8]) -> Result<()>,
+) -> Result<()> {
+    let part = mesh
+        .part
+        .as_ref()
+        .expect("a rank writes the cells of its part");
+    let number = |node: u32| part.nodes[node as usize];
+    list_nodes(&mesh.cells, cells_here(mesh, wanted), wanted, &number, take)
+}
+
+/// Writes numbers of nodes, the first of which has this number.
+fn write_points(
+    points: &[Vector],
+    first: usize,
+    numbers: Coordinates,
+    take: &mut dyn FnMut(&[u8]) -> Result<()>,
+) -> Result<()> {
+    let mut bytes = Vec::new();
+    for (i, nodes) in points.chunks(NODES).enumerate() {
+        if numbers.is_single {
+            check_in_32_bits(nodes, first + i * NODES)?;
+        }
+        bytes.clear();
+        numbers.append(nodes, &mut bytes);
+        take(&bytes)?;
+    }
+    Ok(())
 }
 
 fn file_at(path: &Path, at: u64) -> io::Result<File> {

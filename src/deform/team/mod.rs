@@ -7,6 +7,7 @@
 //!             that own those
 //! correction  the nodes around some of the surface, as many with each rank
 //! positions   each rank moves its nodes, and writes its own; the first gathers them where it has to know them
+//! outline    of a mesh in a file that ranks read by parts: the first rank does not read it as a whole where that is enough
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
 //!             slides, on a beam, by a repair) it tells the ranks that have it
 //! quality     a part of the cells with those around it, where the rank itself has moved the nodes
@@ -19,6 +20,7 @@ mod kept;
 mod near_surface;
 mod nodes;
 mod order;
+mod outline;
 mod placing;
 mod shared_correction;
 mod sweeps;
@@ -49,7 +51,7 @@ pub(crate) use kept::KeptPoints;
 pub(crate) use placing::{Maps, Placing};
 
 /// All ranks, as the first sees them.
-pub(crate) struct Team {
+pub struct Team {
     ranks: Ranks,
     /// Of which ranks read their parts.
     file: Shared,
@@ -64,7 +66,7 @@ struct State {
     n_fields: usize,
     /// The nodes of each rank, once they have any.
     nodes: Vec<NodesOfRank>,
-    /// Why ranks have not read their parts themselves.
+    /// Why ranks do not read their parts themselves.
     why_cut: Option<String>,
     /// The nodes of each rank of which the first tells, by their numbers in the whole mesh.
     apart: Vec<Vec<u32>>,
@@ -153,8 +155,13 @@ impl Team {
     }
 
     /// Why this rank has cut the mesh into parts for the others, where it has.
-    pub fn why_cut(&self) -> Option<String> {
+    pub(crate) fn why_cut(&self) -> Option<String> {
         self.state().why_cut.clone()
+    }
+
+    /// Has this rank cut the mesh, which is not that of the file any more.
+    pub(super) fn leave_file(&self, reason: &str) {
+        self.state().why_cut = Some(reason.to_owned());
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -166,7 +173,7 @@ impl Team {
     }
 
     /// Has all ranks evaluate fields, as [`Fields::new`](super::fields::Fields::new) does.
-    pub fn evaluate(
+    pub(crate) fn evaluate(
         self: &Arc<Self>,
         at: MeshState<'_>,
         layers: &[Layer],
@@ -218,18 +225,23 @@ impl Team {
 
     /// Gives each rank its nodes, once, and with `moving_faces` a part of the mesh to judge. These faces are ascending, and so
     /// are nodes that are `apart`: not where fields move them.
-    pub fn share(&self, mesh: &Mesh, moving_faces: Option<&[u32]>, apart: &[(u32, Placing)]) {
+    pub(crate) fn share(
+        &self,
+        mesh: &Mesh,
+        moving_faces: Option<&[u32]>,
+        apart: &[(u32, Placing)],
+    ) {
         let mut state = self.state();
         if !state.nodes.is_empty() {
             return;
         }
         let (n_nodes, n_ranks) = (mesh.points.len(), self.ranks.n());
-        match moving_faces {
-            Some(faces) => {
-                self.share_parts(&mut state, mesh, faces, apart);
+        match moving_faces.is_some() || state.work.read.is_some() {
+            true => {
+                self.share_parts(&mut state, mesh, moving_faces, apart);
                 state.nodes = (0..n_ranks).map(|_| NodesOfRank::OfPart).collect();
             }
-            None => {
+            false => {
                 self.order(Order::TakeNodes { n_nodes });
                 let slab = |rank| node_slab(n_nodes, rank, n_ranks);
                 let rest = self
@@ -250,17 +262,23 @@ impl Team {
         &self,
         state: &mut State,
         mesh: &Mesh,
-        moving_faces: &[u32],
+        moving_faces: Option<&[u32]>,
         apart: &[(u32, Placing)],
     ) {
         let n_nodes = mesh.points.len();
+        let file = match &state.why_cut {
+            Some(reason) => Err(reason.clone()),
+            None => self.file.clone(),
+        };
         self.order(Order::Share {
-            file: self.file.as_ref().ok().cloned(),
+            file: file.clone().ok(),
             n_nodes,
-            moving_faces: moving_faces.to_vec(),
+            moving_faces: moving_faces.map(<[u32]>::to_vec),
         });
-        let part = (self.file.as_ref().map_err(String::clone))
-            .and_then(|file| part_of_file(file, &self.ranks));
+        let part = match state.work.read.take() {
+            Some(read) => Ok(read),
+            None => file.and_then(|file| part_of_file(&file, &self.ranks)),
+        };
         let part = part.unwrap_or_else(|reason| {
             state.why_cut = Some(reason);
             Mesh::shared_of(Some(mesh), &self.ranks)
@@ -292,7 +310,7 @@ impl Team {
     }
 
     /// Ends the move to a step on all ranks as it is ended here, with places rounded as they are here.
-    pub fn end_move(&self, step: usize, maps: Maps, rounding: Rounding) {
+    pub(crate) fn end_move(&self, step: usize, maps: Maps, rounding: Rounding) {
         let mut state = self.state();
         if !state.work.has_places() {
             return;
@@ -307,21 +325,21 @@ impl Team {
 
     /// The quality of the cells with all nodes at `points`, which are those of a step `by_fields` where that says so: then
     /// all but the nodes that are apart are where ranks have moved them.
-    pub fn cells(&self, points: &[Vector], by_fields: Option<usize>) -> Summary {
+    pub(crate) fn cells(&self, points: &[Vector], by_fields: Option<usize>) -> Summary {
         let state = self.placed(points, by_fields);
         self.order(Order::Cells);
         self.ranks.together(|| state.work.cells())
     }
 
     /// The quality of the faces.
-    pub fn faces(&self, points: &[Vector], by_fields: Option<usize>) -> FaceSummary {
+    pub(crate) fn faces(&self, points: &[Vector], by_fields: Option<usize>) -> FaceSummary {
         let state = self.placed(points, by_fields);
         self.order(Order::Faces);
         self.ranks.together(|| state.work.faces())
     }
 
     /// The largest change of the angle between a moving wall and its first cell, in degrees.
-    pub fn normal_change(&self, points: &[Vector], by_fields: Option<usize>) -> Option<f64> {
+    pub(crate) fn normal_change(&self, points: &[Vector], by_fields: Option<usize>) -> Option<f64> {
         let state = self.placed(points, by_fields);
         self.order(Order::Walls);
         self.ranks.together(|| state.work.normal_change())
@@ -434,14 +452,21 @@ pub fn serve(ranks: &Ranks) {
                 stays,
             } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
             Order::Forget { id } => work.forget(id),
+            Order::Read(file) => outline::read(&mut work, &file, ranks),
+            Order::Edges => drop(outline::edges(&work, None, ranks)),
+            Order::LooseFaces(faces) => {
+                ranks.gather(outline::loose_faces(&work, &faces));
+            }
             Order::Share {
                 file,
                 n_nodes,
                 moving_faces,
             } => {
-                let part = file.and_then(|file| part_of_file(&file, ranks).ok());
+                let read = work.read.take();
+                let part = read.or_else(|| file.and_then(|file| part_of_file(&file, ranks).ok()));
                 let part = part.unwrap_or_else(|| Mesh::shared_of(None, ranks));
-                take_part(&mut work, part, &moving_faces, (n_nodes, None), ranks);
+                let moving_faces = moving_faces.as_deref();
+                take_part(&mut work, part, moving_faces, (n_nodes, None), ranks);
                 ranks.gather(work.told());
             }
             Order::TakeNodes { n_nodes } => {
@@ -485,7 +510,7 @@ fn part_of_file(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh, S
 fn take_part(
     work: &mut Work,
     part: Mesh,
-    moving_faces: &[u32],
+    moving_faces: Option<&[u32]>,
     (n_nodes, apart): (usize, Option<&[(u32, Placing)]>),
     ranks: &Ranks,
 ) {

@@ -30,11 +30,18 @@ pub(super) enum Order {
     },
     /// Fields are not needed any more.
     Forget { id: usize },
-    /// Take a part of the mesh, from its file or else from the first rank, and the moving faces there.
+    /// Read a part of the mesh from its file, and tell of the surface in it.
+    Read(SharedFile),
+    /// Tell of the shortest edges that leave moving walls.
+    Edges,
+    /// Tell which of these boundary faces lie on no cell.
+    LooseFaces(Vec<u32>),
+    /// Take a part of the mesh, the one that was read, from its file or else from the first rank, and to judge cells the moving
+    /// faces there.
     Share {
         file: Option<SharedFile>,
         n_nodes: usize,
-        moving_faces: Vec<u32>,
+        moving_faces: Option<Vec<u32>>,
     },
     /// Take the own nodes, without a part of the mesh.
     TakeNodes { n_nodes: usize },
@@ -108,7 +115,12 @@ impl Order {
             Self::Select(_) => "selection",
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
             Self::Move { .. } | Self::Collect => "positions",
-            Self::Share { .. } | Self::TakeNodes { .. } | Self::Numbers => "parts",
+            Self::Read(_)
+            | Self::Edges
+            | Self::LooseFaces(_)
+            | Self::Share { .. }
+            | Self::TakeNodes { .. }
+            | Self::Numbers => "parts",
             Self::EndMove { .. } | Self::PlaceApart | Self::PlaceRest => "places",
             Self::Divide | Self::Keep | Self::Write(_) | Self::Settle => "writing",
             Self::Cells | Self::Faces | Self::Walls => "quality",

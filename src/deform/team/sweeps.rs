@@ -158,7 +158,12 @@ pub(crate) struct SharedSweeps<'a> {
 
 impl Team {
     /// Sweeps over all points of targets without constraints, with about `runs` candidates.
-    pub fn sweeps(&self, targets: &Targets<'_>, basis: Basis, runs: usize) -> SharedSweeps<'_> {
+    pub(crate) fn sweeps(
+        &self,
+        targets: &Targets<'_>,
+        basis: Basis,
+        runs: usize,
+    ) -> SharedSweeps<'_> {
         let (n, n_ranks) = (targets.points.len(), self.ranks.n());
         let run = run_length(n, runs);
         let slab = |rank: usize| points_of(n, run, rank, n_ranks);

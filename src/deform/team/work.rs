@@ -35,7 +35,9 @@ pub(super) type BlockHash = u128;
 #[derive(Default)]
 pub(super) struct Work {
     pub(super) fields: BTreeMap<usize, RankFields>,
-    pub part: Option<Part>,
+    /// A part of the mesh that was read, as long as nothing is made of it.
+    pub read: Option<Mesh>,
+    part: Option<Part>,
     pub nodes: Nodes,
     /// Of which own nodes the first rank is told, where the others may stay here; ascending, from the first own one on.
     pub wanted: Vec<u32>,
@@ -86,9 +88,15 @@ impl OwnFields<'_> {
     }
 }
 
-/// A part of the mesh, and what it is judged by.
-pub(super) struct Part {
-    pub mesh: Mesh,
+/// A part of the mesh.
+struct Part {
+    mesh: Mesh,
+    /// Where cells are judged, by what.
+    judging: Option<Judging>,
+}
+
+/// What a part of the mesh is judged by.
+struct Judging {
     judge: Judge,
     walls: WallAngles,
 }
@@ -96,6 +104,22 @@ pub(super) struct Part {
 impl Work {
     fn mesh(&self) -> Option<&Mesh> {
         self.part.as_ref().map(|part| &part.mesh)
+    }
+
+    /// The mesh whose own cells this rank writes.
+    pub fn cells_to_write(&self) -> &Mesh {
+        self.read.as_ref().or(self.mesh()).expect(SHARED)
+    }
+
+    /// Where the own nodes are at rest.
+    pub fn own_rest(&self) -> &[Vector] {
+        match &self.read {
+            Some(read) => {
+                let part = read.part.as_ref().expect("it was read as a part");
+                &read.points[part.own_nodes.clone()]
+            }
+            None => &self.nodes.rest(self.mesh())[self.own()],
+        }
     }
 
     /// The numbers of all nodes in the whole mesh.
@@ -111,7 +135,8 @@ impl Work {
 
     /// The number of the first own node in the whole mesh.
     pub fn first_own(&self) -> usize {
-        self.nodes.first(self.mesh())
+        let mesh = self.read.as_ref().or(self.mesh());
+        self.nodes.first(mesh)
     }
 
     /// The own nodes, among those here.
@@ -260,20 +285,18 @@ impl Work {
         self.fields.remove(&id);
     }
 
-    /// Takes a part of the mesh, with the faces of moving walls by their number in the whole mesh.
-    pub fn take_part(&mut self, mesh: Mesh, moving_faces: &[u32], nodes: Nodes) {
-        let judge = Judge::new(&mesh);
-        let numbers = mesh.part.as_ref().map_or(&[][..], |part| &part.cells);
-        let here = moving_faces
-            .iter()
-            .filter_map(|face| numbers.binary_search(face).ok());
-        let here: Vec<u32> = here.map(|face| face as u32).collect();
+    /// Takes a part of the mesh, with the faces of moving walls by their number in the whole mesh where cells are judged.
+    pub fn take_part(&mut self, mesh: Mesh, moving_faces: Option<&[u32]>, nodes: Nodes) {
         self.nodes = nodes;
-        self.part = Some(Part {
-            walls: WallAngles::find(&mesh, &judge.adjacency, &here),
-            judge,
-            mesh,
+        let judging = moving_faces.map(|faces| {
+            let judge = Judge::new(&mesh);
+            let here = cells_among(&mesh, faces);
+            Judging {
+                walls: WallAngles::find(&mesh, &judge.adjacency, &here),
+                judge,
+            }
         });
+        self.part = Some(Part { mesh, judging });
     }
 
     /// Ends the move of the nodes of the rank to a step, as the first rank does for those that it has.
@@ -292,7 +315,7 @@ impl Work {
 
     /// Whether it matters where the rank has its nodes: they are judged here, or stay here.
     pub fn has_places(&self) -> bool {
-        self.part.is_some() || self.stays
+        self.judging().is_some() || self.stays
     }
 
     /// Puts nodes that nothing has moved yet where they are at rest.
@@ -313,26 +336,29 @@ impl Work {
         apart.take(places, points);
     }
 
-    pub fn part(&self) -> &Part {
-        self.part.as_ref().expect(SHARED)
+    fn judging(&self) -> Option<(&Mesh, &Judging)> {
+        let part = self.part.as_ref()?;
+        Some((&part.mesh, part.judging.as_ref()?))
     }
 
     /// The quality of the cells of the part.
     pub fn cells(&self) -> Summary {
-        let part = self.part();
-        part.judge.cells(&part.mesh, &self.nodes.places)
+        let (mesh, by) = self.judging().expect(SHARED);
+        by.judge.cells(mesh, &self.nodes.places)
     }
 
     /// The quality of its faces.
     pub fn faces(&self) -> FaceSummary {
-        let part = self.part();
-        part.judge.faces(&part.mesh, &self.nodes.places)
+        let (mesh, by) = self.judging().expect(SHARED);
+        by.judge.faces(mesh, &self.nodes.places)
     }
 
     /// The largest change of the angle between a moving wall and its first cell, in degrees.
     pub fn normal_change(&self) -> Option<f64> {
-        let Part { mesh, walls, .. } = self.part();
-        let own = walls.largest_change(mesh, &self.nodes.places, &mesh.points);
+        let (mesh, by) = self.judging().expect(SHARED);
+        let own = by
+            .walls
+            .largest_change(mesh, &self.nodes.places, &mesh.points);
         let all = mesh.ranks().all(own);
         all.into_iter().flatten().max_by(f64::total_cmp)
     }
@@ -396,6 +422,15 @@ impl RankFields {
             }
         }
     }
+}
+
+/// Which cells of a part these cells of the whole mesh are; those of other parts are left out.
+pub(super) fn cells_among(part: &Mesh, cells: &[u32]) -> Vec<u32> {
+    let numbers = part.part.as_ref().map_or(&[][..], |part| &part.cells);
+    let here = cells
+        .iter()
+        .filter_map(|cell| numbers.binary_search(cell).ok());
+    here.map(|at| at as u32).collect()
 }
 
 /// Those of ascending nodes that are in a range.

@@ -40,6 +40,7 @@ use super::{
 use crate::error::Result;
 use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
+pub(super) use write::{list_elements, list_mixed};
 
 /// Name of the node that holds a name in full which is too long for CGNS.
 const FULL_NAME: &str = "FullName";
@@ -102,8 +103,12 @@ impl Format for Cgns {
         time::times(&node::Node::root(source)?.0).map_err(|error| error.file(source.path()))
     }
 
-    fn takes_points_apart(&self, _: &WriteOptions) -> bool {
+    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
         true
+    }
+
+    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
+        matches!(write::other_order(mesh), Ok(None))
     }
 
     fn write_file(

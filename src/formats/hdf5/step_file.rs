@@ -358,10 +358,9 @@ impl<F: StepTarget> StepFile<F> {
         self.out.out.flush().map_err(failed)?;
         let file = &mut self.out.out.file;
         let to = file.path().map(|path| (path, self.out.at));
-        let (points, hash_from) = (numbers.points, self.hasher.n_bytes());
-        let told = points.write(to, numbers.numbers, hash_from)?;
+        let told = (numbers.by).write(to, &numbers.numbers, self.hasher.n_bytes())?;
         told.iter().for_each(|part| self.hasher.take(part));
-        self.out.at += numbers.n_bytes();
+        self.out.at += numbers.n_bytes;
         file.seek(SeekFrom::Start(self.out.at)).map_err(failed)?;
         Ok(())
     }

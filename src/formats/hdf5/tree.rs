@@ -27,7 +27,7 @@ pub(in crate::formats) enum Data<'a> {
     Bytes(Cow<'a, [u8]>),
     /// Bytes that are made as they are written: exactly as many as element and shape say.
     Stream(Box<dyn Fn(Sink) -> Result<()> + 'a>),
-    /// Coordinates that other ranks write.
+    /// Numbers that other ranks write.
     Apart(NumbersApart<'a>),
     /// Strings, for [`Element::String`].
     Strings(Cow<'a, [String]>),

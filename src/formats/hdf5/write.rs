@@ -32,7 +32,7 @@ impl Tree<'_> {
                 out.pad_to(address)?;
                 if let Data::Apart(numbers) = &dataset.data {
                     out.out.apart(numbers, 0)?;
-                    out.at += numbers.n_bytes();
+                    out.at += numbers.n_bytes;
                     continue;
                 }
                 write_values(dataset, address, &mut |bytes| out.write(bytes))?;

@@ -9,7 +9,7 @@ use crate::formats::Notes;
 use crate::formats::names::{Given, Rule};
 use crate::formats::records::conditions_left_out;
 use crate::formats::{Precision, WriteOptions};
-use crate::mesh::{DataArray, Group, MeshView, Values};
+use crate::mesh::{DataArray, Group, Listing, MeshView, Values};
 
 /// The arrays of each part of a file.
 pub struct Sections<'a> {
@@ -231,7 +231,7 @@ impl<'a> VtkArrays<'a> {
             true => Element::Float32,
             false => Element::Float64,
         };
-        let part = match self.mesh.apart(None, is_single) {
+        let part = match self.mesh.coordinates_apart(None, is_single) {
             Some(numbers) => ContentPart::Apart(numbers),
             None if is_single => ContentPart::Singles(coordinates),
             None => slice(coordinates),
@@ -251,7 +251,16 @@ impl<'a> VtkArrays<'a> {
             Ok(_) => Element::Int32,
             Err(_) => Element::UInt32,
         };
-        let nodes = vec![slice(cells.connectivity()), slice(&self.repeated_nodes)];
+        let nodes = match self.mesh.nodes_apart(0..cells.len(), Listing::Vtk, false) {
+            Some(numbers) => {
+                assert!(
+                    self.repeated.is_empty(),
+                    "cells with other ranks are written once"
+                );
+                vec![ContentPart::Apart(numbers)]
+            }
+            None => vec![slice(cells.connectivity()), slice(&self.repeated_nodes)],
+        };
         let offset = narrowest(n_entries);
         let mut ends = Vec::with_capacity(self.repeated.len());
         let mut types = Vec::with_capacity(self.repeated.len());

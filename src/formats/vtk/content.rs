@@ -24,7 +24,7 @@ pub enum ContentPart<'a> {
     Bytes(Cow<'a, [u8]>),
     /// Coordinates in 32 bits.
     Singles(&'a [f64]),
-    /// Coordinates that other ranks write: all that there is of an array.
+    /// Numbers that other ranks write: all that there is of an array.
     Apart(NumbersApart<'a>),
     /// VTK type of each cell.
     Types(&'a Cells),

@@ -9,8 +9,9 @@
 use crate::diagnostic::formats::GroupWritten;
 use crate::error::{Error, Result, nearest_name};
 use crate::formats::names::Rule;
-use crate::mesh::{CellSet, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellSet, DataArray, Group, Mesh, MeshView, Values};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Names of a pair of arrays that store groups: numbers at cells, and names.
 pub struct Labels {
@@ -228,6 +229,14 @@ impl Numbers {
             .collect();
         notes
     }
+}
+
+/// Whether a boundary face is in several tags, so that it is written for each.
+pub fn has_repeated(mesh: &MeshView) -> bool {
+    let tags = mesh.boundary_tags();
+    let mut ranges: Vec<Range<usize>> = tags.flat_map(|tag| tag.cells.ranges()).collect();
+    ranges.sort_unstable_by_key(|range| range.start);
+    ranges.windows(2).any(|two| two[1].start < two[0].end)
 }
 
 /// Numbers groups from 1. With `keep_numbers` they keep their own where those are all different

@@ -9,7 +9,7 @@ use crate::diagnostic::formats::ArrayWritten;
 use crate::error::Result;
 use crate::formats::Notes;
 use crate::formats::names::{Rule, decoded};
-use crate::mesh::{DataArray, MeshView};
+use crate::mesh::{DataArray, Listing, MeshView};
 use crate::parallel::collect;
 
 /// Indices converted at a time.
@@ -119,7 +119,7 @@ fn array<'a>(group: &'static str, name: String, content: Content<'a>) -> Block<'
     let (n_rows, n_components) = (content.n_tuples as u64, content.n_components as u64);
     let element = element(content.element);
     let data = match (element, content.apart()) {
-        (_, Some(numbers)) => Data::Apart(*numbers),
+        (_, Some(numbers)) => Data::Apart(numbers.clone()),
         (Element::String, _) => Data::Strings(strings(&content).into()),
         _ => Data::Stream(Box::new(move |sink| content.for_each(sink))),
     };
@@ -184,9 +184,17 @@ fn cell_blocks<'a>(
                         element: Element::I32,
                         ..array("", "Connectivity".into(), content)
                     },
-                    true => made("Connectivity", n_entries, true, move |sink| {
-                        content.for_each(&mut |bytes| widened(bytemuck::cast_slice(bytes), sink))
-                    }),
+                    true => match mesh.nodes_apart(0..mesh.cells.len(), Listing::Vtk, true) {
+                        Some(numbers) => Block {
+                            data: Data::Apart(numbers),
+                            element: Element::I64,
+                            ..array("", "Connectivity".into(), content)
+                        },
+                        None => made("Connectivity", n_entries, true, move |sink| {
+                            content
+                                .for_each(&mut |bytes| widened(bytemuck::cast_slice(bytes), sink))
+                        }),
+                    },
                 });
                 blocks.push(offsets(mesh, plan, wide));
             }

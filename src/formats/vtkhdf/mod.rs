@@ -24,6 +24,7 @@ mod slabs;
 mod write;
 
 use super::hdf5::{self, File, Group};
+use super::vtk::tags;
 use super::{
     CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
 };
@@ -85,8 +86,12 @@ impl Format for VtkHdf {
         placed(unstructured(source).and_then(|grid| extent::times(&grid)))
     }
 
-    fn takes_points_apart(&self, _: &WriteOptions) -> bool {
+    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
         true
+    }
+
+    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
+        !tags::has_repeated(mesh)
     }
 
     fn write_file(

@@ -79,7 +79,7 @@ pub(super) fn points(grid: &Group, rows: &Range<u64>) -> Result<Vec<[f64; 3]>> {
 
 /// The arrays in `PointData` or `CellData`, those of the rows of the grid. One that is longer than the
 /// whole grid is left out, with a note.
-fn arrays(
+pub(super) fn arrays(
     grid: &Group,
     extent: &Extent,
     of: (&str, &'static str),

@@ -10,8 +10,7 @@ use super::series::Series;
 use super::write::{Grid, POLYHEDRA, SEQUENCE};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
-use crate::mesh::{Cells, MeshView};
-use crate::ranks::hash::TreeHasher;
+use crate::mesh::MeshView;
 use std::path::Path;
 
 /// A chunk of a dataset has less than 4 GB.
@@ -110,7 +109,7 @@ impl SequenceFile for Sequence {
 impl Sequence {
     /// Writes the cells, or makes sure that they are those of the first step.
     fn fix(&mut self, mesh: &MeshView, blocks: &Blocks) -> Result<()> {
-        let hash = hash_of(mesh.cells);
+        let hash = hash_of(mesh);
         if let Some(topology) = &self.topology {
             let same = topology.hash == hash && topology.counts == blocks.counts;
             return match same {
@@ -331,12 +330,7 @@ fn pad(file: &mut StepFile, mut n_bytes: u64) -> Result<()> {
 fn hash_of_block(block: &Block) -> Result<blake3::Hash> {
     let mut hasher = blake3::Hasher::new();
     match &block.data {
-        Data::Apart(numbers) => {
-            let mut hasher = TreeHasher::default();
-            let told = numbers.points.write(None, numbers.numbers, 0)?;
-            told.iter().for_each(|part| hasher.take(part));
-            return Ok(hasher.finalize());
-        }
+        Data::Apart(numbers) => return numbers.hash(),
         Data::Strings(strings) => {
             for string in strings.iter() {
                 hasher.update(&(string.len() as u64).to_le_bytes());
@@ -351,9 +345,13 @@ fn hash_of_block(block: &Block) -> Result<blake3::Hash> {
     Ok(hasher.finalize())
 }
 
-fn hash_of(cells: &Cells) -> blake3::Hash {
+fn hash_of(mesh: &MeshView) -> blake3::Hash {
+    let cells = mesh.cells;
     let mut hasher = blake3::Hasher::new();
-    hasher.update_rayon(bytemuck::cast_slice(cells.connectivity()));
+    // What lies with several ranks is the same mesh at every step.
+    if mesh.cells_apart.is_none() {
+        hasher.update_rayon(bytemuck::cast_slice(cells.connectivity()));
+    }
     for run in cells.runs() {
         let run_of = [
             u64::from(run.kind.vtk()),

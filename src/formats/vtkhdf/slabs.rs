@@ -4,7 +4,7 @@
 //! of up to 2 GiB, of each dataset that changes: while a rank reads its slab of the coordinates, it holds those of all nodes.
 
 use super::super::hdf5::{Dataset, Group};
-use super::super::slabs::{Opened, Slabs};
+use super::super::slabs::{Opened, Refusal, Slabs, whole as refused};
 use super::super::vtk::{split, tags};
 use super::super::{Notes, ReadOptions};
 use super::extent::{Extent, PartRows};
@@ -19,9 +19,11 @@ use std::ops::Range;
 /// An open mesh or step.
 struct Open {
     grid: Group,
-    parts: Vec<PartRows>,
+    extent: Extent,
     points: Range<u64>,
     cells: Range<u64>,
+    /// The array of boundary tags, where the user has chosen one.
+    tag_array: Option<String>,
 }
 
 /// Opens a mesh or a step. What a reader of the whole finds wrong with its arrays, or remarks on, is found here, but for chunks
@@ -62,9 +64,10 @@ pub(super) fn open<'a>(grid: Group, options: &ReadOptions) -> Result<Opened<'a>>
     }
     Ok(Ok(Box::new(Open {
         grid,
-        parts: extent.parts,
+        extent,
         points,
         cells,
+        tag_array: options.tag_array.clone(),
     })))
 }
 
@@ -170,11 +173,26 @@ impl Slabs for Open {
         let rows = first + cells.start as u64..first + cells.end as u64;
         super::placed(self.some_cells(&rows))
     }
+
+    fn complete(&self, outline: &mut Mesh) -> std::result::Result<(), Refusal> {
+        let mut notes = Notes::default();
+        let mut read = |of, rows| read::arrays(&self.grid, &self.extent, of, rows, &mut notes);
+        if !read(("Point", "point"), &self.points)?.is_empty() {
+            return Err(refused("it has arrays at nodes"));
+        }
+        outline.cell_arrays = read(("Cell", "cell"), &self.cells)?;
+        outline.field_arrays = read::fields(&self.grid, &self.extent, &mut notes)?;
+        tags::extract(outline, self.tag_array.as_deref())?;
+        match outline.cell_arrays.is_empty() {
+            true => Ok(()),
+            false => Err(refused("it has arrays at cells")),
+        }
+    }
 }
 
 impl Open {
     fn some_cells(&self, rows: &Range<u64>) -> Result<Cells> {
-        let parts = self.parts.iter().map(|part| self.cut(part, rows));
+        let parts = self.extent.parts.iter().map(|part| self.cut(part, rows));
         let parts = parts.collect::<Result<Vec<_>>>()?;
         let mut notes = Notes::default();
         let built = cells::read(&self.grid, &parts, rows, &mut notes)?;

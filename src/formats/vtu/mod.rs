@@ -33,6 +33,7 @@ pub use polydata::Vtp;
 pub(super) use file::{NAMES, escaped, is_xml};
 
 use super::slabs::{Opened, opened};
+use super::vtk::tags;
 use super::{Compression, Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::formats::Out;
@@ -90,8 +91,12 @@ impl Format for Vtu {
         opened(slabs::open(source.bytes(), options))
     }
 
-    fn takes_points_apart(&self, options: &WriteOptions) -> bool {
+    fn takes_numbers_apart(&self, options: &WriteOptions) -> bool {
         options.encoding == Encoding::Raw && options.compression == Compression::None
+    }
+
+    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
+        !tags::has_repeated(mesh)
     }
 
     fn write_file(

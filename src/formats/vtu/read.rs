@@ -83,6 +83,6 @@ fn point_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
     (piece.n_points, &piece.point_data)
 }
 
-fn cell_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
+pub(super) fn cell_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
     (piece.n_cells, &piece.cell_data)
 }

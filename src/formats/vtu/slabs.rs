@@ -8,16 +8,17 @@ use super::super::vtk::chunk::Chunk;
 use super::super::vtk::number::Element;
 use super::super::vtk::split::{is_collection, kind, type_name};
 use super::super::vtk::{order, tags};
+use super::arrays::{data, field};
 use super::cells::not_a_node;
 use super::collect::count;
 use super::document::{self, Document, Grid, Piece};
-use super::read::FIRST_WITH_PRESENT_ORDER;
+use super::read::{self, FIRST_WITH_PRESENT_ORDER};
 use super::stored::Stored;
 use super::xml::{Array, DataEncoding, Layout, as_utf8};
 use crate::error::{Error, Result};
 use crate::formats::{Compression, Notes, ReadOptions};
 use crate::geometry::vector::Vector;
-use crate::mesh::{CellKind, Cells};
+use crate::mesh::{CellKind, Cells, Mesh};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -28,6 +29,9 @@ type Found<T> = std::result::Result<T, Refusal>;
 
 /// The arrays of all pieces.
 struct Pieces<'a> {
+    document: Document<'a>,
+    /// The array of boundary tags, where the user has chosen one.
+    tag_array: Option<String>,
     pieces: Vec<Values<'a>>,
     /// Whether hexahedra of high order have VTK's old order of nodes.
     has_old_order: bool,
@@ -50,7 +54,12 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
     let Cow::Borrowed(bytes) = as_utf8(bytes, &mut Notes::default()) else {
         return Err(whole("its XML is not UTF-8"));
     };
-    let document = document::parse(bytes)?;
+    let mut document = document::parse(bytes)?;
+    let mut notes = Notes::default();
+    document.tell_arrays_apart(&mut notes);
+    if !notes.is_empty() {
+        return Err(whole("arrays share a name"));
+    }
     if document.grid != Grid::Unstructured {
         return Err(whole("it is no unstructured grid"));
     }
@@ -69,6 +78,8 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
     Ok(Pieces {
         pieces,
         has_old_order: document.version < FIRST_WITH_PRESENT_ORDER,
+        document,
+        tag_array: options.tag_array.clone(),
     })
 }
 
@@ -246,6 +257,25 @@ fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
 }
 
 impl Slabs for Pieces<'_> {
+    fn complete(&self, outline: &mut Mesh) -> Found<()> {
+        let (pieces, layout) = (&self.document.pieces, &self.document.layout);
+        if pieces.iter().any(|piece| !piece.point_data.is_empty()) {
+            return Err(whole("it has arrays at nodes"));
+        }
+        let mut notes = Notes::default();
+        outline.cell_arrays = data(pieces, layout, "cell", read::cell_data, &mut notes)?;
+        for array in &self.document.field_data {
+            let array = field(array, layout, &mut notes)?;
+            outline.field_arrays.push(array);
+        }
+        tags::extract(outline, self.tag_array.as_deref())?;
+        match (outline.cell_arrays.is_empty(), notes.is_empty()) {
+            (true, true) => Ok(()),
+            (false, _) => Err(whole("it has arrays at cells")),
+            (_, false) => Err(whole("it has what is not kept")),
+        }
+    }
+
     fn n_nodes(&self) -> usize {
         self.pieces.last().map_or(0, |last| last.nodes.end)
     }

@@ -195,15 +195,15 @@ impl<'a> Draft<'a> {
         self.add(Some(parent), name, label, Some(data))
     }
 
-    /// Adds a node whose values other ranks write.
+    /// Adds a node whose `n` values other ranks write.
     pub fn apart(
         &mut self,
         parent: NodeIndex,
         (name, label): (&str, &'static str),
-        kind: DataType,
+        (kind, n): (DataType, usize),
         numbers: NumbersApart<'a>,
     ) -> NodeIndex {
-        let sizes = vec![numbers.n_nodes as u64];
+        let sizes = vec![n as u64];
         let data = (kind, sizes, Payload::Apart(numbers));
         self.add(Some(parent), name, label, Some(data))
     }
@@ -369,7 +369,7 @@ impl Payload<'_> {
         match self {
             Payload::Bytes(bytes) => Data::Bytes(bytes.into()),
             Payload::Stream(make) => Data::Stream(Box::new(|sink| make(sink))),
-            Payload::Apart(numbers) => Data::Apart(*numbers),
+            Payload::Apart(numbers) => Data::Apart(numbers.clone()),
             Payload::Stored(stored) => Data::Stored(*stored),
             Payload::Column(column) => Data::Column(column),
         }

@@ -26,7 +26,10 @@ use crate::diagnostic::formats::Written;
 use crate::error::Result;
 use crate::formats::{Notes, Out};
 use crate::geometry::vector::Vector;
-use crate::mesh::{MeshView, Numbers};
+use crate::mesh::{Coordinates, MeshView};
+pub(super) use plan::other_order;
+pub(in crate::formats) use sections::{list_elements, list_mixed};
+
 use draft::{DataType, Draft, Make, NodeIndex};
 use faces::FaceTable;
 use names::Names;
@@ -53,7 +56,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     let sorted = plan::sorted(mesh)?;
     let sorted_view = sorted
         .as_ref()
-        .map(|sorted| sorted.view().with_points_apart(mesh.apart));
+        .map(|sorted| sorted.view().with_points_apart(mesh.points_apart));
     let mesh = sorted_view.as_ref().unwrap_or(mesh);
     let numbering = Numbering::of(mesh);
     let faces = FaceTable::of(mesh, &numbering);
@@ -209,8 +212,8 @@ fn add_coordinates<'a>(
     let n = mesh.points.len();
     for (axis, name) in names.into_iter().enumerate().take(n_axes) {
         let name = (name, "DataArray_t");
-        let node = match mesh.apart(Some(axis), is_single) {
-            Some(numbers) => draft.apart(grid, name, kind, numbers),
+        let node = match mesh.coordinates_apart(Some(axis), is_single) {
+            Some(numbers) => draft.apart(grid, name, (kind, n), numbers),
             None => draft.stream(grid, name, kind, n, along(axis, mesh.points, is_single)),
         };
         add_length_exponents(draft, node);
@@ -220,7 +223,7 @@ fn add_coordinates<'a>(
 /// The coordinates of nodes along an axis.
 fn along(axis: usize, points: &[Vector], is_single: bool) -> Make<'_> {
     let axis = Some(axis);
-    let numbers = Numbers { axis, is_single };
+    let numbers = Coordinates { axis, is_single };
     Box::new(move |sink| {
         let mut bytes = Vec::new();
         for block in points.chunks(BLOCK) {

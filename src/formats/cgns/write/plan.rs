@@ -38,9 +38,15 @@ pub(super) enum Form {
 /// The mesh with its cells in the order of their types and tags, where as they are they would be many more sections
 /// than types and tags.
 pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
+    let order = other_order(mesh)?;
+    Ok(order.map(|order| mesh.with_cells_in_order(&order)))
+}
+
+/// The order of the cells in the file, where it is another than theirs.
+pub fn other_order(mesh: &MeshView) -> Result<Option<Vec<usize>>> {
     let stretches = stretches(mesh)?;
     if let Some(order) = by_tags(mesh, &stretches) {
-        return Ok(Some(mesh.with_cells_in_order(&order)));
+        return Ok(Some(order));
     }
     if stretches.len() <= MOST_SECTIONS {
         return Ok(None);
@@ -54,7 +60,7 @@ pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
     }
     let mut order: Vec<usize> = (0..ranks.len()).collect();
     order.sort_by_key(|cell| ranks[*cell]);
-    Ok(Some(mesh.with_cells_in_order(&order)))
+    Ok(Some(order))
 }
 
 /// The place of a value among those that are known; a new one is added.

@@ -6,7 +6,7 @@ use super::faces::FaceTable;
 use super::plan::{Form, Planned};
 use crate::error::Result;
 use crate::formats::hdf5::Sink;
-use crate::mesh::MeshView;
+use crate::mesh::{CellKind, CellRun, Cells, Listing, MeshView};
 use crate::parallel::for_blocks;
 use std::ops::Range;
 
@@ -52,22 +52,28 @@ pub(super) fn add<'a>(
         let name = ("ElementStartOffset", "DataArray_t");
         draft.stream(section, name, kind, planned.cells.len() + 1, offsets);
     }
+    let name = ("ElementConnectivity", "DataArray_t");
     let cells = planned.cells.clone();
+    let listing = match planned.form {
+        Form::Mixed => Listing::CgnsMixed,
+        _ => Listing::Cgns,
+    };
+    let is_wide = kind == DataType::I8;
+    if let Some(numbers) = mesh.nodes_apart(cells.clone(), listing, is_wide) {
+        draft.apart(section, name, (kind, n), numbers);
+        return;
+    }
+    let own = |node| node;
     let make: Make<'a> = match planned.form {
-        Form::Fixed(element) => {
-            Box::new(move |sink| fixed(mesh, cells.clone(), element, kind, sink))
+        Form::Fixed(_) | Form::Polygons => {
+            Box::new(move |sink| list_elements(mesh.cells, cells.clone(), is_wide, &own, sink))
         }
-        Form::Mixed => Box::new(move |sink| mixed(mesh, cells.clone(), kind, sink)),
-        Form::Polygons => Box::new(move |sink| polygons(mesh, cells.clone(), kind, sink)),
+        Form::Mixed => {
+            Box::new(move |sink| list_mixed(mesh.cells, cells.clone(), is_wide, &own, sink))
+        }
         Form::Polyhedra => Box::new(move |sink| polyhedra(mesh, cells.clone(), faces, kind, sink)),
     };
-    draft.stream(
-        section,
-        ("ElementConnectivity", "DataArray_t"),
-        kind,
-        n,
-        make,
-    );
+    draft.stream(section, name, kind, n, make);
 }
 
 /// Adds the section of those faces of polyhedra that are no cells.
@@ -151,34 +157,43 @@ fn offsets<'a>(
     })
 }
 
-/// Elements of one type, a block at a time on all threads.
-fn fixed(
-    mesh: &MeshView,
-    cells: Range<usize>,
-    element: ElementType,
-    kind: DataType,
+/// The nodes of elements, a block at a time on all threads; `number` gives the number of a node from 0.
+pub fn list_elements(
+    cells: &Cells,
+    range: Range<usize>,
+    is_wide: bool,
+    number: &(dyn Fn(u32) -> u32 + Sync),
     sink: Sink,
 ) -> Result<()> {
-    let order = element.cgns_from_vtk();
-    for run in mesh.cells.runs_in(cells) {
+    for run in cells.runs_in(range) {
+        let order = order(&run);
+        let order = order.as_deref();
         for block in run.connectivity.chunks(BLOCK * 8 * run.n_nodes) {
-            match kind {
-                DataType::I8 => sink(bytemuck::cast_slice(&numbers(
+            match is_wide {
+                true => sink(bytemuck::cast_slice(&numbers(
                     block,
-                    order.as_deref(),
+                    order,
                     run.n_nodes,
-                    |n| i64::from(n) + 1,
+                    |n| i64::from(number(n)) + 1,
                 )))?,
-                _ => sink(bytemuck::cast_slice(&numbers(
+                false => sink(bytemuck::cast_slice(&numbers(
                     block,
-                    order.as_deref(),
+                    order,
                     run.n_nodes,
-                    |n| (n + 1) as i32,
+                    |n| (number(n) + 1) as i32,
                 )))?,
             }
         }
     }
     Ok(())
+}
+
+/// Where the nodes of an element come from in a cell, if not from the same place.
+fn order(run: &CellRun) -> Option<Vec<usize>> {
+    match run.kind {
+        CellKind::Polygon => None,
+        kind => ElementType::of(kind, run.n_nodes)?.cgns_from_vtk(),
+    }
 }
 
 fn numbers<T: Send + Copy + Default>(
@@ -208,27 +223,28 @@ fn numbers<T: Send + Copy + Default>(
     numbers
 }
 
-fn mixed(mesh: &MeshView, cells: Range<usize>, kind: DataType, sink: Sink) -> Result<()> {
+/// Elements with their types, as [`list_elements`].
+pub fn list_mixed(
+    cells: &Cells,
+    range: Range<usize>,
+    is_wide: bool,
+    number: &(dyn Fn(u32) -> u32 + Sync),
+    sink: Sink,
+) -> Result<()> {
+    let kind = match is_wide {
+        true => DataType::I8,
+        false => DataType::I4,
+    };
     let mut buffer = Buffer::new(kind, sink);
-    for run in mesh.cells.runs_in(cells) {
+    for run in cells.runs_in(range) {
         let element = ElementType::of(run.kind, run.n_nodes).expect("the plan has looked at it");
         let order = element.cgns_from_vtk();
         for nodes in run.cells() {
             buffer.push(element.number)?;
             for i in 0..nodes.len() {
                 let from = order.as_ref().map_or(i, |order| order[i]);
-                buffer.push(i64::from(nodes[from]) + 1)?;
+                buffer.push(i64::from(number(nodes[from])) + 1)?;
             }
-        }
-    }
-    buffer.flush()
-}
-
-fn polygons(mesh: &MeshView, cells: Range<usize>, kind: DataType, sink: Sink) -> Result<()> {
-    let mut buffer = Buffer::new(kind, sink);
-    for run in mesh.cells.runs_in(cells) {
-        for &node in run.connectivity {
-            buffer.push(i64::from(node) + 1)?;
         }
     }
     buffer.flush()

@@ -1,0 +1,130 @@
+//! The outline of a mesh that the ranks have read in parts, with what its first rank asks them for beside it: the first cells at
+//! moving walls, and faces that lie on no cell. Where there is an outline, the first rank has no more of the mesh than of the others'
+//! parts, until something takes the whole of it.
+
+use super::order::Order;
+use super::placing::{Apart, Numbered, Placing};
+use super::work::{Work, cells_among};
+use super::{Team, part_of_file};
+use crate::deform::first_cells::{self, Edge};
+use crate::error::Result;
+use crate::geometry::vector::Vector;
+use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
+use crate::motion::{Frame, QualityOutput, Schedule};
+use crate::ranks::Ranks;
+use crate::ranks::raw::List;
+use std::sync::Arc;
+
+impl Team {
+    /// The outline of the mesh that a schedule is about, once each rank has read its part.
+    ///
+    /// # Errors
+    /// Why the mesh has to be read as a whole, as for [`read_parts`](crate::formats::read_parts).
+    pub fn outline(self: &Arc<Self>, schedule: &Schedule) -> std::result::Result<Mesh, String> {
+        if let Some(reason) = needs_whole(schedule) {
+            return Err(reason.to_owned());
+        }
+        let file = self.file.as_ref().map_err(String::clone)?;
+        let mut state = self.state();
+        self.order(Order::Read(file.clone()));
+        let read = part_of_file(file, &self.ranks)?;
+        let n_nodes = read.n_nodes_of_all();
+        let outline = Mesh::outline_of(&read, n_nodes, &self.ranks, Some(self.clone()));
+        state.work.read = Some(read);
+        drop(state);
+        let mut outline = outline.expect("this is the first rank");
+        if outline.dimension() != 3 {
+            return Err("it has no solid cells".to_owned());
+        }
+        file.complete(&mut outline)?;
+        match OneLayer::axis_of(&outline) {
+            Ok(None) => Ok(outline),
+            _ => Err("it is one layer of cells".to_owned()),
+        }
+    }
+
+    /// The whole mesh, of which the ranks have parts.
+    ///
+    /// # Errors
+    /// Where it cannot be read again.
+    pub(crate) fn whole(&self) -> Result<Mesh> {
+        let file = self.file.as_ref();
+        file.expect("ranks have read it by parts").read_whole()
+    }
+
+    /// The shortest edge that leaves the wall at each of these nodes, which are ascending, and where it ends.
+    pub(crate) fn edges_off_walls(&self, nodes: &[u32]) -> (Vec<Edge>, Vec<Vector>) {
+        let state = self.state();
+        self.order(Order::Edges);
+        let walls: Vec<(u32, Placing)> = nodes.iter().map(|&node| (node, Placing::Told)).collect();
+        let found = edges(&state.work, Some(&walls), &self.ranks);
+        first_cells::shortest_of(found.into_iter().flatten())
+    }
+
+    /// Those of some boundary faces, ascending, that are a side of no cell.
+    pub(crate) fn faces_on_no_cell(&self, faces: &[u32]) -> Vec<u32> {
+        let state = self.state();
+        let Order::LooseFaces(faces) = self.order(Order::LooseFaces(faces.to_vec())) else {
+            unreachable!("a broadcast gives what it got")
+        };
+        let found = self.ranks.gather(loose_faces(&state.work, &faces));
+        let found = found.into_iter().flatten();
+        found.flat_map(|List(faces)| faces).collect()
+    }
+}
+
+/// Why the first rank takes the whole mesh from the start.
+fn needs_whole(schedule: &Schedule) -> Option<&'static str> {
+    let output = &schedule.output;
+    if output.velocity || output.displacement || output.quality == QualityOutput::Cells {
+        return Some("it makes arrays of all nodes or cells");
+    }
+    if schedule.rbf.substeps > 1 {
+        return Some("steps have substeps");
+    }
+    (schedule.rotor.frame != Frame::Rotating).then_some("a zone turns")
+}
+
+/// Reads the part of a rank, and tells the first of it.
+pub(super) fn read(work: &mut Work, file: &crate::formats::SharedFile, ranks: &Ranks) {
+    let Ok(read) = part_of_file(file, ranks) else {
+        return;
+    };
+    Mesh::outline_of(&read, 0, ranks, None);
+    work.read = Some(read);
+}
+
+/// The shortest edges of the own cells that leave walls, all on the first rank, which has the nodes of walls.
+pub(super) fn edges(
+    work: &Work,
+    walls: Option<&[(u32, Placing)]>,
+    ranks: &Ranks,
+) -> Vec<Vec<(Edge, Vector)>> {
+    let mesh = work.cells_to_write();
+    let part = mesh.part.as_ref().expect("it is a part of a mesh");
+    let numbered = Numbered {
+        n_nodes: mesh.n_nodes_of_all(),
+        all: Some(&part.nodes),
+    };
+    let walls = Apart::share(walls, &numbered, ranks).told;
+    let own = ranks.together(|| first_cells::shortest(mesh, mesh.own_cells(), &walls));
+    let edge = |&(at, off, length): &Edge| {
+        let on = part.nodes[walls[at as usize] as usize];
+        let end = mesh.points[off as usize];
+        ((on, part.nodes[off as usize], length), end)
+    };
+    let mut to_each = vec![Vec::new(); ranks.n()];
+    to_each[0] = own.iter().map(edge).collect();
+    ranks.exchange_values(to_each)
+}
+
+/// Those of the own faces, among these of the whole mesh, that are a side of no cell.
+pub(super) fn loose_faces(work: &Work, faces: &[u32]) -> List<u32> {
+    let mesh = work.cells_to_write();
+    let own = mesh.own_cells();
+    let mut here = cells_among(mesh, faces);
+    here.retain(|&face| own.contains(&(face as usize)));
+    let found = faces_on_no_cell(mesh, &here);
+    let number = |face: u32| face + mesh.own_offset() as u32;
+    List(found.into_iter().map(number).collect())
+}
