@@ -7,8 +7,7 @@ use crate::diagnostic::run::RunNote;
 use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use crate::error::{Result, counted, path_in_line};
 use crate::formats::openfoam::set_patch_types;
-use crate::formats::{self, SharedFile};
-use crate::mesh::Mesh;
+use crate::formats::{self, Loaded, SharedFile};
 use crate::motion::{Schedule, SurfaceOutput};
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::progress::Stop;
@@ -101,7 +100,10 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         Some(Err(reason)) => (None, Some(reason)),
         None => (None, None),
     };
-    let mut mesh = outline.map_or_else(|| context.read_any(&args.mesh), Ok)?;
+    let mut mesh = match outline {
+        Some(outline) => context.with_notes(outline, &args.mesh),
+        None => context.read_any(&args.mesh)?,
+    };
     set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
     let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
@@ -148,7 +150,7 @@ fn outline(
     schedule: &Schedule,
     args: &DeformArgs,
     context: &Context,
-) -> std::result::Result<Mesh, String> {
+) -> std::result::Result<Loaded, String> {
     let output = &schedule.output;
     let format = formats::by_name(&output.format).map_err(|error| error.message)?;
     if !format.takes_numbers_apart(&output.write_options()) {
@@ -162,7 +164,7 @@ fn outline(
     }
     let outline = context.reading(&args.mesh, || Ok(team.outline(schedule)));
     let outline = outline.map_err(|error| error.to_string())??;
-    match format.takes_cells_apart(&outline.view()) {
+    match format.takes_cells_apart(&outline.mesh.view()) {
         true => Ok(outline),
         false => Err("cells are not written in their order".to_owned()),
     }

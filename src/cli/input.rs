@@ -49,7 +49,7 @@ impl Context {
     }
 
     /// Prints what a reader remarks on the mesh of a path, and gives the mesh.
-    fn with_notes(&self, loaded: Loaded, path: &Path) -> Mesh {
+    pub fn with_notes(&self, loaded: Loaded, path: &Path) -> Mesh {
         for note in loaded.notes.iter() {
             self.note(&format!("{}: {note}", path.display()));
         }

@@ -424,10 +424,10 @@ impl Deformation {
 }
 
 impl Deformation {
-    /// The positions of the step that was evaluated last, which are apart; with `sync` what is written of them goes to the disk.
-    pub(crate) fn keep(&self, points: &[Vector], sync: bool) -> Option<KeptPoints> {
+    /// The positions of the step that was evaluated last, which are apart.
+    pub(crate) fn keep(&self, points: &[Vector]) -> Option<KeptPoints> {
         let team = self.plan.team.as_ref()?;
-        Some(team.keep(points, sync))
+        Some(team.keep(points))
     }
 }
 

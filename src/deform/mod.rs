@@ -50,7 +50,7 @@ pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use plan::Plan;
 pub(crate) use repair::Repair;
 pub(crate) use step_memory::Rounding;
-pub(crate) use team::KeptPoints;
+
 pub use team::{Team, dismiss, serve};
 pub(crate) use tolerance::missed_at_step;
 pub use tolerance::{BaseOrigin, check_tolerance, missed, missed_layers};

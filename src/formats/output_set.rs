@@ -242,8 +242,12 @@ struct Counting<'a> {
 impl Out for Counting<'_> {
     fn apart(&mut self, numbers: &NumbersApart, hash_from: u64) -> Result<Vec<HashedBytes>> {
         let hash_from = self.hasher.as_ref().map_or(hash_from, TreeHasher::n_bytes);
-        let told = self.out.apart(numbers, hash_from)?;
+        let mut told = self.out.apart(numbers, hash_from)?;
         if let Some(hasher) = &mut self.hasher {
+            if told.is_empty() {
+                // It was written nowhere.
+                told = numbers.by.write(None, &numbers.numbers, hash_from)?;
+            }
             told.iter().for_each(|part| hasher.take(part));
         }
         self.n_bytes += numbers.n_bytes;

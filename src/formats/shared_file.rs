@@ -1,7 +1,7 @@
 //! Files of which each of several ranks reads its own slab, so that no rank has the whole mesh.
 
 use super::slabs::{Refusal, Slabs};
-use super::{Format, Location, ReadOptions, Source, by_name, of};
+use super::{Format, Loaded, Location, Notes, ReadOptions, Source, by_name, of};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, from_slabs};
 use crate::ranks::Ranks;
@@ -146,20 +146,29 @@ fn parts(
 }
 
 impl SharedFile {
-    /// Gives the outline of the mesh its groups and the arrays of the mesh as a whole.
+    /// Gives the outline of the mesh its groups and the arrays of the mesh as a whole, with the notes of its reader.
     ///
     /// # Errors
     /// Why the file has to be read as a whole, as for [`read_parts`].
-    pub fn complete(&self, outline: &mut Mesh) -> std::result::Result<(), String> {
+    pub fn complete(&self, mut outline: Mesh) -> std::result::Result<Loaded, String> {
         let (location, format) = self.open().map_err(reason)?;
         let source = location.file().map_err(reason)?;
         let slabs = by_slabs(format, source, &self.options()).map_err(reason)?;
-        let completed = slabs.complete(outline);
+        // A part knows the dimension of the whole from there; of the whole its cells tell it.
+        outline.space = slabs.space();
+        let mut notes = Notes::default();
+        let completed = slabs.complete(&mut outline, &mut notes);
         completed.map_err(|refusal| match refusal {
             Refusal::Whole(why) => why,
             Refusal::Damaged(error) => reason(error),
         })?;
-        outline.validate_groups().map_err(reason)
+        outline.validate_groups().map_err(reason)?;
+        notes.close();
+        Ok(Loaded {
+            mesh: outline,
+            notes,
+            format,
+        })
     }
 
     /// Reads the whole mesh, which the first rank had found readable by slabs.

@@ -1,5 +1,6 @@
 //! Mesh files of which some nodes and some cells can be read without the rest, so that each of several ranks reads its own.
 
+use super::Notes;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Cells, Mesh};
@@ -20,11 +21,16 @@ pub trait Slabs: Send + Sync {
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>>;
     /// Some cells, in memory of about their size; each of their nodes is one of the mesh.
     fn cells(&self, cells: Range<usize>) -> Result<Cells>;
-    /// Gives the outline of the mesh, which knows the kinds of all cells, its groups and the arrays of the mesh as a whole.
+    /// Gives the outline of the mesh, which knows the kinds of all cells, its groups and the arrays of the mesh as a whole; notes
+    /// what a reader of the whole notes.
     ///
     /// # Errors
     /// Why that is not all that the mesh has, as for [`Opened`].
-    fn complete(&self, _outline: &mut Mesh) -> std::result::Result<(), Refusal> {
+    fn complete(
+        &self,
+        _outline: &mut Mesh,
+        _notes: &mut Notes,
+    ) -> std::result::Result<(), Refusal> {
         Err(whole("its groups are not read by themselves"))
     }
 }

@@ -6,7 +6,7 @@ use super::finished::inverted;
 use super::run::{LoopEnd, Run};
 use super::step::{Computed, StepArrays, compute, recompute, row};
 use super::writer::Writer;
-use crate::deform::{Evaluated, KeptPoints};
+use crate::deform::{Evaluated, Team};
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
@@ -14,6 +14,7 @@ use crate::geometry::vector::Vector;
 use crate::mesh::{Apart, MeshView};
 use crate::motion::{OnInverted, QualityOutput, Step};
 use crate::parallel::join_with_own_thread;
+use std::sync::Arc;
 
 /// What is to be done for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,7 +68,7 @@ impl Run<'_> {
             let arrays = arrays.unwrap_or_default();
             let is_apart = ready.as_ref().is_some_and(|ready| ready.found.is_apart);
             let kept = match is_apart {
-                true => self.deformation.keep(&points, self.names.commit.sync),
+                true => self.deformation.keep(&points),
                 false => None,
             };
             let mesh = arrays.view(&self.plan.mesh, &points);
@@ -75,12 +76,14 @@ impl Run<'_> {
             let may_be_apart = self.may_be_apart(writer);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
-            let write = || write(writer, &mesh, step, ready, task, kept.clone());
+            let is_by_ranks = is_apart || mesh.cells_apart.is_some();
+            let team = self.plan.team.clone().filter(|_| is_by_ranks);
+            let write = || write(writer, &mesh, step, ready, task, team);
             let compute = || {
                 let (step, task) = following?;
                 Some(task.run(base_points, step, may_be_apart, &mut next))
             };
-            let (written, then) = match is_apart || mesh.cells_apart.is_some() {
+            let (written, then) = match is_by_ranks {
                 false => rayon::join(write, compute),
                 // Writing waits for other ranks: none of the loops' threads may do that.
                 true => {
@@ -296,14 +299,14 @@ fn write(
     step: &Step,
     ready: Option<Computed>,
     task: Task,
-    kept: Option<KeptPoints>,
+    team: Option<Arc<Team>>,
 ) -> Result<bool> {
     match (ready, task) {
         (None, _) => Ok(true),
         (Some(_), Task::Recompute | Task::Verify | Task::ReadBack) => writer.verify(mesh, step),
         (Some(computed), Task::New) => {
             let row = row(step, &computed.found);
-            writer.write(mesh, step, row, computed.seconds, kept)?;
+            writer.write(mesh, step, row, computed.seconds, team)?;
             Ok(true)
         }
     }

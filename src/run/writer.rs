@@ -6,7 +6,7 @@ use super::names::Names;
 use super::record::Clock;
 use super::surface::SurfaceFiles;
 use super::table::Table;
-use crate::deform::KeptPoints;
+use crate::deform::Team;
 use crate::error::{Error, Result};
 use crate::formats::{Begin, Format, Notes, WriteOptions};
 use crate::mesh::MeshView;
@@ -51,7 +51,7 @@ impl<'a> Writer<'a> {
         })
     }
 
-    /// Writes a mesh, of which other ranks have `kept` the positions or none has, then its row, which lacks what writing tells;
+    /// Writes a mesh, to which the ranks of a `team` or none write, then its row, which lacks what writing tells;
     /// `seconds` is what it took before. Both
     /// are on the disk when the next step is written, or after [`Writer::settle`].
     pub fn write(
@@ -60,7 +60,7 @@ impl<'a> Writer<'a> {
         step: &Step,
         mut row: Row,
         seconds: f64,
-        kept: Option<KeptPoints>,
+        team: Option<Arc<Team>>,
     ) -> Result<()> {
         let held = self.stop.hold();
         let clock = Clock::start();
@@ -76,7 +76,7 @@ impl<'a> Writer<'a> {
         let table = Arc::clone(&self.table);
         self.finish(move || {
             let _held = held;
-            kept.map_or(Ok(()), |kept| kept.settle())?;
+            team.map_or(Ok(()), |team| team.settle())?;
             written.keep()?;
             lock(&table).add(row)
         })

@@ -49,7 +49,6 @@ pub(super) struct Kept {
 #[derive(Clone)]
 pub(crate) struct KeptPoints {
     team: Arc<Team>,
-    sync: bool,
 }
 
 impl Team {
@@ -72,16 +71,14 @@ impl Team {
         self.ranks.receive_parts(&mut parts);
     }
 
-    /// Has the ranks keep the positions of the step that they have moved to last, until they are written; with `sync` to the
-    /// disk.
-    pub(crate) fn keep(self: &Arc<Self>, points: &[Vector], sync: bool) -> KeptPoints {
+    /// Has the ranks keep the positions of the step that they have moved to last, until they are written.
+    pub(crate) fn keep(self: &Arc<Self>, points: &[Vector]) -> KeptPoints {
         let mut state = self.state();
         self.place_own(&mut state, points);
         self.order(Order::Keep);
         state.work.keep();
         KeptPoints {
             team: Arc::clone(self),
-            sync,
         }
     }
 
@@ -142,19 +139,6 @@ impl SharedFields {
     }
 }
 
-impl KeptPoints {
-    /// Waits until all that ranks have written is on the disk.
-    pub fn settle(&self) -> Result<()> {
-        if !self.sync {
-            return Ok(());
-        }
-        let mut state = self.team.state();
-        self.team.order(Order::Settle);
-        let settled = state.work.settle(&self.team.ranks);
-        self.team.ranks.agree(settled)
-    }
-}
-
 impl std::fmt::Debug for KeptPoints {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "positions with {} ranks", self.team.ranks.n())
@@ -168,13 +152,7 @@ impl Apart for KeptPoints {
         numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
-        self.team.write(WriteTask {
-            to: absolute(to)?,
-            numbers: numbers.clone(),
-            at_rest: false,
-            hash_from,
-            sync: self.sync,
-        })
+        self.team.write(to, numbers, hash_from, false)
     }
 }
 
@@ -186,13 +164,7 @@ impl Apart for Team {
         numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
-        self.write(WriteTask {
-            to: absolute(to)?,
-            numbers: numbers.clone(),
-            at_rest: true,
-            hash_from,
-            sync: false,
-        })
+        self.write(to, numbers, hash_from, true)
     }
 }
 
@@ -203,9 +175,43 @@ impl std::fmt::Debug for Team {
 }
 
 impl Team {
-    fn write(&self, task: WriteTask) -> Result<Vec<HashedBytes>> {
+    /// Whether all that ranks write has to be on the disk once the team has [settled](Self::settle).
+    pub(crate) fn syncs(&self, syncs: bool) {
+        self.state().syncs = syncs;
+    }
+
+    /// Waits until all that ranks have written is on the disk.
+    pub(crate) fn settle(&self) -> Result<()> {
+        let mut state = self.state();
+        if !state.syncs {
+            return Ok(());
+        }
+        self.order(Order::Settle);
+        let settled = state.work.settle(&self.ranks);
+        self.ranks.agree(settled)
+    }
+
+    fn write(
+        &self,
+        to: Option<(&Path, u64)>,
+        numbers: &Numbers,
+        hash_from: u64,
+        at_rest: bool,
+    ) -> Result<Vec<HashedBytes>> {
+        let absolute = |(path, at): (&Path, u64)| {
+            let path = std::path::absolute(path).map_err(|error| Error::io(path, &error))?;
+            Ok::<_, Error>((path, at))
+        };
+        let to = to.map(absolute).transpose()?;
         // No other thread may be needed here: it may wait for the team.
         let mut state = self.state();
+        let task = WriteTask {
+            to,
+            numbers: numbers.clone(),
+            at_rest,
+            hash_from,
+            sync: state.syncs,
+        };
         let Order::Write(task) = self.order(Order::Write(task)) else {
             unreachable!("a broadcast gives what it got")
         };
@@ -213,14 +219,6 @@ impl Team {
         let all = self.ranks.gather(told);
         all.unwrap_or_default().into_iter().collect()
     }
-}
-
-fn absolute(to: Option<(&Path, u64)>) -> Result<Option<(PathBuf, u64)>> {
-    let absolute = |(path, at): (&Path, u64)| {
-        let path = std::path::absolute(path).map_err(|error| Error::io(path, &error))?;
-        Ok((path, at))
-    };
-    to.map(absolute).transpose()
 }
 
 impl Work {

@@ -68,6 +68,8 @@ struct State {
     nodes: Vec<NodesOfRank>,
     /// Why ranks do not read their parts themselves.
     why_cut: Option<String>,
+    /// Whether what ranks write is to be on the disk.
+    syncs: bool,
     /// The nodes of each rank of which the first tells, by their numbers in the whole mesh.
     apart: Vec<Vec<u32>>,
     /// Whether ranks know where these are at the step that they have moved to.

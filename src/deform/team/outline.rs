@@ -8,6 +8,7 @@ use super::work::{Work, cells_among};
 use super::{Team, part_of_file};
 use crate::deform::first_cells::{self, Edge};
 use crate::error::Result;
+use crate::formats::{Loaded, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
 use crate::motion::{Frame, QualityOutput, Schedule};
@@ -16,11 +17,11 @@ use crate::ranks::raw::List;
 use std::sync::Arc;
 
 impl Team {
-    /// The outline of the mesh that a schedule is about, once each rank has read its part.
+    /// The outline of the mesh that a schedule is about, once each rank has read its part, and the notes of its reader.
     ///
     /// # Errors
     /// Why the mesh has to be read as a whole, as for [`read_parts`](crate::formats::read_parts).
-    pub fn outline(self: &Arc<Self>, schedule: &Schedule) -> std::result::Result<Mesh, String> {
+    pub fn outline(self: &Arc<Self>, schedule: &Schedule) -> std::result::Result<Loaded, String> {
         if let Some(reason) = needs_whole(schedule) {
             return Err(reason.to_owned());
         }
@@ -32,12 +33,12 @@ impl Team {
         let outline = Mesh::outline_of(&read, n_nodes, &self.ranks, Some(self.clone()));
         state.work.read = Some(read);
         drop(state);
-        let mut outline = outline.expect("this is the first rank");
+        let outline = outline.expect("this is the first rank");
         if outline.dimension() != 3 {
             return Err("it has no solid cells".to_owned());
         }
-        file.complete(&mut outline)?;
-        match OneLayer::axis_of(&outline) {
+        let outline = file.complete(outline)?;
+        match OneLayer::axis_of(&outline.mesh) {
             Ok(None) => Ok(outline),
             _ => Err("it is one layer of cells".to_owned()),
         }
@@ -86,7 +87,7 @@ fn needs_whole(schedule: &Schedule) -> Option<&'static str> {
 }
 
 /// Reads the part of a rank, and tells the first of it.
-pub(super) fn read(work: &mut Work, file: &crate::formats::SharedFile, ranks: &Ranks) {
+pub(super) fn read(work: &mut Work, file: &SharedFile, ranks: &Ranks) {
     let Ok(read) = part_of_file(file, ranks) else {
         return;
     };

@@ -11,14 +11,14 @@ use super::zone::Zone;
 use super::{solution, structured, unstructured};
 use crate::diagnostic::formats::Read;
 use crate::error::{Error, Result};
-use crate::mesh::{BoundedCells, Mesh, Origin, first_where};
+use crate::mesh::{BoundedCells, Cells, Mesh, Origin, first_where};
 use std::ops::Range;
 use std::rc::Rc;
 
 /// Reads a file at one of its steps.
 pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let (root, missing) = Node::root(source)?;
-    let read = read_bases(&root, options, notes);
+    let read = read_bases(&root, options, None, notes);
     let files = missing.names();
     match read {
         Ok(mut mesh) => {
@@ -42,7 +42,29 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     }
 }
 
-fn read_bases(root: &Node, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+/// Gives the outline of a mesh of unstructured zones in HDF5 its groups and the arrays of the mesh as a whole.
+pub(super) fn complete(
+    source: &Source,
+    options: &ReadOptions,
+    outline: &mut Mesh,
+    notes: &mut Notes,
+) -> Result<()> {
+    let (root, _) = Node::root(source)?;
+    let cells = std::mem::take(&mut outline.cells);
+    let read = read_bases(&root, options, Some(cells), notes)?;
+    outline.cells = read.cells;
+    outline.groups = read.groups;
+    outline.field_arrays = read.field_arrays;
+    Ok(())
+}
+
+/// All bases; where the cells of all are known without nodes and solutions.
+fn read_bases(
+    root: &Node,
+    options: &ReadOptions,
+    cells: Option<Cells>,
+    notes: &mut Notes,
+) -> Result<Mesh> {
     let step = Step::choose(root, options.step)?;
     let version = version(root)?;
     let mut found = MeshBuilder::default();
@@ -58,8 +80,10 @@ fn read_bases(root: &Node, options: &ReadOptions, notes: &mut Notes) -> Result<M
         return Err(bases[0].refuse("it has no zone (Zone_t), so there is no mesh"));
     }
     let several = zones.len() > 1;
+    let mut known = cells.is_some().then_some(0);
+    found.cells = cells.unwrap_or_default();
     for (zone, families) in zones {
-        read_zone(zone, &families, &step, several, &mut found)?;
+        read_zone(zone, &families, (&step, several), &mut known, &mut found)?;
     }
     found.say(notes);
     root.note_latin1(notes);
@@ -161,8 +185,8 @@ fn read_others(base: &Node, step: &Step, found: &mut MeshBuilder) -> Result<()> 
 fn read_zone(
     mut zone: Zone,
     families: &Families,
-    step: &Step,
-    is_group: bool,
+    (step, is_group): (&Step, bool),
+    known: &mut Option<usize>,
     found: &mut MeshBuilder,
 ) -> Result<()> {
     if let Some((said, meant)) = &zone.odd_kind {
@@ -173,22 +197,33 @@ fn read_zone(
         };
         found.remarks.push(note.into());
     }
-    let mut points = std::mem::take(&mut found.points);
-    let read = zone.read_points(step, &mut points);
-    found.points = points;
-    read?;
-    let first_cell = found.cells.len();
-    match zone.is_structured {
-        true => structured::read(&zone, families, found)?,
-        false => unstructured::read(&zone, families, found)?,
-    }
+    let first_cell = known.unwrap_or(found.cells.len());
+    let end = match known {
+        Some(next) => {
+            *next = unstructured::read_groups(&zone, families, first_cell, found)?;
+            *next
+        }
+        None => {
+            let mut points = std::mem::take(&mut found.points);
+            let read = zone.read_points(step, &mut points);
+            found.points = points;
+            read?;
+            match zone.is_structured {
+                true => structured::read(&zone, families, found)?,
+                false => unstructured::read(&zone, families, found)?,
+            }
+            found.cells.len()
+        }
+    };
     let dimension = zone.cell_dimension;
-    let runs = found.cells.runs_in(first_cell..found.cells.len());
+    let runs = found.cells.runs_in(first_cell..end);
     let solid: Vec<Range<usize>> = runs
         .filter(|run| run.kind.dimension() == dimension)
         .map(|run| run.first_cell..run.first_cell + run.n_cells())
         .collect();
-    solution::read(&zone, &solid, step, found)?;
+    if known.is_none() {
+        solution::read(&zone, &solid, step, found)?;
+    }
     if is_group {
         found
             .tags

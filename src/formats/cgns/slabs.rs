@@ -5,11 +5,11 @@
 
 use super::super::hdf5::{Dataset, is_hdf5};
 use super::super::slabs::{Refusal, Slabs, overlapping, whole};
-use super::super::{ReadOptions, Source};
+use super::super::{Notes, ReadOptions, Source};
 use super::builder::MeshBuilder;
 use super::element::{ElementType, MIXED, old_polygon, type_name};
 use super::node::Node;
-use super::read::{bases, version, zones_of};
+use super::read::{self, bases, version, zones_of};
 use super::regions::may_be_of_nodes;
 use super::sections::{BLOCK, Entries, Section, append_mixed, append_rows, sections};
 use super::stored::Data;
@@ -18,7 +18,7 @@ use super::unstructured::order;
 use super::zone::{Zone, put};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Cells, Values, too_many};
+use crate::mesh::{Cells, Mesh, Values, too_many};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
@@ -28,8 +28,11 @@ const MOST_CHUNK: usize = 64 << 20;
 type Found<T> = std::result::Result<T, Refusal>;
 
 /// Coordinates and sections of all zones.
-#[derive(Default)]
-struct Zones {
+struct Zones<'a> {
+    source: &'a Source,
+    options: ReadOptions,
+    /// Whether a zone has arrays.
+    has_solutions: bool,
     grids: Vec<Grid>,
     sections: Vec<Elements>,
 }
@@ -75,7 +78,7 @@ struct Array {
 }
 
 /// Finds the zones of a file at one of its steps.
-pub(super) fn open(source: &Source, options: &ReadOptions) -> Found<impl Slabs + use<>> {
+pub(super) fn open<'a>(source: &'a Source, options: &ReadOptions) -> Found<impl Slabs + use<'a>> {
     if !is_hdf5(source.bytes()) {
         return Err(whole("it is not in HDF5"));
     }
@@ -89,20 +92,29 @@ pub(super) fn open(source: &Source, options: &ReadOptions) -> Found<impl Slabs +
     if zones.is_empty() {
         return Err(whole("it has no zone"));
     }
-    let mut found = Zones::default();
+    let mut found = Zones {
+        source,
+        options: options.clone(),
+        has_solutions: false,
+        grids: Vec::new(),
+        sections: Vec::new(),
+    };
     for zone in zones {
         found.add(zone, &step)?;
     }
     Ok(found)
 }
 
-impl Zones {
+impl Zones<'_> {
     fn add(&mut self, mut zone: Zone, step: &Step) -> Found<()> {
         if zone.is_structured {
             return Err(whole("it has structured zones"));
         }
         if may_be_of_nodes(&zone)? {
             return Err(whole("boundary conditions are given by their nodes"));
+        }
+        for arrays in ["FlowSolution_t", "DiscreteData_t"] {
+            self.has_solutions |= zone.node.labelled(arrays)?.next().is_some();
         }
         zone.first_node = self.n_nodes();
         self.grids.push(Grid::of(&zone, step)?);
@@ -287,7 +299,14 @@ impl Array {
     }
 }
 
-impl Slabs for Zones {
+impl Slabs for Zones<'_> {
+    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
+        if self.has_solutions {
+            return Err(whole("it has arrays at nodes or cells"));
+        }
+        Ok(read::complete(self.source, &self.options, outline, notes)?)
+    }
+
     fn n_nodes(&self) -> usize {
         self.grids.last().map_or(0, |last| last.nodes.end)
     }
@@ -312,6 +331,9 @@ impl Slabs for Zones {
         for (section, own) in overlapping(&self.sections, |s| s.cells.clone(), cells) {
             section.append(own, &mut found)?;
         }
-        Ok(found.cells)
+        match found.incomplete.is_empty() {
+            true => Ok(found.cells),
+            false => Err(Error::input("of some elements only the corners are kept")),
+        }
     }
 }

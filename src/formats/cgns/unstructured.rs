@@ -19,22 +19,58 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) ->
     let regions = regions(zone, families, found)?;
     let first_cell = found.cells.len();
     let spans = read_cells(zone, &sections, &regions, found)?;
-    check_count(zone, &sections, first_cell, found)?;
+    let cells = first_cell..found.cells.len();
+    add_groups(zone, (&sections, spans), &regions, cells, found)
+}
+
+/// Appends the boundary conditions of a zone as groups, where its cells are there from this one on: of elements that each are a
+/// cell. Gives the end of its cells.
+pub(super) fn read_groups(
+    zone: &Zone,
+    families: &Families,
+    first_cell: usize,
+    found: &mut MeshBuilder,
+) -> Result<usize> {
+    let sections = sections(zone)?;
+    let regions = regions(zone, families, found)?;
+    let mut spans: Vec<Option<Span>> = sections.iter().map(|_| None).collect();
+    let mut next = first_cell;
+    for i in order(zone, &sections)? {
+        let section = &sections[i];
+        spans[i] = Some(Span {
+            first: section.first,
+            n_elements: section.n_elements,
+            cells: Cells::From(next),
+        });
+        next += section.n_elements;
+    }
+    let spans = spans.into_iter().flatten().collect();
+    add_groups(zone, (&sections, spans), &regions, first_cell..next, found)?;
+    Ok(next)
+}
+
+fn add_groups(
+    zone: &Zone,
+    (sections, spans): (&[Section], Vec<Span>),
+    regions: &[Region],
+    of_zone: Range<usize>,
+    found: &mut MeshBuilder,
+) -> Result<()> {
+    check_count(zone, sections, of_zone.clone(), found)?;
     regions
         .iter()
         .try_for_each(|region| check(region, zone, &spans))?;
     let mut members = Members {
         zone,
-        sections: &sections,
+        sections,
         spans: &spans,
-        first_cell,
         is_covered: vec![false; spans.len()],
     };
     let mut cells: Vec<Vec<Range<usize>>> = regions
         .iter()
         .map(|region| members.cells_of(region, found))
         .collect();
-    make_faces(zone, &regions, &mut cells, first_cell, found);
+    make_faces(zone, regions, &mut cells, of_zone.start, found);
     for (region, cells) in regions.iter().zip(&cells) {
         if cells.is_empty() {
             region.leave(found);
@@ -43,7 +79,7 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) ->
             tag(name, region.condition.as_deref(), cells, zone, found);
         }
     }
-    tag_sections(zone, &sections, &members, found);
+    tag_sections(zone, sections, &members, found);
     Ok(())
 }
 
@@ -109,7 +145,7 @@ pub(super) fn order(zone: &Zone, sections: &[Section]) -> Result<Vec<usize>> {
 fn check_count(
     zone: &Zone,
     sections: &[Section],
-    first_cell: usize,
+    of_zone: Range<usize>,
     found: &mut MeshBuilder,
 ) -> Result<()> {
     for section in sections {
@@ -117,7 +153,7 @@ fn check_count(
             return Ok(());
         }
     }
-    let runs = found.cells.runs_in(first_cell..found.cells.len());
+    let runs = found.cells.runs_in(of_zone);
     let runs = runs.filter(|run| run.kind.dimension() == zone.cell_dimension);
     let n: usize = runs.map(|run| run.n_cells()).sum();
     let said = zone.n_cells[0];
@@ -205,7 +241,6 @@ struct Members<'a> {
     zone: &'a Zone<'a>,
     sections: &'a [Section<'a>],
     spans: &'a [Span],
-    first_cell: usize,
     /// Sections of which a region has elements.
     is_covered: Vec<bool>,
 }
@@ -400,7 +435,6 @@ fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mu
             tag(name, None, &cells, zone, found);
         }
     }
-    debug_assert!(members.first_cell <= found.cells.len());
 }
 
 impl Span {

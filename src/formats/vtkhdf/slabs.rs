@@ -174,14 +174,13 @@ impl Slabs for Open {
         super::placed(self.some_cells(&rows))
     }
 
-    fn complete(&self, outline: &mut Mesh) -> std::result::Result<(), Refusal> {
-        let mut notes = Notes::default();
-        let mut read = |of, rows| read::arrays(&self.grid, &self.extent, of, rows, &mut notes);
+    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> std::result::Result<(), Refusal> {
+        let mut read = |of, rows| read::arrays(&self.grid, &self.extent, of, rows, notes);
         if !read(("Point", "point"), &self.points)?.is_empty() {
             return Err(refused("it has arrays at nodes"));
         }
         outline.cell_arrays = read(("Cell", "cell"), &self.cells)?;
-        outline.field_arrays = read::fields(&self.grid, &self.extent, &mut notes)?;
+        outline.field_arrays = read::fields(&self.grid, &self.extent, notes)?;
         tags::extract(outline, self.tag_array.as_deref())?;
         match outline.cell_arrays.is_empty() {
             true => Ok(()),

@@ -257,22 +257,20 @@ fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
 }
 
 impl Slabs for Pieces<'_> {
-    fn complete(&self, outline: &mut Mesh) -> Found<()> {
+    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let (pieces, layout) = (&self.document.pieces, &self.document.layout);
         if pieces.iter().any(|piece| !piece.point_data.is_empty()) {
             return Err(whole("it has arrays at nodes"));
         }
-        let mut notes = Notes::default();
-        outline.cell_arrays = data(pieces, layout, "cell", read::cell_data, &mut notes)?;
+        outline.cell_arrays = data(pieces, layout, "cell", read::cell_data, notes)?;
         for array in &self.document.field_data {
-            let array = field(array, layout, &mut notes)?;
+            let array = field(array, layout, notes)?;
             outline.field_arrays.push(array);
         }
         tags::extract(outline, self.tag_array.as_deref())?;
-        match (outline.cell_arrays.is_empty(), notes.is_empty()) {
-            (true, true) => Ok(()),
-            (false, _) => Err(whole("it has arrays at cells")),
-            (_, false) => Err(whole("it has what is not kept")),
+        match outline.cell_arrays.is_empty() {
+            true => Ok(()),
+            false => Err(whole("it has arrays at cells")),
         }
     }
 
