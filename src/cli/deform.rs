@@ -162,7 +162,7 @@ fn outline(
     if output.surface != SurfaceOutput::None {
         return Err("it writes surfaces".to_owned());
     }
-    let outline = context.reading(&args.mesh, || Ok(team.outline(schedule)));
+    let outline = context.reading(&args.mesh, || Ok(team.outline_for(schedule)));
     let outline = outline.map_err(|error| error.to_string())??;
     match format.takes_cells_apart(&outline.mesh.view()) {
         true => Ok(outline),

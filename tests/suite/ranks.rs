@@ -319,7 +319,7 @@ fn written(
     }
     let team = Team::of(ranks, shared);
     let outline = team.as_ref().filter(|_| way != "whole");
-    let outline = outline.map(|team| team.outline(&schedule).expect("ranks read it").mesh);
+    let outline = outline.map(|team| team.outline_for(&schedule).expect("ranks read it").mesh);
     let mesh = outline.unwrap_or_else(|| mesh.clone());
     let deformation = Deformation::builder(mesh, schedule).team(team);
     let deformation = deformation.plan().expect("they fit");

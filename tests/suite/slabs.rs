@@ -108,7 +108,7 @@ fn outline_is_that_of(whole: &Mesh, path: &Path, options: &ReadOptions, n: usize
     let file = SharedFile::new(path, None, options);
     let found = on_threads(n, |ranks| match Team::of(&ranks, file.clone()) {
         Some(team) => {
-            let outline = team.outline(&schedule);
+            let outline = team.outline_for(&schedule);
             dismiss(&ranks);
             Some(outline.map(|outline| outline.mesh))
         }

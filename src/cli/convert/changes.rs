@@ -9,7 +9,7 @@ use crate::mesh::{DataArray, Group, Mesh, Values};
 
 /// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, join, tag, merge, drop, rename, types
 /// of patches, boundary or volume only; `--reorder` comes last.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub struct Changes {
     /// Multiply all coordinates by this, as 0.001 for millimetres to metres
     #[arg(long, value_name = "S", allow_negative_numbers = true)]

@@ -1,5 +1,6 @@
 //! `azimesh convert`.
 
+mod by_ranks;
 mod changes;
 mod order;
 mod portable;
@@ -9,7 +10,7 @@ use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
 use crate::error::{Error, ErrorKind, Result};
-use crate::formats::{self, Staged};
+use crate::formats::{self, Loaded, Staged};
 use crate::mesh::{Mesh, Reordering};
 use changes::Changes;
 pub(super) use changes::patch_type;
@@ -296,6 +297,9 @@ impl Run<'_> {
                 times.len()
             ));
         }
+        if self.by_ranks(input, path, *format)? {
+            return Ok(());
+        }
         let mesh = self.read(input, self.args.step)?;
         self.save(&mesh, path, *format)
     }
@@ -303,19 +307,23 @@ impl Run<'_> {
     /// The mesh of a step, changed as asked.
     fn read(&self, input: &Input, step: Option<usize>) -> Result<Mesh> {
         let loaded = input.read(step, self.context)?;
-        let path = input.path();
-        for note in loaded.notes.iter() {
-            self.tell(format!("{}: {note}", path.display()));
-        }
+        self.tell_notes(input, &loaded);
         let mut mesh = loaded.mesh;
         let remarks = self.args.changes.apply(&mut mesh);
-        for remark in remarks.map_err(|error| error.file(path))? {
+        for remark in remarks.map_err(|error| error.file(input.path()))? {
             self.tell(remark);
         }
         if self.args.reorder {
             self.reorder(&mut mesh);
         }
         Ok(mesh)
+    }
+
+    /// Tells what the reader of an input remarks.
+    fn tell_notes(&self, input: &Input, loaded: &Loaded) {
+        for note in loaded.notes.iter() {
+            self.tell(format!("{}: {note}", input.path().display()));
+        }
     }
 
     /// Makes a remark, once.

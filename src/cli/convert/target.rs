@@ -236,7 +236,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn options(&self) -> WriteOptions {
+    pub(super) fn options(&self) -> WriteOptions {
         WriteOptions {
             pieces: self.args.pieces,
             ..self.args.write.options()

@@ -17,14 +17,29 @@ use crate::ranks::raw::List;
 use std::sync::Arc;
 
 impl Team {
-    /// The outline of the mesh that a schedule is about, once each rank has read its part, and the notes of its reader.
+    /// The outline of the mesh, where that is enough for a schedule.
     ///
     /// # Errors
     /// Why the mesh has to be read as a whole, as for [`read_parts`](crate::formats::read_parts).
-    pub fn outline(self: &Arc<Self>, schedule: &Schedule) -> std::result::Result<Loaded, String> {
+    pub fn outline_for(
+        self: &Arc<Self>,
+        schedule: &Schedule,
+    ) -> std::result::Result<Loaded, String> {
         if let Some(reason) = needs_whole(schedule) {
             return Err(reason.to_owned());
         }
+        let outline = self.outline()?;
+        match OneLayer::axis_of(&outline.mesh) {
+            Ok(None) => Ok(outline),
+            _ => Err("it is one layer of cells".to_owned()),
+        }
+    }
+
+    /// The outline of the mesh, once each rank has read its part, and the notes of its reader.
+    ///
+    /// # Errors
+    /// As [`outline_for`](Self::outline_for).
+    pub fn outline(self: &Arc<Self>) -> std::result::Result<Loaded, String> {
         let file = self.file.as_ref().map_err(String::clone)?;
         let mut state = self.state();
         self.order(Order::Read(file.clone()));
@@ -37,11 +52,7 @@ impl Team {
         if outline.dimension() != 3 {
             return Err("it has no solid cells".to_owned());
         }
-        let outline = file.complete(outline)?;
-        match OneLayer::axis_of(&outline.mesh) {
-            Ok(None) => Ok(outline),
-            _ => Err("it is one layer of cells".to_owned()),
-        }
+        file.complete(outline)
     }
 
     /// The whole mesh, of which the ranks have parts.

@@ -1,0 +1,60 @@
+//! One mesh that several ranks read and write together.
+
+use super::{Changes, Input, Run};
+use crate::deform::Team;
+use crate::error::Result;
+use crate::formats::{Format, Loaded};
+use std::path::Path;
+use std::sync::Arc;
+
+impl Run<'_> {
+    /// Writes the mesh of an input by all ranks, each its nodes and cells. Where they cannot it says why with `-v`, and tells that
+    /// nothing is written.
+    pub(super) fn by_ranks(
+        &self,
+        input: &Input,
+        path: &Path,
+        format: &'static dyn Format,
+    ) -> Result<bool> {
+        let file = input.shared(self.args.step, self.context);
+        let Some(team) = Team::of(&self.context.team, file) else {
+            return Ok(false);
+        };
+        let outline = match self.outline(&team, input, path, format) {
+            Ok(outline) => outline,
+            Err(reason) => {
+                self.context.tell_why_whole(input.path(), &reason);
+                return Ok(false);
+            }
+        };
+        self.tell_notes(input, &outline);
+        team.syncs(self.args.write.commit().sync);
+        self.save(&outline.mesh, path, format)?;
+        team.settle()?;
+        Ok(true)
+    }
+
+    /// What the first rank knows of the mesh, once each has read its part.
+    fn outline(
+        &self,
+        team: &Arc<Team>,
+        input: &Input,
+        path: &Path,
+        format: &'static dyn Format,
+    ) -> std::result::Result<Loaded, String> {
+        let args = self.args;
+        if args.changes != Changes::default() || args.reorder || args.portable {
+            return Err("one rank changes it".to_owned());
+        }
+        let takes_numbers = format.takes_numbers_apart(&self.options());
+        if !takes_numbers || args.pieces.is_some() || path.as_os_str() == "-" {
+            return Err("several ranks do not write together what is written".to_owned());
+        }
+        let outline = self.context.reading(input.path(), || Ok(team.outline()));
+        let outline = outline.map_err(|error| error.to_string())??;
+        match format.takes_cells_apart(&outline.mesh.view()) {
+            true => Ok(outline),
+            false => Err("cells are not written in their order".to_owned()),
+        }
+    }
+}
