@@ -144,6 +144,8 @@ mod run;
 pub mod sample;
 #[cfg(all(feature = "cli", not(feature = "internals")))]
 mod sample;
+#[doc(hidden)]
+pub mod sparse;
 
 pub use deform::{BasePoints, Deformation, DeformationBuilder};
 pub use deform::{Morph, MorphOptions, MorphReport, Nodes};

@@ -120,23 +120,21 @@ fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
     advised(array, size)
 }
 
-/// Asks for huge pages behind a large array, which has a mapping of its own. All its pages are named:
+/// Asks for huge pages behind a large array, which has a mapping of its own, but for small ones where little of it will be used. All its pages are named:
 /// a part would split the mapping, and the system cannot move one that is split, so that every
 /// growth of the array would be a copy.
 fn advised(array: *mut u8, size: usize) -> *mut u8 {
     #[cfg(target_os = "linux")]
     if size >= LARGE {
+        let advice = match azimesh::sparse::is_asked() {
+            true => libc::MADV_NOHUGEPAGE,
+            false => libc::MADV_HUGEPAGE,
+        };
         const PAGE: usize = 4096;
         let before = array.addr() % PAGE;
         let whole = (before + size).next_multiple_of(PAGE);
         // SAFETY: the pages hold the allocation; advice changes no content, and if it is refused, nothing.
-        unsafe {
-            libc::madvise(
-                array.wrapping_sub(before).cast(),
-                whole,
-                libc::MADV_HUGEPAGE,
-            )
-        };
+        unsafe { libc::madvise(array.wrapping_sub(before).cast(), whole, advice) };
     }
     array
 }

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::geometry::{curve, vector::Vector};
 use crate::mesh::facets::facets;
-use crate::mesh::{CellKind, CellRef, Cells, Mesh};
+use crate::mesh::{CellKind, CellRef, Cells, Mesh, Numbering};
 use crate::modes::RigidSurface;
 use crate::motion::{Role, Surface, SurfaceNodes};
 use crate::parallel::{BLOCK, collect, concat_blocks, filter_map};
@@ -80,10 +80,11 @@ impl SurfacePoints {
     }
 
     fn add_facets(&mut self, mesh: &Mesh, of: &Surface, interface: Option<&Cells>) {
-        let mut point_at = vec![u32::MAX; mesh.points.len()];
-        for (&node, &point) in of.nodes.nodes.iter().zip(&self.point_of) {
-            point_at[node as usize] = point;
-        }
+        let numbering = Numbering::new(&of.nodes.nodes);
+        let point_at = |node: u32| match numbering.place(node) {
+            Some(at) => self.point_of[at],
+            None => u32::MAX,
+        };
         let faces = &of.faces;
         let interface = || interface.into_iter().flat_map(Cells::iter);
         let tagged = faces.cells.iter();
@@ -91,7 +92,7 @@ impl SurfacePoints {
         let splits = splits(tagged.chain(interface()));
         let facets = |face: CellRef<'_>| {
             let split = &splits[&(face.kind, face.nodes.len())];
-            let point = |i: usize| point_at[face.nodes[i] as usize];
+            let point = |i: usize| point_at(face.nodes[i]);
             let facets = split.iter().map(|facet| facet.map(point));
             facets
                 .filter(|facet| !facet.contains(&u32::MAX))

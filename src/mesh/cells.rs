@@ -9,6 +9,7 @@ use super::streams::{Listed, distinct_nodes};
 use crate::error::{Error, Result};
 use crate::parallel;
 use crate::ranks::raw;
+use crate::sparse;
 use serde::{Deserialize, Serialize};
 
 /// Cells in order, run-length encoded by kind and node count. Nodes are in VTK's order.
@@ -197,7 +198,7 @@ impl Cells {
             cells.extend_run_at(kind, n_nodes, n_cells, n_entries);
             n_entries += n_nodes * n_cells;
         }
-        cells.connectivity = vec![node; n_entries];
+        cells.connectivity = sparse::zeros(n_entries, node);
         cells
     }
 

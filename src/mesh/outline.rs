@@ -10,6 +10,7 @@ use crate::geometry::vector::Vector;
 use crate::mesh::CellKind;
 use crate::ranks::Ranks;
 use crate::ranks::raw;
+use crate::sparse;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -92,7 +93,7 @@ impl Mesh {
             false => (0.0, 0),
         };
         let mut mesh = Self {
-            points: vec![[coordinate; 3]; n_nodes],
+            points: sparse::zeros(n_nodes, [coordinate; 3]),
             cells: Cells::of_kinds(kinds, node),
             space: part.space,
             ..Self::default()

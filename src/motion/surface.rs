@@ -111,21 +111,16 @@ fn surface_nodes(
     zone: Option<&DeformingZone>,
     mesh: &Mesh,
 ) -> SurfaceNodes {
-    let mut strongest: Vec<Option<Role>> = vec![None; mesh.points.len()];
     let interface = zone.iter().flat_map(|zone| &zone.interface_nodes);
-    for &node in interface {
-        strongest[node as usize] = Some(Role::Fixed);
-    }
+    let mut all: Vec<(u32, Role)> = interface.map(|&node| (node, Role::Fixed)).collect();
     for (tag, role) in tags.iter().zip(roles) {
         let Some(role) = *role else { continue };
-        for node in nodes_of(tag, mesh).filter(|&node| is_in(zone, node)) {
-            let strongest = &mut strongest[node as usize];
-            *strongest = Some(strongest.map_or(role, |before| before.min(role)));
-        }
+        let nodes = nodes_of(tag, mesh).filter(|&node| is_in(zone, node));
+        all.extend(nodes.map(|node| (node, role)));
     }
-    let all = parallel::filter_map(strongest.len(), |node| {
-        Some((node as u32, strongest[node]?))
-    });
+    // The strongest role of a node comes first.
+    parallel::sort(&mut all);
+    all.dedup_by_key(|of| of.0);
     let (nodes, roles) = all.into_iter().unzip();
     SurfaceNodes { nodes, roles }
 }

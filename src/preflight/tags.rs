@@ -5,7 +5,7 @@ use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
-use crate::mesh::Group;
+use crate::mesh::{Group, Numbering};
 use crate::motion::{BodyMap, Role};
 use std::collections::BTreeMap;
 
@@ -28,7 +28,9 @@ struct Moved {
 pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
     let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
     let tags: Vec<(&Group, Option<Role>)> = plan.mesh.boundary_tags().zip(roles).collect();
-    let body_of = bodies_of_nodes(plan);
+    let (nodes, bodies) = moving_nodes(plan);
+    let numbering = Numbering::new(&nodes);
+    let body_of = |node: u32| Some(bodies[numbering.place(node)?]);
     let fixed = tags.iter().filter(|(_, role)| *role == Some(Role::Fixed));
     let moving = |body: u16| {
         let own = tags
@@ -61,23 +63,22 @@ pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
     notes
 }
 
-/// The body that each node of the mesh moves with.
-fn bodies_of_nodes(plan: &Plan) -> Vec<Option<u16>> {
-    let mut body_of = vec![None; plan.mesh.points.len()];
+/// The nodes that move, ascending, with the body that each moves with.
+fn moving_nodes(plan: &Plan) -> (Vec<u32>, Vec<u16>) {
     let surface = &plan.motion.surface.nodes;
-    for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-        if let Role::Moving(body) = role {
-            body_of[node as usize] = Some(*body);
-        }
-    }
-    body_of
+    let nodes = surface.nodes.iter().zip(&surface.roles);
+    let body = |(&node, role): (&u32, &Role)| match role {
+        Role::Moving(body) => Some((node, *body)),
+        Role::Fixed | Role::Sliding => None,
+    };
+    nodes.filter_map(body).unzip()
 }
 
 /// The number of nodes of a tag, and what of it moves with each body; `moving` are the tags of a body.
 fn moved_nodes<'m>(
     plan: &Plan,
     tag: &Group,
-    body_of: &[Option<u16>],
+    body_of: &impl Fn(u32) -> Option<u16>,
     moving: &impl Fn(u16) -> Vec<&'m Group>,
 ) -> (usize, BTreeMap<u16, Moved>) {
     let mut found: BTreeMap<u16, Moved> = BTreeMap::new();
@@ -86,9 +87,8 @@ fn moved_nodes<'m>(
     for cell in tag.cells.iter() {
         let face = plan.mesh.cells.get(cell).nodes;
         nodes.extend_from_slice(face);
-        let body = body_of[face[0] as usize];
-        if let Some(body) = body.filter(|_| face.iter().all(|&node| body_of[node as usize] == body))
-        {
+        let body = body_of(face[0]);
+        if let Some(body) = body.filter(|_| face.iter().all(|&node| body_of(node) == body)) {
             let tags = own.entry(body).or_insert_with(|| moving(body));
             let moved = found.entry(body).or_default();
             moved.n_faces += 1;
@@ -98,7 +98,7 @@ fn moved_nodes<'m>(
     nodes.sort_unstable();
     nodes.dedup();
     for &node in &nodes {
-        if let Some(body) = body_of[node as usize] {
+        if let Some(body) = body_of(node) {
             found.entry(body).or_default().nodes.push(node);
         }
     }

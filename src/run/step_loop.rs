@@ -14,6 +14,7 @@ use crate::geometry::vector::Vector;
 use crate::mesh::{Apart, MeshView};
 use crate::motion::{OnInverted, QualityOutput, Step};
 use crate::parallel::join_with_own_thread;
+use crate::sparse;
 use std::sync::Arc;
 
 /// What is to be done for a step.
@@ -49,8 +50,13 @@ impl Run<'_> {
             self.deformation.measures();
         }
         progress.start("steps", Some(todo.len() as u64));
-        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
-        let mut next = vec![[0.0; 3]; points.len()];
+        let n_nodes = self.plan.mesh.points.len();
+        let zeros = || match self.plan.mesh.outline {
+            // Of most nodes this rank is not told.
+            Some(_) => sparse::zeros(n_nodes, [0.0; 3]),
+            None => vec![[0.0; 3]; n_nodes],
+        };
+        let (mut points, mut next) = (zeros(), zeros());
         let mut computed = task.run(base_points, first, self.may_be_apart(writer), &mut next);
         for (i, step) in todo.iter().enumerate() {
             self.check_stop()?;

@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["modes", "formats", "record"],
     &["mesh"],
     &["linear", "geometry", "ranks"],
-    &["diagnostic", "parallel", "progress"],
+    &["diagnostic", "parallel", "progress", "sparse"],
     &["error"],
 ];
 
