@@ -32,9 +32,10 @@ def counted(run, cores=math.inf):
     c.swept = c.S * sum(c.sweeps) / min(c.P, cores)
     c.candidates = min(max(c.S // 16, 512), 2048)
     c.F = run["bytes_read"]
-    # One file: the mesh once, and positions, which ranks write where there are several.
-    c.written = c.F + 24 * c.N * (c.K - 1) if c.P == 1 else c.F - 24 * c.N
-    c.written_apart = (c.P > 1) * 24 * c.N * c.K / min(c.P, cores)
+    # One file: the mesh once, and positions; where there are several ranks they write these and the nodes of cells.
+    c.listed = 32 * (c.C - c.S) + 16 * c.S
+    c.written = c.F + 24 * c.N * (c.K - 1) if c.P == 1 else c.F - 24 * c.N - c.listed
+    c.written_apart = (c.P > 1) * (24 * c.N * c.K + c.listed) / min(c.P, cores)
     c.L = c.S / 2  # of a layer
     c.parts = [part(c, rank) for rank in range(c.P)]
     # The correction is shared evenly.
@@ -86,9 +87,7 @@ def layers(c, rank):
     told = within(row, end_row, 1, 2)
     near_wall = max(0, min(end_row, NEAR_WALL * n) - row)
     nodes = max(end_row, high) - min(row, low) + wall
-    if not c.judges:
-        nodes, hexes, faces, wall = n / c.P, 0, 0, 0
-    of_rank = (n / c.P, nodes, hexes, (end - start) * c.judges, faces, near_wall, told, placed, nodes - n / c.P)
+    of_rank = (n / c.P, nodes, hexes, end - start, faces, near_wall, told, placed, nodes - n / c.P)
     return tuple(L * of for of in (*of_rank, min(wall, 1)))
 
 
@@ -170,24 +169,30 @@ def messages(c):
     others = c.parts[1:]
     if not others:
         return {}
+    parts(sent, c)
+    outlined(sent, c, others)
     selection(sent, c)
-    if c.judges:
-        parts(sent, c)
-    else:
-        sent.order("parts", 5)
-        sent.send([24 * of.slab for of in others])
+    hashed(sent, c, 0)
+    sent.order("parts", (c.S / 2 * varint(c.C) + PATH) * c.judges + PATH)
     placed(sent, c, others)
+    if c.judges:
+        # Cells that are turned the wrong way.
+        sent.what = "parts"
+        sent.fold(2)
     sent.order("fields", task(c))
     sent.send([2 for _ in others])
     if c.corrects:
         corrected(sent, c)
-    if c.judges:
-        elsewhere = sum(of.elsewhere for of in c.parts)
-        sent.what = "fields"
-        sent.exchange(4 * elsewhere)
-        sent.exchange(8 * c.R * elsewhere)
+    elsewhere = sum(of.elsewhere for of in c.parts)
+    sent.what = "fields"
+    sent.exchange(4 * elsewhere)
+    sent.exchange(8 * c.R * elsewhere)
     sent.order("writing", 1)
     sent.send([4 * of.told + 5 for of in others])
+    # The nodes of cells, in the first file.
+    sent.order("writing", 16 + PATH)
+    sent.all(5)
+    sent.gather(BLOCK + 32 * c.listed / c.P / BLOCK)
     for move in range(c.M):
         sent.order("positions", 5)
         sent.send([24 * of.told for of in others])
@@ -205,16 +210,35 @@ def messages(c):
 def placed(sent, c, others):
     """Which nodes ranks place themselves, and how: each of its own, then those that it has of others."""
     sent.send([8 * of.placed for of in others])
-    if c.judges:
-        sent.exchange(4 * sum(of.elsewhere for of in c.parts))
-        sent.exchange(8 * sum(of.at_rest for of in c.parts))
+    sent.exchange(4 * sum(of.elsewhere for of in c.parts))
+    sent.exchange(8 * sum(of.at_rest for of in c.parts))
     sent.gather(1)
+
+
+def outlined(sent, c, others):
+    """What the first rank learns of the parts: boundary faces with their nodes and where these are; faces on no cell; first cells,
+    which lie with the rank that has the wall."""
+    sent.exchange(sum(of.faces for of in others) * (16 + 28))
+    sent.order("parts", 1)
+    sent.send([8 * of.placed / 2 for of in others])
+    sent.exchange(4 * sum(of.elsewhere for of in c.parts))
+    sent.exchange(8 * sum(of.at_rest for of in c.parts) / 2)
+    sent.exchange(36 * c.S / 2 * (1 - 1 / c.P) * c.compact)
+    sent.order("parts", c.S / 2 * varint(c.C))
+    sent.gather(1)
+
+
+def hashed(sent, c, path):
+    """Coordinates that ranks write, or hash alone: bytes before the first whole block and behind the last, half a block each on
+    average, and the hashes of those between."""
+    sent.order("writing", 12 + path)
+    sent.gather(BLOCK + 32 * 24 * c.N / c.P / BLOCK)
 
 
 def parts(sent, c):
     """Parts that ranks read. Faces meet at the owners of their nodes; each rank asks who else has the nodes that others own,
     is told who has those, gets cells, and the coordinates of these nodes."""
-    sent.order("parts", c.S / 2 * varint(c.C) + 2 * PATH)
+    sent.order("parts", 2 * PATH)
     for size in (1, 1, 11, 1, 1):
         sent.all(size)
     elsewhere = sum(of.elsewhere for of in c.parts)
@@ -229,7 +253,6 @@ def parts(sent, c):
     sent.all(11)
     sent.exchange(4 * elsewhere)
     sent.exchange(24 * elsewhere)
-    sent.fold(2)
 
 
 def corrected(sent, c):
@@ -274,9 +297,7 @@ def written(sent, c):
     """A step that is kept: a hash of it for what the file has already, then numbers in the file, then the disk."""
     sent.order("writing", 1)
     for path in (0, PATH):
-        sent.order("writing", 12 + path)
-        # Bytes before the first whole block and behind the last, half a block each on average, and the hashes of those between.
-        sent.gather(BLOCK + 32 * 24 * c.N / c.P / BLOCK)
+        hashed(sent, c, path)
     sent.order("writing", 1)
     sent.all(1)
 
@@ -309,8 +330,9 @@ def memory(c):
             held, steps = mesh + surface, 48 * c.N + (judge + centres) * c.judges
         else:
             # As much as faces and sizes take stays with the allocator: short arrays that finding them has freed.
-            own = 52 * of.nodes + (36 * of.hexes + 20 * of.faces + 2 * judge) * c.judges
-            held = own + (0 if rank else mesh + surface)
+            own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge * c.judges
+            # The first rank has the surface, and the places of its nodes and of the ends of first cells.
+            held = own + (0 if rank else surface + 16 * c.S + 24 * 1.5 * c.S)
             # Positions that are kept; the first rank has room for all nodes twice, of which few are known.
             steps = centres * c.judges + 24 * of.slab + (0 if rank else 48 * 1.5 * c.S)
             # Places that others ask for, what is added there, and the same of the own nodes.
@@ -331,10 +353,10 @@ def passed_on(c):
     return (c.P - 1 - (c.P - 1).bit_length()) * orders
 
 
-def exchanged(c):
-    """Bytes of parts and of the correction, of which each rank sends as many."""
+def exchanged(c, *purposes):
+    """Bytes for some purposes, of which each rank sends as many."""
     sent = messages(c)
-    return sum(sent[what][1] for what in ("parts", "correction") if what in sent)
+    return sum(sent[what][1] for what in purposes if what in sent)
 
 
 def reference(c):
@@ -351,7 +373,8 @@ def apart(c):
 ALL, FIRST, ONE = "ranks", "first rank", "one thread"
 # What takes time: {what: (who, [(stage, how much of it in a run)])}. Work of ranks is that of the one with most.
 TERMS = {
-    "byte of the mesh": (FIRST, [("reading", lambda c: c.F)]),
+    "byte of the mesh": (ALL, [("reading", lambda c: c.F / c.share)]),
+    "cell of a part": (ALL, [("reading", lambda c: c.hexes * (c.P > 1))]),
     "surface node x base point of each sweep": (ALL, [("selection", lambda c: c.swept)]),
     "candidate x base point^2, base point^3 / 3": (
         FIRST,
@@ -359,8 +382,10 @@ TERMS = {
     ),
     "node x base point": (ALL, [("modes", lambda c: c.slab * c.B)]),
     "node near the wall": (ALL, [("modes", lambda c: c.near_wall * c.corrects)]),
-    "cell that is read again": (ALL, [("modes", lambda c: c.hexes * c.judges * (c.P > 1))]),
-    "byte of parts and correction": (ONE, [("modes", lambda c: exchanged(c) / c.share)]),
+    "byte of parts and correction": (
+        ONE,
+        [("reading", lambda c: exchanged(c, "parts") / c.share), ("modes", lambda c: exchanged(c, "correction") / c.share)],
+    ),
     "cell of the reference": (
         ALL,
         [("modes", lambda c: reference(c) * (c.P > 1)), ("rest", lambda c: reference(c) * (c.P == 1))],
@@ -374,7 +399,8 @@ TERMS = {
     "cell whose faces are judged": (ALL, [("steps", lambda c: c.K * c.own * c.judges)]),
     "byte written": (FIRST, [("writing", lambda c: c.written)]),
     "byte written by ranks": (ALL, [("writing", lambda c: c.written_apart)]),
-    "node of the plan": (FIRST, [("rest", lambda c: c.N)]),
+    "byte of the file that is hashed": (FIRST, [("rest", lambda c: c.F)]),
+    "node of the plan": (ALL, [("rest", lambda c: c.slab)]),
     "start of the program": (ONE, [("rest", lambda c: 1)]),
     "start of ranks": (ONE, [("rest", lambda c: c.P > 1)]),
 }

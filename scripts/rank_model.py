@@ -170,8 +170,9 @@ def prospect(like, surface, compact, model, options):
     found, sent = seconds(c, rates, serial), messages(c)
     disk, network = options.disk * 1e9, options.network * 1e9
     # Parts and the correction go from each rank to all; all else goes to the first rank, or comes from it.
-    by_first = sum(size for _, size in sent.values()) - passed_on(c) - exchanged(c)
-    found["network"] = (by_first + 2 * exchanged(c) / c.P) / network
+    between = exchanged(c, "parts", "correction")
+    by_first = sum(size for _, size in sent.values()) - passed_on(c) - between
+    found["network"] = (by_first + 2 * between / c.P) / network
     found["reading"] = max(found["reading"], c.F / disk)
     found["writing"] = (c.F + 24 * nodes * (steps - 1)) / disk
     stepping = max(found["steps"] + found["network"], found["writing"])

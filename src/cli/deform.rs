@@ -134,7 +134,8 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         fail_on: args.fail_on.clone(),
     };
     let finished = run(&deformation, &request)?;
-    if let Some(reason) = deformation.why_cut().or(why_whole) {
+    let why_later = || deformation.why_whole().map(str::to_owned);
+    if let Some(reason) = deformation.why_cut().or(why_whole).or_else(why_later) {
         context.tell_why_whole(&args.mesh, &reason);
     }
     context.tell_of_files();

@@ -311,6 +311,12 @@ impl Deformation {
         self.plan.team.as_ref()?.why_cut()
     }
 
+    /// Why the first rank has read the whole mesh, where the outline was not enough.
+    pub(crate) fn why_whole(&self) -> Option<&'static str> {
+        let whole = self.plan.whole.get();
+        whole.map(|_| "folded cells are repaired, or steps compared")
+    }
+
     /// Quality measures of the reference mesh, made on first use.
     pub(crate) fn measures(&self) -> &Measures {
         self.measures.get_or_init(|| Measures::new(&self.plan))

@@ -171,6 +171,11 @@ impl SharedFile {
         })
     }
 
+    /// Whether the file is still what it was.
+    pub fn is_unchanged(&self) -> bool {
+        self.open().is_ok()
+    }
+
     /// Reads the whole mesh, which the first rank had found readable by slabs.
     pub fn read_whole(&self) -> Result<Mesh> {
         let named = |error: Error| error.file(self.path());

@@ -67,7 +67,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
     if let Some(team) = &plan.team {
-        team.syncs(names.commit.sync);
+        team.set_sync(names.commit.sync);
     }
     let mut run = Run {
         deformation,

@@ -28,7 +28,7 @@ impl Run<'_> {
             }
         };
         self.tell_notes(input, &outline);
-        team.syncs(self.args.write.commit().sync);
+        team.set_sync(self.args.write.commit().sync);
         self.save(&outline.mesh, path, format)?;
         team.settle()?;
         Ok(true)

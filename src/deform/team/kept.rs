@@ -118,16 +118,9 @@ impl SharedFields {
         });
         state.moves();
         let n_ranks = team.ranks.n();
-        let slab = |rank| node_slab(out.len(), rank, n_ranks);
         let State { work, told, .. } = &mut *state;
         let mut places = vec![[0.0; 3]; told.len()];
-        let mut rest = &mut places[..];
-        let mut parts = Vec::new();
-        for rank in 0..n_ranks {
-            let (part, others) = rest.split_at_mut(among(told, &slab(rank)).len());
-            parts.push(part);
-            rest = others;
-        }
+        let mut parts = split_at(&mut places, told, (out.len(), n_ranks));
         let own = &mut parts[0];
         let take = |told: &[Vector]| own.copy_from_slice(told);
         team.ranks
@@ -176,7 +169,7 @@ impl std::fmt::Debug for Team {
 
 impl Team {
     /// Whether all that ranks write has to be on the disk once the team has [settled](Self::settle).
-    pub(crate) fn syncs(&self, syncs: bool) {
+    pub(crate) fn set_sync(&self, syncs: bool) {
         self.state().syncs = syncs;
     }
 
@@ -362,10 +355,27 @@ fn of_rank(ranks: &Ranks, error: &io::Error) -> Error {
 /// Positions of all nodes, by the ranks that they belong to.
 pub(super) fn split(points: &mut [Vector], n_ranks: usize) -> Vec<&mut [Vector]> {
     let n = points.len();
+    cut(
+        points,
+        (0..n_ranks).map(|rank| node_slab(n, rank, n_ranks).len()),
+    )
+}
+
+/// Positions at some nodes of `n_nodes`, ascending, by the ranks that these belong to.
+pub(super) fn split_at<'a>(
+    points: &'a mut [Vector],
+    nodes: &[u32],
+    (n_nodes, n_ranks): (usize, usize),
+) -> Vec<&'a mut [Vector]> {
+    let of_rank = |rank| among(nodes, &node_slab(n_nodes, rank, n_ranks)).len();
+    cut(points, (0..n_ranks).map(of_rank))
+}
+
+fn cut(points: &mut [Vector], lengths: impl Iterator<Item = usize>) -> Vec<&mut [Vector]> {
     let mut rest = points;
     let mut parts = Vec::new();
-    for rank in 0..n_ranks {
-        let (part, others) = rest.split_at_mut(node_slab(n, rank, n_ranks).len());
+    for n in lengths {
+        let (part, others) = rest.split_at_mut(n);
         parts.push(part);
         rest = others;
     }

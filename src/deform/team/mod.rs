@@ -1,13 +1,13 @@
-//! Fields and quality that several ranks share. The first rank has the whole mesh and decides; the others do what it
+//! Fields and quality that several ranks share. The first rank has the surface, or the whole mesh, and decides; the others do what it
 //! orders, each for some of the nodes and cells.
 //!
 //! ```text
+//! outline     what the first rank has of a mesh whose parts the ranks have read
 //! selection   a slab of the surface, swept by each rank; the first picks among the worst points
 //! fields      evaluated at the own nodes of each rank; it gets their values at the other nodes of its part from the ranks
 //!             that own those
 //! correction  the nodes around some of the surface, as many with each rank
 //! positions   each rank moves its nodes, and writes its own; the first gathers them where it has to know them
-//! outline    of a mesh in a file that ranks read by parts: the first rank does not read it as a whole where that is enough
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
 //!             slides, on a beam, by a repair) it tells the ranks that have it
 //! quality     a part of the cells with those around it, where the rank itself has moved the nodes
@@ -22,6 +22,7 @@ mod nodes;
 mod order;
 mod outline;
 mod placing;
+mod serve;
 mod shared_correction;
 mod sweeps;
 mod work;
@@ -29,26 +30,25 @@ mod work;
 use super::fields::{Chosen, MeshState, Narrow};
 use super::layer::Layer;
 use super::step_memory::Rounding;
-use crate::formats::{Shared, SharedFile, read_parts};
-use crate::geometry::boxes::Boxes;
+use crate::formats::{Shared, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, node_slab};
 use crate::parallel;
-use crate::progress::{Progress, Silent};
+use crate::progress::Progress;
 use crate::quality::Summary;
 use crate::quality::faces::FaceSummary;
 use crate::ranks::Ranks;
 use crate::ranks::raw::List;
 use near_surface::WholeSurface;
-use nodes::Nodes;
 use order::{Changed, LayerTask, Order, Rows, Task};
-use placing::{Apart, Numbered};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use work::{BlockHash, Work, among, hash, hashes};
 
 pub(crate) use kept::KeptPoints;
 pub(crate) use placing::{Maps, Placing};
+pub use serve::{dismiss, serve};
+use serve::{evaluate, nodes_alone, part_of_file, take_part};
 
 /// All ranks, as the first sees them.
 pub struct Team {
@@ -272,12 +272,17 @@ impl Team {
             Some(reason) => Err(reason.clone()),
             None => self.file.clone(),
         };
+        // Where it was not enough, the first rank has read the whole since then.
+        let is_same = |file: &SharedFile| mesh.outline.is_some() || file.is_unchanged();
+        let read = state.work.read.take();
+        let read = read.filter(|_| file.as_ref().is_ok_and(is_same));
         self.order(Order::Share {
+            is_read: read.is_some(),
             file: file.clone().ok(),
             n_nodes,
             moving_faces: moving_faces.map(<[u32]>::to_vec),
         });
-        let part = match state.work.read.take() {
+        let part = match read {
             Some(read) => Ok(read),
             None => file.and_then(|file| part_of_file(&file, &self.ranks)),
         };
@@ -428,134 +433,6 @@ impl State {
     }
 }
 
-/// Sends the other ranks home.
-pub fn dismiss(ranks: &Ranks) {
-    if ranks.n() > 1 {
-        Order::give(Some(Order::End), ranks);
-    }
-}
-
-/// Does what the first rank orders, until there is no more to do.
-pub fn serve(ranks: &Ranks) {
-    let mut work = Work::default();
-    let mut surface = None;
-    let nothing = |_: usize, _: &mut [Vector]| {};
-    loop {
-        match Order::give(None, ranks) {
-            Order::Select(order) => sweeps::serve(&mut surface, &order, ranks),
-            Order::Evaluate { id, task } => {
-                let rows = ranks.scatter(&mut |_| None);
-                evaluate((id, *task, rows), &mut work, None, ranks, &Silent);
-            }
-            Order::Move {
-                id,
-                step,
-                from_zero,
-                stays,
-            } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
-            Order::Forget { id } => work.forget(id),
-            Order::Read(file) => outline::read(&mut work, &file, ranks),
-            Order::Edges => drop(outline::edges(&work, None, ranks)),
-            Order::LooseFaces(faces) => {
-                ranks.gather(outline::loose_faces(&work, &faces));
-            }
-            Order::Share {
-                file,
-                n_nodes,
-                moving_faces,
-            } => {
-                let read = work.read.take();
-                let part = read.or_else(|| file.and_then(|file| part_of_file(&file, ranks).ok()));
-                let part = part.unwrap_or_else(|| Mesh::shared_of(None, ranks));
-                let moving_faces = moving_faces.as_deref();
-                take_part(&mut work, part, moving_faces, (n_nodes, None), ranks);
-                ranks.gather(work.told());
-            }
-            Order::TakeNodes { n_nodes } => {
-                let rest = ranks.scatter(&mut |_| None);
-                work.nodes = nodes_alone((n_nodes, rest), None, ranks);
-                ranks.gather(work.told());
-            }
-            Order::Numbers => drop(ranks.gather(work.numbers())),
-            Order::EndMove { maps, is_rounded } => work.end_move(&maps, is_rounded),
-            Order::PlaceApart => {
-                let mut places = vec![[0.0; 3]; work.nodes.apart.told.len()];
-                ranks.scatter_into(&nothing, &mut places, &[]);
-                work.take_told(&places);
-            }
-            Order::PlaceRest => {
-                ranks.send_part(&work.hashes());
-                work.correct(ranks.scatter(&mut |_| None));
-            }
-            Order::Divide => work.wanted = kept::share_wanted(None, ranks),
-            Order::Collect => ranks.send_part(work.own_places()),
-            Order::Keep => work.keep(),
-            Order::Write(task) => drop(ranks.gather(work.write(&task, ranks))),
-            Order::Settle => drop(ranks.agree(work.settle(ranks))),
-            Order::Cells => drop(work.cells()),
-            Order::Faces => drop(work.faces()),
-            Order::Walls => drop(work.normal_change()),
-            Order::End => return,
-        }
-    }
-}
-
-/// The part of each rank, which reads it from the file.
-///
-/// # Errors
-/// Why it is not read, on all ranks.
-fn part_of_file(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh, String> {
-    ranks.together(|| read_parts(file, ranks))
-}
-
-/// Takes a part of a mesh of so many nodes, of which the first rank knows which are apart.
-fn take_part(
-    work: &mut Work,
-    part: Mesh,
-    moving_faces: Option<&[u32]>,
-    (n_nodes, apart): (usize, Option<&[(u32, Placing)]>),
-    ranks: &Ranks,
-) {
-    let numbers = part.part.as_ref().map(|part| &part.nodes[..]);
-    let numbered = Numbered {
-        n_nodes,
-        all: numbers,
-    };
-    let nodes = Nodes::of_part(n_nodes, Apart::share(apart, &numbered, ranks));
-    ranks.together(|| work.take_part(part, moving_faces, nodes));
-}
-
-/// The own nodes of a rank alone.
-fn nodes_alone(
-    (n_nodes, List(rest)): (usize, List<Vector>),
-    apart: Option<&[(u32, Placing)]>,
-    ranks: &Ranks,
-) -> Nodes {
-    let numbered = Numbered { n_nodes, all: None };
-    let first = node_slab(n_nodes, ranks.rank(), ranks.n()).start;
-    let apart = Apart::share(apart, &numbered, ranks);
-    Nodes::alone((first, n_nodes), rest, apart)
-}
-
-/// Evaluates fields at the own nodes of a rank, corrects them with all others, and gets them at the other nodes of its part from the
-/// ranks that these belong to. The first has the whole surface.
-fn evaluate(
-    (id, task, rows): (usize, Task, Rows),
-    work: &mut Work,
-    whole: Option<&WholeSurface<'_>>,
-    ranks: &Ranks,
-    progress: &dyn Progress,
-) {
-    ranks.together(|| work.evaluate(id, task.layers, rows, progress));
-    if !task.boxes.is_empty() {
-        ranks.is_for("correction");
-        let boxes = Boxes::new(task.boxes);
-        shared_correction::correct(work.own_fields(id), boxes, whole, ranks);
-    }
-    ranks.is_for("fields");
-    work.get_others(id, ranks);
-}
-
 impl SharedFields {
     /// Writes the positions of the nodes at a step to `out`, from `nodes`, or with none by how much they move.
     pub fn move_to(&self, step: usize, nodes: Option<&[Vector]>, out: &mut [Vector]) {
@@ -586,14 +463,11 @@ impl SharedFields {
             None => out.fill([0.0; 3]),
         }
         let mut moved = vec![[0.0; 3]; deforming.len()];
-        let (mut rest, mut parts) = (&mut moved[..], Vec::new());
-        for rank in 0..ranks.n() {
-            let n = among(deforming, &node_slab(out.len(), rank, ranks.n())).len();
-            let (part, others) = rest.split_at_mut(n);
-            parts.push(part);
-            rest = others;
-        }
-        take(&mut parts);
+        take(&mut kept::split_at(
+            &mut moved,
+            deforming,
+            (out.len(), ranks.n()),
+        ));
         for (&node, place) in deforming.iter().zip(moved) {
             out[node as usize] = place;
         }

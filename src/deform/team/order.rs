@@ -36,9 +36,10 @@ pub(super) enum Order {
     Edges,
     /// Tell which of these boundary faces lie on no cell.
     LooseFaces(Vec<u32>),
-    /// Take a part of the mesh, the one that was read, from its file or else from the first rank, and to judge cells the moving
+    /// Take a part of the mesh, the one that was read before, from its file or else from the first rank, and to judge cells the moving
     /// faces there.
     Share {
+        is_read: bool,
         file: Option<SharedFile>,
         n_nodes: usize,
         moving_faces: Option<Vec<u32>>,

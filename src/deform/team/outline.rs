@@ -2,10 +2,11 @@
 //! moving walls, and faces that lie on no cell. Where there is an outline, the first rank has no more of the mesh than of the others'
 //! parts, until something takes the whole of it.
 
+use super::Team;
 use super::order::Order;
 use super::placing::{Apart, Numbered, Placing};
+use super::serve::part_of_file;
 use super::work::{Work, cells_among};
-use super::{Team, part_of_file};
 use crate::deform::first_cells::{self, Edge};
 use crate::error::Result;
 use crate::formats::{Loaded, SharedFile};

@@ -1,6 +1,7 @@
 //! Nodes that are not where fields move them. A rank itself places those at rest and those of rigid bodies; of the others the
 //! first rank tells it one by one.
 
+use super::work::{among, among_by};
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use crate::mesh::node_slab;
@@ -8,7 +9,6 @@ use crate::parallel;
 use crate::ranks::Ranks;
 use crate::ranks::raw::List;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Stands for the body of a node at rest.
 const AT_REST: u16 = u16::MAX;
@@ -74,7 +74,7 @@ impl Apart {
         let (rank, n_ranks) = (ranks.rank(), ranks.n());
         let slab = |rank: usize| node_slab(nodes.n_nodes, rank, n_ranks);
         let List(own) = ranks.scatter(&mut |rank| {
-            let of_slab = within(all?, |of| of.0, &slab(rank));
+            let of_slab = among_by(all?, |of| of.0, &slab(rank));
             Some(List(of_slab.iter().map(coded).collect::<Vec<_>>()))
         });
         let Some(numbers) = nodes.all else {
@@ -83,7 +83,7 @@ impl Apart {
         };
         let of_owner = |owner: usize| match owner == rank {
             true => Vec::new(),
-            false => within(numbers, |&node| node, &slab(owner)).to_vec(),
+            false => among(numbers, &slab(owner)).to_vec(),
         };
         let asked = ranks.exchange((0..n_ranks).map(of_owner).collect());
         let answers = asked.iter().map(|asked| common(asked, &own)).collect();
@@ -145,12 +145,6 @@ impl Apart {
             points[at as usize] = place;
         }
     }
-}
-
-/// Those of ascending items whose nodes are in a range.
-fn within<'a, T>(items: &'a [T], node: impl Fn(&T) -> u32, range: &Range<usize>) -> &'a [T] {
-    let before = |end: usize| items.partition_point(|item| (node(item) as usize) < end);
-    &items[before(range.start)..before(range.end)]
 }
 
 /// Those of ascending `own` that are among ascending `nodes`.

@@ -435,8 +435,17 @@ pub(super) fn cells_among(part: &Mesh, cells: &[u32]) -> Vec<u32> {
 
 /// Those of ascending nodes that are in a range.
 pub(super) fn among<'a>(nodes: &'a [u32], range: &Range<usize>) -> &'a [u32] {
-    let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
-    &nodes[before(range.start)..before(range.end)]
+    among_by(nodes, |&node| node, range)
+}
+
+/// Those of ascending items whose nodes are in a range.
+pub(super) fn among_by<'a, T>(
+    items: &'a [T],
+    node: impl Fn(&T) -> u32,
+    range: &Range<usize>,
+) -> &'a [T] {
+    let before = |end: usize| items.partition_point(|item| (node(item) as usize) < end);
+    &items[before(range.start)..before(range.end)]
 }
 
 fn picked(places: &[Vector], nodes: &[u32]) -> Vec<Vector> {
