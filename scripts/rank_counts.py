@@ -11,6 +11,8 @@ NEAR_WALL = 0.38
 CHUNK = 1 << 15
 # Bytes that are hashed as one where ranks write, and of the name of a file.
 BLOCK, PATH = 1 << 16, 60
+# Bytes of a file that a thread of a rank hashes.
+SHARE = 64 << 20
 # Patches of the surface at most, and points of one at least; nodes in their boxes for each that the correction reaches, and
 # surface points near the patches of a rank for each of its own.
 MOST_PATCHES, PATCH, BOXED, BESIDE = 1 << 16, 16, 1.25, 1.15
@@ -226,6 +228,9 @@ def outlined(sent, c, others):
     sent.exchange(36 * c.S / 2 * (1 - 1 / c.P) * c.compact)
     sent.order("parts", c.S / 2 * varint(c.C))
     sent.gather(1)
+    # The file is hashed in shares of 64 MB: of each a block as it is, and the hashes of the others.
+    sent.order("parts", 2 * PATH)
+    sent.gather((math.ceil(c.F / SHARE) * BLOCK + 32 * c.F / BLOCK) / c.P)
 
 
 def hashed(sent, c, path):
@@ -399,7 +404,7 @@ TERMS = {
     "cell whose faces are judged": (ALL, [("steps", lambda c: c.K * c.own * c.judges)]),
     "byte written": (FIRST, [("writing", lambda c: c.written)]),
     "byte written by ranks": (ALL, [("writing", lambda c: c.written_apart)]),
-    "byte of the file that is hashed": (FIRST, [("rest", lambda c: c.F)]),
+    "byte of the file that is hashed": (ALL, [("rest", lambda c: c.F / c.share)]),
     "node of the plan": (ALL, [("rest", lambda c: c.slab)]),
     "start of the program": (ONE, [("rest", lambda c: 1)]),
     "start of ranks": (ONE, [("rest", lambda c: c.P > 1)]),

@@ -96,6 +96,12 @@ impl Plan {
         }
     }
 
+    /// The hash of the file of the mesh, where ranks have read it.
+    pub(crate) fn hash_of_file(&self) -> Option<Result<blake3::Hash>> {
+        self.mesh.outline.as_ref()?;
+        Some(self.team.as_ref()?.hash_of_file())
+    }
+
     /// Where the nodes are in the reference mesh: with an outline those that are known.
     pub(super) fn points(&self) -> &[Vector] {
         &self.whole.get().unwrap_or(&self.mesh).points

@@ -68,6 +68,7 @@ pub use choice::{
 pub use embed::embedded;
 #[cfg(test)]
 pub use embed::unembedded;
+pub(crate) use hash::hash_of_share;
 pub use hash::{hash_of, hash_of_input, hash_of_range};
 pub(crate) use listing::list_nodes;
 pub use location::Location;

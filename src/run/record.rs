@@ -48,10 +48,12 @@ impl Clock {
 impl RecordFile {
     /// The record of a run of `plan`, not yet written.
     pub fn new(names: &Names, plan: &Plan, request: &Request) -> Result<Self> {
+        let hash_of_mesh = |path: &Path| match plan.hash_of_file() {
+            Some(hash) => hash.map_err(std::io::Error::other),
+            None => hash_of_input(path, &plan.mesh),
+        };
         let mut inputs = vec![
-            input("mesh", &request.mesh, |path| {
-                hash_of_input(path, &plan.mesh)
-            })?,
+            input("mesh", &request.mesh, hash_of_mesh)?,
             input("schedule", &plan.schedule.path, hash_of)?,
         ];
         for file in plan.schedule.files() {

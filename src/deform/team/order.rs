@@ -32,6 +32,8 @@ pub(super) enum Order {
     Forget { id: usize },
     /// Read a part of the mesh from its file, and tell of the surface in it.
     Read(SharedFile),
+    /// Hash a share of the file.
+    Hash(SharedFile),
     /// Tell of the shortest edges that leave moving walls.
     Edges,
     /// Tell which of these boundary faces lie on no cell.
@@ -117,6 +119,7 @@ impl Order {
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
             Self::Move { .. } | Self::Collect => "positions",
             Self::Read(_)
+            | Self::Hash(_)
             | Self::Edges
             | Self::LooseFaces(_)
             | Self::Share { .. }

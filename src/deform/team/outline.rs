@@ -9,11 +9,12 @@ use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
 use crate::error::Result;
-use crate::formats::{Loaded, SharedFile};
+use crate::formats::{self, Loaded, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
 use crate::motion::{Frame, QualityOutput, Schedule};
 use crate::ranks::Ranks;
+use crate::ranks::hash::{HashedBytes, TreeHasher};
 use crate::ranks::raw::List;
 use std::sync::Arc;
 
@@ -65,6 +66,19 @@ impl Team {
         file.expect("ranks have read it by parts").read_whole()
     }
 
+    /// The hash of the file that ranks have read.
+    pub(crate) fn hash_of_file(&self) -> Result<blake3::Hash> {
+        let file = self.file.as_ref().expect("ranks have read it by parts");
+        let _state = self.state();
+        self.order(Order::Hash(file.clone()));
+        let of_ranks = self.ranks.gather(hash_of_share(file, &self.ranks));
+        let mut hasher = TreeHasher::default();
+        for share in of_ranks.into_iter().flatten() {
+            share?.iter().for_each(|part| hasher.take(part));
+        }
+        Ok(hasher.finalize())
+    }
+
     /// The shortest edge that leaves the wall at each of these nodes, which are ascending, and where it ends.
     pub(crate) fn edges_off_walls(&self, nodes: &[u32]) -> (Vec<Edge>, Vec<Vector>) {
         let state = self.state();
@@ -96,6 +110,11 @@ fn needs_whole(schedule: &Schedule) -> Option<&'static str> {
         return Some("steps have substeps");
     }
     (schedule.rotor.frame != Frame::Rotating).then_some("a zone turns")
+}
+
+/// What a rank tells of its share of a file.
+pub(super) fn hash_of_share(file: &SharedFile, ranks: &Ranks) -> Result<Vec<HashedBytes>> {
+    ranks.together(|| formats::hash_of_share(file.path(), ranks.rank(), ranks.n()))
 }
 
 /// Reads the part of a rank, and tells the first of it.

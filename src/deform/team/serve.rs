@@ -43,6 +43,9 @@ pub fn serve(ranks: &Ranks) {
             } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
             Order::Forget { id } => work.forget(id),
             Order::Read(file) => outline::read(&mut work, &file, ranks),
+            Order::Hash(file) => {
+                ranks.gather(outline::hash_of_share(&file, ranks));
+            }
             Order::Edges => drop(outline::edges(&work, None, ranks)),
             Order::LooseFaces(faces) => {
                 ranks.gather(outline::loose_faces(&work, &faces));
