@@ -201,11 +201,16 @@ def check_convert(folder):
                 assert ("read whole" in told) == (ending == "su2"), told
                 assert alone.read_bytes() == together.read_bytes(), f"{start} to {ending} with {n} ranks"
                 n_written += 1
+    pvd = folder / "large_vtu" / "b.pvd"
+    last, of_ranks = folder / "last.vtu", folder / "last_of_ranks.vtu"
+    azimesh("convert", pvd, last)
+    told = ranks(2, "-v", "convert", pvd, of_ranks).stderr
+    assert "read whole" not in told and last.read_bytes() == of_ranks.read_bytes(), told
     mesh, scaled = folder / "slabs_blade.cgns", [folder / "scaled_alone.vtu", folder / "scaled.vtu"]
     azimesh("convert", mesh, scaled[0], "--scale", 0.001)
     assert "one rank changes it" in ranks(2, "-v", "convert", mesh, scaled[1], "--scale", 0.001).stderr
     assert scaled[0].read_bytes() == scaled[1].read_bytes(), "scaled"
-    report("mpi: convert", n_written + 1, 0, "files")
+    report("mpi: convert", n_written + 2, 0, "files")
 
 
 def check_no_room(folder):

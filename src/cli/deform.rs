@@ -163,6 +163,9 @@ fn outline(
     if output.surface != SurfaceOutput::None {
         return Err("it writes surfaces".to_owned());
     }
+    if !args.patch_type.is_empty() {
+        return Err("--patch-type may make it one layer of cells".to_owned());
+    }
     let outline = context.reading(&args.mesh, || Ok(team.outline_for(schedule)));
     let outline = outline.map_err(|error| error.to_string())??;
     match format.takes_cells_apart(&outline.mesh.view()) {

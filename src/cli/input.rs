@@ -311,7 +311,10 @@ impl Input {
                 options.step = step;
                 SharedFile::new(&self.path, Some(*format), &options)
             }
-            Meshes::Listed(_) => SharedFile::new(self.path_of(step.unwrap_or(0)), None, &options),
+            Meshes::Listed(list) => {
+                let last = list.len().saturating_sub(1);
+                SharedFile::new(self.path_of(step.unwrap_or(last)), None, &options)
+            }
             Meshes::Elsewhere(_) => Err("another rank has it".to_owned()),
         }
     }

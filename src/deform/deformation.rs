@@ -313,8 +313,7 @@ impl Deformation {
 
     /// Why the first rank has read the whole mesh, where the outline was not enough.
     pub(crate) fn why_whole(&self) -> Option<&'static str> {
-        let whole = self.plan.whole.get();
-        whole.map(|_| "folded cells are repaired, or steps compared")
+        self.plan.whole.get().map(|whole| whole.1)
     }
 
     /// Quality measures of the reference mesh, made on first use.
@@ -405,7 +404,10 @@ impl Deformation {
             stepper.known = self.divided.get_or_init(|| plan.divide()).as_deref();
         }
         if stepper.known.is_none() {
-            plan.take_whole()?;
+            plan.take_whole(match plan.moves_by_fields() {
+                true => "steps are computed again",
+                false => "nodes slide on curved boundaries",
+            })?;
         }
         let judges = plan.schedule.output.quality != QualityOutput::None;
         let found = stepper.at(step, judges, points)?;

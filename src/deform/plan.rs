@@ -57,8 +57,8 @@ pub struct Plan {
     pub choices: Vec<Diagnostic>,
     /// The ranks that share the work; none where this one is alone.
     pub(crate) team: Option<Arc<Team>>,
-    /// The whole mesh, once something takes more of it than the outline in its place.
-    pub(super) whole: OnceLock<Arc<Mesh>>,
+    /// The whole mesh, once something takes more of it than the outline in its place, and what does.
+    pub(super) whole: OnceLock<(Arc<Mesh>, &'static str)>,
 }
 
 impl Plan {
@@ -73,11 +73,11 @@ impl Plan {
         }
     }
 
-    /// Has this rank read the whole mesh, where it has the outline alone.
-    pub(super) fn take_whole(&self) -> Result<()> {
+    /// Has this rank read the whole mesh for a reason, where it has the outline alone.
+    pub(super) fn take_whole(&self, reason: &'static str) -> Result<()> {
         if let (Some(_), None, Some(team)) = (&self.mesh.outline, self.whole.get(), &self.team) {
             let whole = Arc::new(team.whole()?);
-            self.whole.get_or_init(|| whole);
+            self.whole.get_or_init(|| (whole, reason));
         }
         Ok(())
     }
@@ -89,10 +89,7 @@ impl Plan {
     pub(super) fn whole(&self) -> &Arc<Mesh> {
         match self.mesh.outline {
             None => &self.mesh,
-            Some(_) => self
-                .whole
-                .get()
-                .expect("the whole mesh is taken before it is used"),
+            Some(_) => &self.whole.get().expect("it is taken before it is used").0,
         }
     }
 
@@ -104,7 +101,7 @@ impl Plan {
 
     /// Where the nodes are in the reference mesh: with an outline those that are known.
     pub(super) fn points(&self) -> &[Vector] {
-        &self.whole.get().unwrap_or(&self.mesh).points
+        &self.whole.get().map_or(&self.mesh, |whole| &whole.0).points
     }
 
     /// Number of modes, all layers together.

@@ -371,7 +371,7 @@ impl Stepper<'_> {
     /// Takes the positions of a plain step that are with other ranks, and the whole mesh.
     fn make_whole(&self, points: &mut [Vector]) -> Result<()> {
         if let (Some(_), Some(team)) = (self.known, &self.plan.team) {
-            self.plan.take_whole()?;
+            self.plan.take_whole("folded cells are repaired")?;
             team.collect(points);
         }
         Ok(())

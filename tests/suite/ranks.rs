@@ -386,3 +386,39 @@ fn ranks_write_what_one_process_writes() {
         }
     }
 }
+
+#[test]
+fn what_takes_the_whole_mesh_gets_no_outline() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("mesh.vtkhdf");
+    let mesh = blade_of(4_000, 500, CellShape::Hex);
+    mesh.write(&file).expect("it can be written");
+    let text = "version = 1\nangle_unit = \"deg\"\n[azimuth]\nstart = 0.0\nstop = 60.0\nstep = 20.0\n\
+                [[body]]\nname = \"blade\"\ntags = [\"blade\"]\n[body.cyclic]\ncollective = 5.0\n[boundaries]\nfixed = [\"outer\"]\n";
+    for (more, reason) in [
+        ("", None),
+        ("zones = [\"near\"]\n", Some("only some zones deform")),
+        ("[rbf]\nsubsteps = 2\n", Some("steps have substeps")),
+        (
+            "[output]\ndisplacement = true\n",
+            Some("it makes arrays of all nodes or cells"),
+        ),
+        ("[rotor]\nframe = \"inertial\"\n", Some("a zone turns")),
+    ] {
+        let path = folder.path().join("s.toml");
+        std::fs::write(&path, format!("{text}{more}")).expect("it can be written");
+        let schedule = Schedule::read(&path).expect("a good schedule");
+        let shared = SharedFile::new(&file, None, &ReadOptions::default());
+        let found = on_threads(2, |ranks| {
+            let Some(team) = Team::of(&ranks, shared.clone()) else {
+                serve(&ranks);
+                return None;
+            };
+            let found = team.outline_for(&schedule);
+            dismiss(&ranks);
+            Some(found.err())
+        });
+        let wanted = reason.map(str::to_owned);
+        assert_eq!(found[0], Some(wanted), "{more}");
+    }
+}

@@ -47,7 +47,8 @@ impl Run<'_> {
             return Err("one rank changes it".to_owned());
         }
         let takes_numbers = format.takes_numbers_apart(&self.options());
-        if !takes_numbers || args.pieces.is_some() || path.as_os_str() == "-" {
+        let is_pipe = path.metadata().is_ok_and(|found| !found.is_file());
+        if !takes_numbers || args.pieces.is_some() || path.as_os_str() == "-" || is_pipe {
             return Err("several ranks do not write together what is written".to_owned());
         }
         let outline = self.context.reading(input.path(), || Ok(team.outline()));

@@ -8,7 +8,7 @@ use super::placing::{Apart, Numbered, Placing};
 use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::formats::{self, Loaded, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
@@ -63,7 +63,15 @@ impl Team {
     /// Where it cannot be read again.
     pub(crate) fn whole(&self) -> Result<Mesh> {
         let file = self.file.as_ref();
-        file.expect("ranks have read it by parts").read_whole()
+        let file = file.expect("ranks have read it by parts");
+        match file.is_unchanged() {
+            true => file.read_whole(),
+            false => {
+                let message =
+                    "it has changed since ranks read it, and folded cells need the whole of it";
+                Err(Error::system(message).file(file.path()))
+            }
+        }
     }
 
     /// The hash of the file that ranks have read.
@@ -109,7 +117,10 @@ fn needs_whole(schedule: &Schedule) -> Option<&'static str> {
     if schedule.rbf.substeps > 1 {
         return Some("steps have substeps");
     }
-    (schedule.rotor.frame != Frame::Rotating).then_some("a zone turns")
+    if schedule.rotor.frame != Frame::Rotating {
+        return Some("a zone turns");
+    }
+    schedule.has_zones().then_some("only some zones deform")
 }
 
 /// What a rank tells of its share of a file.

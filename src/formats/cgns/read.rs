@@ -49,9 +49,13 @@ pub(super) fn complete(
     outline: &mut Mesh,
     notes: &mut Notes,
 ) -> Result<()> {
-    let (root, _) = Node::root(source)?;
+    let (root, missing) = Node::root(source)?;
     let cells = std::mem::take(&mut outline.cells);
     let read = read_bases(&root, options, Some(cells), notes)?;
+    let files = missing.names();
+    if !files.is_empty() {
+        notes.push(Read::BrokenLinks { files });
+    }
     outline.cells = read.cells;
     outline.groups = read.groups;
     outline.field_arrays = read.field_arrays;
