@@ -57,7 +57,7 @@ pub struct Plan {
     pub choices: Vec<Diagnostic>,
     /// The ranks that share the work; none where this one is alone.
     pub(crate) team: Option<Arc<Team>>,
-    /// The whole mesh, once something takes more of it than the outline in its place, and what does.
+    /// The whole mesh, once an outline is not enough, and the reason.
     pub(super) whole: OnceLock<(Arc<Mesh>, &'static str)>,
 }
 
@@ -73,7 +73,7 @@ impl Plan {
         }
     }
 
-    /// Has this rank read the whole mesh for a reason, where it has the outline alone.
+    /// Reads the whole mesh where this rank has the outline alone; `reason` is told with `-v`.
     pub(super) fn take_whole(&self, reason: &'static str) -> Result<()> {
         if let (Some(_), None, Some(team)) = (&self.mesh.outline, self.whole.get(), &self.team) {
             let whole = Arc::new(team.whole()?);

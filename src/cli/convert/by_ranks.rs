@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl Run<'_> {
-    /// Writes the mesh of an input by all ranks, each its nodes and cells. Where they cannot it says why with `-v`, and tells that
-    /// nothing is written.
+    /// Writes the mesh of an input by all ranks, each its nodes and cells; tells whether they could. Where not, it says why with `-v`
+    /// and writes nothing.
     pub(super) fn by_ranks(
         &self,
         input: &Input,

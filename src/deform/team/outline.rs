@@ -1,6 +1,6 @@
-//! The outline of a mesh that the ranks have read in parts, with what its first rank asks them for beside it: the first cells at
-//! moving walls, and faces that lie on no cell. Where there is an outline, the first rank has no more of the mesh than of the others'
-//! parts, until something takes the whole of it.
+//! The outline of a mesh that the ranks have read in parts, and what the first rank asks the others for besides: the first cells at
+//! moving walls, and faces that lie on no cell. With an outline the first rank holds its own part and the surface, until something
+//! needs the whole mesh.
 
 use super::Team;
 use super::order::Order;
