@@ -34,7 +34,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
         .map_err(|error| error.file(&args.mesh))?;
     check_surface_files(&plan, &args.mesh)?;
     let n_bytes = estimate_bytes(&plan)?;
-    let mut warnings = preflight::warnings(&plan);
+    let mut warnings = preflight::warnings(&plan)?;
     let extremes = LargestDisplacements::new(&plan);
     warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT), &extremes));
     for warning in &warnings {

@@ -2,7 +2,7 @@
 
 use super::convert::patch_type;
 use super::{Context, Outcome, heap, memory};
-use crate::deform::{Deformation, Plan, Team};
+use crate::deform::{Deformation, Plan, SlabOf, Team};
 use crate::diagnostic::run::RunNote;
 use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use crate::error::{Result, counted, path_in_line};
@@ -43,6 +43,10 @@ pub struct DeformArgs {
     /// Write only steps A to B - 1, counted from 0; the meshes are those of the whole run
     #[arg(long, value_name = "A..B", value_parser = step_range)]
     steps: Option<Range<usize>>,
+    /// Move the nodes of the I-th of N slabs of the mesh alone, without the memory for the rest; `azimesh finish` makes the
+    /// sequence once all are there
+    #[arg(long, value_name = "I/N", value_parser = slab_of, conflicts_with_all = ["steps", "patch_type", "keep_going"])]
+    slab: Option<SlabOf>,
     /// Type of the patch that a boundary tag becomes in OpenFOAM, as for `convert`; repeatable
     #[arg(long, value_name = "TAG=TYPE", value_parser = patch_type)]
     patch_type: Vec<(String, String)>,
@@ -75,6 +79,23 @@ impl DeformArgs {
     pub fn keep_in_files(&self, context: &Context) -> bool {
         context.keep_in_files(&self.output)
     }
+
+    fn request(&self, context: &Context) -> Request {
+        Request {
+            mesh: self.mesh.clone(),
+            folder: self.output.clone(),
+            base: self.base.clone(),
+            steps: self.steps.clone(),
+            tag_array: context.common.tag_array.clone(),
+            force: self.force,
+            resume: self.resume,
+            keep_going: self.keep_going,
+            no_space_check: self.no_space_check,
+            no_sync: self.no_sync,
+            bytes_in_files: 0,
+            fail_on: self.fail_on.clone(),
+        }
+    }
 }
 
 pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcome> {
@@ -89,6 +110,10 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         schedule.output.format_given = true;
     }
     let with_files = args.keep_in_files(context);
+    let mut request = args.request(context);
+    if let Some(slab) = args.slab {
+        return super::slab::write_slab(slab, schedule, &request, &stop, context);
+    }
     // Before it is read: ranks see by that whether it is the same file.
     let file = SharedFile::new(&args.mesh, None, &context.read_options());
     let team = Team::of(&context.team, file);
@@ -119,20 +144,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     for choice in &plan.choices {
         context.note(&choice.to_string());
     }
-    let request = Request {
-        mesh: args.mesh.clone(),
-        folder: args.output.clone(),
-        base: args.base.clone(),
-        steps: args.steps.clone(),
-        tag_array: context.common.tag_array.clone(),
-        force: args.force,
-        resume: args.resume,
-        keep_going: args.keep_going,
-        no_space_check: args.no_space_check,
-        no_sync: args.no_sync,
-        bytes_in_files: in_files,
-        fail_on: args.fail_on.clone(),
-    };
+    request.bytes_in_files = in_files;
     let finished = run(&deformation, &request)?;
     let why_later = || deformation.why_whole().map(str::to_owned);
     if let Some(reason) = deformation.why_cut().or(why_whole).or_else(why_later) {
@@ -213,6 +225,11 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
             "\"{text}\" is not a range of steps; write A..B, such as 0..90 for the first ninety"
         )
     })
+}
+
+/// Reads `I/N`.
+fn slab_of(text: &str) -> std::result::Result<SlabOf, String> {
+    text.parse()
 }
 
 /// Tells what a sequence came to.

@@ -23,6 +23,7 @@ mod select;
 mod shared;
 #[cfg(unix)]
 mod signals;
+mod slab;
 mod threads;
 mod unfinished;
 

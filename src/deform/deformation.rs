@@ -8,13 +8,15 @@ use super::layer::LayerKind;
 use super::measures::Measures;
 use super::plan::Plan;
 use super::positions::{Positions, Stepper};
+use super::prepare::Others;
 use super::repair::Repair;
+use super::slabs::SlabWork;
 use super::step_memory::{Rounding, StepMemory};
-use super::team::{KeptPoints, Team};
+use super::team::Team;
 use super::tolerance::{BaseOrigin, check_tolerance};
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::{Apart, Mesh};
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
 use crate::progress::{Progress, Silent, Stop};
 use crate::quality::{Assessment, Quality};
@@ -87,7 +89,7 @@ pub struct DeformationBuilder {
     base: Option<BasePoints>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
-    team: Option<Arc<Team>>,
+    others: Others,
 }
 
 impl DeformationBuilder {
@@ -116,7 +118,15 @@ impl DeformationBuilder {
     #[doc(hidden)]
     #[must_use]
     pub fn team(mut self, team: Option<Arc<Team>>) -> Self {
-        self.team = team;
+        self.others.team = team;
+        self
+    }
+
+    /// Does some of the work on slabs of a mesh, which is their outline.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn slabs(mut self, slabs: Option<Arc<SlabWork>>) -> Self {
+        self.others.slabs = slabs;
         self
     }
 
@@ -141,7 +151,7 @@ impl DeformationBuilder {
     /// are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
-        let plan = Plan::with_team(self.mesh, self.schedule, self.team)?;
+        let plan = Plan::with(self.mesh, self.schedule, self.others)?;
         Ok(Deformation {
             plan: Arc::new(plan),
             measures: OnceLock::new(),
@@ -174,7 +184,7 @@ impl Deformation {
             base: None,
             progress: Arc::new(Silent),
             stop: Arc::default(),
-            team: None,
+            others: Others::default(),
         }
     }
 
@@ -433,9 +443,12 @@ impl Deformation {
 
 impl Deformation {
     /// The positions of the step that was evaluated last, which are apart.
-    pub(crate) fn keep(&self, points: &[Vector]) -> Option<KeptPoints> {
-        let team = self.plan.team.as_ref()?;
-        Some(team.keep(points))
+    pub(crate) fn keep(&self, step: &Step, points: &[Vector]) -> Option<Box<dyn Apart>> {
+        Some(match (&self.plan.team, &self.plan.slabs) {
+            (Some(team), _) => Box::new(team.keep(points)),
+            (None, Some(slabs)) => Box::new(slabs.stored_points(step.index)),
+            (None, None) => return None,
+        })
     }
 }
 

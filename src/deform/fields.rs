@@ -2,14 +2,19 @@
 //! that makes the surface exact.
 
 use super::layer::{Layer, LayerKind};
+use super::plan::Plan;
 use super::team::{SharedFields, Team};
-use crate::geometry::vector::{Vector, add};
+use crate::geometry::vector::{Vector, add, weighted_sum};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use crate::rbf::field::{BLOCK, Field};
 use crate::rbf::select::Selection;
 use std::sync::Arc;
+
+/// Rows whose nodes are moved at once.
+const ROWS: usize = 1 << 20;
+const STORED: &str = "where stored fields have moved nodes is read";
 
 /// The state of the mesh that is deformed: the reference mesh, or the result of a substep.
 #[derive(Debug, Clone, Copy)]
@@ -59,36 +64,72 @@ enum Way {
     Here(Vec<Field>),
     /// With all ranks, a slab each.
     Shared(SharedFields),
+    /// Nowhere: where they have moved the nodes is stored.
+    Stored,
+}
+
+/// Who evaluates fields.
+#[derive(Clone, Copy)]
+pub(crate) enum By<'a> {
+    /// This process.
+    Here,
+    /// All ranks.
+    Team(&'a Arc<Team>),
+    /// Others have done so, and what came of it is stored.
+    Others,
+}
+
+impl<'a> By<'a> {
+    /// For steps in one go.
+    pub fn of(plan: &'a Plan) -> Self {
+        match (&plan.team, plan.joined()) {
+            (Some(team), _) => Self::Team(team),
+            (None, Some(_)) => Self::Others,
+            (None, None) => Self::Here,
+        }
+    }
+
+    /// For steps in substeps.
+    pub fn again(plan: &'a Plan) -> Self {
+        plan.team.as_ref().map_or(Self::Here, Self::Team)
+    }
 }
 
 impl Fields {
-    /// Evaluates every layer at the nodes that deform, with the `team` where there is one; with `correct` the surface is
-    /// made exact.
+    /// Has every layer evaluated at the nodes that deform; with `correct` the surface is made exact.
     pub(crate) fn new(
         state: MeshState<'_>,
         layers: &[Layer],
         chosen: &[Chosen<'_>],
         correct: bool,
         progress: &dyn Progress,
-        team: Option<&Arc<Team>>,
+        by: By<'_>,
     ) -> Self {
-        if let Some(team) = team {
+        if let By::Team(team) = by {
             let (shared, narrow) = team.evaluate(state, layers, chosen, correct, progress);
             let way = Way::Shared(shared);
             return Self { way, narrow };
         }
         let mut narrow: Option<Narrow> = None;
-        let mut fields = evaluate_all(state, layers, chosen, progress);
-        for ((field, layer), chosen) in fields.iter_mut().zip(layers).zip(chosen) {
+        let mut fields = match by {
+            By::Others => Vec::new(),
+            By::Here | By::Team(_) => evaluate_all(state, layers, chosen, progress),
+        };
+        for (i, (layer, chosen)) in layers.iter().zip(chosen).enumerate() {
             if correct && layer.modes.n_modes > 0 {
                 let fading = fading(state, chosen);
                 narrow = narrowest(narrow, chosen, &fading);
-                let residuals = &chosen.selection.residuals;
-                let correction = Correction::fading(fading, residuals, layer.modes.n_modes);
-                correction.add_to(field, state.nodes);
+                if let Some(field) = fields.get_mut(i) {
+                    let residuals = &chosen.selection.residuals;
+                    let correction = Correction::fading(fading, residuals, layer.modes.n_modes);
+                    correction.add_to(field, state.nodes);
+                }
             }
         }
-        let way = Way::Here(fields);
+        let way = match by {
+            By::Others => Way::Stored,
+            By::Here | By::Team(_) => Way::Here(fields),
+        };
         Self { way, narrow }
     }
 
@@ -112,7 +153,7 @@ impl Fields {
     pub(super) fn of_layer(&mut self, layer: usize) -> &mut Field {
         match &mut self.way {
             Way::Here(fields) => &mut fields[layer],
-            Way::Shared(_) => panic!("fields of ranks lie with each of them"),
+            Way::Shared(_) | Way::Stored => panic!("fields of ranks lie with each of them"),
         }
     }
 
@@ -120,7 +161,7 @@ impl Fields {
     pub fn vectors(&self, layers: &[Layer], step: usize, out: &mut [Vector]) {
         match &self.way {
             Way::Shared(shared) => shared.move_to(step, None, out),
-            Way::Here(_) => {
+            Way::Here(_) | Way::Stored => {
                 let still = vec![[0.0; 3]; out.len()];
                 let state = MeshState {
                     nodes: &still,
@@ -134,14 +175,19 @@ impl Fields {
         }
     }
 
-    /// Moves all nodes to a step, and writes to `out` where those are of which ranks tell: the others stay with their ranks.
-    ///
-    /// # Panics
-    /// Where there are no other ranks.
-    pub(super) fn displace_apart(&self, step: usize, out: &mut [Vector]) {
+    /// Moves nodes to a step and writes to `out` where some are: of ranks those that they tell of, the others stay with their
+    /// ranks; else those that fields cover.
+    pub(super) fn displace_known(
+        &self,
+        layers: &[Layer],
+        step: usize,
+        state: MeshState<'_>,
+        out: &mut [Vector],
+    ) {
         match &self.way {
             Way::Shared(shared) => shared.move_apart(step, out),
-            Way::Here(_) => panic!("nodes stay with ranks where there are several"),
+            Way::Here(fields) => displace_covered(fields, layers, step, state, out),
+            Way::Stored => panic!("{STORED}"),
         }
     }
 
@@ -156,6 +202,7 @@ impl Fields {
         let fields = match &self.way {
             Way::Here(fields) => fields,
             Way::Shared(shared) => return shared.move_to(step, Some(state.nodes), out),
+            Way::Stored => panic!("{STORED}"),
         };
         let translation = layers
             .iter()
@@ -169,6 +216,42 @@ impl Fields {
             if layer.kind != LayerKind::Displacement && layer.modes.n_modes > 0 {
                 rotate(layer, field, step, state, out);
             }
+        }
+    }
+}
+
+/// Writes the positions of the nodes that fields cover, and of no others.
+fn displace_covered(
+    fields: &[Field],
+    layers: &[Layer],
+    step: usize,
+    state: MeshState<'_>,
+    out: &mut [Vector],
+) {
+    let nodes = state.deforming.expect("fields cover some nodes");
+    for (i, rows) in nodes.chunks(ROWS).enumerate() {
+        let moved = parallel::collect(rows.len(), |row| {
+            let (x, row) = (state.nodes[rows[row] as usize], i * ROWS + row);
+            let mut place = x;
+            for (layer, field) in layers.iter().zip(fields) {
+                let r = field.n_modes;
+                let values = &field.values[row * r..][..r];
+                if layer.kind == LayerKind::Displacement && r > 0 {
+                    let (coefficients, _) = layer.modes.at_step(step).as_chunks::<3>();
+                    place = add(x, weighted_sum(values, coefficients));
+                }
+            }
+            for (layer, field) in layers.iter().zip(fields) {
+                let r = field.n_modes;
+                if layer.kind != LayerKind::Displacement && r > 0 {
+                    let values = &field.values[row * r..][..r];
+                    place = add(place, layer.displacement(x, values, step));
+                }
+            }
+            place
+        });
+        for (&node, place) in rows.iter().zip(moved) {
+            out[node as usize] = place;
         }
     }
 }

@@ -1,8 +1,9 @@
 //! First cells at moving walls: each wall node with its nearest neighbour off the wall.
 
-use super::team::Team;
+use super::holder::Holder;
+use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::{CellRun, Mesh};
+use crate::mesh::{CellRun, Cells, Mesh, NodeBits, Numbering};
 use crate::motion::{Motion, Role};
 use crate::parallel::{self, BLOCK};
 use std::ops::Range;
@@ -24,30 +25,37 @@ pub struct FirstCells {
 }
 
 impl FirstCells {
-    /// Finds the edges in the reference mesh. Polyhedra and polygons have none. Of an outline the `team` finds them, and it learns
+    /// Finds the edges in the reference mesh. Polyhedra and polygons have none. Of an outline its `holder` finds them, and it learns
     /// where they end.
-    pub fn find(mesh: &mut Arc<Mesh>, motion: &Motion, team: Option<&Team>) -> Self {
+    ///
+    /// # Errors
+    /// Of the holder.
+    pub fn find(
+        mesh: &mut Arc<Mesh>,
+        motion: &Motion,
+        holder: Option<&dyn Holder>,
+    ) -> Result<Self> {
         let surface = &motion.surface.nodes;
         let moving = surface.nodes.iter().zip(&surface.roles);
         let moving = moving.filter(|(_, role)| matches!(role, Role::Moving(_)));
         let nodes: Vec<u32> = moving.map(|(node, _)| *node).collect();
-        let found = match team.filter(|_| mesh.outline.is_some()) {
+        let found = match holder.filter(|_| mesh.outline.is_some()) {
             None => {
                 let found = shortest(mesh, 0..mesh.cells.len(), &nodes);
                 let on = |(at, off, length): Edge| (nodes[at as usize], off, length);
                 found.into_iter().map(on).collect()
             }
-            Some(team) => {
-                let (found, ends) = team.edges_off_walls(&nodes);
+            Some(holder) => {
+                let (found, ends) = holder.edges_off_walls(&nodes)?;
                 let off: Vec<u32> = found.iter().map(|edge| edge.1).collect();
                 Arc::make_mut(mesh).take_places(&off, &ends);
                 found
             }
         };
-        Self {
+        Ok(Self {
             edges: found.iter().map(|&(on, off, _)| (on, off)).collect(),
             smallest: found.iter().map(|edge| edge.2).min_by(f64::total_cmp),
-        }
+        })
     }
 
     /// The edges from the wall, each with its node there and the one off it.
@@ -129,6 +137,57 @@ pub(super) fn shortest_of(edges: impl Iterator<Item = (Edge, Vector)>) -> (Vec<E
     });
     edges.dedup_by_key(|(edge, _)| edge.0);
     edges.into_iter().unzip()
+}
+
+/// Of edges that leave walls, ascending, each from a node there to one off it, the shortest at each wall node, and where it
+/// ends; nodes are ascending, each list with its places.
+pub(super) fn shortest_at(
+    edges: &[[u32; 2]],
+    (on, on_places): (&[u32], &[Vector]),
+    (off, off_places): (&[u32], &[Vector]),
+) -> (Vec<Edge>, Vec<Vector>) {
+    let (numbers_on, numbers_off) = (Numbering::new(on), Numbering::new(off));
+    let at_nodes: Vec<&[[u32; 2]]> = edges.chunk_by(|a, b| a[0] == b[0]).collect();
+    let shortest = |edges: &[[u32; 2]]| {
+        let from = on_places[numbers_on.of(edges[0][0]) as usize];
+        let edge = |&[on, off]: &[u32; 2]| {
+            let end = off_places[numbers_off.of(off) as usize];
+            ((on, off, distance(from, end)), end)
+        };
+        // The first of several of one length is the one with the lowest end.
+        let edges = edges.iter().map(edge);
+        edges.min_by(|(a, _), (b, _)| a.2.total_cmp(&b.2))
+    };
+    let found = at_nodes.into_iter().filter_map(shortest);
+    found.unzip()
+}
+
+/// The edges of the solid cells among some that leave walls, each once, from its node there to the one off it; ascending.
+pub(super) fn off_walls(cells: &Cells, walls: &NodeBits) -> Vec<[u32; 2]> {
+    let mut edges = parallel::concat_blocks(cells.len(), CELLS, &|range| {
+        let mut found = Vec::new();
+        for run in cells.runs_in(range).filter(|run| run.kind.dimension() == 3) {
+            for cell in run.cells() {
+                if !cell.iter().any(|&node| walls.has(node)) {
+                    continue;
+                }
+                for &[a, b] in run.kind.edges() {
+                    let (a, b) = (cell[a as usize], cell[b as usize]);
+                    match [walls.has(a), walls.has(b)] {
+                        [true, false] => found.push([a, b]),
+                        [false, true] => found.push([b, a]),
+                        _ => {}
+                    }
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    });
+    parallel::sort(&mut edges);
+    edges.dedup();
+    edges
 }
 
 /// The edges of some cells of a run that leave the wall, which `wall` numbers: place on the wall,

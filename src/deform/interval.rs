@@ -2,7 +2,7 @@
 //! rotation to the inertial frame.
 
 use super::choose;
-use super::fields::{Chosen, Fields, MeshState};
+use super::fields::{By, Chosen, Fields, MeshState};
 use super::plan::Plan;
 use super::round_off;
 use super::sliding;
@@ -125,7 +125,7 @@ impl Interval {
             &chosen,
             correct,
             progress,
-            plan.team.as_ref(),
+            By::of(plan),
         );
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
@@ -140,6 +140,11 @@ impl Interval {
             _ => Errors::Uncorrected(uncorrected(plan, &selections)),
         };
         Ok(Way::AtOnce { fields, errors })
+    }
+
+    /// The nodes that this process moves, ascending; `None` for all.
+    pub(super) fn deforming(&self) -> Option<&[u32]> {
+        self.deforming.as_deref()
     }
 
     /// The steps of the interval.
@@ -193,16 +198,22 @@ impl Interval {
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
-        let error = match &self.way {
-            Way::AtOnce { fields, errors } => {
+        let error = match (&self.way, plan.joined()) {
+            (Way::AtOnce { errors, .. }, Some(joined)) => {
+                joined.enter(step.index, known, out)?;
+                return Ok(errors.at(plan, step));
+            }
+            (Way::AtOnce { fields, errors }, None) => {
                 match known {
-                    Some(_) => fields.displace_apart(step.index, out),
+                    Some(_) => {
+                        fields.displace_known(&plan.layers, step.index, self.reference(), out);
+                    }
                     None => fields.displace(&plan.layers, step.index, self.reference(), out),
                 }
                 self.place_surface_nodes(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
-            Way::Substeps => {
+            (Way::Substeps, _) => {
                 let parts = Parts {
                     n: plan.schedule.rbf.substeps,
                     kernel: None,

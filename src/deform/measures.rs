@@ -10,28 +10,33 @@ use std::sync::{Arc, OnceLock};
 
 /// Data of the reference mesh that the quality of every step is measured with.
 pub(crate) struct Measures {
-    /// Of the whole mesh; where ranks share it, made when it is needed.
+    /// Of the whole mesh; where others share it, made when it is needed.
     judge: OnceLock<Judge>,
-    walls: WallAngles,
+    walls: OnceLock<WallAngles>,
     team: Option<Arc<Team>>,
 }
 
 impl Measures {
     /// For the reference mesh of a plan.
     pub fn new(plan: &Plan) -> Self {
-        let mut measures = Self {
+        let measures = Self {
             judge: OnceLock::new(),
-            walls: WallAngles::default(),
+            walls: OnceLock::new(),
             team: plan.team.clone().filter(|_| plan.judges()),
         };
-        match &measures.team {
-            Some(_) => plan.share(),
-            None => {
-                let adjacency = &measures.judge(plan).adjacency;
-                measures.walls = WallAngles::find(&plan.mesh, adjacency, &plan.moving_faces);
+        match (&measures.team, &plan.slabs) {
+            (Some(_), _) => plan.share(),
+            (None, Some(_)) => {}
+            (None, None) => {
+                measures.walls.get_or_init(|| measures.find_walls(plan));
             }
         }
         measures
+    }
+
+    fn find_walls(&self, plan: &Plan) -> WallAngles {
+        let adjacency = &self.judge(plan).adjacency;
+        WallAngles::find(plan.whole(), adjacency, &plan.moving_faces)
     }
 
     fn judge(&self, plan: &Plan) -> &Judge {
@@ -50,9 +55,10 @@ impl Measures {
 
     /// The quality of the cells with their nodes at `points`, which are those of a step `by_fields` alone where that says so.
     pub fn cells(&self, plan: &Plan, points: &[Vector], by_fields: Option<usize>) -> Summary {
-        match &self.team {
-            Some(team) => team.cells(points, by_fields),
-            None => self.judge(plan).cells(&plan.mesh, points),
+        match (&self.team, plan.joined(), by_fields) {
+            (Some(team), ..) => team.cells(points, by_fields),
+            (None, Some(joined), Some(step)) if joined.is_at(step) => joined.cells(step),
+            _ => self.judge(plan).cells(plan.whole(), points),
         }
     }
 
@@ -64,9 +70,10 @@ impl Measures {
         points: &[Vector],
         by_fields: Option<usize>,
     ) -> Assessment {
-        let faces = match &self.team {
-            Some(team) => team.faces(points, by_fields),
-            None => self.judge(plan).faces(&plan.mesh, points),
+        let faces = match (&self.team, plan.joined(), by_fields) {
+            (Some(team), ..) => team.faces(points, by_fields),
+            (None, Some(joined), Some(step)) if joined.is_at(step) => joined.faces(step),
+            _ => self.judge(plan).faces(plan.whole(), points),
         };
         Assessment { cells, faces }
     }
@@ -78,10 +85,14 @@ impl Measures {
         points: &[Vector],
         by_fields: Option<usize>,
     ) -> Option<f64> {
-        let before = &plan.mesh.points;
-        match &self.team {
-            Some(team) => team.normal_change(points, by_fields),
-            None => self.walls.largest_change(&plan.mesh, points, before),
+        match (&self.team, plan.joined(), by_fields) {
+            (Some(team), ..) => team.normal_change(points, by_fields),
+            (None, Some(joined), Some(step)) if joined.is_at(step) => joined.normal_change(step),
+            _ => {
+                let mesh = plan.whole();
+                let walls = self.walls.get_or_init(|| self.find_walls(plan));
+                walls.largest_change(mesh, points, &mesh.points)
+            }
         }
     }
 

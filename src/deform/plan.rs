@@ -2,8 +2,10 @@
 //! that are interpolated, the support radius and the tolerance.
 
 use super::first_cells::FirstCells;
+use super::holder::Holder;
 use super::layer::{Layer, Method};
 use super::periodic::PeriodicNodes;
+use super::slabs::{Joined, SlabWork};
 use super::surface::SurfacePoints;
 use super::team::{Maps, Placing, Team};
 use crate::diagnostic::Diagnostic;
@@ -57,6 +59,8 @@ pub struct Plan {
     pub choices: Vec<Diagnostic>,
     /// The ranks that share the work; none where this one is alone.
     pub(crate) team: Option<Arc<Team>>,
+    /// What this process does of the work on slabs; none where it works on the whole mesh.
+    pub(crate) slabs: Option<Arc<SlabWork>>,
     /// The whole mesh, once an outline is not enough, and the reason.
     pub(super) whole: OnceLock<(Arc<Mesh>, &'static str)>,
 }
@@ -75,8 +79,8 @@ impl Plan {
 
     /// Reads the whole mesh where this rank has the outline alone; `reason` is told with `-v`.
     pub(super) fn take_whole(&self, reason: &'static str) -> Result<()> {
-        if let (Some(_), None, Some(team)) = (&self.mesh.outline, self.whole.get(), &self.team) {
-            let whole = Arc::new(team.whole()?);
+        if let (Some(_), None, Some(by)) = (&self.mesh.outline, self.whole.get(), self.holder()) {
+            let whole = Arc::new(by.whole()?);
             self.whole.get_or_init(|| (whole, reason));
         }
         Ok(())
@@ -93,10 +97,21 @@ impl Plan {
         }
     }
 
-    /// The hash of the file of the mesh, where ranks have read it.
-    pub(crate) fn hash_of_file(&self) -> Option<Result<blake3::Hash>> {
+    /// Who has the mesh where this is the outline of it.
+    fn holder(&self) -> Option<&dyn Holder> {
         self.mesh.outline.as_ref()?;
-        Some(self.team.as_ref()?.hash_of_file())
+        let team = self.team.as_deref().map(|team| team as &dyn Holder);
+        team.or_else(|| Some(&*self.slabs.as_ref()?.file as &dyn Holder))
+    }
+
+    /// The slabs that this process joins, where it does.
+    pub(crate) fn joined(&self) -> Option<&Joined> {
+        self.slabs.as_ref()?.joined()
+    }
+
+    /// The hash of the file of the mesh, where this process has the outline.
+    pub(crate) fn hash_of_file(&self) -> Option<Result<blake3::Hash>> {
+        Some(self.holder()?.hash_of_file())
     }
 
     /// Where the nodes are in the reference mesh: with an outline those that are known.
@@ -167,10 +182,13 @@ impl Plan {
     }
 
     /// Moving faces that are a side of no cell.
-    pub fn moving_faces_on_no_cell(&self) -> Vec<u32> {
-        match (&self.mesh.outline, &self.team) {
-            (Some(_), Some(team)) => team.faces_on_no_cell(&self.moving_faces),
-            _ => faces_on_no_cell(&self.mesh, &self.moving_faces),
+    ///
+    /// # Errors
+    /// Where the mesh has to be read for that, and is not.
+    pub fn moving_faces_on_no_cell(&self) -> Result<Vec<u32>> {
+        match self.holder() {
+            Some(holder) => holder.faces_on_no_cell(&self.mesh, &self.moving_faces),
+            None => Ok(faces_on_no_cell(&self.mesh, &self.moving_faces)),
         }
     }
 
@@ -223,21 +241,41 @@ impl Plan {
     /// The nodes whose places this rank has to know at a step whose positions stay with the ranks that moved them, ascending;
     /// none where it has to know all. Tells the ranks which these are.
     pub(super) fn divide(&self) -> Option<Vec<u32>> {
-        let team = self.team.as_ref()?;
+        if self.team.is_none() && self.joined().is_none() {
+            return None;
+        }
         let moves_all = self.motion.zone.is_none() && self.schedule.rbf.substeps == 1;
         let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
         if !(moves_all && is_solid && self.moves_by_fields() && self.velocity.is_none()) {
             return None;
         }
-        let followers = self.periodic.followers().iter();
-        let mut known = self.motion.surface.nodes.nodes.clone();
-        known.extend(followers.flat_map(|of| [of.leader, of.node]));
+        let mut known = self.surface_and_followers();
         known.extend(self.first_cells.nodes());
         known.sort_unstable();
         known.dedup();
-        let told = self.told(&known);
-        team.divide(self.mesh.points.len(), told);
+        if let Some(team) = &self.team {
+            team.divide(self.mesh.points.len(), self.told(&known));
+        }
         Some(known)
+    }
+
+    /// The nodes of the surface, those that follow others, and these.
+    fn surface_and_followers(&self) -> Vec<u32> {
+        let followers = self.periodic.followers().iter();
+        let mut nodes = self.motion.surface.nodes.nodes.clone();
+        nodes.extend(followers.flat_map(|of| [of.leader, of.node]));
+        nodes
+    }
+
+    /// The nodes that fields have to move for one slab: its own with those around, and those on the surface and with followers that
+    /// nothing else places, ascending. None where this process does not work on one.
+    fn nodes_of_slab(&self) -> Option<Vec<u32>> {
+        let slab = self.slabs.as_ref()?.one()?;
+        let mut nodes = self.told(&self.surface_and_followers());
+        nodes.extend(slab.nodes());
+        parallel::sort(&mut nodes);
+        nodes.dedup();
+        Some(nodes)
     }
 
     /// Which of some nodes ranks have to tell of: the surface that the correction makes exact is known without that.
@@ -256,13 +294,16 @@ impl Plan {
 
     /// Whether all nodes that are not on the surface and follow none are where fields move them: of one layer half of them are
     /// placed by the others, and what is left to do on curved boundaries where nodes slide fades out in the mesh.
-    pub(super) fn moves_by_fields(&self) -> bool {
+    pub(crate) fn moves_by_fields(&self) -> bool {
         let sliding = self.surface.sliding.as_ref();
         self.one_layer.is_none() && !sliding.is_some_and(|sliding| sliding.has_curved())
     }
 
-    /// The nodes that deform, ascending; `None` for all.
+    /// The nodes that this process moves, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
+        if let Some(nodes) = self.nodes_of_slab() {
+            return Some(nodes);
+        }
         let zone = self.motion.zone.as_ref().map(|zone| &zone.nodes);
         let is_inside = |node: &u32| zone.is_none_or(|inside| inside[*node as usize]);
         match (&self.one_layer, zone) {

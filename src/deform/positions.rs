@@ -77,7 +77,7 @@ impl Stepper<'_> {
         if !repair::wants_repair(self.plan, cells) {
             return Ok(());
         }
-        self.make_whole(points)?;
+        self.make_whole(step, points)?;
         found.is_apart = false;
         let mut done = self.try_substeps(step, points, cells, &mut found.selection_error)?;
         if self.plan.schedule.output.on_inverted == OnInverted::Repair && n_not_valid(cells) > 0 {
@@ -122,7 +122,7 @@ impl Stepper<'_> {
         // Where nothing has moved there is nothing to take part in.
         let window = match window {
             Some(window) => {
-                self.make_whole(points)?;
+                self.make_whole(step, points)?;
                 (*points != self.plan.whole().points[..]).then_some(window)
             }
             None => None,
@@ -177,7 +177,7 @@ impl Stepper<'_> {
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.judge_plain(worst, points);
-        self.make_whole(points)?;
+        self.make_whole(worst, points)?;
         let substeps = self
             .try_substeps(worst, points, &mut cells, &mut error)?
             .substeps;
@@ -352,6 +352,9 @@ impl Stepper<'_> {
 
     fn through(&self, step: &Step, parts: Parts, points: &mut [Vector]) -> Result<f64> {
         let error = self.interval.points_through(step, parts, points)?;
+        if let Some(joined) = self.plan.joined() {
+            joined.leave();
+        }
         self.end_move(step, None, points);
         Ok(error)
     }
@@ -368,11 +371,16 @@ impl Stepper<'_> {
         }
     }
 
-    /// Takes the positions of a plain step that are with other ranks, and the whole mesh.
-    fn make_whole(&self, points: &mut [Vector]) -> Result<()> {
-        if let (Some(_), Some(team)) = (self.known, &self.plan.team) {
-            self.plan.take_whole("folded cells are repaired")?;
-            team.collect(points);
+    /// Takes the positions of a plain step that are elsewhere, and the whole mesh.
+    fn make_whole(&self, step: &Step, points: &mut [Vector]) -> Result<()> {
+        if self.known.is_none() {
+            return Ok(());
+        }
+        self.plan.take_whole("folded cells are repaired")?;
+        match (&self.plan.team, self.plan.joined()) {
+            (Some(team), _) => team.collect(points),
+            (None, Some(joined)) => joined.enter(step.index, None, points)?,
+            (None, None) => {}
         }
         Ok(())
     }
@@ -382,7 +390,7 @@ impl Stepper<'_> {
         match substeps {
             None => {
                 let error = self.plain(step, points)?;
-                self.make_whole(points)?;
+                self.make_whole(step, points)?;
                 Ok(error)
             }
             Some(parts) => self.through(step, parts, points),

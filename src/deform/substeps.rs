@@ -1,7 +1,7 @@
 //! A step in substeps: the motion is cut into equal parts, and each is interpolated on the mesh that the
 //! part before gave.
 
-use super::fields::{Chosen, Fields, MeshState};
+use super::fields::{By, Chosen, Fields, MeshState};
 use super::interval::Interval;
 use super::layer;
 use super::sliding;
@@ -106,8 +106,7 @@ impl Interval {
             ..self.reference()
         };
         let correct = plan.schedule.selection.correction;
-        let team = plan.team.as_ref();
-        let fields = Fields::new(state, &layers, &chosen, correct, &Silent, team);
+        let fields = Fields::new(state, &layers, &chosen, correct, &Silent, By::again(plan));
         fields.displace(&layers, 0, state, out);
         self.place_surface_nodes(step, to, state, out);
         Ok(selections.iter().map(|selection| selection.error).sum())

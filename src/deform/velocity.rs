@@ -8,7 +8,7 @@
 //! The base points are those of the displacements; where these are not enough for the velocities (a body
 //! that passes its position at rest), further ones are added.
 
-use super::fields::{Chosen, Fields, MeshState};
+use super::fields::{By, Chosen, Fields, MeshState};
 use super::layer::{Free, Layer, Method};
 use super::plan::Plan;
 use crate::diagnostic::deform::DeformNote;
@@ -87,8 +87,7 @@ impl Velocities {
         }];
         let layers = std::slice::from_ref(layer);
         let correct = plan.schedule.selection.correction;
-        let team = plan.team.as_ref();
-        let fields = Fields::new(state, layers, &chosen, correct, &Silent, team);
+        let fields = Fields::new(state, layers, &chosen, correct, &Silent, By::of(plan));
         Ok(Self { fields, warning })
     }
 

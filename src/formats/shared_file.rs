@@ -135,14 +135,24 @@ fn parts(
     if counts.windows(2).any(|pair| pair[0] != pair[1]) {
         return Err(Error::input(DIFFERENT));
     }
-    let slabs = from_slabs::Slabs {
-        n_nodes,
-        n_cells,
-        space,
+    with_slabs(source, &*slabs, |slabs| {
+        Mesh::from_slabs(slabs, format.lists_faces_again(), ranks)
+    })
+}
+
+/// Passes a mesh of which slabs are read from a mapped file.
+fn with_slabs<T>(
+    source: &Source,
+    slabs: &dyn Slabs,
+    act: impl FnOnce(&from_slabs::Slabs) -> T,
+) -> T {
+    act(&from_slabs::Slabs {
+        n_nodes: slabs.n_nodes(),
+        n_cells: slabs.n_cells(),
+        space: slabs.space(),
         points: &|nodes| released(source, slabs.points(nodes)),
         cells: &|cells| released(source, slabs.cells(cells)),
-    };
-    Mesh::from_slabs(&slabs, format.lists_faces_again(), ranks)
+    })
 }
 
 impl SharedFile {
@@ -171,14 +181,37 @@ impl SharedFile {
         })
     }
 
+    /// Passes the mesh, of which some nodes or cells are read at a time, and whether boundary faces that have the same nodes are
+    /// one face in its format.
+    ///
+    /// # Errors
+    /// Of `act`, and where the file cannot be read by slabs.
+    pub fn by_pieces<T>(
+        &self,
+        act: impl FnOnce(&from_slabs::Slabs, bool) -> Result<T>,
+    ) -> Result<T> {
+        let named = |error: Error| error.file(self.path());
+        let (location, format) = self.open().map_err(named)?;
+        let source = location.file()?;
+        let slabs = by_slabs(format, source, &self.options()).map_err(named)?;
+        with_slabs(source, &*slabs, |slabs| {
+            act(slabs, format.lists_faces_again())
+        })
+    }
+
     /// Whether the file is still what it was.
     pub fn is_unchanged(&self) -> bool {
         self.open().is_ok()
     }
 
-    /// Reads the whole mesh, which the first rank had found readable by slabs.
+    /// Reads the whole mesh, which was found readable by slabs before.
     pub fn read_whole(&self) -> Result<Mesh> {
         let named = |error: Error| error.file(self.path());
+        if !self.is_unchanged() {
+            let message =
+                "it has changed since it was read by slabs, and folded cells need the whole of it";
+            return Err(named(Error::system(message)));
+        }
         let (location, format) = self.open().map_err(named)?;
         let read = super::read_as(format, &location, &self.options());
         Ok(read.map_err(named)?.mesh)

@@ -56,34 +56,52 @@ impl Mesh {
         drop(others);
         let (numbers, own_cells, mut cells) = with_needed(cells, own, needed, ranks);
         let own_nodes = owners.nodes_of(ranks.rank());
-        let nodes = nodes_of(&cells, own_nodes.clone());
-        let numbering = Numbering::new(&nodes);
-        let (first, own_places) = (own_nodes.start as u32, part::places_of(&own_nodes, &nodes));
-        cells.renumber_nodes_by(|node| match own_nodes.contains(&(node as usize)) {
-            true => own_places.start as u32 + (node - first),
-            false => numbering.of(node),
-        });
-        let (points, is_level) = owners.points(slabs, &nodes)?;
-        let part = Part {
-            ranks: ranks.clone(),
-            n_nodes: slabs.n_nodes,
-            is_level,
-            own_nodes: own_places,
-            nodes,
-            cells: numbers,
-            own_cells,
-        };
-        Ok(Self {
-            points,
-            cells,
-            space: (dimension > 0).then_some(dimension),
-            part: Some(Arc::new(part)),
-            ..Self::default()
-        })
+        let numbered = (numbers, own_cells);
+        let part = part_of(&mut cells, numbered, own_nodes, slabs.n_nodes, ranks);
+        let (points, is_level) = owners.points(slabs, &part.nodes)?;
+        Ok(mesh_of(points, cells, dimension, Part { is_level, ..part }))
     }
 }
 
-fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
+/// What a part knows of the whole, from its cells with their numbers and the own ones among them; their nodes get the numbers
+/// that they have in the part.
+pub(super) fn part_of(
+    cells: &mut Cells,
+    (numbers, own_cells): (Vec<u32>, Range<usize>),
+    own_nodes: Range<usize>,
+    n_nodes: usize,
+    ranks: &Ranks,
+) -> Part {
+    let nodes = nodes_of(cells, own_nodes.clone());
+    let numbering = Numbering::new(&nodes);
+    let (first, own_places) = (own_nodes.start as u32, part::places_of(&own_nodes, &nodes));
+    cells.renumber_nodes_by(|node| match own_nodes.contains(&(node as usize)) {
+        true => own_places.start as u32 + (node - first),
+        false => numbering.of(node),
+    });
+    Part {
+        ranks: ranks.clone(),
+        n_nodes,
+        is_level: false,
+        own_nodes: own_places,
+        nodes,
+        cells: numbers,
+        own_cells,
+    }
+}
+
+/// The part of a mesh of this dimension.
+pub(super) fn mesh_of(points: Vec<[f64; 3]>, cells: Cells, dimension: u8, part: Part) -> Mesh {
+    Mesh {
+        points,
+        cells,
+        space: (dimension > 0).then_some(dimension),
+        part: Some(Arc::new(part)),
+        ..Mesh::default()
+    }
+}
+
+pub(super) fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
     let cells = (slabs.cells)(own.clone())?;
     let wrong = |message: String| Err(Error::input(message));
     if cells.len() != own.len() {
@@ -98,7 +116,7 @@ fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
 }
 
 /// The nodes of cells and those of a range, each once, ascending.
-fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
+pub(super) fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
     let listed = cells.connectivity();
     let ends = parallel::map_blocks(listed.len(), SLAB, &|block| {
         let (mut low, mut high) = (u32::MAX, 0);
@@ -208,24 +226,47 @@ impl<'a> Owners<'a> {
     /// their nodes do, but once in a very great while.
     fn check_faces(&self, cells: &Cells, dimension: u8) -> Result<()> {
         let mut to_each = vec![Vec::new(); self.ranks.n()];
-        let runs = cells.runs();
-        for run in runs.filter(|run| run.kind.dimension() + 1 == dimension) {
-            for nodes in run.cells() {
-                let mut nodes = nodes.to_vec();
-                nodes.sort_unstable();
-                let owner = part::rank_of_node(self.n_nodes, nodes[0], self.ranks.n());
-                let start = u64::from(run.kind.vtk());
-                let number = nodes.iter().fold(start, |hash, &node| mixed(hash, node));
-                to_each[owner].push(number);
-            }
+        number_faces(cells, dimension, |lowest, number| {
+            let owner = part::rank_of_node(self.n_nodes, lowest, self.ranks.n());
+            to_each[owner].push(number);
+        });
+        let faces = self.ranks.exchange(to_each).concat();
+        self.ranks.agree(check_once(faces))
+    }
+}
+
+/// For each boundary face its lowest node, and a number that all of its nodes make.
+fn number_faces(cells: &Cells, dimension: u8, mut take: impl FnMut(u32, u64)) {
+    let runs = cells.runs();
+    for run in runs.filter(|run| run.kind.dimension() + 1 == dimension) {
+        for nodes in run.cells() {
+            let mut nodes = nodes.to_vec();
+            nodes.sort_unstable();
+            let start = u64::from(run.kind.vtk());
+            take(
+                nodes[0],
+                nodes.iter().fold(start, |hash, &node| mixed(hash, node)),
+            );
         }
-        let mut faces = self.ranks.exchange(to_each).concat();
-        parallel::sort(&mut faces);
-        let is_repeated = faces.windows(2).any(|pair| pair[0] == pair[1]);
-        self.ranks.agree(match is_repeated {
-            true => Err(Error::input("boundary faces have the same nodes")),
-            false => Ok(()),
-        })
+    }
+}
+
+fn check_once(mut faces: Vec<u64>) -> Result<()> {
+    parallel::sort(&mut faces);
+    match faces.windows(2).any(|pair| pair[0] == pair[1]) {
+        true => Err(Error::input("boundary faces have the same nodes")),
+        false => Ok(()),
+    }
+}
+
+impl Mesh {
+    /// Refuses boundary faces that have the same nodes, as [`from_slabs`](Self::from_slabs) does.
+    pub(super) fn check_faces_once(&self) -> Result<()> {
+        let mut numbers = Vec::new();
+        number_faces(&self.cells, self.dimension(), |_, number| {
+            numbers.push(number)
+        });
+        check_once(numbers)
     }
 }
 
@@ -237,7 +278,7 @@ fn mixed(hash: u64, node: u32) -> u64 {
     x ^ (x >> 31)
 }
 
-fn own_points(slabs: &Slabs, own: Range<usize>) -> Result<Vec<[f64; 3]>> {
+pub(super) fn own_points(slabs: &Slabs, own: Range<usize>) -> Result<Vec<[f64; 3]>> {
     let points = (slabs.points)(own.clone())?;
     let wrong = |message: String| Err(Error::input(message));
     if points.len() != own.len() {

@@ -13,7 +13,7 @@ const WORD: usize = u64::BITS as usize;
 const BLOCK: usize = 1 << 10;
 
 /// A bit for each node of a range.
-pub(super) struct NodeBits {
+pub(crate) struct NodeBits {
     /// The node of the first bit.
     first: usize,
     words: Vec<AtomicU64>,
@@ -62,6 +62,20 @@ impl NodeBits {
         }
     }
 
+    /// Takes in some nodes.
+    pub fn add(&self, nodes: &[u32]) {
+        for &node in nodes {
+            let at = node as usize - self.first;
+            self.words[at / WORD].fetch_or(1 << (at % WORD), Relaxed);
+        }
+    }
+
+    /// Whether a node of the range is among them.
+    pub fn has(&self, node: u32) -> bool {
+        let at = node as usize - self.first;
+        self.words[at / WORD].load(Relaxed) & (1 << (at % WORD)) != 0
+    }
+
     /// Those that are among them, ascending; none is after that.
     pub fn take(&self) -> Vec<u32> {
         parallel::concat_blocks(self.words.len(), BLOCK, &|words| {
@@ -91,6 +105,13 @@ mod tests {
         let bits = NodeBits::new(&(130..201));
         bits.add_nodes_of(&cells, &[0..1, 1..2]);
         assert_eq!(bits.take(), [130, 131, 192, 200]);
+        bits.add_all(&(190..194));
+        bits.add(&[192, 130]);
+        assert_eq!(
+            [129, 130, 189, 190, 193, 194].map(|node| bits.has(node)),
+            [false, true, false, true, true, false]
+        );
+        assert_eq!(bits.take(), [130, 190, 191, 192, 193]);
         bits.add_all(&(190..194));
         bits.add_nodes_of(&cells, std::slice::from_ref(&(1..2)));
         assert_eq!(bits.take(), [131, 190, 191, 192, 193, 200]);

@@ -2,6 +2,21 @@
 
 use std::ops::Range;
 
+/// Those of ascending numbers that are in a range.
+pub(crate) fn among<'a>(numbers: &'a [u32], range: &Range<usize>) -> &'a [u32] {
+    among_by(numbers, |&number| number, range)
+}
+
+/// Those of items whose numbers ascend that have theirs in a range.
+pub(crate) fn among_by<'a, T>(
+    items: &'a [T],
+    number: impl Fn(&T) -> u32,
+    range: &Range<usize>,
+) -> &'a [T] {
+    let before = |end: usize| items.partition_point(|item| (number(item) as usize) < end);
+    &items[before(range.start)..before(range.end)]
+}
+
 /// Finds numbers in an ascending list, in a time that hardly grows with its length where they are spread evenly.
 pub(crate) struct Numbering<'a> {
     sorted: &'a [u32],

@@ -1,25 +1,34 @@
-//! The outline of a mesh whose cells lie with several ranks: what the first rank knows of the whole.
+//! The outline of a mesh whose cells lie with several ranks, or in a file that is read piece by piece: what the first rank, or the
+//! one process, knows of the whole.
 //!
 //! An outline has the kind of every cell, the nodes of the cells of lower dimension, which are the boundary faces, and where these
 //! nodes are. Nodes and cells have the numbers of the whole mesh. The arrays of coordinates and of the nodes of cells are as long as
 //! those of the whole, but what is not known was never written: the system gives no memory for it.
 
+use super::from_slabs::Slabs;
+use super::numbering::among;
 use super::{Apart, Cells, Mesh};
+use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::mesh::CellKind;
+use crate::parallel;
 use crate::ranks::Ranks;
 use crate::ranks::raw;
 use crate::sparse;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::sync::Arc;
+
+/// The dimension of solid cells.
+const SOLID: u8 = 3;
 
 /// What an outline knows of the mesh but its arrays.
 #[derive(Debug, Clone)]
 pub struct Outline {
     /// The box around all nodes.
     pub bounds: Bounds,
-    /// The ranks that have the mesh.
+    /// Who has the mesh.
     pub by: Arc<dyn Apart>,
 }
 
@@ -53,22 +62,62 @@ impl Sketch {
             bounds: Some(Bounds::around(&part.points[whole.own_nodes.clone()])),
             ..Self::default()
         };
-        let mut here = Vec::new();
-        for run in part.cells.runs_in(part.own_cells()) {
-            let n_cells = run.n_cells() as u32;
-            sketch.runs.push((run.kind, run.n_nodes as u32, n_cells));
-            if run.kind.dimension() < dimension {
-                here.extend_from_slice(run.connectivity);
-            }
-        }
-        let number = |&node: &u32| whole.nodes[node as usize];
-        sketch.faces = here.iter().map(number).collect();
-        here.sort_unstable();
-        here.dedup();
-        sketch.nodes = here.iter().map(number).collect();
+        sketch.take_cells(&part.cells, part.own_cells(), dimension);
+        let mut here = sketch.nodes_of_faces();
+        let number = |node: &mut u32| *node = whole.nodes[*node as usize];
         let place = |&node: &u32| part.points[node as usize];
         sketch.places = here.iter().map(place).collect();
+        here.iter_mut().for_each(number);
+        sketch.nodes = here;
+        sketch.faces.iter_mut().for_each(number);
         sketch
+    }
+
+    /// Takes in some cells of a mesh of this dimension.
+    fn take_cells(&mut self, cells: &Cells, range: Range<usize>, dimension: u8) {
+        for run in cells.runs_in(range) {
+            let n_cells = run.n_cells() as u32;
+            self.runs.push((run.kind, run.n_nodes as u32, n_cells));
+            if run.kind.dimension() < dimension {
+                self.faces.extend_from_slice(run.connectivity);
+            }
+        }
+    }
+
+    /// The nodes of the cells of lower dimension, each once, ascending.
+    fn nodes_of_faces(&self) -> Vec<u32> {
+        let mut nodes = self.faces.clone();
+        parallel::sort(&mut nodes);
+        nodes.dedup();
+        nodes
+    }
+
+    /// The outline of a mesh of `n_nodes`, with `unknown` coordinates and nodes where it knows none.
+    fn outline(
+        sketches: &[Self],
+        n_nodes: usize,
+        space: Option<u8>,
+        unknown: (f64, u32),
+        by: Arc<dyn Apart>,
+    ) -> Mesh {
+        let runs = sketches.iter().flat_map(|sketch| &sketch.runs);
+        let kinds = runs.map(|&(kind, n_nodes, n)| (kind, n_nodes as usize, n as usize));
+        let mut mesh = Mesh {
+            points: sparse::zeros(n_nodes, [unknown.0; 3]),
+            cells: Cells::of_kinds(kinds, unknown.1),
+            space,
+            ..Mesh::default()
+        };
+        let faces = sketches.iter().flat_map(|sketch| &sketch.faces);
+        mesh.cells.set_nodes_below(mesh.dimension(), faces.copied());
+        let mut bounds = Bounds::EMPTY;
+        for sketch in sketches {
+            mesh.take_places(&sketch.nodes, &sketch.places);
+            let of_rank = sketch.bounds.iter();
+            bounds = of_rank.fold(bounds, Bounds::union);
+        }
+        mesh.outline = Some(Outline { bounds, by });
+        mesh
     }
 }
 
@@ -84,30 +133,54 @@ impl Mesh {
         let mut to_each: Vec<Sketch> = (0..ranks.n()).map(|_| Sketch::default()).collect();
         to_each[0] = Sketch::of(part);
         let sketches = ranks.exchange_values(to_each);
-        let by = by?;
-        let runs = sketches.iter().flat_map(|sketch| &sketch.runs);
-        let kinds = runs.map(|&(kind, n_nodes, n)| (kind, n_nodes as usize, n as usize));
         // In tests it shows when something computes with what is not known, which takes the memory of the whole mesh.
-        let (coordinate, node) = match ranks.are_threads() {
+        let unknown = match ranks.are_threads() {
             true => (f64::NAN, u32::MAX),
             false => (0.0, 0),
         };
-        let mut mesh = Self {
-            points: sparse::zeros(n_nodes, [coordinate; 3]),
-            cells: Cells::of_kinds(kinds, node),
-            space: part.space,
-            ..Self::default()
-        };
-        let faces = sketches.iter().flat_map(|sketch| &sketch.faces);
-        mesh.cells.set_nodes_below(mesh.dimension(), faces.copied());
-        let mut bounds = Bounds::EMPTY;
-        for sketch in &sketches {
-            mesh.take_places(&sketch.nodes, &sketch.places);
-            let of_rank = sketch.bounds.iter();
-            bounds = of_rank.fold(bounds, Bounds::union);
+        Some(Sketch::outline(
+            &sketches, n_nodes, part.space, unknown, by?,
+        ))
+    }
+
+    /// The outline of a solid mesh that one process reads piece by piece, without groups and arrays; `by` gives the rest of it.
+    ///
+    /// # Errors
+    /// As [`from_slabs`](Self::from_slabs), and where the mesh is not solid.
+    pub(crate) fn outline_by_pieces(
+        slabs: &Slabs,
+        faces_once: bool,
+        by: Arc<dyn Apart>,
+    ) -> Result<Self> {
+        let mut sketch = Sketch::default();
+        let mut dimension = 0;
+        slabs.each_cells(0..slabs.n_cells, &mut |_, cells| {
+            dimension = dimension.max(cells.dimension());
+            sketch.take_cells(cells, 0..cells.len(), SOLID);
+            Ok(())
+        })?;
+        if dimension < SOLID {
+            return Err(Error::input("it has no solid cells"));
         }
-        mesh.outline = Some(Outline { bounds, by });
-        Some(mesh)
+        sketch.nodes = sketch.nodes_of_faces();
+        let mut bounds = Bounds::EMPTY;
+        let (nodes, places) = (&sketch.nodes, &mut sketch.places);
+        slabs.each_points(0..slabs.n_nodes, &mut |first, points| {
+            bounds = bounds.union(&Bounds::around(points));
+            let here = among(nodes, &(first..first + points.len())).iter();
+            places.extend(here.map(|&node| points[node as usize - first]));
+            Ok(())
+        })?;
+        sketch.bounds = Some(bounds);
+        let unknown = match cfg!(debug_assertions) {
+            true => (f64::NAN, u32::MAX),
+            false => (0.0, 0),
+        };
+        let mesh = Sketch::outline(&[sketch], slabs.n_nodes, slabs.space, unknown, by);
+        match faces_once {
+            true => mesh.check_faces_once().map(|()| mesh),
+            false => Ok(mesh),
+        }
     }
 
     /// Takes where some nodes are, of which the outline did not know.

@@ -28,15 +28,19 @@ pub use surface_files::check_surface_files;
 use crate::deform::{Layer, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
+use crate::error::Result;
 use crate::motion::Frame;
 
 /// What the user should know of the motion before it is interpolated.
-pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
+///
+/// # Errors
+/// Where the mesh has to be read for that, and is not.
+pub fn warnings(plan: &Plan) -> Result<Vec<Diagnostic>> {
     let diagonal = plan.mesh.extent().diagonal();
     let mut warnings = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(tags::fixed_that_move(plan));
-    warnings.extend(tags::on_no_cell(plan));
+    warnings.extend(tags::on_no_cell(plan)?);
     warnings.extend(radius::small(plan));
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
@@ -49,5 +53,5 @@ pub fn warnings(plan: &Plan) -> Vec<Diagnostic> {
     if plan.velocity.as_ref().is_some_and(no_velocity) {
         warnings.push(PreflightNote::NoVelocity.into());
     }
-    warnings
+    Ok(warnings)
 }

@@ -4,6 +4,7 @@
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
+use crate::error::Result;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
 use crate::mesh::{Group, Numbering};
 use crate::motion::{BodyMap, Role};
@@ -156,7 +157,7 @@ fn plane_of(plan: &Plan, tag: &Group) -> Option<Vector> {
 }
 
 /// A warning for each moving tag with faces on no cell, where the mesh has cells.
-pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
+pub(super) fn on_no_cell(plan: &Plan) -> Result<Vec<Diagnostic>> {
     let mesh = &plan.mesh;
     let dimension = mesh.dimension();
     if !mesh
@@ -164,9 +165,9 @@ pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
         .runs()
         .any(|run| run.kind.dimension() == dimension)
     {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    let loose = plan.moving_faces_on_no_cell();
+    let loose = plan.moving_faces_on_no_cell()?;
     let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
     let moving = mesh.boundary_tags().zip(roles);
     let moving = moving.filter(|(_, role)| matches!(role, Some(Role::Moving(_))));
@@ -183,7 +184,7 @@ pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
         };
         Some(Diagnostic::from(note))
     });
-    notes.collect()
+    Ok(notes.collect())
 }
 
 #[cfg(test)]
@@ -315,7 +316,8 @@ mod tests {
     fn moving_faces_on_no_cell_are_told_of() {
         let mut mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
         assert_eq!(
-            on_no_cell(&plan(mesh.clone(), "others = \"fixed\"", "\"airfoil\"")),
+            on_no_cell(&plan(mesh.clone(), "others = \"fixed\"", "\"airfoil\""))
+                .expect("it is here"),
             []
         );
         let face = mesh.cells.len();
@@ -325,7 +327,8 @@ mod tests {
         let at = mesh.groups.iter().position(|group| group.name == "airfoil");
         mesh.groups[at.expect("it has the tag")].cells.push(face);
         let n = mesh.groups[at.expect("it has the tag")].cells.len();
-        let notes = on_no_cell(&plan(mesh, "others = \"fixed\"", "\"airfoil\""));
+        let notes =
+            on_no_cell(&plan(mesh, "others = \"fixed\"", "\"airfoil\"")).expect("it is here");
         let note = PreflightNote::FacesOnNoCell {
             tag: "airfoil".to_owned(),
             faces: [1, n],

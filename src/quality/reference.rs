@@ -68,9 +68,11 @@ impl Reference {
         };
         let n_reversed = if solid { count(&|sign| sign == -1) } else { 0 };
         let n_invalid = count(&|sign| sign.abs() == INVALID);
-        let [n_invalid, n_reversed] = mesh.ranks().fold([0; 2], |sum| {
-            *sum = [sum[0] + n_invalid, sum[1] + n_reversed];
-        });
+        let [n_invalid, n_reversed] =
+            mesh.ranks()
+                .fold([0; 2], [n_invalid, n_reversed], |sum, own| {
+                    *sum = [sum[0] + own[0], sum[1] + own[1]];
+                });
         let mut reference = Self {
             signs,
             facing,

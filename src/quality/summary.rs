@@ -62,13 +62,19 @@ pub struct Summary {
 impl Summary {
     /// Counts the own cells of a mesh that are not proven to be valid between their corners.
     pub(super) fn take_validity(&mut self, validity: &Validity, mesh: &Mesh) {
+        let named = validity.inside.iter().take(N_NAMED);
+        let named = named.map(|&cell| cell as usize + mesh.own_offset());
+        let own = (
+            validity.unproven.len(),
+            validity.inside.len(),
+            named.collect::<Vec<_>>(),
+        );
         let nothing = (0, 0, Vec::new());
-        let (unproven, inside, named) = mesh.ranks().fold(nothing, |(unproven, inside, named)| {
-            *unproven += validity.unproven.len();
-            *inside += validity.inside.len();
-            let own = validity.inside.iter().take(N_NAMED);
-            named.extend(own.map(|&cell| cell as usize + mesh.own_offset()));
-            named.truncate(N_NAMED);
+        let (unproven, inside, named) = mesh.ranks().fold(nothing, own, |all, own| {
+            all.0 += own.0;
+            all.1 += own.1;
+            all.2.extend(own.2);
+            all.2.truncate(N_NAMED);
         });
         self.unproven = unproven;
         self.inverted += inside;
@@ -126,14 +132,18 @@ pub fn assess(
         histograms.with(|histogram| of_chunk(range, histogram))
     });
     let nothing = (CellTotals::new(), Histogram::new());
-    let (whole, histogram) = mesh.ranks().fold(nothing, |(whole, histogram)| {
-        for part in &parts {
-            whole.append(part);
-        }
-        for counts in histograms.into_all() {
-            histogram.merge(&counts);
-        }
-    });
+    let mut own = Histogram::new();
+    for counts in histograms.into_all() {
+        own.merge(&counts);
+    }
+    let (whole, histogram) = mesh
+        .ranks()
+        .fold(nothing, (parts, own), |all, (parts, own)| {
+            for part in &parts {
+                all.0.append(part);
+            }
+            all.1.merge(&own);
+        });
     whole.finish(reference, &histogram)
 }
 

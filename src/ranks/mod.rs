@@ -12,6 +12,7 @@ mod processor;
 pub mod raw;
 #[cfg(any(test, feature = "internals"))]
 mod threads;
+mod told;
 
 #[cfg(feature = "mpi")]
 pub use mpi::start;
@@ -26,6 +27,8 @@ use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use told::InTurn;
+pub use told::Told;
 
 /// What carries bytes from rank to rank, in the order in which they were sent.
 pub trait Network: Send + Sync {
@@ -52,6 +55,8 @@ pub struct Ranks {
     /// Threads for work that all ranks do at once, where a rank that works alone has more.
     pool: Option<Arc<Pool>>,
     sent: Arc<Mutex<Log>>,
+    /// How it is told what others have, where they do not run at the same time.
+    in_turn: Option<Arc<InTurn>>,
 }
 
 /// What a rank has sent.
@@ -103,6 +108,7 @@ impl Ranks {
             network: None,
             pool: None,
             sent: Arc::default(),
+            in_turn: None,
         }
     }
 
@@ -243,6 +249,9 @@ impl Ranks {
 
     /// What each rank has, in their order, on all ranks. For what is small: it grows with the number of ranks.
     pub fn all<T: Serialize + DeserializeOwned>(&self, own: T) -> Vec<T> {
+        if let Some(in_turn) = &self.in_turn {
+            return in_turn.all(own);
+        }
         match self.n() {
             1 => vec![own],
             _ => {
@@ -254,17 +263,25 @@ impl Ranks {
 
     /// Adds up over all ranks in their order: rank 0 begins with `start`, and `append` adds what a rank has to what those before
     /// it have. The sum goes from rank to rank, so it is added up as one process would do it.
-    pub fn fold<T: Serialize + DeserializeOwned>(
-        &self,
-        start: T,
-        append: impl FnOnce(&mut T),
-    ) -> T {
+    pub fn fold<T, P>(&self, start: T, own: P, append: impl Fn(&mut T, P)) -> T
+    where
+        T: Serialize + DeserializeOwned,
+        P: Serialize + DeserializeOwned,
+    {
+        if let Some(in_turn) = &self.in_turn {
+            let mut sum = start;
+            in_turn
+                .all(own)
+                .into_iter()
+                .for_each(|part| append(&mut sum, part));
+            return sum;
+        }
         let (rank, n) = (self.rank(), self.n());
         let mut sum = match rank {
             0 => start,
             _ => unpack(&self.receive(rank - 1)),
         };
-        append(&mut sum);
+        append(&mut sum, own);
         if n == 1 {
             return sum;
         }
@@ -389,7 +406,8 @@ mod tests {
         for n in [1, 2, 3, 7] {
             let sums = on_threads(n, |ranks| {
                 let own = &parts[64 * ranks.rank() / n..64 * (ranks.rank() + 1) / n];
-                ranks.fold(0.0, |sum| own.iter().for_each(|part| *sum += part))
+                let add = |sum: &mut f64, own: Vec<f64>| own.iter().for_each(|part| *sum += part);
+                ranks.fold(0.0, own.to_vec(), add)
             });
             assert!(sums.iter().all(|found| found.to_bits() == sum.to_bits()));
         }

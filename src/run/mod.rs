@@ -19,6 +19,7 @@ mod request;
 mod resume;
 #[expect(clippy::module_inception)]
 mod run;
+mod slab;
 mod step;
 mod step_loop;
 mod surface;
@@ -30,6 +31,7 @@ pub use finished::Finished;
 pub use merge::finish;
 pub use request::Request;
 pub use run::run;
+pub use slab::{FinishedSlab, LeftSlabs, run_slab, slabs_in};
 
 #[cfg(test)]
 mod tests;

@@ -10,6 +10,7 @@ use super::parts;
 use super::record::{Clock, RecordFile, sentences};
 use super::request::Request;
 use super::resume::Earlier;
+use super::slab;
 use super::surface::SurfaceFiles;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed_at_step};
@@ -40,6 +41,10 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let (mut warnings, mesh_bytes) = warnings_before(plan, format, request)?;
     let names = names_of(plan, format, request)?;
     let mut record = RecordFile::new(&names, plan, request)?;
+    if let Some(joined) = plan.joined() {
+        let steps = plan.motion.steps.len();
+        joined.check(slab::identity(&record.content, joined.n()), steps)?;
+    }
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
@@ -100,7 +105,7 @@ fn warnings_before(
 ) -> Result<(Vec<Diagnostic>, u64)> {
     let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
     check_surface_files(plan, &request.mesh)?;
-    warnings.extend(preflight::warnings(plan));
+    warnings.extend(preflight::warnings(plan)?);
     if plan.without_boxes {
         warnings.push(RunNote::NoBoxes.into());
     }

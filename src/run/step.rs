@@ -59,7 +59,7 @@ pub(super) fn recompute(
 }
 
 /// What makes coordinates what they will be in the files.
-fn rounding(plan: &Plan) -> Result<Rounding> {
+pub(super) fn rounding(plan: &Plan) -> Result<Rounding> {
     Ok(match plan.schedule.output.rounds()? {
         false => Rounding::None,
         true => Rounding::Single,

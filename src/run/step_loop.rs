@@ -11,7 +11,7 @@ use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, MeshView};
+use crate::mesh::MeshView;
 use crate::motion::{OnInverted, QualityOutput, Step};
 use crate::parallel::join_with_own_thread;
 use crate::sparse;
@@ -74,11 +74,11 @@ impl Run<'_> {
             let arrays = arrays.unwrap_or_default();
             let is_apart = ready.as_ref().is_some_and(|ready| ready.found.is_apart);
             let kept = match is_apart {
-                true => self.deformation.keep(&points),
+                true => self.deformation.keep(step, &points),
                 false => None,
             };
             let mesh = arrays.view(&self.plan.mesh, &points);
-            let mesh = mesh.with_points_apart(kept.as_ref().map(|kept| kept as &dyn Apart));
+            let mesh = mesh.with_points_apart(kept.as_deref());
             let may_be_apart = self.may_be_apart(writer);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();

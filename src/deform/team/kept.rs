@@ -3,25 +3,22 @@
 //! A rank has its own nodes. At a step by fields it tells the first rank where some of them are, and is told where those are that it does not place itself. Once the step is kept, the next may begin while it is written.
 
 use super::order::Order;
-use super::work::{Work, among};
+use super::work::Work;
 use super::{SharedFields, State, Team};
+use crate::deform::numbers_file::{file_at, write_points};
 use crate::error::{Error, Result};
 use crate::formats::list_nodes;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, Coordinates, Mesh, NodesOfCells, Numbers, check_in_32_bits, node_slab};
+use crate::mesh::{Apart, Mesh, NodesOfCells, Numbers, among, node_slab};
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, PartHasher};
 use crate::ranks::raw::List;
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-
-/// Nodes whose numbers are made and written at a time.
-const NODES: usize = 1 << 14;
 
 /// Numbers that ranks are to write.
 #[derive(Debug, Serialize, Deserialize)]
@@ -316,31 +313,6 @@ fn write_nodes(
         .expect("a rank writes the cells of its part");
     let number = |node: u32| part.nodes[node as usize];
     list_nodes(&mesh.cells, cells_here(mesh, wanted), wanted, &number, take)
-}
-
-/// Writes numbers of nodes, the first of which has this number.
-fn write_points(
-    points: &[Vector],
-    first: usize,
-    numbers: Coordinates,
-    take: &mut dyn FnMut(&[u8]) -> Result<()>,
-) -> Result<()> {
-    let mut bytes = Vec::new();
-    for (i, nodes) in points.chunks(NODES).enumerate() {
-        if numbers.is_single {
-            check_in_32_bits(nodes, first + i * NODES)?;
-        }
-        bytes.clear();
-        numbers.append(nodes, &mut bytes);
-        take(&bytes)?;
-    }
-    Ok(())
-}
-
-fn file_at(path: &Path, at: u64) -> io::Result<File> {
-    let mut file = OpenOptions::new().write(true).open(path)?;
-    file.seek(SeekFrom::Start(at))?;
-    Ok(file)
 }
 
 /// A failure of a rank; the first rank knows the name of the file.

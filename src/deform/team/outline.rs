@@ -8,7 +8,8 @@ use super::placing::{Apart, Numbered, Placing};
 use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
-use crate::error::{Error, Result};
+use crate::deform::holder::Holder;
+use crate::error::Result;
 use crate::formats::{self, Loaded, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
@@ -56,26 +57,15 @@ impl Team {
         }
         file.complete(outline)
     }
+}
 
-    /// The whole mesh, of which the ranks have parts.
-    ///
-    /// # Errors
-    /// Where it cannot be read again.
-    pub(crate) fn whole(&self) -> Result<Mesh> {
+impl Holder for Team {
+    fn whole(&self) -> Result<Mesh> {
         let file = self.file.as_ref();
-        let file = file.expect("ranks have read it by parts");
-        match file.is_unchanged() {
-            true => file.read_whole(),
-            false => {
-                let message =
-                    "it has changed since ranks read it, and folded cells need the whole of it";
-                Err(Error::system(message).file(file.path()))
-            }
-        }
+        file.expect("ranks have read it by parts").read_whole()
     }
 
-    /// The hash of the file that ranks have read.
-    pub(crate) fn hash_of_file(&self) -> Result<blake3::Hash> {
+    fn hash_of_file(&self) -> Result<blake3::Hash> {
         let file = self.file.as_ref().expect("ranks have read it by parts");
         let _state = self.state();
         self.order(Order::Hash(file.clone()));
@@ -87,29 +77,27 @@ impl Team {
         Ok(hasher.finalize())
     }
 
-    /// The shortest edge that leaves the wall at each of these nodes, which are ascending, and where it ends.
-    pub(crate) fn edges_off_walls(&self, nodes: &[u32]) -> (Vec<Edge>, Vec<Vector>) {
+    fn edges_off_walls(&self, nodes: &[u32]) -> Result<(Vec<Edge>, Vec<Vector>)> {
         let state = self.state();
         self.order(Order::Edges);
         let walls: Vec<(u32, Placing)> = nodes.iter().map(|&node| (node, Placing::Told)).collect();
         let found = edges(&state.work, Some(&walls), &self.ranks);
-        first_cells::shortest_of(found.into_iter().flatten())
+        Ok(first_cells::shortest_of(found.into_iter().flatten()))
     }
 
-    /// Those of some boundary faces, ascending, that are a side of no cell.
-    pub(crate) fn faces_on_no_cell(&self, faces: &[u32]) -> Vec<u32> {
+    fn faces_on_no_cell(&self, _: &Mesh, faces: &[u32]) -> Result<Vec<u32>> {
         let state = self.state();
         let Order::LooseFaces(faces) = self.order(Order::LooseFaces(faces.to_vec())) else {
             unreachable!("a broadcast gives what it got")
         };
         let found = self.ranks.gather(loose_faces(&state.work, &faces));
         let found = found.into_iter().flatten();
-        found.flat_map(|List(faces)| faces).collect()
+        Ok(found.flat_map(|List(faces)| faces).collect())
     }
 }
 
-/// Why the first rank takes the whole mesh from the start.
-fn needs_whole(schedule: &Schedule) -> Option<&'static str> {
+/// Why an outline is not enough for a schedule.
+pub(crate) fn needs_whole(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
     if output.velocity || output.displacement || output.quality == QualityOutput::Cells {
         return Some("it makes arrays of all nodes or cells");

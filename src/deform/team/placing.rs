@@ -1,10 +1,9 @@
 //! Nodes that are not where fields move them. A rank itself places those at rest and those of rigid bodies; of the others the
 //! first rank tells it one by one.
 
-use super::work::{among, among_by};
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
-use crate::mesh::node_slab;
+use crate::mesh::{among, among_by, node_slab};
 use crate::parallel;
 use crate::ranks::Ranks;
 use crate::ranks::raw::List;

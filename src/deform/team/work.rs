@@ -9,7 +9,7 @@ use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
 use crate::deform::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Mesh, node_slab};
+use crate::mesh::{Mesh, among, node_slab};
 use crate::parallel::{self, SMALL_BLOCK};
 use crate::progress::Progress;
 use crate::quality::faces::FaceSummary;
@@ -425,27 +425,12 @@ impl RankFields {
 }
 
 /// Which cells of a part these cells of the whole mesh are; those of other parts are left out.
-pub(super) fn cells_among(part: &Mesh, cells: &[u32]) -> Vec<u32> {
+pub(in crate::deform) fn cells_among(part: &Mesh, cells: &[u32]) -> Vec<u32> {
     let numbers = part.part.as_ref().map_or(&[][..], |part| &part.cells);
     let here = cells
         .iter()
         .filter_map(|cell| numbers.binary_search(cell).ok());
     here.map(|at| at as u32).collect()
-}
-
-/// Those of ascending nodes that are in a range.
-pub(super) fn among<'a>(nodes: &'a [u32], range: &Range<usize>) -> &'a [u32] {
-    among_by(nodes, |&node| node, range)
-}
-
-/// Those of ascending items whose nodes are in a range.
-pub(super) fn among_by<'a, T>(
-    items: &'a [T],
-    node: impl Fn(&T) -> u32,
-    range: &Range<usize>,
-) -> &'a [T] {
-    let before = |end: usize| items.partition_point(|item| (node(item) as usize) < end);
-    &items[before(range.start)..before(range.end)]
 }
 
 fn picked(places: &[Vector], nodes: &[u32]) -> Vec<Vector> {

@@ -101,13 +101,18 @@ pub fn assess(
         walk::faces_of(&centres, adjacency, own.start + i, &mut part);
         part.numbered(mesh.own_offset())
     });
-    let whole = mesh.ranks().fold(FaceTotals::default(), |whole| {
-        whole.n_inner += adjacency.n_inner();
-        whole.n_outer += adjacency.n_outer();
-        for part in &parts {
-            whole.append(part);
-        }
-    });
+    let own = ([adjacency.n_inner(), adjacency.n_outer()], parts);
+    let whole = (mesh.ranks()).fold(
+        FaceTotals::default(),
+        own,
+        |whole, ([inner, outer], parts)| {
+            whole.n_inner += inner;
+            whole.n_outer += outer;
+            for part in &parts {
+                whole.append(part);
+            }
+        },
+    );
     workspace.keep(centres.stored);
     whole.finish()
 }

@@ -1,0 +1,187 @@
+//! Work on slabs of a mesh: `azimesh deform --slab I/N`, and `azimesh finish` of what that leaves.
+
+use super::deform::report;
+use super::{Context, Outcome};
+use crate::deform::{Deformation, SlabMesh, SlabOf, SlabWork};
+use crate::error::{Error, Result, counted};
+use crate::formats::{self, ReadOptions, SharedFile};
+use crate::motion::{Schedule, SurfaceOutput};
+use crate::progress::Stop;
+use crate::run::{FinishedSlab, LeftSlabs, Request, run, run_slab};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Writes the steps of one slab.
+pub(super) fn write_slab(
+    slab: SlabOf,
+    schedule: Schedule,
+    request: &Request,
+    stop: &Arc<Stop>,
+    context: &Context,
+) -> Result<Outcome> {
+    if context.team.n() > 1 {
+        return Err(Error::input(
+            "--slab is the work of one process; without it ranks of MPI share the mesh",
+        ));
+    }
+    let work = |mesh: &mut SlabMesh| mesh.one(slab);
+    let deformation = deformation(&request.mesh, schedule, context, work, stop)?;
+    for choice in &deformation.plan().choices {
+        context.note(&choice.to_string());
+    }
+    let finished = run_slab(&deformation, request)?;
+    tell(&request.folder, &finished, context)?;
+    context.tell_of_files();
+    Ok(Outcome::Fine)
+}
+
+/// Joins the slabs of the sequence in a folder: a run that reads where they have moved the nodes.
+pub(super) fn join(
+    folder: &Path,
+    left: LeftSlabs,
+    force: bool,
+    context: &Context,
+) -> Result<Outcome> {
+    let stop = Arc::new(Stop::default());
+    #[cfg(unix)]
+    super::signals::listen(&stop)?;
+    let LeftSlabs { n, record } = left;
+    let input = |what: &str| {
+        let found = record.inputs.iter().find(|input| input.what == what);
+        found.map(|input| PathBuf::from(&input.file))
+    };
+    let named = |what| {
+        input(what).ok_or_else(|| {
+            Error::input(format!("the record of its first slab names no {what}")).file(folder)
+        })
+    };
+    let (mesh, path) = (named("mesh")?, named("schedule")?);
+    let mut schedule = Schedule::read(&path).map_err(|error| from_there(error, folder))?;
+    if let Some(format) = &record.options.format {
+        schedule.output.format.clone_from(format);
+        schedule.output.format_given = true;
+    }
+    let criteria = record.fail_on.iter().map(|criterion| criterion.parse());
+    let criteria = criteria.collect::<Result<Vec<_>>>();
+    let request = Request {
+        mesh,
+        folder: folder.to_path_buf(),
+        base: input("base"),
+        tag_array: record.options.tag_array.clone(),
+        force,
+        resume: !force,
+        fail_on: criteria.map_err(|error| error.file(folder))?,
+        ..Request::default()
+    };
+    context.keep_in_files(folder);
+    let work = |mesh: &mut SlabMesh| Ok(mesh.joined(folder, n));
+    let deformation = deformation(&request.mesh, schedule, context, work, &stop);
+    let deformation = deformation.map_err(|error| from_there(error, folder))?;
+    let finished = run(&deformation, &request)?;
+    if let Some(reason) = deformation.why_whole() {
+        context.detail(&format!("the whole mesh was read: {reason}"));
+    }
+    context.tell_of_files();
+    report(folder, finished, context)
+}
+
+/// An input that is not found may be another one from here.
+fn from_there(mut error: Error, folder: &Path) -> Error {
+    if error
+        .path
+        .as_ref()
+        .is_some_and(|path| path.is_relative() && !path.exists())
+    {
+        error.message += &format!(
+            "; `azimesh finish` of the slabs in {} has to run in the folder in which they were written",
+            folder.display()
+        );
+    }
+    error
+}
+
+/// A deformation of a mesh of which this process has the outline.
+fn deformation(
+    path: &Path,
+    schedule: Schedule,
+    context: &Context,
+    work: impl FnOnce(&mut SlabMesh) -> Result<Arc<SlabWork>>,
+    stop: &Arc<Stop>,
+) -> Result<Deformation> {
+    let refused = |reason: String| {
+        Error::input(format!(
+            "this mesh is not worked on in slabs: {reason}; --steps A..B shares the steps of a sequence instead"
+        ))
+        .file(path)
+    };
+    if let Some(reason) = why_not(&schedule)? {
+        return Err(refused(reason.to_owned()));
+    }
+    formats::check_file(path).map_err(|error| Error::io(path, &error))?;
+    let options: ReadOptions = context.read_options();
+    let file = SharedFile::new(path, None, &options).map_err(refused)?;
+    let found = context.reading(path, || Ok(SlabMesh::read(file, &schedule)))?;
+    let mut found = found.map_err(refused)?;
+    let format = formats::by_name(&schedule.output.format)?;
+    if !format.takes_cells_apart(&found.outline.mesh.view()) {
+        return Err(refused("cells are not written in their order".to_owned()));
+    }
+    let slabs = work(&mut found)?;
+    let mesh = context.with_notes(found.outline, path);
+    let deformation = Deformation::builder(mesh, schedule)
+        .progress(context.progress().into())
+        .stop(Arc::clone(stop))
+        .slabs(Some(slabs))
+        .plan()
+        .map_err(|error| error.file(path))?;
+    match deformation.plan().moves_by_fields() {
+        true => Ok(deformation),
+        false => Err(refused("nodes slide on curved boundaries".to_owned())),
+    }
+}
+
+/// Why a run of a schedule is not made from slabs.
+pub(super) fn why_not(schedule: &Schedule) -> Result<Option<&'static str>> {
+    let output = &schedule.output;
+    let format = formats::by_name(&output.format)?;
+    if !format.takes_numbers_apart(&output.write_options()) {
+        return Ok(Some("what the run writes is not written piece by piece"));
+    }
+    Ok((output.surface != SurfaceOutput::None).then_some("it writes surfaces"))
+}
+
+fn tell(folder: &Path, finished: &FinishedSlab, context: &Context) -> Result<()> {
+    let FinishedSlab {
+        slab,
+        n_nodes,
+        n_steps,
+        n_kept,
+        timings: t,
+    } = finished;
+    if context.common.json {
+        return context.print_json(json!({
+            "folder": folder.display().to_string(),
+            "slab": slab.number + 1,
+            "slabs": slab.n,
+            "nodes": n_nodes,
+            "steps_written": n_steps,
+            "steps_kept": n_kept,
+            "seconds": t,
+        }));
+    }
+    context.print_result(&format!(
+        "{}: slab {slab}, {} of {}{}\n{:.2} s: selection {:.2}, modes {:.2}, steps {:.2}\n",
+        folder.display(),
+        counted(*n_steps, "step"),
+        counted(*n_nodes, "node"),
+        match n_kept {
+            0 => String::new(),
+            n => format!(", {n} of them from before"),
+        },
+        t.total,
+        t.selection,
+        t.modes,
+        t.steps,
+    ))
+}

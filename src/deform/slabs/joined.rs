@@ -1,0 +1,205 @@
+//! All slabs joined: where nodes are, and what cells are like, from the files that slabs have left.
+
+use super::super::numbers_file::NumbersFile;
+use super::SlabOf;
+use super::stored::{StoredStep, ToldOfStep};
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+use crate::mesh::{Apart, Mesh, Numbers, Part, among, node_slab};
+use crate::quality::faces::FaceSummary;
+use crate::quality::{Judge, Summary};
+use crate::ranks::hash::HashedBytes;
+use crate::ranks::{Ranks, Told};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Nodes between two that are wanted that are read with them.
+const GAP: u32 = 64;
+/// Nodes that are read at once.
+const NODES: u32 = 1 << 16;
+
+/// The slabs of a sequence.
+#[derive(Debug)]
+pub(crate) struct Joined {
+    sequence: PathBuf,
+    n: usize,
+    n_nodes: usize,
+    /// The step that was entered last, and what slabs tell of it.
+    told: Mutex<(usize, Vec<ToldOfStep>)>,
+}
+
+impl Joined {
+    pub(super) fn new(sequence: &Path, n: usize, n_nodes: usize) -> Self {
+        Self {
+            sequence: sequence.to_path_buf(),
+            n,
+            n_nodes,
+            told: Mutex::new((usize::MAX, Vec::new())),
+        }
+    }
+
+    /// How many slabs there are.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Refuses slabs that lack a step, or are of another run.
+    pub fn check(&self, run: [u8; 32], n_steps: usize) -> Result<()> {
+        for slab in SlabOf::all(self.n) {
+            for step in 0..n_steps {
+                let path = self.path(slab, step);
+                if !path.exists() {
+                    return Err(Error::input(format!(
+                        "slab {slab} has no step {step}: `azimesh deform --slab {slab} --resume`, with the mesh and the schedule of \
+                         the others, writes what it lacks"
+                    ))
+                    .file(&slab.folder(&self.sequence)));
+                }
+                let found = StoredStep::open(&path)?;
+                let nodes = node_slab(self.n_nodes, slab.number, self.n);
+                if (found.run(), found.step(), found.nodes()) != (run, step, nodes) {
+                    return Err(Error::input(
+                        "this is a step of another mesh, schedule, option or version of azimesh",
+                    )
+                    .file(&path));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn path(&self, slab: SlabOf, step: usize) -> PathBuf {
+        slab.folder(&self.sequence)
+            .join(StoredStep::file_name(step))
+    }
+
+    fn steps(&self, step: usize) -> impl Iterator<Item = Result<StoredStep>> {
+        SlabOf::all(self.n).map(move |slab| StoredStep::open(&self.path(slab, step)))
+    }
+
+    fn told(&self) -> MutexGuard<'_, (usize, Vec<ToldOfStep>)> {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes to `out` where the nodes are at a step: those that are `known`, ascending, or all. From then on
+    /// its quality can be had.
+    pub fn enter(&self, step: usize, known: Option<&[u32]>, out: &mut [Vector]) -> Result<()> {
+        let mut told = Vec::new();
+        for stored in self.steps(step) {
+            let mut stored = stored?;
+            let nodes = stored.nodes();
+            match known {
+                None => stored.read(nodes.clone(), &mut out[nodes])?,
+                Some(known) => read_some(&mut stored, among(known, &nodes), out)?,
+            }
+            told.push(stored.into_told());
+        }
+        *self.told() = (step, told);
+        Ok(())
+    }
+
+    /// The nodes are not where slabs have left them any more.
+    pub fn leave(&self) {
+        *self.told() = (usize::MAX, Vec::new());
+    }
+
+    /// Whether the nodes are where slabs have left them at a step.
+    pub fn is_at(&self, step: usize) -> bool {
+        self.told().0 == step
+    }
+
+    /// The quality of the cells at the step that was entered last.
+    pub fn cells(&self, step: usize) -> Summary {
+        let mesh = self.hearing(step, |told| &told.cells);
+        Judge::new(&mesh).cells(&mesh, &[])
+    }
+
+    /// The quality of its faces.
+    pub fn faces(&self, step: usize) -> FaceSummary {
+        let mesh = self.hearing(step, |told| &told.faces);
+        Judge::new(&mesh).faces(&mesh, &[])
+    }
+
+    /// The largest change of the angle between a moving wall and its first cell, in degrees.
+    pub fn normal_change(&self, step: usize) -> Option<f64> {
+        let mesh = self.hearing(step, |told| &told.walls);
+        // As is told of the mesh at rest, which nobody asks for here.
+        Judge::new(&mesh);
+        let all = mesh.ranks().all(None::<f64>);
+        all.into_iter().flatten().max_by(f64::total_cmp)
+    }
+
+    /// A mesh without cells: what is asked of it is what all slabs tell.
+    fn hearing(&self, step: usize, of: impl Fn(&ToldOfStep) -> &Told) -> Mesh {
+        let told = self.told();
+        assert_eq!(told.0, step, "a step is entered before it is judged");
+        let of_slab = |told: &ToldOfStep| [&told.at_rest[..], of(told)].concat();
+        let part = Part {
+            ranks: Ranks::hearing(told.1.iter().map(of_slab).collect()),
+            ..Part::default()
+        };
+        Mesh {
+            space: Some(3),
+            part: Some(Arc::new(part)),
+            ..Mesh::default()
+        }
+    }
+}
+
+/// Reads where some of the nodes of a step are.
+fn read_some(stored: &mut StoredStep, nodes: &[u32], out: &mut [Vector]) -> Result<()> {
+    let mut rest = nodes;
+    while let Some(&first) = rest.first() {
+        let is_near = |pair: &[u32]| pair[1] - pair[0] <= GAP && pair[1] - first < NODES;
+        let n = 1 + rest.windows(2).take_while(|pair| is_near(pair)).count();
+        let end = rest[n - 1] as usize + 1;
+        let mut points = vec![[0.0; 3]; end - first as usize];
+        stored.read(first as usize..end, &mut points)?;
+        for &node in &rest[..n] {
+            out[node as usize] = points[(node - first) as usize];
+        }
+        rest = &rest[n..];
+    }
+    Ok(())
+}
+
+/// Where the nodes are at a step.
+#[derive(Debug)]
+pub(crate) struct StoredPoints {
+    by: Arc<super::SlabWork>,
+    step: usize,
+}
+
+impl super::SlabWork {
+    /// The positions of a step that this process joins.
+    pub(crate) fn stored_points(self: &Arc<Self>, step: usize) -> StoredPoints {
+        StoredPoints {
+            by: Arc::clone(self),
+            step,
+        }
+    }
+}
+
+impl Apart for StoredPoints {
+    fn write(
+        &self,
+        to: Option<(&Path, u64)>,
+        numbers: &Numbers,
+        hash_from: u64,
+    ) -> Result<Vec<HashedBytes>> {
+        let (Numbers::Coordinates(wanted), Some(joined)) = (numbers, self.by.joined()) else {
+            return self.by.file.write(to, numbers, hash_from);
+        };
+        let mut out = NumbersFile::new(to, hash_from)?;
+        for stored in joined.steps(self.step) {
+            stored?.pass(&mut |first, points| out.points(points, first, *wanted))?;
+        }
+        Ok(out.finish())
+    }
+}
+
+impl std::fmt::Debug for super::SlabWork {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "slabs of {}", self.file.file().path().display())
+    }
+}

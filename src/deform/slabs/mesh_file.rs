@@ -1,0 +1,111 @@
+//! The file of a mesh that no process holds as a whole: what is known of it is read piece by piece when it is asked for.
+
+use super::super::first_cells::{self, Edge};
+use super::super::holder::Holder;
+use super::super::numbers_file::NumbersFile;
+use crate::error::{Error, Result};
+use crate::formats::{Loaded, SharedFile, hash_of, list_nodes};
+use crate::geometry::vector::Vector;
+use crate::mesh::{Apart, Mesh, NodeBits, Numbers};
+use crate::parallel;
+use crate::ranks::hash::HashedBytes;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The file of a mesh of which this process holds the outline.
+#[derive(Debug)]
+pub(crate) struct MeshFile(SharedFile);
+
+impl MeshFile {
+    pub fn new(file: SharedFile) -> Self {
+        Self(file)
+    }
+
+    pub(super) fn file(&self) -> &SharedFile {
+        &self.0
+    }
+
+    /// The outline of the mesh, and the notes of its reader.
+    ///
+    /// # Errors
+    /// Why it has to be read as a whole.
+    pub(super) fn outline(self: &Arc<Self>) -> std::result::Result<Loaded, String> {
+        let by: Arc<dyn Apart> = self.clone();
+        let outline = self
+            .0
+            .by_pieces(|slabs, faces_once| Mesh::outline_by_pieces(slabs, faces_once, by));
+        let outline = outline.map_err(|error| {
+            Error {
+                path: None,
+                ..error
+            }
+            .to_string()
+        })?;
+        self.0.complete(outline)
+    }
+}
+
+impl Holder for MeshFile {
+    fn whole(&self) -> Result<Mesh> {
+        self.0.read_whole()
+    }
+
+    fn hash_of_file(&self) -> Result<blake3::Hash> {
+        let path = self.0.path();
+        hash_of(path).map_err(|error| Error::io(path, &error))
+    }
+
+    fn edges_off_walls(&self, nodes: &[u32]) -> Result<(Vec<Edge>, Vec<Vector>)> {
+        self.0.by_pieces(|slabs, _| {
+            let walls = NodeBits::new(&(0..slabs.n_nodes));
+            walls.add(nodes);
+            let mut edges: Vec<[u32; 2]> = Vec::new();
+            slabs.each_cells(0..slabs.n_cells, &mut |_, cells| {
+                edges.extend(first_cells::off_walls(cells, &walls));
+                Ok(())
+            })?;
+            parallel::sort(&mut edges);
+            edges.dedup();
+            let mut off: Vec<u32> = edges.iter().map(|edge| edge[1]).collect();
+            parallel::sort(&mut off);
+            off.dedup();
+            let (on, ends) = (slabs.places(nodes)?, slabs.places(&off)?);
+            Ok(first_cells::shortest_at(
+                &edges,
+                (nodes, &on),
+                (&off, &ends),
+            ))
+        })
+    }
+
+    fn faces_on_no_cell(&self, outline: &Mesh, faces: &[u32]) -> Result<Vec<u32>> {
+        self.0
+            .by_pieces(|slabs, _| outline.loose_faces_by_pieces(slabs, faces))
+    }
+}
+
+/// The mesh at rest.
+impl Apart for MeshFile {
+    fn write(
+        &self,
+        to: Option<(&Path, u64)>,
+        numbers: &Numbers,
+        hash_from: u64,
+    ) -> Result<Vec<HashedBytes>> {
+        let mut out = NumbersFile::new(to, hash_from)?;
+        self.0.by_pieces(|slabs, _| match numbers {
+            Numbers::Coordinates(wanted) => slabs
+                .each_points(0..slabs.n_nodes, &mut |first, points| {
+                    out.points(points, first, *wanted)
+                }),
+            Numbers::Nodes(wanted) => slabs.each_cells(wanted.cells.clone(), &mut |_, cells| {
+                let all = 0..cells.len();
+                let n_bytes = wanted.n_numbers(cells, all.clone()) * wanted.size();
+                out.piece(n_bytes, |take| {
+                    list_nodes(cells, all, wanted, &|node| node, take)
+                })
+            }),
+        })?;
+        Ok(out.finish())
+    }
+}

@@ -1,0 +1,169 @@
+//! Slabs of a mesh that are worked on one after another, or beside each other without a word, each by a process of its own; and the
+//! run that joins them. No process has the whole mesh.
+//!
+//! ```text
+//! one slab   has the outline of the mesh, moves the nodes of its slab and judges its cells at every step, and leaves where
+//!            the nodes are and what its cells are like in a file
+//! joining    has the outline too, reads where the nodes are, puts together what the slabs tell of their cells, and writes;
+//!            it needs the whole mesh where steps have folded cells
+//! ```
+//!
+//! A slab does what a rank does ([`super::team`]), but finds out by itself what other ranks would tell it.
+
+mod joined;
+mod mesh_file;
+mod one;
+mod stored;
+
+use super::team::needs_whole;
+use crate::error::Result;
+use crate::formats::{Loaded, SharedFile};
+use crate::mesh::OneLayer;
+use crate::motion::Schedule;
+pub(crate) use joined::Joined;
+pub(crate) use mesh_file::MeshFile;
+pub(crate) use one::OneSlab;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+pub(crate) use stored::StoredStep;
+
+/// One of several slabs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SlabOf {
+    /// Its number, from 0.
+    pub number: usize,
+    /// How many there are.
+    pub n: usize,
+}
+
+impl fmt::Display for SlabOf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number + 1, self.n)
+    }
+}
+
+impl FromStr for SlabOf {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(number, n)| {
+            Some((number.parse::<usize>().ok()?, n.parse::<usize>().ok()?))
+        });
+        match numbers {
+            Some((number, n)) if (1..=n).contains(&number) => Ok(Self {
+                number: number - 1,
+                n,
+            }),
+            _ => Err(format!(
+                "\"{text}\" is not a slab; write I/N, such as 1/9 for the first of nine"
+            )),
+        }
+    }
+}
+
+impl SlabOf {
+    /// All of as many.
+    pub(crate) fn all(n: usize) -> impl Iterator<Item = Self> {
+        (0..n).map(move |number| Self { number, n })
+    }
+
+    /// Its folder in that of the sequence.
+    pub(crate) fn folder(&self, sequence: &Path) -> PathBuf {
+        let name = format!("slab_{}", self.number + 1);
+        sequence.join(format!("slabs_{}", self.n)).join(name)
+    }
+
+    /// How many slabs there are of the sequence in a folder, for each number of them of which there are some, ascending.
+    pub(crate) fn numbers_in(sequence: &Path) -> Vec<usize> {
+        let entries = std::fs::read_dir(sequence).into_iter().flatten().flatten();
+        let number = |entry: std::fs::DirEntry| {
+            let name = entry.file_name().into_string().ok()?;
+            name.strip_prefix("slabs_")?.parse().ok()
+        };
+        let mut found: Vec<usize> = entries.filter_map(number).collect();
+        found.sort_unstable();
+        found
+    }
+}
+
+/// What this process does of the work on slabs.
+pub struct SlabWork {
+    /// Of which the outline is.
+    pub(crate) file: Arc<MeshFile>,
+    pub(crate) way: SlabWay,
+}
+
+/// One slab, or all of them.
+pub(crate) enum SlabWay {
+    One(Box<OneSlab>),
+    Joined(Joined),
+}
+
+/// The outline of a mesh that is worked on in slabs, where that is enough for a schedule.
+pub struct SlabMesh {
+    file: Arc<MeshFile>,
+    /// The outline, with the notes of its reader.
+    pub outline: Loaded,
+}
+
+impl SlabMesh {
+    /// Reads the outline.
+    ///
+    /// # Errors
+    /// Why the mesh has to be read as a whole, in words that complete "it is not worked on in slabs: ...".
+    pub fn read(file: SharedFile, schedule: &Schedule) -> std::result::Result<Self, String> {
+        if let Some(reason) = needs_whole(schedule) {
+            return Err(reason.to_owned());
+        }
+        let file = Arc::new(MeshFile::new(file));
+        let outline = file.outline()?;
+        match OneLayer::axis_of(&outline.mesh) {
+            Ok(None) => Ok(Self { file, outline }),
+            _ => Err("it is one layer of cells".to_owned()),
+        }
+    }
+
+    /// For the work on one slab, which is read.
+    ///
+    /// # Errors
+    /// Where it cannot be read.
+    pub fn one(&mut self, slab: SlabOf) -> Result<Arc<SlabWork>> {
+        let one = OneSlab::read(&self.file, slab)?;
+        let mesh = &mut self.outline.mesh;
+        mesh.take_places(one.nodes(), one.places());
+        Ok(self.work(SlabWay::One(Box::new(one))))
+    }
+
+    /// For joining so many slabs of the sequence in a folder.
+    pub fn joined(&self, sequence: &Path, n: usize) -> Arc<SlabWork> {
+        let n_nodes = self.outline.mesh.points.len();
+        self.work(SlabWay::Joined(Joined::new(sequence, n, n_nodes)))
+    }
+
+    fn work(&self, way: SlabWay) -> Arc<SlabWork> {
+        Arc::new(SlabWork {
+            file: Arc::clone(&self.file),
+            way,
+        })
+    }
+}
+
+impl SlabWork {
+    /// The slab that this process works on, where it is one.
+    pub(crate) fn one(&self) -> Option<&OneSlab> {
+        match &self.way {
+            SlabWay::One(one) => Some(one),
+            SlabWay::Joined(_) => None,
+        }
+    }
+
+    /// The slabs that this process joins, where it does.
+    pub(crate) fn joined(&self) -> Option<&Joined> {
+        match &self.way {
+            SlabWay::One(_) => None,
+            SlabWay::Joined(joined) => Some(joined),
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! Files in which slabs leave steps.
+//!
+//! ```text
+//! "azimesh slab 1\n", a zero byte
+//! length of the head (8 bytes), the head (by postcard), its hash (32 bytes)
+//! coordinates of the own nodes: three numbers of 64 bits each
+//! ```
+//!
+//! Numbers are little-endian; hashes are BLAKE3. The head has the hash of the coordinates.
+
+use crate::error::{Error, Result};
+use crate::formats::{Commit, OutputSet};
+use crate::geometry::vector::Vector;
+use crate::ranks::Told;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+const MAGIC: &[u8; 16] = b"azimesh slab 1\n\0";
+/// Bytes of a node.
+const NODE: u64 = 24;
+/// Bytes of a hash.
+const HASH: u64 = 32;
+/// Nodes that are read at once.
+const NODES: usize = 1 << 20;
+
+/// What a slab tells of its cells at a step.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct ToldOfStep {
+    /// Of the mesh at rest.
+    pub at_rest: Told,
+    /// Of the quality of cells.
+    pub cells: Told,
+    /// Of the quality of faces.
+    pub faces: Told,
+    /// Of moving walls.
+    pub walls: Told,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Head {
+    run: [u8; 32],
+    step: usize,
+    nodes: Range<usize>,
+    coordinates: [u8; 32],
+    told: ToldOfStep,
+}
+
+/// A file that holds a step of a slab.
+#[derive(Debug)]
+pub(crate) struct StoredStep {
+    path: PathBuf,
+    file: File,
+    head: Head,
+    /// Where the coordinates begin.
+    at: u64,
+}
+
+impl StoredStep {
+    /// Its name in the folder of a slab.
+    pub fn file_name(step: usize) -> String {
+        format!("step_{step:04}.slab")
+    }
+
+    /// Writes a step of a run with its own nodes, completely or not at all.
+    pub(super) fn save(
+        path: &Path,
+        (run, step): ([u8; 32], usize),
+        nodes: Range<usize>,
+        points: &[Vector],
+        told: ToldOfStep,
+    ) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(points);
+        let head = Head {
+            run,
+            step,
+            nodes,
+            coordinates: *blake3::Hasher::new()
+                .update_rayon(bytes)
+                .finalize()
+                .as_bytes(),
+            told,
+        };
+        let head = postcard::to_stdvec(&head).expect("a head can be packed");
+        let mut out = OutputSet::new(path, Commit::REPLACE);
+        out.main(|out| {
+            let length = (head.len() as u64).to_le_bytes();
+            let hash = blake3::hash(&head);
+            let parts: [&[u8]; 5] = [MAGIC, &length, &head, hash.as_bytes(), bytes];
+            let mut parts = parts.into_iter();
+            let written = parts.try_for_each(|part| out.write_all(part));
+            written.map_err(|error| Error::io(path, &error))
+        })?;
+        out.finish().files.keep()
+    }
+
+    /// Opens a file, and checks all of it but the coordinates.
+    ///
+    /// # Errors
+    /// Where it is not there, or not as it was written.
+    pub fn open(path: &Path) -> Result<Self> {
+        let failed = |error: std::io::Error| Error::io(path, &error);
+        let mut file = File::open(path).map_err(failed)?;
+        let n_bytes = file.metadata().map_err(failed)?.len();
+        let mut first = [0; 24];
+        let wrong = || damaged(path);
+        file.read_exact(&mut first).map_err(|_| wrong())?;
+        let (magic, length) = first.split_at(MAGIC.len());
+        let length = u64::from_le_bytes(length.try_into().expect("these are 8 bytes"));
+        let at = (first.len() as u64 + HASH).saturating_add(length);
+        if magic != MAGIC || at > n_bytes {
+            return Err(wrong());
+        }
+        let mut head = vec![0; length as usize];
+        let mut hash = [0; HASH as usize];
+        file.read_exact(&mut head).map_err(failed)?;
+        file.read_exact(&mut hash).map_err(failed)?;
+        if *blake3::hash(&head).as_bytes() != hash {
+            return Err(wrong());
+        }
+        let head: Head = postcard::from_bytes(&head).map_err(|_| wrong())?;
+        let n_points = head.nodes.len() as u64;
+        match n_points.checked_mul(NODE) == Some(n_bytes - at) {
+            true => Ok(Self {
+                path: path.to_path_buf(),
+                file,
+                head,
+                at,
+            }),
+            false => Err(wrong()),
+        }
+    }
+
+    /// What tells its run from others.
+    pub fn run(&self) -> [u8; 32] {
+        self.head.run
+    }
+
+    /// The step.
+    pub fn step(&self) -> usize {
+        self.head.step
+    }
+
+    /// The nodes of which it has the coordinates.
+    pub fn nodes(&self) -> Range<usize> {
+        self.head.nodes.clone()
+    }
+
+    /// What the slab tells of its cells.
+    pub(super) fn into_told(self) -> ToldOfStep {
+        self.head.told
+    }
+
+    /// Reads where consecutive nodes are, by their numbers in the whole mesh.
+    pub(super) fn read(&mut self, nodes: Range<usize>, points: &mut [Vector]) -> Result<()> {
+        let at = self.at + (nodes.start - self.head.nodes.start) as u64 * NODE;
+        let bytes = bytemuck::cast_slice_mut(&mut points[..nodes.len()]);
+        let read = (self.file.seek(SeekFrom::Start(at))).and_then(|_| self.file.read_exact(bytes));
+        read.map_err(|error| Error::io(&self.path, &error))
+    }
+
+    /// Passes all coordinates, some nodes at a time with the number of the first.
+    ///
+    /// # Errors
+    /// Of `act`, and at the end where they are not what was written.
+    pub(super) fn pass(
+        &mut self,
+        act: &mut dyn FnMut(usize, &[Vector]) -> Result<()>,
+    ) -> Result<()> {
+        let nodes = self.nodes();
+        let mut points = vec![[0.0; 3]; NODES.min(nodes.len())];
+        let mut hasher = blake3::Hasher::new();
+        for start in nodes.clone().step_by(NODES) {
+            let some = start..nodes.end.min(start + NODES);
+            let points = &mut points[..some.len()];
+            self.read(some, points)?;
+            hasher.update_rayon(bytemuck::cast_slice(points));
+            act(start, points)?;
+        }
+        match *hasher.finalize().as_bytes() == self.head.coordinates {
+            true => Ok(()),
+            false => Err(damaged(&self.path)),
+        }
+    }
+
+    /// Checks the coordinates.
+    ///
+    /// # Errors
+    /// Where they are not what was written.
+    pub fn check(&mut self) -> Result<()> {
+        self.pass(&mut |_, _| Ok(()))
+    }
+}
+
+fn damaged(path: &Path) -> Error {
+    Error::input("this is not a step of a slab as it was written; the run of that slab writes it again with --resume")
+        .file(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn saved(folder: &Path) -> (PathBuf, Vec<Vector>, ToldOfStep) {
+        let path = folder.join(StoredStep::file_name(3));
+        let points: Vec<Vector> = (0..300).map(|i| [f64::from(i), 0.5, -1e-300]).collect();
+        let told = ToldOfStep {
+            cells: vec![vec![1, 2], vec![]],
+            walls: vec![vec![7; 90]],
+            ..ToldOfStep::default()
+        };
+        StoredStep::save(&path, ([9; 32], 3), 256..556, &points, told.clone()).expect("it is new");
+        (path, points, told)
+    }
+
+    #[test]
+    fn a_step_is_read_as_it_was_left() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, points, told) = saved(folder.path());
+        let mut found = StoredStep::open(&path).expect("it is whole");
+        assert_eq!(
+            (found.run(), found.step(), found.nodes()),
+            ([9; 32], 3, 256..556)
+        );
+        let mut some = vec![[0.0; 3]; 9];
+        found.read(300..309, &mut some).expect("they are there");
+        assert_eq!(some, points[44..53]);
+        let mut all = Vec::new();
+        found
+            .pass(&mut |first, points| {
+                assert_eq!(first, 256 + all.len());
+                all.extend_from_slice(points);
+                Ok(())
+            })
+            .expect("it is whole");
+        assert_eq!(all, points);
+        assert_eq!(found.into_told(), told);
+    }
+
+    #[test]
+    fn every_byte_of_a_file_is_checked() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, ..) = saved(folder.path());
+        let bytes = std::fs::read(&path).expect("it is there");
+        let check = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).expect("it can be written");
+            StoredStep::open(&path).and_then(|mut found| found.check())
+        };
+        for at in (0..bytes.len()).step_by(13).chain([bytes.len() - 1]) {
+            let mut other = bytes.clone();
+            other[at] ^= 1;
+            let refused = check(&other).expect_err("a bit is another");
+            assert_eq!(refused.kind, crate::error::ErrorKind::Input, "{at}");
+            assert!(check(&bytes[..at]).is_err(), "{at}");
+        }
+        check(&[&bytes[..], b"x"].concat()).expect_err("a byte too many");
+        check(&bytes).expect("it is whole");
+    }
+}

@@ -1,0 +1,206 @@
+//! One slab of a mesh at all steps: a file a step in the folder of the slab, from which [`run`](super::run()) makes the sequence
+//! once all slabs have theirs.
+
+use super::base_file;
+use super::base_points::BasePointStore;
+use super::finished::Finished;
+use super::lock::Lock;
+use super::names::{Names, RunSteps, files};
+use super::record::{self, Clock, RecordFile};
+use super::request::Request;
+use super::step::rounding;
+use crate::deform::{Deformation, OneSlab, SlabOf, StoredStep};
+use crate::error::{Error, Result, counted};
+use crate::formats::{self, clear_left};
+use crate::preflight::before_work;
+use crate::record::{RunRecord, Timings};
+use crate::sparse;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What the work on a slab came to.
+#[derive(Debug)]
+pub struct FinishedSlab {
+    /// Which it is.
+    pub slab: SlabOf,
+    /// How many nodes it has of its own.
+    pub n_nodes: usize,
+    /// Steps that are finished.
+    pub n_steps: usize,
+    /// Those of them that an earlier run had finished.
+    pub n_kept: usize,
+    /// Where the time went.
+    pub timings: Timings,
+}
+
+/// What tells the runs of all slabs from those of other inputs, options and versions.
+pub(super) fn identity(record: &RunRecord, n: usize) -> [u8; 32] {
+    let inputs = record
+        .inputs
+        .iter()
+        .map(|input| (&input.what, &input.blake3));
+    let inputs: Vec<_> = inputs.collect();
+    let all = serde_json::json!([record.program, inputs, record.options, n]);
+    *blake3::hash(all.to_string().as_bytes()).as_bytes()
+}
+
+/// Moves the nodes of a slab and judges its cells at all steps.
+///
+/// # Errors
+/// For inputs that do not fit and failures of the system; of kind `Interrupted` between two steps when a stop was asked for.
+///
+/// # Panics
+/// Where the deformation is not that of one slab.
+pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<FinishedSlab> {
+    let clock = Clock::start();
+    let plan = deformation.plan();
+    let slab = plan.slabs.as_ref().and_then(|slabs| slabs.one());
+    let slab = slab.expect("it works on one slab");
+    let format = formats::by_name(&plan.schedule.output.format)?;
+    before_work(plan, format, &request.fail_on)?;
+    let steps = &plan.motion.steps;
+    let folder = slab.slab.folder(&request.folder);
+    let part = RunSteps::new(None, steps.len())?;
+    let mut names = Names::new(&folder, &request.mesh, format, steps.len(), part);
+    names.folder = folder;
+    names.commit.sync = !request.no_sync;
+    let mut record = RecordFile::new(&names, plan, request)?;
+    record.content.fail_on = request.fail_on.iter().map(ToString::to_string).collect();
+    let run = identity(&record.content, slab.slab.n);
+    let base = request.base.as_deref();
+    let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
+    let _lock = Lock::take(&names)?;
+    let n_kept = kept(&names, slab, run, request)?;
+    clear_left(&names.folder);
+    record.save()?;
+    let mut base_points = BasePointStore::new(deformation, &names, loaded, Default::default());
+    let mut points = sparse::zeros(plan.mesh.points.len(), [0.0; 3]);
+    let progress = deformation.progress();
+    let mut seconds = 0.0;
+    let todo = steps
+        .iter()
+        .filter(|step| !path(&names, step.index).exists());
+    let each = || -> Result<()> {
+        for (i, step) in todo.enumerate() {
+            deformation.stop().check()?;
+            let interval = base_points.enter(step)?;
+            if i == 0 {
+                progress.start("steps", Some((steps.len() - n_kept) as u64));
+            }
+            let _held = deformation.stop().hold();
+            let clock = Clock::start();
+            let to = (run, &*path(&names, step.index));
+            slab.leave_step(&interval, step, rounding(plan)?, &mut points, to)?;
+            seconds += clock.seconds();
+            progress.advance(1);
+        }
+        progress.finish();
+        Ok(())
+    };
+    let result = each();
+    let mut finished = Finished {
+        n_steps: steps
+            .iter()
+            .filter(|step| path(&names, step.index).exists())
+            .count(),
+        n_kept,
+        ..Finished::default()
+    };
+    finished.timings = Timings {
+        selection: base_points.seconds_selection,
+        modes: base_points.seconds_modes,
+        steps: seconds,
+        total: clock.seconds(),
+        ..Timings::default()
+    };
+    finished.take_selections(&base_points.selections);
+    finished.warnings = base_points.warnings;
+    record.content.base_files = base_points.base_files;
+    record.content.selections = base_points.selections;
+    record.close(&finished, result.as_ref().err());
+    let saved = record.save_last();
+    result.and(saved)?;
+    Ok(FinishedSlab {
+        slab: slab.slab,
+        n_nodes: slab.own_nodes().len(),
+        n_steps: finished.n_steps,
+        n_kept,
+        timings: finished.timings,
+    })
+}
+
+fn path(names: &Names, step: usize) -> PathBuf {
+    names.path(&StoredStep::file_name(step))
+}
+
+/// How many steps of an earlier run are kept; the others are removed.
+fn kept(names: &Names, slab: &OneSlab, run: [u8; 32], request: &Request) -> Result<usize> {
+    let there = files(names, |name| name.ends_with(".slab"));
+    if !there.is_empty() && !request.force && !request.resume {
+        return Err(Error::input(format!(
+            "holds {} of this slab; --resume continues its run, --force replaces it",
+            counted(there.len(), "step")
+        ))
+        .file(&names.folder));
+    }
+    let mut n_kept = 0;
+    for path in there {
+        let found = match request.force {
+            true => None,
+            false => StoredStep::open(&path).ok(),
+        };
+        if let Some(mut found) = found {
+            if found.run() != run {
+                return Err(Error::input(
+                    "this step is of another mesh, schedule, option or version of azimesh; --force replaces those of this slab",
+                )
+                .file(&path));
+            }
+            let is_ours = found.nodes() == slab.own_nodes()
+                && path.ends_with(StoredStep::file_name(found.step()))
+                && found.check().is_ok();
+            if is_ours {
+                n_kept += 1;
+                continue;
+            }
+        }
+        fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
+    }
+    Ok(n_kept)
+}
+
+/// The slabs of a sequence that is to be joined.
+pub struct LeftSlabs {
+    /// How many there are.
+    pub n: usize,
+    /// What the first of them was asked for.
+    pub record: RunRecord,
+}
+
+/// The slabs in the folder of a sequence; none where there are none.
+///
+/// # Errors
+/// Where there are several numbers of them, or the first has no record.
+pub fn slabs_in(folder: &Path) -> Result<Option<LeftSlabs>> {
+    let n = match SlabOf::numbers_in(folder)[..] {
+        [] => return Ok(None),
+        [n] => n,
+        [first, second, ..] => {
+            return Err(Error::input(format!(
+                "holds slabs_{first} and slabs_{second}: remove the folders of slabs that are not to be joined"
+            ))
+            .file(folder));
+        }
+    };
+    let first = SlabOf { number: 0, n };
+    let path = first.folder(folder).join("run.json");
+    let lost = || {
+        Error::input(format!(
+            "there is no whole record of slab {first}; `azimesh deform --slab {first} --resume`, with the mesh and the schedule \
+             of the others, writes it"
+        ))
+        .file(&path)
+    };
+    let record = record::read(&path)?.ok_or_else(lost)?;
+    Ok(Some(LeftSlabs { n, record }))
+}
