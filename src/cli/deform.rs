@@ -169,9 +169,6 @@ fn outline(
     if !format.takes_numbers_apart(&output.write_options()) {
         return Err("several ranks do not write together what the run writes".to_owned());
     }
-    if args.resume && format.sequence().is_some() {
-        return Err("it compares the file of all steps with the run".to_owned());
-    }
     if output.surface != SurfaceOutput::None {
         return Err("it writes surfaces".to_owned());
     }

@@ -30,7 +30,7 @@ impl FirstCells {
     ///
     /// # Errors
     /// Of the holder.
-    pub fn find(
+    pub(crate) fn find(
         mesh: &mut Arc<Mesh>,
         motion: &Motion,
         holder: Option<&dyn Holder>,

@@ -69,6 +69,22 @@ impl GrowingFile {
         Ok(n)
     }
 
+    /// Passes so many bytes from offset `at` on; tells whether it has as many.
+    pub fn pass(&mut self, at: u64, n: u64, take: &mut dyn FnMut(&[u8])) -> io::Result<bool> {
+        self.file.0.seek(SeekFrom::Start(at))?;
+        let mut left = n;
+        while left > 0 {
+            self.piece.clear();
+            let mut part = (&mut self.file.0).take(left.min(PIECE as u64));
+            if part.read_to_end(&mut self.piece)? == 0 {
+                return Ok(false);
+            }
+            take(&self.piece);
+            left -= self.piece.len() as u64;
+        }
+        Ok(true)
+    }
+
     /// Its length in bytes.
     pub fn n_bytes(&self) -> io::Result<u64> {
         Ok(self.file.0.metadata()?.len())

@@ -13,9 +13,9 @@ use crate::ranks::Ranks;
 use std::ops::Range;
 
 /// Cells that are read at once.
-const CELLS: usize = 32 * SLAB;
+const CELLS: usize = if cfg!(test) { 1 } else { 32 } * SLAB;
 /// Nodes that are read at once.
-const NODES: usize = 1 << 20;
+const NODES: usize = if cfg!(test) { 1 << 12 } else { 1 << 20 };
 
 impl Slabs<'_> {
     /// Passes the cells of a range, some at a time, with the number of the first of them.
@@ -157,4 +157,157 @@ fn near(cells: &Cells, dimension: u8, here: &NodeBits) -> Vec<u32> {
         }
         near
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Apart, CellKind, Numbers};
+    use super::*;
+    use crate::ranks::hash::HashedBytes;
+    use crate::ranks::on_threads;
+    use crate::sample::{BladeOptions, CellShape, SizeOptions, blade};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    /// A blade of several pieces.
+    fn blade_of(cells: CellShape) -> Mesh {
+        let options = BladeOptions {
+            size: SizeOptions {
+                nodes: Some(40_000),
+                ..SizeOptions::default()
+            },
+            cells,
+            ..BladeOptions::default()
+        };
+        blade(&options).expect("a blade").mesh
+    }
+
+    fn by_pieces<T>(mesh: &Mesh, act: impl FnOnce(&Slabs) -> T) -> T {
+        act(&Slabs {
+            n_nodes: mesh.points.len(),
+            n_cells: mesh.cells.len(),
+            space: mesh.space,
+            points: &|nodes| Ok(mesh.points[nodes].to_vec()),
+            cells: &|cells| Ok(mesh.cells.select(cells)),
+        })
+    }
+
+    /// Nobody who writes.
+    #[derive(Debug)]
+    struct Nobody;
+
+    impl Apart for Nobody {
+        fn write(&self, _: Option<(&Path, u64)>, _: &Numbers, _: u64) -> Result<Vec<HashedBytes>> {
+            unreachable!("nothing is written")
+        }
+    }
+
+    #[test]
+    fn a_part_that_is_read_alone_is_that_of_a_rank() {
+        for cells in [CellShape::Tet, CellShape::Wedge] {
+            let mesh = blade_of(cells);
+            assert!(mesh.cells.len() > 2 * CELLS, "{}", mesh.cells.len());
+            for n in [1, 2, 3, 7] {
+                let wanted = on_threads(n, |ranks| {
+                    by_pieces(&mesh, |slabs| Mesh::from_slabs(slabs, false, &ranks))
+                });
+                for (rank, wanted) in wanted.into_iter().enumerate() {
+                    let wanted = wanted.expect("a part");
+                    let found = by_pieces(&mesh, |slabs| {
+                        Mesh::part_by_pieces(slabs, (rank, n), &Ranks::alone())
+                    });
+                    let found = found.expect("a part");
+                    assert!(found == wanted, "{cells:?}: {rank} of {n}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_outline_knows_the_boundary_and_where_all_ends() {
+        let mesh = blade_of(CellShape::Wedge);
+        let found = by_pieces(&mesh, |slabs| {
+            Mesh::outline_by_pieces(slabs, false, Arc::new(Nobody))
+        });
+        let found = found.expect("an outline");
+        assert_eq!(found.extent(), mesh.extent());
+        assert_eq!(found.points.len(), mesh.points.len());
+        let mut at_faces = vec![false; mesh.points.len()];
+        for (own, whole) in found.cells.runs().zip(mesh.cells.runs()) {
+            assert_eq!((own.kind, own.n_cells()), (whole.kind, whole.n_cells()));
+            let is_face = own.kind.dimension() < 3;
+            assert_eq!(own.connectivity == whole.connectivity, is_face);
+            let faces = whole.connectivity.iter().filter(|_| is_face);
+            faces.for_each(|&node| at_faces[node as usize] = true);
+        }
+        assert_eq!(found.cells.len(), mesh.cells.len());
+        for (node, (own, whole)) in found.points.iter().zip(&mesh.points).enumerate() {
+            assert_eq!(own == whole, at_faces[node], "{node}");
+        }
+        let plane = Mesh::read("testdata/naca0012.vtu").expect("a mesh");
+        let refused = by_pieces(&plane, |slabs| {
+            Mesh::outline_by_pieces(slabs, false, Arc::new(Nobody))
+        });
+        assert!(refused.is_err());
+    }
+
+    #[test]
+    fn faces_that_the_whole_mesh_has_twice_are_refused_where_they_are_one() {
+        let mut mesh = blade_of(CellShape::Tet);
+        let face = mesh.cells.runs().find(|run| run.kind == CellKind::Triangle);
+        let nodes = face.expect("it has faces").connectivity[..3].to_vec();
+        let read = |mesh: &Mesh, once| {
+            by_pieces(mesh, |slabs| {
+                Mesh::outline_by_pieces(slabs, once, Arc::new(Nobody)).is_ok()
+            })
+        };
+        assert!(read(&mesh, true));
+        mesh.cells
+            .push(CellKind::Triangle, &[nodes[1], nodes[2], nodes[0]]);
+        assert!(read(&mesh, false) && !read(&mesh, true));
+    }
+
+    #[test]
+    fn faces_on_no_cell_are_found_piece_by_piece() {
+        let mut mesh = blade_of(CellShape::Tet);
+        let n = mesh.points.len() as u32;
+        let first = mesh.cells.len() as u32;
+        mesh.cells.push(CellKind::Triangle, &[0, n / 2, n - 1]);
+        mesh.cells.push(CellKind::Triangle, &[5, n / 3, n - 7]);
+        let is_face = |cell: &u32| mesh.cells.get(*cell as usize).kind == CellKind::Triangle;
+        let faces: Vec<u32> = (0..mesh.cells.len() as u32).filter(is_face).collect();
+        let found = by_pieces(&mesh, |slabs| mesh.loose_faces_by_pieces(slabs, &faces));
+        assert_eq!(found.expect("it is read"), [first, first + 1]);
+        let found = by_pieces(&mesh, |slabs| {
+            mesh.loose_faces_by_pieces(slabs, &faces[..9])
+        });
+        assert!(found.expect("it is read").is_empty());
+    }
+
+    #[test]
+    fn places_of_nodes_are_those_of_the_mesh() {
+        let mesh = blade_of(CellShape::Tet);
+        let n = mesh.points.len() as u32;
+        for nodes in [
+            vec![],
+            vec![n - 1],
+            vec![0, 1, 7, n / 2, n - 2, n - 1],
+            (0..n).collect(),
+        ] {
+            let found = by_pieces(&mesh, |slabs| slabs.places(&nodes)).expect("they are read");
+            let wanted: Vec<Vector> = nodes
+                .iter()
+                .map(|&node| mesh.points[node as usize])
+                .collect();
+            assert_eq!(found, wanted);
+        }
+        let broken = Slabs {
+            points: &|nodes| Ok(vec![[f64::NAN; 3]; nodes.len()]),
+            cells: &|cells| Ok(mesh.cells.select(cells)),
+            n_nodes: mesh.points.len(),
+            n_cells: mesh.cells.len(),
+            space: None,
+        };
+        assert!(broken.places(&[3]).is_err());
+    }
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 const BLOCK: u64 = 64 << 10;
 
 /// Hashes bytes front to back, of which some are hashed elsewhere ([`HashedBytes`]).
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct TreeHasher {
     /// The block under work; one that is full stays open until more bytes come, since the last one is hashed otherwise.
     block: Hasher,

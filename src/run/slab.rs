@@ -9,14 +9,19 @@ use super::names::{Names, RunSteps, files};
 use super::record::{self, Clock, RecordFile};
 use super::request::Request;
 use super::step::rounding;
-use crate::deform::{Deformation, OneSlab, SlabOf, StoredStep};
+use crate::deform::{Deformation, Left, OneSlab, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
 use crate::formats::{self, clear_left};
-use crate::preflight::before_work;
+use crate::preflight::{Demand, before_work, check_disk};
 use crate::record::{RunRecord, Timings};
 use crate::sparse;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Bytes of a node in the file of a step.
+const NODE: usize = 24;
+/// Bytes beside the nodes, about.
+const BESIDE: usize = 1 << 20;
 
 /// What the work on a slab came to.
 #[derive(Debug)]
@@ -72,6 +77,15 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     let _lock = Lock::take(&names)?;
     let n_kept = kept(&names, slab, run, request)?;
     clear_left(&names.folder);
+    if !request.no_space_check {
+        let bytes = (NODE * slab.own_nodes().len() + BESIDE) as u64;
+        let demand = Demand {
+            n_steps: (steps.len() - n_kept) as u64,
+            first: bytes,
+            others: bytes,
+        };
+        check_disk(plan, &names.folder, &demand, (0, 0))?;
+    }
     record.save()?;
     let mut base_points = BasePointStore::new(deformation, &names, loaded, Default::default());
     let mut points = sparse::zeros(plan.mesh.points.len(), [0.0; 3]);
@@ -89,8 +103,12 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
             }
             let _held = deformation.stop().hold();
             let clock = Clock::start();
-            let to = (run, &*path(&names, step.index));
-            slab.leave_step(&interval, step, rounding(plan)?, &mut points, to)?;
+            let left = Left {
+                path: &path(&names, step.index),
+                commit: names.commit,
+                run,
+            };
+            slab.leave_step(&interval, step, rounding(plan)?, &mut points, &left)?;
             seconds += clock.seconds();
             progress.advance(1);
         }

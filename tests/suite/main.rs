@@ -46,6 +46,7 @@ mod resume;
 mod same_bytes;
 mod selection;
 mod shells;
+mod slab_runs;
 mod slabs;
 mod sliding;
 mod space;

@@ -27,7 +27,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
-pub(crate) use stored::StoredStep;
+pub(crate) use stored::{Left, StoredStep};
 
 /// One of several slabs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use super::super::team::cells_among;
 use super::super::wall_angles::WallAngles;
 use super::SlabOf;
 use super::mesh_file::MeshFile;
-use super::stored::{StoredStep, ToldOfStep};
+use super::stored::{Left, StoredStep, ToldOfStep};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, Part, node_slab};
@@ -16,7 +16,6 @@ use crate::parallel;
 use crate::quality::Judge;
 use crate::ranks::{Ranks, Told};
 use std::ops::Range;
-use std::path::Path;
 use std::sync::OnceLock;
 
 /// A slab of a mesh, with the cells around it.
@@ -80,15 +79,15 @@ impl OneSlab {
         })
     }
 
-    /// Computes a step and leaves it in a file; `run` tells this run from others. `points` has room for all nodes of the whole mesh,
-    /// of which those that move are written.
+    /// Computes a step and leaves it where `left` says. `points` has room for all nodes of the whole mesh, of which those that
+    /// move are written.
     pub fn leave_step(
         &self,
         interval: &Interval,
         step: &Step,
         rounding: Rounding,
         points: &mut [Vector],
-        (run, path): ([u8; 32], &Path),
+        left: &Left<'_>,
     ) -> Result<()> {
         let plan = &interval.plan;
         let moved = interval.deforming().expect("a slab moves some nodes");
@@ -99,7 +98,7 @@ impl OneSlab {
             false => ToldOfStep::default(),
         };
         let own = self.own_nodes();
-        StoredStep::save(path, (run, step.index), own.clone(), &points[own], told)
+        StoredStep::save(left, step.index, own.clone(), &points[own], told)
     }
 
     /// What its cells are like with the nodes at `points`.

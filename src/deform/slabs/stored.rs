@@ -48,6 +48,15 @@ struct Head {
     told: ToldOfStep,
 }
 
+/// Where a slab leaves a step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Left<'a> {
+    pub path: &'a Path,
+    pub commit: Commit,
+    /// What tells its run from others.
+    pub run: [u8; 32],
+}
+
 /// A file that holds a step of a slab.
 #[derive(Debug)]
 pub(crate) struct StoredStep {
@@ -64,10 +73,10 @@ impl StoredStep {
         format!("step_{step:04}.slab")
     }
 
-    /// Writes a step of a run with its own nodes, completely or not at all.
+    /// Writes a step of a slab with its own nodes, completely or not at all.
     pub(super) fn save(
-        path: &Path,
-        (run, step): ([u8; 32], usize),
+        &Left { path, commit, run }: &Left<'_>,
+        step: usize,
         nodes: Range<usize>,
         points: &[Vector],
         told: ToldOfStep,
@@ -84,7 +93,7 @@ impl StoredStep {
             told,
         };
         let head = postcard::to_stdvec(&head).expect("a head can be packed");
-        let mut out = OutputSet::new(path, Commit::REPLACE);
+        let mut out = OutputSet::new(path, commit);
         out.main(|out| {
             let length = (head.len() as u64).to_le_bytes();
             let hash = blake3::hash(&head);
@@ -211,7 +220,12 @@ mod tests {
             walls: vec![vec![7; 90]],
             ..ToldOfStep::default()
         };
-        StoredStep::save(&path, ([9; 32], 3), 256..556, &points, told.clone()).expect("it is new");
+        let left = Left {
+            path: &path,
+            commit: Commit::REPLACE,
+            run: [9; 32],
+        };
+        StoredStep::save(&left, 3, 256..556, &points, told.clone()).expect("it is new");
         (path, points, told)
     }
 

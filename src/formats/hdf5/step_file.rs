@@ -49,6 +49,11 @@ pub(in crate::formats) trait StepTarget: Write + Seek {
         Ok(0)
     }
 
+    /// Passes so many bytes of the file from offset `at` on; tells whether it has as many.
+    fn pass(&mut self, _at: u64, _n: u64, _take: &mut dyn FnMut(&[u8])) -> std::io::Result<bool> {
+        Ok(false)
+    }
+
     /// Whether the file ends at this offset.
     fn ends_at(&self, _at: u64) -> std::io::Result<bool> {
         Ok(true)
@@ -76,6 +81,10 @@ impl StepTarget for GrowingFile {
 
     fn matching(&mut self, at: u64, bytes: &[u8]) -> std::io::Result<usize> {
         GrowingFile::matching(self, at, bytes)
+    }
+
+    fn pass(&mut self, at: u64, n: u64, take: &mut dyn FnMut(&[u8])) -> std::io::Result<bool> {
+        GrowingFile::pass(self, at, n, take)
     }
 
     fn ends_at(&self, at: u64) -> std::io::Result<bool> {
@@ -351,10 +360,9 @@ impl<F: StepTarget> StepFile<F> {
     }
 
     fn append_apart(&mut self, numbers: &NumbersApart) -> Result<()> {
-        assert!(
-            !self.is_resuming,
-            "what other ranks have is not compared with a file"
-        );
+        if self.is_resuming && self.has_apart(numbers)? {
+            return Ok(());
+        }
         self.out.out.flush().map_err(failed)?;
         let file = &mut self.out.out.file;
         let to = file.path().map(|path| (path, self.out.at));
@@ -371,14 +379,35 @@ impl<F: StepTarget> StepFile<F> {
         let n = file.matching(self.out.at, bytes)?;
         self.out.at += n as u64;
         if n < bytes.len() {
-            self.is_resuming = false;
-            let superblock = self
-                .finished
-                .as_ref()
-                .map(|(superblock, _)| &superblock[..]);
-            file.truncate(self.out.at, superblock)?;
+            self.leave_file()?;
         }
         Ok(n)
+    }
+
+    /// Skips numbers that others have where they are in the file already, as their hash tells; else writing begins with them.
+    fn has_apart(&mut self, numbers: &NumbersApart) -> Result<bool> {
+        let (mut found, mut wanted) = (self.hasher.clone(), self.hasher.clone());
+        let (file, n) = (&mut self.out.out.file, numbers.n_bytes);
+        let is_there = file.pass(self.out.at, n, &mut |bytes| found.update(bytes));
+        if is_there.map_err(failed)? {
+            let told = (numbers.by).write(None, &numbers.numbers, wanted.n_bytes())?;
+            told.iter().for_each(|part| wanted.take(part));
+            if found.finalize() == wanted.finalize() {
+                self.hasher = wanted;
+                self.out.at += n;
+                return Ok(true);
+            }
+        }
+        self.leave_file().map_err(failed)?;
+        Ok(false)
+    }
+
+    /// Writes from here on: the file has other bytes, or ends.
+    fn leave_file(&mut self) -> std::io::Result<()> {
+        self.is_resuming = false;
+        let finished = self.finished.as_ref();
+        let superblock = finished.map(|(superblock, _)| &superblock[..]);
+        self.out.out.file.truncate(self.out.at, superblock)
     }
 }
 

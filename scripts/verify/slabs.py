@@ -1,0 +1,159 @@
+"""Slabs of a mesh, each moved by a run of its own: 1 to 9 of them joined give what one run gives, to the byte, for every format
+and motion that is worked on in slabs; what a run leaves that is killed is resumed; the others are refused by name.
+
+    KILLS          how often a run is killed (4)
+"""
+
+import os
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+from batches import shell
+from mpi import content, same, schedule_of
+from program import AZIMESH, TESTDATA, azimesh, report, scratch
+
+KILLS = int(os.environ.get("KILLS", "4"))
+SEED = 20261125
+# A solid mesh, its schedule and changes of that: sliding and periodic boundaries, a twisted beam, several bodies.
+CASES = [
+    ("hart_ii", "hart_ii", {"step = 15": "step = 60"}),
+    ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[rbf]\ninterpolate = \"twist\""}),
+    ("rotor_sector", "rotor_sector", {}),
+    ("rotor_sector", "rotor_sector_sliding", {}),
+    ("wing_on_plane", "wing_on_plane", {"[selection]": "[selection]\ncorrection = false"}),
+    ("wing_on_plane", "wing_on_plane", {}),
+]
+# What is not worked on in slabs, and what is told of it.
+REFUSED = [
+    ("naca0012", "naca0012", {}, "no solid cells"),
+    ("body_in_duct", "body_in_duct", {}, "curved boundaries"),
+    ("hart_ii", "hart_ii", {"[rbf]": "[output]\nvelocity = true\n[rbf]"}, "arrays of all nodes"),
+    ("wing_on_plane", "wing_on_plane", {"[rbf]": "[rbf]\nsubsteps = 2"}, "substeps"),
+]
+
+
+def in_slabs(mesh, schedule, out, n, *options):
+    """Runs the slabs in any order, and joins them."""
+    numbers = list(range(1, n + 1))
+    random.Random(SEED + n).shuffle(numbers)
+    for number in numbers:
+        azimesh("deform", mesh, schedule, "-o", out, "--slab", f"{number}/{n}", *options)
+    azimesh("finish", out)
+
+
+def joined(folder):
+    """What joined slabs leave, but for their own files."""
+    return {name: held for name, held in content(folder).items() if not name.startswith("slabs_")}
+
+
+def check_cases(folder):
+    """Every sort of motion, from each format and to each, in 1 to 9 slabs."""
+    n_files = 0
+    formats = ["vtkhdf", "cgns", "vtu"]
+    for number, (name, schedule, changes) in enumerate(CASES):
+        schedule = schedule_of(folder, schedule, changes)
+        for i, ending in enumerate(formats):
+            mesh = folder / f"{name}.{ending}"
+            azimesh("convert", TESTDATA / f"{name}.vtu", mesh, "--force")
+            written = formats[(number + i) % 3]
+            alone = folder / f"{number}_{ending}"
+            azimesh("deform", mesh, schedule, "-o", alone, "--format", written)
+            for n in (1 + (number + i) % 3, 4 + (number + 2 * i) % 6):
+                out = folder / f"{number}_{ending}_{n}"
+                in_slabs(mesh, schedule, out, n, "--format", written)
+                n_files += same(joined(out), content(alone), f"{schedule.name} from {ending} to {written} in {n} slabs")
+    report("slabs: cases", n_files, 0, "files")
+
+
+def check_large(folder):
+    """Meshes of which every slab has cells: tetrahedra, wedges and hexahedra; repaired steps; 1 to 9 slabs."""
+    n_files = 0
+    narrow = ("support_radius = 5.625", "support_radius = 0.35")
+    for name, cells, nodes, output, change, numbers in [
+        ("tet", "tet", 50_000, 'format = "vtu"', None, range(1, 10)),
+        ("wedge", "wedge", 80_000, 'format = "vtkhdf"', None, (2, 4)),
+        ("hex", "hex", 110_000, 'format = "cgns"', None, (3,)),
+        ("repaired", "tet", 50_000, 'format = "vtkhdf"', narrow, (1, 4)),
+        ("unjudged", "tet", 50_000, 'format = "cgns"\nquality = "none"', None, (5,)),
+        ("single", "tet", 50_000, 'format = "vtu"\nprecision = "f32"', None, (6,)),
+    ]:
+        mesh, schedule = folder / f"{name}.vtkhdf", folder / f"{name}.toml"
+        first_cell = 0.01 if name == "single" else 1e-4
+        azimesh("sample", "blade", "--nodes", nodes, "--cells", cells, "--first-cell", first_cell, "-o", mesh)
+        text = schedule.read_text().replace("step = 10.0", "step = 130.0").replace("[rbf]", f"[output]\n{output}\n[rbf]")
+        schedule.write_text(text.replace(*change or ("", "")))
+        alone = folder / f"large_{name}"
+        azimesh("deform", mesh, schedule, "-o", alone)
+        for n in numbers:
+            out = folder / f"large_{name}_{n}"
+            in_slabs(mesh, schedule, out, n)
+            n_files += same(joined(out), content(alone), f"a blade, {name}, in {n} slabs")
+    report("slabs: large meshes", n_files, 0, "files")
+
+
+def check_refused(folder):
+    """What is not worked on in slabs is refused, and leaves nothing."""
+    for name, schedule, changes, reason in REFUSED:
+        schedule, mesh, out = schedule_of(folder, schedule, changes), folder / f"refused_{name}.vtkhdf", folder / "refused"
+        azimesh("convert", TESTDATA / f"{name}.vtu", mesh, "--force")
+        done = subprocess.run([AZIMESH, "deform", mesh, schedule, "-o", out, "--slab", "1/2"], capture_output=True, text=True)
+        assert done.returncode == 2 and "not worked on in slabs" in done.stderr and reason in done.stderr, done.stderr
+        assert not out.exists()
+    report("slabs: refused", len(REFUSED), 0, "commands")
+
+
+def check_kills(folder):
+    """Slabs and their joining killed at any moment, and resumed."""
+    chance = random.Random(SEED)
+    mesh, schedule = folder / "tet.vtkhdf", folder / "tet.toml"
+    schedule.write_text(schedule.read_text().replace("step = 130.0", "step = 15.0"))
+    azimesh("deform", mesh, schedule, "-o", folder / "whole")
+    wanted, out, n_killed = content(folder / "whole"), folder / "killed", 0
+
+    def killed(*arguments):
+        """Kills the command after a while; how long it took where it was not."""
+        nonlocal n_killed
+        process = subprocess.Popen([AZIMESH, "-q", *map(str, arguments)])
+        try:
+            process.wait(timeout=chance.uniform(0.05, 1.0))
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            n_killed += 1
+
+    for _ in range(KILLS):
+        for slab in ("1/3", "2/3", "3/3"):
+            arguments = ["deform", mesh, schedule, "-o", out, "--slab", slab, "--resume"]
+            killed(*arguments)
+            azimesh(*arguments)
+        killed("finish", out)
+        azimesh("finish", out)
+        same(joined(out), wanted, "resumed")
+        subprocess.run(["rm", "-r", out], check=True)
+    assert n_killed > 0, "nothing was killed in time"
+    report("slabs: kills", n_killed, 0, "runs killed", "every one resumed to the same bytes")
+
+
+def check_script(folder):
+    """docs/examples/slurm_slabs.sh, with Slurm's variables set by hand."""
+    for task in (7, 5, 6):
+        variables = dict(SLURM_ARRAY_TASK_ID=task, SLURM_ARRAY_TASK_MIN=5, SLURM_ARRAY_TASK_COUNT=3)
+        for _ in range(2):
+            shell("slurm_slabs.sh", "tet.vtkhdf", "tet.toml", "array", folder=folder, **variables)
+    subprocess.run([Path(AZIMESH).resolve(), "-q", "finish", "array"], cwd=folder, check=True)
+    n_files = same(joined(folder / "array"), content(folder / "whole"), "slurm_slabs.sh")
+    report("slabs: script", n_files, 0, "files")
+
+
+def main():
+    started = time.monotonic()
+    with scratch() as folder:
+        check_cases(folder)
+        check_large(folder)
+        check_refused(folder)
+        check_kills(folder)
+        check_script(folder)
+    print(f"slabs: {time.monotonic() - started:.0f} s", flush=True)

@@ -1,0 +1,229 @@
+//! Slabs of a mesh, each moved by a run of its own, joined to what one run leaves.
+
+use crate::support::{Run, assert_says, azimesh, files, rewrite, succeed, without_seconds};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const NARROW: (&str, &str) = ("support_radius = 5.625", "support_radius = 0.35");
+
+/// A folder with a blade of several slabs, `b.vtkhdf`, and `b.toml` with four steps.
+fn blade() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let size = [
+        "--nodes",
+        "16000",
+        "--surface-nodes",
+        "1500",
+        "--cells",
+        "tet",
+    ];
+    let sample = ["-q", "sample", "blade", "-o", "b.vtkhdf"];
+    succeed(path, &[&sample[..], &size].concat());
+    std::fs::rename(path.join("b.toml"), path.join("all.toml")).unwrap();
+    let steps = [
+        ("step = 10.0", "step = 100.0"),
+        ("tolerance = 3e-5", "tolerance = 1e-3"),
+    ];
+    rewrite(path, "all.toml", "b.toml", &steps);
+    folder
+}
+
+fn slab(folder: &Path, slab: &str, more: &[&str]) -> Run {
+    let args = [
+        "-q", "deform", "b.vtkhdf", "b.toml", "-o", "out", "--slab", slab,
+    ];
+    azimesh(folder, &[&args[..], more].concat())
+}
+
+/// What a run leaves that does not depend on how long it takes.
+fn left(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = files(folder);
+    files.retain(|name, _| name != "run.json" && !name.starts_with("slabs_"));
+    let table = String::from_utf8(files.remove("steps.csv").unwrap()).unwrap();
+    let rows: Vec<String> = table.lines().map(without_seconds).collect();
+    files.insert("steps.csv".to_owned(), rows.join("\n").into_bytes());
+    files
+}
+
+#[test]
+fn slabs_joined_are_the_files_of_one_run() {
+    let folder = blade();
+    let path = folder.path();
+    for (format, change) in [("vtu", None), ("vtkhdf", Some(NARROW)), ("cgns", None)] {
+        rewrite(
+            path,
+            "all.toml",
+            "b.toml",
+            &[
+                ("step = 10.0", "step = 100.0"),
+                ("tolerance = 3e-5", "tolerance = 1e-3"),
+            ],
+        );
+        rewrite(path, "b.toml", "b.toml", &Vec::from_iter(change));
+        succeed(
+            path,
+            &[
+                "-q", "deform", "b.vtkhdf", "b.toml", "-o", "one", "--format", format,
+            ],
+        );
+        for n in [1, 3] {
+            // In any order.
+            for i in (1..=n).rev() {
+                let run = slab(path, &format!("{i}/{n}"), &["--format", format]);
+                assert_eq!(run.code, 0, "{run:?}");
+            }
+            succeed(path, &["-q", "finish", "out"]);
+            assert!(
+                left(&path.join("out")) == left(&path.join("one")),
+                "{format}, {n} slabs"
+            );
+            // Once more: all is there.
+            succeed(path, &["-q", "finish", "out"]);
+            assert!(
+                left(&path.join("out")) == left(&path.join("one")),
+                "{format}, {n} slabs"
+            );
+            std::fs::remove_dir_all(path.join("out")).unwrap();
+        }
+        std::fs::remove_dir_all(path.join("one")).unwrap();
+    }
+}
+
+#[test]
+fn a_slab_is_resumed_and_a_damaged_step_written_again() {
+    let folder = blade();
+    let path = folder.path();
+    for i in ["1/2", "2/2"] {
+        assert_eq!(slab(path, i, &[]).code, 0);
+    }
+    let step = path.join("out/slabs_2/slab_2/step_0001.slab");
+    let whole = std::fs::read(&step).unwrap();
+    let last = path.join("out/slabs_2/slab_2/step_0003.slab");
+    std::fs::remove_file(&last).unwrap();
+    let run = azimesh(path, &["finish", "out"]);
+    assert_eq!(run.code, 2);
+    assert_says(&run.err, &["slab 2/2 has no step 3", "--slab 2/2 --resume"]);
+    let again = slab(path, "2/2", &[]);
+    assert_eq!(again.code, 2);
+    assert_says(
+        &again.err,
+        &["holds 3 steps of this slab", "--resume", "--force"],
+    );
+    assert_eq!(slab(path, "2/2", &["--resume"]).code, 0);
+    // A bit of the coordinates, and one of what is told of the cells.
+    for at in [whole.len() - 9, 40] {
+        let mut other = whole.clone();
+        other[at] ^= 4;
+        std::fs::write(&step, &other).unwrap();
+        let run = azimesh(path, &["finish", "out"]);
+        assert_eq!(run.code, 2, "{run:?}");
+        assert_says(
+            &run.err,
+            &["step_0001.slab", "not a step of a slab as it was written"],
+        );
+        assert_eq!(slab(path, "2/2", &["--resume"]).code, 0);
+        assert!(std::fs::read(&step).unwrap() == whole);
+        let run = slab(path, "2/2", &["--force"]);
+        assert_eq!(run.code, 0);
+        assert!(std::fs::read(&step).unwrap() == whole);
+    }
+    succeed(path, &["-q", "finish", "out"]);
+    succeed(path, &["-q", "deform", "b.vtkhdf", "b.toml", "-o", "one"]);
+    assert!(left(&path.join("out")) == left(&path.join("one")));
+}
+
+#[test]
+fn slabs_of_other_inputs_are_not_joined() {
+    let folder = blade();
+    let path = folder.path();
+    assert_eq!(slab(path, "1/2", &[]).code, 0);
+    rewrite(path, "b.toml", "b.toml", &[("sin = -7.65", "sin = -7.6")]);
+    assert_eq!(slab(path, "2/2", &[]).code, 0);
+    let run = azimesh(path, &["finish", "out"]);
+    assert_eq!(run.code, 2);
+    assert_says(
+        &run.err,
+        &[
+            "slabs_2/slab_1/step_0000.slab",
+            "another mesh, schedule, option or version",
+        ],
+    );
+    let run = slab(path, "1/2", &["--resume"]);
+    assert_eq!(run.code, 2);
+    assert_says(
+        &run.err,
+        &["another mesh, schedule, option or version", "--force"],
+    );
+    assert_eq!(slab(path, "1/2", &["--force"]).code, 0);
+    assert_eq!(slab(path, "1/3", &[]).code, 0);
+    let run = azimesh(path, &["finish", "out"]);
+    assert_eq!(run.code, 2);
+    assert_says(&run.err, &["slabs_2 and slabs_3"]);
+    std::fs::remove_dir_all(path.join("out/slabs_3")).unwrap();
+    std::fs::rename(path.join("b.toml"), path.join("c.toml")).unwrap();
+    let run = azimesh(path, &["finish", "out"]);
+    assert_eq!(run.code, 2);
+    assert_says(
+        &run.err,
+        &[
+            "b.toml",
+            "has to run in the folder in which they were written",
+        ],
+    );
+    std::fs::rename(path.join("c.toml"), path.join("b.toml")).unwrap();
+    succeed(path, &["-q", "finish", "out"]);
+}
+
+#[test]
+fn what_is_not_worked_on_in_slabs_is_refused() {
+    let folder = crate::support::airfoil();
+    let path = folder.path();
+    let run = azimesh(
+        path,
+        &["deform", "n.vtu", "n.toml", "-o", "out", "--slab", "1/2"],
+    );
+    assert_eq!(run.code, 2);
+    assert_says(
+        &run.err,
+        &[
+            "n.vtu",
+            "not worked on in slabs",
+            "no solid cells",
+            "--steps A..B",
+        ],
+    );
+    assert!(!path.join("out").exists());
+    for (wrong, says) in [
+        ("0/2", "\"0/2\" is not a slab"),
+        ("3/2", "write I/N"),
+        ("x", "write I/N"),
+    ] {
+        let run = azimesh(
+            path,
+            &["deform", "n.vtu", "n.toml", "-o", "out", "--slab", wrong],
+        );
+        assert_eq!(run.code, 2);
+        assert!(run.err.contains(says), "{run:?}");
+    }
+    let both = [
+        "deform", "n.vtu", "n.toml", "-o", "out", "--slab", "1/2", "--steps", "0..2",
+    ];
+    assert_eq!(azimesh(path, &both).code, 2);
+    succeed(path, &["-q", "convert", "n.vtu", "n.su2"]);
+    let run = azimesh(
+        path,
+        &["deform", "n.su2", "n.toml", "-o", "out", "--slab", "1/2"],
+    );
+    assert_says(&run.err, &["not worked on in slabs", "not read by slabs"]);
+    let run = azimesh(
+        path,
+        &[
+            "deform", "n.vtu", "n.toml", "-o", "out", "--slab", "1/2", "--format", "su2",
+        ],
+    );
+    assert_says(
+        &run.err,
+        &["not worked on in slabs", "not written piece by piece"],
+    );
+}
