@@ -172,6 +172,9 @@ def runs(folder):
     yield record(out / "run.json")
     yield told("deform", blade, bending, "-o", one, "--format", "vtkhdf")
     yield record(one / "run.json")
+    azimesh("convert", blade, folder / "blade.vtkhdf")
+    of_slab = azimesh("deform", folder / "blade.vtkhdf", bending, "-o", folder / "in_slabs", "--slab", "1/2", "--json")
+    yield "slab", json.loads(of_slab)
     for steps in ("0..20", "20..37"):
         azimesh("deform", airfoil, schedule, "-o", parts, "--steps", steps, *strict, expect=(0, 1))
     yield record(parts / "run_0-20.json")
@@ -242,7 +245,7 @@ def folding(folder, told, record):
 # ---------------------------------------------------------------- the page
 
 ORDER = [
-    "info", "convert", "quality", "repair", "check", "select", "deform", "finish", "diff", "report", "sample", "completions", "man", "run",
+    "info", "convert", "quality", "repair", "check", "select", "deform", "slab", "finish", "diff", "report", "sample", "completions", "man", "run",
 ]  # fmt: skip
 HEAD = """# The JSON of the commands
 
@@ -264,6 +267,9 @@ script, a part of `scripts/test`, runs the commands and holds what they print ag
 
 In the tables `a[].b` is the key `b` of each item of the list `a`, and `*` stands for a key that is a name.
 """
+
+
+HEADINGS = {"run": "run.json", "slab": "deform --slab"}
 
 
 def shown(schema):
@@ -298,7 +304,7 @@ def page(schemas):
     parts = [HEAD.strip()]
     for name in ORDER:
         schema = schemas[name]
-        parts += [f"## {name if name != 'run' else 'run.json'}", f"`{schema['title']}` · [schema](schema/{name}.json)", schema["description"]]
+        parts += [f"## {HEADINGS.get(name, name)}", f"`{schema['title']}` · [schema](schema/{name}.json)", schema["description"]]
         parts += tables(schema)
     return "\n\n".join(parts) + "\n"
 
