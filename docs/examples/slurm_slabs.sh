@@ -6,13 +6,13 @@
 #SBATCH --requeue
 #SBATCH --signal=B:TERM@60
 #
-# One slab of a mesh for each task of a Slurm array; tasks run in any order, at once or not:
+# One of 9 slabs of a mesh for each task of a Slurm array; tasks run in any order, at once or not:
 #
-#     job=$(sbatch --parsable slurm_slabs.sh wing.cgns wing.toml out)
+#     job=$(sbatch --parsable slurm_slabs.sh wing.cgns wing.toml out 9)
 #     sbatch --dependency=afterok:$job --mem=8G --wrap "azimesh finish out"
 #
-# A task that is stopped, preempted or requeued goes on after its last finished step when it runs again.
+# A task that is stopped, preempted or requeued goes on after its last finished step when it runs again; `sbatch --array=3,7` runs
+# some of them again.
 set -euo pipefail
-task=$((SLURM_ARRAY_TASK_ID - ${SLURM_ARRAY_TASK_MIN:-1} + 1))
 # In the place of this shell, so that Slurm's signal reaches azimesh, which finishes the step that it is writing.
-exec azimesh deform "$1" "$2" -o "$3" --slab "$task/$SLURM_ARRAY_TASK_COUNT" --resume
+exec azimesh deform "$1" "$2" -o "$3" --slab "$SLURM_ARRAY_TASK_ID/$4" --resume

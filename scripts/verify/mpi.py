@@ -290,13 +290,17 @@ def check_kills(folder):
     chance = random.Random(SEED)
     mesh, schedule = folder / "b.vtu", folder / "b.toml"
     schedule.write_text(schedule.read_text().replace("step = 130.0", "step = 30.0"))
-    started = time.monotonic()
-    azimesh("deform", mesh, schedule, "-o", folder / "whole")
-    length = 2 * (time.monotonic() - started)
-    wanted, longest, n_killed = content(folder / "whole"), 0.0, 0
+    # A file for each step, and one for all.
+    formats = [["--format", "vtu"], ["--format", "vtkhdf"]]
+    wanted, longest, n_killed = [], 0.0, 0
+    for form in formats:
+        started = time.monotonic()
+        azimesh("deform", mesh, schedule, "-o", folder / form[1], *form)
+        length = 2 * (time.monotonic() - started)
+        wanted.append(content(folder / form[1]))
     for kill in range(KILLS):
-        out = folder / f"killed_{kill}"
-        run = command(3, "-q", "deform", mesh, schedule, "-o", out)
+        out, form = folder / f"killed_{kill}", formats[kill % 2]
+        run = command(3, "-q", "deform", mesh, schedule, "-o", out, *form)
         process = subprocess.Popen(run, stderr=subprocess.PIPE, env=os.environ | ALLOWED)
         seconds = kill_one(process, chance.uniform(0.1, length), chance)
         told = process.stderr.read().decode()
@@ -306,8 +310,9 @@ def check_kills(folder):
             assert process.returncode != 0, "a launcher whose rank was killed tells that it failed"
             assert told.count("error: ") <= 1 and seconds < 10, told
         again = ["--resume"] if (out / "run.json").exists() else []
-        ranks(chance.choice([1, 2, 4]), "-q", "deform", mesh, schedule, "-o", out, *again)
-        same(content(out), wanted, f"resumed after kill {kill}")
+        told = ranks(chance.choice([1, 2, 4]), "-v", "deform", mesh, schedule, "-o", out, *form, *again).stderr
+        assert "read whole" not in told, told
+        same(content(out), wanted[kill % 2], f"resumed after kill {kill}")
     assert n_killed > 0, "no rank was killed in time"
     report("mpi: kills", n_killed, 0, "ranks killed", f"all ended within {longest:.1f} s, every run resumed to the same bytes")
 

@@ -25,6 +25,8 @@ pub(super) fn run(args: &FinishArgs, context: &Context) -> Result<Outcome> {
     if let Some(left) = slabs_in(&args.folder)? {
         return super::slab::join(&args.folder, left, args.force, context);
     }
+    #[cfg(unix)]
+    super::signals::end("interrupted; files that are complete are kept")?;
     let finished = finish(&args.folder, args.force, &*context.progress())?;
     report(&args.folder, finished, context)
 }

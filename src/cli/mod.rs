@@ -233,11 +233,11 @@ fn failed(error: &Error, context: &Context) -> u8 {
     }
 }
 
-/// From here on a signal leaves no unfinished file behind. `deform` listens for itself.
+/// From here on a signal leaves no unfinished file behind. `deform` listens for itself, and `finish`.
 #[cfg(unix)]
 fn listen(command: &Command) -> Result<()> {
     match command {
-        Command::Deform(_) => Ok(()),
+        Command::Deform(_) | Command::Finish(_) => Ok(()),
         Command::Info(_) | Command::Check(_) | Command::Diff(_) => signals::end("interrupted"),
         _ => signals::end("interrupted; files that are complete are kept"),
     }

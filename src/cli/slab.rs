@@ -26,7 +26,7 @@ pub(super) fn write_slab(
         ));
     }
     let work = |mesh: &mut SlabMesh| mesh.one(slab);
-    let deformation = deformation(&request.mesh, schedule, context, work, stop)?;
+    let deformation = deformation(request, schedule, context, work, stop)?;
     for choice in &deformation.plan().choices {
         context.note(&choice.to_string());
     }
@@ -46,7 +46,7 @@ pub(super) fn join(
     let stop = Arc::new(Stop::default());
     #[cfg(unix)]
     super::signals::listen(&stop)?;
-    let LeftSlabs { n, record } = left;
+    let LeftSlabs { n, record, fail_on } = left;
     let input = |what: &str| {
         let found = record.inputs.iter().find(|input| input.what == what);
         found.map(|input| PathBuf::from(&input.file))
@@ -62,7 +62,7 @@ pub(super) fn join(
         schedule.output.format.clone_from(format);
         schedule.output.format_given = true;
     }
-    let criteria = record.fail_on.iter().map(|criterion| criterion.parse());
+    let criteria = fail_on.iter().map(|criterion| criterion.parse());
     let criteria = criteria.collect::<Result<Vec<_>>>();
     let request = Request {
         mesh,
@@ -76,8 +76,20 @@ pub(super) fn join(
     };
     context.keep_in_files(folder);
     let work = |mesh: &mut SlabMesh| Ok(mesh.joined(folder, n));
-    let deformation = deformation(&request.mesh, schedule, context, work, &stop);
+    let deformation = deformation(&request, schedule, context, work, &stop);
     let deformation = deformation.map_err(|error| from_there(error, folder))?;
+    for choice in &deformation.plan().choices {
+        context.note(&choice.to_string());
+    }
+    let joined = deformation.plan().joined();
+    if let Some(kinds) =
+        joined.and_then(|slabs| slabs.kinds_of_processors(deformation.steps().len()))
+    {
+        context.warn(&format!(
+            "slabs were moved on processors of several kinds ({kinds}), which round sums in different ways: the last digits of \
+             results are not those of one run"
+        ));
+    }
     let finished = run(&deformation, &request)?;
     if let Some(reason) = deformation.why_whole() {
         context.detail(&format!("the whole mesh was read: {reason}"));
@@ -103,12 +115,13 @@ fn from_there(mut error: Error, folder: &Path) -> Error {
 
 /// A deformation of a mesh of which this process has the outline.
 fn deformation(
-    path: &Path,
+    request: &Request,
     schedule: Schedule,
     context: &Context,
     work: impl FnOnce(&mut SlabMesh) -> Result<Arc<SlabWork>>,
     stop: &Arc<Stop>,
 ) -> Result<Deformation> {
+    let path = &*request.mesh;
     let refused = |reason: String| {
         Error::input(format!(
             "this mesh is not worked on in slabs: {reason}; --steps A..B shares the steps of a sequence instead"
@@ -119,7 +132,10 @@ fn deformation(
         return Err(refused(reason.to_owned()));
     }
     formats::check_file(path).map_err(|error| Error::io(path, &error))?;
-    let options: ReadOptions = context.read_options();
+    let options = ReadOptions {
+        tag_array: request.tag_array.clone(),
+        step: None,
+    };
     let file = SharedFile::new(path, None, &options).map_err(refused)?;
     let found = context.reading(path, || Ok(SlabMesh::read(file, &schedule)))?;
     let mut found = found.map_err(refused)?;

@@ -1,5 +1,6 @@
 //! Whether the run of a folder is finished, and how to go on with one that is not.
 
+use crate::deform::SlabOf;
 use crate::record::RunRecord;
 use std::path::{Path, PathBuf};
 
@@ -22,10 +23,23 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
         let of = record
             .steps
             .map_or(String::new(), |all| format!(" of {all}"));
+        if has_slabs(place) {
+            return Some(Some(format!(
+                "the slabs in this folder are not all joined, {n}{of} steps are there: if nothing runs there any more, continue \
+                 with  azimesh finish {}",
+                quoted(folder)
+            )));
+        }
         return Some(Some(format!(
             "the run in this folder is not finished, {n}{of} steps are there: if nothing runs there any more, continue it with  \
              {} --resume",
             command(&record, folder)
+        )));
+    }
+    if has_slabs(place) {
+        return Some(Some(format!(
+            "the slabs in this folder are not joined; once all have their steps, this does it:  azimesh finish {}",
+            quoted(folder)
         )));
     }
     let parts = parts(place);
@@ -50,6 +64,11 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
         there.join(", "),
         commands.join(" ;  ")
     )))
+}
+
+/// Whether slabs were left there.
+fn has_slabs(place: &Path) -> bool {
+    !SlabOf::numbers_in(place).is_empty()
 }
 
 fn read(path: &Path) -> Option<RunRecord> {

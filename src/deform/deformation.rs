@@ -397,6 +397,30 @@ impl Deformation {
         stepper.at(step, judges, points)
     }
 
+    /// Writes to `points` where the motion puts the nodes at a step, without a repair. Those of most nodes may stay `apart`, as
+    /// for [`evaluate`](Self::evaluate); tells whether they do.
+    pub(crate) fn place(
+        &self,
+        interval: &Interval,
+        step: &Step,
+        rounding: Rounding,
+        apart: bool,
+        points: &mut [Vector],
+    ) -> Result<bool> {
+        let measures = || self.measures();
+        let mut stepper = self.stepper(interval, rounding, &measures);
+        if apart {
+            stepper.known = self.known_nodes();
+        }
+        stepper.plain(step, points)?;
+        Ok(stepper.known.is_some())
+    }
+
+    /// The nodes whose positions have to be known here where the others may stay elsewhere; none where all are.
+    fn known_nodes(&self) -> Option<&[u32]> {
+        self.divided.get_or_init(|| self.plan.divide()).as_deref()
+    }
+
     /// Everything about a step but its arrays at cells; positions go to `points`. Those of most nodes may stay `apart`, with
     /// the ranks that move them: [`keep`](Self::keep) gives them.
     pub(crate) fn evaluate(
@@ -411,7 +435,7 @@ impl Deformation {
         let measures = || self.measures();
         let mut stepper = self.stepper(interval, rounding, &measures);
         if apart {
-            stepper.known = self.divided.get_or_init(|| plan.divide()).as_deref();
+            stepper.known = self.known_nodes();
         }
         if stepper.known.is_none() {
             plan.take_whole(match plan.moves_by_fields() {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Rows whose nodes are moved at once.
 const ROWS: usize = 1 << 20;
-const STORED: &str = "where stored fields have moved nodes is read";
+const ELSEWHERE: &str = "fields lie with this process";
 
 /// The state of the mesh that is deformed: the reference mesh, or the result of a substep.
 #[derive(Debug, Clone, Copy)]
@@ -153,7 +153,7 @@ impl Fields {
     pub(super) fn of_layer(&mut self, layer: usize) -> &mut Field {
         match &mut self.way {
             Way::Here(fields) => &mut fields[layer],
-            Way::Shared(_) | Way::Stored => panic!("fields of ranks lie with each of them"),
+            Way::Shared(_) | Way::Stored => panic!("{ELSEWHERE}"),
         }
     }
 
@@ -175,9 +175,22 @@ impl Fields {
         }
     }
 
-    /// Moves nodes to a step and writes to `out` where some are: of ranks those that they tell of, the others stay with their
-    /// ranks; else those that fields cover.
-    pub(super) fn displace_known(
+    /// Moves all nodes to a step, and writes to `out` where those are of which ranks tell: the others stay with their ranks.
+    ///
+    /// # Panics
+    /// Where there are no other ranks.
+    pub(super) fn displace_apart(&self, step: usize, out: &mut [Vector]) {
+        match &self.way {
+            Way::Shared(shared) => shared.move_apart(step, out),
+            Way::Here(_) | Way::Stored => panic!("nodes stay with ranks where there are several"),
+        }
+    }
+
+    /// Writes to `out` where the nodes are at a step that fields cover, and no others.
+    ///
+    /// # Panics
+    /// Where fields do not lie with this process.
+    pub(super) fn displace_covered(
         &self,
         layers: &[Layer],
         step: usize,
@@ -185,9 +198,8 @@ impl Fields {
         out: &mut [Vector],
     ) {
         match &self.way {
-            Way::Shared(shared) => shared.move_apart(step, out),
             Way::Here(fields) => displace_covered(fields, layers, step, state, out),
-            Way::Stored => panic!("{STORED}"),
+            Way::Shared(_) | Way::Stored => panic!("{ELSEWHERE}"),
         }
     }
 
@@ -202,7 +214,7 @@ impl Fields {
         let fields = match &self.way {
             Way::Here(fields) => fields,
             Way::Shared(shared) => return shared.move_to(step, Some(state.nodes), out),
-            Way::Stored => panic!("{STORED}"),
+            Way::Stored => panic!("{ELSEWHERE}"),
         };
         let translation = layers
             .iter()

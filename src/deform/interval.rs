@@ -200,14 +200,12 @@ impl Interval {
         let plan = &*self.plan;
         let error = match (&self.way, plan.joined()) {
             (Way::AtOnce { errors, .. }, Some(joined)) => {
-                joined.enter(step.index, known, out)?;
+                joined.enter(step.index, self.hash_of_base(), known, out)?;
                 return Ok(errors.at(plan, step));
             }
             (Way::AtOnce { fields, errors }, None) => {
                 match known {
-                    Some(_) => {
-                        fields.displace_known(&plan.layers, step.index, self.reference(), out);
-                    }
+                    Some(_) => fields.displace_apart(step.index, out),
                     None => fields.displace(&plan.layers, step.index, self.reference(), out),
                 }
                 self.place_surface_nodes(step, 1.0, self.reference(), out);
@@ -223,6 +221,28 @@ impl Interval {
         };
         self.finish_positions(step, known, out);
         Ok(error)
+    }
+
+    /// Writes to `out` where the nodes are at a step that this process moves: those of one slab.
+    pub(super) fn moved_points_at(&self, step: &Step, out: &mut [Vector]) {
+        if let Way::AtOnce { fields, .. } = &self.way {
+            let state = self.reference();
+            fields.displace_covered(&self.plan.layers, step.index, state, out);
+            self.place_surface_nodes(step, 1.0, state, out);
+            self.finish_positions(step, self.deforming(), out);
+        }
+    }
+
+    /// The hash of the base points, by their numbers among the surface points.
+    pub(super) fn hash_of_base(&self) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        for base in &self.bases {
+            hasher.update(&(base.len() as u64).to_le_bytes());
+            for at in base {
+                hasher.update(&(*at as u64).to_le_bytes());
+            }
+        }
+        *hasher.finalize().as_bytes()
     }
 
     /// Writes the node positions at a step to `out`, computed in substeps; gives the largest displacement

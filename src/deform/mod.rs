@@ -54,7 +54,7 @@ pub use plan::Plan;
 pub(crate) use repair::Repair;
 pub(crate) use step_memory::Rounding;
 
-pub(crate) use slabs::{Left, OneSlab, StoredStep};
+pub(crate) use slabs::{Joined, Left, OneSlab, StoredStep};
 pub use slabs::{SlabMesh, SlabOf, SlabWork};
 pub use team::{Team, dismiss, serve};
 pub(crate) use tolerance::missed_at_step;

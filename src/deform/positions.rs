@@ -344,7 +344,7 @@ impl Stepper<'_> {
     }
 
     /// Where the motion puts the nodes; gives the largest error before the correction.
-    fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
+    pub fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
         let error = (self.interval).known_points_at(step, self.known, points)?;
         self.end_move(step, self.known, points);
         Ok(error)
@@ -379,7 +379,10 @@ impl Stepper<'_> {
         self.plan.take_whole("folded cells are repaired")?;
         match (&self.plan.team, self.plan.joined()) {
             (Some(team), _) => team.collect(points),
-            (None, Some(joined)) => joined.enter(step.index, None, points)?,
+            (None, Some(joined)) => {
+                let base = self.interval.hash_of_base();
+                joined.enter(step.index, base, None, points)?;
+            }
             (None, None) => {}
         }
         Ok(())

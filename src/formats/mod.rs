@@ -81,6 +81,7 @@ pub use reserve::Reserve;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
+pub(crate) use shared_file::reason;
 pub use shared_file::{Shared, SharedFile, read_parts};
 pub use source::{Source, check_file, check_no_device, release_mapped};
 pub use staged::{

@@ -181,6 +181,15 @@ impl SharedFile {
         })
     }
 
+    /// How many nodes are read where one is.
+    ///
+    /// # Errors
+    /// Where the file cannot be read by slabs.
+    pub fn nodes_at_once(&self) -> Result<usize> {
+        let (location, format) = self.open()?;
+        Ok(by_slabs(format, location.file()?, &self.options())?.nodes_at_once())
+    }
+
     /// Passes the mesh, of which some nodes or cells are read at a time, and whether boundary faces that have the same nodes are
     /// one face in its format.
     ///
@@ -191,7 +200,7 @@ impl SharedFile {
         act: impl FnOnce(&from_slabs::Slabs, bool) -> Result<T>,
     ) -> Result<T> {
         let named = |error: Error| error.file(self.path());
-        let (location, format) = self.open().map_err(named)?;
+        let (location, format) = self.open().map_err(|_| named(changed()))?;
         let source = location.file()?;
         let slabs = by_slabs(format, source, &self.options()).map_err(named)?;
         with_slabs(source, &*slabs, |slabs| {
@@ -208,9 +217,7 @@ impl SharedFile {
     pub fn read_whole(&self) -> Result<Mesh> {
         let named = |error: Error| error.file(self.path());
         if !self.is_unchanged() {
-            let message =
-                "it has changed since it was read by slabs, and folded cells need the whole of it";
-            return Err(named(Error::system(message)));
+            return Err(named(changed()));
         }
         let (location, format) = self.open().map_err(named)?;
         let read = super::read_as(format, &location, &self.options());
@@ -218,8 +225,13 @@ impl SharedFile {
     }
 }
 
+/// What is wrong where a file that is read piece by piece is another one.
+fn changed() -> Error {
+    Error::system("it has changed since it was read first, and more of it is needed")
+}
+
 /// An error as a reason, without the path that is known.
-fn reason(error: Error) -> String {
+pub(crate) fn reason(error: Error) -> String {
     let error = Error {
         path: None,
         ..error

@@ -17,6 +17,10 @@ pub trait Slabs: Send + Sync {
     fn space(&self) -> Option<u8> {
         None
     }
+    /// How many nodes are read where one is, such as those of a chunk.
+    fn nodes_at_once(&self) -> usize {
+        1
+    }
     /// The coordinates of some nodes.
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>>;
     /// Some cells, in memory of about their size; each of their nodes is one of the mesh.

@@ -8,7 +8,7 @@ mod exchange;
 pub mod hash;
 #[cfg(feature = "mpi")]
 mod mpi;
-mod processor;
+pub mod processor;
 pub mod raw;
 #[cfg(any(test, feature = "internals"))]
 mod threads;

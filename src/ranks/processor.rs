@@ -3,7 +3,7 @@
 use super::Ranks;
 
 /// Instructions by which sums are rounded in another way than without them.
-fn kind() -> &'static str {
+pub fn kind() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
         if std::is_x86_feature_detected!("avx512f") {
@@ -23,7 +23,8 @@ impl Ranks {
     }
 }
 
-fn several(mut kinds: Vec<String>) -> Option<String> {
+/// Kinds of processors in a list, where there are several.
+pub fn several(mut kinds: Vec<String>) -> Option<String> {
     kinds.sort_unstable();
     kinds.dedup();
     (kinds.len() > 1).then(|| kinds.join(", "))

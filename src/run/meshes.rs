@@ -56,11 +56,6 @@ impl<'a> Meshes<'a> {
         })
     }
 
-    /// Whether surfaces are written as well.
-    pub fn has_surfaces(&self) -> bool {
-        self.surface.is_some()
-    }
-
     /// Writes the mesh of a step and its surfaces; gives the hash of its file, or of what it added to that of all
     /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
     pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {

@@ -49,6 +49,8 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
+    let of_slabs = plan.joined().map(|joined| slab::hold_all(joined, &names));
+    let _of_slabs = of_slabs.transpose()?;
     let mut earlier = earlier_run(deformation, &names, format, &record, request)?;
     formats::clear_left(&names.folder);
     if !request.no_space_check {
@@ -252,9 +254,12 @@ impl Run<'_> {
     /// Ends the run where it was asked to.
     pub(super) fn check_stop(&self) -> Result<()> {
         self.deformation.stop().check().map_err(|mut error| {
-            error.message += match self.rows.is_empty() {
-                true => "; no step was finished",
-                false => "; finished steps are kept, and --resume continues from there",
+            error.message += match (self.rows.is_empty(), self.plan.joined()) {
+                (true, _) => "; no step was finished",
+                (false, None) => "; finished steps are kept, and --resume continues from there",
+                (false, Some(_)) => {
+                    "; finished steps are kept, and the same command continues from there"
+                }
             };
             error
         })

@@ -9,12 +9,13 @@ use super::names::{Names, RunSteps, files};
 use super::record::{self, Clock, RecordFile};
 use super::request::Request;
 use super::step::rounding;
-use crate::deform::{Deformation, Left, OneSlab, SlabOf, StoredStep};
+use crate::deform::{Deformation, Joined, Left, OneSlab, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
-use crate::formats::{self, clear_left};
+use crate::formats::{self, clear_left, stage_bytes};
 use crate::preflight::{Demand, before_work, check_disk};
 use crate::record::{RunRecord, Timings};
 use crate::sparse;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -70,12 +71,27 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     names.folder = folder;
     names.commit.sync = !request.no_sync;
     let mut record = RecordFile::new(&names, plan, request)?;
-    record.content.fail_on = request.fail_on.iter().map(ToString::to_string).collect();
+    if let Some(input) = record
+        .content
+        .inputs
+        .iter()
+        .find(|input| input.blake3.is_none())
+    {
+        return Err(Error::input(
+            "is not a file, and slabs have to be sure that all have the same; write it to a file first",
+        )
+        .file(Path::new(&input.file)));
+    }
     let run = identity(&record.content, slab.slab.n);
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let _lock = Lock::take(&names)?;
     let n_kept = kept(&names, slab, run, request)?;
+    record.content.fail_on = request.fail_on.iter().map(ToString::to_string).collect();
+    let earlier = record::read(&names.record())?.filter(|_| request.resume);
+    if let Some(earlier) = earlier.filter(|_| request.fail_on.is_empty()) {
+        record.content.fail_on = earlier.fail_on;
+    }
     clear_left(&names.folder);
     if !request.no_space_check {
         let bytes = (NODE * slab.own_nodes().len() + BESIDE) as u64;
@@ -86,8 +102,13 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         };
         check_disk(plan, &names.folder, &demand, (0, 0))?;
     }
+    let known = match loaded {
+        Some(_) => BTreeMap::new(),
+        None => take_base_points(&names, slab.slab, run, request)?,
+    };
+    record.content.base_files.clone_from(&known);
     record.save()?;
-    let mut base_points = BasePointStore::new(deformation, &names, loaded, Default::default());
+    let mut base_points = BasePointStore::new(deformation, &names, loaded, known);
     let mut points = sparse::zeros(plan.mesh.points.len(), [0.0; 3]);
     let progress = deformation.progress();
     let mut seconds = 0.0;
@@ -98,6 +119,14 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         for (i, step) in todo.enumerate() {
             deformation.stop().check()?;
             let interval = base_points.enter(step)?;
+            if record.content.base_files != base_points.base_files {
+                // The other slabs take them from here.
+                record
+                    .content
+                    .base_files
+                    .clone_from(&base_points.base_files);
+                record.save()?;
+            }
             if i == 0 {
                 progress.start("steps", Some((steps.len() - n_kept) as u64));
             }
@@ -133,7 +162,6 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     };
     finished.take_selections(&base_points.selections);
     finished.warnings = base_points.warnings;
-    record.content.base_files = base_points.base_files;
     record.content.selections = base_points.selections;
     record.close(&finished, result.as_ref().err());
     let saved = record.save_last();
@@ -187,12 +215,54 @@ fn kept(names: &Names, slab: &OneSlab, run: [u8; 32], request: &Request) -> Resu
     Ok(n_kept)
 }
 
+/// Holds the folders of all slabs, so that none is written while they are joined.
+pub(super) fn hold_all(joined: &Joined, names: &Names) -> Result<Vec<Lock>> {
+    let hold = |folder| {
+        let mut names = names.clone();
+        names.folder = folder;
+        Lock::take(&names)
+    };
+    joined.folders().map(hold).collect()
+}
+
+/// Takes the files of base points that a slab of the same run has chosen, this one before or another; gives their hashes by their
+/// names, none where there are none yet.
+fn take_base_points(
+    names: &Names,
+    slab: SlabOf,
+    run: [u8; 32],
+    request: &Request,
+) -> Result<BTreeMap<String, String>> {
+    for other in SlabOf::all(slab.n) {
+        let folder = other.folder(&request.folder);
+        let record = record::read(&folder.join("run.json")).ok().flatten();
+        let Some(record) = record.filter(|record| identity(record, slab.n) == run) else {
+            continue;
+        };
+        let read = |(name, hash): (&String, &String)| {
+            let bytes = fs::read(folder.join(name)).ok()?;
+            (blake3::hash(&bytes).to_string() == *hash).then_some((name.clone(), bytes))
+        };
+        let files: Option<Vec<_>> = record.base_files.iter().map(read).collect();
+        let Some(files) = files.filter(|files| !files.is_empty()) else {
+            continue;
+        };
+        for (name, bytes) in files {
+            stage_bytes(&bytes, &names.path(&name), names.commit)?.keep()?;
+        }
+        return Ok(record.base_files);
+    }
+    Ok(BTreeMap::new())
+}
+
 /// The slabs of a sequence that is to be joined.
 pub struct LeftSlabs {
     /// How many there are.
     pub n: usize,
     /// What the first of them was asked for.
     pub record: RunRecord,
+    /// Conditions of all of them that fail the run.
+    pub fail_on: Vec<String>,
 }
 
 /// The slabs in the folder of a sequence; none where there are none.
@@ -220,5 +290,14 @@ pub fn slabs_in(folder: &Path) -> Result<Option<LeftSlabs>> {
         .file(&path)
     };
     let record = record::read(&path)?.ok_or_else(lost)?;
-    Ok(Some(LeftSlabs { n, record }))
+    let mut fail_on = record.fail_on.clone();
+    for other in SlabOf::all(n) {
+        let other = record::read(&other.folder(folder).join("run.json"))?;
+        for criterion in other.into_iter().flat_map(|other| other.fail_on) {
+            if !fail_on.contains(&criterion) {
+                fail_on.push(criterion);
+            }
+        }
+    }
+    Ok(Some(LeftSlabs { n, record, fail_on }))
 }

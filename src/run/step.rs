@@ -40,17 +40,19 @@ pub(super) fn compute(
     })
 }
 
-/// Positions of a step that was computed before, and its velocities: what its mesh consists of.
+/// Positions of a step that was computed before, most of which may stay `apart`, and its velocities: what its mesh consists of.
 pub(super) fn recompute(
     base_points: &mut BasePointStore<'_>,
     step: &Step,
+    apart: bool,
     points: &mut [Vector],
 ) -> Result<Computed> {
     let interval = base_points.enter(step)?;
-    interval.points_at(step, points)?;
-    rounding(base_points.deformation.plan())?.apply(points);
+    let deformation = base_points.deformation;
+    let rounding = rounding(deformation.plan())?;
     Ok(Computed {
         found: Evaluated {
+            is_apart: deformation.place(&interval, step, rounding, apart, points)?,
             velocities: interval.velocities_at(step, points),
             ..Evaluated::default()
         },

@@ -12,7 +12,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::MeshView;
-use crate::motion::{OnInverted, QualityOutput, Step};
+use crate::motion::{OnInverted, QualityOutput, Step, SurfaceOutput};
 use crate::parallel::join_with_own_thread;
 use crate::sparse;
 use std::sync::Arc;
@@ -50,14 +50,9 @@ impl Run<'_> {
             self.deformation.measures();
         }
         progress.start("steps", Some(todo.len() as u64));
-        let n_nodes = self.plan.mesh.points.len();
-        let zeros = || match self.plan.mesh.outline {
-            // Of most nodes this rank is not told.
-            Some(_) => sparse::zeros(n_nodes, [0.0; 3]),
-            None => vec![[0.0; 3]; n_nodes],
-        };
-        let (mut points, mut next) = (zeros(), zeros());
-        let mut computed = task.run(base_points, first, self.may_be_apart(writer), &mut next);
+        let (mut points, mut next) = (self.room_for_points(), self.room_for_points());
+        let may_be_apart = self.may_be_apart();
+        let mut computed = task.run(base_points, first, may_be_apart, &mut next);
         for (i, step) in todo.iter().enumerate() {
             self.check_stop()?;
             if task == Task::New {
@@ -79,7 +74,6 @@ impl Run<'_> {
             };
             let mesh = arrays.view(&self.plan.mesh, &points);
             let mesh = mesh.with_points_apart(kept.as_deref());
-            let may_be_apart = self.may_be_apart(writer);
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
             let is_by_ranks = is_apart || mesh.cells_apart.is_some();
@@ -115,14 +109,23 @@ impl Run<'_> {
         Ok(LoopEnd::Done)
     }
 
-    /// Whether positions may stay with other ranks, which write them: where nothing else is made of them here.
-    fn may_be_apart(&self, writer: &Writer<'_>) -> bool {
+    /// Room for the positions of a step.
+    pub(super) fn room_for_points(&self) -> Vec<Vector> {
+        let n_nodes = self.plan.mesh.points.len();
+        match self.plan.mesh.outline {
+            // Of most nodes this process is not told.
+            Some(_) => sparse::zeros(n_nodes, [0.0; 3]),
+            None => vec![[0.0; 3]; n_nodes],
+        }
+    }
+
+    /// Whether positions may stay elsewhere, from where they are written: where nothing else is made of them here.
+    pub(super) fn may_be_apart(&self) -> bool {
         let output = &self.plan.schedule.output;
         self.format.takes_numbers_apart(&output.write_options())
             && !output.displacement
             && output.quality != QualityOutput::Cells
-            && !writer.has_surfaces()
-            && !writer.is_resuming()
+            && output.surface == SurfaceOutput::None
             && self.names.in_case(0).is_none()
     }
 
@@ -290,9 +293,8 @@ impl Task {
         points: &mut [Vector],
     ) -> Result<Computed> {
         match self {
-            Task::New => compute(base_points, step, apart, points),
-            Task::Verify => compute(base_points, step, false, points),
-            Task::Recompute => recompute(base_points, step, points),
+            Task::New | Task::Verify => compute(base_points, step, apart, points),
+            Task::Recompute => recompute(base_points, step, apart, points),
             Task::ReadBack => Ok(Computed::default()),
         }
     }

@@ -40,11 +40,15 @@ impl Run<'_> {
 
     /// Whether a step, computed again, gives the bytes of its row.
     fn is_same(&mut self, step: &Step, base_points: &mut BasePointStore<'_>) -> Result<bool> {
-        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
-        let computed = compute(base_points, step, false, &mut points)?;
+        let mut points = self.room_for_points();
+        let computed = compute(base_points, step, self.may_be_apart(), &mut points)?;
         let mut computed = self.judge(step, computed)?;
         let arrays = self.arrays(&points, &mut computed.found);
+        let is_apart = computed.found.is_apart;
+        let kept = is_apart.then(|| self.deformation.keep(step, &points));
+        let kept = kept.flatten();
         let mesh = arrays.view(&self.plan.mesh, &points);
+        let mesh = mesh.with_points_apart(kept.as_deref());
         let options = self.plan.schedule.output.write_options();
         let hash = hash_of(&mesh, self.names, step.index, self.format, &options)?;
         Ok(self.earlier.rows[&step.index].blake3 == hash.to_string())

@@ -125,11 +125,6 @@ impl<'a> Writer<'a> {
         self.meshes.end()
     }
 
-    /// Whether surfaces are written as well.
-    pub fn has_surfaces(&self) -> bool {
-        self.meshes.has_surfaces()
-    }
-
     /// Where each mesh so far ends in the file of all steps.
     pub fn ends(&self) -> &[u64] {
         &self.meshes.ends

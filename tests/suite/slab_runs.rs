@@ -227,3 +227,88 @@ fn what_is_not_worked_on_in_slabs_is_refused() {
         &["not worked on in slabs", "not written piece by piece"],
     );
 }
+
+#[test]
+fn conditions_and_the_array_of_tags_are_those_of_the_slabs() {
+    let folder = blade();
+    let path = folder.path();
+    succeed(path, &["-q", "convert", "b.vtkhdf", "c.vtu"]);
+    let bytes = std::fs::read(path.join("c.vtu")).unwrap();
+    let changed = replaced(&bytes, b"\"BoundaryTag\"", b"\"BoundaryTug\"");
+    let changed = replaced(&changed, b"\"BoundaryTagNames\"", b"\"BoundaryTugNames\"");
+    std::fs::write(path.join("d.vtu"), changed).unwrap();
+    rewrite(
+        path,
+        "b.toml",
+        "d.toml",
+        &[("\"blade\"]", "\"1\"]"), ("\"outer\"", "\"2\"")],
+    );
+    let args = [
+        "-q",
+        "deform",
+        "d.vtu",
+        "d.toml",
+        "--tag-array",
+        "BoundaryTug",
+        "-o",
+    ];
+    let strict = ["--fail-on", "min_scaled_jacobian<2"];
+    assert_eq!(
+        azimesh(path, &[&args[..], &["one"], &strict].concat()).code,
+        1
+    );
+    for (slab, more) in [("1/2", &[][..]), ("2/2", &strict), ("2/2", &["--resume"])] {
+        let run = azimesh(path, &[&args[..], &["out", "--slab", slab], more].concat());
+        assert_eq!(run.code, 0, "{run:?}");
+    }
+    let run = azimesh(path, &["-q", "finish", "out"]);
+    assert_eq!(run.code, 1, "{run:?}");
+    assert_says(&run.err, &["min_scaled_jacobian<2 holds"]);
+    assert!(left(&path.join("out")) == left(&path.join("one")));
+}
+
+/// Bytes with all of one sequence replaced by another.
+fn replaced(bytes: &[u8], old: &[u8], new: &[u8]) -> Vec<u8> {
+    let mut found = bytes.to_vec();
+    let mut at = 0;
+    while let Some(next) = found[at..].windows(old.len()).position(|some| some == old) {
+        found.splice(at + next..at + next + old.len(), new.iter().copied());
+        at += next + new.len();
+    }
+    found
+}
+
+#[test]
+fn a_damaged_slab_never_reaches_the_sequence() {
+    let folder = blade();
+    let path = folder.path();
+    // Steps that are repaired, and written from memory.
+    rewrite(path, "b.toml", "b.toml", &[NARROW]);
+    let format = ["--format", "vtkhdf"];
+    for i in ["1/2", "2/2"] {
+        assert_eq!(slab(path, i, &format).code, 0);
+    }
+    let step = path.join("out/slabs_2/slab_2/step_0001.slab");
+    let whole = std::fs::read(&step).unwrap();
+    let mut other = whole.clone();
+    let at = other.len() - 900;
+    other[at] ^= 1;
+    std::fs::write(&step, &other).unwrap();
+    let run = azimesh(path, &["-q", "finish", "out"]);
+    assert_eq!(run.code, 2, "{run:?}");
+    assert_says(&run.err, &["step_0001.slab"]);
+    std::fs::write(&step, &whole).unwrap();
+    succeed(path, &["-q", "finish", "out"]);
+    succeed(
+        path,
+        &[
+            &["-q", "deform", "b.vtkhdf", "b.toml", "-o", "one"],
+            &format[..],
+        ]
+        .concat(),
+    );
+    assert!(left(&path.join("out")) == left(&path.join("one")));
+    std::fs::write(&step, &other).unwrap();
+    let _ = azimesh(path, &["-q", "finish", "out"]);
+    assert!(left(&path.join("out")) == left(&path.join("one")));
+}

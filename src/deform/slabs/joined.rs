@@ -9,9 +9,9 @@ use crate::mesh::{Apart, Mesh, Numbers, Part, among, node_slab};
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
 use crate::ranks::hash::HashedBytes;
-use crate::ranks::{Ranks, Told};
+use crate::ranks::{Ranks, Told, processor};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// Nodes between two that are wanted that are read with them.
 const GAP: u32 = 64;
@@ -24,6 +24,8 @@ pub(crate) struct Joined {
     sequence: PathBuf,
     n: usize,
     n_nodes: usize,
+    /// What tells the run of these slabs from others, once it is known.
+    run: OnceLock<[u8; 32]>,
     /// The step that was entered last, and what slabs tell of it.
     told: Mutex<(usize, Vec<ToldOfStep>)>,
 }
@@ -34,6 +36,7 @@ impl Joined {
             sequence: sequence.to_path_buf(),
             n,
             n_nodes,
+            run: OnceLock::new(),
             told: Mutex::new((usize::MAX, Vec::new())),
         }
     }
@@ -43,29 +46,50 @@ impl Joined {
         self.n
     }
 
-    /// Refuses slabs that lack a step, or are of another run.
+    /// The folder of each slab.
+    pub fn folders(&self) -> impl Iterator<Item = PathBuf> {
+        SlabOf::all(self.n).map(|slab| slab.folder(&self.sequence))
+    }
+
+    /// Refuses slabs that lack a step, or are not of this run.
     pub fn check(&self, run: [u8; 32], n_steps: usize) -> Result<()> {
+        self.run.get_or_init(|| run);
         for slab in SlabOf::all(self.n) {
             for step in 0..n_steps {
                 let path = self.path(slab, step);
                 if !path.exists() {
                     return Err(Error::input(format!(
                         "slab {slab} has no step {step}: `azimesh deform --slab {slab} --resume`, with the mesh and the schedule of \
-                         the others, writes what it lacks"
+                         the others, writes what it lacks, or tells why not"
                     ))
                     .file(&slab.folder(&self.sequence)));
                 }
-                let found = StoredStep::open(&path)?;
-                let nodes = node_slab(self.n_nodes, slab.number, self.n);
-                if (found.run(), found.step(), found.nodes()) != (run, step, nodes) {
-                    return Err(Error::input(
-                        "this is a step of another mesh, schedule, option or version of azimesh",
-                    )
-                    .file(&path));
-                }
+                self.open(slab, step)?;
             }
         }
         Ok(())
+    }
+
+    /// The kinds of processors on which so many steps of the slabs were computed, where these are several.
+    pub fn kinds_of_processors(&self, n_steps: usize) -> Option<String> {
+        let all = SlabOf::all(self.n).flat_map(|slab| (0..n_steps).map(move |step| (slab, step)));
+        let found = all.filter_map(|(slab, step)| StoredStep::open(&self.path(slab, step)).ok());
+        processor::several(found.map(|stored| stored.processor().to_owned()).collect())
+    }
+
+    /// Opens what a slab has left of a step.
+    fn open(&self, slab: SlabOf, step: usize) -> Result<StoredStep> {
+        let path = self.path(slab, step);
+        let found = StoredStep::open(&path)?;
+        let nodes = node_slab(self.n_nodes, slab.number, self.n);
+        let is_ours = self.run.get().is_none_or(|run| *run == found.run());
+        match is_ours && (found.step(), found.nodes()) == (step, nodes) {
+            true => Ok(found),
+            false => Err(Error::input(
+                "this is a step of another mesh, schedule, option or version of azimesh",
+            )
+            .file(&path)),
+        }
     }
 
     fn path(&self, slab: SlabOf, step: usize) -> PathBuf {
@@ -74,7 +98,7 @@ impl Joined {
     }
 
     fn steps(&self, step: usize) -> impl Iterator<Item = Result<StoredStep>> {
-        SlabOf::all(self.n).map(move |slab| StoredStep::open(&self.path(slab, step)))
+        SlabOf::all(self.n).map(move |slab| self.open(slab, step))
     }
 
     fn told(&self) -> MutexGuard<'_, (usize, Vec<ToldOfStep>)> {
@@ -83,14 +107,35 @@ impl Joined {
 
     /// Writes to `out` where the nodes are at a step: those that are `known`, ascending, or all. From then on
     /// its quality can be had.
-    pub fn enter(&self, step: usize, known: Option<&[u32]>, out: &mut [Vector]) -> Result<()> {
+    ///
+    /// # Errors
+    /// Where a file cannot be read or is damaged, of which coordinates are checked where all are read, and where a slab was not
+    /// moved by the base points with this hash.
+    pub fn enter(
+        &self,
+        step: usize,
+        base: [u8; 32],
+        known: Option<&[u32]>,
+        out: &mut [Vector],
+    ) -> Result<()> {
         let mut told = Vec::new();
         for stored in self.steps(step) {
             let mut stored = stored?;
-            let nodes = stored.nodes();
+            if stored.base() != base {
+                return Err(stored.wrong(
+                    "this step was moved by other base points than those that are chosen here, as on another kind of processor; \
+                     save them with `azimesh select` and run all slabs with --base",
+                ));
+            }
             match known {
-                None => stored.read(nodes.clone(), &mut out[nodes])?,
-                Some(known) => read_some(&mut stored, among(known, &nodes), out)?,
+                None => stored.pass(&mut |first, points| {
+                    out[first..first + points.len()].copy_from_slice(points);
+                    Ok(())
+                })?,
+                Some(known) => {
+                    let nodes = stored.nodes();
+                    read_some(&mut stored, among(known, &nodes), out)?;
+                }
             }
             told.push(stored.into_told());
         }

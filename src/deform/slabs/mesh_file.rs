@@ -4,13 +4,16 @@ use super::super::first_cells::{self, Edge};
 use super::super::holder::Holder;
 use super::super::numbers_file::NumbersFile;
 use crate::error::{Error, Result};
-use crate::formats::{Loaded, SharedFile, hash_of, list_nodes};
+use crate::formats::{Loaded, SharedFile, hash_of, list_nodes, reason};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Apart, Mesh, NodeBits, Numbers};
 use crate::parallel;
 use crate::ranks::hash::HashedBytes;
 use std::path::Path;
 use std::sync::Arc;
+
+/// Nodes that are stored in one piece at the most: each piece is read again for each slab of nodes.
+const MOST_AT_ONCE: usize = 1 << 22;
 
 /// The file of a mesh of which this process holds the outline.
 #[derive(Debug)]
@@ -30,17 +33,17 @@ impl MeshFile {
     /// # Errors
     /// Why it has to be read as a whole.
     pub(super) fn outline(self: &Arc<Self>) -> std::result::Result<Loaded, String> {
+        let at_once = self.0.nodes_at_once().map_err(reason)?;
+        if at_once > MOST_AT_ONCE {
+            return Err(format!(
+                "coordinates of {at_once} nodes are stored in one piece (`azimesh convert` writes a mesh without such pieces)"
+            ));
+        }
         let by: Arc<dyn Apart> = self.clone();
         let outline = self
             .0
             .by_pieces(|slabs, faces_once| Mesh::outline_by_pieces(slabs, faces_once, by));
-        let outline = outline.map_err(|error| {
-            Error {
-                path: None,
-                ..error
-            }
-            .to_string()
-        })?;
+        let outline = outline.map_err(reason)?;
         self.0.complete(outline)
     }
 }

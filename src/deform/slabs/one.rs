@@ -91,14 +91,15 @@ impl OneSlab {
     ) -> Result<()> {
         let plan = &interval.plan;
         let moved = interval.deforming().expect("a slab moves some nodes");
-        interval.known_points_at(step, Some(moved), points)?;
+        interval.moved_points_at(step, points);
         rounding.apply_to(moved, points);
         let told = match plan.judges() {
             true => self.judge(plan, points),
             false => ToldOfStep::default(),
         };
         let own = self.own_nodes();
-        StoredStep::save(left, step.index, own.clone(), &points[own], told)
+        let of = (step.index, interval.hash_of_base());
+        StoredStep::save(left, of, own.clone(), &points[own], told)
     }
 
     /// What its cells are like with the nodes at `points`.

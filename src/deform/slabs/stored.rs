@@ -11,7 +11,7 @@
 use crate::error::{Error, Result};
 use crate::formats::{Commit, OutputSet};
 use crate::geometry::vector::Vector;
-use crate::ranks::Told;
+use crate::ranks::{Told, processor};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -44,7 +44,11 @@ struct Head {
     run: [u8; 32],
     step: usize,
     nodes: Range<usize>,
+    /// Of the base points.
+    base: [u8; 32],
     coordinates: [u8; 32],
+    /// The kind of processor that has computed it.
+    processor: String,
     told: ToldOfStep,
 }
 
@@ -76,7 +80,7 @@ impl StoredStep {
     /// Writes a step of a slab with its own nodes, completely or not at all.
     pub(super) fn save(
         &Left { path, commit, run }: &Left<'_>,
-        step: usize,
+        (step, base): (usize, [u8; 32]),
         nodes: Range<usize>,
         points: &[Vector],
         told: ToldOfStep,
@@ -86,10 +90,12 @@ impl StoredStep {
             run,
             step,
             nodes,
+            base,
             coordinates: *blake3::Hasher::new()
                 .update_rayon(bytes)
                 .finalize()
                 .as_bytes(),
+            processor: processor::kind().to_owned(),
             told,
         };
         let head = postcard::to_stdvec(&head).expect("a head can be packed");
@@ -155,6 +161,21 @@ impl StoredStep {
     /// The nodes of which it has the coordinates.
     pub fn nodes(&self) -> Range<usize> {
         self.head.nodes.clone()
+    }
+
+    /// The hash of the base points that have moved it.
+    pub(super) fn base(&self) -> [u8; 32] {
+        self.head.base
+    }
+
+    /// An error about this file.
+    pub(super) fn wrong(&self, message: &str) -> Error {
+        Error::input(message).file(&self.path)
+    }
+
+    /// The kind of processor that has computed it.
+    pub(super) fn processor(&self) -> &str {
+        &self.head.processor
     }
 
     /// What the slab tells of its cells.
@@ -225,7 +246,7 @@ mod tests {
             commit: Commit::REPLACE,
             run: [9; 32],
         };
-        StoredStep::save(&left, 3, 256..556, &points, told.clone()).expect("it is new");
+        StoredStep::save(&left, (3, [5; 32]), 256..556, &points, told.clone()).expect("it is new");
         (path, points, told)
     }
 

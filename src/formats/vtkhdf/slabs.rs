@@ -162,6 +162,10 @@ impl Slabs for Open {
         (self.cells.end - self.cells.start) as usize
     }
 
+    fn nodes_at_once(&self) -> usize {
+        column(&self.grid, "Points").map_or(1, |points| points.whole_chunks(1) as usize)
+    }
+
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
         let first = self.points.start;
         let rows = first + nodes.start as u64..first + nodes.end as u64;
