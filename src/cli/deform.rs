@@ -1,6 +1,7 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::convert::patch_type;
+use super::outline::why_not_run;
 use super::{Context, Outcome, heap, memory};
 use crate::deform::{Deformation, Plan, SlabOf, Team};
 use crate::diagnostic::run::RunNote;
@@ -8,7 +9,7 @@ use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use crate::error::{Result, counted, path_in_line};
 use crate::formats::openfoam::set_patch_types;
 use crate::formats::{self, Loaded, SharedFile};
-use crate::motion::{Schedule, SurfaceOutput};
+use crate::motion::Schedule;
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::progress::Stop;
 use crate::quality::Criterion;
@@ -164,23 +165,15 @@ fn outline(
     args: &DeformArgs,
     context: &Context,
 ) -> std::result::Result<Loaded, String> {
-    let output = &schedule.output;
-    let format = formats::by_name(&output.format).map_err(|error| error.message)?;
-    if !format.takes_numbers_apart(&output.write_options()) {
-        return Err("several ranks do not write together what the run writes".to_owned());
-    }
-    if output.surface != SurfaceOutput::None {
-        return Err("it writes surfaces".to_owned());
+    if let Some(reason) = why_not_run(schedule) {
+        return Err(reason.to_owned());
     }
     if !args.patch_type.is_empty() {
         return Err("--patch-type may make it one layer of cells".to_owned());
     }
-    let outline = context.reading(&args.mesh, || Ok(team.outline_for(schedule)));
-    let outline = outline.map_err(|error| error.to_string())??;
-    match format.takes_cells_apart(&outline.mesh.view()) {
-        true => Ok(outline),
-        false => Err("cells are not written in their order".to_owned()),
-    }
+    let format = formats::by_name(&schedule.output.format).map_err(|error| error.message)?;
+    let read = || team.outline_for(schedule);
+    context.outline(&args.mesh, format, read, |found| found)
 }
 
 /// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.

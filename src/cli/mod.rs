@@ -12,6 +12,7 @@ mod info;
 mod input;
 mod man;
 mod memory;
+mod outline;
 mod output;
 mod progress;
 mod quality;

@@ -1,11 +1,12 @@
 //! Work on slabs of a mesh: `azimesh deform --slab I/N`, and `azimesh finish` of what that leaves.
 
 use super::deform::report;
+use super::outline::why_not_run;
 use super::{Context, Outcome};
-use crate::deform::{Deformation, SlabMesh, SlabOf, SlabWork};
+use crate::deform::{Deformation, Sharing, SlabMesh, SlabOf};
 use crate::error::{Error, Result, counted};
 use crate::formats::{self, ReadOptions, SharedFile};
-use crate::motion::{Schedule, SurfaceOutput};
+use crate::motion::Schedule;
 use crate::progress::Stop;
 use crate::run::{FinishedSlab, LeftSlabs, Request, run, run_slab};
 use serde_json::json;
@@ -118,7 +119,7 @@ fn deformation(
     request: &Request,
     schedule: Schedule,
     context: &Context,
-    work: impl FnOnce(&mut SlabMesh) -> Result<Arc<SlabWork>>,
+    work: impl FnOnce(&mut SlabMesh) -> Result<Sharing>,
     stop: &Arc<Stop>,
 ) -> Result<Deformation> {
     let path = &*request.mesh;
@@ -128,7 +129,7 @@ fn deformation(
         ))
         .file(path)
     };
-    if let Some(reason) = why_not(&schedule)? {
+    if let Some(reason) = why_not_run(&schedule) {
         return Err(refused(reason.to_owned()));
     }
     formats::check_file(path).map_err(|error| Error::io(path, &error))?;
@@ -137,34 +138,22 @@ fn deformation(
         step: None,
     };
     let file = SharedFile::new(path, None, &options).map_err(refused)?;
-    let found = context.reading(path, || Ok(SlabMesh::read(file, &schedule)))?;
-    let mut found = found.map_err(refused)?;
     let format = formats::by_name(&schedule.output.format)?;
-    if !format.takes_cells_apart(&found.outline.mesh.view()) {
-        return Err(refused("cells are not written in their order".to_owned()));
-    }
-    let slabs = work(&mut found)?;
+    let read = || SlabMesh::read(file, &schedule);
+    let found = context.outline(path, format, read, |found| &found.outline);
+    let mut found = found.map_err(refused)?;
+    let sharing = work(&mut found)?;
     let mesh = context.with_notes(found.outline, path);
     let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(stop))
-        .slabs(Some(slabs))
+        .sharing(sharing)
         .plan()
         .map_err(|error| error.file(path))?;
     match deformation.plan().moves_by_fields() {
         true => Ok(deformation),
         false => Err(refused("nodes slide on curved boundaries".to_owned())),
     }
-}
-
-/// Why a run of a schedule is not made from slabs.
-pub(super) fn why_not(schedule: &Schedule) -> Result<Option<&'static str>> {
-    let output = &schedule.output;
-    let format = formats::by_name(&output.format)?;
-    if !format.takes_numbers_apart(&output.write_options()) {
-        return Ok(Some("what the run writes is not written piece by piece"));
-    }
-    Ok((output.surface != SurfaceOutput::None).then_some("it writes surfaces"))
 }
 
 fn tell(folder: &Path, finished: &FinishedSlab, context: &Context) -> Result<()> {

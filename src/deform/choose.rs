@@ -208,7 +208,7 @@ fn in_rounds(
             plan.tolerance
         ));
     };
-    match &plan.team {
+    match plan.team() {
         Some(team) if space.constraints.is_none() && targets.criterion.n_modes() > 0 => {
             let mut sweeps = team.sweeps(&targets, space.basis, limits.candidates);
             select::select_by(&mut sweeps, space, targets, limits, &mut say)

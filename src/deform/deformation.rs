@@ -8,9 +8,8 @@ use super::layer::LayerKind;
 use super::measures::Measures;
 use super::plan::Plan;
 use super::positions::{Positions, Stepper};
-use super::prepare::Others;
 use super::repair::Repair;
-use super::slabs::SlabWork;
+use super::sharing::Sharing;
 use super::step_memory::{Rounding, StepMemory};
 use super::team::Team;
 use super::tolerance::{BaseOrigin, check_tolerance};
@@ -89,7 +88,7 @@ pub struct DeformationBuilder {
     base: Option<BasePoints>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
-    others: Others,
+    sharing: Sharing,
 }
 
 impl DeformationBuilder {
@@ -118,15 +117,15 @@ impl DeformationBuilder {
     #[doc(hidden)]
     #[must_use]
     pub fn team(mut self, team: Option<Arc<Team>>) -> Self {
-        self.others.team = team;
+        self.sharing = team.map_or(Sharing::Alone, Sharing::Ranks);
         self
     }
 
-    /// Does some of the work on slabs of a mesh, which is their outline.
+    /// Shares the work; the mesh may be an outline.
     #[doc(hidden)]
     #[must_use]
-    pub fn slabs(mut self, slabs: Option<Arc<SlabWork>>) -> Self {
-        self.others.slabs = slabs;
+    pub fn sharing(mut self, sharing: Sharing) -> Self {
+        self.sharing = sharing;
         self
     }
 
@@ -151,7 +150,7 @@ impl DeformationBuilder {
     /// are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
-        let plan = Plan::with(self.mesh, self.schedule, self.others)?;
+        let plan = Plan::with(self.mesh, self.schedule, self.sharing)?;
         Ok(Deformation {
             plan: Arc::new(plan),
             measures: OnceLock::new(),
@@ -184,7 +183,7 @@ impl Deformation {
             base: None,
             progress: Arc::new(Silent),
             stop: Arc::default(),
-            others: Others::default(),
+            sharing: Sharing::Alone,
         }
     }
 
@@ -318,7 +317,7 @@ impl Deformation {
     /// Why the first rank has cut the mesh into parts for the others, where it has.
     #[doc(hidden)]
     pub fn why_cut(&self) -> Option<String> {
-        self.plan.team.as_ref()?.why_cut()
+        self.plan.team()?.why_cut()
     }
 
     /// Why the first rank has read the whole mesh, where the outline was not enough.
@@ -468,11 +467,11 @@ impl Deformation {
 impl Deformation {
     /// The positions of the step that was evaluated last, which are apart.
     pub(crate) fn keep(&self, step: &Step, points: &[Vector]) -> Option<Box<dyn Apart>> {
-        Some(match (&self.plan.team, &self.plan.slabs) {
-            (Some(team), _) => Box::new(team.keep(points)),
-            (None, Some(slabs)) => Box::new(slabs.stored_points(step.index)),
-            (None, None) => return None,
-        })
+        match &self.plan.sharing {
+            Sharing::Ranks(team) => Some(Box::new(team.keep(points))),
+            Sharing::Joined(joined) => Some(Box::new(joined.points(step.index))),
+            Sharing::Alone | Sharing::Slab(_) => None,
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::layer::{Layer, LayerKind};
 use super::plan::Plan;
+use super::sharing::Sharing;
 use super::team::{SharedFields, Team};
 use crate::geometry::vector::{Vector, add, weighted_sum};
 use crate::parallel;
@@ -82,16 +83,16 @@ pub(crate) enum By<'a> {
 impl<'a> By<'a> {
     /// For steps in one go.
     pub fn of(plan: &'a Plan) -> Self {
-        match (&plan.team, plan.joined()) {
-            (Some(team), _) => Self::Team(team),
-            (None, Some(_)) => Self::Others,
-            (None, None) => Self::Here,
+        match &plan.sharing {
+            Sharing::Alone | Sharing::Slab(_) => Self::Here,
+            Sharing::Ranks(team) => Self::Team(team),
+            Sharing::Joined(_) => Self::Others,
         }
     }
 
     /// For steps in substeps.
     pub fn again(plan: &'a Plan) -> Self {
-        plan.team.as_ref().map_or(Self::Here, Self::Team)
+        plan.team().map_or(Self::Here, Self::Team)
     }
 }
 

@@ -1,6 +1,6 @@
 //! First cells at moving walls: each wall node with its nearest neighbour off the wall.
 
-use super::holder::Holder;
+use super::sharing::Holder;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{CellRun, Cells, Mesh, NodeBits, Numbering};

@@ -1,19 +1,42 @@
 //! Measures the quality of deformed meshes against the reference mesh.
 
 use super::plan::Plan;
+use super::sharing::Sharing;
+use super::slabs::Joined;
 use super::team::Team;
 use super::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Adjacency, DataArray};
 use crate::quality::{Assessment, Judge, Quality, Reference, Summary};
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 /// Data of the reference mesh that the quality of every step is measured with.
 pub(crate) struct Measures {
     /// Of the whole mesh; where others share it, made when it is needed.
     judge: OnceLock<Judge>,
     walls: OnceLock<WallAngles>,
-    team: Option<Arc<Team>>,
+}
+
+/// Who judges a mesh.
+enum Who<'a> {
+    /// This process.
+    Here,
+    /// All ranks.
+    Ranks(&'a Team),
+    /// Those that have worked on slabs have judged this step.
+    Slabs(&'a Joined, usize),
+}
+
+impl<'a> Who<'a> {
+    fn judges(plan: &'a Plan, by_fields: Option<usize>) -> Self {
+        match (&plan.sharing, by_fields) {
+            (Sharing::Ranks(team), _) if plan.judges() => Self::Ranks(team),
+            (Sharing::Joined(joined), Some(step)) if joined.is_at(step) => {
+                Self::Slabs(joined, step)
+            }
+            _ => Self::Here,
+        }
+    }
 }
 
 impl Measures {
@@ -22,14 +45,13 @@ impl Measures {
         let measures = Self {
             judge: OnceLock::new(),
             walls: OnceLock::new(),
-            team: plan.team.clone().filter(|_| plan.judges()),
         };
-        match (&measures.team, &plan.slabs) {
-            (Some(_), _) => plan.share(),
-            (None, Some(_)) => {}
-            (None, None) => {
+        match &plan.sharing {
+            Sharing::Ranks(_) if plan.judges() => plan.share(),
+            Sharing::Alone | Sharing::Ranks(_) => {
                 measures.walls.get_or_init(|| measures.find_walls(plan));
             }
+            Sharing::Slab(_) | Sharing::Joined(_) => {}
         }
         measures
     }
@@ -55,10 +77,10 @@ impl Measures {
 
     /// The quality of the cells with their nodes at `points`, which are those of a step `by_fields` alone where that says so.
     pub fn cells(&self, plan: &Plan, points: &[Vector], by_fields: Option<usize>) -> Summary {
-        match (&self.team, plan.joined(), by_fields) {
-            (Some(team), ..) => team.cells(points, by_fields),
-            (None, Some(joined), Some(step)) if joined.is_at(step) => joined.cells(step),
-            _ => self.judge(plan).cells(plan.whole(), points),
+        match Who::judges(plan, by_fields) {
+            Who::Ranks(team) => team.cells(points, by_fields),
+            Who::Slabs(joined, step) => joined.cells(step),
+            Who::Here => self.judge(plan).cells(plan.whole(), points),
         }
     }
 
@@ -70,10 +92,10 @@ impl Measures {
         points: &[Vector],
         by_fields: Option<usize>,
     ) -> Assessment {
-        let faces = match (&self.team, plan.joined(), by_fields) {
-            (Some(team), ..) => team.faces(points, by_fields),
-            (None, Some(joined), Some(step)) if joined.is_at(step) => joined.faces(step),
-            _ => self.judge(plan).faces(plan.whole(), points),
+        let faces = match Who::judges(plan, by_fields) {
+            Who::Ranks(team) => team.faces(points, by_fields),
+            Who::Slabs(joined, step) => joined.faces(step),
+            Who::Here => self.judge(plan).faces(plan.whole(), points),
         };
         Assessment { cells, faces }
     }
@@ -85,10 +107,10 @@ impl Measures {
         points: &[Vector],
         by_fields: Option<usize>,
     ) -> Option<f64> {
-        match (&self.team, plan.joined(), by_fields) {
-            (Some(team), ..) => team.normal_change(points, by_fields),
-            (None, Some(joined), Some(step)) if joined.is_at(step) => joined.normal_change(step),
-            _ => {
+        match Who::judges(plan, by_fields) {
+            Who::Ranks(team) => team.normal_change(points, by_fields),
+            Who::Slabs(joined, step) => joined.normal_change(step),
+            Who::Here => {
                 let mesh = plan.whole();
                 let walls = self.walls.get_or_init(|| self.find_walls(plan));
                 walls.largest_change(mesh, points, &mesh.points)

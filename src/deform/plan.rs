@@ -2,10 +2,11 @@
 //! that are interpolated, the support radius and the tolerance.
 
 use super::first_cells::FirstCells;
-use super::holder::Holder;
 use super::layer::{Layer, Method};
 use super::periodic::PeriodicNodes;
-use super::slabs::{Joined, SlabWork};
+use super::sharing::Holder;
+use super::sharing::Sharing;
+use super::slabs::Joined;
 use super::surface::SurfacePoints;
 use super::team::{Maps, Placing, Team};
 use crate::diagnostic::Diagnostic;
@@ -57,10 +58,8 @@ pub struct Plan {
     pub tolerance: f64,
     /// What was chosen where the schedule says nothing.
     pub choices: Vec<Diagnostic>,
-    /// The ranks that share the work; none where this one is alone.
-    pub(crate) team: Option<Arc<Team>>,
-    /// What this process does of the work on slabs; none where it works on the whole mesh.
-    pub(crate) slabs: Option<Arc<SlabWork>>,
+    /// Who shares the work.
+    pub(crate) sharing: Sharing,
     /// The whole mesh, once an outline is not enough, and the reason.
     pub(super) whole: OnceLock<(Arc<Mesh>, &'static str)>,
 }
@@ -100,13 +99,17 @@ impl Plan {
     /// Who has the mesh where this is the outline of it.
     fn holder(&self) -> Option<&dyn Holder> {
         self.mesh.outline.as_ref()?;
-        let team = self.team.as_deref().map(|team| team as &dyn Holder);
-        team.or_else(|| Some(&*self.slabs.as_ref()?.file as &dyn Holder))
+        self.sharing.holder()
+    }
+
+    /// The ranks that share the work, where they do.
+    pub(crate) fn team(&self) -> Option<&Arc<Team>> {
+        self.sharing.team()
     }
 
     /// The slabs that this process joins, where it does.
-    pub(crate) fn joined(&self) -> Option<&Joined> {
-        self.slabs.as_ref()?.joined()
+    pub(crate) fn joined(&self) -> Option<&Arc<Joined>> {
+        self.sharing.joined()
     }
 
     /// The hash of the file of the mesh, where this process has the outline.
@@ -175,7 +178,7 @@ impl Plan {
 
     /// Gives each rank its nodes, and where cells are judged its part of the mesh, where there are several.
     pub(super) fn share(&self) {
-        if let Some(team) = &self.team {
+        if let Some(team) = self.team() {
             let moving_faces = self.judges().then_some(&self.moving_faces[..]);
             team.share(&self.mesh, moving_faces, &self.placings());
         }
@@ -241,7 +244,7 @@ impl Plan {
     /// The nodes whose places this rank has to know at a step whose positions stay with the ranks that moved them, ascending;
     /// none where it has to know all. Tells the ranks which these are.
     pub(super) fn divide(&self) -> Option<Vec<u32>> {
-        if self.team.is_none() && self.joined().is_none() {
+        if self.team().is_none() && self.joined().is_none() {
             return None;
         }
         let moves_all = self.motion.zone.is_none() && self.schedule.rbf.substeps == 1;
@@ -253,7 +256,7 @@ impl Plan {
         known.extend(self.first_cells.nodes());
         known.sort_unstable();
         known.dedup();
-        if let Some(team) = &self.team {
+        if let Some(team) = self.team() {
             team.divide(self.mesh.points.len(), self.told(&known));
         }
         Some(known)
@@ -270,7 +273,7 @@ impl Plan {
     /// The nodes that fields have to move for one slab: its own with those around, and those on the surface and with followers that
     /// nothing else places, ascending. None where this process does not work on one.
     fn nodes_of_slab(&self) -> Option<Vec<u32>> {
-        let slab = self.slabs.as_ref()?.one()?;
+        let slab = self.sharing.slab()?;
         let mut nodes = self.told(&self.surface_and_followers());
         nodes.extend(slab.nodes());
         parallel::sort(&mut nodes);

@@ -8,6 +8,7 @@ use super::interval::Interval;
 use super::measures::Measures;
 use super::plan::Plan;
 use super::repair::{self, Repair, n_not_valid};
+use super::sharing::Sharing;
 use super::step_memory::{RepairedStep, Rounding, StepMemory};
 use super::substeps::Parts;
 use super::untangle::StepFreedom;
@@ -365,7 +366,7 @@ impl Stepper<'_> {
             Some(known) => self.rounding.apply_to(known, points),
             None => self.rounding.apply(points),
         }
-        let team = self.plan.team.as_ref();
+        let team = self.plan.team();
         if let Some(team) = team.filter(|_| self.plan.moves_by_fields()) {
             team.end_move(step.index, self.plan.maps_at(step), self.rounding);
         }
@@ -377,13 +378,13 @@ impl Stepper<'_> {
             return Ok(());
         }
         self.plan.take_whole("folded cells are repaired")?;
-        match (&self.plan.team, self.plan.joined()) {
-            (Some(team), _) => team.collect(points),
-            (None, Some(joined)) => {
+        match &self.plan.sharing {
+            Sharing::Ranks(team) => team.collect(points),
+            Sharing::Joined(joined) => {
                 let base = self.interval.hash_of_base();
                 joined.enter(step.index, base, None, points)?;
             }
-            (None, None) => {}
+            Sharing::Alone | Sharing::Slab(_) => {}
         }
         Ok(())
     }

@@ -6,14 +6,12 @@ use super::checks::{
     repeated_time, unused,
 };
 use super::first_cells::FirstCells;
-use super::holder::Holder;
 use super::layer::{self, Layer, Method};
 use super::periodic::PeriodicNodes;
 use super::plan::{Plan, SELECTED};
 use super::sections;
-use super::slabs::SlabWork;
+use super::sharing::Sharing;
 use super::surface::SurfacePoints;
-use super::team::Team;
 use super::velocity;
 use super::zone;
 use crate::diagnostic::Diagnostic;
@@ -39,24 +37,14 @@ const TRUNCATION: f64 = 0.01;
 /// A body that goes this many diagonals of the mesh is out of it in any case.
 const FAR: f64 = 100.0;
 
-/// Who shares the work on a mesh.
-#[derive(Default)]
-pub(super) struct Others {
-    /// The ranks, of which this is the first.
-    pub team: Option<Arc<Team>>,
-    /// The processes that work on slabs, and what this one does.
-    pub slabs: Option<Arc<SlabWork>>,
-}
-
 impl Plan {
     /// Resolves a schedule on a mesh and finds its modes. An error without a file is about the mesh.
     pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
-        Self::with(mesh.into(), schedule, Others::default())
+        Self::with(mesh.into(), schedule, Sharing::Alone)
     }
 
     /// The same, where others share the work; the mesh may be the outline of theirs.
-    pub(super) fn with(mut mesh: Arc<Mesh>, schedule: Schedule, others: Others) -> Result<Self> {
-        let Others { team, slabs } = others;
+    pub(super) fn with(mut mesh: Arc<Mesh>, schedule: Schedule, sharing: Sharing) -> Result<Self> {
         let has_boxes = mesh.field_arrays.iter().any(|a| a.name == su2::BOXES);
         if has_boxes {
             Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);
@@ -67,7 +55,7 @@ impl Plan {
         let mut motion = schedule.resolve(&mesh)?;
         if motion.to_inertial(&motion.steps[0]).is_some() {
             zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
-            if let Some(team) = team.as_ref().filter(|_| motion.zone.is_some()) {
+            if let Some(team) = sharing.team().filter(|_| motion.zone.is_some()) {
                 team.leave_file("nodes where a zone turns are doubled");
             }
         }
@@ -80,9 +68,7 @@ impl Plan {
         choices.extend(format);
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
-        let holder = team.as_deref().map(|team| team as &dyn Holder);
-        let holder = holder.or(slabs.as_ref().map(|slabs| &*slabs.file as &dyn Holder));
-        let first_cells = FirstCells::find(&mut mesh, &motion, holder)?;
+        let first_cells = FirstCells::find(&mut mesh, &motion, sharing.holder())?;
         let moving = moving_bounds(&surface);
         let basis = basis(&schedule, &mesh, &motion, &moving, &mut choices);
         check_radii(&schedule, &mesh).map_err(in_schedule)?;
@@ -116,8 +102,7 @@ impl Plan {
             periodic,
             tolerance,
             choices,
-            team,
-            slabs,
+            sharing,
             whole: OnceLock::new(),
         };
         let path = plan.schedule.path.clone();

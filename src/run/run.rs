@@ -73,7 +73,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let base_files = earlier.bases.clone();
     let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
-    if let Some(team) = &plan.team {
+    if let Some(team) = plan.team() {
         team.set_sync(names.commit.sync);
     }
     let mut run = Run {

@@ -60,8 +60,7 @@ pub(super) fn identity(record: &RunRecord, n: usize) -> [u8; 32] {
 pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<FinishedSlab> {
     let clock = Clock::start();
     let plan = deformation.plan();
-    let slab = plan.slabs.as_ref().and_then(|slabs| slabs.one());
-    let slab = slab.expect("it works on one slab");
+    let slab = plan.sharing.slab().expect("it works on one slab");
     let format = formats::by_name(&plan.schedule.output.format)?;
     before_work(plan, format, &request.fail_on)?;
     let steps = &plan.motion.steps;

@@ -77,7 +77,7 @@ impl Run<'_> {
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
             let is_by_ranks = is_apart || mesh.cells_apart.is_some();
-            let team = self.plan.team.clone().filter(|_| is_by_ranks);
+            let team = self.plan.team().cloned().filter(|_| is_by_ranks);
             let write = || write(writer, &mesh, step, ready, task, team);
             let compute = || {
                 let (step, task) = following?;

@@ -1,5 +1,6 @@
 //! One mesh that several ranks read and write together.
 
+use super::super::outline::why_not_written;
 use super::{Changes, Input, Run};
 use crate::deform::Team;
 use crate::error::Result;
@@ -46,16 +47,15 @@ impl Run<'_> {
         if args.changes != Changes::default() || args.reorder || args.portable {
             return Err("one rank changes it".to_owned());
         }
-        let takes_numbers = format.takes_numbers_apart(&self.options());
+        if let Some(reason) = why_not_written(format, &self.options()) {
+            return Err(reason.to_owned());
+        }
         let is_pipe = path.metadata().is_ok_and(|found| !found.is_file());
-        if !takes_numbers || args.pieces.is_some() || path.as_os_str() == "-" || is_pipe {
-            return Err("several ranks do not write together what is written".to_owned());
+        if args.pieces.is_some() || path.as_os_str() == "-" || is_pipe {
+            return Err("what is written is not one file".to_owned());
         }
-        let outline = self.context.reading(input.path(), || Ok(team.outline()));
-        let outline = outline.map_err(|error| error.to_string())??;
-        match format.takes_cells_apart(&outline.mesh.view()) {
-            true => Ok(outline),
-            false => Err("cells are not written in their order".to_owned()),
-        }
+        let read = || team.outline();
+        self.context
+            .outline(input.path(), format, read, |found| found)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::numbers_file::NumbersFile;
 use super::SlabOf;
+use super::mesh_file::MeshFile;
 use super::stored::{StoredStep, ToldOfStep};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
@@ -20,7 +21,8 @@ const NODES: u32 = 1 << 16;
 
 /// The slabs of a sequence.
 #[derive(Debug)]
-pub(crate) struct Joined {
+pub struct Joined {
+    pub(in crate::deform) file: Arc<MeshFile>,
     sequence: PathBuf,
     n: usize,
     n_nodes: usize,
@@ -31,8 +33,9 @@ pub(crate) struct Joined {
 }
 
 impl Joined {
-    pub(super) fn new(sequence: &Path, n: usize, n_nodes: usize) -> Self {
+    pub(super) fn new(file: &Arc<MeshFile>, sequence: &Path, n: usize, n_nodes: usize) -> Self {
         Self {
+            file: Arc::clone(file),
             sequence: sequence.to_path_buf(),
             n,
             n_nodes,
@@ -42,17 +45,17 @@ impl Joined {
     }
 
     /// How many slabs there are.
-    pub fn n(&self) -> usize {
+    pub(crate) fn n(&self) -> usize {
         self.n
     }
 
     /// The folder of each slab.
-    pub fn folders(&self) -> impl Iterator<Item = PathBuf> {
+    pub(crate) fn folders(&self) -> impl Iterator<Item = PathBuf> {
         SlabOf::all(self.n).map(|slab| slab.folder(&self.sequence))
     }
 
     /// Refuses slabs that lack a step, or are not of this run.
-    pub fn check(&self, run: [u8; 32], n_steps: usize) -> Result<()> {
+    pub(crate) fn check(&self, run: [u8; 32], n_steps: usize) -> Result<()> {
         self.run.get_or_init(|| run);
         for slab in SlabOf::all(self.n) {
             for step in 0..n_steps {
@@ -71,7 +74,7 @@ impl Joined {
     }
 
     /// The kinds of processors on which so many steps of the slabs were computed, where these are several.
-    pub fn kinds_of_processors(&self, n_steps: usize) -> Option<String> {
+    pub(crate) fn kinds_of_processors(&self, n_steps: usize) -> Option<String> {
         let all = SlabOf::all(self.n).flat_map(|slab| (0..n_steps).map(move |step| (slab, step)));
         let found = all.filter_map(|(slab, step)| StoredStep::open(&self.path(slab, step)).ok());
         processor::several(found.map(|stored| stored.processor().to_owned()).collect())
@@ -101,6 +104,14 @@ impl Joined {
         SlabOf::all(self.n).map(move |slab| self.open(slab, step))
     }
 
+    /// The positions at a step, from where they are written.
+    pub(crate) fn points(self: &Arc<Self>, step: usize) -> StoredPoints {
+        StoredPoints {
+            by: Arc::clone(self),
+            step,
+        }
+    }
+
     fn told(&self) -> MutexGuard<'_, (usize, Vec<ToldOfStep>)> {
         self.told.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -111,7 +122,7 @@ impl Joined {
     /// # Errors
     /// Where a file cannot be read or is damaged, of which coordinates are checked where all are read, and where a slab was not
     /// moved by the base points with this hash.
-    pub fn enter(
+    pub(crate) fn enter(
         &self,
         step: usize,
         base: [u8; 32],
@@ -144,29 +155,29 @@ impl Joined {
     }
 
     /// The nodes are not where slabs have left them any more.
-    pub fn leave(&self) {
+    pub(crate) fn leave(&self) {
         *self.told() = (usize::MAX, Vec::new());
     }
 
     /// Whether the nodes are where slabs have left them at a step.
-    pub fn is_at(&self, step: usize) -> bool {
+    pub(crate) fn is_at(&self, step: usize) -> bool {
         self.told().0 == step
     }
 
     /// The quality of the cells at the step that was entered last.
-    pub fn cells(&self, step: usize) -> Summary {
+    pub(crate) fn cells(&self, step: usize) -> Summary {
         let mesh = self.hearing(step, |told| &told.cells);
         Judge::new(&mesh).cells(&mesh, &[])
     }
 
     /// The quality of its faces.
-    pub fn faces(&self, step: usize) -> FaceSummary {
+    pub(crate) fn faces(&self, step: usize) -> FaceSummary {
         let mesh = self.hearing(step, |told| &told.faces);
         Judge::new(&mesh).faces(&mesh, &[])
     }
 
     /// The largest change of the angle between a moving wall and its first cell, in degrees.
-    pub fn normal_change(&self, step: usize) -> Option<f64> {
+    pub(crate) fn normal_change(&self, step: usize) -> Option<f64> {
         let mesh = self.hearing(step, |told| &told.walls);
         // As is told of the mesh at rest, which nobody asks for here.
         Judge::new(&mesh);
@@ -211,18 +222,8 @@ fn read_some(stored: &mut StoredStep, nodes: &[u32], out: &mut [Vector]) -> Resu
 /// Where the nodes are at a step.
 #[derive(Debug)]
 pub(crate) struct StoredPoints {
-    by: Arc<super::SlabWork>,
+    by: Arc<Joined>,
     step: usize,
-}
-
-impl super::SlabWork {
-    /// The positions of a step that this process joins.
-    pub(crate) fn stored_points(self: &Arc<Self>, step: usize) -> StoredPoints {
-        StoredPoints {
-            by: Arc::clone(self),
-            step,
-        }
-    }
 }
 
 impl Apart for StoredPoints {
@@ -232,19 +233,13 @@ impl Apart for StoredPoints {
         numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
-        let (Numbers::Coordinates(wanted), Some(joined)) = (numbers, self.by.joined()) else {
+        let Numbers::Coordinates(wanted) = numbers else {
             return self.by.file.write(to, numbers, hash_from);
         };
         let mut out = NumbersFile::new(to, hash_from)?;
-        for stored in joined.steps(self.step) {
+        for stored in self.by.steps(self.step) {
             stored?.pass(&mut |first, points| out.points(points, first, *wanted))?;
         }
         Ok(out.finish())
-    }
-}
-
-impl std::fmt::Debug for super::SlabWork {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "slabs of {}", self.file.file().path().display())
     }
 }

@@ -1,8 +1,8 @@
 //! The file of a mesh that no process holds as a whole: what is known of it is read piece by piece when it is asked for.
 
 use super::super::first_cells::{self, Edge};
-use super::super::holder::Holder;
 use super::super::numbers_file::NumbersFile;
+use super::super::sharing::Holder;
 use crate::error::{Error, Result};
 use crate::formats::{Loaded, SharedFile, hash_of, list_nodes, reason};
 use crate::geometry::vector::Vector;

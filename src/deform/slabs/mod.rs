@@ -15,14 +15,15 @@ mod mesh_file;
 mod one;
 mod stored;
 
+use super::sharing::Sharing;
 use super::team::needs_whole;
 use crate::error::Result;
 use crate::formats::{Loaded, SharedFile};
 use crate::mesh::OneLayer;
 use crate::motion::Schedule;
-pub(crate) use joined::Joined;
+pub use joined::Joined;
 pub(crate) use mesh_file::MeshFile;
-pub(crate) use one::OneSlab;
+pub use one::OneSlab;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -88,19 +89,6 @@ impl SlabOf {
     }
 }
 
-/// What this process does of the work on slabs.
-pub struct SlabWork {
-    /// Of which the outline is.
-    pub(crate) file: Arc<MeshFile>,
-    pub(crate) way: SlabWay,
-}
-
-/// One slab, or all of them.
-pub(crate) enum SlabWay {
-    One(Box<OneSlab>),
-    Joined(Joined),
-}
-
 /// The outline of a mesh that is worked on in slabs, where that is enough for a schedule.
 pub struct SlabMesh {
     file: Arc<MeshFile>,
@@ -125,45 +113,21 @@ impl SlabMesh {
         }
     }
 
-    /// For the work on one slab, which is read.
+    /// The work on one slab, which is read.
     ///
     /// # Errors
     /// Where it cannot be read.
-    pub fn one(&mut self, slab: SlabOf) -> Result<Arc<SlabWork>> {
+    pub fn one(&mut self, slab: SlabOf) -> Result<Sharing> {
         let one = OneSlab::read(&self.file, slab)?;
         let mesh = &mut self.outline.mesh;
         mesh.take_places(one.nodes(), one.places());
-        Ok(self.work(SlabWay::One(Box::new(one))))
+        Ok(Sharing::Slab(Arc::new(one)))
     }
 
-    /// For joining so many slabs of the sequence in a folder.
-    pub fn joined(&self, sequence: &Path, n: usize) -> Arc<SlabWork> {
+    /// The joining of so many slabs of the sequence in a folder.
+    pub fn joined(&self, sequence: &Path, n: usize) -> Sharing {
         let n_nodes = self.outline.mesh.points.len();
-        self.work(SlabWay::Joined(Joined::new(sequence, n, n_nodes)))
-    }
-
-    fn work(&self, way: SlabWay) -> Arc<SlabWork> {
-        Arc::new(SlabWork {
-            file: Arc::clone(&self.file),
-            way,
-        })
-    }
-}
-
-impl SlabWork {
-    /// The slab that this process works on, where it is one.
-    pub(crate) fn one(&self) -> Option<&OneSlab> {
-        match &self.way {
-            SlabWay::One(one) => Some(one),
-            SlabWay::Joined(_) => None,
-        }
-    }
-
-    /// The slabs that this process joins, where it does.
-    pub(crate) fn joined(&self) -> Option<&Joined> {
-        match &self.way {
-            SlabWay::One(_) => None,
-            SlabWay::Joined(joined) => Some(joined),
-        }
+        let joined = Joined::new(&self.file, sequence, n, n_nodes);
+        Sharing::Joined(Arc::new(joined))
     }
 }

@@ -16,10 +16,11 @@ use crate::parallel;
 use crate::quality::Judge;
 use crate::ranks::{Ranks, Told};
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A slab of a mesh, with the cells around it.
-pub(crate) struct OneSlab {
+pub struct OneSlab {
+    pub(in crate::deform) file: Arc<MeshFile>,
     /// Which it is.
     pub slab: SlabOf,
     part: Mesh,
@@ -35,11 +36,12 @@ struct Judging {
 }
 
 impl OneSlab {
-    pub(super) fn read(file: &MeshFile, slab: SlabOf) -> Result<Self> {
+    pub(super) fn read(file: &Arc<MeshFile>, slab: SlabOf) -> Result<Self> {
         let part = file.file().by_pieces(|slabs, _| {
             Mesh::part_by_pieces(slabs, (slab.number, slab.n), &Ranks::telling())
         })?;
         Ok(Self {
+            file: Arc::clone(file),
             slab,
             part,
             judging: OnceLock::new(),
@@ -52,7 +54,7 @@ impl OneSlab {
     }
 
     /// The nodes that it has, its own and those around, by their numbers in the whole mesh, ascending.
-    pub fn nodes(&self) -> &[u32] {
+    pub(crate) fn nodes(&self) -> &[u32] {
         &self.part().nodes
     }
 
@@ -62,7 +64,7 @@ impl OneSlab {
     }
 
     /// Its own nodes, by their numbers in the whole mesh.
-    pub fn own_nodes(&self) -> Range<usize> {
+    pub(crate) fn own_nodes(&self) -> Range<usize> {
         node_slab(self.part().n_nodes, self.slab.number, self.slab.n)
     }
 
@@ -81,7 +83,7 @@ impl OneSlab {
 
     /// Computes a step and leaves it where `left` says. `points` has room for all nodes of the whole mesh, of which those that
     /// move are written.
-    pub fn leave_step(
+    pub(crate) fn leave_step(
         &self,
         interval: &Interval,
         step: &Step,

@@ -8,7 +8,7 @@ use super::placing::{Apart, Numbered, Placing};
 use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
-use crate::deform::holder::Holder;
+use crate::deform::sharing::Holder;
 use crate::error::Result;
 use crate::formats::{self, Loaded, SharedFile};
 use crate::geometry::vector::Vector;

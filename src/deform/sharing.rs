@@ -1,0 +1,77 @@
+//! Who shares the work on a mesh, of which this process may hold the outline alone.
+
+use super::first_cells::Edge;
+use super::slabs::{Joined, OneSlab};
+use super::team::Team;
+use crate::error::Result;
+use crate::geometry::vector::Vector;
+use crate::mesh::Mesh;
+use std::sync::Arc;
+
+/// Who shares the work.
+#[derive(Default, Clone)]
+pub enum Sharing {
+    /// Nobody.
+    #[default]
+    Alone,
+    /// The ranks, of which this process is the first.
+    Ranks(Arc<Team>),
+    /// Processes that work on other slabs; this one works on a slab.
+    Slab(Arc<OneSlab>),
+    /// Processes that have worked on slabs; this one joins these.
+    Joined(Arc<Joined>),
+}
+
+impl Sharing {
+    /// The ranks, where they share it.
+    pub(crate) fn team(&self) -> Option<&Arc<Team>> {
+        match self {
+            Self::Ranks(team) => Some(team),
+            _ => None,
+        }
+    }
+
+    /// The slab that this process works on, where it does.
+    pub(crate) fn slab(&self) -> Option<&OneSlab> {
+        match self {
+            Self::Slab(slab) => Some(slab),
+            _ => None,
+        }
+    }
+
+    /// The slabs that this process joins, where it does.
+    pub(crate) fn joined(&self) -> Option<&Arc<Joined>> {
+        match self {
+            Self::Joined(joined) => Some(joined),
+            _ => None,
+        }
+    }
+
+    /// Who has the whole mesh where this process has the outline.
+    pub(crate) fn holder(&self) -> Option<&dyn Holder> {
+        match self {
+            Self::Alone => None,
+            Self::Ranks(team) => Some(&**team),
+            Self::Slab(slab) => Some(&*slab.file),
+            Self::Joined(joined) => Some(&*joined.file),
+        }
+    }
+}
+
+/// Has the whole mesh, or can read it.
+pub(crate) trait Holder: Send + Sync {
+    /// The whole mesh.
+    ///
+    /// # Errors
+    /// Where it cannot be read again.
+    fn whole(&self) -> Result<Mesh>;
+
+    /// The hash of the file that the mesh is in.
+    fn hash_of_file(&self) -> Result<blake3::Hash>;
+
+    /// The shortest edge that leaves the wall at each of these nodes, which are ascending, and where it ends.
+    fn edges_off_walls(&self, nodes: &[u32]) -> Result<(Vec<Edge>, Vec<Vector>)>;
+
+    /// Those of some boundary faces of an outline, ascending, that are a side of no cell.
+    fn faces_on_no_cell(&self, outline: &Mesh, faces: &[u32]) -> Result<Vec<u32>>;
+}
