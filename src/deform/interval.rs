@@ -225,12 +225,13 @@ impl Interval {
 
     /// Writes to `out` where the nodes are at a step that this process moves: those of one slab.
     pub(super) fn moved_points_at(&self, step: &Step, out: &mut [Vector]) {
-        if let Way::AtOnce { fields, .. } = &self.way {
-            let state = self.reference();
-            fields.displace_covered(&self.plan.layers, step.index, state, out);
-            self.place_surface_nodes(step, 1.0, state, out);
-            self.finish_positions(step, self.deforming(), out);
-        }
+        let Way::AtOnce { fields, .. } = &self.way else {
+            unreachable!("no slab is moved in substeps")
+        };
+        let state = self.reference();
+        fields.displace_covered(&self.plan.layers, step.index, state, out);
+        self.place_surface_nodes(step, 1.0, state, out);
+        self.finish_positions(step, self.deforming(), out);
     }
 
     /// The hash of the base points, by their numbers among the surface points.
