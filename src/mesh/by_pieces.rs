@@ -165,21 +165,48 @@ mod tests {
     use super::*;
     use crate::ranks::hash::HashedBytes;
     use crate::ranks::on_threads;
-    use crate::sample::{BladeOptions, CellShape, SizeOptions, blade};
     use std::path::Path;
     use std::sync::Arc;
 
-    /// A blade of several pieces.
-    fn blade_of(cells: CellShape) -> Mesh {
-        let options = BladeOptions {
-            size: SizeOptions {
-                nodes: Some(40_000),
-                ..SizeOptions::default()
-            },
-            cells,
-            ..BladeOptions::default()
-        };
-        blade(&options).expect("a blade").mesh
+    /// A cube of several pieces: tetrahedra, six to a small cube, or two wedges, and the triangles of its lower side.
+    fn cube_of(kind: CellKind) -> Mesh {
+        let n: u32 = if kind == CellKind::Wedge { 34 } else { 25 };
+        let at = |i: u32, j: u32, k: u32| i + (n + 1) * (j + (n + 1) * k);
+        let side = || 0..n;
+        let mut mesh = Mesh::default();
+        for k in 0..=n {
+            for j in 0..=n {
+                let x = |i: u32| [i, j, k].map(f64::from);
+                mesh.points.extend((0..=n).map(x));
+            }
+        }
+        let mut faces = Cells::new();
+        for (k, j, i) in
+            side().flat_map(|k| side().flat_map(move |j| side().map(move |i| (k, j, i))))
+        {
+            let [a, b, c, d] = [
+                at(i, j, k),
+                at(i + 1, j, k),
+                at(i + 1, j + 1, k),
+                at(i, j + 1, k),
+            ];
+            let up = (n + 1) * (n + 1);
+            for [a, b, c] in [[a, b, c], [a, c, d]] {
+                match kind {
+                    CellKind::Wedge => mesh.cells.push(kind, &[a, b, c, a + up, b + up, c + up]),
+                    _ => {
+                        mesh.cells.push(kind, &[a, b, c, c + up]);
+                        mesh.cells.push(kind, &[a, b, c + up, b + up]);
+                        mesh.cells.push(kind, &[a, b + up, c + up, a + up]);
+                    }
+                }
+                if k == 0 {
+                    faces.push(CellKind::Triangle, &[a, c, b]);
+                }
+            }
+        }
+        mesh.cells.append(&faces);
+        mesh
     }
 
     fn by_pieces<T>(mesh: &Mesh, act: impl FnOnce(&Slabs) -> T) -> T {
@@ -204,8 +231,8 @@ mod tests {
 
     #[test]
     fn a_part_that_is_read_alone_is_that_of_a_rank() {
-        for cells in [CellShape::Tet, CellShape::Wedge] {
-            let mesh = blade_of(cells);
+        for kind in [CellKind::Tetrahedron, CellKind::Wedge] {
+            let mesh = cube_of(kind);
             assert!(mesh.cells.len() > 2 * CELLS, "{}", mesh.cells.len());
             for n in [1, 2, 3, 7] {
                 let wanted = on_threads(n, |ranks| {
@@ -217,7 +244,7 @@ mod tests {
                         Mesh::part_by_pieces(slabs, (rank, n), &Ranks::alone())
                     });
                     let found = found.expect("a part");
-                    assert!(found == wanted, "{cells:?}: {rank} of {n}");
+                    assert!(found == wanted, "{kind:?}: {rank} of {n}");
                 }
             }
         }
@@ -225,7 +252,7 @@ mod tests {
 
     #[test]
     fn an_outline_knows_the_boundary_and_where_all_ends() {
-        let mesh = blade_of(CellShape::Wedge);
+        let mesh = cube_of(CellKind::Wedge);
         let found = by_pieces(&mesh, |slabs| {
             Mesh::outline_by_pieces(slabs, false, Arc::new(Nobody))
         });
@@ -253,7 +280,7 @@ mod tests {
 
     #[test]
     fn faces_that_the_whole_mesh_has_twice_are_refused_where_they_are_one() {
-        let mut mesh = blade_of(CellShape::Tet);
+        let mut mesh = cube_of(CellKind::Tetrahedron);
         let face = mesh.cells.runs().find(|run| run.kind == CellKind::Triangle);
         let nodes = face.expect("it has faces").connectivity[..3].to_vec();
         let read = |mesh: &Mesh, once| {
@@ -269,7 +296,7 @@ mod tests {
 
     #[test]
     fn faces_on_no_cell_are_found_piece_by_piece() {
-        let mut mesh = blade_of(CellShape::Tet);
+        let mut mesh = cube_of(CellKind::Tetrahedron);
         let n = mesh.points.len() as u32;
         let first = mesh.cells.len() as u32;
         mesh.cells.push(CellKind::Triangle, &[0, n / 2, n - 1]);
@@ -286,7 +313,7 @@ mod tests {
 
     #[test]
     fn places_of_nodes_are_those_of_the_mesh() {
-        let mesh = blade_of(CellShape::Tet);
+        let mesh = cube_of(CellKind::Tetrahedron);
         let n = mesh.points.len() as u32;
         for nodes in [
             vec![],
