@@ -296,6 +296,13 @@ pub(super) fn own_points(slabs: &Slabs, own: Range<usize>) -> Result<Vec<[f64; 3
 /// For each rank, ascending, the cells of this one that it needs, by their places among these.
 fn needed(cells: &Cells, dimension: u8, others: &[[u32; 2]], n_ranks: usize) -> Vec<Vec<u32>> {
     let shared: Vec<u32> = others.iter().map(|other| other[0]).collect();
+    let ends = match (shared.first(), shared.last()) {
+        (Some(&first), Some(&last)) => first as usize..last as usize + 1,
+        _ => 0..0,
+    };
+    // Most cells have none of them.
+    let is_shared = NodeBits::new(&ends);
+    is_shared.add(&shared);
     let shared = Numbering::new(&shared);
     let found = parallel::concat_blocks(cells.len(), SLAB, &|range| {
         let mut found = Vec::new();
@@ -305,6 +312,9 @@ fn needed(cells: &Cells, dimension: u8, others: &[[u32; 2]], n_ranks: usize) -> 
                 continue;
             };
             for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
+                if !nodes.iter().any(|&node| is_shared.has(node)) {
+                    continue;
+                }
                 counts.clear();
                 for &node in nodes {
                     let others = shared.places(node).map(|at| others[at][1]);

@@ -70,10 +70,12 @@ impl NodeBits {
         }
     }
 
-    /// Whether a node of the range is among them.
+    /// Whether a node is among them.
+    #[inline]
     pub fn has(&self, node: u32) -> bool {
-        let at = node as usize - self.first;
-        self.words[at / WORD].load(Relaxed) & (1 << (at % WORD)) != 0
+        let at = (node as usize).wrapping_sub(self.first);
+        let word = self.words.get(at / WORD);
+        word.is_some_and(|word| word.load(Relaxed) & (1 << (at % WORD)) != 0)
     }
 
     /// Those that are among them, ascending; none is after that.
