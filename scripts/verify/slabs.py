@@ -1,5 +1,5 @@
 """Slabs of a mesh, each moved by a run of its own: 1 to 9 of them joined give what one run gives, to the byte, for every format
-and motion that is worked on in slabs; what a run leaves that is killed is resumed; the others are refused by name.
+and motion; what a run leaves that is killed is resumed.
 
     KILLS          how often a run is killed (4)
 """
@@ -17,22 +17,26 @@ from program import AZIMESH, TESTDATA, azimesh, report, scratch
 
 KILLS = int(os.environ.get("KILLS", "4"))
 SEED = 20261125
-# A solid mesh, its schedule and changes of that: sliding and periodic boundaries, a twisted beam, several bodies.
+# What slabs do without the whole mesh: a solid mesh, its schedule and changes of that.
 CASES = [
     ("hart_ii", "hart_ii", {"step = 15": "step = 60"}),
     ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[rbf]\ninterpolate = \"twist\""}),
     ("rotor_sector", "rotor_sector", {}),
     ("rotor_sector", "rotor_sector_sliding", {}),
+    ("body_in_duct", "body_in_duct", {}),
     ("wing_on_plane", "wing_on_plane", {"[selection]": "[selection]\ncorrection = false"}),
     ("wing_on_plane", "wing_on_plane", {"[selection]": "[selection]\nmethod = \"real\""}),
     ("wing_on_plane", "wing_on_plane", {}),
 ]
-# What is not worked on in slabs, and what is told of it.
-REFUSED = [
-    ("naca0012", "naca0012", {}, "no solid cells"),
-    ("body_in_duct", "body_in_duct", {}, "curved boundaries"),
-    ("hart_ii", "hart_ii", {"[rbf]": "[output]\nvelocity = true\n[rbf]"}, "arrays of all nodes"),
+# What they need the whole mesh for, and what is told of that.
+WHOLE = [
+    ("naca0012", "naca0012", {"[rbf]": "[output]\nquality = \"cells\"\ndisplacement = true\n[rbf]"}, "arrays of all nodes"),
+    ("naca0012", "naca0012", {"support_radius = 10.0": "support_radius = 1.5"}, "no solid cells"),
+    ("block", "block", {"angle = 60.0": "angle = 170.0"}, "no solid cells"),
+    ("block", "block_sliding", {}, "substeps"),
+    ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[output]\nvelocity = true\n[rbf]"}, "arrays of all nodes"),
     ("wing_on_plane", "wing_on_plane", {"[rbf]": "[rbf]\nsubsteps = 2"}, "substeps"),
+    ("rotor_sector", "rotor_sector", {"[rbf]": "[rbf]\nsubsteps = 3", "[selection]": "[selection]\ncorrection = false"}, "substeps"),
 ]
 
 
@@ -98,15 +102,59 @@ def check_large(folder):
     report("slabs: large meshes", n_files, 0, "files")
 
 
-def check_refused(folder):
-    """What is not worked on in slabs is refused, and leaves nothing."""
-    for name, schedule, changes, reason in REFUSED:
-        schedule, mesh, out = schedule_of(folder, schedule, changes), folder / f"refused_{name}.vtkhdf", folder / "refused"
-        azimesh("convert", TESTDATA / f"{name}.vtu", mesh, "--force")
-        done = subprocess.run([AZIMESH, "deform", mesh, schedule, "-o", out, "--slab", "1/2"], capture_output=True, text=True)
-        assert done.returncode == 2 and "not worked on in slabs" in done.stderr and reason in done.stderr, done.stderr
-        assert not out.exists()
-    report("slabs: refused", len(REFUSED), 0, "commands")
+def read_whole(mesh, schedule, reason):
+    """That a slab reads the whole mesh, and why."""
+    out = mesh.parent / "told"
+    command = [AZIMESH, "deform", mesh, schedule, "-o", out, "--slab", "1/1"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "read whole" in done.stderr and reason in done.stderr, done.stderr
+    subprocess.run(["rm", "-r", out], check=True)
+
+
+def check_whole(folder):
+    """What slabs need the whole mesh for."""
+    n_files = 0
+    for number, (name, schedule, changes, reason) in enumerate(WHOLE):
+        schedule = schedule_of(folder, schedule, changes)
+        for ending in ("vtu", "vtkhdf", "cgns"):
+            mesh, alone = folder / f"{name}.{ending}", folder / f"whole_{number}_{ending}"
+            azimesh("convert", TESTDATA / f"{name}.vtu", mesh, "--force")
+            read_whole(mesh, schedule, reason)
+            azimesh("deform", mesh, schedule, "-o", alone, "--format", ending)
+            for n in (1, 3 + number % 4):
+                out = folder / f"{alone.name}_{n}"
+                in_slabs(mesh, schedule, out, n, "--format", ending)
+                n_files += same(joined(out), content(alone), f"{schedule.name} as {ending} in {n} slabs")
+    report("slabs: whole meshes", n_files, 0, "files")
+
+
+def check_rotors(folder):
+    """A zone that turns against the rest, a zone that deforms alone, bodies around a hub that are carried round; a plane mesh."""
+    n_files = 0
+    inertial, few = ('frame = "rotating"', 'frame = "inertial"'), ("step = 10.0", "step = 130.0")
+    coarse = [few, ("tolerance = 3e-5", "tolerance = 5e-3"), ("collective = 10.04", "collective = 4.0")]
+    zone = ["--layers", 4, "--first-cell", 0.01, "--surface-nodes", 3000]
+    bodies = ["--blades", 3, "--nodes", 60_000, "--first-cell", 0.01]
+    for name, sample, options, changes, output, numbers in [
+        ("zone", "rotor", zone, [*coarse, inertial], 'format = "cgns"', (2, 5)),
+        ("still", "rotor", zone, coarse, 'format = "vtu"', (3,)),
+        ("bodies", "rotor", bodies, [*coarse, inertial], 'format = "vtkhdf"\nprecision = "f32"', (1, 4)),
+        ("plane", "naca0012", ["--nodes", 70_000], [few], 'format = "vtkhdf"\ndisplacement = true', (2, 7)),
+        ("text", "blade", ["--nodes", 40_000], [few], 'format = "msh"', (3,)),
+    ]:
+        mesh, schedule = folder / f"{name}.{'msh' if name == 'text' else 'vtu'}", folder / f"{name}.toml"
+        azimesh("sample", sample, *options, "-o", mesh)
+        text = schedule.read_text()
+        for old, new in changes:
+            text = text.replace(old, new)
+            assert new in text, f"{new} is not in {name}.toml"
+        schedule.write_text(text.replace("[rbf]", f"[output]\n{output}\n[rbf]"))
+        alone = folder / f"rotor_{name}"
+        azimesh("deform", mesh, schedule, "-o", alone)
+        for n in numbers:
+            in_slabs(mesh, schedule, folder / f"{alone.name}_{n}", n)
+            n_files += same(joined(folder / f"{alone.name}_{n}"), content(alone), f"{name} in {n} slabs")
+    report("slabs: rotors and plane meshes", n_files, 0, "files")
 
 
 def check_kills(folder):
@@ -155,7 +203,8 @@ def main():
     with scratch() as folder:
         check_cases(folder)
         check_large(folder)
-        check_refused(folder)
+        check_whole(folder)
+        check_rotors(folder)
         check_kills(folder)
         check_script(folder)
     print(f"slabs: {time.monotonic() - started:.0f} s", flush=True)

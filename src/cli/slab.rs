@@ -5,7 +5,7 @@ use super::outline::why_not_run;
 use super::{Context, Outcome};
 use crate::deform::{Deformation, Sharing, SlabMesh, SlabOf};
 use crate::error::{Error, Result, counted};
-use crate::formats::{self, ReadOptions, SharedFile};
+use crate::formats::{self, Location, ReadOptions, SharedFile};
 use crate::motion::Schedule;
 use crate::progress::Stop;
 use crate::run::{FinishedSlab, LeftSlabs, Request, run, run_slab};
@@ -93,7 +93,7 @@ pub(super) fn join(
     }
     let finished = run(&deformation, &request)?;
     if let Some(reason) = deformation.why_whole() {
-        context.detail(&format!("the whole mesh was read: {reason}"));
+        context.detail(&format!("the whole mesh was read as well: {reason}"));
     }
     context.tell_of_files();
     report(folder, finished, context)
@@ -114,7 +114,7 @@ fn from_there(mut error: Error, folder: &Path) -> Error {
     error
 }
 
-/// A deformation of a mesh of which this process has the outline.
+/// A deformation of a mesh of which this process has the outline, or the whole where that is not enough.
 fn deformation(
     request: &Request,
     schedule: Schedule,
@@ -123,36 +123,50 @@ fn deformation(
     stop: &Arc<Stop>,
 ) -> Result<Deformation> {
     let path = &*request.mesh;
-    let refused = |reason: String| {
-        Error::input(format!(
-            "this mesh is not worked on in slabs: {reason}; --steps A..B shares the steps of a sequence instead"
-        ))
-        .file(path)
+    let mut found = match outline(request, &schedule, context)? {
+        Ok(outline) => outline,
+        Err(reason) => {
+            context.note(&format!(
+                "{}: read whole, and takes the memory of that: {reason}",
+                path.display()
+            ));
+            let read = |location: &Location| formats::read(location, &options(request));
+            let whole = context.reading(path, || read(&context.open(path)?))?;
+            SlabMesh::from(whole)
+        }
     };
-    if let Some(reason) = why_not_run(&schedule) {
-        return Err(refused(reason.to_owned()));
-    }
-    formats::check_file(path).map_err(|error| Error::io(path, &error))?;
-    let options = ReadOptions {
-        tag_array: request.tag_array.clone(),
-        step: None,
-    };
-    let file = SharedFile::new(path, None, &options).map_err(refused)?;
-    let format = formats::by_name(&schedule.output.format)?;
-    let read = || SlabMesh::read(file, &schedule);
-    let found = context.outline(path, format, read, |found| &found.outline);
-    let mut found = found.map_err(refused)?;
     let sharing = work(&mut found)?;
-    let mesh = context.with_notes(found.outline, path);
-    let deformation = Deformation::builder(mesh, schedule)
+    let mesh = context.with_notes(found.loaded, path);
+    Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(stop))
         .sharing(sharing)
         .plan()
-        .map_err(|error| error.file(path))?;
-    match deformation.plan().moves_by_fields() {
-        true => Ok(deformation),
-        false => Err(refused("nodes slide on curved boundaries".to_owned())),
+        .map_err(|error| error.file(path))
+}
+
+/// The outline of the mesh; or why it is not enough.
+fn outline(
+    request: &Request,
+    schedule: &Schedule,
+    context: &Context,
+) -> Result<std::result::Result<SlabMesh, String>> {
+    if let Some(reason) = why_not_run(schedule) {
+        return Ok(Err(reason.to_owned()));
+    }
+    let path = &*request.mesh;
+    let format = formats::by_name(&schedule.output.format)?;
+    let found = SharedFile::new(path, None, &options(request)).and_then(|file| {
+        let read = || SlabMesh::read(file, schedule);
+        context.outline(path, format, read, |found| &found.loaded)
+    });
+    Ok(found)
+}
+
+fn options(request: &Request) -> ReadOptions {
+    ReadOptions {
+        tag_array: request.tag_array.clone(),
+        step: None,
     }
 }
 

@@ -81,7 +81,7 @@ pub(crate) enum By<'a> {
 }
 
 impl<'a> By<'a> {
-    /// For steps in one go.
+    /// Displacements of steps in one go.
     pub fn of(plan: &'a Plan) -> Self {
         match &plan.sharing {
             Sharing::Alone | Sharing::Slab(_) => Self::Here,
@@ -90,7 +90,7 @@ impl<'a> By<'a> {
         }
     }
 
-    /// For steps in substeps.
+    /// What slabs do not store: substeps, velocities.
     pub fn again(plan: &'a Plan) -> Self {
         plan.team().map_or(Self::Here, Self::Team)
     }

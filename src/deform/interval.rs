@@ -6,6 +6,7 @@ use super::fields::{By, Chosen, Fields, MeshState};
 use super::plan::Plan;
 use super::round_off;
 use super::sliding;
+use super::step_memory::Rounding;
 use super::substeps::Parts;
 use super::velocity::Velocities;
 use crate::diagnostic::Diagnostic;
@@ -128,7 +129,9 @@ impl Interval {
             By::of(plan),
         );
         progress.finish();
-        if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
+        // Whoever joins slabs computes velocities.
+        let velocity = plan.velocity.as_ref().filter(|_| plan.sharing.slab().is_none());
+        if let (Some(layer), [chosen]) = (velocity, chosen.as_slice()) {
             let velocities = Velocities::new(plan, layer, state, chosen, &self.steps)?;
             let warning = velocities.warning.clone().map(Diagnostic::from);
             self.warnings.extend(warning);
@@ -140,11 +143,6 @@ impl Interval {
             _ => Errors::Uncorrected(uncorrected(plan, &selections)),
         };
         Ok(Way::AtOnce { fields, errors })
-    }
-
-    /// The nodes that this process moves, ascending; `None` for all.
-    pub(super) fn deforming(&self) -> Option<&[u32]> {
-        self.deforming.as_deref()
     }
 
     /// The steps of the interval.
@@ -198,12 +196,11 @@ impl Interval {
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
-        let error = match (&self.way, plan.joined()) {
-            (Way::AtOnce { errors, .. }, Some(joined)) => {
-                joined.enter(step.index, self.hash_of_base(), known, out)?;
-                return Ok(errors.at(plan, step));
-            }
-            (Way::AtOnce { fields, errors }, None) => {
+        if let Some(joined) = plan.joined() {
+            return joined.enter(step.index, self.hash_of_base(), known, out);
+        }
+        let error = match &self.way {
+            Way::AtOnce { fields, errors } => {
                 match known {
                     Some(_) => fields.displace_apart(step.index, out),
                     None => fields.displace(&plan.layers, step.index, self.reference(), out),
@@ -211,7 +208,7 @@ impl Interval {
                 self.place_surface_nodes(step, 1.0, self.reference(), out);
                 errors.at(plan, step)
             }
-            (Way::Substeps, _) => {
+            Way::Substeps => {
                 let parts = Parts {
                     n: plan.schedule.rbf.substeps,
                     kernel: None,
@@ -223,15 +220,26 @@ impl Interval {
         Ok(error)
     }
 
-    /// Writes to `out` where the nodes are at a step that this process moves: those of one slab.
-    pub(super) fn moved_points_at(&self, step: &Step, out: &mut [Vector]) {
-        let Way::AtOnce { fields, .. } = &self.way else {
-            unreachable!("no slab is moved in substeps")
+    /// Writes to `out` where the nodes of one slab are at a step, rounded; gives the largest displacement error before the
+    /// correction, of the whole surface.
+    pub(super) fn points_of_slab(
+        &self,
+        step: &Step,
+        rounding: Rounding,
+        out: &mut [Vector],
+    ) -> Result<f64> {
+        let plan = &*self.plan;
+        let (Way::AtOnce { fields, errors }, Some(_)) = (&self.way, &plan.mesh.outline) else {
+            let error = self.known_points_at(step, None, out)?;
+            rounding.apply(out);
+            return Ok(error);
         };
-        let state = self.reference();
-        fields.displace_covered(&self.plan.layers, step.index, state, out);
+        let (state, moved) = (self.reference(), self.deforming.as_deref());
+        fields.displace_covered(&plan.layers, step.index, state, out);
         self.place_surface_nodes(step, 1.0, state, out);
-        self.finish_positions(step, self.deforming(), out);
+        self.finish_positions(step, moved, out);
+        rounding.apply_to(moved.expect("a slab moves some nodes"), out);
+        Ok(errors.at(plan, step))
     }
 
     /// The hash of the base points, by their numbers among the surface points.

@@ -55,7 +55,7 @@ pub(crate) use repair::Repair;
 pub(crate) use step_memory::Rounding;
 
 pub use sharing::Sharing;
-pub(crate) use slabs::{Joined, Left, OneSlab, StoredStep};
+pub(crate) use slabs::{Joined, Left, StoredStep};
 pub use slabs::{SlabMesh, SlabOf};
 pub use team::{Team, dismiss, serve};
 pub(crate) use tolerance::missed_at_step;

@@ -249,7 +249,9 @@ impl Plan {
         }
         let moves_all = self.motion.zone.is_none() && self.schedule.rbf.substeps == 1;
         let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
-        if !(moves_all && is_solid && self.moves_by_fields() && self.velocity.is_none()) {
+        // Of what slabs have stored all is known.
+        let moves_all = self.joined().is_some() || moves_all && self.moves_by_fields();
+        if !(moves_all && is_solid && self.velocity.is_none()) {
             return None;
         }
         let mut known = self.surface_and_followers();
@@ -275,7 +277,7 @@ impl Plan {
     fn nodes_of_slab(&self) -> Option<Vec<u32>> {
         let slab = self.sharing.slab()?;
         let mut nodes = self.told(&self.surface_and_followers());
-        nodes.extend(slab.nodes());
+        nodes.extend(slab.part(&self.mesh).numbers_in_whole());
         parallel::sort(&mut nodes);
         nodes.dedup();
         Some(nodes)
@@ -304,23 +306,23 @@ impl Plan {
 
     /// The nodes that this process moves, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
-        if let Some(nodes) = self.nodes_of_slab() {
-            return Some(nodes);
-        }
         let zone = self.motion.zone.as_ref().map(|zone| &zone.nodes);
         let is_inside = |node: &u32| zone.is_none_or(|inside| inside[*node as usize]);
-        match (&self.one_layer, zone) {
-            (None, None) => None,
-            (None, Some(inside)) => Some((0..inside.len() as u32).filter(is_inside).collect()),
+        let of_slab = self.nodes_of_slab();
+        let is_wanted = |node: &u32| {
+            let nodes = of_slab.as_ref();
+            nodes.is_none_or(|nodes| nodes.binary_search(node).is_ok())
+        };
+        if let Some(layer) = &self.one_layer {
             // The nodes over them go with them.
-            (Some(layer), _) => Some(
-                layer
-                    .pairs
-                    .iter()
-                    .map(|[low, _]| *low)
-                    .filter(is_inside)
-                    .collect(),
-            ),
+            let pairs = layer.pairs.iter();
+            let pairs = pairs.filter(|[low, high]| is_wanted(low) || is_wanted(high));
+            return Some(pairs.map(|[low, _]| *low).filter(is_inside).collect());
+        }
+        match (of_slab, zone) {
+            (None, None) => None,
+            (Some(nodes), _) => Some(nodes.into_iter().filter(is_inside).collect()),
+            (None, Some(inside)) => Some((0..inside.len() as u32).filter(is_inside).collect()),
         }
     }
 }

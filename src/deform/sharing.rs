@@ -49,11 +49,12 @@ impl Sharing {
 
     /// Who has the whole mesh where this process has the outline.
     pub(crate) fn holder(&self) -> Option<&dyn Holder> {
+        let by = |file| file as &dyn Holder;
         match self {
             Self::Alone => None,
             Self::Ranks(team) => Some(&**team),
-            Self::Slab(slab) => Some(&*slab.file),
-            Self::Joined(joined) => Some(&*joined.file),
+            Self::Slab(slab) => slab.file.as_deref().map(by),
+            Self::Joined(joined) => joined.file.as_deref().map(by),
         }
     }
 }

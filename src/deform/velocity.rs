@@ -87,7 +87,7 @@ impl Velocities {
         }];
         let layers = std::slice::from_ref(layer);
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(state, layers, &chosen, correct, &Silent, By::of(plan));
+        let fields = Fields::new(state, layers, &chosen, correct, &Silent, By::again(plan));
         Ok(Self { fields, warning })
     }
 

@@ -113,6 +113,14 @@ impl Mesh {
         }
     }
 
+    /// For each node of a part its number in the whole mesh, ascending.
+    ///
+    /// # Panics
+    /// Where this is no part.
+    pub(crate) fn numbers_in_whole(&self) -> &[u32] {
+        &self.part.as_ref().expect("it is a part of a mesh").nodes
+    }
+
     /// How many nodes there are, in the whole mesh where this is a part.
     pub(crate) fn n_nodes_of_all(&self) -> usize {
         let part = self.part.as_ref();
@@ -148,10 +156,12 @@ impl Mesh {
     pub(crate) fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> Self {
         let mut cut = whole.map(|whole| Cut::new(whole, ranks.n()));
         let mut parcel = |rank: usize| Some(cut.as_mut()?.parcel(rank));
-        let Parcel { mut mesh, mut part } = ranks.scatter(&mut parcel);
-        part.ranks = ranks.clone();
-        mesh.part = Some(Arc::new(part));
-        mesh
+        ranks.scatter(&mut parcel).opened(ranks)
+    }
+
+    /// The part that rank `rank` of `n` has of this mesh, without its arrays; `ranks` is for what it tells the others.
+    pub(crate) fn part_of(&self, (rank, n): (usize, usize), ranks: &Ranks) -> Self {
+        Cut::new(self, n).parcel(rank).opened(ranks)
     }
 }
 
@@ -376,6 +386,16 @@ impl Touching {
 struct Parcel {
     mesh: Mesh,
     part: Part,
+}
+
+impl Parcel {
+    /// The part as a mesh.
+    fn opened(self, ranks: &Ranks) -> Mesh {
+        let Self { mut mesh, mut part } = self;
+        part.ranks = ranks.clone();
+        mesh.part = Some(Arc::new(part));
+        mesh
+    }
 }
 
 #[cfg(test)]

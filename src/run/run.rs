@@ -42,8 +42,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let names = names_of(plan, format, request)?;
     let mut record = RecordFile::new(&names, plan, request)?;
     if let Some(joined) = plan.joined() {
-        let steps = plan.motion.steps.len();
-        joined.check(slab::identity(&record.content, joined.n()), steps)?;
+        joined.check(slab::identity(&record.content, joined.n()), plan)?;
     }
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;

@@ -9,7 +9,7 @@ use super::names::{Names, RunSteps, files};
 use super::record::{self, Clock, RecordFile};
 use super::request::Request;
 use super::step::rounding;
-use crate::deform::{Deformation, Joined, Left, OneSlab, SlabOf, StoredStep};
+use crate::deform::{Deformation, Joined, Left, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
 use crate::formats::{self, clear_left, stage_bytes};
 use crate::preflight::{Demand, before_work, check_disk};
@@ -17,6 +17,7 @@ use crate::record::{RunRecord, Timings};
 use crate::sparse;
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a node in the file of a step.
@@ -82,10 +83,11 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         .file(Path::new(&input.file)));
     }
     let run = identity(&record.content, slab.slab.n);
+    let own = slab.own_nodes(plan);
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let _lock = Lock::take(&names)?;
-    let n_kept = kept(&names, slab, run, request)?;
+    let n_kept = kept(&names, &own, run, request)?;
     record.content.fail_on = request.fail_on.iter().map(ToString::to_string).collect();
     let earlier = record::read(&names.record())?.filter(|_| request.resume);
     if let Some(earlier) = earlier.filter(|_| request.fail_on.is_empty()) {
@@ -93,7 +95,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     }
     clear_left(&names.folder);
     if !request.no_space_check {
-        let bytes = (NODE * slab.own_nodes().len() + BESIDE) as u64;
+        let bytes = (NODE * own.len() + BESIDE) as u64;
         let demand = Demand {
             n_steps: (steps.len() - n_kept) as u64,
             first: bytes,
@@ -167,7 +169,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     result.and(saved)?;
     Ok(FinishedSlab {
         slab: slab.slab,
-        n_nodes: slab.own_nodes().len(),
+        n_nodes: own.len(),
         n_steps: finished.n_steps,
         n_kept,
         timings: finished.timings,
@@ -179,7 +181,7 @@ fn path(names: &Names, step: usize) -> PathBuf {
 }
 
 /// How many steps of an earlier run are kept; the others are removed.
-fn kept(names: &Names, slab: &OneSlab, run: [u8; 32], request: &Request) -> Result<usize> {
+fn kept(names: &Names, own: &Range<usize>, run: [u8; 32], request: &Request) -> Result<usize> {
     let there = files(names, |name| name.ends_with(".slab"));
     if !there.is_empty() && !request.force && !request.resume {
         return Err(Error::input(format!(
@@ -201,7 +203,7 @@ fn kept(names: &Names, slab: &OneSlab, run: [u8; 32], request: &Request) -> Resu
                 )
                 .file(&path));
             }
-            let is_ours = found.nodes() == slab.own_nodes()
+            let is_ours = found.nodes() == *own
                 && path.ends_with(StoredStep::file_name(found.step()))
                 && found.check().is_ok();
             if is_ours {

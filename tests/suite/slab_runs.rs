@@ -176,24 +176,33 @@ fn slabs_of_other_inputs_are_not_joined() {
 }
 
 #[test]
-fn what_is_not_worked_on_in_slabs_is_refused() {
+fn where_an_outline_is_not_enough_slabs_read_the_whole_mesh() {
     let folder = crate::support::airfoil();
     let path = folder.path();
-    let run = azimesh(
-        path,
-        &["deform", "n.vtu", "n.toml", "-o", "out", "--slab", "1/2"],
-    );
-    assert_eq!(run.code, 2);
-    assert_says(
-        &run.err,
-        &[
-            "n.vtu",
-            "not worked on in slabs",
-            "no solid cells",
-            "--steps A..B",
-        ],
-    );
-    assert!(!path.join("out").exists());
+    succeed(path, &["-q", "convert", "n.vtu", "n.su2"]);
+    for (mesh, format, reason) in [
+        ("n.vtu", "vtu", "it has no solid cells"),
+        ("n.su2", "vtkhdf", "not read by slabs"),
+        ("n.vtu", "su2", "not written piece by piece"),
+    ] {
+        let args = ["deform", mesh, "n.toml", "--format", format, "-o"];
+        succeed(path, &[&args[..], &["one", "-q"]].concat());
+        for slab in ["2/3", "1/3", "3/3"] {
+            let run = azimesh(path, &[&args[..], &["out", "--slab", slab]].concat());
+            assert_eq!(run.code, 0, "{run:?}");
+            assert_says(&run.err, &[mesh, "read whole, and takes the memory", reason]);
+        }
+        succeed(path, &["-q", "finish", "out"]);
+        assert!(left(&path.join("out")) == left(&path.join("one")), "{mesh}");
+        std::fs::remove_dir_all(path.join("out")).unwrap();
+        std::fs::remove_dir_all(path.join("one")).unwrap();
+    }
+}
+
+#[test]
+fn wrong_slabs_are_refused() {
+    let folder = crate::support::airfoil();
+    let path = folder.path();
     for (wrong, says) in [
         ("0/2", "\"0/2\" is not a slab"),
         ("3/2", "write I/N"),
@@ -210,22 +219,7 @@ fn what_is_not_worked_on_in_slabs_is_refused() {
         "deform", "n.vtu", "n.toml", "-o", "out", "--slab", "1/2", "--steps", "0..2",
     ];
     assert_eq!(azimesh(path, &both).code, 2);
-    succeed(path, &["-q", "convert", "n.vtu", "n.su2"]);
-    let run = azimesh(
-        path,
-        &["deform", "n.su2", "n.toml", "-o", "out", "--slab", "1/2"],
-    );
-    assert_says(&run.err, &["not worked on in slabs", "not read by slabs"]);
-    let run = azimesh(
-        path,
-        &[
-            "deform", "n.vtu", "n.toml", "-o", "out", "--slab", "1/2", "--format", "su2",
-        ],
-    );
-    assert_says(
-        &run.err,
-        &["not worked on in slabs", "not written piece by piece"],
-    );
+    assert!(!path.join("out").exists());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! All slabs joined: where nodes are, and what cells are like, from the files that slabs have left.
 
 use super::super::numbers_file::NumbersFile;
+use super::super::plan::Plan;
 use super::SlabOf;
 use super::mesh_file::MeshFile;
 use super::stored::{StoredStep, ToldOfStep};
@@ -22,24 +23,33 @@ const NODES: u32 = 1 << 16;
 /// The slabs of a sequence.
 #[derive(Debug)]
 pub struct Joined {
-    pub(in crate::deform) file: Arc<MeshFile>,
+    /// Of which the outline is read, where this process does not have the whole mesh.
+    pub(in crate::deform) file: Option<Arc<MeshFile>>,
     sequence: PathBuf,
     n: usize,
-    n_nodes: usize,
-    /// What tells the run of these slabs from others, once it is known.
-    run: OnceLock<[u8; 32]>,
+    /// Of what they are, once that is known.
+    of: OnceLock<Of>,
     /// The step that was entered last, and what slabs tell of it.
     told: Mutex<(usize, Vec<ToldOfStep>)>,
 }
 
+/// What slabs are slabs of.
+#[derive(Debug)]
+struct Of {
+    /// What tells their run from others.
+    run: [u8; 32],
+    n_nodes: usize,
+    dimension: u8,
+    is_level: bool,
+}
+
 impl Joined {
-    pub(super) fn new(file: &Arc<MeshFile>, sequence: &Path, n: usize, n_nodes: usize) -> Self {
+    pub(super) fn new(file: Option<Arc<MeshFile>>, sequence: &Path, n: usize) -> Self {
         Self {
-            file: Arc::clone(file),
+            file,
             sequence: sequence.to_path_buf(),
             n,
-            n_nodes,
-            run: OnceLock::new(),
+            of: OnceLock::new(),
             told: Mutex::new((usize::MAX, Vec::new())),
         }
     }
@@ -54,11 +64,17 @@ impl Joined {
         SlabOf::all(self.n).map(|slab| slab.folder(&self.sequence))
     }
 
-    /// Refuses slabs that lack a step, or are not of this run.
-    pub(crate) fn check(&self, run: [u8; 32], n_steps: usize) -> Result<()> {
-        self.run.get_or_init(|| run);
+    /// Refuses slabs that lack a step of a plan, or are not of this run.
+    pub(crate) fn check(&self, run: [u8; 32], plan: &Plan) -> Result<()> {
+        self.of.get_or_init(|| Of {
+            run,
+            n_nodes: plan.mesh.points.len(),
+            dimension: plan.mesh.dimension(),
+            // Nobody asks for that of a solid mesh, of which there may be an outline here.
+            is_level: plan.mesh.dimension() < 3 && plan.mesh.is_level(),
+        });
         for slab in SlabOf::all(self.n) {
-            for step in 0..n_steps {
+            for step in 0..plan.motion.steps.len() {
                 let path = self.path(slab, step);
                 if !path.exists() {
                     return Err(Error::input(format!(
@@ -73,6 +89,10 @@ impl Joined {
         Ok(())
     }
 
+    fn of(&self) -> &Of {
+        self.of.get().expect("slabs are checked before they are used")
+    }
+
     /// The kinds of processors on which so many steps of the slabs were computed, where these are several.
     pub(crate) fn kinds_of_processors(&self, n_steps: usize) -> Option<String> {
         let all = SlabOf::all(self.n).flat_map(|slab| (0..n_steps).map(move |step| (slab, step)));
@@ -84,9 +104,9 @@ impl Joined {
     fn open(&self, slab: SlabOf, step: usize) -> Result<StoredStep> {
         let path = self.path(slab, step);
         let found = StoredStep::open(&path)?;
-        let nodes = node_slab(self.n_nodes, slab.number, self.n);
-        let is_ours = self.run.get().is_none_or(|run| *run == found.run());
-        match is_ours && (found.step(), found.nodes()) == (step, nodes) {
+        let of = self.of();
+        let nodes = node_slab(of.n_nodes, slab.number, self.n);
+        match (found.run(), found.step(), found.nodes()) == (of.run, step, nodes) {
             true => Ok(found),
             false => Err(Error::input(
                 "this is a step of another mesh, schedule, option or version of azimesh",
@@ -117,7 +137,7 @@ impl Joined {
     }
 
     /// Writes to `out` where the nodes are at a step: those that are `known`, ascending, or all. From then on
-    /// its quality can be had.
+    /// its quality can be had. Gives the largest displacement error before the correction.
     ///
     /// # Errors
     /// Where a file cannot be read or is damaged, of which coordinates are checked where all are read, and where a slab was not
@@ -128,11 +148,14 @@ impl Joined {
         base: [u8; 32],
         known: Option<&[u32]>,
         out: &mut [Vector],
-    ) -> Result<()> {
+    ) -> Result<f64> {
         let mut told = Vec::new();
+        let mut error: f64 = 0.0;
         for stored in self.steps(step) {
             let mut stored = stored?;
-            if stored.base() != base {
+            let moved = stored.moved();
+            error = error.max(moved.selection_error);
+            if moved.base != base {
                 return Err(stored.wrong(
                     "this step was moved by other base points than those that are chosen here, as on another kind of processor; \
                      save them with `azimesh select` and run all slabs with --base",
@@ -151,7 +174,7 @@ impl Joined {
             told.push(stored.into_told());
         }
         *self.told() = (step, told);
-        Ok(())
+        Ok(error)
     }
 
     /// The nodes are not where slabs have left them any more.
@@ -190,12 +213,14 @@ impl Joined {
         let told = self.told();
         assert_eq!(told.0, step, "a step is entered before it is judged");
         let of_slab = |told: &ToldOfStep| [&told.at_rest[..], of(told)].concat();
+        let of = self.of();
         let part = Part {
             ranks: Ranks::hearing(told.1.iter().map(of_slab).collect()),
+            is_level: of.is_level,
             ..Part::default()
         };
         Mesh {
-            space: Some(3),
+            space: Some(of.dimension),
             part: Some(Arc::new(part)),
             ..Mesh::default()
         }
@@ -234,7 +259,9 @@ impl Apart for StoredPoints {
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
         let Numbers::Coordinates(wanted) = numbers else {
-            return self.by.file.write(to, numbers, hash_from);
+            let file = self.by.file.as_ref();
+            let file = file.expect("numbers are apart where there is the outline of a mesh");
+            return file.write(to, numbers, hash_from);
         };
         let mut out = NumbersFile::new(to, hash_from)?;
         for stored in self.by.steps(self.step) {

@@ -1,5 +1,5 @@
 //! Slabs of a mesh that are worked on one after another, or beside each other without a word, each by a process of its own; and the
-//! run that joins them. No process has the whole mesh.
+//! run that joins them.
 //!
 //! ```text
 //! one slab   has the outline of the mesh, moves the nodes of its slab and judges its cells at every step, and leaves where
@@ -7,6 +7,9 @@
 //! joining    has the outline too, reads where the nodes are, puts together what the slabs tell of their cells, and writes;
 //!            it needs the whole mesh where steps have folded cells
 //! ```
+//!
+//! Where an outline is not enough (other formats, plane meshes, zones, arrays), each has the whole mesh: its work is less then, its
+//! memory is not.
 //!
 //! A slab does what a rank does ([`super::team`]), but finds out by itself what other ranks would tell it.
 
@@ -89,18 +92,28 @@ impl SlabOf {
     }
 }
 
-/// The outline of a mesh that is worked on in slabs, where that is enough for a schedule.
+/// A mesh that is worked on in slabs, with the notes of its reader.
 pub struct SlabMesh {
-    file: Arc<MeshFile>,
-    /// The outline, with the notes of its reader.
-    pub outline: Loaded,
+    /// Of which this is the outline.
+    file: Option<Arc<MeshFile>>,
+    /// The mesh, or its outline where that is enough.
+    pub loaded: Loaded,
+}
+
+impl From<Loaded> for SlabMesh {
+    fn from(whole: Loaded) -> Self {
+        Self {
+            file: None,
+            loaded: whole,
+        }
+    }
 }
 
 impl SlabMesh {
-    /// Reads the outline.
+    /// Reads the outline, where that is enough for a schedule.
     ///
     /// # Errors
-    /// Why the mesh has to be read as a whole, in words that complete "it is not worked on in slabs: ...".
+    /// Why the mesh has to be read as a whole, in words that complete "it is read whole: ...".
     pub fn read(file: SharedFile, schedule: &Schedule) -> std::result::Result<Self, String> {
         if let Some(reason) = needs_whole(schedule) {
             return Err(reason.to_owned());
@@ -108,26 +121,33 @@ impl SlabMesh {
         let file = Arc::new(MeshFile::new(file));
         let outline = file.outline()?;
         match OneLayer::axis_of(&outline.mesh) {
-            Ok(None) => Ok(Self { file, outline }),
+            Ok(None) => Ok(Self {
+                file: Some(file),
+                loaded: outline,
+            }),
             _ => Err("it is one layer of cells".to_owned()),
         }
     }
 
-    /// The work on one slab, which is read.
+    /// The work on one slab, which is read where this is the outline.
     ///
     /// # Errors
     /// Where it cannot be read.
     pub fn one(&mut self, slab: SlabOf) -> Result<Sharing> {
-        let one = OneSlab::read(&self.file, slab)?;
-        let mesh = &mut self.outline.mesh;
-        mesh.take_places(one.nodes(), one.places());
+        let Some(file) = &self.file else {
+            return Ok(Sharing::Slab(Arc::new(OneSlab::of_whole(slab))));
+        };
+        let one = OneSlab::read(file, slab)?;
+        let mesh = &mut self.loaded.mesh;
+        let part = one.part(mesh);
+        let (nodes, places) = (part.numbers_in_whole(), &part.points);
+        mesh.take_places(nodes, places);
         Ok(Sharing::Slab(Arc::new(one)))
     }
 
     /// The joining of so many slabs of the sequence in a folder.
     pub fn joined(&self, sequence: &Path, n: usize) -> Sharing {
-        let n_nodes = self.outline.mesh.points.len();
-        let joined = Joined::new(&self.file, sequence, n, n_nodes);
+        let joined = Joined::new(self.file.clone(), sequence, n);
         Sharing::Joined(Arc::new(joined))
     }
 }

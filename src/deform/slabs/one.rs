@@ -7,10 +7,10 @@ use super::super::team::cells_among;
 use super::super::wall_angles::WallAngles;
 use super::SlabOf;
 use super::mesh_file::MeshFile;
-use super::stored::{Left, StoredStep, ToldOfStep};
+use super::stored::{Left, Moved, StoredStep, ToldOfStep};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Mesh, Part, node_slab};
+use crate::mesh::{Mesh, node_slab};
 use crate::motion::Step;
 use crate::parallel;
 use crate::quality::Judge;
@@ -20,10 +20,12 @@ use std::sync::{Arc, OnceLock};
 
 /// A slab of a mesh, with the cells around it.
 pub struct OneSlab {
-    pub(in crate::deform) file: Arc<MeshFile>,
+    /// Of which its part is read, where this process does not have the whole mesh.
+    pub(in crate::deform) file: Option<Arc<MeshFile>>,
     /// Which it is.
     pub slab: SlabOf,
-    part: Mesh,
+    /// Made when it is asked for where this process has the whole mesh.
+    part: OnceLock<Mesh>,
     judging: OnceLock<Judging>,
 }
 
@@ -41,48 +43,50 @@ impl OneSlab {
             Mesh::part_by_pieces(slabs, (slab.number, slab.n), &Ranks::telling())
         })?;
         Ok(Self {
-            file: Arc::clone(file),
-            slab,
-            part,
-            judging: OnceLock::new(),
+            file: Some(Arc::clone(file)),
+            part: part.into(),
+            ..Self::of_whole(slab)
         })
     }
 
-    fn part(&self) -> &Part {
-        let part = self.part.part.as_ref();
-        part.expect("it was read as a part of a mesh")
+    /// A slab of a mesh that this process has as a whole.
+    pub(super) fn of_whole(slab: SlabOf) -> Self {
+        Self {
+            file: None,
+            slab,
+            part: OnceLock::new(),
+            judging: OnceLock::new(),
+        }
     }
 
-    /// The nodes that it has, its own and those around, by their numbers in the whole mesh, ascending.
-    pub(crate) fn nodes(&self) -> &[u32] {
-        &self.part().nodes
-    }
-
-    /// Where these are at rest.
-    pub(super) fn places(&self) -> &[Vector] {
-        &self.part.points
+    /// Its part of a mesh: the whole, or the outline of that where it was read as a part.
+    pub(crate) fn part(&self, mesh: &Mesh) -> &Mesh {
+        let SlabOf { number, n } = self.slab;
+        let cut = || mesh.part_of((number, n), &Ranks::telling());
+        self.part.get_or_init(cut)
     }
 
     /// Its own nodes, by their numbers in the whole mesh.
-    pub(crate) fn own_nodes(&self) -> Range<usize> {
-        node_slab(self.part().n_nodes, self.slab.number, self.slab.n)
+    pub(crate) fn own_nodes(&self, plan: &Plan) -> Range<usize> {
+        node_slab(plan.mesh.points.len(), self.slab.number, self.slab.n)
     }
 
     /// Finds what its cells are judged by.
     fn judging(&self, plan: &Plan) -> &Judging {
         self.judging.get_or_init(|| {
-            let judge = Judge::new(&self.part);
-            let moving = cells_among(&self.part, &plan.moving_faces);
+            let part = self.part(&plan.mesh);
+            let judge = Judge::new(part);
+            let moving = cells_among(part, &plan.moving_faces);
             Judging {
-                walls: WallAngles::find(&self.part, &judge.adjacency, &moving),
+                walls: WallAngles::find(part, &judge.adjacency, &moving),
                 judge,
-                at_rest: self.part().ranks.told(),
+                at_rest: part.ranks().told(),
             }
         })
     }
 
     /// Computes a step and leaves it where `left` says. `points` has room for all nodes of the whole mesh, of which those that
-    /// move are written.
+    /// the slab moves are written.
     pub(crate) fn leave_step(
         &self,
         interval: &Interval,
@@ -92,16 +96,18 @@ impl OneSlab {
         left: &Left<'_>,
     ) -> Result<()> {
         let plan = &interval.plan;
-        let moved = interval.deforming().expect("a slab moves some nodes");
-        interval.moved_points_at(step, points);
-        rounding.apply_to(moved, points);
+        let error = interval.points_of_slab(step, rounding, points)?;
         let told = match plan.judges() {
             true => self.judge(plan, points),
             false => ToldOfStep::default(),
         };
-        let own = self.own_nodes();
-        let of = (step.index, interval.hash_of_base());
-        StoredStep::save(left, of, own.clone(), &points[own], told)
+        let own = self.own_nodes(plan);
+        let moved = Moved {
+            step: step.index,
+            base: interval.hash_of_base(),
+            selection_error: error,
+        };
+        StoredStep::save(left, moved, own.clone(), &points[own], told)
     }
 
     /// What its cells are like with the nodes at `points`.
@@ -111,7 +117,8 @@ impl OneSlab {
             walls,
             at_rest,
         } = self.judging(plan);
-        let (part, ranks, nodes) = (&self.part, &self.part().ranks, self.nodes());
+        let part = self.part(&plan.mesh);
+        let (ranks, nodes) = (part.ranks(), part.numbers_in_whole());
         let places = parallel::collect(nodes.len(), |i| points[nodes[i] as usize]);
         judge.cells(part, &places);
         let cells = ranks.told();

@@ -1,7 +1,7 @@
 //! Files in which slabs leave steps.
 //!
 //! ```text
-//! "azimesh slab 1\n", a zero byte
+//! "azimesh slab 2\n", a zero byte
 //! length of the head (8 bytes), the head (by postcard), its hash (32 bytes)
 //! coordinates of the own nodes: three numbers of 64 bits each
 //! ```
@@ -18,7 +18,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-const MAGIC: &[u8; 16] = b"azimesh slab 1\n\0";
+const MAGIC: &[u8; 16] = b"azimesh slab 2\n\0";
 /// Bytes of a node.
 const NODE: u64 = 24;
 /// Bytes of a hash.
@@ -39,13 +39,21 @@ pub(crate) struct ToldOfStep {
     pub walls: Told,
 }
 
+/// How a step was moved.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Moved {
+    pub step: usize,
+    /// The hash of the base points.
+    pub base: [u8; 32],
+    /// The largest displacement error before the correction, of the whole surface.
+    pub selection_error: f64,
+}
+
 #[derive(Debug, Serialize, Deserialize)]
 struct Head {
     run: [u8; 32],
-    step: usize,
+    moved: Moved,
     nodes: Range<usize>,
-    /// Of the base points.
-    base: [u8; 32],
     coordinates: [u8; 32],
     /// The kind of processor that has computed it.
     processor: String,
@@ -80,7 +88,7 @@ impl StoredStep {
     /// Writes a step of a slab with its own nodes, completely or not at all.
     pub(super) fn save(
         &Left { path, commit, run }: &Left<'_>,
-        (step, base): (usize, [u8; 32]),
+        moved: Moved,
         nodes: Range<usize>,
         points: &[Vector],
         told: ToldOfStep,
@@ -88,9 +96,8 @@ impl StoredStep {
         let bytes: &[u8] = bytemuck::cast_slice(points);
         let head = Head {
             run,
-            step,
+            moved,
             nodes,
-            base,
             coordinates: *blake3::Hasher::new()
                 .update_rayon(bytes)
                 .finalize()
@@ -155,7 +162,7 @@ impl StoredStep {
 
     /// The step.
     pub fn step(&self) -> usize {
-        self.head.step
+        self.head.moved.step
     }
 
     /// The nodes of which it has the coordinates.
@@ -163,9 +170,9 @@ impl StoredStep {
         self.head.nodes.clone()
     }
 
-    /// The hash of the base points that have moved it.
-    pub(super) fn base(&self) -> [u8; 32] {
-        self.head.base
+    /// How it was moved.
+    pub(super) fn moved(&self) -> Moved {
+        self.head.moved
     }
 
     /// An error about this file.
@@ -246,7 +253,12 @@ mod tests {
             commit: Commit::REPLACE,
             run: [9; 32],
         };
-        StoredStep::save(&left, (3, [5; 32]), 256..556, &points, told.clone()).expect("it is new");
+        let moved = Moved {
+            step: 3,
+            base: [5; 32],
+            selection_error: 0.5,
+        };
+        StoredStep::save(&left, moved, 256..556, &points, told.clone()).expect("it is new");
         (path, points, told)
     }
 
@@ -259,6 +271,8 @@ mod tests {
             (found.run(), found.step(), found.nodes()),
             ([9; 32], 3, 256..556)
         );
+        let moved = found.moved();
+        assert_eq!((moved.base, moved.selection_error), ([5; 32], 0.5));
         let mut some = vec![[0.0; 3]; 9];
         found.read(300..309, &mut some).expect("they are there");
         assert_eq!(some, points[44..53]);
