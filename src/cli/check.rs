@@ -1,5 +1,6 @@
 //! `azimesh check`: a dry run that says what `deform` would do.
 
+use super::outline::why_not_run;
 use super::{Context, Outcome, memory};
 use crate::deform::Plan;
 use crate::diagnostic::{Diagnostic, amount, in_digits, short};
@@ -30,8 +31,12 @@ pub struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
-        .map_err(|error| error.file(&args.mesh))?;
+    // It asks the format what that cannot hold.
+    let enough = match why_not_run(&schedule) {
+        None => Ok(None),
+        Some(reason) => Err(reason.to_owned()),
+    };
+    let plan = context.plan(&args.mesh, schedule, enough)?;
     check_surface_files(&plan, &args.mesh)?;
     let n_bytes = estimate_bytes(&plan)?;
     let mut warnings = preflight::warnings(&plan)?;

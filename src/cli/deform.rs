@@ -173,7 +173,7 @@ fn outline(
     }
     let format = formats::by_name(&schedule.output.format).map_err(|error| error.message)?;
     let read = || team.outline_for(schedule);
-    context.outline(&args.mesh, format, read, |found| found)
+    context.outline(&args.mesh, Some(format), read, |found| found)
 }
 
 /// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.

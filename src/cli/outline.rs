@@ -1,15 +1,23 @@
 //! Where the outline of a mesh is enough for a command: nodes and cells are read and written piece by piece, by ranks or for slabs.
 
 use super::Context;
-use crate::formats::{Format, Loaded, WriteOptions, by_name};
+use crate::deform::{Outlined, Plan, plan_needs_whole};
+use crate::error::Result;
+use crate::formats::{
+    self, Format, Loaded, Location, ReadOptions, SharedFile, WriteOptions, by_name,
+};
 use crate::motion::{Schedule, SurfaceOutput};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Why something is not written piece by piece.
 pub(super) fn why_not_written(format: &dyn Format, options: &WriteOptions) -> Option<&'static str> {
     let is_written = format.takes_numbers_apart(options);
     (!is_written).then_some("what is written is not written piece by piece")
 }
+
+/// Whether an outline is enough: the format to which the mesh is written, if it is written; or why not.
+pub(super) type Outlining<'a> = std::result::Result<Option<&'a dyn Format>, String>;
 
 /// Why the run of a schedule is not written piece by piece.
 pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
@@ -22,20 +30,69 @@ pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
 }
 
 impl Context {
-    /// Reads the outline of a mesh that is written to a format.
+    /// The outline of a mesh, where that is `enough` and can be read; or else the whole, and why. `format` is that of the file, where
+    /// it is known.
+    pub(super) fn outline_or_whole(
+        &self,
+        path: &Path,
+        format: Option<&'static dyn Format>,
+        options: &ReadOptions,
+        enough: Outlining<'_>,
+    ) -> Result<(Outlined, Option<String>)> {
+        let outline = enough.and_then(|written| {
+            let file = SharedFile::new(path, format, options)?;
+            let read = || Outlined::outline(file);
+            self.outline(path, written, read, |found| &found.loaded)
+        });
+        match outline {
+            Ok(outline) => Ok((outline, None)),
+            Err(reason) => {
+                let read = |location: &Location| match format {
+                    Some(format) => formats::read_as(format, location, options),
+                    None => formats::read(location, options),
+                };
+                let whole = self.reading(path, || read(&self.open(path)?))?;
+                Ok((whole.into(), Some(reason)))
+            }
+        }
+    }
+
+    /// The plan of a schedule on a mesh that does not move here, of which the outline is read where that is `enough`.
+    pub(super) fn plan(
+        &self,
+        path: &Path,
+        schedule: Schedule,
+        enough: Outlining<'_>,
+    ) -> Result<Plan> {
+        let enough = match plan_needs_whole(&schedule) {
+            None => enough,
+            Some(reason) => Err(reason.to_owned()),
+        };
+        let (format, options) = (self.input_format()?, self.read_options());
+        let (found, why_whole) = self.outline_or_whole(path, format, &options, enough)?;
+        if let Some(reason) = why_whole {
+            self.detail(&format!("{}: read whole: {reason}", path.display()));
+        }
+        let sharing = found.alone();
+        let mesh = self.with_notes(found.loaded, path);
+        Plan::with(Arc::new(mesh), schedule, sharing).map_err(|error| error.file(path))
+    }
+
+    /// Reads the outline of a mesh that is written to a format, if it is written.
     ///
     /// # Errors
     /// Why the mesh has to be read as a whole.
     pub(super) fn outline<T>(
         &self,
         path: &Path,
-        format: &dyn Format,
+        written: Option<&dyn Format>,
         read: impl FnOnce() -> std::result::Result<T, String>,
         outline: impl Fn(&T) -> &Loaded,
     ) -> std::result::Result<T, String> {
         let found = self.reading(path, || Ok(read()));
         let found = found.map_err(|error| error.to_string())??;
-        match format.takes_cells_apart(&outline(&found).mesh.view()) {
+        let takes = |format: &dyn Format| format.takes_cells_apart(&outline(&found).mesh.view());
+        match written.is_none_or(takes) {
             true => Ok(found),
             false => Err("cells are not written in their order".to_owned()),
         }

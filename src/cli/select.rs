@@ -33,8 +33,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let commit = Commit::with_force(args.force);
     commit.check(&args.output)?;
     commit.check(&base_file::picture_of(&args.output))?;
-    let plan = Plan::new(context.read_mesh(&args.mesh)?, schedule)
-        .map_err(|error| error.file(&args.mesh))?;
+    let plan = context.plan(&args.mesh, schedule, Ok(None))?;
     for choice in &plan.choices {
         context.note(&choice.to_string());
     }

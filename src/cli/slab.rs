@@ -3,9 +3,9 @@
 use super::deform::report;
 use super::outline::why_not_run;
 use super::{Context, Outcome};
-use crate::deform::{Deformation, Sharing, SlabMesh, SlabOf};
+use crate::deform::{Deformation, Outlined, Sharing, SlabOf, run_needs_whole};
 use crate::error::{Error, Result, counted};
-use crate::formats::{self, Location, ReadOptions, SharedFile};
+use crate::formats::{self, ReadOptions};
 use crate::motion::Schedule;
 use crate::progress::Stop;
 use crate::run::{FinishedSlab, LeftSlabs, Request, run, run_slab};
@@ -26,7 +26,7 @@ pub(super) fn write_slab(
             "--slab is the work of one process; without it ranks of MPI share the mesh",
         ));
     }
-    let work = |mesh: &mut SlabMesh| mesh.one(slab);
+    let work = |mesh: &mut Outlined| mesh.one(slab);
     let deformation = deformation(request, schedule, context, work, stop)?;
     for choice in &deformation.plan().choices {
         context.note(&choice.to_string());
@@ -76,7 +76,7 @@ pub(super) fn join(
         ..Request::default()
     };
     context.keep_in_files(folder);
-    let work = |mesh: &mut SlabMesh| Ok(mesh.joined(folder, n));
+    let work = |mesh: &mut Outlined| Ok(mesh.joined(folder, n));
     let deformation = deformation(&request, schedule, context, work, &stop);
     let deformation = deformation.map_err(|error| from_there(error, folder))?;
     for choice in &deformation.plan().choices {
@@ -119,22 +119,31 @@ fn deformation(
     request: &Request,
     schedule: Schedule,
     context: &Context,
-    work: impl FnOnce(&mut SlabMesh) -> Result<Sharing>,
+    work: impl FnOnce(&mut Outlined) -> Result<Sharing>,
     stop: &Arc<Stop>,
 ) -> Result<Deformation> {
     let path = &*request.mesh;
-    let mut found = match outline(request, &schedule, context)? {
-        Ok(outline) => outline,
-        Err(reason) => {
-            context.note(&format!(
-                "{}: read whole, and takes the memory of that: {reason}",
-                path.display()
-            ));
-            let read = |location: &Location| formats::read(location, &options(request));
-            let whole = context.reading(path, || read(&context.open(path)?))?;
-            SlabMesh::from(whole)
-        }
+    if path.as_os_str() == "-" {
+        return Err(Error::input(
+            "slabs have to be sure that all have the same mesh; write it to a file first",
+        )
+        .file(path));
+    }
+    let enough = match why_not_run(&schedule).or_else(|| run_needs_whole(&schedule)) {
+        None => Ok(Some(formats::by_name(&schedule.output.format)?)),
+        Some(reason) => Err(reason.to_owned()),
     };
+    let options = ReadOptions {
+        tag_array: request.tag_array.clone(),
+        step: None,
+    };
+    let (mut found, why_whole) = context.outline_or_whole(path, None, &options, enough)?;
+    if let Some(reason) = why_whole {
+        context.note(&format!(
+            "{}: read whole, and takes the memory of that: {reason}",
+            path.display()
+        ));
+    }
     let sharing = work(&mut found)?;
     let mesh = context.with_notes(found.loaded, path);
     Deformation::builder(mesh, schedule)
@@ -143,31 +152,6 @@ fn deformation(
         .sharing(sharing)
         .plan()
         .map_err(|error| error.file(path))
-}
-
-/// The outline of the mesh; or why it is not enough.
-fn outline(
-    request: &Request,
-    schedule: &Schedule,
-    context: &Context,
-) -> Result<std::result::Result<SlabMesh, String>> {
-    if let Some(reason) = why_not_run(schedule) {
-        return Ok(Err(reason.to_owned()));
-    }
-    let path = &*request.mesh;
-    let format = formats::by_name(&schedule.output.format)?;
-    let found = SharedFile::new(path, None, &options(request)).and_then(|file| {
-        let read = || SlabMesh::read(file, schedule);
-        context.outline(path, format, read, |found| &found.loaded)
-    });
-    Ok(found)
-}
-
-fn options(request: &Request) -> ReadOptions {
-    ReadOptions {
-        tag_array: request.tag_array.clone(),
-        step: None,
-    }
 }
 
 fn tell(folder: &Path, finished: &FinishedSlab, context: &Context) -> Result<()> {

@@ -470,7 +470,7 @@ impl Deformation {
         match &self.plan.sharing {
             Sharing::Ranks(team) => Some(Box::new(team.keep(points))),
             Sharing::Joined(joined) => Some(Box::new(joined.points(step.index))),
-            Sharing::Alone | Sharing::Slab(_) => None,
+            Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => None,
         }
     }
 }

@@ -84,7 +84,7 @@ impl<'a> By<'a> {
     /// Displacements of steps in one go.
     pub fn of(plan: &'a Plan) -> Self {
         match &plan.sharing {
-            Sharing::Alone | Sharing::Slab(_) => Self::Here,
+            Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => Self::Here,
             Sharing::Ranks(team) => Self::Team(team),
             Sharing::Joined(_) => Self::Others,
         }

@@ -130,7 +130,10 @@ impl Interval {
         );
         progress.finish();
         // Whoever joins slabs computes velocities.
-        let velocity = plan.velocity.as_ref().filter(|_| plan.sharing.slab().is_none());
+        let velocity = plan
+            .velocity
+            .as_ref()
+            .filter(|_| plan.sharing.slab().is_none());
         if let (Some(layer), [chosen]) = (velocity, chosen.as_slice()) {
             let velocities = Velocities::new(plan, layer, state, chosen, &self.steps)?;
             let warning = velocities.warning.clone().map(Diagnostic::from);

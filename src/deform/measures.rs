@@ -48,7 +48,7 @@ impl Measures {
         };
         match &plan.sharing {
             Sharing::Ranks(_) if plan.judges() => plan.share(),
-            Sharing::Alone | Sharing::Ranks(_) => {
+            Sharing::Alone | Sharing::File(_) | Sharing::Ranks(_) => {
                 measures.walls.get_or_init(|| measures.find_walls(plan));
             }
             Sharing::Slab(_) | Sharing::Joined(_) => {}

@@ -384,7 +384,7 @@ impl Stepper<'_> {
                 let base = self.interval.hash_of_base();
                 joined.enter(step.index, base, None, points)?;
             }
-            Sharing::Alone | Sharing::Slab(_) => {}
+            Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => {}
         }
         Ok(())
     }

@@ -44,7 +44,7 @@ impl Plan {
     }
 
     /// The same, where others share the work; the mesh may be the outline of theirs.
-    pub(super) fn with(mut mesh: Arc<Mesh>, schedule: Schedule, sharing: Sharing) -> Result<Self> {
+    pub(crate) fn with(mut mesh: Arc<Mesh>, schedule: Schedule, sharing: Sharing) -> Result<Self> {
         let has_boxes = mesh.field_arrays.iter().any(|a| a.name == su2::BOXES);
         if has_boxes {
             Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);

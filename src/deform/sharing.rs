@@ -1,11 +1,13 @@
-//! Who shares the work on a mesh, of which this process may hold the outline alone.
+//! Who shares the work on a mesh, of which this process may hold the outline alone, and where that is not enough.
 
 use super::first_cells::Edge;
+use super::mesh_file::MeshFile;
 use super::slabs::{Joined, OneSlab};
 use super::team::Team;
 use crate::error::Result;
 use crate::geometry::vector::Vector;
 use crate::mesh::Mesh;
+use crate::motion::{Frame, QualityOutput, Schedule};
 use std::sync::Arc;
 
 /// Who shares the work.
@@ -14,6 +16,8 @@ pub enum Sharing {
     /// Nobody.
     #[default]
     Alone,
+    /// Nobody, and the rest of the mesh is in a file: it is looked at, and does not move.
+    File(Arc<MeshFile>),
     /// The ranks, of which this process is the first.
     Ranks(Arc<Team>),
     /// Processes that work on other slabs; this one works on a slab.
@@ -52,11 +56,32 @@ impl Sharing {
         let by = |file| file as &dyn Holder;
         match self {
             Self::Alone => None,
+            Self::File(file) => Some(&**file),
             Self::Ranks(team) => Some(&**team),
             Self::Slab(slab) => slab.file.as_deref().map(by),
             Self::Joined(joined) => joined.file.as_deref().map(by),
         }
     }
+}
+
+/// Why an outline is not enough for the plan of a schedule.
+pub(crate) fn plan_needs_whole(schedule: &Schedule) -> Option<&'static str> {
+    schedule.has_zones().then_some("only some zones deform")
+}
+
+/// Why an outline is not enough for the steps of a schedule.
+pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
+    let output = &schedule.output;
+    if output.velocity || output.displacement || output.quality == QualityOutput::Cells {
+        return Some("it makes arrays of all nodes or cells");
+    }
+    if schedule.rbf.substeps > 1 {
+        return Some("steps have substeps");
+    }
+    if schedule.rotor.frame != Frame::Rotating {
+        return Some("a zone turns");
+    }
+    plan_needs_whole(schedule)
 }
 
 /// Has the whole mesh, or can read it.

@@ -29,6 +29,7 @@ mod memory;
 mod mesh_commands;
 mod names;
 mod openfoam;
+mod outlines;
 mod parts;
 mod periodic;
 #[cfg(unix)]

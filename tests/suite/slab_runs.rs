@@ -190,7 +190,10 @@ fn where_an_outline_is_not_enough_slabs_read_the_whole_mesh() {
         for slab in ["2/3", "1/3", "3/3"] {
             let run = azimesh(path, &[&args[..], &["out", "--slab", slab]].concat());
             assert_eq!(run.code, 0, "{run:?}");
-            assert_says(&run.err, &[mesh, "read whole, and takes the memory", reason]);
+            assert_says(
+                &run.err,
+                &[mesh, "read whole, and takes the memory", reason],
+            );
         }
         succeed(path, &["-q", "finish", "out"]);
         assert!(left(&path.join("out")) == left(&path.join("one")), "{mesh}");

@@ -56,6 +56,6 @@ impl Run<'_> {
         }
         let read = || team.outline();
         self.context
-            .outline(input.path(), format, read, |found| found)
+            .outline(input.path(), Some(format), read, |found| found)
     }
 }

@@ -1,9 +1,9 @@
 //! All slabs joined: where nodes are, and what cells are like, from the files that slabs have left.
 
+use super::super::mesh_file::MeshFile;
 use super::super::numbers_file::NumbersFile;
 use super::super::plan::Plan;
 use super::SlabOf;
-use super::mesh_file::MeshFile;
 use super::stored::{StoredStep, ToldOfStep};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
@@ -90,7 +90,9 @@ impl Joined {
     }
 
     fn of(&self) -> &Of {
-        self.of.get().expect("slabs are checked before they are used")
+        self.of
+            .get()
+            .expect("slabs are checked before they are used")
     }
 
     /// The kinds of processors on which so many steps of the slabs were computed, where these are several.

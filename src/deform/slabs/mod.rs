@@ -14,18 +14,13 @@
 //! A slab does what a rank does ([`super::team`]), but finds out by itself what other ranks would tell it.
 
 mod joined;
-mod mesh_file;
 mod one;
 mod stored;
 
+use super::mesh_file::Outlined;
 use super::sharing::Sharing;
-use super::team::needs_whole;
 use crate::error::Result;
-use crate::formats::{Loaded, SharedFile};
-use crate::mesh::OneLayer;
-use crate::motion::Schedule;
 pub use joined::Joined;
-pub(crate) use mesh_file::MeshFile;
 pub use one::OneSlab;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -92,43 +87,7 @@ impl SlabOf {
     }
 }
 
-/// A mesh that is worked on in slabs, with the notes of its reader.
-pub struct SlabMesh {
-    /// Of which this is the outline.
-    file: Option<Arc<MeshFile>>,
-    /// The mesh, or its outline where that is enough.
-    pub loaded: Loaded,
-}
-
-impl From<Loaded> for SlabMesh {
-    fn from(whole: Loaded) -> Self {
-        Self {
-            file: None,
-            loaded: whole,
-        }
-    }
-}
-
-impl SlabMesh {
-    /// Reads the outline, where that is enough for a schedule.
-    ///
-    /// # Errors
-    /// Why the mesh has to be read as a whole, in words that complete "it is read whole: ...".
-    pub fn read(file: SharedFile, schedule: &Schedule) -> std::result::Result<Self, String> {
-        if let Some(reason) = needs_whole(schedule) {
-            return Err(reason.to_owned());
-        }
-        let file = Arc::new(MeshFile::new(file));
-        let outline = file.outline()?;
-        match OneLayer::axis_of(&outline.mesh) {
-            Ok(None) => Ok(Self {
-                file: Some(file),
-                loaded: outline,
-            }),
-            _ => Err("it is one layer of cells".to_owned()),
-        }
-    }
-
+impl Outlined {
     /// The work on one slab, which is read where this is the outline.
     ///
     /// # Errors

@@ -1,12 +1,12 @@
 //! One slab: its nodes moved, its cells judged.
 
 use super::super::interval::Interval;
+use super::super::mesh_file::MeshFile;
 use super::super::plan::Plan;
 use super::super::step_memory::Rounding;
 use super::super::team::cells_among;
 use super::super::wall_angles::WallAngles;
 use super::SlabOf;
-use super::mesh_file::MeshFile;
 use super::stored::{Left, Moved, StoredStep, ToldOfStep};
 use crate::error::Result;
 use crate::geometry::vector::Vector;

@@ -46,7 +46,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub(in crate::deform) use work::cells_among;
 use work::{BlockHash, Work, hash, hashes};
 
-pub(crate) use outline::needs_whole;
 pub(crate) use placing::{Maps, Placing};
 pub use serve::{dismiss, serve};
 use serve::{evaluate, nodes_alone, part_of_file, take_part};

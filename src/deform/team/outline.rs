@@ -8,12 +8,12 @@ use super::placing::{Apart, Numbered, Placing};
 use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
-use crate::deform::sharing::Holder;
+use crate::deform::sharing::{Holder, run_needs_whole};
 use crate::error::Result;
 use crate::formats::{self, Loaded, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
-use crate::motion::{Frame, QualityOutput, Schedule};
+use crate::motion::Schedule;
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, TreeHasher};
 use crate::ranks::raw::List;
@@ -28,7 +28,7 @@ impl Team {
         self: &Arc<Self>,
         schedule: &Schedule,
     ) -> std::result::Result<Loaded, String> {
-        if let Some(reason) = needs_whole(schedule) {
+        if let Some(reason) = run_needs_whole(schedule) {
             return Err(reason.to_owned());
         }
         let outline = self.outline()?;
@@ -94,21 +94,6 @@ impl Holder for Team {
         let found = found.into_iter().flatten();
         Ok(found.flat_map(|List(faces)| faces).collect())
     }
-}
-
-/// Why an outline is not enough for a schedule.
-pub(crate) fn needs_whole(schedule: &Schedule) -> Option<&'static str> {
-    let output = &schedule.output;
-    if output.velocity || output.displacement || output.quality == QualityOutput::Cells {
-        return Some("it makes arrays of all nodes or cells");
-    }
-    if schedule.rbf.substeps > 1 {
-        return Some("steps have substeps");
-    }
-    if schedule.rotor.frame != Frame::Rotating {
-        return Some("a zone turns");
-    }
-    schedule.has_zones().then_some("only some zones deform")
 }
 
 /// What a rank tells of its share of a file.

@@ -1,12 +1,12 @@
 //! The file of a mesh that no process holds as a whole: what is known of it is read piece by piece when it is asked for.
 
-use super::super::first_cells::{self, Edge};
-use super::super::numbers_file::NumbersFile;
-use super::super::sharing::Holder;
+use super::first_cells::{self, Edge};
+use super::numbers_file::NumbersFile;
+use super::sharing::{Holder, Sharing};
 use crate::error::{Error, Result};
 use crate::formats::{Loaded, SharedFile, hash_of, list_nodes, reason};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, Mesh, NodeBits, Numbers};
+use crate::mesh::{Apart, Mesh, NodeBits, Numbers, OneLayer};
 use crate::parallel;
 use crate::ranks::hash::HashedBytes;
 use std::path::Path;
@@ -17,7 +17,7 @@ const MOST_AT_ONCE: usize = 1 << 22;
 
 /// The file of a mesh of which this process holds the outline.
 #[derive(Debug)]
-pub(crate) struct MeshFile(SharedFile);
+pub struct MeshFile(SharedFile);
 
 impl MeshFile {
     pub fn new(file: SharedFile) -> Self {
@@ -45,6 +45,46 @@ impl MeshFile {
             .by_pieces(|slabs, faces_once| Mesh::outline_by_pieces(slabs, faces_once, by));
         let outline = outline.map_err(reason)?;
         self.0.complete(outline)
+    }
+}
+
+/// A mesh of which this process holds the outline, or the whole where that is not enough; with the notes of its reader.
+pub struct Outlined {
+    /// Of which this is the outline.
+    pub(super) file: Option<Arc<MeshFile>>,
+    /// The mesh, or its outline where that is enough.
+    pub loaded: Loaded,
+}
+
+impl From<Loaded> for Outlined {
+    fn from(whole: Loaded) -> Self {
+        Self {
+            file: None,
+            loaded: whole,
+        }
+    }
+}
+
+impl Outlined {
+    /// Reads the outline.
+    ///
+    /// # Errors
+    /// Why the mesh has to be read as a whole, in words that complete "it is read whole: ...".
+    pub fn outline(file: SharedFile) -> std::result::Result<Self, String> {
+        let file = Arc::new(MeshFile::new(file));
+        let outline = file.outline()?;
+        match OneLayer::axis_of(&outline.mesh) {
+            Ok(None) => Ok(Self {
+                file: Some(file),
+                loaded: outline,
+            }),
+            _ => Err("it is one layer of cells".to_owned()),
+        }
+    }
+
+    /// Looking at it.
+    pub fn alone(&self) -> Sharing {
+        self.file.clone().map_or(Sharing::Alone, Sharing::File)
     }
 }
 
