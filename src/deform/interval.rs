@@ -238,6 +238,11 @@ impl Interval {
             return Ok(error);
         };
         let (state, moved) = (self.reference(), self.deforming.as_deref());
+        if let (Some(zone), Some(slab)) = (&plan.motion.zone, plan.sharing.slab()) {
+            let nodes = slab.part(&plan.mesh).numbers_in_whole().iter();
+            let stay = nodes.filter(|node| !zone.sides.nodes[**node as usize]);
+            stay.for_each(|&node| out[node as usize] = plan.mesh.points[node as usize]);
+        }
         fields.displace_covered(&plan.layers, step.index, state, out);
         self.place_surface_nodes(step, 1.0, state, out);
         self.finish_positions(step, moved, out);
@@ -275,7 +280,7 @@ impl Interval {
     fn finish_positions(&self, step: &Step, known: Option<&[u32]>, out: &mut [Vector]) {
         let plan = &*self.plan;
         if let Some(to_inertial) = plan.motion.to_inertial(step) {
-            let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
+            let inside = plan.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
             let turn = |node: usize, x: &mut Vector| {
                 if inside.is_none_or(|inside| inside[node]) {
                     *x = to_inertial.apply(*x);

@@ -6,7 +6,7 @@ use super::sharing::{Holder, Sharing};
 use crate::error::{Error, Result};
 use crate::formats::{Loaded, SharedFile, hash_of, list_nodes, reason};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, Mesh, NodeBits, Numbers, OneLayer};
+use crate::mesh::{Apart, Mesh, NodeBits, Numbers, OneLayer, ZoneSides};
 use crate::parallel;
 use crate::ranks::hash::HashedBytes;
 use std::path::Path;
@@ -129,6 +129,11 @@ impl Holder for MeshFile {
 
 /// The mesh at rest.
 impl Apart for MeshFile {
+    fn zone_sides(&self, marked: &[bool]) -> Option<Result<ZoneSides>> {
+        let found = self.0.by_pieces(|slabs, _| slabs.zone_sides(marked));
+        Some(found)
+    }
+
     fn write(
         &self,
         to: Option<(&Path, u64)>,

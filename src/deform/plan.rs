@@ -306,7 +306,7 @@ impl Plan {
 
     /// The nodes that this process moves, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
-        let zone = self.motion.zone.as_ref().map(|zone| &zone.nodes);
+        let zone = self.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
         let is_inside = |node: &u32| zone.is_none_or(|inside| inside[*node as usize]);
         let of_slab = self.nodes_of_slab();
         let is_wanted = |node: &u32| {

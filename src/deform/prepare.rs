@@ -53,6 +53,10 @@ impl Plan {
         let mut schedule = schedule;
         let format = chosen_format(&mut schedule, &mesh);
         let mut motion = schedule.resolve(&mesh)?;
+        if let (Some(_), Some(zone)) = (&mesh.outline, &motion.zone) {
+            let sides = &zone.sides;
+            Arc::make_mut(&mut mesh).take_places(&sides.interface_nodes, &sides.interface_places);
+        }
         if motion.to_inertial(&motion.steps[0]).is_some() {
             zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
             if let Some(team) = sharing.team().filter(|_| motion.zone.is_some()) {
@@ -60,7 +64,7 @@ impl Plan {
             }
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
-        let interface = motion.zone.as_ref().map(|zone| &zone.interface_faces);
+        let interface = motion.zone.as_ref().map(|zone| &zone.sides.interface_faces);
         let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
@@ -260,14 +264,7 @@ fn basis(
     let radius = schedule.rbf.support_radius.unwrap_or_else(|| {
         let region = match &motion.zone {
             None => mesh.extent(),
-            Some(zone) => {
-                let nodes = mesh.points.iter().zip(&zone.nodes);
-                let inside: Vec<Vector> = nodes
-                    .filter(|(_, inside)| **inside)
-                    .map(|(point, _)| *point)
-                    .collect();
-                Bounds::around(&inside)
-            }
+            Some(zone) => zone.sides.bounds,
         };
         let radius = region.diagonal().min(DEFAULT_RADIUS * moving.diagonal());
         choices.push(DeformNote::SupportRadius { radius }.into());

@@ -66,7 +66,8 @@ impl Sharing {
 
 /// Why an outline is not enough for the plan of a schedule.
 pub(crate) fn plan_needs_whole(schedule: &Schedule) -> Option<&'static str> {
-    schedule.has_zones().then_some("only some zones deform")
+    let turns = schedule.rotor.frame != Frame::Rotating;
+    (turns && schedule.has_zones()).then_some("a zone turns")
 }
 
 /// Why an outline is not enough for the steps of a schedule.
@@ -77,9 +78,6 @@ pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
     }
     if schedule.rbf.substeps > 1 {
         return Some("steps have substeps");
-    }
-    if schedule.rotor.frame != Frame::Rotating {
-        return Some("a zone turns");
     }
     plan_needs_whole(schedule)
 }

@@ -152,7 +152,7 @@ fn freedom(plan: &Plan, measures: &Measures, to_inertial: Option<&Transform>) ->
         pair_sides(layer, &mut freedom);
     }
     if let Some(zone) = &plan.motion.zone {
-        for (node, inside) in (0..).zip(&zone.nodes) {
+        for (node, inside) in (0..).zip(&zone.sides.nodes) {
             if !inside {
                 freedom.fix(node);
             }

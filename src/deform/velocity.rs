@@ -109,7 +109,7 @@ impl Velocities {
         let Some(to_inertial) = plan.motion.to_inertial_moving(step) else {
             return out;
         };
-        let inside = plan.motion.zone.as_ref().map(|zone| &zone.nodes);
+        let inside = plan.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
         let back = to_inertial.map.inverse();
         parallel::update(&mut out, |node, v| {
             if inside.is_none_or(|inside| inside[node]) {

@@ -12,12 +12,12 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<()> {
         return Ok(());
     };
     let n = mesh.points.len();
-    if n + zone.interface_nodes.len() > u32::MAX as usize {
+    if n + zone.sides.interface_nodes.len() > u32::MAX as usize {
         return Err(Error::input(
             "the mesh would have more than 4294967295 nodes",
         ));
     }
-    let originals = zone.interface_nodes.clone();
+    let originals = zone.sides.interface_nodes.clone();
     let rim = faces_on_rim(mesh, zone);
     let copy = |node: u32| match originals.binary_search(&node) {
         Ok(at) => (n + at) as u32,
@@ -28,16 +28,16 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<()> {
         |cell, nodes| rim.binary_search(&cell).is_ok() || belongs(zone, &originals, cell, nodes),
         copy,
     )?;
-    zone.interface_faces = renumber(&zone.interface_faces, |_, _| true, copy)?;
+    zone.sides.interface_faces = renumber(&zone.sides.interface_faces, |_, _| true, copy)?;
     for &node in &originals {
         mesh.points.push(mesh.points[node as usize]);
-        zone.nodes[node as usize] = false;
-        zone.nodes.push(true);
+        zone.sides.nodes[node as usize] = false;
+        zone.sides.nodes.push(true);
     }
     for array in &mut mesh.point_arrays {
         repeat_tuples(array, n, &originals);
     }
-    zone.interface_nodes = originals.iter().map(|&node| copy(node)).collect();
+    zone.sides.interface_nodes = originals.iter().map(|&node| copy(node)).collect();
     let surface = &mut motion.surface.nodes;
     let mut roles: Vec<_> = surface
         .nodes
@@ -53,7 +53,7 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<()> {
 /// Whether a cell goes with the zone: its own cells, and boundary faces with a node inside it.
 fn belongs(zone: &DeformingZone, interface: &[u32], cell: usize, nodes: &[u32]) -> bool {
     zone.cells[cell]
-        || nodes.iter().all(|&node| zone.nodes[node as usize])
+        || nodes.iter().all(|&node| zone.sides.nodes[node as usize])
             && nodes
                 .iter()
                 .any(|node| interface.binary_search(node).is_err())
@@ -63,7 +63,7 @@ fn belongs(zone: &DeformingZone, interface: &[u32], cell: usize, nodes: &[u32]) 
 /// outside it, ascending.
 fn faces_on_rim(mesh: &Mesh, zone: &DeformingZone) -> Vec<usize> {
     let mut interface = vec![false; mesh.points.len()];
-    for &node in &zone.interface_nodes {
+    for &node in &zone.sides.interface_nodes {
         interface[node as usize] = true;
     }
     let is_on = |node: &u32| interface[*node as usize];
@@ -125,7 +125,8 @@ fn repeat_tuples(array: &mut DataArray, n: usize, nodes: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::CellKind;
+    use crate::geometry::Bounds;
+    use crate::mesh::{CellKind, ZoneSides};
 
     #[test]
     fn boundary_faces_with_all_nodes_on_the_rim_go_with_the_cell_of_the_zone() {
@@ -141,10 +142,14 @@ mod tests {
             mesh.cells.push(CellKind::Triangle, &face);
         }
         let zone = DeformingZone {
-            nodes: vec![true, true, true, true, false, false],
             cells: [vec![true], vec![false; 7]].concat(),
-            interface_nodes: vec![0, 1, 2, 3],
-            interface_faces: Cells::new(),
+            sides: ZoneSides {
+                nodes: vec![true, true, true, true, false, false],
+                bounds: Bounds::EMPTY,
+                interface_nodes: vec![0, 1, 2, 3],
+                interface_places: vec![[0.0; 3]; 4],
+                interface_faces: Cells::new(),
+            },
         };
         assert_eq!(faces_on_rim(&mesh, &zone), [3, 5, 7]);
     }

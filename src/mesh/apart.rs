@@ -1,6 +1,6 @@
 //! Nodes and cells that lie with several ranks, each of which writes its own.
 
-use super::Cells;
+use super::{Cells, ZoneSides};
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
@@ -20,6 +20,11 @@ pub trait Apart: Debug + Send + Sync {
         numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>>;
+
+    /// The sides of the volume cells that are marked, of which no process needs the whole mesh; none where that is not so.
+    fn zone_sides(&self, _marked: &[bool]) -> Option<Result<ZoneSides>> {
+        None
+    }
 }
 
 /// Which numbers are written, and how.

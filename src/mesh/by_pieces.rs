@@ -5,8 +5,10 @@ use super::from_slabs::{Slabs, mesh_of, nodes_of, own_cells, own_points, part_of
 use super::node_bits::NodeBits;
 use super::numbering::{Numbering, among};
 use super::part::{self, SLAB};
+use super::zone_sides::{ZoneSides, faces_between};
 use super::{Cells, Mesh, faces_on_no_cell};
 use crate::error::{Error, Result};
+use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::parallel;
 use crate::ranks::Ranks;
@@ -42,6 +44,51 @@ impl Slabs<'_> {
             act(start, &points)?;
         }
         Ok(())
+    }
+
+    /// The sides of the volume cells of a solid mesh that are marked, as [`ZoneSides::of`] has them.
+    pub fn zone_sides(&self, marked: &[bool]) -> Result<ZoneSides> {
+        let [inside, outside] = [(); 2].map(|()| NodeBits::new(&(0..self.n_nodes)));
+        let all = 0..self.n_cells;
+        self.each_cells(all.clone(), &mut |first, cells| {
+            for (bits, side) in [(&inside, true), (&outside, false)] {
+                bits.add_nodes_of(cells, &runs_of(cells, &marked[first..], side));
+            }
+            Ok(())
+        })?;
+        let is_on = |node: &u32| inside.has(*node) && outside.has(*node);
+        let mut near = Cells::new();
+        self.each_cells(all, &mut |first, cells| {
+            let touching = parallel::concat_blocks(cells.len(), SLAB, &|range| {
+                let touches = |cell: &usize| cells.get(*cell).nodes.iter().any(is_on);
+                let own = range.filter(|cell| marked[first + cell]);
+                own.filter(touches).collect()
+            });
+            near.append(&cells.select(touching));
+            Ok(())
+        })?;
+        let of_near = nodes_of(&near, 0..0);
+        let numbering = Numbering::new(&of_near);
+        near.renumber_nodes_by(|node| numbering.of(node));
+        let origin = vec![[0.0; 3]; of_near.len()];
+        let near = mesh_of(origin, near, 3, part::Part::default());
+        let on_interface = |node: &u32| is_on(&of_near[*node as usize]);
+        let mut interface_faces = faces_between(&near, |_| true, on_interface);
+        interface_faces.renumber_nodes_by(|node| of_near[node as usize]);
+        let interface_nodes: Vec<u32> = of_near.iter().copied().filter(is_on).collect();
+        let mut bounds = Bounds::EMPTY;
+        self.each_points(0..self.n_nodes, &mut |first, points| {
+            let here = (first as u32..).zip(points).filter(|of| inside.has(of.0));
+            bounds = bounds.union(&Bounds::around(here.map(|of| of.1)));
+            Ok(())
+        })?;
+        Ok(ZoneSides {
+            nodes: parallel::collect(self.n_nodes, |node| inside.has(node as u32)),
+            bounds,
+            interface_places: self.places(&interface_nodes)?,
+            interface_nodes,
+            interface_faces,
+        })
     }
 
     /// Where some nodes are, which ascend.
@@ -138,6 +185,23 @@ impl Mesh {
         })?;
         Ok(loose)
     }
+}
+
+/// Consecutive solid cells that are marked, or with `side` false those that are not.
+fn runs_of(cells: &Cells, marked: &[bool], side: bool) -> Vec<Range<usize>> {
+    let mut runs = Vec::new();
+    for run in cells.runs().filter(|run| run.kind.dimension() == 3) {
+        let mut start = run.first_cell;
+        let marks = &marked[start..start + run.n_cells()];
+        for alike in marks.chunk_by(|a, b| a == b) {
+            let end = start + alike.len();
+            if alike[0] == side {
+                runs.push(start..end);
+            }
+            start = end;
+        }
+    }
+    runs
 }
 
 /// The cells that have so many nodes among those `here` that a part with these holds them, ascending.
@@ -309,6 +373,23 @@ mod tests {
             mesh.loose_faces_by_pieces(slabs, &faces[..9])
         });
         assert!(found.expect("it is read").is_empty());
+    }
+
+    #[test]
+    fn a_zone_has_the_sides_that_it_has_in_the_whole_mesh() {
+        for kind in [CellKind::Tetrahedron, CellKind::Wedge] {
+            let mesh = cube_of(kind);
+            // Cells at random, then those of a few layers.
+            for zone in [|cell: usize| cell * 7 % 11 < 4, |cell| cell / 9000 == 1] {
+                let is_solid = |cell: usize| mesh.cells.get(cell).kind == kind;
+                let cells = 0..mesh.cells.len();
+                let marked: Vec<bool> = cells.map(|cell| is_solid(cell) && zone(cell)).collect();
+                let found = by_pieces(&mesh, |slabs| slabs.zone_sides(&marked));
+                let wanted = ZoneSides::of(&mesh, &marked);
+                assert!(wanted.interface_faces.len() > 100, "{kind:?}");
+                assert!(found.expect("they are read") == wanted, "{kind:?}");
+            }
+        }
     }
 
     #[test]

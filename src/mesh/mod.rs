@@ -38,6 +38,7 @@ mod split;
 mod streams;
 mod subset;
 mod view;
+mod zone_sides;
 
 pub use adjacency::{Across, Adjacency};
 pub use apart::{
@@ -64,6 +65,7 @@ pub use reorder::Reordering;
 pub use skin::Skin;
 pub use split::SplitCounts;
 pub use view::MeshView;
+pub use zone_sides::ZoneSides;
 
 use crate::diagnostic::point;
 use crate::error::{Error, Result};

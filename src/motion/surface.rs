@@ -102,7 +102,7 @@ pub(super) fn nodes_of_tags(tags: &[usize], zone: Option<&DeformingZone>, mesh: 
 }
 
 fn is_in(zone: Option<&DeformingZone>, node: u32) -> bool {
-    zone.is_none_or(|zone| zone.nodes[node as usize])
+    zone.is_none_or(|zone| zone.sides.nodes[node as usize])
 }
 
 fn surface_nodes(
@@ -111,7 +111,7 @@ fn surface_nodes(
     zone: Option<&DeformingZone>,
     mesh: &Mesh,
 ) -> SurfaceNodes {
-    let interface = zone.iter().flat_map(|zone| &zone.interface_nodes);
+    let interface = zone.iter().flat_map(|zone| &zone.sides.interface_nodes);
     let mut all: Vec<(u32, Role)> = interface.map(|&node| (node, Role::Fixed)).collect();
     for (tag, role) in tags.iter().zip(roles) {
         let Some(role) = *role else { continue };

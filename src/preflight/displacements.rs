@@ -71,11 +71,12 @@ struct Region {
 
 impl Region {
     fn new(plan: &Plan) -> Self {
-        let bounds = match plan.deforming_nodes() {
-            Some(nodes) => {
+        let bounds = match (&plan.motion.zone, plan.deforming_nodes()) {
+            (Some(zone), _) if plan.one_layer.is_none() => zone.sides.bounds,
+            (_, Some(nodes)) => {
                 Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[node as usize]))
             }
-            None => plan.mesh.extent(),
+            (_, None) => plan.mesh.extent(),
         };
         let slack = OUTSIDE * bounds.diagonal();
         let held = |body: usize| {

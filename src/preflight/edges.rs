@@ -96,7 +96,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
         is_whole && plan.motion.to_inertial(step).is_some() && step.azimuth_deg % 360.0 != 0.0
     };
     let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
-    let nodes = zone.interface_nodes.iter();
+    let nodes = zone.sides.interface_nodes.iter();
     let points: Vec<Vector> = nodes.map(|&node| plan.mesh.points[node as usize]).collect();
     if turned.is_empty() || points.is_empty() {
         return None;
@@ -120,9 +120,9 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
 /// Facets of the interface of a zone between its nodes, by their positions among these.
 fn interface_facets(zone: &DeformingZone) -> Vec<[u32; 3]> {
     let mut found = Vec::new();
-    for face in zone.interface_faces.iter() {
+    for face in zone.sides.interface_faces.iter() {
         for split in facets(face.kind, face.nodes.len()) {
-            let corners = split.map(|i| zone.interface_nodes.binary_search(&face.nodes[i]));
+            let corners = split.map(|i| zone.sides.interface_nodes.binary_search(&face.nodes[i]));
             if let [Ok(a), Ok(b), Ok(c)] = corners {
                 found.push([a as u32, b as u32, c as u32]);
             }

@@ -28,7 +28,8 @@ impl Team {
         self: &Arc<Self>,
         schedule: &Schedule,
     ) -> std::result::Result<Loaded, String> {
-        if let Some(reason) = run_needs_whole(schedule) {
+        let zones = schedule.has_zones().then_some("only some zones deform");
+        if let Some(reason) = run_needs_whole(schedule).or(zones) {
             return Err(reason.to_owned());
         }
         let outline = self.outline()?;

@@ -211,11 +211,14 @@ fn only_the_named_zones_deform_and_their_interface_stays() {
     let zone = motion.zone.as_ref().expect("there is one");
     assert_eq!(zone.cells, [true, false, false, false, false, false]);
     let inside: Vec<bool> = (0..12).map(|node| node < 8).collect();
-    assert_eq!(zone.nodes, inside);
-    assert_eq!(zone.interface_nodes, [4, 5, 6, 7]);
-    assert_eq!(zone.interface_faces.len(), 1);
-    assert_eq!(zone.interface_faces.get(0).kind, CellKind::Quadrilateral);
-    assert_eq!(zone.interface_faces.get(0).nodes, [4, 5, 6, 7]);
+    assert_eq!(zone.sides.nodes, inside);
+    assert_eq!(zone.sides.interface_nodes, [4, 5, 6, 7]);
+    assert_eq!(zone.sides.interface_faces.len(), 1);
+    assert_eq!(
+        zone.sides.interface_faces.get(0).kind,
+        CellKind::Quadrilateral
+    );
+    assert_eq!(zone.sides.interface_faces.get(0).nodes, [4, 5, 6, 7]);
     let expected = (0..8).map(|node| (node, if node < 4 { Moving(0) } else { Fixed }));
     assert_eq!(roles(&motion), expected.collect::<Vec<_>>());
     assert_eq!(motion.surface.faces.cells, [2, 3]);
@@ -229,9 +232,9 @@ fn an_interface_in_two_dimensions_is_made_of_edges() {
     let motion =
         resolve(&mesh, &format!("{BLADE}[boundaries]\nzones = [\"near\"]")).expect("it fits");
     let zone = motion.zone.as_ref().expect("there is one");
-    assert_eq!(zone.interface_nodes, [2, 3]);
-    assert_eq!(zone.interface_faces.len(), 1);
-    assert_eq!(zone.interface_faces.get(0).kind, CellKind::Line);
+    assert_eq!(zone.sides.interface_nodes, [2, 3]);
+    assert_eq!(zone.sides.interface_faces.len(), 1);
+    assert_eq!(zone.sides.interface_faces.get(0).kind, CellKind::Line);
     assert_eq!(
         roles(&motion),
         [(0, Moving(0)), (1, Moving(0)), (2, Fixed), (3, Fixed)]
@@ -257,8 +260,8 @@ fn an_interface_of_polyhedra_is_made_of_their_faces() {
     let tail = format!("{BLADE}[boundaries]\nzones = [\"rotor\"]\nfixed = [\"hub\"]");
     let motion = resolve(&mesh, &tail).expect("it fits");
     let zone = motion.zone.as_ref().expect("there is one");
-    assert_eq!(zone.interface_nodes, [4, 5, 6, 7]);
-    assert_eq!(zone.interface_faces.get(0).nodes, [4, 5, 6, 7]);
+    assert_eq!(zone.sides.interface_nodes, [4, 5, 6, 7]);
+    assert_eq!(zone.sides.interface_faces.get(0).nodes, [4, 5, 6, 7]);
 }
 
 #[test]
@@ -266,7 +269,7 @@ fn both_zones_together_have_no_interface() {
     let tail = format!("{BLADE}[boundaries]\nzones = [\"*\"]\nothers = \"free\"");
     let motion = resolve(&two_cubes(), &tail).expect("it fits");
     let zone = motion.zone.as_ref().expect("there is one");
-    assert!(zone.interface_nodes.is_empty() && zone.interface_faces.is_empty());
+    assert!(zone.sides.interface_nodes.is_empty() && zone.sides.interface_faces.is_empty());
     assert_eq!(motion.surface.nodes.nodes, [0, 1, 2, 3]);
 }
 
