@@ -349,6 +349,23 @@ def memory(c):
     return found
 
 
+def memory_of_slabs(c):
+    """MB at the peak of each slab, of as many as there would be ranks, and of `finish`."""
+    # The boundary faces and their nodes, and the ends of first cells; places of surface nodes in the sparse arrays of all.
+    outline = (80 + 8 * c.R + 16) * c.S + 24 * 1.5 * c.S
+    found = []
+    for of in c.parts:
+        judge = (9 + 13.5) * of.hexes * c.judges
+        part = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge
+        # Where nodes are at rest and at the step, in arrays as long as the mesh; their numbers, their fields.
+        moved = (24 + 24 + 4 + 8 * c.R) * of.nodes
+        steps = 32 * of.hexes * c.judges + 24 * of.nodes
+        evaluation = 12 * of.nodes + (220 + 8 * c.R) * c.S * c.corrects
+        found.append((20e6 + outline + part + moved + max(steps, evaluation)) / 1e6)
+    known = 24 * 1.5 * c.S
+    return [*found, (20e6 + outline + known + (220 + 8 * c.R) * c.S * c.corrects) / 1e6]
+
+
 # ---------------------------------------------------------------- time
 
 

@@ -120,19 +120,23 @@ def at_once(seconds, threads, steps):
 def figures(case, mesh, out, said, whole):
     """What a run says of itself."""
     record = json.loads(next(out.glob("run*.json")).read_text())
-    layer = record["selections"][0]["layers"][0]
     seconds = {**record["seconds"], "reading": float(re.search(r"^reading: ([\d.]+) s", said, re.MULTILINE)[1])}
     alone = CORES if case[1] > 1 else case[2]
     seconds["rest"] = whole - sum(seconds[stage] for stage in STAGES[:-1]) + at_once(seconds, alone, case[3])
+    found = {"alone": alone, "seconds": {**seconds, "total": whole}, "messages": messages(said)}
+    return {**counts(case, mesh, record), **found}
+
+
+def counts(case, mesh, record):
+    """What is counted of a run, from its record."""
+    layer = record["selections"][0]["layers"][0]
     return {
         "case": list(case),
-        "alone": alone,
+        "alone": CORES,
         **{key: record[key] for key in ("nodes", "cells", "surface_points", "modes", "steps")},
         "base_points": layer["base_points"],
         "sweeps": [n for n, _ in layer["history"]],
         "bytes_read": mesh.stat().st_size,
-        "seconds": {**seconds, "total": whole},
-        "messages": messages(said),
     }
 
 
@@ -182,6 +186,26 @@ def check(program, mesh, case):
         done = deform(program, folder, mesh, case)
     print(f"others {done['others']:.2f}")
     keep(checks=[*(run for run in kept()["checks"] if run["case"] != done["case"]), done])
+
+
+def check_slabs(program, mesh, nodes, n):
+    """The memory of each of some slabs of a run of two steps, and of `finish`; made once."""
+    with tempfile.TemporaryDirectory(prefix="rank_model_", dir=KEPT.parent) as folder:
+        folder = Path(folder)
+        mesh, out, toml = Path(mesh).resolve() if mesh else sample(program, folder, nodes), folder / "out", folder / "steps.toml"
+        text = re.sub(r"^step = .*", "step = 350.0", mesh.with_suffix(".toml").read_text(), count=1, flags=re.MULTILINE)
+        toml.write_text(text + SCHEDULE.format(quality="summary"))
+        commands = [["deform", mesh, toml, "-o", out, "--slab", f"{slab}/{n}"] for slab in range(1, n + 1)]
+        megabytes = []
+        for command in [*commands, ["finish", out]]:
+            words = [sys.executable, __file__, folder / "rank", program, *command, "-q"]
+            subprocess.run([*map(str, words)], check=True)
+            megabytes.append(json.loads((folder / "rank.0").read_text())["megabytes"])
+            print(" ".join(map(str, command)), f"{megabytes[-1]:.0f} MB", flush=True)
+        case = (nodes, n, CORES, 2, "summary", True)
+        record = json.loads((out / f"slabs_{n}" / "slab_1" / "run.json").read_text())
+        done = {**counts(case, mesh, record), "megabytes": megabytes}
+    keep(slabs=[*(run for run in kept().get("slabs", []) if run["case"] != done["case"]), done])
 
 
 if __name__ == "__main__":

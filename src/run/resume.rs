@@ -118,6 +118,20 @@ impl Earlier {
         }
     }
 
+    /// Takes the base points of another run, where this one has chosen none.
+    pub fn take_base_points(
+        &mut self,
+        other: impl FnOnce() -> Result<Option<RunRecord>>,
+    ) -> Result<()> {
+        if self.bases.is_empty()
+            && let Some(other) = other()?
+        {
+            self.bases = other.base_files;
+            self.selections = other.selections;
+        }
+        Ok(())
+    }
+
     /// Writes what is known of the earlier run into the record of this one.
     pub fn note_in(&self, record: &mut RunRecord) {
         record.resumed = Some(self.n_before);

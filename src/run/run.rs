@@ -41,15 +41,18 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let (mut warnings, mesh_bytes) = warnings_before(plan, format, request)?;
     let names = names_of(plan, format, request)?;
     let mut record = RecordFile::new(&names, plan, request)?;
-    if let Some(joined) = plan.joined() {
-        joined.check(slab::identity(&record.content, joined.n()), plan)?;
+    let of_slabs = plan
+        .joined()
+        .map(|joined| (joined, slab::identity(&record.content, joined.n())));
+    if let Some((joined, run)) = of_slabs {
+        joined.check(run, plan)?;
     }
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
-    let of_slabs = plan.joined().map(|joined| slab::hold_all(joined, &names));
-    let _of_slabs = of_slabs.transpose()?;
+    let held = of_slabs.map(|(joined, _)| slab::hold_all(joined, &names));
+    let _held = held.transpose()?;
     let mut earlier = earlier_run(deformation, &names, format, &record, request)?;
     formats::clear_left(&names.folder);
     if !request.no_space_check {
@@ -65,6 +68,11 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     }
     if request.force {
         names::remove_existing(&names)?;
+    }
+    if let (Some((joined, run)), None) = (of_slabs, &loaded) {
+        earlier.take_base_points(|| {
+            slab::take_base_points(&names, joined.n(), run, &request.folder)
+        })?;
     }
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);

@@ -105,7 +105,10 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     }
     let known = match loaded {
         Some(_) => BTreeMap::new(),
-        None => take_base_points(&names, slab.slab, run, request)?,
+        None => {
+            let taken = take_base_points(&names, slab.slab.n, run, &request.folder)?;
+            taken.map_or_else(BTreeMap::new, |record| record.base_files)
+        }
     };
     record.content.base_files.clone_from(&known);
     record.save()?;
@@ -226,20 +229,22 @@ pub(super) fn hold_all(joined: &Joined, names: &Names) -> Result<Vec<Lock>> {
     joined.folders().map(hold).collect()
 }
 
-/// Takes the files of base points that a slab of the same run has chosen, this one before or another; gives their hashes by their
-/// names, none where there are none yet.
-fn take_base_points(
+/// Takes the files of base points that a slab of the same run has, and gives the record of that: of a slab that has chosen them, if
+/// there is one.
+pub(super) fn take_base_points(
     names: &Names,
-    slab: SlabOf,
+    n: usize,
     run: [u8; 32],
-    request: &Request,
-) -> Result<BTreeMap<String, String>> {
-    for other in SlabOf::all(slab.n) {
-        let folder = other.folder(&request.folder);
-        let record = record::read(&folder.join("run.json")).ok().flatten();
-        let Some(record) = record.filter(|record| identity(record, slab.n) == run) else {
-            continue;
-        };
+    sequence: &Path,
+) -> Result<Option<RunRecord>> {
+    let slabs = SlabOf::all(n).filter_map(|slab| {
+        let folder = slab.folder(sequence);
+        let record = record::read(&folder.join("run.json")).ok()??;
+        (identity(&record, n) == run).then_some((folder, record))
+    });
+    let mut slabs: Vec<_> = slabs.collect();
+    slabs.sort_by_key(|(_, record)| record.selections.is_empty());
+    for (folder, record) in slabs {
         let read = |(name, hash): (&String, &String)| {
             let bytes = fs::read(folder.join(name)).ok()?;
             (blake3::hash(&bytes).to_string() == *hash).then_some((name.clone(), bytes))
@@ -251,9 +256,9 @@ fn take_base_points(
         for (name, bytes) in files {
             stage_bytes(&bytes, &names.path(&name), names.commit)?.keep()?;
         }
-        return Ok(record.base_files);
+        return Ok(Some(record));
     }
-    Ok(BTreeMap::new())
+    Ok(None)
 }
 
 /// The slabs of a sequence that is to be joined.
