@@ -104,12 +104,14 @@ def check_cases(folder):
 
 
 def check_rotors(folder):
-    """A zone that turns against the rest, and several bodies around a hub, carried round; coordinates of 32 bits."""
+    """A zone that deforms or turns against the rest, and several bodies around a hub, carried round; coordinates of 32 bits. Which
+    of them the first rank reads whole."""
     n_files = 0
     small = ["--layers", 4, "--first-cell", 0.01, "--surface-nodes", 1500]
-    inertial = ('frame = "rotating"', 'frame = "inertial"')
+    inertial, rotating = ('frame = "rotating"', 'frame = "inertial"'), ("", "")
     for name, options, change, output in [
         ("zone", small, inertial, 'format = "cgns"'),
+        ("still", ["--layers", 6, *small[2:]], rotating, 'format = "vtu"'),
         ("bodies", ["--blades", 3, "--nodes", 20_000, "--first-cell", 0.01], inertial, 'format = "vtkhdf"\nprecision = "f32"'),
     ]:
         mesh, schedule = folder / f"{name}.vtu", folder / f"{name}.toml"
@@ -120,7 +122,8 @@ def check_rotors(folder):
         schedule.write_text(text.replace("[rbf]", f"[output]\n{output}\n[rbf]"))
         azimesh("deform", mesh, schedule, "-o", folder / f"{name}_alone")
         for n in (2, 3, 7):
-            ranks(n, "-q", "deform", mesh, schedule, "-o", folder / f"{name}_{n}")
+            told = ranks(n, "-v", "deform", mesh, schedule, "-o", folder / f"{name}_{n}").stderr
+            assert ("read whole" in told) == (name == "zone"), f"{name}: whether the first rank has read the mesh\n{told}"
             n_files += same(content(folder / f"{name}_{n}"), content(folder / f"{name}_alone"), f"{name} with {n} ranks")
     report("mpi: rotors", n_files, 0, "files")
 

@@ -40,6 +40,10 @@ WHOLE = [
 ]
 
 
+# A blade in a zone: of tetrahedra cells outside the zone lie in several slabs.
+SMALL_ZONE = ["--layers", 6, "--first-cell", 0.003, "--surface-nodes", 12_000]
+
+
 def in_slabs(mesh, schedule, out, n, *options, expect=0):
     """Runs the slabs in any order, and joins them."""
     numbers = list(range(1, n + 1))
@@ -138,6 +142,7 @@ def check_rotors(folder):
     for name, sample, options, changes, output, numbers in [
         ("zone", "rotor", zone, [*coarse, inertial], 'format = "cgns"', (2, 5)),
         ("still", "rotor", zone, coarse, 'format = "vtu"', (3,)),
+        ("single", "rotor", [*SMALL_ZONE, "--cells", "tet"], coarse, 'format = "vtkhdf"\nprecision = "f32"', (3,)),
         ("bodies", "rotor", bodies, [*coarse, inertial], 'format = "vtkhdf"\nprecision = "f32"', (1, 4)),
         ("plane", "naca0012", ["--nodes", 70_000], [few], 'format = "vtkhdf"\ndisplacement = true', (2, 7)),
         ("text", "blade", ["--nodes", 40_000], [few], 'format = "msh"', (3,)),

@@ -129,12 +129,7 @@ impl Interval {
             By::of(plan),
         );
         progress.finish();
-        // Whoever joins slabs computes velocities.
-        let velocity = plan
-            .velocity
-            .as_ref()
-            .filter(|_| plan.sharing.slab().is_none());
-        if let (Some(layer), [chosen]) = (velocity, chosen.as_slice()) {
+        if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
             let velocities = Velocities::new(plan, layer, state, chosen, &self.steps)?;
             let warning = velocities.warning.clone().map(Diagnostic::from);
             self.warnings.extend(warning);
@@ -237,16 +232,19 @@ impl Interval {
             rounding.apply(out);
             return Ok(error);
         };
+        let slab = plan.sharing.slab().expect("it is a slab that is moved");
+        let nodes = slab.part(&plan.mesh).numbers_in_whole();
         let (state, moved) = (self.reference(), self.deforming.as_deref());
-        if let (Some(zone), Some(slab)) = (&plan.motion.zone, plan.sharing.slab()) {
-            let nodes = slab.part(&plan.mesh).numbers_in_whole().iter();
-            let stay = nodes.filter(|node| !zone.sides.nodes[**node as usize]);
+        if let Some(zone) = &plan.motion.zone {
+            let stay = nodes
+                .iter()
+                .filter(|node| !zone.sides.nodes[**node as usize]);
             stay.for_each(|&node| out[node as usize] = plan.mesh.points[node as usize]);
         }
         fields.displace_covered(&plan.layers, step.index, state, out);
         self.place_surface_nodes(step, 1.0, state, out);
         self.finish_positions(step, moved, out);
-        rounding.apply_to(moved.expect("a slab moves some nodes"), out);
+        rounding.apply_to(nodes, out);
         Ok(errors.at(plan, step))
     }
 

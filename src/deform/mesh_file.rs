@@ -129,9 +129,8 @@ impl Holder for MeshFile {
 
 /// The mesh at rest.
 impl Apart for MeshFile {
-    fn zone_sides(&self, marked: &[bool]) -> Option<Result<ZoneSides>> {
-        let found = self.0.by_pieces(|slabs, _| slabs.zone_sides(marked));
-        Some(found)
+    fn zone_sides(&self, marked: &[bool]) -> Result<ZoneSides> {
+        self.0.by_pieces(|slabs, _| slabs.zone_sides(marked))
     }
 
     fn write(

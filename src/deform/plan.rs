@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
-use crate::motion::{BodyMap, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
+use crate::motion::{BodyMap, Frame, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
@@ -247,11 +247,13 @@ impl Plan {
         if self.team().is_none() && self.joined().is_none() {
             return None;
         }
-        let moves_all = self.motion.zone.is_none() && self.schedule.rbf.substeps == 1;
+        let turns_no_zone =
+            self.motion.zone.is_none() || self.schedule.rotor.frame == Frame::Rotating;
+        let moves_all = turns_no_zone && self.schedule.rbf.substeps == 1;
         let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
         // Of what slabs have stored all is known.
-        let moves_all = self.joined().is_some() || moves_all && self.moves_by_fields();
-        if !(moves_all && is_solid && self.velocity.is_none()) {
+        let all_is_known = self.joined().is_some() || moves_all && self.moves_by_fields();
+        if !(all_is_known && is_solid && self.velocity.is_none()) {
             return None;
         }
         let mut known = self.surface_and_followers();

@@ -135,7 +135,8 @@ impl Plan {
             };
             self.choices.push(note.into());
         }
-        if self.schedule.output.velocity {
+        // Of slabs whoever joins them computes velocities.
+        if self.schedule.output.velocity && self.sharing.slab().is_none() {
             self.velocity = Some(velocity::layer(self)?);
         }
         Ok(())

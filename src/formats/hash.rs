@@ -1,12 +1,14 @@
 //! Hashes of files and folders on the disk.
 
 use super::openfoam::hash_of_origin;
-use super::output_set::hash_of_folder;
+use super::output_set::{hash_of_folder, hash_of_names};
+use super::pvtu;
 use super::source::check_no_device;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::parallel::try_map;
 use crate::ranks::hash::{HashedBytes, PartHasher};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -26,9 +28,28 @@ pub fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
     }
 }
 
-/// The hash of a mesh that was read from `path`: of the file, or of what a case holds of the mesh.
+/// The hash of a mesh that was read from `path`: of the file, with the pieces that it lists, or of what a case holds of the mesh.
 pub fn hash_of_input(path: &Path, mesh: &Mesh) -> std::io::Result<blake3::Hash> {
-    hash_of_origin(mesh).map_or_else(|| hash_of(path), Ok)
+    if let Some(hash) = hash_of_origin(mesh) {
+        return Ok(hash);
+    }
+    let pieces = match path.is_file() {
+        true => pvtu::pieces_of(path)?,
+        false => Vec::new(),
+    };
+    if pieces.is_empty() {
+        return hash_of(path);
+    }
+    let of_piece = |name: String| {
+        let hash = hash_of(&path.with_file_name(&name))?;
+        Ok((name, hash))
+    };
+    let mut named = pieces
+        .into_iter()
+        .map(of_piece)
+        .collect::<std::io::Result<BTreeMap<_, _>>>()?;
+    named.insert(String::new(), hash_of(path)?);
+    Ok(hash_of_names(&named))
 }
 
 /// What one of `n` ranks tells of its share of the bytes of a file, piece after piece.

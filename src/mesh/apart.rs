@@ -21,9 +21,12 @@ pub trait Apart: Debug + Send + Sync {
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>>;
 
-    /// The sides of the volume cells that are marked, of which no process needs the whole mesh; none where that is not so.
-    fn zone_sides(&self, _marked: &[bool]) -> Option<Result<ZoneSides>> {
-        None
+    /// The sides of the volume cells that are marked.
+    ///
+    /// # Errors
+    /// Where the mesh cannot be read, and of those that know positions alone.
+    fn zone_sides(&self, _marked: &[bool]) -> Result<ZoneSides> {
+        Err(Error::system("zones are not found from positions"))
     }
 }
 

@@ -94,12 +94,17 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.version
         )));
     }
-    if file.mesh_nodes != plan.mesh.points.len() || file.mesh_points_blake3 != points_hash(plan)? {
+    if file.mesh_nodes != plan.mesh.points.len() {
         return Err(Error::input(format!(
             "the base points were chosen on another mesh, of {} nodes; this one has {}",
             file.mesh_nodes,
             plan.mesh.points.len()
         )));
+    }
+    if file.mesh_points_blake3 != points_hash(plan)? {
+        return Err(Error::input(
+            "the base points were chosen on another mesh, with as many nodes at other places",
+        ));
     }
     let (kernel, radius) = (plan.basis.kernel.name(), plan.basis.radius);
     if file.kernel != kernel || file.support_radius != radius {

@@ -13,6 +13,7 @@ use crate::rbf::select::Selection;
 use crate::record::{
     EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, RunRecord, SelectionRecord,
 };
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -200,6 +201,18 @@ pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
     let bytes = check_file(path).and_then(|()| std::fs::read(path));
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     Ok(RunRecord::parse(&bytes).ok().filter(RunRecord::is_whole))
+}
+
+/// The selections of two runs by their first step; those of the second count.
+pub(super) fn merged(
+    first: &[SelectionRecord],
+    second: &[SelectionRecord],
+) -> Vec<SelectionRecord> {
+    let all = first.iter().chain(second);
+    let by_step: BTreeMap<usize, &SelectionRecord> = all
+        .map(|selection| (selection.first_step, selection))
+        .collect();
+    by_step.into_values().cloned().collect()
 }
 
 /// What the selections of an interval came to.

@@ -4,7 +4,8 @@
 use super::compatibility::difference;
 use super::names::{Names, existing_outputs};
 use super::parts;
-use super::record;
+use super::record::{self, merged};
+use super::slab::LeftBase;
 use super::surface::SurfaceFiles;
 use super::table;
 use crate::deform::{Deformation, Plan};
@@ -118,18 +119,14 @@ impl Earlier {
         }
     }
 
-    /// Takes the base points of another run, where this one has chosen none.
-    pub fn take_base_points(
-        &mut self,
-        other: impl FnOnce() -> Result<Option<RunRecord>>,
-    ) -> Result<()> {
-        if self.bases.is_empty()
-            && let Some(other) = other()?
-        {
-            self.bases = other.base_files;
-            self.selections = other.selections;
+    /// Takes base points over, where this run has chosen none; tells whether it does.
+    pub fn take_over(&mut self, left: &LeftBase) -> bool {
+        let has_none = self.bases.is_empty();
+        if has_none {
+            self.bases.clone_from(&left.base_files);
+            self.selections.clone_from(&left.selections);
         }
-        Ok(())
+        has_none
     }
 
     /// Writes what is known of the earlier run into the record of this one.
@@ -160,11 +157,7 @@ impl Earlier {
 
     /// The selections of both runs by their first step; those of this one count.
     pub fn with_selections(&self, new: &[SelectionRecord]) -> Vec<SelectionRecord> {
-        let all = self.selections.iter().chain(new);
-        let by_step: BTreeMap<usize, &SelectionRecord> = all
-            .map(|selection| (selection.first_step, selection))
-            .collect();
-        by_step.into_values().cloned().collect()
+        merged(&self.selections, new)
     }
 
     /// What its selections gave rise to.

@@ -10,7 +10,7 @@ use super::parts;
 use super::record::{Clock, RecordFile, sentences};
 use super::request::Request;
 use super::resume::Earlier;
-use super::slab;
+use super::slab::{self, LeftBase};
 use super::surface::SurfaceFiles;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed_at_step};
@@ -34,7 +34,7 @@ use std::collections::BTreeMap;
 pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
     // folder is locked before its files are read. An earlier run and the free disk are checked before anything
-    // is removed, and run.json is written before the first mesh.
+    // is removed, and run.json is written before the first mesh and before base points that slabs have left.
     let clock = Clock::start();
     let plan = deformation.plan();
     let format = formats::by_name(&plan.schedule.output.format)?;
@@ -69,11 +69,9 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     if request.force {
         names::remove_existing(&names)?;
     }
-    if let (Some((joined, run)), None) = (of_slabs, &loaded) {
-        earlier.take_base_points(|| {
-            slab::take_base_points(&names, joined.n(), run, &request.folder)
-        })?;
-    }
+    let left = of_slabs.filter(|_| loaded.is_none());
+    let left = left.and_then(|(joined, run)| LeftBase::find(joined.n(), run, &request.folder));
+    let left = left.filter(|left| earlier.take_over(left));
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record.content);
@@ -101,6 +99,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         displaced_from: None,
     };
     run.save_record()?;
+    left.map_or(Ok(()), |left| left.keep(&names))?;
     run.record.keep_room();
     let result = run.steps(&mut base_points);
     run.close(result, base_points, &clock)
@@ -122,7 +121,7 @@ fn warnings_before(
 }
 
 /// The names of the files that the request is for.
-fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names> {
+pub(super) fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names> {
     let n_steps = plan.motion.steps.len();
     let part = RunSteps::new(request.steps.clone(), n_steps)?;
     let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);

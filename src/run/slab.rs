@@ -6,14 +6,15 @@ use super::base_points::BasePointStore;
 use super::finished::Finished;
 use super::lock::Lock;
 use super::names::{Names, RunSteps, files};
-use super::record::{self, Clock, RecordFile};
+use super::record::{self, Clock, RecordFile, merged};
 use super::request::Request;
+use super::run::names_of;
 use super::step::rounding;
 use crate::deform::{Deformation, Joined, Left, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
 use crate::formats::{self, clear_left, stage_bytes};
-use crate::preflight::{Demand, before_work, check_disk};
-use crate::record::{RunRecord, Timings};
+use crate::preflight::{Demand, before_work, check_disk, check_surface_files};
+use crate::record::{RunRecord, SelectionRecord, Timings};
 use crate::sparse;
 use std::collections::BTreeMap;
 use std::fs;
@@ -63,7 +64,10 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     let plan = deformation.plan();
     let slab = plan.sharing.slab().expect("it works on one slab");
     let format = formats::by_name(&plan.schedule.output.format)?;
+    // What `finish` would refuse.
     before_work(plan, format, &request.fail_on)?;
+    check_surface_files(plan, &request.mesh)?;
+    names_of(plan, format, request)?;
     let steps = &plan.motion.steps;
     let folder = slab.slab.folder(&request.folder);
     let part = RunSteps::new(None, steps.len())?;
@@ -103,15 +107,20 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         };
         check_disk(plan, &names.folder, &demand, (0, 0))?;
     }
-    let known = match loaded {
-        Some(_) => BTreeMap::new(),
-        None => {
-            let taken = take_base_points(&names, slab.slab.n, run, &request.folder)?;
-            taken.map_or_else(BTreeMap::new, |record| record.base_files)
-        }
+    let left = match loaded {
+        Some(_) => None,
+        None => LeftBase::find(slab.slab.n, run, &request.folder),
     };
+    let mut known = BTreeMap::new();
+    let mut selections = Vec::new();
+    if let Some(left) = &left {
+        known.clone_from(&left.base_files);
+        selections.clone_from(&left.selections);
+    }
     record.content.base_files.clone_from(&known);
+    record.content.selections.clone_from(&selections);
     record.save()?;
+    left.map_or(Ok(()), |left| left.keep(&names))?;
     let mut base_points = BasePointStore::new(deformation, &names, loaded, known);
     let mut points = sparse::zeros(plan.mesh.points.len(), [0.0; 3]);
     let progress = deformation.progress();
@@ -125,10 +134,9 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
             let interval = base_points.enter(step)?;
             if record.content.base_files != base_points.base_files {
                 // The other slabs take them from here.
-                record
-                    .content
-                    .base_files
-                    .clone_from(&base_points.base_files);
+                let content = &mut record.content;
+                content.base_files.clone_from(&base_points.base_files);
+                content.selections = merged(&selections, &base_points.selections);
                 record.save()?;
             }
             if i == 0 {
@@ -164,9 +172,9 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         total: clock.seconds(),
         ..Timings::default()
     };
-    finished.take_selections(&base_points.selections);
+    record.content.selections = merged(&selections, &base_points.selections);
+    finished.take_selections(&record.content.selections);
     finished.warnings = base_points.warnings;
-    record.content.selections = base_points.selections;
     record.close(&finished, result.as_ref().err());
     let saved = record.save_last();
     result.and(saved)?;
@@ -229,36 +237,44 @@ pub(super) fn hold_all(joined: &Joined, names: &Names) -> Result<Vec<Lock>> {
     joined.folders().map(hold).collect()
 }
 
-/// Takes the files of base points that a slab of the same run has, and gives the record of that: of a slab that has chosen them, if
-/// there is one.
-pub(super) fn take_base_points(
-    names: &Names,
-    n: usize,
-    run: [u8; 32],
-    sequence: &Path,
-) -> Result<Option<RunRecord>> {
-    let slabs = SlabOf::all(n).filter_map(|slab| {
-        let folder = slab.folder(sequence);
-        let record = record::read(&folder.join("run.json")).ok()??;
-        (identity(&record, n) == run).then_some((folder, record))
-    });
-    let mut slabs: Vec<_> = slabs.collect();
-    slabs.sort_by_key(|(_, record)| record.selections.is_empty());
-    for (folder, record) in slabs {
-        let read = |(name, hash): (&String, &String)| {
-            let bytes = fs::read(folder.join(name)).ok()?;
-            (blake3::hash(&bytes).to_string() == *hash).then_some((name.clone(), bytes))
+/// Base points that a slab has chosen, or taken from another.
+pub(super) struct LeftBase {
+    /// Names of their files and the hash of each.
+    pub base_files: BTreeMap<String, String>,
+    /// What was noted of each selection.
+    pub selections: Vec<SelectionRecord>,
+    files: Vec<(String, Vec<u8>)>,
+}
+
+impl LeftBase {
+    /// Those of the slab of a run that has most of them; none where no slab has any.
+    pub fn find(n: usize, run: [u8; 32], sequence: &Path) -> Option<Self> {
+        let of_slab = |slab: SlabOf| {
+            let folder = slab.folder(sequence);
+            let record = record::read(&folder.join("run.json")).ok()??;
+            let read = |(name, hash): (&String, &String)| {
+                let bytes = fs::read(folder.join(name)).ok()?;
+                (blake3::hash(&bytes).to_string() == *hash).then_some((name.clone(), bytes))
+            };
+            let files = record.base_files.iter().map(read);
+            let files = files.collect::<Option<Vec<_>>>()?;
+            (identity(&record, n) == run && !files.is_empty()).then_some(Self {
+                base_files: record.base_files,
+                selections: record.selections,
+                files,
+            })
         };
-        let files: Option<Vec<_>> = record.base_files.iter().map(read).collect();
-        let Some(files) = files.filter(|files| !files.is_empty()) else {
-            continue;
-        };
-        for (name, bytes) in files {
+        let all = SlabOf::all(n).filter_map(of_slab);
+        all.max_by_key(|of| of.files.len())
+    }
+
+    /// Writes their files. The record of the run that takes them has their names before.
+    pub fn keep(self, names: &Names) -> Result<()> {
+        for (name, bytes) in self.files {
             stage_bytes(&bytes, &names.path(&name), names.commit)?.keep()?;
         }
-        return Ok(Some(record));
+        Ok(())
     }
-    Ok(None)
 }
 
 /// The slabs of a sequence that is to be joined.

@@ -46,6 +46,13 @@ fn left(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     files
 }
 
+/// What the record of a run tells of its selections.
+fn selections(folder: &Path) -> serde_json::Value {
+    let text = std::fs::read(folder.join("run.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    record["selections"].clone()
+}
+
 #[test]
 fn slabs_joined_are_the_files_of_one_run() {
     let folder = blade();
@@ -78,6 +85,7 @@ fn slabs_joined_are_the_files_of_one_run() {
                 left(&path.join("out")) == left(&path.join("one")),
                 "{format}, {n} slabs"
             );
+            assert_eq!(selections(&path.join("out")), selections(&path.join("one")));
             // Once more: all is there.
             succeed(path, &["-q", "finish", "out"]);
             assert!(
@@ -131,6 +139,7 @@ fn a_slab_is_resumed_and_a_damaged_step_written_again() {
     succeed(path, &["-q", "finish", "out"]);
     succeed(path, &["-q", "deform", "b.vtkhdf", "b.toml", "-o", "one"]);
     assert!(left(&path.join("out")) == left(&path.join("one")));
+    assert_eq!(selections(&path.join("out")), selections(&path.join("one")));
 }
 
 #[test]
@@ -200,6 +209,43 @@ fn where_an_outline_is_not_enough_slabs_read_the_whole_mesh() {
         std::fs::remove_dir_all(path.join("out")).unwrap();
         std::fs::remove_dir_all(path.join("one")).unwrap();
     }
+}
+
+#[test]
+fn base_points_of_an_interval_each_are_those_of_the_slabs() {
+    let folder = blade();
+    let path = folder.path();
+    rewrite(
+        path,
+        "b.toml",
+        "b.toml",
+        &[("[selection]", "[selection]\nmethod = \"real\"")],
+    );
+    succeed(path, &["-q", "deform", "b.vtkhdf", "b.toml", "-o", "one"]);
+    assert_eq!(slab(path, "1/2", &[]).code, 0);
+    assert_eq!(slab(path, "2/2", &[]).code, 0);
+    // The first is done again, from what the second has taken from it.
+    let first = path.join("out/slabs_2/slab_1");
+    std::fs::remove_file(first.join("run.json")).unwrap();
+    std::fs::remove_file(first.join("step_0002.slab")).unwrap();
+    assert_eq!(slab(path, "1/2", &["--resume"]).code, 0);
+    succeed(path, &["-q", "finish", "out"]);
+    assert!(left(&path.join("out")) == left(&path.join("one")));
+    let of_one = selections(&path.join("one"));
+    assert_eq!(selections(&path.join("out")), of_one);
+    assert_eq!(of_one.as_array().unwrap().len(), 4);
+}
+
+#[test]
+fn what_finish_would_refuse_is_not_begun() {
+    let folder = blade();
+    let path = folder.path();
+    let surface = [("[rbf]", "[output]\nsurface = \"su2\"\n[rbf]")];
+    rewrite(path, "b.toml", "b.toml", &surface);
+    let run = slab(path, "1/2", &[]);
+    assert_eq!(run.code, 2, "{run:?}");
+    assert_says(&run.err, &["SU2 needs those of its own mesh"]);
+    assert!(!path.join("out").exists());
 }
 
 #[test]

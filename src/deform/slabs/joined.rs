@@ -159,8 +159,8 @@ impl Joined {
             error = error.max(moved.selection_error);
             if moved.base != base {
                 return Err(stored.wrong(
-                    "this step was moved by other base points than those that are chosen here, as on another kind of processor; \
-                     save them with `azimesh select` and run all slabs with --base",
+                    "this step was moved by other base points than those of the other slabs, as where several slabs have chosen them at \
+                     once on several kinds of processors; save them with `azimesh select` and run all slabs with --base",
                 ));
             }
             match known {

@@ -9,7 +9,7 @@ use crate::deform::numbers_file::{file_at, write_points};
 use crate::error::{Error, Result};
 use crate::formats::list_nodes;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, Mesh, NodesOfCells, Numbers, among, node_slab};
+use crate::mesh::{Apart, Mesh, NodesOfCells, Numbers, ZoneSides, among, node_slab};
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, PartHasher};
 use crate::ranks::raw::List;
@@ -155,6 +155,12 @@ impl Apart for Team {
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
         self.write(to, numbers, hash_from, true)
+    }
+
+    fn zone_sides(&self, marked: &[bool]) -> Result<ZoneSides> {
+        // The first rank reads the file for that piece by piece, alone.
+        let file = self.file.as_ref().expect("ranks have read it by parts");
+        file.by_pieces(|slabs, _| slabs.zone_sides(marked))
     }
 }
 

@@ -28,8 +28,7 @@ impl Team {
         self: &Arc<Self>,
         schedule: &Schedule,
     ) -> std::result::Result<Loaded, String> {
-        let zones = schedule.has_zones().then_some("only some zones deform");
-        if let Some(reason) = run_needs_whole(schedule).or(zones) {
+        if let Some(reason) = run_needs_whole(schedule) {
             return Err(reason.to_owned());
         }
         let outline = self.outline()?;

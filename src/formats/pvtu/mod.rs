@@ -17,10 +17,16 @@ mod read;
 mod subset;
 mod write;
 
+use super::vtu::xml::as_utf8;
 use super::{Encoding, Format, Notes, OutputSet, ReadOptions, Source, WriteOptions};
 use crate::error::{Error, Result, option};
 use crate::mesh::{Mesh, MeshView};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 
+/// Bytes in which a file says what it is.
+const HEAD: usize = 4096;
 /// Point array with the number of each node in the whole mesh.
 const NODE_IDS: &str = "GlobalNodeIds";
 /// Cell array with the number of each cell in the whole mesh.
@@ -28,6 +34,18 @@ const CELL_IDS: &str = "GlobalCellIds";
 
 /// VTK XML grid in several files (.pvtu).
 pub struct Pvtu;
+
+/// The names of the pieces that a file lists, from its folder; none where it is no list of pieces.
+pub(super) fn pieces_of(path: &Path) -> std::io::Result<Vec<String>> {
+    let mut head = Vec::new();
+    File::open(path)?.take(HEAD as u64).read_to_end(&mut head)?;
+    if !Pvtu.recognizes_start(&head) {
+        return Ok(Vec::new());
+    }
+    let bytes = std::fs::read(path)?;
+    let text = as_utf8(&bytes, &mut Notes::default());
+    Ok(read::piece_names(&text).unwrap_or_default())
+}
 
 impl Format for Pvtu {
     fn name(&self) -> &'static str {
@@ -43,7 +61,7 @@ impl Format for Pvtu {
     }
 
     fn recognizes_start(&self, head: &[u8]) -> bool {
-        let head = &head[..head.len().min(4096)];
+        let head = &head[..head.len().min(HEAD)];
         let finds = |what: &str| memchr::memmem::find(head, what.as_bytes()).is_some();
         finds("<VTKFile") && (finds("\"PUnstructuredGrid\"") || finds("'PUnstructuredGrid'"))
     }

@@ -40,7 +40,7 @@ fn open(path: &Path) -> Result<Source> {
 }
 
 /// Names of the files of the pieces.
-fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
+pub(super) fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
     const GRID: &str = "PUnstructuredGrid";
     let mut parser = Parser::open(bytes)?;
     let root = parser.root()?;
