@@ -166,7 +166,7 @@ def table_of_slabs(runs):
     for run in runs:
         (*slabs, finish), (*counts, of_finish) = run["megabytes"], memory_of_slabs(counted(run))
         pairs = [off(*pair) for pair in zip(slabs, counts)]
-        found.append([f"{run['nodes'] // 1_000_000}M in {len(slabs)}", ", ".join(pairs), off(finish, of_finish)])
+        found.append([f"{run['case'][0] // 1_000_000}M in {len(slabs)}", ", ".join(pairs), off(finish, of_finish)])
     return table(["slabs", "each, MB", "`finish`, MB"], found)
 
 

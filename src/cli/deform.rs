@@ -44,8 +44,8 @@ pub struct DeformArgs {
     /// Write only steps A to B - 1, counted from 0; the meshes are those of the whole run
     #[arg(long, value_name = "A..B", value_parser = step_range)]
     steps: Option<Range<usize>>,
-    /// Move the nodes of the I-th of N slabs of the mesh alone, without the memory for the rest; `azimesh finish` makes the
-    /// sequence once all are there
+    /// Move the nodes of the I-th of N slabs of the mesh alone, of most solid meshes without the memory for the rest; `azimesh
+    /// finish` makes the sequence once all are there
     #[arg(long, value_name = "I/N", value_parser = slab_of, conflicts_with_all = ["steps", "patch_type", "keep_going"])]
     slab: Option<SlabOf>,
     /// Type of the patch that a boundary tag becomes in OpenFOAM, as for `convert`; repeatable
