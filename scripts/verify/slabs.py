@@ -142,7 +142,7 @@ def check_rotors(folder):
     for name, sample, options, changes, output, numbers in [
         ("zone", "rotor", zone, [*coarse, inertial], 'format = "cgns"', (2, 5)),
         ("still", "rotor", zone, coarse, 'format = "vtu"', (3,)),
-        ("single", "rotor", [*SMALL_ZONE, "--cells", "tet"], coarse, 'format = "vtkhdf"\nprecision = "f32"', (3,)),
+        ("zone32", "rotor", [*SMALL_ZONE, "--cells", "tet"], coarse, 'format = "vtkhdf"\nprecision = "f32"', (3,)),
         ("bodies", "rotor", bodies, [*coarse, inertial], 'format = "vtkhdf"\nprecision = "f32"', (1, 4)),
         ("plane", "naca0012", ["--nodes", 70_000], [few], 'format = "vtkhdf"\ndisplacement = true', (2, 7)),
         ("text", "blade", ["--nodes", 40_000], [few], 'format = "msh"', (3,)),

@@ -113,7 +113,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let with_files = args.keep_in_files(context);
     let mut request = args.request(context);
     if let Some(slab) = args.slab {
-        return super::slab::write_slab(slab, schedule, &request, &stop, context);
+        return super::slab::write_slab(slab, schedule, request, with_files, &stop, context);
     }
     // Before it is read: ranks see by that whether it is the same file.
     let file = SharedFile::new(&args.mesh, None, &context.read_options());
@@ -139,7 +139,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         .map_err(|error| error.file(&args.mesh))?;
     let plan = deformation.plan();
     let in_files = match context.common.max_memory {
-        Some(limit) => fit_into_memory(plan, limit, with_files, args, context)?,
+        Some(limit) => fit_into_memory(plan, limit, with_files, &request, context)?,
         None => 0,
     };
     for choice in &plan.choices {
@@ -177,14 +177,14 @@ fn outline(
 }
 
 /// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.
-fn fit_into_memory(
+pub(super) fn fit_into_memory(
     plan: &Plan,
     limit: u64,
     with_files: bool,
-    args: &DeformArgs,
+    request: &Request,
     context: &Context,
 ) -> Result<u64> {
-    let mapped = memory::mapped_bytes(&args.mesh);
+    let mapped = memory::mapped_bytes(&request.mesh);
     match check_memory(plan, limit, with_files, mapped)? {
         Fits::InMemory => {
             heap::keep_in_memory(limit);
@@ -196,7 +196,7 @@ fn fit_into_memory(
                  while it runs",
                 amount(needed),
                 amount(limit),
-                existing_folder(&args.output).display()
+                existing_folder(&request.folder).display()
             ));
             // Memory is half full when the first array goes to a file.
             Ok(needed - limit / 2)

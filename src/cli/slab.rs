@@ -1,6 +1,6 @@
 //! Work on slabs of a mesh: `azimesh deform --slab I/N`, and `azimesh finish` of what that leaves.
 
-use super::deform::report;
+use super::deform::{fit_into_memory, report};
 use super::outline::why_not_run;
 use super::{Context, Outcome};
 use crate::deform::{Deformation, Outlined, Sharing, SlabOf, run_needs_whole};
@@ -17,7 +17,8 @@ use std::sync::Arc;
 pub(super) fn write_slab(
     slab: SlabOf,
     schedule: Schedule,
-    request: &Request,
+    mut request: Request,
+    with_files: bool,
     stop: &Arc<Stop>,
     context: &Context,
 ) -> Result<Outcome> {
@@ -27,11 +28,11 @@ pub(super) fn write_slab(
         ));
     }
     let work = |mesh: &mut Outlined| mesh.one(slab);
-    let deformation = deformation(request, schedule, context, work, stop)?;
+    let deformation = deformation(&mut request, schedule, (with_files, context), work, stop)?;
     for choice in &deformation.plan().choices {
         context.note(&choice.to_string());
     }
-    let finished = run_slab(&deformation, request)?;
+    let finished = run_slab(&deformation, &request)?;
     tell(&request.folder, &finished, context)?;
     context.tell_of_files();
     Ok(Outcome::Fine)
@@ -65,7 +66,7 @@ pub(super) fn join(
     }
     let criteria = fail_on.iter().map(|criterion| criterion.parse());
     let criteria = criteria.collect::<Result<Vec<_>>>();
-    let request = Request {
+    let mut request = Request {
         mesh,
         folder: folder.to_path_buf(),
         base: input("base"),
@@ -75,9 +76,9 @@ pub(super) fn join(
         fail_on: criteria.map_err(|error| error.file(folder))?,
         ..Request::default()
     };
-    context.keep_in_files(folder);
+    let with_files = context.keep_in_files(folder);
     let work = |mesh: &mut Outlined| Ok(mesh.joined(folder, n));
-    let deformation = deformation(&request, schedule, context, work, &stop);
+    let deformation = deformation(&mut request, schedule, (with_files, context), work, &stop);
     let deformation = deformation.map_err(|error| from_there(error, folder))?;
     for choice in &deformation.plan().choices {
         context.note(&choice.to_string());
@@ -116,13 +117,13 @@ fn from_there(mut error: Error, folder: &Path) -> Error {
 
 /// A deformation of a mesh of which this process has the outline, or the whole where that is not enough.
 fn deformation(
-    request: &Request,
+    request: &mut Request,
     schedule: Schedule,
-    context: &Context,
+    (with_files, context): (bool, &Context),
     work: impl FnOnce(&mut Outlined) -> Result<Sharing>,
     stop: &Arc<Stop>,
 ) -> Result<Deformation> {
-    let path = &*request.mesh;
+    let path = &*request.mesh.clone();
     if path.as_os_str() == "-" {
         return Err(Error::input(
             "slabs have to be sure that all have the same mesh; write it to a file first",
@@ -138,7 +139,7 @@ fn deformation(
         step: None,
     };
     let (mut found, why_whole) = context.outline_or_whole(path, None, &options, enough)?;
-    if let Some(reason) = why_whole {
+    if let Some(reason) = &why_whole {
         context.note(&format!(
             "{}: read whole, and takes the memory of that: {reason}",
             path.display()
@@ -146,12 +147,17 @@ fn deformation(
     }
     let sharing = work(&mut found)?;
     let mesh = context.with_notes(found.loaded, path);
-    Deformation::builder(mesh, schedule)
+    let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(stop))
         .sharing(sharing)
         .plan()
-        .map_err(|error| error.file(path))
+        .map_err(|error| error.file(path))?;
+    if let (Some(limit), Some(_)) = (context.common.max_memory, why_whole) {
+        let plan = deformation.plan();
+        request.bytes_in_files = fit_into_memory(plan, limit, with_files, request, context)?;
+    }
+    Ok(deformation)
 }
 
 fn tell(folder: &Path, finished: &FinishedSlab, context: &Context) -> Result<()> {

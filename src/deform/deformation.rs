@@ -247,7 +247,7 @@ impl Deformation {
         let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
         let found = self.position(&interval, step, &mut points)?;
         let measures = || self.measures();
-        let stepper = self.stepper(&interval, Rounding::None, &measures);
+        let stepper = self.stepper(&interval, (Rounding::None, None), &measures);
         let velocities = stepper.velocities(step, found.repair.is_some(), &points)?;
         Ok(velocities.expect("the schedule asks for them"))
     }
@@ -363,11 +363,11 @@ impl Deformation {
         Ok(Arc::clone(current.insert(Arc::new(interval))))
     }
 
-    /// What gives positions at the steps of an interval.
+    /// What gives positions at the steps of an interval, of the nodes that have to be `known` or of all.
     fn stepper<'a>(
         &'a self,
         interval: &'a Interval,
-        rounding: Rounding,
+        (rounding, known): (Rounding, Option<&'a [u32]>),
         measures: &'a dyn Fn() -> &'a Measures,
     ) -> Stepper<'a> {
         Stepper {
@@ -376,7 +376,7 @@ impl Deformation {
             measures,
             memory: &self.known[usize::from(rounding == Rounding::Single)],
             rounding,
-            known: None,
+            known,
             stop: &self.stop,
         }
     }
@@ -392,7 +392,7 @@ impl Deformation {
         let judges =
             output.quality != QualityOutput::None && output.on_inverted != OnInverted::Warn;
         let measures = || self.measures();
-        let stepper = self.stepper(interval, Rounding::None, &measures);
+        let stepper = self.stepper(interval, (Rounding::None, None), &measures);
         stepper.at(step, judges, points)
     }
 
@@ -407,10 +407,8 @@ impl Deformation {
         points: &mut [Vector],
     ) -> Result<bool> {
         let measures = || self.measures();
-        let mut stepper = self.stepper(interval, rounding, &measures);
-        if apart {
-            stepper.known = self.known_nodes();
-        }
+        let known = apart.then(|| self.known_nodes()).flatten();
+        let stepper = self.stepper(interval, (rounding, known), &measures);
         stepper.plain(step, points)?;
         Ok(stepper.known.is_some())
     }
@@ -432,10 +430,8 @@ impl Deformation {
     ) -> Result<Evaluated> {
         let plan = self.plan();
         let measures = || self.measures();
-        let mut stepper = self.stepper(interval, rounding, &measures);
-        if apart {
-            stepper.known = self.known_nodes();
-        }
+        let known = apart.then(|| self.known_nodes()).flatten();
+        let stepper = self.stepper(interval, (rounding, known), &measures);
         if stepper.known.is_none() {
             plan.take_whole(match plan.moves_by_fields() {
                 true => "steps are computed again",

@@ -60,6 +60,8 @@ pub struct Plan {
     pub choices: Vec<Diagnostic>,
     /// Who shares the work.
     pub(crate) sharing: Sharing,
+    /// The hash of the coordinates of the reference mesh, once it is known.
+    pub(crate) points_hash: OnceLock<String>,
     /// The whole mesh, once an outline is not enough, and the reason.
     pub(super) whole: OnceLock<(Arc<Mesh>, &'static str)>,
 }

@@ -107,6 +107,7 @@ impl Plan {
             tolerance,
             choices,
             sharing,
+            points_hash: OnceLock::new(),
             whole: OnceLock::new(),
         };
         let path = plan.schedule.path.clone();

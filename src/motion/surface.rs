@@ -26,7 +26,7 @@ pub struct SurfaceNodes {
     pub roles: Vec<Role>,
 }
 
-/// Boundary faces with a role. Faces of an interface are in [`DeformingZone::interface_faces`].
+/// Boundary faces with a role. Those of an interface are in [`ZoneSides`](crate::mesh::ZoneSides).
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SurfaceFaces {
     /// Cell indices of the mesh, ascending.

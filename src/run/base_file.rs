@@ -30,7 +30,7 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
             .map(|selection| selection.error)
             .fold(0.0, f64::max),
         mesh_nodes: plan.mesh.points.len(),
-        mesh_points_blake3: points_hash(plan)?,
+        mesh_points_blake3: points_hash(plan)?.to_owned(),
         nodes: of("nodes").unwrap_or_default(),
         rotation_nodes: of("rotation_nodes"),
         rotation_radius: plan.schedule.rbf.rotation_radius,
@@ -127,14 +127,20 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
     Ok(())
 }
 
-fn points_hash(plan: &Plan) -> Result<String> {
-    let mesh = plan.mesh.view();
-    if let Some(numbers) = mesh.coordinates_apart(None, false) {
-        return Ok(numbers.hash()?.to_string());
+fn points_hash(plan: &Plan) -> Result<&str> {
+    if let Some(known) = plan.points_hash.get() {
+        return Ok(known);
     }
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_rayon(bytemuck::cast_slice(mesh.points));
-    Ok(hasher.finalize().to_string())
+    let mesh = plan.mesh.view();
+    let hash = match mesh.coordinates_apart(None, false) {
+        Some(numbers) => numbers.hash()?,
+        None => {
+            let mut hasher = blake3::Hasher::new();
+            hasher.update_rayon(bytemuck::cast_slice(mesh.points));
+            hasher.finalize()
+        }
+    };
+    Ok(plan.points_hash.get_or_init(|| hash.to_string()))
 }
 
 /// The base points as VTK polydata: vertices in the order chosen, with that order, the mesh node and

@@ -105,7 +105,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
             first: bytes,
             others: bytes,
         };
-        check_disk(plan, &names.folder, &demand, (0, 0))?;
+        check_disk(plan, &names.folder, &demand, (0, request.bytes_in_files))?;
     }
     let left = match loaded {
         Some(_) => None,
