@@ -28,11 +28,13 @@ pub fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
     }
 }
 
-/// The hash of a mesh that was read from `path`: of the file, with the pieces that it lists, or of what a case holds of the mesh.
+/// The hash of a mesh that was read from `path`: of the file, or of what a case holds of the mesh.
 pub fn hash_of_input(path: &Path, mesh: &Mesh) -> std::io::Result<blake3::Hash> {
-    if let Some(hash) = hash_of_origin(mesh) {
-        return Ok(hash);
-    }
+    hash_of_origin(mesh).map_or_else(|| hash_of_mesh_file(path), Ok)
+}
+
+/// The hash of a file or folder with a mesh; of a list of pieces (.pvtu, not compressed) that of these too.
+pub fn hash_of_mesh_file(path: &Path) -> std::io::Result<blake3::Hash> {
     let pieces = match path.is_file() {
         true => pvtu::pieces_of(path)?,
         false => Vec::new(),

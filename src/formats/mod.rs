@@ -69,7 +69,7 @@ pub use embed::embedded;
 #[cfg(test)]
 pub use embed::unembedded;
 pub(crate) use hash::hash_of_share;
-pub use hash::{hash_of, hash_of_input, hash_of_range};
+pub use hash::{hash_of, hash_of_input, hash_of_mesh_file, hash_of_range};
 pub(crate) use listing::list_nodes;
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};

@@ -190,6 +190,15 @@ impl SharedFile {
         Ok(by_slabs(format, location.file()?, &self.options())?.nodes_at_once())
     }
 
+    /// Whether it is seen at once that the mesh has arrays.
+    ///
+    /// # Errors
+    /// Where the file cannot be read by slabs.
+    pub fn has_arrays(&self) -> Result<bool> {
+        let (location, format) = self.open()?;
+        by_slabs(format, location.file()?, &self.options())?.has_arrays()
+    }
+
     /// Passes the mesh, of which some nodes or cells are read at a time, and whether boundary faces that have the same nodes are
     /// one face in its format.
     ///

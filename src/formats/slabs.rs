@@ -21,6 +21,10 @@ pub trait Slabs: Send + Sync {
     fn nodes_at_once(&self) -> usize {
         1
     }
+    /// Whether it is seen at once that the mesh has arrays, so that an outline is not all of it.
+    fn has_arrays(&self) -> Result<bool> {
+        Ok(false)
+    }
     /// The coordinates of some nodes.
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>>;
     /// Some cells, in memory of about their size; each of their nodes is one of the mesh.

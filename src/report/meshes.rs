@@ -2,7 +2,7 @@
 
 use super::folder::Sequence;
 use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, check_file, hash_of};
+use crate::formats::{self, ReadOptions, check_file, hash_of_mesh_file};
 use crate::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
@@ -87,7 +87,8 @@ fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option
         let is_same = formats::hash_of_input(path, &mesh).map_err(io)?.to_string() == hash;
         return Ok(is_same.then_some(mesh));
     }
-    let found = check_file(path).and_then(|()| hash_of(path)).map_err(io)?;
+    let found = check_file(path).and_then(|()| hash_of_mesh_file(path));
+    let found = found.map_err(io)?;
     match found.to_string() == hash {
         true => read(path, options).map(Some),
         false => Ok(None),

@@ -119,14 +119,14 @@ impl Earlier {
         }
     }
 
-    /// Takes base points over, where this run has chosen none; tells whether it does.
+    /// Takes base points over, where this run has chosen none or taken these before; tells whether it does.
     pub fn take_over(&mut self, left: &LeftBase) -> bool {
-        let has_none = self.bases.is_empty();
-        if has_none {
+        let takes = self.bases.is_empty() || self.bases == left.base_files;
+        if takes {
             self.bases.clone_from(&left.base_files);
             self.selections.clone_from(&left.selections);
         }
-        has_none
+        takes
     }
 
     /// Writes what is known of the earlier run into the record of this one.

@@ -70,7 +70,8 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         names::remove_existing(&names)?;
     }
     let left = of_slabs.filter(|_| loaded.is_none());
-    let left = left.and_then(|(joined, run)| LeftBase::find(joined.n(), run, &request.folder));
+    let left =
+        left.and_then(|(joined, run)| LeftBase::find((None, joined.n()), run, &request.folder));
     let left = left.filter(|left| earlier.take_over(left));
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);

@@ -94,9 +94,10 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     let n_kept = kept(&names, &own, run, request)?;
     record.content.fail_on = request.fail_on.iter().map(ToString::to_string).collect();
     let earlier = record::read(&names.record())?.filter(|_| request.resume);
-    if let Some(earlier) = earlier.filter(|_| request.fail_on.is_empty()) {
-        record.content.fail_on = earlier.fail_on;
+    if let Some(earlier) = earlier.as_ref().filter(|_| request.fail_on.is_empty()) {
+        record.content.fail_on.clone_from(&earlier.fail_on);
     }
+    let earlier = earlier.filter(|earlier| identity(earlier, slab.slab.n) == run);
     clear_left(&names.folder);
     if !request.no_space_check {
         let bytes = (NODE * own.len() + BESIDE) as u64;
@@ -107,12 +108,15 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         };
         check_disk(plan, &names.folder, &demand, (0, request.bytes_in_files))?;
     }
+    let first_choice = (!request.force).then_some(slab.slab.number);
     let left = match loaded {
         Some(_) => None,
-        None => LeftBase::find(slab.slab.n, run, &request.folder),
+        None => LeftBase::find((first_choice, slab.slab.n), run, &request.folder),
     };
-    let mut known = BTreeMap::new();
-    let mut selections = Vec::new();
+    let (mut known, mut selections) = match earlier {
+        Some(earlier) => (earlier.base_files, earlier.selections),
+        None => Default::default(),
+    };
     if let Some(left) = &left {
         known.clone_from(&left.base_files);
         selections.clone_from(&left.selections);
@@ -133,7 +137,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
             deformation.stop().check()?;
             let interval = base_points.enter(step)?;
             if record.content.base_files != base_points.base_files {
-                // The other slabs take them from here.
+                // Slabs that begin later take them from here.
                 let content = &mut record.content;
                 content.base_files.clone_from(&base_points.base_files);
                 content.selections = merged(&selections, &base_points.selections);
@@ -172,6 +176,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         total: clock.seconds(),
         ..Timings::default()
     };
+    record.content.base_files = base_points.base_files;
     record.content.selections = merged(&selections, &base_points.selections);
     finished.take_selections(&record.content.selections);
     finished.warnings = base_points.warnings;
@@ -247,8 +252,8 @@ pub(super) struct LeftBase {
 }
 
 impl LeftBase {
-    /// Those of the slab of a run that has most of them; none where no slab has any.
-    pub fn find(n: usize, run: [u8; 32], sequence: &Path) -> Option<Self> {
+    /// Those of the slab of a run that has most of them, of the `own` one where others have no more; none where no slab has any.
+    pub fn find((own, n): (Option<usize>, usize), run: [u8; 32], sequence: &Path) -> Option<Self> {
         let of_slab = |slab: SlabOf| {
             let folder = slab.folder(sequence);
             let record = record::read(&folder.join("run.json")).ok()??;
@@ -264,7 +269,10 @@ impl LeftBase {
                 files,
             })
         };
-        let all = SlabOf::all(n).filter_map(of_slab);
+        let mut slabs: Vec<SlabOf> = SlabOf::all(n).collect();
+        // Of several with as many files the last counts.
+        slabs.sort_by_key(|slab| Some(slab.number) == own);
+        let all = slabs.into_iter().filter_map(of_slab);
         all.max_by_key(|of| of.files.len())
     }
 

@@ -142,6 +142,28 @@ fn a_mesh_that_has_changed_is_no_reference() {
 }
 
 #[test]
+fn a_mesh_in_pieces_is_the_reference_until_one_has_changed() {
+    let folder = sequence();
+    let path = folder.path();
+    succeed(path, &["-q", "convert", "n.vtu", "p.pvtu", "--pieces", "2"]);
+    let deform = ["-q", "deform", "p.pvtu", "s.toml", "-o", "out", "--force"];
+    succeed(path, &deform);
+    assert!(!page(path, &["--force"]).contains("class=\"notes\""));
+    let piece = path.join("p/p_1.vtu");
+    let mut bytes = fs::read(&piece).unwrap();
+    let last = bytes.len() - 300;
+    bytes[last] ^= 1;
+    fs::write(&piece, bytes).unwrap();
+    let html = page(path, &["--force"]);
+    assert!(html.contains("class=\"notes\""), "another reference");
+    let run = azimesh(
+        path,
+        &["deform", "p.pvtu", "s.toml", "-o", "out", "--resume"],
+    );
+    assert_eq!(run.code, 2, "{run:?}");
+}
+
+#[test]
 fn a_sequence_in_one_file_and_one_in_parts_show_the_same_cuts() {
     let folder = sequence();
     let slices = |html: &str| -> Vec<String> {

@@ -49,7 +49,7 @@ pub(crate) struct KeptPoints {
 }
 
 impl Team {
-    /// Has each rank keep its own nodes, of `n_nodes` that all deform. The first rank is told of some at every step, which are
+    /// Has each rank keep its own nodes, of `n_nodes`. The first rank is told of some at every step, which are
     /// ascending.
     pub(crate) fn divide(&self, n_nodes: usize, told: Vec<u32>) {
         let mut state = self.state();

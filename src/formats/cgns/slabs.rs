@@ -300,6 +300,10 @@ impl Array {
 }
 
 impl Slabs for Zones<'_> {
+    fn has_arrays(&self) -> Result<bool> {
+        Ok(self.has_solutions)
+    }
+
     fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
         if self.has_solutions {
             return Err(whole("it has arrays at nodes or cells"));

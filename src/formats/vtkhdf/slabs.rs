@@ -178,12 +178,19 @@ impl Slabs for Open {
         super::placed(self.some_cells(&rows))
     }
 
+    fn has_arrays(&self) -> Result<bool> {
+        let (of, mut notes) = (("Point", "point"), Notes::default());
+        let found = read::located(&self.grid, &self.extent, of, &self.points, &mut notes);
+        // Of arrays that are left out the reader of the whole tells.
+        Ok(!found?.is_empty() || !notes.is_empty())
+    }
+
     fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> std::result::Result<(), Refusal> {
-        let mut read = |of, rows| read::arrays(&self.grid, &self.extent, of, rows, notes);
-        if !read(("Point", "point"), &self.points)?.is_empty() {
+        if self.has_arrays()? {
             return Err(refused("it has arrays at nodes"));
         }
-        outline.cell_arrays = read(("Cell", "cell"), &self.cells)?;
+        let (of, rows) = (("Cell", "cell"), &self.cells);
+        outline.cell_arrays = read::arrays(&self.grid, &self.extent, of, rows, notes)?;
         outline.field_arrays = read::fields(&self.grid, &self.extent, notes)?;
         tags::extract(outline, self.tag_array.as_deref())?;
         match outline.cell_arrays.is_empty() {

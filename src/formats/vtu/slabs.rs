@@ -257,9 +257,14 @@ fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
 }
 
 impl Slabs for Pieces<'_> {
+    fn has_arrays(&self) -> Result<bool> {
+        let mut pieces = self.document.pieces.iter();
+        Ok(pieces.any(|piece| !piece.point_data.is_empty()))
+    }
+
     fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let (pieces, layout) = (&self.document.pieces, &self.document.layout);
-        if pieces.iter().any(|piece| !piece.point_data.is_empty()) {
+        if self.has_arrays()? {
             return Err(whole("it has arrays at nodes"));
         }
         outline.cell_arrays = data(pieces, layout, "cell", read::cell_data, notes)?;
