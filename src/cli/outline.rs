@@ -1,7 +1,7 @@
 //! Where the outline of a mesh is enough for a command: nodes and cells are read and written piece by piece, by ranks or for slabs.
 
 use super::Context;
-use crate::deform::{Outlined, Plan, plan_needs_whole};
+use crate::deform::{Outlined, Plan};
 use crate::error::Result;
 use crate::formats::{
     self, Format, Loaded, Location, ReadOptions, SharedFile, WriteOptions, by_name,
@@ -64,10 +64,6 @@ impl Context {
         schedule: Schedule,
         enough: Outlining<'_>,
     ) -> Result<Plan> {
-        let enough = match plan_needs_whole(&schedule) {
-            None => enough,
-            Some(reason) => Err(reason.to_owned()),
-        };
         let (format, options) = (self.input_format()?, self.read_options());
         let (found, why_whole) = self.outline_or_whole(path, format, &options, enough)?;
         if let Some(reason) = why_whole {

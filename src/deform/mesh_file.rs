@@ -6,7 +6,7 @@ use super::sharing::{Holder, Sharing};
 use crate::error::{Error, Result};
 use crate::formats::{Loaded, SharedFile, hash_of, list_nodes, reason};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, Mesh, NodeBits, Numbers, OneLayer, ZoneSides};
+use crate::mesh::{Apart, Doubled, Mesh, NodeBits, Numbers, OneLayer, ZoneSides};
 use crate::parallel;
 use crate::ranks::hash::HashedBytes;
 use std::path::Path;
@@ -26,6 +26,11 @@ impl MeshFile {
 
     pub(super) fn file(&self) -> &SharedFile {
         &self.0
+    }
+
+    /// The file of the same mesh with copies of some nodes.
+    pub(super) fn doubled(&self, doubled: Doubled) -> Arc<Self> {
+        Arc::new(Self(self.0.doubled(doubled)))
     }
 
     /// The outline of the mesh, and the notes of its reader.
@@ -125,8 +130,13 @@ impl Holder for MeshFile {
     }
 
     fn faces_on_no_cell(&self, outline: &Mesh, faces: &[u32]) -> Result<Vec<u32>> {
-        self.0
-            .by_pieces(|slabs, _| outline.loose_faces_by_pieces(slabs, faces))
+        let alone = outline
+            .cells
+            .select(faces.iter().map(|&face| face as usize));
+        let loose = self
+            .0
+            .by_pieces(|slabs, _| slabs.faces_on_no_cell(&alone, &|_| true));
+        Ok(loose?.into_iter().map(|at| faces[at]).collect())
     }
 }
 

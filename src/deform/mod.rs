@@ -57,7 +57,7 @@ pub(crate) use repair::Repair;
 pub(crate) use step_memory::Rounding;
 
 pub use sharing::Sharing;
-pub(crate) use sharing::{plan_needs_whole, run_needs_whole};
+pub(crate) use sharing::run_needs_whole;
 pub use slabs::SlabOf;
 pub(crate) use slabs::{Joined, Left, StoredStep};
 pub use team::{Team, dismiss, serve};

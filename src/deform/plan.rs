@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
-use crate::motion::{BodyMap, Frame, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
+use crate::motion::{BodyMap, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
 use crate::rbf::targets::Targets;
@@ -249,9 +249,7 @@ impl Plan {
         if self.team().is_none() && self.joined().is_none() {
             return None;
         }
-        let turns_no_zone =
-            self.motion.zone.is_none() || self.schedule.rotor.frame == Frame::Rotating;
-        let moves_all = turns_no_zone && self.schedule.rbf.substeps == 1;
+        let moves_all = self.schedule.rbf.substeps == 1;
         let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
         // Of what slabs have stored all is known.
         let all_is_known = self.joined().is_some() || moves_all && self.moves_by_fields();

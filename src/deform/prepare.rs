@@ -44,7 +44,11 @@ impl Plan {
     }
 
     /// The same, where others share the work; the mesh may be the outline of theirs.
-    pub(crate) fn with(mut mesh: Arc<Mesh>, schedule: Schedule, sharing: Sharing) -> Result<Self> {
+    pub(crate) fn with(
+        mut mesh: Arc<Mesh>,
+        schedule: Schedule,
+        mut sharing: Sharing,
+    ) -> Result<Self> {
         let has_boxes = mesh.field_arrays.iter().any(|a| a.name == su2::BOXES);
         if has_boxes {
             Arc::make_mut(&mut mesh).remove_field_arrays(&[su2::BOXES]);
@@ -58,10 +62,13 @@ impl Plan {
             Arc::make_mut(&mut mesh).take_places(&sides.interface_nodes, &sides.interface_places);
         }
         if motion.to_inertial(&motion.steps[0]).is_some() {
-            zone::detach(Arc::make_mut(&mut mesh), &mut motion)?;
-            if let Some(team) = sharing.team().filter(|_| motion.zone.is_some()) {
-                team.leave_file("nodes where a zone turns are doubled");
+            let mesh = Arc::make_mut(&mut mesh);
+            if let Some(doubled) = zone::detach(mesh, &mut motion)? {
+                sharing = sharing.doubled(doubled, mesh)?;
             }
+        }
+        if let Some(slab) = sharing.slab() {
+            slab.read(&mut mesh)?;
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
         let interface = motion.zone.as_ref().map(|zone| &zone.sides.interface_faces);

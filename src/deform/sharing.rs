@@ -6,8 +6,8 @@ use super::slabs::{Joined, OneSlab};
 use super::team::Team;
 use crate::error::Result;
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
-use crate::motion::{Frame, QualityOutput, Schedule};
+use crate::mesh::{Doubled, Mesh};
+use crate::motion::{QualityOutput, Schedule};
 use std::sync::Arc;
 
 /// Who shares the work.
@@ -43,6 +43,31 @@ impl Sharing {
         }
     }
 
+    /// The same, where cells get copies of nodes: `mesh` has them, or is the outline of what has them.
+    ///
+    /// # Errors
+    /// Where ranks cannot read their parts once more.
+    pub(super) fn doubled(self, doubled: Doubled, mesh: &mut Mesh) -> Result<Self> {
+        if let Self::Ranks(team) = &self {
+            team.double(doubled)?;
+            return Ok(self);
+        }
+        let Some(outline) = &mut mesh.outline else {
+            return Ok(self);
+        };
+        let double = |file: &Arc<MeshFile>| {
+            let file = file.doubled(doubled);
+            outline.by = file.clone();
+            file
+        };
+        Ok(match &self {
+            Self::File(file) => Self::File(double(file)),
+            Self::Slab(slab) => Self::Slab(Arc::new(slab.of_file(double))),
+            Self::Joined(joined) => Self::Joined(Arc::new(joined.of_file(double))),
+            Self::Alone | Self::Ranks(_) => self,
+        })
+    }
+
     /// The slabs that this process joins, where it does.
     pub(crate) fn joined(&self) -> Option<&Arc<Joined>> {
         match self {
@@ -64,22 +89,13 @@ impl Sharing {
     }
 }
 
-/// Why an outline is not enough for the plan of a schedule.
-pub(crate) fn plan_needs_whole(schedule: &Schedule) -> Option<&'static str> {
-    let turns = schedule.rotor.frame != Frame::Rotating;
-    (turns && schedule.has_zones()).then_some("a zone turns")
-}
-
 /// Why an outline is not enough for the steps of a schedule.
 pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
     if output.velocity || output.displacement || output.quality == QualityOutput::Cells {
         return Some("it makes arrays of all nodes or cells");
     }
-    if schedule.rbf.substeps > 1 {
-        return Some("steps have substeps");
-    }
-    plan_needs_whole(schedule)
+    (schedule.rbf.substeps > 1).then_some("steps have substeps")
 }
 
 /// Has the whole mesh, or can read it.

@@ -3,10 +3,11 @@
 use super::slabs::{Refusal, Slabs};
 use super::{Format, Loaded, Location, Notes, ReadOptions, Source, by_name, of};
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, from_slabs};
+use crate::mesh::{Doubled, Mesh, from_slabs};
 use crate::ranks::Ranks;
 use serde::{Deserialize, Serialize};
 use std::fs::Metadata;
+use std::ops::Range;
 use std::path::{Path, absolute};
 use std::time::UNIX_EPOCH;
 
@@ -14,13 +15,15 @@ use std::time::UNIX_EPOCH;
 const DIFFERENT: &str = "ranks see different files";
 
 /// A mesh in a file that ranks are told to read their parts of.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SharedFile {
     path: String,
     format: String,
     step: Option<usize>,
     tag_array: Option<String>,
     stamp: Stamp,
+    /// Nodes of which some cells get copies when it is read.
+    doubled: Option<Box<Doubled>>,
 }
 
 /// A file of which each rank can read its part, or why it has to be read as a whole.
@@ -71,7 +74,16 @@ impl SharedFile {
             step: options.step,
             tag_array: options.tag_array.clone(),
             stamp,
+            doubled: None,
         })
+    }
+
+    /// The same file, read with copies of some nodes.
+    pub(crate) fn doubled(&self, doubled: Doubled) -> Self {
+        Self {
+            doubled: Some(doubled.into()),
+            ..self.clone()
+        }
     }
 
     /// Its path.
@@ -135,27 +147,46 @@ fn parts(
     if counts.windows(2).any(|pair| pair[0] != pair[1]) {
         return Err(Error::input(DIFFERENT));
     }
-    with_slabs(source, &*slabs, |slabs| {
+    file.with_slabs(source, &*slabs, |slabs| {
         Mesh::from_slabs(slabs, format.lists_faces_again(), ranks)
     })
 }
 
-/// Passes a mesh of which slabs are read from a mapped file.
-fn with_slabs<T>(
-    source: &Source,
-    slabs: &dyn Slabs,
-    act: impl FnOnce(&from_slabs::Slabs) -> T,
-) -> T {
-    act(&from_slabs::Slabs {
-        n_nodes: slabs.n_nodes(),
-        n_cells: slabs.n_cells(),
-        space: slabs.space(),
-        points: &|nodes| released(source, slabs.points(nodes)),
-        cells: &|cells| released(source, slabs.cells(cells)),
-    })
-}
-
 impl SharedFile {
+    /// Passes the mesh, of which slabs are read from the file as it is mapped.
+    fn with_slabs<T>(
+        &self,
+        source: &Source,
+        slabs: &dyn Slabs,
+        act: impl FnOnce(&from_slabs::Slabs) -> T,
+    ) -> T {
+        let n_nodes = slabs.n_nodes();
+        let points = |nodes: Range<usize>| {
+            let in_file = nodes.start.min(n_nodes)..nodes.end.min(n_nodes);
+            let mut points = released(source, slabs.points(in_file))?;
+            if let Some(doubled) = &self.doubled {
+                points.extend_from_slice(doubled.places(&nodes));
+            }
+            Ok(points)
+        };
+        let cells = |cells: Range<usize>| {
+            let first = cells.start;
+            let mut cells = released(source, slabs.cells(cells))?;
+            if let Some(doubled) = &self.doubled {
+                doubled.give(&mut cells, first);
+            }
+            Ok(cells)
+        };
+        let doubled = self.doubled.as_ref();
+        act(&from_slabs::Slabs {
+            n_nodes: doubled.map_or(n_nodes, |doubled| doubled.n_nodes()),
+            n_cells: slabs.n_cells(),
+            space: slabs.space(),
+            points: &points,
+            cells: &cells,
+        })
+    }
+
     /// Gives the outline of the mesh its groups and the arrays of the mesh as a whole, with the notes of its reader.
     ///
     /// # Errors
@@ -173,6 +204,7 @@ impl SharedFile {
             Refusal::Damaged(error) => reason(error),
         })?;
         outline.validate_groups().map_err(reason)?;
+        super::names::check(&mut outline, &mut notes);
         notes.close();
         Ok(Loaded {
             mesh: outline,
@@ -212,7 +244,7 @@ impl SharedFile {
         let (location, format) = self.open().map_err(|_| named(changed()))?;
         let source = location.file()?;
         let slabs = by_slabs(format, source, &self.options()).map_err(named)?;
-        with_slabs(source, &*slabs, |slabs| {
+        self.with_slabs(source, &*slabs, |slabs| {
             act(slabs, format.lists_faces_again())
         })
     }
@@ -230,7 +262,11 @@ impl SharedFile {
         }
         let (location, format) = self.open().map_err(named)?;
         let read = super::read_as(format, &location, &self.options());
-        Ok(read.map_err(named)?.mesh)
+        let mut mesh = read.map_err(named)?.mesh;
+        if let Some(doubled) = &self.doubled {
+            doubled.apply(&mut mesh);
+        }
+        Ok(mesh)
     }
 }
 

@@ -5,7 +5,7 @@ use super::from_slabs::{Slabs, mesh_of, nodes_of, own_cells, own_points, part_of
 use super::node_bits::NodeBits;
 use super::numbering::{Numbering, among};
 use super::part::{self, SLAB};
-use super::zone_sides::{ZoneSides, faces_between};
+use super::zone_sides::{ZoneSides, faces_between, faces_of_nodes};
 use super::{Cells, Mesh, faces_on_no_cell};
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
@@ -57,8 +57,11 @@ impl Slabs<'_> {
             Ok(())
         })?;
         let is_on = |node: &u32| inside.has(*node) && outside.has(*node);
-        let mut near = Cells::new();
+        let (mut near, mut rim, mut rim_faces) = (Cells::new(), Cells::new(), Vec::new());
         self.each_cells(all, &mut |first, cells| {
+            let of_rim = faces_of_nodes(cells, 3, is_on);
+            rim.append(&cells.select(of_rim.iter().map(|&face| face as usize)));
+            rim_faces.extend(of_rim.iter().map(|face| face + first as u32));
             let touching = parallel::concat_blocks(cells.len(), SLAB, &|range| {
                 let touches = |cell: &usize| cells.get(*cell).nodes.iter().any(is_on);
                 let own = range.filter(|cell| marked[first + cell]);
@@ -76,19 +79,74 @@ impl Slabs<'_> {
         let mut interface_faces = faces_between(&near, |_| true, on_interface);
         interface_faces.renumber_nodes_by(|node| of_near[node as usize]);
         let interface_nodes: Vec<u32> = of_near.iter().copied().filter(is_on).collect();
-        let mut bounds = Bounds::EMPTY;
+        let (mut bounds, mut interface_places) = (Bounds::EMPTY, Vec::new());
         self.each_points(0..self.n_nodes, &mut |first, points| {
             let here = (first as u32..).zip(points).filter(|of| inside.has(of.0));
             bounds = bounds.union(&Bounds::around(here.map(|of| of.1)));
+            let on = among(&interface_nodes, &(first..first + points.len())).iter();
+            interface_places.extend(on.map(|&node| points[node as usize - first]));
             Ok(())
         })?;
+        let no_face_of = |side: bool| self.faces_on_no_cell(&rim, &|cell| marked[cell] == side);
+        if !rim_faces.is_empty() {
+            let (off_marked, off_others) = (no_face_of(true)?, no_face_of(false)?);
+            let is_rim = |at: usize| {
+                off_marked.binary_search(&at).is_err() && off_others.binary_search(&at).is_ok()
+            };
+            rim_faces = (0..rim_faces.len())
+                .filter(|&at| is_rim(at))
+                .map(|at| rim_faces[at])
+                .collect();
+        }
         Ok(ZoneSides {
             nodes: parallel::collect(self.n_nodes, |node| inside.has(node as u32)),
             bounds,
-            interface_places: self.places(&interface_nodes)?,
+            interface_places,
             interface_nodes,
             interface_faces,
+            rim_faces,
         })
+    }
+
+    /// Those of some boundary faces, by their places among them, ascending, that are a side of none of the cells that are taken.
+    pub fn faces_on_no_cell(
+        &self,
+        faces: &Cells,
+        takes: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Result<Vec<usize>> {
+        let at_faces = NodeBits::new(&(0..self.n_nodes));
+        at_faces.add(&nodes_of(faces, 0..0));
+        let mut loose: Vec<usize> = (0..faces.len()).collect();
+        self.each_cells(0..self.n_cells, &mut |first, cells| {
+            let near = parallel::concat_blocks(cells.len(), SLAB, &|range| {
+                let mut near = Vec::new();
+                for run in cells.runs_in(range).filter(|run| run.kind.dimension() == 3) {
+                    let touches = |nodes: &[u32]| nodes.iter().any(|&node| at_faces.has(node));
+                    let cells = (run.first_cell..).zip(run.cells());
+                    let touching = cells.filter(|of| touches(of.1)).map(|of| of.0);
+                    near.extend(touching.filter(|cell| takes(first + cell)));
+                }
+                near
+            });
+            if near.is_empty() || loose.is_empty() {
+                return Ok(());
+            }
+            let mut together = faces.select(loose.iter().copied());
+            together.append(&cells.select(near));
+            let nodes = nodes_of(&together, 0..0);
+            let numbering = Numbering::new(&nodes);
+            together.renumber_nodes_by(|node| numbering.of(node));
+            let mesh = mesh_of(
+                vec![[0.0; 3]; nodes.len()],
+                together,
+                3,
+                part::Part::default(),
+            );
+            let left = faces_on_no_cell(&mesh, &(0..loose.len() as u32).collect::<Vec<_>>());
+            loose = left.into_iter().map(|at| loose[at as usize]).collect();
+            Ok(())
+        })?;
+        Ok(loose)
     }
 
     /// Where some nodes are, which ascend.
@@ -146,44 +204,6 @@ impl Mesh {
         let part = part_of(&mut cells, numbered, own_nodes, slabs.n_nodes, ranks);
         let points = slabs.places(&part.nodes)?;
         Ok(mesh_of(points, cells, DIMENSION, part))
-    }
-
-    /// Those of some of the boundary faces of this outline, ascending, that are a side of no cell.
-    pub(crate) fn loose_faces_by_pieces(&self, slabs: &Slabs, faces: &[u32]) -> Result<Vec<u32>> {
-        let faces_alone = self.cells.select(faces.iter().map(|&face| face as usize));
-        let nodes = nodes_of(&faces_alone, 0..0);
-        let at_faces = NodeBits::new(&(0..slabs.n_nodes));
-        at_faces.add(&nodes);
-        let mut loose = faces.to_vec();
-        slabs.each_cells(0..slabs.n_cells, &mut |_, cells| {
-            let near = parallel::concat_blocks(cells.len(), SLAB, &|range| {
-                let mut near = Vec::new();
-                for run in cells.runs_in(range).filter(|run| run.kind.dimension() == 3) {
-                    let touches = |nodes: &[u32]| nodes.iter().any(|&node| at_faces.has(node));
-                    let cells = (run.first_cell..).zip(run.cells());
-                    near.extend(cells.filter(|of| touches(of.1)).map(|of| of.0));
-                }
-                near
-            });
-            if near.is_empty() || loose.is_empty() {
-                return Ok(());
-            }
-            let mut together = self.cells.select(loose.iter().map(|&face| face as usize));
-            together.append(&cells.select(near));
-            let nodes = nodes_of(&together, 0..0);
-            let numbering = Numbering::new(&nodes);
-            together.renumber_nodes_by(|node| numbering.of(node));
-            let mesh = mesh_of(
-                vec![[0.0; 3]; nodes.len()],
-                together,
-                3,
-                part::Part::default(),
-            );
-            let left = faces_on_no_cell(&mesh, &(0..loose.len() as u32).collect::<Vec<_>>());
-            loose = left.into_iter().map(|at| loose[at as usize]).collect();
-            Ok(())
-        })?;
-        Ok(loose)
     }
 }
 
@@ -367,26 +387,37 @@ mod tests {
         mesh.cells.push(CellKind::Triangle, &[5, n / 3, n - 7]);
         let is_face = |cell: &u32| mesh.cells.get(*cell as usize).kind == CellKind::Triangle;
         let faces: Vec<u32> = (0..mesh.cells.len() as u32).filter(is_face).collect();
-        let found = by_pieces(&mesh, |slabs| mesh.loose_faces_by_pieces(slabs, &faces));
-        assert_eq!(found.expect("it is read"), [first, first + 1]);
-        let found = by_pieces(&mesh, |slabs| {
-            mesh.loose_faces_by_pieces(slabs, &faces[..9])
-        });
-        assert!(found.expect("it is read").is_empty());
+        let loose = |faces: &[u32], takes: &(dyn Fn(usize) -> bool + Sync)| {
+            let alone = mesh.cells.select(faces.iter().map(|&face| face as usize));
+            let found = by_pieces(&mesh, |slabs| slabs.faces_on_no_cell(&alone, takes));
+            let found = found.expect("it is read").into_iter();
+            found.map(|at| faces[at]).collect::<Vec<_>>()
+        };
+        assert_eq!(loose(&faces, &|_| true), [first, first + 1]);
+        assert!(loose(&faces[..9], &|_| true).is_empty());
+        assert_eq!(
+            loose(&faces[..9], &|cell| cell > first as usize / 2),
+            faces[..9]
+        );
     }
 
     #[test]
     fn a_zone_has_the_sides_that_it_has_in_the_whole_mesh() {
+        let at_random = |cell: usize| cell * 7 % 11 < 4;
         for kind in [CellKind::Tetrahedron, CellKind::Wedge] {
             let mesh = cube_of(kind);
             // Cells at random, then those of a few layers.
-            for zone in [|cell: usize| cell * 7 % 11 < 4, |cell| cell / 9000 == 1] {
+            for (zone, has_rim) in [
+                (at_random as fn(usize) -> bool, true),
+                (|cell| cell / 9000 == 1, false),
+            ] {
                 let is_solid = |cell: usize| mesh.cells.get(cell).kind == kind;
                 let cells = 0..mesh.cells.len();
                 let marked: Vec<bool> = cells.map(|cell| is_solid(cell) && zone(cell)).collect();
                 let found = by_pieces(&mesh, |slabs| slabs.zone_sides(&marked));
                 let wanted = ZoneSides::of(&mesh, &marked);
                 assert!(wanted.interface_faces.len() > 100, "{kind:?}");
+                assert_eq!(!wanted.rim_faces.is_empty(), has_rim, "{kind:?}");
                 assert!(found.expect("they are read") == wanted, "{kind:?}");
             }
         }

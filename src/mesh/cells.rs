@@ -294,9 +294,31 @@ impl Cells {
     }
 
     /// Replaces each node by `new_index(node)`.
-    pub(super) fn renumber_nodes_by(&mut self, new_index: impl Fn(u32) -> u32 + Sync) {
-        parallel::update(&mut self.connectivity, |_, node| *node = new_index(*node));
-        let stream = &mut self.polyhedra.stream;
+    pub(crate) fn renumber_nodes_by(&mut self, new_index: impl Fn(u32) -> u32 + Sync) {
+        self.renumber_nodes_of(0..self.len(), new_index);
+    }
+
+    /// The same for some of the cells.
+    pub(super) fn renumber_nodes_of(
+        &mut self,
+        cells: std::ops::Range<usize>,
+        new_index: impl Fn(u32) -> u32 + Sync,
+    ) {
+        let entries = self.first_entry(cells.start)..self.first_entry(cells.end);
+        parallel::update(&mut self.connectivity[entries], |_, node| {
+            *node = new_index(*node);
+        });
+        let Polyhedra {
+            cells: polyhedra,
+            starts,
+            stream,
+        } = &mut self.polyhedra;
+        let start = |cell: usize| {
+            let before = polyhedra.partition_point(|&other| (other as usize) < cell);
+            starts.get(before).copied().unwrap_or(stream.len())
+        };
+        let (start, end) = (start(cells.start), start(cells.end));
+        let stream = &mut stream[start..end];
         let mut at = 0;
         while at < stream.len() {
             let n_faces = stream[at];
@@ -309,6 +331,15 @@ impl Cells {
                 at += n + 1;
             }
         }
+    }
+
+    /// Where the nodes of a cell begin; of one after the last where they end.
+    fn first_entry(&self, cell: usize) -> usize {
+        if cell == self.len() {
+            return self.connectivity.len();
+        }
+        let run = &self.runs[self.run_of(cell)];
+        run.first_entry + (cell - run.first_cell as usize) * run.n_nodes as usize
     }
 
     fn extend_run(&mut self, kind: CellKind, n_nodes: usize, n_cells: usize) {

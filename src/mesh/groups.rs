@@ -118,6 +118,18 @@ impl CellSet {
             .flat_map(|range| range.start as usize..range.end as usize)
     }
 
+    /// Those of a range, as ascending disjoint ranges.
+    pub(super) fn ranges_in(&self, cells: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        let first = self
+            .ranges
+            .partition_point(|range| range.end as usize <= cells.start);
+        let from = self.ranges[first..].iter();
+        let here = from.map(move |range| {
+            (range.start as usize).max(cells.start)..(range.end as usize).min(cells.end)
+        });
+        here.take_while(|range| !range.is_empty())
+    }
+
     /// The cells as ascending disjoint ranges.
     pub fn ranges(&self) -> impl ExactSizeIterator<Item = Range<usize>> + Clone {
         self.ranges

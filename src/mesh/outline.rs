@@ -28,6 +28,8 @@ const SOLID: u8 = 3;
 pub struct Outline {
     /// The box around all nodes.
     pub bounds: Bounds,
+    /// What stands for coordinates that are not known.
+    unknown: f64,
     /// Who has the mesh.
     pub by: Arc<dyn Apart>,
 }
@@ -116,7 +118,11 @@ impl Sketch {
             let of_rank = sketch.bounds.iter();
             bounds = of_rank.fold(bounds, Bounds::union);
         }
-        mesh.outline = Some(Outline { bounds, by });
+        mesh.outline = Some(Outline {
+            bounds,
+            unknown: unknown.0,
+            by,
+        });
         mesh
     }
 }
@@ -187,6 +193,21 @@ impl Mesh {
     pub(crate) fn take_places(&mut self, nodes: &[u32], places: &[Vector]) {
         for (&node, place) in nodes.iter().zip(places) {
             self.points[node as usize] = *place;
+        }
+    }
+
+    /// Adds nodes to an outline of which nothing is known. It knows of the others where those of its faces are, and these `known` ones,
+    /// and of no more after that.
+    pub(super) fn add_unknown_nodes(&mut self, n: usize, known: &[u32]) {
+        let unknown = self.outline.as_ref().map_or(0.0, |outline| outline.unknown);
+        let n_nodes = self.points.len() + n;
+        let before = std::mem::replace(&mut self.points, sparse::zeros(n_nodes, [unknown; 3]));
+        let dimension = self.dimension();
+        let runs = self.cells.runs();
+        let faces = runs.filter(|run| run.kind.dimension() < dimension);
+        let of_faces = faces.flat_map(|run| run.connectivity);
+        for &node in of_faces.chain(known) {
+            self.points[node as usize] = before[node as usize];
         }
     }
 

@@ -60,11 +60,6 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Whether some zones alone deform.
-    pub(crate) fn has_zones(&self) -> bool {
-        !self.boundaries.zones.is_empty()
-    }
-
     /// Reads a schedule file.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();

@@ -404,10 +404,7 @@ fn what_takes_the_whole_mesh_gets_no_outline() {
             Some("it makes arrays of all nodes or cells"),
         ),
         ("[rotor]\nframe = \"inertial\"\n", None),
-        (
-            "zones = [\"near\"]\n[rotor]\nframe = \"inertial\"\n",
-            Some("a zone turns"),
-        ),
+        ("zones = [\"near\"]\n[rotor]\nframe = \"inertial\"\n", None),
     ] {
         let path = folder.path().join("s.toml");
         std::fs::write(&path, format!("{text}{more}")).expect("it can be written");

@@ -14,6 +14,15 @@ use std::path::{Path, PathBuf};
 /// Formats that are read by slabs, with what a name ends with.
 const FORMATS: &[&str] = &["vtkhdf", "vtu", "cgns", "msh"];
 
+/// The same, for solid meshes alone.
+const OF_SOLIDS: &[&str] = &[
+    "b8.ugrid",
+    "lb4.ugrid",
+    "r8.ugrid",
+    "lr4.ugrid",
+    "lb8l.ugrid",
+];
+
 /// A part without what is not read by slabs.
 fn bare(part: Mesh) -> Mesh {
     Mesh {
@@ -159,7 +168,11 @@ fn outline_is_that_of(whole: &Mesh, path: &Path, options: &ReadOptions, n: usize
 
 fn same_in_all_formats(mesh: &Mesh) {
     let folder = tempfile::tempdir().unwrap();
-    for ending in FORMATS {
+    let of_solids = match mesh.dimension() {
+        3 => OF_SOLIDS,
+        _ => &[],
+    };
+    for ending in FORMATS.iter().chain(of_solids) {
         let path = folder.path().join(format!("m.{ending}"));
         mesh.view().write(&path).unwrap();
         same_from_file(&path, &ReadOptions::default());
@@ -317,6 +330,18 @@ fn what_has_to_be_read_whole_says_why() {
     mesh.groups[1].name = name;
     mesh.view().write(&path).unwrap();
     assert_eq!(reason(&path, &options), "tags share a name");
+
+    assert_eq!(of("mixed_cells.ugrid"), "it is text");
+    let path = folder.path().join("m.r8.ugrid");
+    let solid = read(&testdata("mixed_cells.ugrid"), &options).unwrap();
+    solid.view().write(&path).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes[0] ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    assert_eq!(
+        reason(&path, &options),
+        "its Fortran records have wrong marks"
+    );
 
     let packed = folder.path().join("m.vtkhdf.gz");
     std::fs::write(&packed, [0x1f, 0x8b, 8, 0]).unwrap();

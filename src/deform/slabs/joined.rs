@@ -54,6 +54,14 @@ impl Joined {
         }
     }
 
+    /// The same slabs of another file, if they are of one.
+    pub(in crate::deform) fn of_file(
+        &self,
+        other: impl FnOnce(&Arc<MeshFile>) -> Arc<MeshFile>,
+    ) -> Self {
+        Self::new(self.file.as_ref().map(other), &self.sequence, self.n)
+    }
+
     /// How many slabs there are.
     pub(crate) fn n(&self) -> usize {
         self.n

@@ -19,7 +19,6 @@ mod stored;
 
 use super::mesh_file::Outlined;
 use super::sharing::Sharing;
-use crate::error::Result;
 pub use joined::Joined;
 pub use one::OneSlab;
 use std::fmt;
@@ -88,20 +87,9 @@ impl SlabOf {
 }
 
 impl Outlined {
-    /// The work on one slab, which is read where this is the outline.
-    ///
-    /// # Errors
-    /// Where it cannot be read.
-    pub fn one(&mut self, slab: SlabOf) -> Result<Sharing> {
-        let Some(file) = &self.file else {
-            return Ok(Sharing::Slab(Arc::new(OneSlab::of_whole(slab))));
-        };
-        let one = OneSlab::read(file, slab)?;
-        let mesh = &mut self.loaded.mesh;
-        let part = one.part(mesh);
-        let (nodes, places) = (part.numbers_in_whole(), &part.points);
-        mesh.take_places(nodes, places);
-        Ok(Sharing::Slab(Arc::new(one)))
+    /// The work on one slab, which is read once there is a plan, where this is the outline.
+    pub fn one(&self, slab: SlabOf) -> Sharing {
+        Sharing::Slab(Arc::new(OneSlab::new(self.file.clone(), slab)))
     }
 
     /// The joining of so many slabs of the sequence in a folder.

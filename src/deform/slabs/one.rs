@@ -38,25 +38,36 @@ struct Judging {
 }
 
 impl OneSlab {
-    pub(super) fn read(file: &Arc<MeshFile>, slab: SlabOf) -> Result<Self> {
-        let part = file.file().by_pieces(|slabs, _| {
-            Mesh::part_by_pieces(slabs, (slab.number, slab.n), &Ranks::telling())
-        })?;
-        Ok(Self {
-            file: Some(Arc::clone(file)),
-            part: part.into(),
-            ..Self::of_whole(slab)
-        })
-    }
-
-    /// A slab of a mesh that this process has as a whole.
-    pub(super) fn of_whole(slab: SlabOf) -> Self {
+    /// A slab of the mesh in a file, or of one that this process has as a whole.
+    pub(super) fn new(file: Option<Arc<MeshFile>>, slab: SlabOf) -> Self {
         Self {
-            file: None,
+            file,
             slab,
             part: OnceLock::new(),
             judging: OnceLock::new(),
         }
+    }
+
+    /// The same slab of another file, if it is of one.
+    pub(in crate::deform) fn of_file(
+        &self,
+        other: impl FnOnce(&Arc<MeshFile>) -> Arc<MeshFile>,
+    ) -> Self {
+        Self::new(self.file.as_ref().map(other), self.slab)
+    }
+
+    /// Reads its part, where this process does not have the whole mesh, and lets the outline know where its nodes are.
+    pub(in crate::deform) fn read(&self, outline: &mut Arc<Mesh>) -> Result<()> {
+        let Some(file) = &self.file else {
+            return Ok(());
+        };
+        let SlabOf { number, n } = self.slab;
+        let part = file
+            .file()
+            .by_pieces(|slabs, _| Mesh::part_by_pieces(slabs, (number, n), &Ranks::telling()))?;
+        Arc::make_mut(outline).take_places(part.numbers_in_whole(), &part.points);
+        self.part.get_or_init(|| part);
+        Ok(())
     }
 
     /// Its part of a mesh: the whole, or the outline of that where it was read as a part.

@@ -42,7 +42,7 @@ use crate::ranks::raw::List;
 use near_surface::WholeSurface;
 use order::{Changed, LayerTask, Order, Rows, Task};
 use std::ops::Range;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 pub(in crate::deform) use work::cells_among;
 use work::{BlockHash, Work, hash, hashes};
 
@@ -55,6 +55,8 @@ pub struct Team {
     ranks: Ranks,
     /// Of which ranks read their parts.
     file: Shared,
+    /// The same with copies of nodes, where cells get some.
+    doubled: OnceLock<SharedFile>,
     state: Mutex<State>,
 }
 
@@ -151,6 +153,7 @@ impl Team {
             Arc::new(Self {
                 ranks: ranks.clone(),
                 file,
+                doubled: OnceLock::new(),
                 state: Mutex::default(),
             })
         })
@@ -159,11 +162,6 @@ impl Team {
     /// Why this rank has cut the mesh into parts for the others, where it has.
     pub(crate) fn why_cut(&self) -> Option<String> {
         self.state().why_cut.clone()
-    }
-
-    /// Has this rank cut the mesh, which is not that of the file any more.
-    pub(super) fn leave_file(&self, reason: &str) {
-        self.state().why_cut = Some(reason.to_owned());
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -270,7 +268,7 @@ impl Team {
         let n_nodes = mesh.points.len();
         let file = match &state.why_cut {
             Some(reason) => Err(reason.clone()),
-            None => self.file.clone(),
+            None => self.file().cloned().map_err(String::clone),
         };
         // Where it was not enough, the first rank has read the whole since then.
         let is_same = |file: &SharedFile| mesh.outline.is_some() || file.is_unchanged();

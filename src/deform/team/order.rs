@@ -30,8 +30,8 @@ pub(super) enum Order {
     },
     /// Fields are not needed any more.
     Forget { id: usize },
-    /// Read a part of the mesh from its file, and tell of the surface in it.
-    Read(SharedFile),
+    /// Read a part of the mesh from its file, and tell of the surface in it or not.
+    Read { file: SharedFile, tells: bool },
     /// Hash a share of the file.
     Hash(SharedFile),
     /// Tell of the shortest edges that leave moving walls.
@@ -118,7 +118,7 @@ impl Order {
             Self::Select(_) => "selection",
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
             Self::Move { .. } | Self::Collect => "positions",
-            Self::Read(_)
+            Self::Read { .. }
             | Self::Hash(_)
             | Self::Edges
             | Self::LooseFaces(_)

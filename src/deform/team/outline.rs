@@ -9,10 +9,10 @@ use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
 use crate::deform::sharing::{Holder, run_needs_whole};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::formats::{self, Loaded, SharedFile};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
+use crate::mesh::{Doubled, Mesh, OneLayer, faces_on_no_cell};
 use crate::motion::Schedule;
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, TreeHasher};
@@ -45,7 +45,10 @@ impl Team {
     pub fn outline(self: &Arc<Self>) -> std::result::Result<Loaded, String> {
         let file = self.file.as_ref().map_err(String::clone)?;
         let mut state = self.state();
-        self.order(Order::Read(file.clone()));
+        self.order(Order::Read {
+            file: file.clone(),
+            tells: true,
+        });
         let read = part_of_file(file, &self.ranks)?;
         let n_nodes = read.n_nodes_of_all();
         let outline = Mesh::outline_of(&read, n_nodes, &self.ranks, Some(self.clone()));
@@ -57,11 +60,38 @@ impl Team {
         }
         file.complete(outline)
     }
+
+    /// Has ranks read their parts with copies of nodes, once more where they have read them.
+    ///
+    /// # Errors
+    /// Where they cannot be read again.
+    pub(in crate::deform) fn double(&self, doubled: Doubled) -> Result<()> {
+        let Ok(file) = &self.file else {
+            return Ok(());
+        };
+        let file = file.doubled(doubled);
+        let mut state = self.state();
+        if state.work.read.take().is_some() {
+            self.order(Order::Read {
+                file: file.clone(),
+                tells: false,
+            });
+            let read = part_of_file(&file, &self.ranks).map_err(Error::system)?;
+            state.work.read = Some(read);
+        }
+        self.doubled.get_or_init(|| file);
+        Ok(())
+    }
+
+    /// The file of which ranks read their parts.
+    pub(super) fn file(&self) -> std::result::Result<&SharedFile, &String> {
+        self.doubled.get().map_or_else(|| self.file.as_ref(), Ok)
+    }
 }
 
 impl Holder for Team {
     fn whole(&self) -> Result<Mesh> {
-        let file = self.file.as_ref();
+        let file = self.file();
         file.expect("ranks have read it by parts").read_whole()
     }
 
@@ -101,12 +131,15 @@ pub(super) fn hash_of_share(file: &SharedFile, ranks: &Ranks) -> Result<Vec<Hash
     ranks.together(|| formats::hash_of_share(file.path(), ranks.rank(), ranks.n()))
 }
 
-/// Reads the part of a rank, and tells the first of it.
-pub(super) fn read(work: &mut Work, file: &SharedFile, ranks: &Ranks) {
+/// Reads the part of a rank, and tells the first of it where that `tells`.
+pub(super) fn read(work: &mut Work, (file, tells): (&SharedFile, bool), ranks: &Ranks) {
+    work.read = None;
     let Ok(read) = part_of_file(file, ranks) else {
         return;
     };
-    Mesh::outline_of(&read, 0, ranks, None);
+    if tells {
+        Mesh::outline_of(&read, 0, ranks, None);
+    }
     work.read = Some(read);
 }
 

@@ -42,7 +42,7 @@ pub fn serve(ranks: &Ranks) {
                 stays,
             } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
             Order::Forget { id } => work.forget(id),
-            Order::Read(file) => outline::read(&mut work, &file, ranks),
+            Order::Read { file, tells } => outline::read(&mut work, (&file, tells), ranks),
             Order::Hash(file) => {
                 ranks.gather(outline::hash_of_share(&file, ranks));
             }

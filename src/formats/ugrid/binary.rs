@@ -9,14 +9,53 @@ use crate::formats::Notes;
 use crate::mesh::first_where;
 use crate::parallel::for_blocks;
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Numbers that one task converts at a time.
 const CHUNK: usize = 1 << 16;
 
 /// Reads the numbers of a binary file.
 pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Content> {
-    let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
     let mut notes = Notes::default();
+    let (counts, body, start) = body(bytes, binary, flavour, &mut notes)?;
+    let stored = Stored::new(&counts, &body, start, *binary);
+    let mut connectivity = vec![0u32; counts.n_entries()[1]];
+    let mut rest = &mut connectivity[..];
+    let (faces, solid) = (0..N_FACE_KINDS, N_FACE_KINDS..KINDS.len());
+    let mut read_kinds = |kinds: Range<usize>| {
+        kinds.into_iter().try_for_each(|kind| {
+            let n = counts.n_cells[kind];
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(n_nodes(KINDS[kind]) * n);
+            rest = others;
+            stored.nodes(kind, 0..n, own)
+        })
+    };
+    read_kinds(faces)?;
+    let face_numbers = stored.face_numbers()?;
+    read_kinds(solid)?;
+    if stored.n_rest > 0 {
+        notes.push(NotKept::Rest {
+            n: stored.n_rest,
+            what: "bytes",
+        });
+    }
+    Ok(Content {
+        counts,
+        points: stored.points(0..counts.n_nodes),
+        connectivity,
+        face_numbers,
+        notes,
+    })
+}
+
+/// The counts at the start of a file, its data, which are as long as the counts need, and where these start.
+pub(super) fn body<'a>(
+    bytes: &'a [u8],
+    binary: &Binary,
+    flavour: &Ugrid,
+    notes: &mut Notes,
+) -> Result<(Counts, Cow<'a, [u8]>, usize)> {
+    let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
     let (header, body, start) = match binary.has_records {
         false => {
             let body = bytes.get(binary.header()..).unwrap_or(&[]);
@@ -47,27 +86,7 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
             body.len()
         )));
     }
-    let mut rest = Section { body: &body, start };
-    let points = points(rest.take(3 * counts.n_nodes * binary.real), binary);
-    let [n_face_entries, n_entries] = counts.n_entries();
-    let mut connectivity = vec![0u32; n_entries];
-    let (faces, solid) = connectivity.split_at_mut(n_face_entries);
-    read_nodes(&mut rest, 0..N_FACE_KINDS, &counts, binary, faces)?;
-    let face_numbers = face_numbers(&mut rest, &counts, binary)?;
-    read_nodes(&mut rest, N_FACE_KINDS..KINDS.len(), &counts, binary, solid)?;
-    if !rest.body.is_empty() {
-        notes.push(NotKept::Rest {
-            n: rest.body.len(),
-            what: "bytes",
-        });
-    }
-    Ok(Content {
-        counts,
-        points,
-        connectivity,
-        face_numbers,
-        notes,
-    })
+    Ok((counts, body, start))
 }
 
 /// Counts and data between the marks of records, and where the data start.
@@ -81,19 +100,128 @@ fn records<'a>(bytes: &'a [u8], binary: &Binary) -> Result<Records<'a>> {
     Ok((header, body, start))
 }
 
-/// The bytes that are still to be read, and their offset in the file.
+/// Numbers that follow each other in a file.
+#[derive(Debug, Clone, Copy, Default)]
 struct Section<'a> {
-    body: &'a [u8],
+    bytes: &'a [u8],
+    /// Their offset in the file.
     start: usize,
 }
 
-impl<'a> Section<'a> {
-    /// The next `n` bytes; the whole length has been checked.
-    fn take(&mut self, n: usize) -> &'a [u8] {
-        let (taken, rest) = self.body.split_at(n);
-        self.body = rest;
-        self.start += n;
-        taken
+impl Section<'_> {
+    /// Some of the numbers, of so many bytes each.
+    fn part(&self, numbers: Range<usize>, width: usize) -> Self {
+        let start = numbers.start * width;
+        Self {
+            bytes: &self.bytes[start..numbers.end * width],
+            start: self.start + start,
+        }
+    }
+}
+
+/// Where the numbers of a file lie.
+pub(super) struct Stored<'a> {
+    binary: Binary,
+    n_nodes: usize,
+    points: Section<'a>,
+    /// The nodes of the cells of each of [`KINDS`].
+    nodes: [Section<'a>; KINDS.len()],
+    face_numbers: Section<'a>,
+    /// Bytes after all of these.
+    pub n_rest: usize,
+}
+
+impl<'a> Stored<'a> {
+    /// In data that are as long as the counts need; they start at this byte of the file.
+    pub fn new(counts: &Counts, body: &'a [u8], start: usize, binary: Binary) -> Self {
+        let mut rest = Section { bytes: body, start };
+        let mut take = |n: usize| {
+            let (bytes, after) = rest.bytes.split_at(n);
+            let start = rest.start;
+            rest = Section {
+                bytes: after,
+                start: start + n,
+            };
+            Section { bytes, start }
+        };
+        let points = take(3 * counts.n_nodes * binary.real);
+        let of_kind = |i: usize| n_nodes(KINDS[i]) * counts.n_cells[i] * binary.integer;
+        let mut nodes = [Section::default(); KINDS.len()];
+        for (i, nodes) in nodes[..N_FACE_KINDS].iter_mut().enumerate() {
+            *nodes = take(of_kind(i));
+        }
+        let face_numbers = take(counts.n_faces() * binary.integer);
+        for (i, nodes) in nodes.iter_mut().enumerate().skip(N_FACE_KINDS) {
+            *nodes = take(of_kind(i));
+        }
+        Self {
+            binary,
+            n_nodes: counts.n_nodes,
+            points,
+            nodes,
+            face_numbers,
+            n_rest: rest.bytes.len(),
+        }
+    }
+
+    /// The coordinates of some nodes.
+    pub fn points(&self, nodes: Range<usize>) -> Vec<[f64; 3]> {
+        let mut points = vec![[0.0; 3]; nodes.len()];
+        let out = points.as_flattened_mut();
+        let bytes = self.points.part(nodes, 3 * self.binary.real).bytes;
+        match (self.binary.is_big_endian, self.binary.real) {
+            (true, 8) => convert(bytes, out, f64::from_be_bytes),
+            (false, 8) => convert(bytes, out, f64::from_le_bytes),
+            (true, _) => convert(bytes, out, |x| f64::from(f32::from_be_bytes(x))),
+            (false, _) => convert(bytes, out, |x| f64::from(f32::from_le_bytes(x))),
+        }
+        points
+    }
+
+    /// Node indices of some cells of a kind, counted from 0; each is one of the mesh.
+    pub fn nodes(&self, kind: usize, cells: Range<usize>, out: &mut [u32]) -> Result<()> {
+        // An index that is too large for 32 bits is too large for the mesh.
+        let narrow = |node: u64| u32::try_from(node.wrapping_sub(1)).unwrap_or(u32::MAX);
+        let width = self.binary.integer;
+        let Section { bytes, start } = self.nodes[kind].part(cells, n_nodes(KINDS[kind]) * width);
+        match (self.binary.is_big_endian, width) {
+            (true, 4) => convert(bytes, out, |x| u32::from_be_bytes(x).wrapping_sub(1)),
+            (false, 4) => convert(bytes, out, |x| u32::from_le_bytes(x).wrapping_sub(1)),
+            (true, _) => convert(bytes, out, |x| narrow(u64::from_be_bytes(x))),
+            (false, _) => convert(bytes, out, |x| narrow(u64::from_le_bytes(x))),
+        }
+        let Some(at) = first_where(out, |&node| node as usize >= self.n_nodes) else {
+            return Ok(());
+        };
+        let node = self.binary.integer(&bytes[at * width..(at + 1) * width]);
+        Err(Error::input(format!(
+            "a {} has node {node}, but the mesh has {} nodes, counted from 1",
+            KINDS[kind].name(),
+            self.n_nodes
+        ))
+        .byte((start + at * width) as u64))
+    }
+
+    /// The number of each boundary face.
+    pub fn face_numbers(&self) -> Result<Vec<i32>> {
+        let Section { bytes, start } = self.face_numbers;
+        let width = self.binary.integer;
+        let mut numbers = vec![0i32; bytes.len() / width];
+        match (self.binary.is_big_endian, width) {
+            (true, 4) => convert(bytes, &mut numbers, i32::from_be_bytes),
+            (false, 4) => convert(bytes, &mut numbers, i32::from_le_bytes),
+            _ => {
+                let wide = bytes.chunks_exact(width);
+                for (i, (number, bytes)) in numbers.iter_mut().zip(wide).enumerate() {
+                    let wide = self.binary.integer(bytes);
+                    *number = i32::try_from(wide).map_err(|_| {
+                        Error::input(format!("face number {wide} is out of range"))
+                            .byte((start + i * width) as u64)
+                    })?;
+                }
+            }
+        }
+        Ok(numbers)
     }
 }
 
@@ -121,75 +249,4 @@ fn convert<T: Send, const N: usize>(bytes: &[u8], out: &mut [T], f: impl Fn([u8;
             *out = f(bytes.try_into().expect("chunks of N bytes"));
         }
     });
-}
-
-fn points(bytes: &[u8], binary: &Binary) -> Vec<[f64; 3]> {
-    let mut points = vec![[0.0; 3]; bytes.len() / binary.real / 3];
-    let out = points.as_flattened_mut();
-    match (binary.is_big_endian, binary.real) {
-        (true, 8) => convert(bytes, out, f64::from_be_bytes),
-        (false, 8) => convert(bytes, out, f64::from_le_bytes),
-        (true, _) => convert(bytes, out, |x| f64::from(f32::from_be_bytes(x))),
-        (false, _) => convert(bytes, out, |x| f64::from(f32::from_le_bytes(x))),
-    }
-    points
-}
-
-/// Node indices of some kinds, counted from 0; each is one of the mesh.
-fn read_nodes(
-    section: &mut Section,
-    kinds: std::ops::Range<usize>,
-    counts: &Counts,
-    binary: &Binary,
-    mut out: &mut [u32],
-) -> Result<()> {
-    // An index that is too large for 32 bits is too large for the mesh.
-    let narrow = |node: u64| u32::try_from(node.wrapping_sub(1)).unwrap_or(u32::MAX);
-    for i in kinds {
-        let per_cell = n_nodes(KINDS[i]);
-        let n = per_cell * counts.n_cells[i];
-        let (own, rest) = std::mem::take(&mut out).split_at_mut(n);
-        out = rest;
-        let start = section.start;
-        let bytes = section.take(n * binary.integer);
-        match (binary.is_big_endian, binary.integer) {
-            (true, 4) => convert(bytes, own, |x| u32::from_be_bytes(x).wrapping_sub(1)),
-            (false, 4) => convert(bytes, own, |x| u32::from_le_bytes(x).wrapping_sub(1)),
-            (true, _) => convert(bytes, own, |x| narrow(u64::from_be_bytes(x))),
-            (false, _) => convert(bytes, own, |x| narrow(u64::from_le_bytes(x))),
-        }
-        let wrong = |&node: &u32| node as usize >= counts.n_nodes;
-        if let Some(at) = first_where(own, wrong) {
-            let at = at * binary.integer;
-            let node = binary.integer(&bytes[at..at + binary.integer]);
-            return Err(Error::input(format!(
-                "a {} has node {node}, but the mesh has {} nodes, counted from 1",
-                KINDS[i].name(),
-                counts.n_nodes
-            ))
-            .byte((start + at) as u64));
-        }
-    }
-    Ok(())
-}
-
-fn face_numbers(section: &mut Section, counts: &Counts, binary: &Binary) -> Result<Vec<i32>> {
-    let start = section.start;
-    let bytes = section.take(counts.n_faces() * binary.integer);
-    let mut numbers = vec![0i32; counts.n_faces()];
-    match (binary.is_big_endian, binary.integer) {
-        (true, 4) => convert(bytes, &mut numbers, i32::from_be_bytes),
-        (false, 4) => convert(bytes, &mut numbers, i32::from_le_bytes),
-        _ => {
-            let wide = bytes.chunks_exact(binary.integer);
-            for (i, (number, bytes)) in numbers.iter_mut().zip(wide).enumerate() {
-                let wide = binary.integer(bytes);
-                *number = i32::try_from(wide).map_err(|_| {
-                    Error::input(format!("face number {wide} is out of range"))
-                        .byte((start + i * binary.integer) as u64)
-                })?;
-            }
-        }
-    }
-    Ok(numbers)
 }

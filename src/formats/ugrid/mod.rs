@@ -12,9 +12,11 @@ mod fortran;
 mod layout;
 mod mapbc;
 mod read;
+mod slabs;
 mod text;
 mod write;
 
+use super::slabs::{Opened, opened};
 use super::{Encoding, Format, Notes, Precision, ReadOptions, Source, WriteOptions};
 use crate::error::Result;
 use crate::formats::Out;
@@ -87,6 +89,9 @@ impl Format for Ugrid {
     ) -> Result<Mesh> {
         let patches = mapbc::companion(&case(source.path()), notes)?;
         read::read(source.bytes(), self, &patches, notes)
+    }
+    fn slabs<'a>(&self, source: &'a Source, _: &ReadOptions) -> Result<Opened<'a>> {
+        opened(slabs::open(source, self))
     }
     fn write_file(
         &self,

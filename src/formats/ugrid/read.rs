@@ -34,14 +34,18 @@ pub(super) fn read(
     Ok(mesh)
 }
 
-/// Puts the nodes of the pyramids into VTK's order.
+/// Puts the nodes of the pyramids among those of all cells into VTK's order.
 fn turn_pyramids(content: &mut Content) {
     let is_before = |kind: &CellKind| *kind != CellKind::Pyramid;
     let n_before = KINDS.into_iter().take_while(is_before).count();
     let entries = |i: usize| n_nodes(KINDS[i]) * content.counts.n_cells[i];
     let start: usize = (0..n_before).map(entries).sum();
     debug_assert!(n_before > N_FACE_KINDS);
-    let pyramids = &mut content.connectivity[start..start + entries(n_before)];
+    turn(&mut content.connectivity[start..start + entries(n_before)]);
+}
+
+/// Puts the nodes of pyramids into VTK's order.
+pub(super) fn turn(pyramids: &mut [u32]) {
     for_blocks(pyramids, PYRAMID.len() * BLOCK, &|_, pyramids| {
         for nodes in pyramids.chunks_exact_mut(PYRAMID.len()) {
             let old: [u32; 5] = std::array::from_fn(|i| nodes[i]);

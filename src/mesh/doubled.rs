@@ -1,0 +1,141 @@
+//! Nodes of a mesh of which some cells get copies, so that these cells share no node with the others: what a zone needs to turn
+//! against the rest.
+
+use super::numbering::Numbering;
+use super::zone_sides::ZoneSides;
+use super::{CellRef, CellSet, Cells, DataArray, Mesh};
+use crate::error::{Error, Result};
+use crate::geometry::vector::Vector;
+use crate::ranks::raw;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Nodes with copies, which follow all other nodes in the order of their originals.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Doubled {
+    /// How many nodes the mesh has without copies.
+    n_nodes: usize,
+    /// The originals, ascending, and where they are.
+    #[serde(with = "raw")]
+    nodes: Vec<u32>,
+    #[serde(with = "raw")]
+    places: Vec<Vector>,
+    /// The cells that have the copies.
+    cells: CellSet,
+}
+
+impl Doubled {
+    /// The nodes between the volume cells of a mesh that are marked and the others. Marked cells get the copies, and so do boundary
+    /// faces that have a node inside or lie on marked cells alone.
+    ///
+    /// # Errors
+    /// Where there would be too many nodes.
+    pub fn between(mesh: &Mesh, marked: &[bool], sides: &ZoneSides) -> Result<Self> {
+        let n_nodes = mesh.points.len();
+        if n_nodes + sides.interface_nodes.len() > u32::MAX as usize {
+            return Err(Error::input(
+                "the mesh would have more than 4294967295 nodes",
+            ));
+        }
+        let interface = Numbering::new(&sides.interface_nodes);
+        let is_inside = |nodes: &[u32]| {
+            nodes.iter().all(|&node| sides.nodes[node as usize])
+                && nodes.iter().any(|&node| interface.place(node).is_none())
+        };
+        let dimension = mesh.dimension();
+        let mut cells = CellSet::new();
+        let goes = |cell: &CellRef<'_>| {
+            let is_on_rim = || sides.rim_faces.binary_search(&(cell.index as u32)).is_ok();
+            is_inside(cell.nodes) || is_on_rim()
+        };
+        for run in mesh.cells.runs() {
+            // An outline does not know the nodes of volume cells.
+            if run.kind.dimension() < dimension {
+                let faces = run.cell_refs().filter(goes);
+                faces.for_each(|face| cells.push(face.index));
+                continue;
+            }
+            let mut start = run.first_cell;
+            for alike in marked[start..start + run.n_cells()].chunk_by(|a, b| a == b) {
+                let end = start + alike.len();
+                if alike[0] {
+                    cells.push_range(start..end);
+                }
+                start = end;
+            }
+        }
+        Ok(Self {
+            n_nodes,
+            nodes: sides.interface_nodes.clone(),
+            places: sides.interface_places.clone(),
+            cells,
+        })
+    }
+
+    /// How many nodes there are with the copies.
+    pub fn n_nodes(&self) -> usize {
+        self.n_nodes + self.nodes.len()
+    }
+
+    /// The number of the copy of a node, or that of the node where it has none.
+    pub fn copy_of(&self, node: u32) -> u32 {
+        match self.nodes.binary_search(&node) {
+            Ok(at) => (self.n_nodes + at) as u32,
+            Err(_) => node,
+        }
+    }
+
+    /// Where the copies are that are among some nodes.
+    pub fn places(&self, nodes: &Range<usize>) -> &[Vector] {
+        let place = |node: usize| node.saturating_sub(self.n_nodes).min(self.places.len());
+        &self.places[place(nodes.start)..place(nodes.end)]
+    }
+
+    /// Gives consecutive cells of the mesh, of which the first has the number `first`, their copies.
+    pub fn give(&self, cells: &mut Cells, first: usize) {
+        self.give_some(cells, first, 0..cells.len());
+    }
+
+    /// The same for some of these cells.
+    fn give_some(&self, cells: &mut Cells, first: usize, some: Range<usize>) {
+        let numbering = Numbering::new(&self.nodes);
+        let copy = |node: u32| match numbering.place(node) {
+            Some(at) => (self.n_nodes + at) as u32,
+            None => node,
+        };
+        for range in self.cells.ranges_in(first + some.start..first + some.end) {
+            cells.renumber_nodes_of(range.start - first..range.end - first, copy);
+        }
+    }
+
+    /// Gives a whole mesh the copies, or an outline those that it knows of.
+    pub fn apply(&self, mesh: &mut Mesh) {
+        if mesh.outline.is_none() {
+            self.give(&mut mesh.cells, 0);
+            mesh.points.extend_from_slice(&self.places);
+            for array in &mut mesh.point_arrays {
+                repeat_tuples(array, self.n_nodes, &self.nodes);
+            }
+            return;
+        }
+        mesh.take_places(&self.nodes, &self.places);
+        mesh.add_unknown_nodes(self.nodes.len(), &self.nodes);
+        mesh.points[self.n_nodes..].copy_from_slice(&self.places);
+        let dimension = mesh.dimension();
+        let runs = mesh.cells.runs();
+        let faces = runs.filter(|run| run.kind.dimension() < dimension);
+        let faces: Vec<Range<usize>> = faces
+            .map(|run| run.first_cell..run.first_cell + run.n_cells())
+            .collect();
+        for range in faces {
+            self.give_some(&mut mesh.cells, 0, range);
+        }
+    }
+}
+
+fn repeat_tuples(array: &mut DataArray, n: usize, nodes: &[u32]) {
+    let keep: Vec<usize> = (0..n)
+        .chain(nodes.iter().map(|&node| node as usize))
+        .collect();
+    array.values = array.values.select(array.n_components, &keep);
+}
