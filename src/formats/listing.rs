@@ -1,9 +1,9 @@
 //! The nodes of cells as files list them, for ranks that write those of their own cells.
 
-use super::cgns;
 use super::hdf5::Sink;
+use super::{cgns, ugrid};
 use crate::error::Result;
-use crate::mesh::{Cells, Listing, NodesOfCells};
+use crate::mesh::{Cells, Listing, NodesOfCells, turn};
 use std::ops::Range;
 
 /// Numbers made at a time: so few that no loop over them starts threads.
@@ -18,6 +18,16 @@ pub(crate) fn list_nodes(
     sink: Sink,
 ) -> Result<()> {
     let is_wide = wanted.is_wide;
+    let mut turned = Vec::new();
+    let sink: Sink = match wanted.is_big_endian {
+        false => sink,
+        true => &mut |bytes| {
+            turned.clear();
+            turned.extend_from_slice(bytes);
+            turn(&mut turned, wanted.size());
+            sink(&turned)
+        },
+    };
     for run in cells.runs_in(range) {
         let end = run.first_cell + run.n_cells();
         let step = (BLOCK / run.n_nodes).max(1);
@@ -26,7 +36,13 @@ pub(crate) fn list_nodes(
             match wanted.listing {
                 Listing::Vtk => {
                     for nodes in cells.runs_in(some) {
-                        in_vtk(nodes.connectivity, is_wide, number, sink)?;
+                        as_integers(nodes.connectivity, is_wide, number, sink)?;
+                    }
+                }
+                Listing::Ugrid => {
+                    for nodes in cells.runs_in(some) {
+                        let nodes = ugrid::in_order(nodes.kind, nodes.connectivity);
+                        as_integers(&nodes, is_wide, &|node| number(node) + 1, sink)?;
                     }
                 }
                 Listing::Cgns => cgns::list_elements(cells, some, is_wide, number, sink)?,
@@ -37,7 +53,12 @@ pub(crate) fn list_nodes(
     Ok(())
 }
 
-fn in_vtk(nodes: &[u32], is_wide: bool, number: &dyn Fn(u32) -> u32, sink: Sink) -> Result<()> {
+fn as_integers(
+    nodes: &[u32],
+    is_wide: bool,
+    number: &dyn Fn(u32) -> u32,
+    sink: Sink,
+) -> Result<()> {
     let numbers = nodes.iter().map(|&node| number(node));
     match is_wide {
         false => sink(bytemuck::cast_slice(&numbers.collect::<Vec<u32>>())),

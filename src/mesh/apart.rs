@@ -46,6 +46,8 @@ pub struct Coordinates {
     pub axis: Option<usize>,
     /// Whether they have 32 bits; else 64.
     pub is_single: bool,
+    /// Whether the most significant byte of each comes first.
+    pub is_big_endian: bool,
 }
 
 /// The nodes of cells as they are written, cell after cell.
@@ -57,6 +59,8 @@ pub struct NodesOfCells {
     pub listing: Listing,
     /// Whether numbers have 64 bits; else 32.
     pub is_wide: bool,
+    /// Whether the most significant byte of each comes first.
+    pub is_big_endian: bool,
 }
 
 /// How the nodes of cells are listed.
@@ -68,6 +72,8 @@ pub enum Listing {
     Cgns,
     /// The same, the number of its type before the nodes of each cell.
     CgnsMixed,
+    /// In the order of UGRID, from 1.
+    Ugrid,
 }
 
 /// Numbers of a mesh that ranks write.
@@ -90,6 +96,16 @@ impl NumbersApart<'_> {
 }
 
 impl NodesOfCells {
+    /// With the least significant byte first.
+    pub fn new(cells: Range<usize>, listing: Listing, is_wide: bool) -> Self {
+        Self {
+            cells,
+            listing,
+            is_wide,
+            is_big_endian: false,
+        }
+    }
+
     /// Bytes of a number.
     pub fn size(&self) -> usize {
         if self.is_wide { 8 } else { 4 }
@@ -105,6 +121,15 @@ impl NodesOfCells {
 }
 
 impl Coordinates {
+    /// With the least significant byte first.
+    pub fn new(axis: Option<usize>, is_single: bool) -> Self {
+        Self {
+            axis,
+            is_single,
+            is_big_endian: false,
+        }
+    }
+
     /// Bytes of a node.
     pub fn size(self) -> usize {
         let n = if self.axis.is_some() { 1 } else { 3 };
@@ -117,14 +142,22 @@ impl Coordinates {
             let numbers: Vec<T> = numbers.collect();
             bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
         }
-        let all = points.as_flattened();
+        let (all, first) = (points.as_flattened(), bytes.len());
         match (self.axis, self.is_single) {
             (None, false) => bytes.extend_from_slice(bytemuck::cast_slice(all)),
             (None, true) => push(all.iter().map(|x| *x as f32), bytes),
             (Some(axis), false) => push(points.iter().map(|x| x[axis]), bytes),
             (Some(axis), true) => push(points.iter().map(|x| x[axis] as f32), bytes),
         }
+        if self.is_big_endian {
+            turn(&mut bytes[first..], if self.is_single { 4 } else { 8 });
+        }
     }
+}
+
+/// Turns the bytes of each number round.
+pub fn turn(bytes: &mut [u8], size: usize) {
+    bytes.chunks_exact_mut(size).for_each(<[u8]>::reverse);
 }
 
 /// Refuses nodes that numbers of 32 bits do not hold; the first has the number `first`.

@@ -43,7 +43,7 @@ mod zone_sides;
 
 pub use adjacency::{Across, Adjacency};
 pub use apart::{
-    Apart, Coordinates, Listing, NodesOfCells, Numbers, NumbersApart, check_in_32_bits,
+    Apart, Coordinates, Listing, NodesOfCells, Numbers, NumbersApart, check_in_32_bits, turn,
 };
 pub use arrays::{DataArray, Values};
 pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};

@@ -1,10 +1,9 @@
 //! A borrowed view of a mesh for writers, whose node positions and arrays may differ from those of the mesh.
 
 use super::{
-    Apart, CellRun, Cells, Coordinates, DataArray, Group, Listing, Mesh, NodesOfCells, Numbers,
+    Apart, CellRun, Cells, Coordinates, DataArray, Group, Mesh, NodesOfCells, Numbers,
     NumbersApart, Origin, groups, volume_dimension,
 };
-use std::ops::Range;
 
 /// A mesh to write. Nothing of it is copied.
 ///
@@ -87,13 +86,8 @@ impl<'a> MeshView<'a> {
     }
 
     /// Coordinates that are elsewhere; none where they are here.
-    pub(crate) fn coordinates_apart(
-        &self,
-        axis: Option<usize>,
-        is_single: bool,
-    ) -> Option<NumbersApart<'a>> {
+    pub(crate) fn coordinates_apart(&self, numbers: Coordinates) -> Option<NumbersApart<'a>> {
         let by = self.points_apart?;
-        let numbers = Coordinates { axis, is_single };
         Some(NumbersApart {
             by,
             n_bytes: (self.points.len() * numbers.size()) as u64,
@@ -101,20 +95,10 @@ impl<'a> MeshView<'a> {
         })
     }
 
-    /// The nodes of some cells that are elsewhere; none where they are here.
-    pub(crate) fn nodes_apart(
-        &self,
-        cells: Range<usize>,
-        listing: Listing,
-        is_wide: bool,
-    ) -> Option<NumbersApart<'a>> {
+    /// The nodes of cells that are elsewhere; none where they are here.
+    pub(crate) fn nodes_apart(&self, numbers: NodesOfCells) -> Option<NumbersApart<'a>> {
         let by = self.cells_apart?;
-        let numbers = NodesOfCells {
-            cells: cells.clone(),
-            listing,
-            is_wide,
-        };
-        let n_numbers = numbers.n_numbers(self.cells, cells);
+        let n_numbers = numbers.n_numbers(self.cells, numbers.cells.clone());
         Some(NumbersApart {
             by,
             n_bytes: (n_numbers * numbers.size()) as u64,

@@ -3,6 +3,7 @@
 use crate::deform::{BasePoints, LayerKind, Plan, from_nodes};
 use crate::error::{Error, Result};
 use crate::formats::{Commit, check_no_device, save_text};
+use crate::mesh::Coordinates;
 use crate::rbf::select::Selection;
 use crate::record::BaseFile;
 use std::ops::Range;
@@ -132,7 +133,7 @@ fn points_hash(plan: &Plan) -> Result<&str> {
         return Ok(known);
     }
     let mesh = plan.mesh.view();
-    let hash = match mesh.coordinates_apart(None, false) {
+    let hash = match mesh.coordinates_apart(Coordinates::new(None, false)) {
         Some(numbers) => numbers.hash()?,
         None => {
             let mut hasher = blake3::Hasher::new();

@@ -84,6 +84,15 @@ pub(super) fn condition_number(mesh: &MeshView, group: &Group) -> Option<i32> {
     kept.or_else(|| conditions::number(condition, normal(mesh, group)))
 }
 
+/// Whether the number of the tag's condition depends on where its faces are.
+pub(super) fn depends_on_places(mesh: &MeshView, group: &Group) -> bool {
+    let condition = group.condition.as_deref();
+    condition.is_some_and(|condition| {
+        kept_number(mesh, group.number).is_none()
+            && conditions::number(condition, 0) != conditions::number(condition, 1)
+    })
+}
+
 /// The condition that the file had for this face number, where it has been kept.
 fn kept_number(mesh: &MeshView, number: Option<i32>) -> Option<i32> {
     let number = i64::from(number?);

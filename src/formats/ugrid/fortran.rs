@@ -5,6 +5,7 @@
 
 use super::layout::Binary;
 use crate::error::{Error, Result};
+use crate::formats::Out;
 use std::borrow::Cow;
 use std::io::{self, Write};
 
@@ -141,6 +142,8 @@ impl<'a> Record<'a> {
         })
     }
 }
+
+impl Out for Record<'_> {}
 
 impl Write for Record<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {

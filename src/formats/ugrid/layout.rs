@@ -1,7 +1,9 @@
 //! The content of a UGRID file, its order, and how its numbers are stored.
 
 use crate::formats::Notes;
-use crate::mesh::CellKind;
+use crate::mesh::{CellKind, Coordinates, Listing, NodesOfCells};
+use std::borrow::Cow;
+use std::ops::Range;
 
 /// Kinds of cells in the order of the file, boundary faces first.
 pub(super) const KINDS: [CellKind; 6] = [
@@ -28,6 +30,21 @@ const COUNTED: [&str; 7] = [
 /// the base goes round by the first, fourth, fifth and second.
 pub(super) const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
 
+/// The nodes of cells of a kind in UGRID's order.
+pub fn in_order(kind: CellKind, nodes: &[u32]) -> Cow<'_, [u32]> {
+    if kind != CellKind::Pyramid {
+        return Cow::Borrowed(nodes);
+    }
+    let mut turned = vec![0; nodes.len()];
+    let cells = nodes.chunks_exact(PYRAMID.len());
+    for (cell, turned) in cells.zip(turned.chunks_exact_mut(PYRAMID.len())) {
+        for (node, to) in cell.iter().zip(PYRAMID) {
+            turned[to] = *node;
+        }
+    }
+    Cow::Owned(turned)
+}
+
 /// How numbers are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Layout {
@@ -51,8 +68,16 @@ pub(super) struct Binary {
 }
 
 impl Layout {
+    /// How numbers are stored as bytes, where they are.
+    pub fn binary(&self) -> Option<&Binary> {
+        match self {
+            Self::Text => None,
+            Self::Binary(binary) => Some(binary),
+        }
+    }
+
     /// C binary.
-    pub const fn binary(is_big_endian: bool, real: usize, integer: usize) -> Self {
+    pub const fn c_binary(is_big_endian: bool, real: usize, integer: usize) -> Self {
         Self::Binary(Binary {
             is_big_endian,
             real,
@@ -177,6 +202,25 @@ impl Binary {
             *number = self.integer(bytes);
         }
         Some(Counts::of(numbers))
+    }
+
+    /// Coordinates as ranks write them.
+    pub fn coordinates(&self) -> Coordinates {
+        Coordinates {
+            axis: None,
+            is_single: self.real == 4,
+            is_big_endian: self.is_big_endian,
+        }
+    }
+
+    /// The nodes of cells as ranks write them.
+    pub fn nodes_of(&self, cells: Range<usize>) -> NodesOfCells {
+        NodesOfCells {
+            cells,
+            listing: Listing::Ugrid,
+            is_wide: self.integer == 8,
+            is_big_endian: self.is_big_endian,
+        }
     }
 
     /// One signed integer.

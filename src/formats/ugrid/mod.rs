@@ -22,6 +22,7 @@ use crate::error::Result;
 use crate::formats::Out;
 use crate::mesh::{Mesh, MeshView};
 use layout::Layout;
+pub(super) use layout::in_order;
 use std::path::{Path, PathBuf};
 
 /// One way of storing a UGRID file.
@@ -51,17 +52,17 @@ macro_rules! flavours {
 
 flavours! {
     TEXT "ugrid" "UGRID (.ugrid, text)" ["ugrid"] Layout::Text;
-    B8 "ugrid-b8" "UGRID (.b8.ugrid)" ["b8.ugrid"] Layout::binary(true, 8, 4);
-    LB8 "ugrid-lb8" "UGRID (.lb8.ugrid)" ["lb8.ugrid"] Layout::binary(false, 8, 4);
-    B4 "ugrid-b4" "UGRID (.b4.ugrid)" ["b4.ugrid"] Layout::binary(true, 4, 4);
-    LB4 "ugrid-lb4" "UGRID (.lb4.ugrid)" ["lb4.ugrid"] Layout::binary(false, 4, 4);
+    B8 "ugrid-b8" "UGRID (.b8.ugrid)" ["b8.ugrid"] Layout::c_binary(true, 8, 4);
+    LB8 "ugrid-lb8" "UGRID (.lb8.ugrid)" ["lb8.ugrid"] Layout::c_binary(false, 8, 4);
+    B4 "ugrid-b4" "UGRID (.b4.ugrid)" ["b4.ugrid"] Layout::c_binary(true, 4, 4);
+    LB4 "ugrid-lb4" "UGRID (.lb4.ugrid)" ["lb4.ugrid"] Layout::c_binary(false, 4, 4);
     R8 "ugrid-r8" "UGRID (.r8.ugrid)" ["r8.ugrid"] Layout::fortran(true, 8);
     LR8 "ugrid-lr8" "UGRID (.lr8.ugrid)" ["lr8.ugrid"] Layout::fortran(false, 8);
     R4 "ugrid-r4" "UGRID (.r4.ugrid)" ["r4.ugrid"] Layout::fortran(true, 4);
     LR4 "ugrid-lr4" "UGRID (.lr4.ugrid)" ["lr4.ugrid"] Layout::fortran(false, 4);
-    B8L "ugrid-b8l" "UGRID (.b8l.ugrid)" ["b8l.ugrid", "b8.ugrid64"] Layout::binary(true, 8, 8);
+    B8L "ugrid-b8l" "UGRID (.b8l.ugrid)" ["b8l.ugrid", "b8.ugrid64"] Layout::c_binary(true, 8, 8);
     LB8L "ugrid-lb8l" "UGRID (.lb8l.ugrid)" ["lb8l.ugrid", "lb8.ugrid64"]
-        Layout::binary(false, 8, 8);
+        Layout::c_binary(false, 8, 8);
 }
 
 impl Format for Ugrid {
@@ -100,6 +101,13 @@ impl Format for Ugrid {
         options: &WriteOptions,
     ) -> Result<Notes> {
         write::write(mesh, out, &self.layout, options)
+    }
+    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
+        let is_plain = |binary: &layout::Binary| !binary.has_records && binary.real == 8;
+        self.layout.binary().is_some_and(is_plain)
+    }
+    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
+        write::takes_cells_apart(mesh, &self.layout)
     }
     fn encodings(&self) -> &'static [Encoding] {
         match self.layout {

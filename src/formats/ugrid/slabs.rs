@@ -81,7 +81,7 @@ impl Slabs for Open<'_> {
                 read::turn(nodes);
             }
         }
-        Ok(Cells::from_connectivity(connectivity, runs.into_iter()))
+        Ok(Cells::from_connectivity(connectivity, runs))
     }
 
     fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {

@@ -4,19 +4,18 @@ use super::super::records::{left_out, push_integer, push_real, write_all, write_
 use super::super::{Precision, WriteOptions};
 use super::faces::{self, FaceNumbers, Tag};
 use super::fortran::Record;
-use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, PYRAMID};
+use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, in_order};
 use super::mapbc;
 use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result};
-use crate::formats::Notes;
 use crate::formats::portable::remedy;
+use crate::formats::{Notes, Out};
 use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
-use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is left out.
 pub(super) fn write(
     mesh: &MeshView,
-    out: &mut dyn Write,
+    out: &mut dyn Out,
     layout: &Layout,
     options: &WriteOptions,
 ) -> Result<Notes> {
@@ -55,7 +54,7 @@ fn write_binary(
     numbers: &FaceNumbers,
     binary: &Binary,
     layout: &Layout,
-    out: &mut dyn Write,
+    out: &mut dyn Out,
 ) -> Result<()> {
     if !binary.has_records {
         write_counts(counts, layout, out)?;
@@ -67,6 +66,12 @@ fn write_binary(
     let body = binary.body(counts) as u64;
     let mut record = Record::new(out, binary, body).map_err(failed)?;
     write_body(mesh, numbers, layout, &mut record)
+}
+
+/// Whether other ranks can write the nodes of the cells of a mesh, of which most places may not be known here.
+pub(super) fn takes_cells_apart(mesh: &MeshView, layout: &Layout) -> bool {
+    let depends = |group: &Group| faces::depends_on_places(mesh, group);
+    check(mesh).is_ok() && counts(mesh, layout).is_ok() && !mesh.boundary_tags().any(depends)
 }
 
 /// Refuses what UGRID cannot hold.
@@ -166,7 +171,7 @@ fn note_faces(numbers: &FaceNumbers, tags: &[Tag], notes: &mut Notes) {
     }
 }
 
-fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Write) -> Result<()> {
+fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Out) -> Result<()> {
     let mut buffer = Vec::new();
     push_integers(layout, counts.numbers(), &mut buffer);
     write_all(out, &buffer)
@@ -176,13 +181,18 @@ fn write_body(
     mesh: &MeshView,
     numbers: &FaceNumbers,
     layout: &Layout,
-    out: &mut dyn Write,
+    out: &mut dyn Out,
 ) -> Result<()> {
-    write_records(out, mesh.points.len(), &|range, buffer| {
-        for point in &mesh.points[range] {
-            push_point(layout, point, buffer);
+    match layout.binary().map(Binary::coordinates) {
+        Some(numbers) if let Some(apart) = mesh.coordinates_apart(numbers) => {
+            out.apart(&apart, 0)?;
         }
-    })?;
+        _ => write_records(out, mesh.points.len(), &|range, buffer| {
+            for point in &mesh.points[range] {
+                push_point(layout, point, buffer);
+            }
+        })?,
+    }
     for kind in &KINDS[..N_FACE_KINDS] {
         write_cells(mesh, *kind, layout, out)?;
     }
@@ -202,26 +212,19 @@ fn write_body(
     Ok(())
 }
 
-fn write_cells(
-    mesh: &MeshView,
-    kind: CellKind,
-    layout: &Layout,
-    out: &mut dyn Write,
-) -> Result<()> {
+fn write_cells(mesh: &MeshView, kind: CellKind, layout: &Layout, out: &mut dyn Out) -> Result<()> {
     for run in runs(mesh, kind) {
-        let n = run.n_nodes;
+        let (n, cells) = (run.n_nodes, run.first_cell..run.first_cell + run.n_cells());
+        let numbers = layout.binary().map(|binary| binary.nodes_of(cells));
+        let apart = numbers.filter(|_| kind.dimension() == 3);
+        if let Some(apart) = apart.and_then(|numbers| mesh.nodes_apart(numbers)) {
+            out.apart(&apart, 0)?;
+            continue;
+        }
         write_records(out, run.n_cells(), &|range, buffer| {
-            for cell in run.connectivity[range.start * n..range.end * n].chunks_exact(n) {
-                if kind == CellKind::Pyramid {
-                    let mut nodes = [0; 5];
-                    for (node, to) in cell.iter().zip(PYRAMID) {
-                        nodes[to] = *node;
-                    }
-                    push_integers(layout, nodes.map(|node| u64::from(node) + 1), buffer);
-                } else {
-                    let nodes = cell.iter().map(|node| u64::from(*node) + 1);
-                    push_integers(layout, nodes, buffer);
-                }
+            let nodes = &run.connectivity[range.start * n..range.end * n];
+            for cell in in_order(kind, nodes).chunks_exact(n) {
+                push_integers(layout, cell.iter().map(|node| u64::from(*node) + 1), buffer);
             }
         })?;
     }

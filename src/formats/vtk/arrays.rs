@@ -9,7 +9,7 @@ use crate::formats::Notes;
 use crate::formats::names::{Given, Rule};
 use crate::formats::records::conditions_left_out;
 use crate::formats::{Precision, WriteOptions};
-use crate::mesh::{DataArray, Group, Listing, MeshView, Values};
+use crate::mesh::{Coordinates, DataArray, Group, Listing, MeshView, NodesOfCells, Values};
 
 /// The arrays of each part of a file.
 pub struct Sections<'a> {
@@ -231,7 +231,8 @@ impl<'a> VtkArrays<'a> {
             true => Element::Float32,
             false => Element::Float64,
         };
-        let part = match self.mesh.coordinates_apart(None, is_single) {
+        let numbers = Coordinates::new(None, is_single);
+        let part = match self.mesh.coordinates_apart(numbers) {
             Some(numbers) => ContentPart::Apart(numbers),
             None if is_single => ContentPart::Singles(coordinates),
             None => slice(coordinates),
@@ -251,7 +252,8 @@ impl<'a> VtkArrays<'a> {
             Ok(_) => Element::Int32,
             Err(_) => Element::UInt32,
         };
-        let nodes = match self.mesh.nodes_apart(0..cells.len(), Listing::Vtk, false) {
+        let numbers = NodesOfCells::new(0..cells.len(), Listing::Vtk, false);
+        let nodes = match self.mesh.nodes_apart(numbers) {
             Some(numbers) => {
                 assert!(
                     self.repeated.is_empty(),

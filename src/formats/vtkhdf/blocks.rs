@@ -9,7 +9,7 @@ use crate::diagnostic::formats::ArrayWritten;
 use crate::error::Result;
 use crate::formats::Notes;
 use crate::formats::names::{Rule, decoded};
-use crate::mesh::{DataArray, Listing, MeshView};
+use crate::mesh::{DataArray, Listing, MeshView, NodesOfCells};
 use crate::parallel::collect;
 
 /// Indices converted at a time.
@@ -184,7 +184,11 @@ fn cell_blocks<'a>(
                         element: Element::I32,
                         ..array("", "Connectivity".into(), content)
                     },
-                    true => match mesh.nodes_apart(0..mesh.cells.len(), Listing::Vtk, true) {
+                    true => match mesh.nodes_apart(NodesOfCells::new(
+                        0..mesh.cells.len(),
+                        Listing::Vtk,
+                        true,
+                    )) {
                         Some(numbers) => Block {
                             data: Data::Apart(numbers),
                             element: Element::I64,

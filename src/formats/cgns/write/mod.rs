@@ -212,18 +212,17 @@ fn add_coordinates<'a>(
     let n = mesh.points.len();
     for (axis, name) in names.into_iter().enumerate().take(n_axes) {
         let name = (name, "DataArray_t");
-        let node = match mesh.coordinates_apart(Some(axis), is_single) {
+        let numbers = Coordinates::new(Some(axis), is_single);
+        let node = match mesh.coordinates_apart(numbers) {
             Some(numbers) => draft.apart(grid, name, (kind, n), numbers),
-            None => draft.stream(grid, name, kind, n, along(axis, mesh.points, is_single)),
+            None => draft.stream(grid, name, kind, n, listed(numbers, mesh.points)),
         };
         add_length_exponents(draft, node);
     }
 }
 
-/// The coordinates of nodes along an axis.
-fn along(axis: usize, points: &[Vector], is_single: bool) -> Make<'_> {
-    let axis = Some(axis);
-    let numbers = Coordinates { axis, is_single };
+/// The coordinates of nodes.
+fn listed(numbers: Coordinates, points: &[Vector]) -> Make<'_> {
     Box::new(move |sink| {
         let mut bytes = Vec::new();
         for block in points.chunks(BLOCK) {

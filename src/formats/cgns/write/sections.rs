@@ -6,7 +6,7 @@ use super::faces::FaceTable;
 use super::plan::{Form, Planned};
 use crate::error::Result;
 use crate::formats::hdf5::Sink;
-use crate::mesh::{CellKind, CellRun, Cells, Listing, MeshView};
+use crate::mesh::{CellKind, CellRun, Cells, Listing, MeshView, NodesOfCells};
 use crate::parallel::for_blocks;
 use std::ops::Range;
 
@@ -59,7 +59,8 @@ pub(super) fn add<'a>(
         _ => Listing::Cgns,
     };
     let is_wide = kind == DataType::I8;
-    if let Some(numbers) = mesh.nodes_apart(cells.clone(), listing, is_wide) {
+    let numbers = NodesOfCells::new(cells.clone(), listing, is_wide);
+    if let Some(numbers) = mesh.nodes_apart(numbers) {
         draft.apart(section, name, (kind, n), numbers);
         return;
     }
