@@ -13,6 +13,7 @@ use super::step::rounding;
 use crate::deform::{Deformation, Joined, Left, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
 use crate::formats::{self, clear_left, stage_bytes};
+use crate::motion::Step;
 use crate::preflight::{Demand, before_work, check_disk, check_surface_files};
 use crate::record::{RunRecord, SelectionRecord, Timings};
 use crate::sparse;
@@ -75,17 +76,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     names.folder = folder;
     names.commit.sync = !request.no_sync;
     let mut record = RecordFile::new(&names, plan, request)?;
-    if let Some(input) = record
-        .content
-        .inputs
-        .iter()
-        .find(|input| input.blake3.is_none())
-    {
-        return Err(Error::input(
-            "is not a file, and slabs have to be sure that all have the same; write it to a file first",
-        )
-        .file(Path::new(&input.file)));
-    }
+    check_inputs(&record.content)?;
     let run = identity(&record.content, slab.slab.n);
     let own = slab.own_nodes(plan);
     let base = request.base.as_deref();
@@ -113,59 +104,40 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         Some(_) => None,
         None => LeftBase::find((first_choice, slab.slab.n), run, &request.folder),
     };
-    let (mut known, mut selections) = match earlier {
-        Some(earlier) => (earlier.base_files, earlier.selections),
-        None => Default::default(),
-    };
-    if let Some(left) = &left {
-        known.clone_from(&left.base_files);
-        selections.clone_from(&left.selections);
+    let content = &mut record.content;
+    if let Some(earlier) = earlier {
+        (content.base_files, content.selections) = (earlier.base_files, earlier.selections);
     }
-    record.content.base_files.clone_from(&known);
-    record.content.selections.clone_from(&selections);
+    if let Some(left) = &left {
+        content.base_files.clone_from(&left.base_files);
+        content.selections.clone_from(&left.selections);
+    }
     record.save()?;
     left.map_or(Ok(()), |left| left.keep(&names))?;
+    let known = record.content.base_files.clone();
+    let selections = record.content.selections.clone();
     let mut base_points = BasePointStore::new(deformation, &names, loaded, known);
-    let mut points = sparse::zeros(plan.mesh.points.len(), [0.0; 3]);
-    let progress = deformation.progress();
     let mut seconds = 0.0;
-    let todo = steps
-        .iter()
-        .filter(|step| !path(&names, step.index).exists());
-    let each = || -> Result<()> {
-        for (i, step) in todo.enumerate() {
-            deformation.stop().check()?;
-            let interval = base_points.enter(step)?;
-            if record.content.base_files != base_points.base_files {
-                // Slabs that begin later take them from here.
-                let content = &mut record.content;
-                content.base_files.clone_from(&base_points.base_files);
-                content.selections = merged(&selections, &base_points.selections);
-                record.save()?;
-            }
-            if i == 0 {
-                progress.start("steps", Some((steps.len() - n_kept) as u64));
-            }
-            let _held = deformation.stop().hold();
-            let clock = Clock::start();
-            let left = Left {
-                path: &path(&names, step.index),
-                commit: names.commit,
-                run,
-            };
-            slab.leave_step(&interval, step, rounding(plan)?, &mut points, &left)?;
-            seconds += clock.seconds();
-            progress.advance(1);
-        }
-        progress.finish();
-        Ok(())
+    let keep = |chosen: &BasePointStore<'_>, record: &mut RecordFile| {
+        let content = &mut record.content;
+        content.base_files.clone_from(&chosen.base_files);
+        content.selections = merged(&selections, &chosen.selections);
     };
-    let result = each();
+    let result = leave_steps(
+        deformation,
+        (&names, run, n_kept),
+        &mut base_points,
+        &mut |chosen| {
+            // Slabs that begin later take them from here.
+            keep(chosen, &mut record);
+            record.save()
+        },
+        &mut seconds,
+    );
+    keep(&base_points, &mut record);
+    let is_there = |step: &&Step| path(&names, step.index).exists();
     let mut finished = Finished {
-        n_steps: steps
-            .iter()
-            .filter(|step| path(&names, step.index).exists())
-            .count(),
+        n_steps: steps.iter().filter(is_there).count(),
         n_kept,
         ..Finished::default()
     };
@@ -176,8 +148,6 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         total: clock.seconds(),
         ..Timings::default()
     };
-    record.content.base_files = base_points.base_files;
-    record.content.selections = merged(&selections, &base_points.selections);
     finished.take_selections(&record.content.selections);
     finished.warnings = base_points.warnings;
     record.close(&finished, result.as_ref().err());
@@ -190,6 +160,58 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         n_kept,
         timings: finished.timings,
     })
+}
+
+/// Refuses inputs that have no hash.
+fn check_inputs(record: &RunRecord) -> Result<()> {
+    match record.inputs.iter().find(|input| input.blake3.is_none()) {
+        None => Ok(()),
+        Some(input) => Err(Error::input(
+            "is not a file, and slabs have to be sure that all have the same; write it to a file first",
+        )
+        .file(Path::new(&input.file))),
+    }
+}
+
+/// Computes the steps that the slab lacks; `chosen` keeps base points once they are chosen.
+fn leave_steps(
+    deformation: &Deformation,
+    (names, run, n_kept): (&Names, [u8; 32], usize),
+    base_points: &mut BasePointStore<'_>,
+    chosen: &mut dyn FnMut(&BasePointStore<'_>) -> Result<()>,
+    seconds: &mut f64,
+) -> Result<()> {
+    let (plan, progress) = (deformation.plan(), deformation.progress());
+    let slab = plan.sharing.slab().expect("it works on one slab");
+    let mut points = sparse::zeros(plan.mesh.points.len(), [0.0; 3]);
+    let steps = &plan.motion.steps;
+    let todo = steps
+        .iter()
+        .filter(|step| !path(names, step.index).exists());
+    let mut known = base_points.base_files.clone();
+    for (i, step) in todo.enumerate() {
+        deformation.stop().check()?;
+        let interval = base_points.enter(step)?;
+        if known != base_points.base_files {
+            known.clone_from(&base_points.base_files);
+            chosen(base_points)?;
+        }
+        if i == 0 {
+            progress.start("steps", Some((steps.len() - n_kept) as u64));
+        }
+        let _held = deformation.stop().hold();
+        let clock = Clock::start();
+        let left = Left {
+            path: &path(names, step.index),
+            commit: names.commit,
+            run,
+        };
+        slab.leave_step(&interval, step, rounding(plan)?, &mut points, &left)?;
+        *seconds += clock.seconds();
+        progress.advance(1);
+    }
+    progress.finish();
+    Ok(())
 }
 
 fn path(names: &Names, step: usize) -> PathBuf {

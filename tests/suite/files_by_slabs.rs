@@ -3,7 +3,8 @@
 use azimesh::error::Result;
 use azimesh::formats::slabs::{Opened, Slabs};
 use azimesh::formats::{
-    Format, Location, Notes, Precision, ReadOptions, Source, WriteOptions, cgns, gmsh, of, ugrid, vtu,
+    Format, Location, Notes, Precision, ReadOptions, Source, WriteOptions, cgns, gmsh, of, ugrid,
+    vtu,
 };
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use std::collections::BTreeMap;
