@@ -208,6 +208,11 @@ def check_convert(folder):
                 assert ("read whole" in told) == (ending == "su2"), told
                 assert alone.read_bytes() == together.read_bytes(), f"{start} to {ending} with {n} ranks"
                 n_written += 1
+    # Cells of several kinds in turn.
+    mesh, alone, together = folder / "slabs_mixed.vtkhdf", folder / "mixed.b8.ugrid", folder / "mixed_of_ranks.b8.ugrid"
+    azimesh("convert", mesh, alone)
+    told = ranks(3, "-v", "convert", mesh, together).stderr
+    assert "read whole" not in told and alone.read_bytes() == together.read_bytes(), told
     pvd = folder / "large_vtu" / "b.pvd"
     last, of_ranks = folder / "last.vtu", folder / "last_of_ranks.vtu"
     azimesh("convert", pvd, last)
@@ -217,7 +222,7 @@ def check_convert(folder):
     azimesh("convert", mesh, scaled[0], "--scale", 0.001)
     assert "one rank changes it" in ranks(2, "-v", "convert", mesh, scaled[1], "--scale", 0.001).stderr
     assert scaled[0].read_bytes() == scaled[1].read_bytes(), "scaled"
-    report("mpi: convert", n_written + 2, 0, "files")
+    report("mpi: convert", n_written + 3, 0, "files")
 
 
 def check_no_room(folder):

@@ -90,7 +90,7 @@ impl Context {
         let takes = |format: &dyn Format| format.takes_cells_apart(&outline(&found).mesh.view());
         match written.is_none_or(takes) {
             true => Ok(found),
-            false => Err("cells are not written in their order".to_owned()),
+            false => Err("its cells are not written piece by piece".to_owned()),
         }
     }
 }

@@ -13,9 +13,9 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<Option<Doubled>> {
     };
     let doubled = Doubled::between(mesh, &zone.cells, &zone.sides)?;
     doubled.apply(mesh);
-    let copy = |node: u32| doubled.copy_of(node);
+    let copy = doubled.copies();
     let sides = &mut zone.sides;
-    sides.interface_faces.renumber_nodes_by(copy);
+    sides.interface_faces.renumber_nodes_by(&copy);
     sides.nodes.resize(doubled.n_nodes(), true);
     for node in &mut sides.interface_nodes {
         sides.nodes[*node as usize] = false;
@@ -30,5 +30,6 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<Option<Doubled>> {
         .collect();
     roles.sort_unstable_by_key(|entry| entry.0);
     (surface.nodes, surface.roles) = roles.into_iter().unzip();
+    drop(copy);
     Ok(Some(doubled))
 }

@@ -28,7 +28,7 @@ pub(crate) fn list_nodes(
             sink(&turned)
         },
     };
-    for run in cells.runs_in(range) {
+    for run in cells.runs_in(range).filter(|run| wanted.lists(run.kind)) {
         let end = run.first_cell + run.n_cells();
         let step = (BLOCK / run.n_nodes).max(1);
         for start in (run.first_cell..end).step_by(step) {

@@ -251,8 +251,8 @@ pub trait Format: Sync {
     fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
         false
     }
-    /// Whether ranks that have the cells of this mesh can write their nodes into such a file too: cells are there in their order,
-    /// each once. Asks for nothing but the kinds of cells and the groups.
+    /// Whether ranks that have the cells of this mesh can write their nodes into such a file too: cells are there in their order, or
+    /// in that of their kinds, each once. Asks for nothing but the kinds of cells, the groups and where boundary faces are at rest.
     fn takes_cells_apart(&self, _: &MeshView) -> bool {
         false
     }

@@ -164,8 +164,10 @@ impl SharedFile {
         let points = |nodes: Range<usize>| {
             let in_file = nodes.start.min(n_nodes)..nodes.end.min(n_nodes);
             let mut points = released(source, slabs.points(in_file))?;
-            if let Some(doubled) = &self.doubled {
-                points.extend_from_slice(doubled.places(&nodes));
+            let copies = self.doubled.iter().map(|doubled| doubled.places(&nodes));
+            for places in copies {
+                points.reserve_exact(places.len());
+                points.extend_from_slice(places);
             }
             Ok(points)
         };

@@ -1,6 +1,6 @@
 //! Nodes and cells that lie with several ranks, each of which writes its own.
 
-use super::{Cells, ZoneSides};
+use super::{CellKind, Cells, ZoneSides};
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
@@ -55,6 +55,8 @@ pub struct Coordinates {
 pub struct NodesOfCells {
     /// The cells, by their numbers in the whole mesh.
     pub cells: Range<usize>,
+    /// The kind of those that are listed; none for all.
+    pub kind: Option<CellKind>,
     /// How they are listed.
     pub listing: Listing,
     /// Whether numbers have 64 bits; else 32.
@@ -100,10 +102,16 @@ impl NodesOfCells {
     pub fn new(cells: Range<usize>, listing: Listing, is_wide: bool) -> Self {
         Self {
             cells,
+            kind: None,
             listing,
             is_wide,
             is_big_endian: false,
         }
+    }
+
+    /// Whether cells of a kind are listed.
+    pub fn lists(&self, kind: CellKind) -> bool {
+        self.kind.is_none_or(|wanted| wanted == kind)
     }
 
     /// Bytes of a number.
@@ -115,7 +123,7 @@ impl NodesOfCells {
     pub fn n_numbers(&self, cells: &Cells, range: Range<usize>) -> usize {
         let more = usize::from(self.listing == Listing::CgnsMixed);
         let of_run = |n_cells: usize, n_nodes: usize| n_cells * (n_nodes + more);
-        let runs = cells.runs_in(range);
+        let runs = cells.runs_in(range).filter(|run| self.lists(run.kind));
         runs.map(|run| of_run(run.n_cells(), run.n_nodes)).sum()
     }
 }

@@ -77,11 +77,12 @@ impl Doubled {
         self.n_nodes + self.nodes.len()
     }
 
-    /// The number of the copy of a node, or that of the node where it has none.
-    pub fn copy_of(&self, node: u32) -> u32 {
-        match self.nodes.binary_search(&node) {
-            Ok(at) => (self.n_nodes + at) as u32,
-            Err(_) => node,
+    /// Gives the number of the copy of a node, or that of the node where it has none.
+    pub fn copies(&self) -> impl Fn(u32) -> u32 + Sync {
+        let numbering = Numbering::new(&self.nodes);
+        move |node| match numbering.place(node) {
+            Some(at) => (self.n_nodes + at) as u32,
+            None => node,
         }
     }
 
@@ -93,18 +94,9 @@ impl Doubled {
 
     /// Gives consecutive cells of the mesh, of which the first has the number `first`, their copies.
     pub fn give(&self, cells: &mut Cells, first: usize) {
-        self.give_some(cells, first, 0..cells.len());
-    }
-
-    /// The same for some of these cells.
-    fn give_some(&self, cells: &mut Cells, first: usize, some: Range<usize>) {
-        let numbering = Numbering::new(&self.nodes);
-        let copy = |node: u32| match numbering.place(node) {
-            Some(at) => (self.n_nodes + at) as u32,
-            None => node,
-        };
-        for range in self.cells.ranges_in(first + some.start..first + some.end) {
-            cells.renumber_nodes_of(range.start - first..range.end - first, copy);
+        let copy = self.copies();
+        for range in self.cells.ranges_in(first..first + cells.len()) {
+            cells.renumber_nodes_of(range.start - first..range.end - first, &copy);
         }
     }
 
@@ -127,8 +119,9 @@ impl Doubled {
         let faces: Vec<Range<usize>> = faces
             .map(|run| run.first_cell..run.first_cell + run.n_cells())
             .collect();
-        for range in faces {
-            self.give_some(&mut mesh.cells, 0, range);
+        let copy = self.copies();
+        for range in faces.into_iter().flat_map(|run| self.cells.ranges_in(run)) {
+            mesh.cells.renumber_nodes_of(range, &copy);
         }
     }
 }

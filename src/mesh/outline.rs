@@ -2,7 +2,8 @@
 //! one process, knows of the whole.
 //!
 //! An outline has the kind of every cell, the nodes of the cells of lower dimension, which are the boundary faces, and where these
-//! nodes are. Nodes and cells have the numbers of the whole mesh. The arrays of coordinates and of the nodes of cells are as long as
+//! nodes are; where zones alone deform also the nodes between them and the rest, with their copies where zones turn ([`super::doubled`]).
+//! Nodes and cells have the numbers of the whole mesh. The arrays of coordinates and of the nodes of cells are as long as
 //! those of the whole, but what is not known was never written: the system gives no memory for it.
 
 use super::from_slabs::Slabs;

@@ -35,6 +35,8 @@ pub struct MeshView<'a> {
     pub space: Option<u8>,
     /// See [`Mesh::origin`].
     pub origin: &'a Origin,
+    /// Where the nodes are in the mesh itself, whatever positions it is viewed with.
+    pub(crate) at_rest: &'a [[f64; 3]],
     /// Where the coordinates are, where `points` has only some of them.
     pub(crate) points_apart: Option<&'a dyn Apart>,
     /// Where the nodes of the cells are, where `cells` has only some of them.
@@ -54,6 +56,7 @@ impl Mesh {
             field_arrays: self.field_arrays.iter().collect(),
             space: self.space,
             origin: &self.origin,
+            at_rest: &self.points,
             points_apart: apart,
             cells_apart: apart,
         }

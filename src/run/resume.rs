@@ -5,7 +5,6 @@ use super::compatibility::difference;
 use super::names::{Names, existing_outputs};
 use super::parts;
 use super::record::{self, merged};
-use super::slab::LeftBase;
 use super::surface::SurfaceFiles;
 use super::table;
 use crate::deform::{Deformation, Plan};
@@ -117,16 +116,6 @@ impl Earlier {
             parts: then.parts,
             ..Self::default()
         }
-    }
-
-    /// Takes base points over, where this run has chosen none or taken these before; tells whether it does.
-    pub fn take_over(&mut self, left: &LeftBase) -> bool {
-        let takes = self.bases.is_empty() || self.bases == left.base_files;
-        if takes {
-            self.bases.clone_from(&left.base_files);
-            self.selections.clone_from(&left.selections);
-        }
-        takes
     }
 
     /// Writes what is known of the earlier run into the record of this one.

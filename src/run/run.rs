@@ -34,7 +34,7 @@ use std::collections::BTreeMap;
 pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
     // folder is locked before its files are read. An earlier run and the free disk are checked before anything
-    // is removed, and run.json is written before the first mesh and before base points that slabs have left.
+    // is removed, and run.json is written before the first mesh.
     let clock = Clock::start();
     let plan = deformation.plan();
     let format = formats::by_name(&plan.schedule.output.format)?;
@@ -72,12 +72,11 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let left = of_slabs.filter(|_| loaded.is_none());
     let left =
         left.and_then(|(joined, run)| LeftBase::find((None, joined.n()), run, &request.folder));
-    let left = left.filter(|left| earlier.take_over(left));
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record.content);
     let base_files = earlier.bases.clone();
-    let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
+    let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files, left);
     let rows = earlier.rows.clone();
     if let Some(team) = plan.team() {
         team.set_sync(names.commit.sync);
@@ -100,7 +99,6 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         displaced_from: None,
     };
     run.save_record()?;
-    left.map_or(Ok(()), |left| left.keep(&names))?;
     run.record.keep_room();
     let result = run.steps(&mut base_points);
     run.close(result, base_points, &clock)

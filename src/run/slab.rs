@@ -12,7 +12,7 @@ use super::run::names_of;
 use super::step::rounding;
 use crate::deform::{Deformation, Joined, Left, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
-use crate::formats::{self, clear_left, stage_bytes};
+use crate::formats::{self, clear_left};
 use crate::motion::Step;
 use crate::preflight::{Demand, before_work, check_disk, check_surface_files};
 use crate::record::{RunRecord, SelectionRecord, Timings};
@@ -108,15 +108,10 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     if let Some(earlier) = earlier {
         (content.base_files, content.selections) = (earlier.base_files, earlier.selections);
     }
-    if let Some(left) = &left {
-        content.base_files.clone_from(&left.base_files);
-        content.selections.clone_from(&left.selections);
-    }
     record.save()?;
-    left.map_or(Ok(()), |left| left.keep(&names))?;
     let known = record.content.base_files.clone();
     let selections = record.content.selections.clone();
-    let mut base_points = BasePointStore::new(deformation, &names, loaded, known);
+    let mut base_points = BasePointStore::new(deformation, &names, loaded, known, left);
     let mut seconds = 0.0;
     let keep = |chosen: &BasePointStore<'_>, record: &mut RecordFile| {
         let content = &mut record.content;
@@ -266,11 +261,10 @@ pub(super) fn hold_all(joined: &Joined, names: &Names) -> Result<Vec<Lock>> {
 
 /// Base points that a slab has chosen, or taken from another.
 pub(super) struct LeftBase {
-    /// Names of their files and the hash of each.
-    pub base_files: BTreeMap<String, String>,
     /// What was noted of each selection.
-    pub selections: Vec<SelectionRecord>,
-    files: Vec<(String, Vec<u8>)>,
+    selections: Vec<SelectionRecord>,
+    /// Their files by name.
+    files: BTreeMap<String, Vec<u8>>,
 }
 
 impl LeftBase {
@@ -284,12 +278,9 @@ impl LeftBase {
                 (blake3::hash(&bytes).to_string() == *hash).then_some((name.clone(), bytes))
             };
             let files = record.base_files.iter().map(read);
-            let files = files.collect::<Option<Vec<_>>>()?;
-            (identity(&record, n) == run && !files.is_empty()).then_some(Self {
-                base_files: record.base_files,
-                selections: record.selections,
-                files,
-            })
+            let files: BTreeMap<_, _> = files.collect::<Option<_>>()?;
+            let selections = record.selections.clone();
+            (identity(&record, n) == run && !files.is_empty()).then_some(Self { selections, files })
         };
         let mut slabs: Vec<SlabOf> = SlabOf::all(n).collect();
         // Of several with as many files the last counts.
@@ -298,12 +289,17 @@ impl LeftBase {
         all.max_by_key(|of| of.files.len())
     }
 
-    /// Writes their files. The record of the run that takes them has their names before.
-    pub fn keep(self, names: &Names) -> Result<()> {
-        for (name, bytes) in self.files {
-            stage_bytes(&bytes, &names.path(&name), names.commit)?.keep()?;
-        }
-        Ok(())
+    /// What files of these names hold, and what was noted of the selection for the steps from `first_step` on.
+    pub fn of(
+        &self,
+        names: &[String; 2],
+        first_step: usize,
+    ) -> Option<([Vec<u8>; 2], SelectionRecord)> {
+        let content = |name| self.files.get(name).cloned();
+        let mut selections = self.selections.iter();
+        let selection = selections.find(|selection| selection.first_step == first_step)?;
+        let contents = [content(&names[0])?, content(&names[1])?];
+        Some((contents, selection.clone()))
     }
 }
 

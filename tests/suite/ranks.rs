@@ -292,12 +292,16 @@ fn written(
 ) -> Vec<(String, Vec<u8>)> {
     let folder = tempfile::tempdir().expect("a folder");
     let angle = if way == "folds" { "120.0" } else { "10.0" };
+    let zone = match way {
+        "turns" => "zones = [\"near\"]\n[rotor]\nframe = \"inertial\"\n",
+        _ => "",
+    };
     // Where all steps are the same, a file of all has their positions once.
     let text = format!(
         "version = 1\nangle_unit = \"deg\"\n[azimuth]\nstart = 0.0\nstop = 60.0\nstep = 20.0\n\
          [[body]]\nname = \"blade\"\ntags = [\"blade\"]\n[body.rigid]\nramp = {ramp}\n\
          rotate = {{ axis = [1.0, 0.0, 0.0], origin = [0.0, 0.0, 0.0], angle = {angle} }}\n\
-         [boundaries]\nfixed = [\"outer\"]\n[rbf]\nkernel = \"wendland-c2\"\nsupport_radius = 6.0\n\
+         [boundaries]\nfixed = [\"outer\"]\n{zone}[rbf]\nkernel = \"wendland-c2\"\nsupport_radius = 6.0\n\
          [selection]\ntolerance = 1e-3\n[output]\nformat = \"{format}\"\nprecision = \"{precision}\"\n"
     );
     let path = folder.path().join("s.toml");
@@ -365,6 +369,9 @@ fn ranks_write_what_one_process_writes() {
         ["vtkhdf", "f64", "true", "outline"],
         ["cgns", "f64", "true", "outline"],
         ["vtkhdf", "f64", "true", "folds"],
+        ["cgns", "f64", "true", "turns"],
+        ["ugrid-b8", "f64", "true", "turns"],
+        ["ugrid-lb8l", "f64", "true", "outline"],
     ] {
         let alone = written(case, &mesh, &Ranks::alone());
         assert!(!alone.is_empty());

@@ -66,7 +66,7 @@ impl OneSlab {
             .file()
             .by_pieces(|slabs, _| Mesh::part_by_pieces(slabs, (number, n), &Ranks::telling()))?;
         Arc::make_mut(outline).take_places(part.numbers_in_whole(), &part.points);
-        self.part.get_or_init(|| part);
+        assert!(self.part.set(part).is_ok(), "a slab is read once");
         Ok(())
     }
 

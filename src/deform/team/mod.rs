@@ -276,7 +276,7 @@ impl Team {
         let read = read.filter(|_| file.as_ref().is_ok_and(is_same));
         self.order(Order::Share {
             is_read: read.is_some(),
-            file: file.clone().ok(),
+            file: file.clone().ok().filter(|_| read.is_none()),
             n_nodes,
             moving_faces: moving_faces.map(<[u32]>::to_vec),
         });

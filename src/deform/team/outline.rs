@@ -61,7 +61,7 @@ impl Team {
         file.complete(outline)
     }
 
-    /// Has ranks read their parts with copies of nodes, once more where they have read them.
+    /// Has ranks read their parts with copies of nodes once more, where they have read them: else the first cuts the mesh.
     ///
     /// # Errors
     /// Where they cannot be read again.
@@ -71,15 +71,18 @@ impl Team {
         };
         let file = file.doubled(doubled);
         let mut state = self.state();
-        if state.work.read.take().is_some() {
-            self.order(Order::Read {
-                file: file.clone(),
-                tells: false,
-            });
-            let read = part_of_file(&file, &self.ranks).map_err(Error::system)?;
-            state.work.read = Some(read);
+        if state.work.read.take().is_none() {
+            // Its cells need not be those of the file.
+            state.why_cut = Some("nodes where a zone turns are doubled".to_owned());
+            return Ok(());
         }
-        self.doubled.get_or_init(|| file);
+        self.order(Order::Read {
+            file: file.clone(),
+            tells: false,
+        });
+        let read = part_of_file(&file, &self.ranks).map_err(Error::system)?;
+        state.work.read = Some(read);
+        self.doubled.set(file).expect("a mesh is doubled once");
         Ok(())
     }
 

@@ -17,7 +17,11 @@ const CHUNK: usize = 1 << 16;
 /// Reads the numbers of a binary file.
 pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Content> {
     let mut notes = Notes::default();
-    let (counts, body, start) = body(bytes, binary, flavour, &mut notes)?;
+    let (counts, parts, start) = body(bytes, binary, flavour, &mut notes)?;
+    let body = match parts[..] {
+        [part] => Cow::Borrowed(part),
+        _ => Cow::Owned(parts.concat()),
+    };
     let stored = Stored::new(&counts, &body, start, *binary);
     let mut connectivity = vec![0u32; counts.n_entries()[1]];
     let mut rest = &mut connectivity[..];
@@ -48,25 +52,25 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
     })
 }
 
-/// The counts at the start of a file, its data, which are as long as the counts need, and where these start.
+/// The counts at the start of a file, its data in parts, as long as the counts need, and where these start.
 pub(super) fn body<'a>(
     bytes: &'a [u8],
     binary: &Binary,
     flavour: &Ugrid,
     notes: &mut Notes,
-) -> Result<(Counts, Cow<'a, [u8]>, usize)> {
+) -> Result<(Counts, Vec<&'a [u8]>, usize)> {
     let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
     let (header, body, start) = match binary.has_records {
         false => {
             let body = bytes.get(binary.header()..).unwrap_or(&[]);
-            (bytes, Cow::Borrowed(body), binary.header())
+            (bytes, vec![body], binary.header())
         }
         true => match (records(bytes, binary), fortran::unmarked(bytes, binary)) {
             (Ok(records), _) => records,
             (Err(_), Some((header, body))) => {
                 notes.push(Read::WrongRecordMarks);
                 let start = bytes.len() - fortran::MARK - body.len();
-                (header, Cow::Borrowed(body), start)
+                (header, vec![body], start)
             }
             (Err(error), None) => return Err(with_hint(error, bytes, flavour)),
         },
@@ -80,17 +84,17 @@ pub(super) fn body<'a>(
     })?;
     let counts = counts.map_err(wrong)?;
     let needed = binary.body(&counts);
-    if (body.len() as u128) < needed {
+    let n_bytes: usize = body.iter().map(|part| part.len()).sum();
+    if (n_bytes as u128) < needed {
         return Err(wrong(format!(
-            "the counts at the start need {needed} bytes of coordinates and cells, the file has {}",
-            body.len()
+            "the counts at the start need {needed} bytes of coordinates and cells, the file has {n_bytes}"
         )));
     }
     Ok((counts, body, start))
 }
 
 /// Counts and data between the marks of records, and where the data start.
-type Records<'a> = (&'a [u8], Cow<'a, [u8]>, usize);
+type Records<'a> = (&'a [u8], Vec<&'a [u8]>, usize);
 
 fn records<'a>(bytes: &'a [u8], binary: &Binary) -> Result<Records<'a>> {
     let header = fortran::header(bytes, binary).ok_or_else(|| {

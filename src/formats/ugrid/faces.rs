@@ -84,15 +84,6 @@ pub(super) fn condition_number(mesh: &MeshView, group: &Group) -> Option<i32> {
     kept.or_else(|| conditions::number(condition, normal(mesh, group)))
 }
 
-/// Whether the number of the tag's condition depends on where its faces are.
-pub(super) fn depends_on_places(mesh: &MeshView, group: &Group) -> bool {
-    let condition = group.condition.as_deref();
-    condition.is_some_and(|condition| {
-        kept_number(mesh, group.number).is_none()
-            && conditions::number(condition, 0) != conditions::number(condition, 1)
-    })
-}
-
 /// The condition that the file had for this face number, where it has been kept.
 fn kept_number(mesh: &MeshView, number: Option<i32>) -> Option<i32> {
     let number = i64::from(number?);
@@ -104,13 +95,13 @@ fn kept_number(mesh: &MeshView, number: Option<i32>) -> Option<i32> {
     i32::try_from(pair[1]).ok()
 }
 
-/// The axis along which the tag's faces extend least.
+/// The axis along which the tag's faces extend least, at rest: of all steps it is the same.
 fn normal(mesh: &MeshView, group: &Group) -> usize {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
     let runs = group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r));
     for &node in runs.flat_map(|run| run.connectivity) {
-        let point = &mesh.points[node as usize];
+        let point = &mesh.at_rest[node as usize];
         for i in 0..3 {
             low[i] = low[i].min(point[i]);
             high[i] = high[i].max(point[i]);

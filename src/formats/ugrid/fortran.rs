@@ -6,7 +6,6 @@
 use super::layout::Binary;
 use crate::error::{Error, Result};
 use crate::formats::Out;
-use std::borrow::Cow;
 use std::io::{self, Write};
 
 /// Bytes of a mark.
@@ -42,12 +41,12 @@ pub(super) fn unmarked<'a>(bytes: &'a [u8], binary: &Binary) -> Option<(&'a [u8]
     (body.len() as u128 == binary.body(&counts)).then_some((&bytes[MARK..], body))
 }
 
-/// The data of all records from byte `start` on, and where it starts in the file.
+/// The data of all records from byte `start` on, in their parts, and where it starts in the file.
 pub(super) fn data<'a>(
     bytes: &'a [u8],
     start: usize,
     binary: &Binary,
-) -> Result<(Cow<'a, [u8]>, usize)> {
+) -> Result<(Vec<&'a [u8]>, usize)> {
     let mut parts: Vec<&[u8]> = Vec::new();
     let mut at = start;
     while at < bytes.len() {
@@ -69,12 +68,12 @@ pub(super) fn data<'a>(
         parts.push(&bytes[at + MARK..end]);
         at = end + MARK;
     }
-    let first = start + MARK;
-    Ok(match parts[..] {
-        [] => (Cow::Borrowed(&[]), start),
-        [part] => (Cow::Borrowed(part), first),
-        _ => (Cow::Owned(parts.concat()), first),
-    })
+    let first = if parts.is_empty() {
+        start
+    } else {
+        start + MARK
+    };
+    Ok((parts, first))
 }
 
 /// A sink that puts marks around one record of known length.
@@ -186,7 +185,7 @@ mod tests {
         assert_eq!(file[24..28], 2i32.to_be_bytes());
         assert_eq!(file[30..], (-2i32).to_be_bytes());
         let (data, start) = data(&file, 0, &binary).expect("good records");
-        assert_eq!(*data, [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]);
+        assert_eq!(data.concat(), [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]);
         assert_eq!(start, 4);
     }
 }

@@ -3,7 +3,6 @@
 use crate::formats::Notes;
 use crate::mesh::{CellKind, Coordinates, Listing, NodesOfCells};
 use std::borrow::Cow;
-use std::ops::Range;
 
 /// Kinds of cells in the order of the file, boundary faces first.
 pub(super) const KINDS: [CellKind; 6] = [
@@ -213,10 +212,11 @@ impl Binary {
         }
     }
 
-    /// The nodes of cells as ranks write them.
-    pub fn nodes_of(&self, cells: Range<usize>) -> NodesOfCells {
+    /// The nodes of the cells of a kind, of a mesh of `n_cells`, as ranks write them.
+    pub fn nodes_of(&self, kind: CellKind, n_cells: usize) -> NodesOfCells {
         NodesOfCells {
-            cells,
+            cells: 0..n_cells,
+            kind: Some(kind),
             listing: Listing::Ugrid,
             is_wide: self.integer == 8,
             is_big_endian: self.is_big_endian,

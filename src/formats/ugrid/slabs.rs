@@ -10,7 +10,6 @@ use super::{Ugrid, case, faces, mapbc, read};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, Cells, Mesh};
-use std::borrow::Cow;
 use std::ops::Range;
 
 type Found<T> = std::result::Result<T, Refusal>;
@@ -31,7 +30,7 @@ pub(super) fn open<'a>(source: &'a Source, flavour: &Ugrid) -> Found<impl Slabs 
     };
     let mut notes = Notes::default();
     let (counts, body, start) = binary::body(source.bytes(), &binary, flavour, &mut notes)?;
-    let Cow::Borrowed(body) = body else {
+    let [body] = body[..] else {
         return Err(whole("its Fortran records are in several parts"));
     };
     if !notes.is_empty() {

@@ -68,10 +68,9 @@ fn write_binary(
     write_body(mesh, numbers, layout, &mut record)
 }
 
-/// Whether other ranks can write the nodes of the cells of a mesh, of which most places may not be known here.
+/// Whether other ranks can write the nodes of the cells of a mesh.
 pub(super) fn takes_cells_apart(mesh: &MeshView, layout: &Layout) -> bool {
-    let depends = |group: &Group| faces::depends_on_places(mesh, group);
-    check(mesh).is_ok() && counts(mesh, layout).is_ok() && !mesh.boundary_tags().any(depends)
+    check(mesh).is_ok() && counts(mesh, layout).is_ok()
 }
 
 /// Refuses what UGRID cannot hold.
@@ -213,14 +212,16 @@ fn write_body(
 }
 
 fn write_cells(mesh: &MeshView, kind: CellKind, layout: &Layout, out: &mut dyn Out) -> Result<()> {
+    let numbers = layout.binary().filter(|_| kind.dimension() == 3);
+    let numbers = numbers.map(|binary| binary.nodes_of(kind, mesh.cells.len()));
+    if let Some(apart) = numbers.and_then(|numbers| mesh.nodes_apart(numbers)) {
+        return match apart.n_bytes {
+            0 => Ok(()),
+            _ => out.apart(&apart, 0).map(drop),
+        };
+    }
     for run in runs(mesh, kind) {
-        let (n, cells) = (run.n_nodes, run.first_cell..run.first_cell + run.n_cells());
-        let numbers = layout.binary().map(|binary| binary.nodes_of(cells));
-        let apart = numbers.filter(|_| kind.dimension() == 3);
-        if let Some(apart) = apart.and_then(|numbers| mesh.nodes_apart(numbers)) {
-            out.apart(&apart, 0)?;
-            continue;
-        }
+        let n = run.n_nodes;
         write_records(out, run.n_cells(), &|range, buffer| {
             let nodes = &run.connectivity[range.start * n..range.end * n];
             for cell in in_order(kind, nodes).chunks_exact(n) {

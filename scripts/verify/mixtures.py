@@ -1,0 +1,139 @@
+"""Motions, boundaries, zones, methods and outputs mixed at random: ranks of MPI, and slabs joined, give what one run gives, to the
+byte, end with the same code and warn of the same.
+
+    CASES   how many mixtures (16)
+    SEED    where chance begins
+"""
+
+import os
+import random
+import subprocess
+from pathlib import Path
+
+import gmsh
+import pyvista
+from mpi import ALLOWED, command, content, same
+from program import AZIMESH, azimesh, report, scratch
+
+CASES = int(os.environ.get("CASES", "16"))
+SEED = int(os.environ.get("SEED", "20261126"))
+
+
+def drum(path):
+    """A box in a cylinder, the zone `rotor`, inside a box: both ends of the zone lie on the boundary, so that it has a rim there."""
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    shapes = gmsh.model.occ
+    cylinder = lambda: (3, shapes.addCylinder(0, 0, -0.5, 0, 0, 1, 0.6))
+    inside, _ = shapes.cut([cylinder()], [(3, shapes.addBox(-0.15, -0.05, -0.1, 0.3, 0.1, 0.2))])
+    around, _ = shapes.cut([(3, shapes.addBox(-1, -1, -0.5, 2, 2, 1))], [cylinder()])
+    shapes.fragment(around, inside)
+    shapes.synchronize()
+    rotor, background = sorted(gmsh.model.getEntities(3), key=lambda volume: shapes.getMass(*volume))
+    tags = {"body": set(), "near_caps": set(), "far_caps": set(), "sides": set()}
+    for volume, caps in ((rotor, "near_caps"), (background, "far_caps")):
+        for face in gmsh.model.getBoundary([volume], oriented=False):
+            low, high = (gmsh.model.getBoundingBox(*face)[at : at + 3] for at in (0, 3))
+            x, y, z = (abs(b - a) for a, b in zip(low, high, strict=True))
+            if max(x, y) < 0.35:
+                tags["body"].add(face[1])
+            elif z < 1e-3:
+                tags[caps].add(face[1])
+            elif min(x, y) < 1e-3:
+                tags["sides"].add(face[1])
+    for name, faces in tags.items():
+        gmsh.model.addPhysicalGroup(2, sorted(faces), name=name)
+    gmsh.model.addPhysicalGroup(3, [rotor[1]], name="rotor")
+    gmsh.model.addPhysicalGroup(3, [background[1]], name="background")
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.05)
+    gmsh.model.mesh.generate(3)
+    gmsh.write(str(path.with_suffix(".msh")))
+    gmsh.finalize()
+    azimesh("convert", path.with_suffix(".msh"), path.with_suffix(".vtu"))
+    mesh = pyvista.read(path.with_suffix(".vtu"))
+    # Of a mesh with arrays at cells there is no outline.
+    del mesh.cell_data["gmsh:geometrical"]
+    mesh.save(path.with_suffix(".vtu"))
+    azimesh("convert", path.with_suffix(".vtu"), path)
+
+
+def schedule(chance, is_drum):
+    """A schedule of any kind."""
+    one, often = chance.choice, lambda part: chance.random() < part
+    lines = ["version = 1", 'angle_unit = "deg"', "[azimuth]", "start = 0.0", f"stop = {one([30.0, 90.0])}", "step = 30.0"]
+    lines += ["[rotor]", "hub = [0.0, 0.0, 0.0]", "span_axis = [1.0, 0.0, 0.0]", "shaft_axis = [0.0, 0.0, 1.0]", "rpm = 300.0"]
+    lines += [f'frame = "{one(["rotating", "inertial"])}"']
+    lines += ["[[body]]", 'name = "b"', f'tags = ["{"body" if is_drum else "blade"}"]']
+    motion = one(["cyclic", "rigid", "both"])
+    if motion != "rigid":
+        lines += ["[body.cyclic]", f"collective = {one([3.0, 20.0, 60.0])}", f"coning = {one([0.0, 1.5])}"]
+        lines += ["pitch = [ { sin = -4.0, cos = 1.0 } ]"]
+    if motion != "cyclic":
+        lines += ["[body.rigid]", f"translate = [{one([0.0, 0.02])}, 0.05, {one([0.0, 0.13])}]"]
+    lines += ["[boundaries]"] + (['zones = ["rotor"]'] if often(0.6) else [])
+    roles = {}
+    for tag in ("near_caps", "far_caps", "sides") if is_drum else ("farfield",):
+        roles.setdefault(one(["fixed", "slide", "free"] if is_drum else ["fixed", "free"]), []).append(f'"{tag}"')
+    lines += [f"{role} = [{', '.join(tags)}]" for role, tags in roles.items()]
+    radius = one([0.25, 0.5, 3.0] if is_drum else [0.4, 5.6])
+    lines += ["[rbf]", f'kernel = "{one(["wendland-c2", "wendland-c0"])}"', f"support_radius = {radius}"]
+    lines += ['interpolate = "twist"'] * often(0.25) + ['polynomial = "linear"'] * often(0.2) + ["substeps = 2"] * often(0.1)
+    lines += ["[selection]", f"tolerance = {one([1e-3, 3e-4])}"]
+    lines += ["correction = false"] * often(0.2) + ['method = "real"'] * often(0.2)
+    written = one(["vtu", "vtkhdf", "cgns", "ugrid-b8", "ugrid-lb8l"])
+    lines += ["[output]", f'format = "{written}"', f'on_inverted = "{one(["warn", "repair", "stop", "substeps"])}"']
+    lines += ['precision = "f32"'] * (often(0.3) and "ugrid" not in written)
+    lines += ['quality = "none"'] * often(0.15) + ["velocity = true"] * often(0.1)
+    return "\n".join(lines) + "\n"
+
+
+def warnings(said):
+    """The warnings among what was told."""
+    return sorted(line for line in said.splitlines() if line.startswith("warning"))
+
+
+def run(*arguments):
+    """Runs a command; gives its exit code and its warnings."""
+    done = subprocess.run([*map(str, arguments)], capture_output=True, text=True, env=os.environ | ALLOWED)
+    assert done.returncode in (0, 1, 2), f"{arguments}\n{done.stderr}"
+    return done.returncode, warnings(done.stderr)
+
+
+def in_slabs(mesh, steps, out, n):
+    """Runs all slabs and joins them, as far as they go."""
+    for number in range(1, n + 1):
+        ended, said = run(AZIMESH, "deform", mesh, steps, "-o", out, "--slab", f"{number}/{n}")
+        if ended:
+            return ended, said
+    return run(AZIMESH, "-v", "finish", out)
+
+
+def main():
+    chance, n_files, n_refused = random.Random(SEED), 0, 0
+    with scratch() as folder:
+        drum(folder / "drum.vtkhdf")
+        azimesh("sample", "rotor", "--nodes", 80_000, "--surface-nodes", 6000, "--first-cell", 0.003, "-o", folder / "rotor.vtkhdf")
+        for name in ("drum", "rotor"):
+            for ending in ("cgns", "vtu"):
+                azimesh("convert", folder / f"{name}.vtkhdf", folder / f"{name}.{ending}", "--force")
+        for case in range(CASES):
+            name, ending = chance.choice(["drum", "rotor"]), chance.choice(["vtkhdf", "cgns", "vtu"])
+            mesh, steps = folder / f"{name}.{ending}", folder / f"{case}.toml"
+            steps.write_text(schedule(chance, name == "drum"))
+            what = f"case {case} of seed {SEED}, {mesh.name}:\n{steps.read_text()}"
+            alone, n = folder / f"{case}_alone", chance.choice([1, 2, 3, 5])
+            ended, told = run(AZIMESH, "-v", "deform", mesh, steps, "-o", alone)
+            joined = in_slabs(mesh, steps, folder / f"{case}_slabs", n)
+            ranks = folder / f"{case}_ranks"
+            shared = run(*command(chance.choice([2, 3, 4]), "-v", "deform", mesh, steps, "-o", ranks))
+            assert shared == (ended, told), f"{what}ranks end with {shared}, one run with {(ended, told)}"
+            assert joined[0] == ended, f"{what}slabs end with {joined}, one run with {(ended, told)}"
+            if ended == 2:
+                n_refused += 1
+                continue
+            wanted = content(alone)
+            n_files += same(content(ranks), wanted, f"{what}ranks")
+            of_slabs = content(folder / f"{case}_slabs").items()
+            n_files += same({file: held for file, held in of_slabs if not file.startswith("slabs_")}, wanted, f"{what}slabs")
+    assert n_refused < CASES / 2, f"{n_refused} of {CASES} mixtures are refused"
+    report("mixtures: ranks and slabs beside one run", n_files, 0, "files", f"{CASES} mixtures, {n_refused} of them refused by all")
