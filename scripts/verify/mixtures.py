@@ -73,7 +73,7 @@ def schedule(chance, is_drum):
     lines += ["[boundaries]"] + (['zones = ["rotor"]'] if often(0.6) else [])
     roles = {}
     for tag in ("near_caps", "far_caps", "sides") if is_drum else ("farfield",):
-        roles.setdefault(one(["fixed", "slide", "free"] if is_drum else ["fixed", "free"]), []).append(f'"{tag}"')
+        roles.setdefault(one(["fixed", "slide", "free"]), []).append(f'"{tag}"')
     lines += [f"{role} = [{', '.join(tags)}]" for role, tags in roles.items()]
     radius = one([0.25, 0.5, 3.0] if is_drum else [0.4, 5.6])
     lines += ["[rbf]", f'kernel = "{one(["wendland-c2", "wendland-c0"])}"', f"support_radius = {radius}"]

@@ -433,10 +433,7 @@ impl Deformation {
         let known = apart.then(|| self.known_nodes()).flatten();
         let stepper = self.stepper(interval, (rounding, known), &measures);
         if stepper.known.is_none() {
-            plan.take_whole(match plan.moves_by_fields() {
-                true => "steps are computed again",
-                false => "nodes slide on curved boundaries",
-            })?;
+            plan.take_whole("steps are computed again")?;
         }
         let judges = plan.schedule.output.quality != QualityOutput::None;
         let found = stepper.at(step, judges, points)?;

@@ -187,6 +187,18 @@ impl Fields {
         }
     }
 
+    /// Has other ranks add changes (N_s, 3) of the surface to where they have moved nodes to, fading out.
+    pub(super) fn fade_elsewhere(
+        &self,
+        state: MeshState<'_>,
+        fading: &Fading<'_>,
+        changes: &[f64],
+    ) {
+        if let Way::Shared(shared) = &self.way {
+            shared.fade(state, fading, changes);
+        }
+    }
+
     /// Writes to `out` where the nodes are at a step that fields cover, and no others.
     ///
     /// # Panics

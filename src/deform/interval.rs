@@ -5,7 +5,7 @@ use super::choose;
 use super::fields::{By, Chosen, Fields, MeshState};
 use super::plan::Plan;
 use super::round_off;
-use super::sliding;
+use super::sliding::{self, FadeElsewhere};
 use super::step_memory::Rounding;
 use super::substeps::Parts;
 use super::velocity::Velocities;
@@ -17,6 +17,7 @@ use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::motion::{BodyMap, Role, Step};
 use crate::parallel;
 use crate::progress::Progress;
+use crate::rbf::correct::Fading;
 use crate::rbf::field::BLOCK;
 use crate::rbf::select::Selection;
 use std::ops::Range;
@@ -203,7 +204,15 @@ impl Interval {
                     Some(_) => fields.displace_apart(step.index, out),
                     None => fields.displace(&plan.layers, step.index, self.reference(), out),
                 }
-                self.place_surface_nodes(step, 1.0, self.reference(), out);
+                let deforming = known.map(|known| plan.deforming_among(known));
+                let state = MeshState {
+                    deforming: deforming.as_deref().or(self.deforming.as_deref()),
+                    ..self.reference()
+                };
+                let elsewhere = |fading: &Fading<'_>, changes: &[f64]| {
+                    fields.fade_elsewhere(state, fading, changes);
+                };
+                self.place_surface_nodes(step, 1.0, state, &elsewhere, out);
                 errors.at(plan, step)
             }
             Way::Substeps => {
@@ -242,10 +251,16 @@ impl Interval {
             stay.for_each(|&node| out[node as usize] = plan.mesh.points[node as usize]);
         }
         fields.displace_covered(&plan.layers, step.index, state, out);
-        self.place_surface_nodes(step, 1.0, state, out);
+        self.place_surface_nodes(step, 1.0, state, &|_, _| (), out);
         self.finish_positions(step, moved, out);
         rounding.apply_to(nodes, out);
         Ok(errors.at(plan, step))
+    }
+
+    /// Whether ranks move nodes as they are moved here: but for what fades in from curved boundaries in substeps.
+    pub(super) fn ranks_follow(&self, in_substeps: bool) -> bool {
+        let is_at_once = matches!(self.way, Way::AtOnce { .. }) && !in_substeps;
+        self.plan.moves_by_fields() && (is_at_once || !self.plan.slides_on_curves())
     }
 
     /// The hash of the base points, by their numbers among the surface points.
@@ -309,16 +324,17 @@ impl Interval {
 
     /// Places the surface nodes of `out` at a part of a step, in the rotating frame: sliding nodes on their
     /// boundary; with the correction also moving nodes where the motion puts them and fixed nodes at rest.
-    /// `state` is the mesh that was deformed.
+    /// `state` is the mesh that was deformed, or some of its nodes; what fades in from curved boundaries goes `elsewhere` too.
     pub(super) fn place_surface_nodes(
         &self,
         step: &Step,
         part: f64,
         state: MeshState<'_>,
+        elsewhere: FadeElsewhere<'_>,
         out: &mut [Vector],
     ) {
         let plan = &*self.plan;
-        sliding::place(&plan.motion, &plan.surface, state, out);
+        sliding::place(&plan.motion, &plan.surface, state, elsewhere, out);
         if !plan.schedule.selection.correction {
             return;
         }

@@ -299,11 +299,23 @@ impl Plan {
             .collect()
     }
 
-    /// Whether all nodes that are not on the surface and follow none are where fields move them: of one layer half of them are
-    /// placed by the others, and what is left to do on curved boundaries where nodes slide fades out in the mesh.
-    pub(crate) fn moves_by_fields(&self) -> bool {
+    /// Whether all nodes that are not on the surface and follow none are where fields move them, and what fades in from the surface:
+    /// of one layer half of them are placed by the others.
+    pub(super) fn moves_by_fields(&self) -> bool {
+        self.one_layer.is_none()
+    }
+
+    /// Whether nodes slide on curved boundaries.
+    pub(super) fn slides_on_curves(&self) -> bool {
         let sliding = self.surface.sliding.as_ref();
-        self.one_layer.is_none() && !sliding.is_some_and(|sliding| sliding.has_curved())
+        sliding.is_some_and(|sliding| sliding.has_curved())
+    }
+
+    /// Those of some nodes that deform.
+    pub(super) fn deforming_among(&self, nodes: &[u32]) -> Vec<u32> {
+        let inside = self.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
+        let is_inside = |node: &&u32| inside.is_none_or(|inside| inside[**node as usize]);
+        nodes.iter().filter(is_inside).copied().collect()
     }
 
     /// The nodes that this process moves, ascending; `None` for all.

@@ -347,7 +347,7 @@ impl Stepper<'_> {
     /// Where the motion puts the nodes; gives the largest error before the correction.
     pub fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
         let error = (self.interval).known_points_at(step, self.known, points)?;
-        self.end_move(step, self.known, points);
+        self.end_move(step, (self.known, false), points);
         Ok(error)
     }
 
@@ -356,18 +356,23 @@ impl Stepper<'_> {
         if let Some(joined) = self.plan.joined() {
             joined.leave();
         }
-        self.end_move(step, None, points);
+        self.end_move(step, (None, true), points);
         Ok(error)
     }
 
     /// Rounds positions that fields gave, and has all ranks end the move.
-    fn end_move(&self, step: &Step, known: Option<&[u32]>, points: &mut [Vector]) {
+    fn end_move(
+        &self,
+        step: &Step,
+        (known, in_substeps): (Option<&[u32]>, bool),
+        points: &mut [Vector],
+    ) {
         match known {
             Some(known) => self.rounding.apply_to(known, points),
             None => self.rounding.apply(points),
         }
         let team = self.plan.team();
-        if let Some(team) = team.filter(|_| self.plan.moves_by_fields()) {
+        if let Some(team) = team.filter(|_| self.interval.ranks_follow(in_substeps)) {
             team.end_move(step.index, self.plan.maps_at(step), self.rounding);
         }
     }

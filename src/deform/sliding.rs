@@ -8,7 +8,7 @@ use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, norm, sub};
 use crate::motion::{Motion, Role};
 use crate::parallel::{self, SMALL_BLOCK, collect_in_blocks};
-use crate::rbf::correct::Correction;
+use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use crate::rbf::field::Field;
 use crate::rbf::slide::Sliding;
 
@@ -21,11 +21,15 @@ fn sliding_nodes(motion: &Motion, surface: &SurfacePoints) -> Vec<(usize, usize)
     })
 }
 
+/// Fades changes (N_s, 3) of the surface into nodes that are elsewhere.
+pub(super) type FadeElsewhere<'a> = &'a dyn Fn(&Fading<'_>, &[f64]);
+
 /// Puts the sliding nodes in `out` on their boundary. `state` is the mesh that has been deformed.
 pub(super) fn place(
     motion: &Motion,
     surface: &SurfacePoints,
     state: MeshState<'_>,
+    elsewhere: FadeElsewhere<'_>,
     out: &mut [Vector],
 ) {
     let Some(sliding) = &surface.sliding else {
@@ -44,7 +48,10 @@ pub(super) fn place(
             largest = largest.max(norm(change));
             changes[3 * point..3 * point + 3].copy_from_slice(&change);
         }
-        fade_inward(state, &changes, largest, out);
+        let fade_radius = vec![FADE_RADIUS_PER_ERROR * largest; state.surface.len()];
+        let fading = Fading::new(state.surface, state.facets, fade_radius);
+        elsewhere(&fading, &changes);
+        fade_inward(state, fading, &changes, out);
     }
     for (node, _, x) in placed {
         out[node] = x;
@@ -52,7 +59,7 @@ pub(super) fn place(
 }
 
 /// Adds to the nodes in `out` the changes (N_s, 3) of the surface, fading out.
-fn fade_inward(state: MeshState<'_>, changes: &[f64], largest: f64, out: &mut [Vector]) {
+fn fade_inward(state: MeshState<'_>, fading: Fading<'_>, changes: &[f64], out: &mut [Vector]) {
     let deforming = state.deforming.map(<[u32]>::to_vec);
     let n_nodes = deforming.as_ref().map_or(state.nodes.len(), Vec::len);
     let mut field = Field {
@@ -60,7 +67,7 @@ fn fade_inward(state: MeshState<'_>, changes: &[f64], largest: f64, out: &mut [V
         n_modes: 3,
         values: vec![0.0; 3 * n_nodes],
     };
-    let correction = Correction::new(state.surface, state.facets, changes, 3, largest);
+    let correction = Correction::fading(fading, changes, 3);
     correction.add_to(&mut field, state.nodes);
     let (rows, _) = field.values.as_chunks::<3>();
     match &field.nodes {

@@ -108,7 +108,7 @@ impl Interval {
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(state, &layers, &chosen, correct, &Silent, By::again(plan));
         fields.displace(&layers, 0, state, out);
-        self.place_surface_nodes(step, to, state, out);
+        self.place_surface_nodes(step, to, state, &|_, _| (), out);
         Ok(selections.iter().map(|selection| selection.error).sum())
     }
 }

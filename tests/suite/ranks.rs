@@ -3,7 +3,7 @@
 use crate::support::blade_of;
 use azimesh::deform::{Team, dismiss, serve};
 use azimesh::formats::SharedFile;
-use azimesh::mesh::{CellKind, Cells, Mesh};
+use azimesh::mesh::{CellKind, Cells, Group, Mesh};
 use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
 use azimesh::ranks::{Ranks, on_threads};
 use azimesh::run::{Request, run};
@@ -328,7 +328,10 @@ fn written(
     let deformation = Deformation::builder(mesh, schedule).team(team);
     let deformation = deformation.plan().expect("they fit");
     let finished = run(&deformation, &request).expect("it runs");
-    assert_eq!(finished.warnings.is_empty(), way != "folds", "{finished:?}");
+    // Of a zone that turns out of the mesh, and of what UGRID does not hold, there are others.
+    let is_plain = way != "turns" && !format.starts_with("ugrid");
+    let warns = !finished.warnings.is_empty();
+    assert!(!is_plain || warns == (way == "folds"), "{finished:?}");
     assert_eq!(
         deformation.why_cut().is_some(),
         ranks.n() > 1 && ramp == "false"
@@ -359,7 +362,16 @@ fn ranks_write_what_one_process_writes() {
         size,
         ..BladeOptions::default()
     };
-    let mesh = blade(&options).expect("a sample").mesh;
+    let mut mesh = blade(&options).expect("a sample").mesh;
+    let solids = mesh.volume_runs().next().expect("it has solid cells");
+    let near = solids.first_cell..solids.first_cell + solids.n_cells() / 2;
+    mesh.groups.push(Group {
+        dimension: 3,
+        name: "near".to_owned(),
+        number: None,
+        condition: None,
+        cells: near.collect(),
+    });
     for case in [
         ["vtu", "f64", "true", "whole"],
         ["vtkhdf", "f32", "true", "whole"],

@@ -6,7 +6,8 @@
 //! selection   a slab of the surface, swept by each rank; the first picks among the worst points
 //! fields      evaluated at the own nodes of each rank; it gets their values at the other nodes of its part from the ranks
 //!             that own those
-//! correction  the nodes around some of the surface, as many with each rank
+//! correction  the nodes around some of the surface, as many with each rank; where nodes slide on curved boundaries, what fades in
+//!             from there at each step, in the same way
 //! positions   each rank moves its nodes, and writes its own; the first gathers them where it has to know them
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
 //!             slides, on a beam, by a repair) it tells the ranks that have it
@@ -39,6 +40,7 @@ use crate::quality::Summary;
 use crate::quality::faces::FaceSummary;
 use crate::ranks::Ranks;
 use crate::ranks::raw::List;
+use crate::rbf::correct::Fading;
 use near_surface::WholeSurface;
 use order::{Changed, LayerTask, Order, Rows, Task};
 use std::ops::Range;
@@ -432,6 +434,19 @@ impl State {
 }
 
 impl SharedFields {
+    /// Has all ranks add changes (N_s, 3) of the surface to where they have moved their nodes, fading out.
+    pub fn fade(&self, state: MeshState<'_>, fading: &Fading<'_>, changes: &[f64]) {
+        let whole = WholeSurface::of_changes(state, fading, changes);
+        let boxes = whole.boxes();
+        if boxes.is_empty() {
+            return;
+        }
+        let (team, mut state) = (&self.team, self.team.state());
+        if let Order::Fade { boxes } = team.order(Order::Fade { boxes }) {
+            serve::fade(&mut state.work, boxes, Some(&whole), &team.ranks);
+        }
+    }
+
     /// Writes the positions of the nodes at a step to `out`, from `nodes`, or with none by how much they move.
     pub fn move_to(&self, step: usize, nodes: Option<&[Vector]>, out: &mut [Vector]) {
         let (team, mut state) = (&self.team, self.team.state());

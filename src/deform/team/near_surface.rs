@@ -90,12 +90,27 @@ impl<'a> WholeSurface<'a> {
         let layers: Vec<Reach<'_>> = layers.iter().zip(chosen).map(reach).collect();
         let reaches = layers.iter().map(|layer| layer.largest_fade_radius);
         let reach = reaches.fold(0.0, f64::max);
-        let margin = MARGIN * (reach + Bounds::around(state.surface).diagonal());
         Self {
-            reach: if reach > 0.0 { reach + margin } else { 0.0 },
+            reach: with_margin(reach, state),
             state,
             layers,
             narrow,
+        }
+    }
+
+    /// With changes (N_s, 3) of the surface that fade out.
+    pub fn of_changes(state: MeshState<'a>, fading: &Fading<'_>, changes: &'a [f64]) -> Self {
+        let reach = fading.largest_fade_radius;
+        Self {
+            reach: with_margin(reach, state),
+            layers: vec![Reach {
+                residuals: changes,
+                n_modes: 3,
+                fade_radius: fading.fade_radius.clone(),
+                largest_fade_radius: reach,
+            }],
+            state,
+            narrow: None,
         }
     }
 
@@ -175,6 +190,12 @@ impl<'a> WholeSurface<'a> {
             points: parallel::collect(points.len(), |i| self.state.surface[points[i] as usize]),
         }
     }
+}
+
+/// How far a correction reaches, with a margin; zero where nothing is corrected.
+fn with_margin(reach: f64, state: MeshState<'_>) -> f64 {
+    let margin = MARGIN * (reach + Bounds::around(state.surface).diagonal());
+    if reach > 0.0 { reach + margin } else { 0.0 }
 }
 
 /// The rank that has a patch; of those of rank `i` the first is `starts[i]`.

@@ -28,6 +28,8 @@ pub(super) enum Order {
         /// Whether the own nodes stay with the rank, which tells of some.
         stays: bool,
     },
+    /// Add what fades in from the surface to where nodes are; the boxes are around all nodes to which something is added.
+    Fade { boxes: Vec<Bounds> },
     /// Fields are not needed any more.
     Forget { id: usize },
     /// Read a part of the mesh from its file, and tell of the surface in it or not.
@@ -117,6 +119,7 @@ impl Order {
         match self {
             Self::Select(_) => "selection",
             Self::Evaluate { .. } | Self::Forget { .. } | Self::End => "fields",
+            Self::Fade { .. } => "correction",
             Self::Move { .. } | Self::Collect => "positions",
             Self::Read { .. }
             | Self::Hash(_)

@@ -9,6 +9,7 @@ use super::shared_correction::correct;
 use super::work::Work;
 use super::{outline, sweeps};
 use crate::formats::{SharedFile, read_parts};
+use crate::geometry::Bounds;
 use crate::geometry::boxes::Boxes;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, node_slab};
@@ -41,6 +42,7 @@ pub fn serve(ranks: &Ranks) {
                 from_zero,
                 stays,
             } => work.move_to((id, step, from_zero), stays, |own| ranks.send_part(own)),
+            Order::Fade { boxes } => fade(&mut work, boxes, None, ranks),
             Order::Forget { id } => work.forget(id),
             Order::Read { file, tells } => outline::read(&mut work, (&file, tells), ranks),
             Order::Hash(file) => {
@@ -90,6 +92,19 @@ pub fn serve(ranks: &Ranks) {
             Order::End => return,
         }
     }
+}
+
+/// Adds to where the nodes of a rank are what fades in from the surface, which the first has.
+pub(super) fn fade(
+    work: &mut Work,
+    boxes: Vec<Bounds>,
+    whole: Option<&WholeSurface<'_>>,
+    ranks: &Ranks,
+) {
+    let mut places = work.take_places();
+    let moved = work.moved(&mut places);
+    correct(moved, Boxes::new(boxes), whole, ranks);
+    work.nodes.places = places;
 }
 
 /// The part of each rank, which reads it from the file.

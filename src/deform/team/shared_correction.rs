@@ -11,8 +11,10 @@ use super::near_surface::{self, WholeSurface};
 use super::work::OwnFields;
 use crate::geometry::Bounds;
 use crate::geometry::boxes::Boxes;
+use crate::geometry::vector::Vector;
 use crate::parallel;
 use crate::ranks::Ranks;
+use crate::rbf::correct::Added;
 
 /// Nodes that are looked at by one task.
 const BLOCK: usize = 1 << 14;
@@ -25,9 +27,65 @@ struct Near {
     rows: Vec<[u32; 2]>,
 }
 
-/// Corrects fields at the own nodes of a rank; the first has the whole surface. All ranks do it at once.
+/// What is corrected at nodes of a rank, by rows.
+pub(super) trait Corrected: Sync {
+    /// How many rows there are.
+    fn n_rows(&self) -> usize;
+    /// Where the node of a row was before it was moved.
+    fn place(&self, row: usize) -> Vector;
+    /// Adds the correction of a layer; `row` gives the row of each number in it.
+    fn add(&mut self, layer: usize, added: &Added, row: &dyn Fn(usize) -> u32);
+}
+
+/// Where all nodes of a rank are, which are moved.
+pub(super) struct Moved<'a> {
+    /// Where they are at rest.
+    pub rest: &'a [Vector],
+    /// Those that move, ascending; none for all.
+    pub moved: Option<&'a [u32]>,
+    pub places: &'a mut [Vector],
+}
+
+impl Corrected for OwnFields<'_> {
+    fn n_rows(&self) -> usize {
+        OwnFields::n_rows(self)
+    }
+
+    fn place(&self, row: usize) -> Vector {
+        OwnFields::place(self, row)
+    }
+
+    fn add(&mut self, layer: usize, added: &Added, row: &dyn Fn(usize) -> u32) {
+        OwnFields::add(self, layer, added, row);
+    }
+}
+
+impl Moved<'_> {
+    fn node(&self, row: usize) -> usize {
+        self.moved.map_or(row, |moved| moved[row] as usize)
+    }
+}
+
+impl Corrected for Moved<'_> {
+    fn n_rows(&self) -> usize {
+        self.moved.map_or(self.places.len(), <[u32]>::len)
+    }
+
+    fn place(&self, row: usize) -> Vector {
+        self.rest[self.node(row)]
+    }
+
+    fn add(&mut self, _: usize, added: &Added, row: &dyn Fn(usize) -> u32) {
+        let moved = self.moved;
+        let node = |row: usize| moved.map_or(row as u32, |moved| moved[row]);
+        let places = self.places.as_flattened_mut();
+        added.add_to(places, 3, |at| node(row(at as usize) as usize));
+    }
+}
+
+/// Corrects what is at nodes of each rank; the first has the whole surface. All ranks do it at once.
 pub(super) fn correct(
-    mut fields: OwnFields<'_>,
+    mut fields: impl Corrected,
     boxes: Boxes,
     whole: Option<&WholeSurface<'_>>,
     ranks: &Ranks,
@@ -50,13 +108,13 @@ pub(super) fn correct(
     let added = ranks.exchange_values(added);
     for (rows, layers) in of_rank.iter().zip(added) {
         for (layer, added) in layers.iter().enumerate() {
-            fields.add(layer, added, |at| rows[at]);
+            fields.add(layer, added, &|at| rows[at]);
         }
     }
 }
 
 impl Near {
-    fn find(fields: &OwnFields<'_>, boxes: &Boxes) -> Self {
+    fn find(fields: &impl Corrected, boxes: &Boxes) -> Self {
         let rows = parallel::concat_blocks(fields.n_rows(), BLOCK, &|rows| {
             let (mut found, mut last) = (Vec::new(), None);
             let mut places = [[0.0; 3]; FEW];

@@ -4,6 +4,7 @@ use super::kept::Kept;
 use super::nodes::Nodes;
 use super::order::{Changed, LayerTask, Rows};
 use super::placing::Maps;
+use super::shared_correction::Moved;
 use crate::deform::fields::{Chosen, Fields, MeshState};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
@@ -278,6 +279,20 @@ impl Work {
             self.stays = stay;
             self.moved.clone_from(&fields.deforming);
             self.nodes.places = places;
+        }
+    }
+
+    /// Where the nodes are, until they are given back.
+    pub fn take_places(&mut self) -> Vec<Vector> {
+        std::mem::take(&mut self.nodes.places)
+    }
+
+    /// The nodes that fields have moved, at these places.
+    pub fn moved<'a>(&'a self, places: &'a mut [Vector]) -> Moved<'a> {
+        Moved {
+            rest: self.nodes.rest(self.mesh()),
+            moved: self.moved.as_deref(),
+            places,
         }
     }
 
