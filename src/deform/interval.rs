@@ -6,7 +6,6 @@ use super::fields::{By, Chosen, Fields, MeshState};
 use super::plan::Plan;
 use super::round_off;
 use super::sliding::{self, FadeElsewhere};
-use super::step_memory::Rounding;
 use super::substeps::Parts;
 use super::velocity::Velocities;
 use crate::diagnostic::Diagnostic;
@@ -187,7 +186,8 @@ impl Interval {
         self.known_points_at(step, None, out)
     }
 
-    /// The same; where some nodes are `known`, of these alone: the others stay with the ranks that move them.
+    /// The same; where some nodes are `known`, of these alone: the others stay with the ranks that move them. Of one slab it is of
+    /// the nodes that the slab has and of the surface, where there is the outline of the mesh.
     pub(super) fn known_points_at(
         &self,
         step: &Step,
@@ -198,63 +198,51 @@ impl Interval {
         if let Some(joined) = plan.joined() {
             return joined.enter(step.index, self.hash_of_base(), known, out);
         }
-        let error = match &self.way {
-            Way::AtOnce { fields, errors } => {
-                match known {
-                    Some(_) => fields.displace_apart(step.index, out),
-                    None => fields.displace(&plan.layers, step.index, self.reference(), out),
-                }
-                let deforming = known.map(|known| plan.deforming_among(known));
-                let state = MeshState {
-                    deforming: deforming.as_deref().or(self.deforming.as_deref()),
-                    ..self.reference()
-                };
-                let elsewhere = |fading: &Fading<'_>, changes: &[f64]| {
-                    fields.fade_elsewhere(state, fading, changes);
-                };
-                self.place_surface_nodes(step, 1.0, state, &elsewhere, out);
-                errors.at(plan, step)
-            }
+        let (fields, errors) = match &self.way {
+            Way::AtOnce { fields, errors } => (fields, errors),
             Way::Substeps => {
                 let parts = Parts {
                     n: plan.schedule.rbf.substeps,
                     kernel: None,
                 };
-                self.through_substeps(step, parts, out)?
+                let error = self.through_substeps(step, parts, out)?;
+                self.finish_positions(step, known, out);
+                return Ok(error);
             }
         };
+        let state = self.reference();
+        let slab = plan.sharing.slab().filter(|_| plan.mesh.outline.is_some());
+        let known = slab.map_or(known, |_| state.deforming);
+        match (slab, known) {
+            (Some(slab), _) => {
+                self.put_at_rest(slab.part(&plan.mesh).numbers_in_whole(), out);
+                fields.displace_covered(&plan.layers, step.index, state, out);
+            }
+            (None, Some(_)) => fields.displace_apart(step.index, out),
+            (None, None) => fields.displace(&plan.layers, step.index, state, out),
+        }
+        let deforming = known.map(|known| plan.deforming_among(known));
+        let state = MeshState {
+            deforming: deforming.as_deref().or(state.deforming),
+            ..state
+        };
+        let elsewhere = |fading: &Fading<'_>, changes: &[f64]| {
+            fields.fade_elsewhere(state, fading, changes);
+        };
+        self.place_surface_nodes(step, 1.0, state, &elsewhere, out);
         self.finish_positions(step, known, out);
-        Ok(error)
+        Ok(errors.at(plan, step))
     }
 
-    /// Writes to `out` where the nodes of one slab are at a step, rounded; gives the largest displacement error before the
-    /// correction, of the whole surface.
-    pub(super) fn points_of_slab(
-        &self,
-        step: &Step,
-        rounding: Rounding,
-        out: &mut [Vector],
-    ) -> Result<f64> {
-        let plan = &*self.plan;
-        let (Way::AtOnce { fields, errors }, Some(_)) = (&self.way, &plan.mesh.outline) else {
-            let error = self.known_points_at(step, None, out)?;
-            rounding.apply(out);
-            return Ok(error);
+    /// Puts those of some nodes at rest that do not deform, where zones alone do.
+    fn put_at_rest(&self, nodes: &[u32], out: &mut [Vector]) {
+        let Some(zone) = &self.plan.motion.zone else {
+            return;
         };
-        let slab = plan.sharing.slab().expect("it is a slab that is moved");
-        let nodes = slab.part(&plan.mesh).numbers_in_whole();
-        let (state, moved) = (self.reference(), self.deforming.as_deref());
-        if let Some(zone) = &plan.motion.zone {
-            let stay = nodes
-                .iter()
-                .filter(|node| !zone.sides.nodes[**node as usize]);
-            stay.for_each(|&node| out[node as usize] = plan.mesh.points[node as usize]);
-        }
-        fields.displace_covered(&plan.layers, step.index, state, out);
-        self.place_surface_nodes(step, 1.0, state, &|_, _| (), out);
-        self.finish_positions(step, moved, out);
-        rounding.apply_to(nodes, out);
-        Ok(errors.at(plan, step))
+        let stay = nodes
+            .iter()
+            .filter(|node| !zone.sides.nodes[**node as usize]);
+        stay.for_each(|&node| out[node as usize] = self.plan.mesh.points[node as usize]);
     }
 
     /// Whether ranks move nodes as they are moved here: but for what fades in from curved boundaries in substeps.

@@ -107,7 +107,11 @@ impl OneSlab {
         left: &Left<'_>,
     ) -> Result<()> {
         let plan = &interval.plan;
-        let error = interval.points_of_slab(step, rounding, points)?;
+        let error = interval.points_at(step, points)?;
+        match plan.mesh.outline {
+            Some(_) => rounding.apply_to(self.part(&plan.mesh).numbers_in_whole(), points),
+            None => rounding.apply(points),
+        }
         let told = match plan.judges() {
             true => self.judge(plan, points),
             false => ToldOfStep::default(),
