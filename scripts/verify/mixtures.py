@@ -77,7 +77,7 @@ def schedule(chance, is_drum):
     lines += [f"{role} = [{', '.join(tags)}]" for role, tags in roles.items()]
     radius = one([0.25, 0.5, 3.0] if is_drum else [0.4, 5.6])
     lines += ["[rbf]", f'kernel = "{one(["wendland-c2", "wendland-c0"])}"', f"support_radius = {radius}"]
-    lines += ['interpolate = "twist"'] * often(0.25) + ['polynomial = "linear"'] * often(0.2) + ["substeps = 2"] * often(0.1)
+    lines += ['interpolate = "twist"'] * often(0.25) + ['polynomial = "linear"'] * often(0.2) + ["substeps = 2"] * often(0.2)
     lines += ["[selection]", f"tolerance = {one([1e-3, 3e-4])}"]
     lines += ["correction = false"] * often(0.2) + ['method = "real"'] * often(0.2)
     written = one(["vtu", "vtkhdf", "cgns", "ugrid-b8", "ugrid-lb8l"])

@@ -28,8 +28,19 @@ pub struct MeshState<'a> {
     pub surface: &'a [Vector],
     /// Facets between them.
     pub facets: &'a [[u32; 3]],
-    /// Whether it is the reference mesh.
-    pub is_reference: bool,
+    /// Where ranks have the nodes too.
+    pub from: From,
+}
+
+/// Where ranks have the nodes of a mesh that is deformed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum From {
+    /// At rest: it is the reference mesh.
+    Rest,
+    /// Where they have moved them to.
+    Moved,
+    /// They have to be told.
+    Told,
 }
 
 /// Base points of a layer, with the largest error that the correction has to remove.
@@ -169,7 +180,7 @@ impl Fields {
                     deforming: None,
                     surface: &[],
                     facets: &[],
-                    is_reference: false,
+                    from: From::Told,
                 };
                 self.displace(layers, step, state, out);
             }

@@ -2,10 +2,12 @@
 //! rotation to the inertial frame.
 
 use super::choose;
-use super::fields::{By, Chosen, Fields, MeshState};
+use super::fields::{By, Chosen, Fields, From, MeshState};
+use super::layer::Layer;
 use super::plan::Plan;
 use super::round_off;
-use super::sliding::{self, FadeElsewhere};
+use super::slabs::OneSlab;
+use super::sliding;
 use super::substeps::Parts;
 use super::velocity::Velocities;
 use crate::diagnostic::Diagnostic;
@@ -160,7 +162,7 @@ impl Interval {
             deforming: self.deforming.as_deref(),
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
-            is_reference: true,
+            from: From::Rest,
         }
     }
 
@@ -205,33 +207,50 @@ impl Interval {
                     n: plan.schedule.rbf.substeps,
                     kernel: None,
                 };
-                let error = self.through_substeps(step, parts, out)?;
-                self.finish_positions(step, known, out);
+                let error = self.through_substeps(step, parts, self.here(known), out)?;
+                self.finish_positions(step, self.here(known), out);
                 return Ok(error);
             }
         };
+        let known = self.here(known);
         let state = self.reference();
-        let slab = plan.sharing.slab().filter(|_| plan.mesh.outline.is_some());
-        let known = slab.map_or(known, |_| state.deforming);
-        match (slab, known) {
-            (Some(slab), _) => {
-                self.put_at_rest(slab.part(&plan.mesh).numbers_in_whole(), out);
-                fields.displace_covered(&plan.layers, step.index, state, out);
-            }
-            (None, Some(_)) => fields.displace_apart(step.index, out),
-            (None, None) => fields.displace(&plan.layers, step.index, state, out),
-        }
-        let deforming = known.map(|known| plan.deforming_among(known));
-        let state = MeshState {
-            deforming: deforming.as_deref().or(state.deforming),
-            ..state
-        };
-        let elsewhere = |fading: &Fading<'_>, changes: &[f64]| {
-            fields.fade_elsewhere(state, fading, changes);
-        };
-        self.place_surface_nodes(step, 1.0, state, &elsewhere, out);
+        self.displace(fields, &plan.layers, step.index, (state, known), out);
+        self.place_surface_nodes(step, 1.0, (state, known), fields, out);
         self.finish_positions(step, known, out);
         Ok(errors.at(plan, step))
+    }
+
+    /// The nodes that are moved here: those that are `known`, or of one slab those that deform, where this process has the outline
+    /// of the mesh; none for all.
+    fn here<'a>(&'a self, known: Option<&'a [u32]>) -> Option<&'a [u32]> {
+        match self.outlined_slab() {
+            Some(_) => self.deforming.as_deref(),
+            None => known,
+        }
+    }
+
+    fn outlined_slab(&self) -> Option<&OneSlab> {
+        let plan = &*self.plan;
+        plan.sharing.slab().filter(|_| plan.mesh.outline.is_some())
+    }
+
+    /// Writes where fields move the nodes that are moved `here`.
+    pub(super) fn displace(
+        &self,
+        fields: &Fields,
+        layers: &[Layer],
+        step: usize,
+        (state, here): (MeshState<'_>, Option<&[u32]>),
+        out: &mut [Vector],
+    ) {
+        match (self.outlined_slab(), here) {
+            (Some(slab), _) => {
+                self.put_at_rest(slab.part(&self.plan.mesh).numbers_in_whole(), out);
+                fields.displace_covered(layers, step, state, out);
+            }
+            (None, Some(_)) => fields.displace_apart(step, out),
+            (None, None) => fields.displace(layers, step, state, out),
+        }
     }
 
     /// Puts those of some nodes at rest that do not deform, where zones alone do.
@@ -245,10 +264,11 @@ impl Interval {
         stay.for_each(|&node| out[node as usize] = self.plan.mesh.points[node as usize]);
     }
 
-    /// Whether ranks move nodes as they are moved here: but for what fades in from curved boundaries in substeps.
-    pub(super) fn ranks_follow(&self, in_substeps: bool) -> bool {
-        let is_at_once = matches!(self.way, Way::AtOnce { .. }) && !in_substeps;
-        self.plan.moves_by_fields() && (is_at_once || !self.plan.slides_on_curves())
+    /// Whether ranks move nodes as they are moved here, of which some are `known`; where they tell of all, in `substeps`: but for what
+    /// fades in from curved boundaries.
+    pub(super) fn ranks_follow(&self, known: Option<&[u32]>, in_substeps: bool) -> bool {
+        let at_once = matches!(self.way, Way::AtOnce { .. }) && !in_substeps;
+        self.plan.moves_by_fields() && (at_once || known.is_some() || !self.plan.slides_on_curves())
     }
 
     /// The hash of the base points, by their numbers among the surface points.
@@ -271,7 +291,7 @@ impl Interval {
         parts: Parts,
         out: &mut [Vector],
     ) -> Result<f64> {
-        let error = self.through_substeps(step, parts, out)?;
+        let error = self.through_substeps(step, parts, None, out)?;
         self.finish_positions(step, None, out);
         Ok(error)
     }
@@ -312,17 +332,27 @@ impl Interval {
 
     /// Places the surface nodes of `out` at a part of a step, in the rotating frame: sliding nodes on their
     /// boundary; with the correction also moving nodes where the motion puts them and fixed nodes at rest.
-    /// `state` is the mesh that was deformed, or some of its nodes; what fades in from curved boundaries goes `elsewhere` too.
+    /// `state` is the mesh that was deformed by `fields`, of which some nodes may be `known` here alone.
     pub(super) fn place_surface_nodes(
         &self,
         step: &Step,
         part: f64,
-        state: MeshState<'_>,
-        elsewhere: FadeElsewhere<'_>,
+        (state, known): (MeshState<'_>, Option<&[u32]>),
+        fields: &Fields,
         out: &mut [Vector],
     ) {
         let plan = &*self.plan;
-        sliding::place(&plan.motion, &plan.surface, state, elsewhere, out);
+        let deforming = known.map(|known| plan.deforming_among(known));
+        let here = MeshState {
+            deforming: deforming.as_deref().or(state.deforming),
+            ..state
+        };
+        let elsewhere = |fading: &Fading<'_>, changes: &[f64]| {
+            if known.is_some() || state.from == From::Rest {
+                fields.fade_elsewhere(state, fading, changes);
+            }
+        };
+        sliding::place(&plan.motion, &plan.surface, here, &elsewhere, out);
         if !plan.schedule.selection.correction {
             return;
         }

@@ -229,6 +229,15 @@ impl Plan {
         placings
     }
 
+    /// How ranks end their move to a part of a step, in the rotating frame.
+    pub(super) fn maps_of_part(&self, step: &Step, part: f64) -> Maps {
+        let poses = self.motion.poses(step, part);
+        Maps {
+            bodies: poses.iter().map(|pose| pose.rigid().copied()).collect(),
+            ..Maps::default()
+        }
+    }
+
     /// How ranks end their move to a step.
     pub(super) fn maps_at(&self, step: &Step) -> Maps {
         let to_inertial = self.motion.to_inertial(step);
@@ -249,10 +258,9 @@ impl Plan {
         if self.team().is_none() && self.joined().is_none() {
             return None;
         }
-        let moves_all = self.schedule.rbf.substeps == 1;
         let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
         // Of what slabs have stored all is known.
-        let all_is_known = self.joined().is_some() || moves_all && self.moves_by_fields();
+        let all_is_known = self.joined().is_some() || self.moves_by_fields();
         if !(all_is_known && is_solid && self.velocity.is_none()) {
             return None;
         }

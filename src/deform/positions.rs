@@ -372,7 +372,7 @@ impl Stepper<'_> {
             None => self.rounding.apply(points),
         }
         let team = self.plan.team();
-        if let Some(team) = team.filter(|_| self.interval.ranks_follow(in_substeps)) {
+        if let Some(team) = team.filter(|_| self.interval.ranks_follow(known, in_substeps)) {
             team.end_move(step.index, self.plan.maps_at(step), self.rounding);
         }
     }

@@ -95,7 +95,7 @@ pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
     if output.velocity || output.displacement || output.quality == QualityOutput::Cells {
         return Some("it makes arrays of all nodes or cells");
     }
-    (schedule.rbf.substeps > 1).then_some("steps have substeps")
+    None
 }
 
 /// Has the whole mesh, or can read it.

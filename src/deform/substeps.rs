@@ -1,7 +1,7 @@
 //! A step in substeps: the motion is cut into equal parts, and each is interpolated on the mesh that the
 //! part before gave.
 
-use super::fields::{By, Chosen, Fields, MeshState};
+use super::fields::{By, Chosen, Fields, From, MeshState};
 use super::interval::Interval;
 use super::layer;
 use super::sliding;
@@ -14,6 +14,7 @@ use crate::progress::Silent;
 use crate::rbf::Kernel;
 use crate::rbf::select::{self, Measure};
 use crate::rbf::targets::Targets;
+use crate::sparse;
 
 /// The parts of a step, which are equal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,24 +27,41 @@ pub(super) struct Parts {
 
 impl Interval {
     /// A step in parts, each interpolated on the mesh left by the one before; gives the largest
-    /// error of a part before its correction, or without the correction that of the positions.
+    /// error of a part before its correction, or without the correction that of the positions. Where some nodes are `known`, of these
+    /// and of the surface.
     pub(super) fn through_substeps(
         &self,
         step: &Step,
         parts: Parts,
+        known: Option<&[u32]>,
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
-        let mut nodes = plan.whole().points.clone();
+        let carry = |from: &[Vector], to: &mut [Vector]| match known {
+            None => to.copy_from_slice(from),
+            Some(known) => {
+                for &node in known.iter().chain(&plan.motion.surface.nodes.nodes) {
+                    to[node as usize] = from[node as usize];
+                }
+            }
+        };
+        let mut nodes = match known {
+            None => plan.whole().points.clone(),
+            Some(_) => sparse::zeros(out.len(), [0.0; 3]),
+        };
+        carry(plan.points(), &mut nodes);
         let mut worst: f64 = 0.0;
         let n = parts.n as f64;
         for part in 1..=parts.n {
             let (from, to) = ((part - 1) as f64 / n, part as f64 / n);
-            let error = self.substep(step, (from, to), parts.kernel, &nodes, out)?;
+            let error = self.substep(step, (from, to), parts.kernel, (&nodes, known), out)?;
             worst = worst.max(error);
             plan.periodic
                 .follow(&plan.motion, &plan.mesh.points, None, out);
-            nodes.copy_from_slice(out);
+            if let (Some(team), Some(_)) = (plan.team(), known) {
+                team.end_part(plan.maps_of_part(step, to), out);
+            }
+            carry(out, &mut nodes);
         }
         // What the correction does not take off adds up from part to part.
         Ok(if plan.schedule.selection.correction {
@@ -58,7 +76,7 @@ impl Interval {
         step: &Step,
         (from, to): (f64, f64),
         kernel: Option<Kernel>,
-        nodes: &[Vector],
+        (nodes, known): (&[Vector], Option<&[u32]>),
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
@@ -102,13 +120,17 @@ impl Interval {
         let state = MeshState {
             nodes,
             surface: &surface,
-            is_reference: false,
+            from: match known {
+                Some(_) if from == 0.0 => From::Rest,
+                Some(_) => From::Moved,
+                None => From::Told,
+            },
             ..self.reference()
         };
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(state, &layers, &chosen, correct, &Silent, By::again(plan));
-        fields.displace(&layers, 0, state, out);
-        self.place_surface_nodes(step, to, state, &|_, _| (), out);
+        self.displace(&fields, &layers, 0, (state, known), out);
+        self.place_surface_nodes(step, to, (state, known), &fields, out);
         Ok(selections.iter().map(|selection| selection.error).sum())
     }
 }

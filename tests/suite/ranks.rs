@@ -417,7 +417,7 @@ fn what_takes_the_whole_mesh_gets_no_outline() {
     for (more, reason) in [
         ("", None),
         ("zones = [\"near\"]\n", None),
-        ("[rbf]\nsubsteps = 2\n", Some("steps have substeps")),
+        ("[rbf]\nsubsteps = 2\n", None),
         (
             "[output]\ndisplacement = true\n",
             Some("it makes arrays of all nodes or cells"),

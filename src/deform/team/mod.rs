@@ -28,7 +28,7 @@ mod shared_correction;
 mod sweeps;
 mod work;
 
-use super::fields::{Chosen, MeshState, Narrow};
+use super::fields::{Chosen, From, MeshState, Narrow};
 use super::layer::Layer;
 use super::step_memory::Rounding;
 use crate::formats::{Shared, SharedFile};
@@ -42,7 +42,7 @@ use crate::ranks::Ranks;
 use crate::ranks::raw::List;
 use crate::rbf::correct::Fading;
 use near_surface::WholeSurface;
-use order::{Changed, LayerTask, Order, Rows, Task};
+use order::{Changed, LayerTask, Order, Rows, RowsFrom, Task};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 pub(in crate::deform) use work::cells_among;
@@ -109,7 +109,11 @@ impl NodesOfRank {
     fn rows(&self, at: MeshState<'_>) -> Rows {
         let from = || self.collect(|node| at.nodes[node]);
         Rows {
-            from: (!at.is_reference).then(from).map(List),
+            from: match at.from {
+                From::Rest => RowsFrom::Rest,
+                From::Moved => RowsFrom::Moved,
+                From::Told => RowsFrom::Told(List(from())),
+            },
             deforming: at.deforming.map(|nodes| List(self.among(nodes))),
         }
     }
@@ -187,8 +191,8 @@ impl Team {
         let id = state.n_fields;
         state.n_fields += 1;
         let whole = WholeSurface::new(at, layers, chosen, correct);
-        let is_at_rest = at.is_reference && at.deforming.is_none();
-        if !is_at_rest {
+        let is_told = at.from == From::Told || at.deforming.is_some();
+        if is_told {
             self.ask_for_nodes(&mut state);
         }
         let task = Box::new(Task {
@@ -199,9 +203,15 @@ impl Team {
             unreachable!("a broadcast gives what it got")
         };
         let rows = self.ranks.scatter(&mut |rank| {
-            Some(match is_at_rest {
-                true => Rows::default(),
-                false => state.nodes[rank].rows(at),
+            Some(match is_told {
+                true => state.nodes[rank].rows(at),
+                false => Rows {
+                    from: match at.from {
+                        From::Moved => RowsFrom::Moved,
+                        From::Rest | From::Told => RowsFrom::Rest,
+                    },
+                    deforming: None,
+                },
             })
         });
         evaluate(
@@ -328,6 +338,19 @@ impl Team {
             self.ranks.together(|| work.end_move(&maps, is_rounded));
         }
         state.moved_to = Some(step);
+    }
+
+    /// Ends the move to a part of a step on all ranks, which go on from there.
+    pub(crate) fn end_part(&self, maps: Maps, points: &[Vector]) {
+        let mut state = self.state();
+        if let Order::EndMove { maps, .. } = self.order(Order::EndMove {
+            maps,
+            is_rounded: false,
+        }) {
+            let work = &mut state.work;
+            self.ranks.together(|| work.end_move(&maps, false));
+        }
+        self.tell_places(&mut state, points);
     }
 
     /// The quality of the cells with all nodes at `points`, which are those of a step `by_fields` where that says so: then

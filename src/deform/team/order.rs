@@ -89,10 +89,22 @@ pub(super) struct Task {
 /// At which nodes a rank evaluates fields.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Rows {
-    /// Where all of its nodes are; none where they are at rest.
-    pub from: Option<List<Vector>>,
+    /// Where all of its nodes are.
+    pub from: RowsFrom,
     /// Those that deform, by their place there, ascending; none for all.
     pub deforming: Option<List<u32>>,
+}
+
+/// Where the nodes of a rank are before fields move them.
+#[derive(Default, Serialize, Deserialize)]
+pub(super) enum RowsFrom {
+    /// At rest.
+    #[default]
+    Rest,
+    /// Where the rank has moved them to.
+    Moved,
+    /// Here.
+    Told(List<Vector>),
 }
 
 /// What a rank has to know of a layer.

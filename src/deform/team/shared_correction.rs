@@ -39,8 +39,8 @@ pub(super) trait Corrected: Sync {
 
 /// Where all nodes of a rank are, which are moved.
 pub(super) struct Moved<'a> {
-    /// Where they are at rest.
-    pub rest: &'a [Vector],
+    /// Where they were before that.
+    pub before: &'a [Vector],
     /// Those that move, ascending; none for all.
     pub moved: Option<&'a [u32]>,
     pub places: &'a mut [Vector],
@@ -72,7 +72,7 @@ impl Corrected for Moved<'_> {
     }
 
     fn place(&self, row: usize) -> Vector {
-        self.rest[self.node(row)]
+        self.before[self.node(row)]
     }
 
     fn add(&mut self, _: usize, added: &Added, row: &dyn Fn(usize) -> u32) {

@@ -2,10 +2,10 @@
 
 use super::kept::Kept;
 use super::nodes::Nodes;
-use super::order::{Changed, LayerTask, Rows};
+use super::order::{Changed, LayerTask, Rows, RowsFrom};
 use super::placing::Maps;
 use super::shared_correction::Moved;
-use crate::deform::fields::{Chosen, Fields, MeshState};
+use crate::deform::fields::{Chosen, Fields, From, MeshState};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
 use crate::deform::wall_angles::WallAngles;
@@ -46,6 +46,8 @@ pub(super) struct Work {
     pub(super) stays: bool,
     /// The nodes that the fields of that step have moved; none for all.
     moved: Option<Arc<[u32]>>,
+    /// Which fields have moved them.
+    moved_by: usize,
     pub(super) kept: Kept,
 }
 
@@ -153,7 +155,14 @@ impl Work {
         rows: Rows,
         progress: &dyn Progress,
     ) {
-        let from = rows.from.map(|List(from)| from);
+        let from = match rows.from {
+            RowsFrom::Rest => None,
+            RowsFrom::Told(List(from)) => Some(from),
+            RowsFrom::Moved => {
+                self.begin_at_rest();
+                Some(self.nodes.places.clone())
+            }
+        };
         let deforming = rows.deforming.map(|List(nodes)| Arc::from(nodes));
         let own = self.own();
         let of_own = deforming.as_deref().map(|nodes| {
@@ -168,7 +177,7 @@ impl Work {
             deforming: of_own.as_deref(),
             surface: &[],
             facets: &[],
-            is_reference: false,
+            from: From::Told,
         };
         let (tasks, mut layers) = (layers, Vec::new());
         let mut selections = Vec::new();
@@ -278,6 +287,7 @@ impl Work {
         if !from_zero {
             self.stays = stay;
             self.moved.clone_from(&fields.deforming);
+            self.moved_by = id;
             self.nodes.places = places;
         }
     }
@@ -289,8 +299,10 @@ impl Work {
 
     /// The nodes that fields have moved, at these places.
     pub fn moved<'a>(&'a self, places: &'a mut [Vector]) -> Moved<'a> {
+        let by = self.fields.get(&self.moved_by);
+        let from = by.and_then(|fields| fields.from.as_deref());
         Moved {
-            rest: self.nodes.rest(self.mesh()),
+            before: from.unwrap_or(self.nodes.rest(self.mesh())),
             moved: self.moved.as_deref(),
             places,
         }
@@ -431,7 +443,7 @@ impl RankFields {
                     deforming: None,
                     surface: &[],
                     facets: &[],
-                    is_reference: false,
+                    from: From::Told,
                 };
                 self.fields.displace(&self.layers, step, state, places);
             }
