@@ -92,10 +92,9 @@ impl Sharing {
 /// Why an outline is not enough for the steps of a schedule.
 pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
-    if output.velocity || output.displacement || output.quality == QualityOutput::Cells {
-        return Some("it makes arrays of all nodes or cells");
-    }
-    None
+    let makes_arrays =
+        output.velocity || output.displacement || output.quality == QualityOutput::Cells;
+    makes_arrays.then_some("it makes arrays of all nodes or cells")
 }
 
 /// Has the whole mesh, or can read it.

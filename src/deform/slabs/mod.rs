@@ -8,7 +8,7 @@
 //!            it needs the whole mesh where steps have folded cells
 //! ```
 //!
-//! Where an outline is not enough (other formats, plane meshes, substeps, arrays), each has the whole mesh: its work is less then, its
+//! Where an outline is not enough (other formats, plane meshes, arrays), each has the whole mesh: its work is less then, its
 //! memory is not.
 //!
 //! A slab does what a rank does ([`super::team`]), but finds out by itself what other ranks would tell it.
