@@ -348,7 +348,7 @@ impl Interval {
             ..state
         };
         let elsewhere = |fading: &Fading<'_>, changes: &[f64]| {
-            if known.is_some() || state.from == From::Rest {
+            if known.is_some() || state.from == From::Rest && plan.judges() {
                 fields.fade_elsewhere(state, fading, changes);
             }
         };

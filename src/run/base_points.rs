@@ -124,11 +124,11 @@ impl<'a> BasePointStore<'a> {
         else {
             return Ok(false);
         };
-        self.selections.push(selection);
         for (file, content) in files.iter().zip(contents) {
             stage_bytes(&content, file, self.names.commit)?.keep()?;
             self.note_file(file)?;
         }
+        self.selections.push(selection);
         Ok(true)
     }
 

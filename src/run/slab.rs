@@ -277,8 +277,7 @@ impl LeftBase {
                 let bytes = fs::read(folder.join(name)).ok()?;
                 (blake3::hash(&bytes).to_string() == *hash).then_some((name.clone(), bytes))
             };
-            let files = record.base_files.iter().map(read);
-            let files: BTreeMap<_, _> = files.collect::<Option<_>>()?;
+            let files: BTreeMap<_, _> = record.base_files.iter().filter_map(read).collect();
             let selections = record.selections.clone();
             (identity(&record, n) == run && !files.is_empty()).then_some(Self { selections, files })
         };

@@ -164,7 +164,9 @@ impl Run<'_> {
     fn task(&self, step: &Step) -> Task {
         let is_kept = self.earlier.rows.contains_key(&step.index);
         let is_repaired = self.earlier.repairs.contains_key(&step.index);
-        let is_slow = self.plan.schedule.rbf.substeps > 1 || is_repaired;
+        // What is read back is the whole mesh.
+        let has_whole = self.plan.mesh.outline.is_none();
+        let is_slow = self.plan.schedule.rbf.substeps > 1 && has_whole || is_repaired;
         match (is_kept, self.earlier.is_unverified, is_slow) {
             (false, _, _) => Task::New,
             (true, true, _) => Task::Verify,

@@ -338,6 +338,8 @@ impl Team {
             self.ranks.together(|| work.end_move(&maps, is_rounded));
         }
         state.moved_to = Some(step);
+        // Those of which ranks were told at the end of a part have moved on.
+        state.is_told = false;
     }
 
     /// Ends the move to a part of a step on all ranks, which go on from there.
@@ -461,9 +463,6 @@ impl SharedFields {
     pub fn fade(&self, state: MeshState<'_>, fading: &Fading<'_>, changes: &[f64]) {
         let whole = WholeSurface::of_changes(state, fading, changes);
         let boxes = whole.boxes();
-        if boxes.is_empty() {
-            return;
-        }
         let (team, mut state) = (&self.team, self.team.state());
         if let Order::Fade { boxes } = team.order(Order::Fade { boxes }) {
             serve::fade(&mut state.work, boxes, Some(&whole), &team.ranks);

@@ -102,8 +102,12 @@ pub(super) fn fade(
     ranks: &Ranks,
 ) {
     let mut places = work.take_places();
-    let moved = work.moved(&mut places);
-    correct(moved, Boxes::new(boxes), whole, ranks);
+    if !boxes.is_empty() {
+        correct(work.moved(&mut places), Boxes::new(boxes), whole, ranks);
+    }
+    // What is out of reach gets a zero, as in one process: of -0.0 it makes 0.0.
+    let mut moved = work.moved(&mut places);
+    ranks.together(|| moved.add_zero());
     work.nodes.places = places;
 }
 

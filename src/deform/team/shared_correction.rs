@@ -61,6 +61,15 @@ impl Corrected for OwnFields<'_> {
 }
 
 impl Moved<'_> {
+    /// Adds 0.0 to the coordinates of the nodes that move.
+    pub fn add_zero(&mut self) {
+        let add = |x: &mut Vector| *x = x.map(|x| x + 0.0);
+        match self.moved {
+            None => parallel::update(self.places, |_, x| add(x)),
+            Some(moved) => (moved.iter()).for_each(|&at| add(&mut self.places[at as usize])),
+        }
+    }
+
     fn node(&self, row: usize) -> usize {
         self.moved.map_or(row, |moved| moved[row] as usize)
     }

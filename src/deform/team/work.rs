@@ -299,8 +299,8 @@ impl Work {
 
     /// The nodes that fields have moved, at these places.
     pub fn moved<'a>(&'a self, places: &'a mut [Vector]) -> Moved<'a> {
-        let by = self.fields.get(&self.moved_by);
-        let from = by.and_then(|fields| fields.from.as_deref());
+        let by = self.fields.get(&self.moved_by).expect(EVALUATED);
+        let from = by.from.as_deref();
         Moved {
             before: from.unwrap_or(self.nodes.rest(self.mesh())),
             moved: self.moved.as_deref(),
