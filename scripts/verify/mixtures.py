@@ -127,6 +127,8 @@ def main():
             ranks = folder / f"{case}_ranks"
             shared = run(*command(chance.choice([2, 3, 4]), "-v", "deform", mesh, steps, "-o", ranks))
             assert shared == (ended, told), f"{what}ranks end with {shared}, one run with {(ended, told)}"
+            if ended != 2:
+                assert joined == (ended, told), f"{what}slabs end with {joined}, one run with {(ended, told)}"
             assert joined[0] == ended, f"{what}slabs end with {joined}, one run with {(ended, told)}"
             if ended == 2:
                 n_refused += 1

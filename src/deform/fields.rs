@@ -29,12 +29,12 @@ pub struct MeshState<'a> {
     /// Facets between them.
     pub facets: &'a [[u32; 3]],
     /// Where ranks have the nodes too.
-    pub from: From,
+    pub rank_places: RankPlaces,
 }
 
 /// Where ranks have the nodes of a mesh that is deformed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum From {
+pub enum RankPlaces {
     /// At rest: it is the reference mesh.
     Rest,
     /// Where they have moved them to.
@@ -180,7 +180,7 @@ impl Fields {
                     deforming: None,
                     surface: &[],
                     facets: &[],
-                    from: From::Told,
+                    rank_places: RankPlaces::Told,
                 };
                 self.displace(layers, step, state, out);
             }

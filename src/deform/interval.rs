@@ -2,7 +2,7 @@
 //! rotation to the inertial frame.
 
 use super::choose;
-use super::fields::{By, Chosen, Fields, From, MeshState};
+use super::fields::{By, Chosen, Fields, MeshState, RankPlaces};
 use super::layer::Layer;
 use super::plan::Plan;
 use super::round_off;
@@ -162,7 +162,7 @@ impl Interval {
             deforming: self.deforming.as_deref(),
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
-            from: From::Rest,
+            rank_places: RankPlaces::Rest,
         }
     }
 
@@ -342,13 +342,14 @@ impl Interval {
         out: &mut [Vector],
     ) {
         let plan = &*self.plan;
-        let deforming = known.map(|known| plan.deforming_among(known));
+        let fading = known.filter(|_| plan.slides_on_curves());
+        let deforming = fading.map(|known| plan.deforming_among(known));
         let here = MeshState {
             deforming: deforming.as_deref().or(state.deforming),
             ..state
         };
         let elsewhere = |fading: &Fading<'_>, changes: &[f64]| {
-            if known.is_some() || state.from == From::Rest && plan.judges() {
+            if known.is_some() || state.rank_places == RankPlaces::Rest && plan.judges() {
                 fields.fade_elsewhere(state, fading, changes);
             }
         };

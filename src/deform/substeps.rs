@@ -1,7 +1,7 @@
 //! A step in substeps: the motion is cut into equal parts, and each is interpolated on the mesh that the
 //! part before gave.
 
-use super::fields::{By, Chosen, Fields, From, MeshState};
+use super::fields::{By, Chosen, Fields, MeshState, RankPlaces};
 use super::interval::Interval;
 use super::layer;
 use super::sliding;
@@ -120,10 +120,10 @@ impl Interval {
         let state = MeshState {
             nodes,
             surface: &surface,
-            from: match known {
-                Some(_) if from == 0.0 => From::Rest,
-                Some(_) => From::Moved,
-                None => From::Told,
+            rank_places: match known {
+                Some(_) if from == 0.0 => RankPlaces::Rest,
+                Some(_) => RankPlaces::Moved,
+                None => RankPlaces::Told,
             },
             ..self.reference()
         };

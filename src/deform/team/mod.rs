@@ -28,7 +28,7 @@ mod shared_correction;
 mod sweeps;
 mod work;
 
-use super::fields::{Chosen, From, MeshState, Narrow};
+use super::fields::{Chosen, MeshState, Narrow, RankPlaces};
 use super::layer::Layer;
 use super::step_memory::Rounding;
 use crate::formats::{Shared, SharedFile};
@@ -109,10 +109,10 @@ impl NodesOfRank {
     fn rows(&self, at: MeshState<'_>) -> Rows {
         let from = || self.collect(|node| at.nodes[node]);
         Rows {
-            from: match at.from {
-                From::Rest => RowsFrom::Rest,
-                From::Moved => RowsFrom::Moved,
-                From::Told => RowsFrom::Told(List(from())),
+            from: match at.rank_places {
+                RankPlaces::Rest => RowsFrom::Rest,
+                RankPlaces::Moved => RowsFrom::Moved,
+                RankPlaces::Told => RowsFrom::Told(List(from())),
             },
             deforming: at.deforming.map(|nodes| List(self.among(nodes))),
         }
@@ -191,7 +191,7 @@ impl Team {
         let id = state.n_fields;
         state.n_fields += 1;
         let whole = WholeSurface::new(at, layers, chosen, correct);
-        let is_told = at.from == From::Told || at.deforming.is_some();
+        let is_told = at.rank_places == RankPlaces::Told || at.deforming.is_some();
         if is_told {
             self.ask_for_nodes(&mut state);
         }
@@ -206,9 +206,9 @@ impl Team {
             Some(match is_told {
                 true => state.nodes[rank].rows(at),
                 false => Rows {
-                    from: match at.from {
-                        From::Moved => RowsFrom::Moved,
-                        From::Rest | From::Told => RowsFrom::Rest,
+                    from: match at.rank_places {
+                        RankPlaces::Moved => RowsFrom::Moved,
+                        RankPlaces::Rest | RankPlaces::Told => RowsFrom::Rest,
                     },
                     deforming: None,
                 },

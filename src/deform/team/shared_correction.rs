@@ -8,7 +8,6 @@
 //! ```
 
 use super::near_surface::{self, WholeSurface};
-use super::work::OwnFields;
 use crate::geometry::Bounds;
 use crate::geometry::boxes::Boxes;
 use crate::geometry::vector::Vector;
@@ -44,20 +43,6 @@ pub(super) struct Moved<'a> {
     /// Those that move, ascending; none for all.
     pub moved: Option<&'a [u32]>,
     pub places: &'a mut [Vector],
-}
-
-impl Corrected for OwnFields<'_> {
-    fn n_rows(&self) -> usize {
-        OwnFields::n_rows(self)
-    }
-
-    fn place(&self, row: usize) -> Vector {
-        OwnFields::place(self, row)
-    }
-
-    fn add(&mut self, layer: usize, added: &Added, row: &dyn Fn(usize) -> u32) {
-        OwnFields::add(self, layer, added, row);
-    }
 }
 
 impl Moved<'_> {

@@ -4,8 +4,8 @@ use super::kept::Kept;
 use super::nodes::Nodes;
 use super::order::{Changed, LayerTask, Rows, RowsFrom};
 use super::placing::Maps;
-use super::shared_correction::Moved;
-use crate::deform::fields::{Chosen, Fields, From, MeshState};
+use super::shared_correction::{Corrected, Moved};
+use crate::deform::fields::{Chosen, Fields, MeshState, RankPlaces};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
 use crate::deform::wall_angles::WallAngles;
@@ -69,22 +69,19 @@ pub(super) struct OwnFields<'a> {
     fields: &'a mut Fields,
 }
 
-impl OwnFields<'_> {
-    /// How many rows there are.
-    pub fn n_rows(&self) -> usize {
+impl Corrected for OwnFields<'_> {
+    fn n_rows(&self) -> usize {
         self.deforming.map_or(self.places.len(), <[u32]>::len)
     }
 
-    /// Where the node of a row was before fields move it.
-    pub fn place(&self, row: usize) -> Vector {
+    fn place(&self, row: usize) -> Vector {
         match self.deforming {
             None => self.places[row],
             Some(nodes) => self.places[nodes[row] as usize - self.first],
         }
     }
 
-    /// Adds the correction of a layer; `row` gives the row of each number in it.
-    pub fn add(&mut self, layer: usize, added: &Added, row: impl Fn(usize) -> u32) {
+    fn add(&mut self, layer: usize, added: &Added, row: &dyn Fn(usize) -> u32) {
         let field = self.fields.of_layer(layer);
         let n_modes = field.n_modes;
         added.add_to(&mut field.values, n_modes, |at| row(at as usize));
@@ -177,7 +174,7 @@ impl Work {
             deforming: of_own.as_deref(),
             surface: &[],
             facets: &[],
-            from: From::Told,
+            rank_places: RankPlaces::Told,
         };
         let (tasks, mut layers) = (layers, Vec::new());
         let mut selections = Vec::new();
@@ -443,7 +440,7 @@ impl RankFields {
                     deforming: None,
                     surface: &[],
                     facets: &[],
-                    from: From::Told,
+                    rank_places: RankPlaces::Told,
                 };
                 self.fields.displace(&self.layers, step, state, places);
             }
