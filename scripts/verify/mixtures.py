@@ -11,6 +11,7 @@ import subprocess
 from pathlib import Path
 
 import gmsh
+import numpy
 import pyvista
 from mpi import ALLOWED, command, content, same
 from program import AZIMESH, azimesh, report, scratch
@@ -46,15 +47,23 @@ def drum(path):
     gmsh.model.addPhysicalGroup(3, [rotor[1]], name="rotor")
     gmsh.model.addPhysicalGroup(3, [background[1]], name="background")
     gmsh.option.setNumber("Mesh.MeshSizeMax", 0.05)
+    gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.model.mesh.generate(3)
     gmsh.write(str(path.with_suffix(".msh")))
     gmsh.finalize()
-    azimesh("convert", path.with_suffix(".msh"), path.with_suffix(".vtu"))
+    azimesh("convert", path.with_suffix(".msh"), path)
+    assert "gmsh:geometrical" in pyvista.read(path).cell_data
+
+
+def rotor(path):
+    """A blade around which the mesh is a zone, with arrays at nodes and cells."""
+    azimesh("sample", "rotor", "--nodes", 80_000, "--surface-nodes", 6000, "--first-cell", 0.003, "-o", path.with_suffix(".vtu"))
     mesh = pyvista.read(path.with_suffix(".vtu"))
-    # Of a mesh with arrays at cells there is no outline.
-    del mesh.cell_data["gmsh:geometrical"]
+    mesh.point_data["from hub"] = mesh.points.astype("float32")
+    mesh.cell_data["part"] = numpy.arange(mesh.n_cells) // 1000
     mesh.save(path.with_suffix(".vtu"))
     azimesh("convert", path.with_suffix(".vtu"), path)
+    azimesh("convert", path, path.with_suffix(".msh"))
 
 
 def schedule(chance, is_drum):
@@ -112,12 +121,12 @@ def main():
     chance, n_files, n_refused = random.Random(SEED), 0, 0
     with scratch() as folder:
         drum(folder / "drum.vtkhdf")
-        azimesh("sample", "rotor", "--nodes", 80_000, "--surface-nodes", 6000, "--first-cell", 0.003, "-o", folder / "rotor.vtkhdf")
+        rotor(folder / "rotor.vtkhdf")
         for name in ("drum", "rotor"):
             for ending in ("cgns", "vtu"):
                 azimesh("convert", folder / f"{name}.vtkhdf", folder / f"{name}.{ending}", "--force")
         for case in range(CASES):
-            name, ending = chance.choice(["drum", "rotor"]), chance.choice(["vtkhdf", "cgns", "vtu"])
+            name, ending = chance.choice(["drum", "rotor"]), chance.choice(["vtkhdf", "cgns", "vtu", "msh"])
             mesh, steps = folder / f"{name}.{ending}", folder / f"{case}.toml"
             steps.write_text(schedule(chance, name == "drum"))
             what = f"case {case} of seed {SEED}, {mesh.name}:\n{steps.read_text()}"

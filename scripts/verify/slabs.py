@@ -151,10 +151,11 @@ def check_rotors(folder):
         ("still", "rotor", zone, coarse, 'format = "vtu"', (3,)),
         ("zone32", "rotor", [*SMALL_ZONE, "--cells", "tet"], coarse, 'format = "vtkhdf"\nprecision = "f32"', (3,)),
         ("bodies", "rotor", bodies, [*coarse, inertial], 'format = "vtkhdf"\nprecision = "f32"', (1, 4)),
+        ("gmsh", "rotor", [*SMALL_ZONE, "--cells", "tet"], [*coarse, inertial], 'format = "vtkhdf"', (2,)),
         ("plane", "naca0012", ["--nodes", 70_000], [few], 'format = "vtkhdf"\ndisplacement = true', (2, 7)),
         ("text", "blade", ["--nodes", 40_000], [few], 'format = "msh"', (3,)),
     ]:
-        mesh, schedule = folder / f"{name}.{'msh' if name == 'text' else 'vtu'}", folder / f"{name}.toml"
+        mesh, schedule = folder / f"{name}.{'msh' if name in ('gmsh', 'text') else 'vtu'}", folder / f"{name}.toml"
         azimesh("sample", sample, *options, "-o", mesh)
         text = schedule.read_text()
         for old, new in changes:

@@ -27,7 +27,7 @@ pub(super) fn write_slab(
             "--slab is the work of one process; without it ranks of MPI share the mesh",
         ));
     }
-    let work = |mesh: &Outlined| mesh.one(slab);
+    let work = |mesh: &mut Outlined| mesh.one(slab);
     let deformation = deformation(&mut request, schedule, (with_files, context), work, stop)?;
     for choice in &deformation.plan().choices {
         context.note(&choice.to_string());
@@ -77,7 +77,7 @@ pub(super) fn join(
         ..Request::default()
     };
     let with_files = context.keep_in_files(folder);
-    let work = |mesh: &Outlined| mesh.joined(folder, n);
+    let work = |mesh: &mut Outlined| mesh.joined(folder, n);
     let deformation = deformation(&mut request, schedule, (with_files, context), work, &stop);
     let deformation = deformation.map_err(|error| from_there(error, folder))?;
     for choice in &deformation.plan().choices {
@@ -120,7 +120,7 @@ fn deformation(
     request: &mut Request,
     schedule: Schedule,
     (with_files, context): (bool, &Context),
-    work: impl FnOnce(&Outlined) -> Sharing,
+    work: impl FnOnce(&mut Outlined) -> Sharing,
     stop: &Arc<Stop>,
 ) -> Result<Deformation> {
     let path = &*request.mesh.clone();
@@ -138,14 +138,14 @@ fn deformation(
         tag_array: request.tag_array.clone(),
         step: None,
     };
-    let (found, why_whole) = context.outline_or_whole(path, None, &options, enough)?;
+    let (mut found, why_whole) = context.outline_or_whole(path, None, &options, enough)?;
     if let Some(reason) = &why_whole {
         context.note(&format!(
             "{}: read whole, and takes the memory of that: {reason}",
             path.display()
         ));
     }
-    let sharing = work(&found);
+    let sharing = work(&mut found);
     let mesh = context.with_notes(found.loaded, path);
     let deformation = Deformation::builder(mesh, schedule)
         .progress(context.progress().into())

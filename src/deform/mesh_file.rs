@@ -38,9 +38,6 @@ impl MeshFile {
     /// # Errors
     /// Why it has to be read as a whole.
     pub(super) fn outline(self: &Arc<Self>) -> std::result::Result<Loaded, String> {
-        if self.0.has_arrays().map_err(reason)? {
-            return Err("it has arrays at nodes or cells".to_owned());
-        }
         let at_once = self.0.nodes_at_once().map_err(reason)?;
         if at_once > MOST_AT_ONCE {
             return Err(format!(

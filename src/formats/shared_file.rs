@@ -189,7 +189,7 @@ impl SharedFile {
         })
     }
 
-    /// Gives the outline of the mesh its groups and the arrays of the mesh as a whole, with the notes of its reader.
+    /// Gives the outline of the mesh its groups and arrays, with the notes of its reader.
     ///
     /// # Errors
     /// Why the file has to be read as a whole, as for [`read_parts`].
@@ -222,15 +222,6 @@ impl SharedFile {
     pub fn nodes_at_once(&self) -> Result<usize> {
         let (location, format) = self.open()?;
         Ok(by_slabs(format, location.file()?, &self.options())?.nodes_at_once())
-    }
-
-    /// Whether it is seen at once that the mesh has arrays.
-    ///
-    /// # Errors
-    /// Where the file cannot be read by slabs.
-    pub fn has_arrays(&self) -> Result<bool> {
-        let (location, format) = self.open()?;
-        by_slabs(format, location.file()?, &self.options())?.has_arrays()
     }
 
     /// Passes the mesh, of which some nodes or cells are read at a time, and whether boundary faces that have the same nodes are

@@ -21,16 +21,12 @@ pub trait Slabs: Send + Sync {
     fn nodes_at_once(&self) -> usize {
         1
     }
-    /// Whether it is seen at once that the mesh has arrays, so that an outline is not all of it.
-    fn has_arrays(&self) -> Result<bool> {
-        Ok(false)
-    }
     /// The coordinates of some nodes.
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>>;
     /// Some cells, in memory of about their size; each of their nodes is one of the mesh.
     fn cells(&self, cells: Range<usize>) -> Result<Cells>;
-    /// Gives the outline of the mesh, which knows the kinds of all cells, its groups and the arrays of the mesh as a whole; notes
-    /// what a reader of the whole notes.
+    /// Gives the outline of the mesh, which knows the kinds of all cells, its groups and its arrays, which are read as a whole;
+    /// notes what a reader of the whole notes.
     ///
     /// # Errors
     /// Why that is not all that the mesh has, as for [`Opened`].

@@ -1,5 +1,6 @@
 //! Data arrays of a mesh: at nodes, at cells, or field arrays.
 
+use crate::sparse;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -211,6 +212,11 @@ impl Values {
         }
         append!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text);
         true
+    }
+
+    /// Forgets what the numbers are: as many zeros, which take no memory.
+    pub(crate) fn forget(&mut self) {
+        with_numbers!(self, v => *v = sparse::zeros(v.len(), Default::default()), _text => ());
     }
 
     /// Bytes held in memory.

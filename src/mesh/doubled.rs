@@ -102,12 +102,12 @@ impl Doubled {
 
     /// Gives a whole mesh the copies, or an outline those that it knows of.
     pub fn apply(&self, mesh: &mut Mesh) {
+        for array in &mut mesh.point_arrays {
+            repeat_tuples(array, self.n_nodes, &self.nodes);
+        }
         if mesh.outline.is_none() {
             self.give(&mut mesh.cells, 0);
             mesh.points.extend_from_slice(&self.places);
-            for array in &mut mesh.point_arrays {
-                repeat_tuples(array, self.n_nodes, &self.nodes);
-            }
             return;
         }
         mesh.take_places(&self.nodes, &self.places);

@@ -8,7 +8,7 @@
 //!            it needs the whole mesh where steps have folded cells
 //! ```
 //!
-//! Where an outline is not enough (other formats, plane meshes, arrays), each has the whole mesh: its work is less then, its
+//! Where an outline is not enough (other formats, plane meshes, arrays that are made), each has the whole mesh: its work is less then, its
 //! memory is not.
 //!
 //! A slab does what a rank does ([`super::team`]), but finds out by itself what other ranks would tell it.
@@ -87,8 +87,11 @@ impl SlabOf {
 }
 
 impl Outlined {
-    /// The work on one slab, which is read once there is a plan, where this is the outline.
-    pub fn one(&self, slab: SlabOf) -> Sharing {
+    /// The work on one slab, which is read once there is a plan, where this is the outline. Values of arrays are of no use for it.
+    pub fn one(&mut self, slab: SlabOf) -> Sharing {
+        let mesh = &mut self.loaded.mesh;
+        let arrays = mesh.point_arrays.iter_mut().chain(&mut mesh.cell_arrays);
+        arrays.for_each(|array| array.values.forget());
         Sharing::Slab(Arc::new(OneSlab::new(self.file.clone(), slab)))
     }
 

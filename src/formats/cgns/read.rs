@@ -42,7 +42,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     }
 }
 
-/// Gives the outline of a mesh of unstructured zones in HDF5 its groups and the arrays of the mesh as a whole.
+/// Gives the outline of a mesh of unstructured zones in HDF5, without arrays at cells, its groups and arrays.
 pub(super) fn complete(
     source: &Source,
     options: &ReadOptions,
@@ -58,11 +58,12 @@ pub(super) fn complete(
     }
     outline.cells = read.cells;
     outline.groups = read.groups;
+    outline.point_arrays = read.point_arrays;
     outline.field_arrays = read.field_arrays;
     Ok(())
 }
 
-/// All bases; where the cells of all are known without nodes and solutions.
+/// All bases; where the cells of all are known without nodes.
 fn read_bases(
     root: &Node,
     options: &ReadOptions,
@@ -84,7 +85,7 @@ fn read_bases(
         return Err(bases[0].refuse("it has no zone (Zone_t), so there is no mesh"));
     }
     let several = zones.len() > 1;
-    let mut known = cells.is_some().then_some(0);
+    let mut known = cells.is_some().then(Known::default);
     found.cells = cells.unwrap_or_default();
     for (zone, families) in zones {
         read_zone(zone, &families, (&step, several), &mut known, &mut found)?;
@@ -92,8 +93,9 @@ fn read_bases(
     found.say(notes);
     root.note_latin1(notes);
     let n_cells = found.cells.len();
+    let n_nodes = known.map_or(found.points.len(), |known| known.n_nodes);
     let mut mesh = Mesh {
-        point_arrays: found.point_arrays.into_data_arrays(found.points.len()),
+        point_arrays: found.point_arrays.into_data_arrays(n_nodes),
         cell_arrays: found.cell_arrays.into_data_arrays(n_cells),
         points: found.points,
         cells: found.cells,
@@ -103,6 +105,13 @@ fn read_bases(
     };
     give_to_faces(&mut mesh);
     Ok(mesh)
+}
+
+/// How many nodes and cells the zones before one have, where cells are not read here.
+#[derive(Default)]
+struct Known {
+    n_nodes: usize,
+    n_cells: usize,
 }
 
 /// Solutions have values of cells alone: a boundary face gets those of the cell that it bounds.
@@ -190,7 +199,7 @@ fn read_zone(
     mut zone: Zone,
     families: &Families,
     (step, is_group): (&Step, bool),
-    known: &mut Option<usize>,
+    known: &mut Option<Known>,
     found: &mut MeshBuilder,
 ) -> Result<()> {
     if let Some((said, meant)) = &zone.odd_kind {
@@ -201,11 +210,13 @@ fn read_zone(
         };
         found.remarks.push(note.into());
     }
-    let first_cell = known.unwrap_or(found.cells.len());
+    let first_cell = (known.as_ref()).map_or(found.cells.len(), |known| known.n_cells);
     let end = match known {
-        Some(next) => {
-            *next = unstructured::read_groups(&zone, families, first_cell, found)?;
-            *next
+        Some(known) => {
+            zone.first_node = known.n_nodes;
+            known.n_nodes += zone.total_nodes()?;
+            known.n_cells = unstructured::read_groups(&zone, families, first_cell, found)?;
+            known.n_cells
         }
         None => {
             let mut points = std::mem::take(&mut found.points);
@@ -225,9 +236,7 @@ fn read_zone(
         .filter(|run| run.kind.dimension() == dimension)
         .map(|run| run.first_cell..run.first_cell + run.n_cells())
         .collect();
-    if known.is_none() {
-        solution::read(&zone, &solid, step, found)?;
-    }
+    solution::read(&zone, &solid, step, found)?;
     if is_group {
         found
             .tags

@@ -31,8 +31,8 @@ type Found<T> = std::result::Result<T, Refusal>;
 struct Zones<'a> {
     source: &'a Source,
     options: ReadOptions,
-    /// Whether a zone has arrays.
-    has_solutions: bool,
+    /// Whether a zone has arrays at cells.
+    has_solutions_of_cells: bool,
     grids: Vec<Grid>,
     sections: Vec<Elements>,
 }
@@ -95,7 +95,7 @@ pub(super) fn open<'a>(source: &'a Source, options: &ReadOptions) -> Found<impl 
     let mut found = Zones {
         source,
         options: options.clone(),
-        has_solutions: false,
+        has_solutions_of_cells: false,
         grids: Vec::new(),
         sections: Vec::new(),
     };
@@ -114,7 +114,10 @@ impl Zones<'_> {
             return Err(whole("boundary conditions are given by their nodes"));
         }
         for arrays in ["FlowSolution_t", "DiscreteData_t"] {
-            self.has_solutions |= zone.node.labelled(arrays)?.next().is_some();
+            for solution in zone.node.labelled(arrays)? {
+                let location = solution.child_text("GridLocation")?;
+                self.has_solutions_of_cells |= location.as_deref() == Some("CellCenter");
+            }
         }
         zone.first_node = self.n_nodes();
         self.grids.push(Grid::of(&zone, step)?);
@@ -300,13 +303,10 @@ impl Array {
 }
 
 impl Slabs for Zones<'_> {
-    fn has_arrays(&self) -> Result<bool> {
-        Ok(self.has_solutions)
-    }
-
     fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
-        if self.has_solutions {
-            return Err(whole("it has arrays at nodes or cells"));
+        if self.has_solutions_of_cells {
+            // Boundary faces have the values of the cells that they bound.
+            return Err(whole("it has arrays at cells"));
         }
         Ok(read::complete(self.source, &self.options, outline, notes)?)
     }

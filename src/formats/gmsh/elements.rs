@@ -49,6 +49,17 @@ pub(super) fn read(
     Ok(cells)
 }
 
+/// Passes all elements, which `tagged` and `numbers` take as in [`read`].
+pub(super) fn read_tags(
+    stream: &mut Stream,
+    version: Version,
+    tagged: &mut Tagged,
+    numbers: &mut Numbers,
+) -> Result<()> {
+    let blocks = read_blocks(stream, version, tagged)?;
+    blocks.iter().try_for_each(|block| block.numbers(numbers))
+}
+
 /// The cells of blocks, and whether their tags count up from 1.
 pub(super) fn cells_of(blocks: &[Block], nodes: &Index) -> Result<(Cells, bool)> {
     let n_entries = blocks.iter().map(|block| block.of.n_nodes * block.n_cells);

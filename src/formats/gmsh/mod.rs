@@ -81,8 +81,8 @@ impl Format for Msh {
     fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
         read::read(source.bytes(), options, notes)
     }
-    fn slabs<'a>(&self, source: &'a Source, _: &ReadOptions) -> Result<Opened<'a>> {
-        opened(slabs::open(source.bytes()))
+    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
+        opened(slabs::open(source.bytes(), options))
     }
     fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
         read::steps(source.bytes())

@@ -23,6 +23,17 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
+    /// Nodes whose tags count up from `first`, but for where they are.
+    pub fn counting_up(first: i64, n: usize, n_parametric: usize) -> Self {
+        let tags = || (0..n as i64).map(|i| first + i).collect();
+        Self {
+            points: Vec::new(),
+            index: Index::Consecutive { first, n: n as u64 },
+            numbers: (first != 1 && n > 0).then(tags),
+            n_parametric,
+        }
+    }
+
     fn new(points: Vec<[f64; 3]>, tags: Vec<i64>, n_parametric: usize) -> Result<Self> {
         let index = Index::new(&tags, "node")?;
         let counts_up = matches!(index, Index::Consecutive { first: 1, .. }) || tags.is_empty();

@@ -50,6 +50,36 @@ fn read_sections(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Resu
     parts.mesh(&stream, options, notes)
 }
 
+/// Gives the outline of a mesh in binary MSH 4.1 its groups and arrays. Its nodes are known, and where their section ends.
+pub(super) fn complete(
+    bytes: &[u8],
+    (nodes, end): (Nodes, usize),
+    outline: &mut Mesh,
+    options: &ReadOptions,
+    notes: &mut Notes,
+) -> Result<()> {
+    let mut parts = FileContent {
+        needs_entities: true,
+        ..FileContent::default()
+    };
+    sections(bytes, |name, version, stream| {
+        let is_read = match name {
+            b"Nodes" => {
+                stream.text.set_position(end);
+                true
+            }
+            b"Elements" => {
+                let tags = &mut parts.tags;
+                elements::read_tags(stream, version, &mut tags.elementary, &mut tags.numbers)?;
+                true
+            }
+            _ => parts.read(name, version, stream, notes)?,
+        };
+        Ok::<_, Error>(if is_read { Passed::Read } else { Passed::Over })
+    })?;
+    parts.complete(nodes, outline, options, notes)
+}
+
 /// Times of the data, where some array is there more than once.
 pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
     let mut found = Vec::new();
@@ -291,10 +321,27 @@ impl<'a> FileContent<'a> {
         Ok(())
     }
 
-    fn mesh(self, stream: &Stream, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        let Some(nodes) = self.nodes else {
+    fn mesh(mut self, stream: &Stream, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        let Some(mut nodes) = self.nodes.take() else {
             return Err(stream.error("the file has no $Nodes"));
         };
+        let mut mesh = Mesh {
+            points: std::mem::take(&mut nodes.points),
+            cells: self.cells.take().unwrap_or_default(),
+            ..Mesh::default()
+        };
+        self.complete(nodes, &mut mesh, options, notes)?;
+        Ok(mesh)
+    }
+
+    /// Gives a mesh that has its nodes and cells its groups and arrays.
+    fn complete(
+        self,
+        nodes: Nodes,
+        mesh: &mut Mesh,
+        options: &ReadOptions,
+        notes: &mut Notes,
+    ) -> Result<()> {
         if nodes.n_parametric > 0 {
             notes.push(NotKept::Of {
                 what: "parametric coordinates",
@@ -306,11 +353,6 @@ impl<'a> FileContent<'a> {
             let n = self.tags.n_ghosts;
             notes.push(Read::SeveralPartitions { n });
         }
-        let mut mesh = Mesh {
-            points: nodes.points,
-            cells: self.cells.unwrap_or_default(),
-            ..Mesh::default()
-        };
         let named = self.names.len();
         if self.needs_entities && !self.entities.are_known && named > 0 {
             notes.push(Read::GroupsWithoutEntities { n: named });
@@ -325,13 +367,13 @@ impl<'a> FileContent<'a> {
             true => self.tags.partition,
             false => of_parts,
         };
-        mesh.cell_arrays = groups::arrays(&elementary, &partition, &mesh);
+        mesh.cell_arrays = groups::arrays(&elementary, &partition, mesh);
         let numbers = self.tags.numbers.values();
         data::add(
             &self.data,
             &nodes.index,
             numbers.as_deref(),
-            &mut mesh,
+            mesh,
             options,
             notes,
         )?;
@@ -340,8 +382,8 @@ impl<'a> FileContent<'a> {
             .extend(nodes.numbers.map(|numbers| array("node_number", numbers)));
         mesh.cell_arrays
             .extend(numbers.map(|numbers| array("cell_number", numbers)));
-        self.tags.shared.merge(&mut mesh);
-        data::note_missing(&mesh, notes);
-        Ok(mesh)
+        self.tags.shared.merge(mesh);
+        data::note_missing(mesh, notes);
+        Ok(())
     }
 }

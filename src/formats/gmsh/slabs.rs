@@ -4,12 +4,13 @@ use super::super::slabs::{Refusal, Slabs, overlapping, whole};
 use super::elements::{self, Block, cells_of};
 use super::groups::Tagged;
 use super::index::Index;
-use super::nodes::{Records, block_counts, block_head, check_total};
-use super::read::{Passed, sections};
+use super::nodes::{self, Records, block_counts, block_head, check_total};
+use super::read::{Passed, complete, sections};
 use super::stream::{Binary, Stream, Version};
 use crate::error::Result;
+use crate::formats::{Notes, ReadOptions};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Cells, too_many};
+use crate::mesh::{Cells, Mesh, too_many};
 use crate::parallel::any;
 use std::ops::Range;
 
@@ -17,6 +18,8 @@ type Found<T> = std::result::Result<T, Refusal>;
 
 /// The blocks of a file.
 struct Blocks<'a> {
+    bytes: &'a [u8],
+    options: ReadOptions,
     nodes: Nodes<'a>,
     elements: Vec<Block<'a>>,
 }
@@ -24,11 +27,16 @@ struct Blocks<'a> {
 /// Nodes whose tags count up in the order of the file.
 struct Nodes<'a> {
     blocks: Vec<(Range<usize>, Records<'a>)>,
-    index: Index,
+    /// The tag of the first.
+    first: i64,
+    /// How many have parametric coordinates.
+    n_parametric: usize,
+    /// Where their section ends.
+    end: usize,
 }
 
 /// Finds the blocks of a file.
-pub(super) fn open(bytes: &[u8]) -> Found<impl Slabs + use<'_>> {
+pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Slabs + use<'a>> {
     let (mut nodes, mut elements) = (None, None);
     let stream = sections(bytes, |name, version, stream| {
         let Some(binary) = stream.binary.filter(|_| version == Version::V41) else {
@@ -48,6 +56,8 @@ pub(super) fn open(bytes: &[u8]) -> Found<impl Slabs + use<'_>> {
         Ok(Passed::Read)
     })?;
     Ok(Blocks {
+        bytes,
+        options: options.clone(),
         nodes: nodes.ok_or_else(|| stream.error("the file has no $Nodes"))?,
         elements: elements.unwrap_or_default(),
     })
@@ -65,7 +75,7 @@ impl<'a> Nodes<'a> {
     fn find(stream: &mut Stream<'a>, binary: Binary) -> Found<Self> {
         let (n_blocks, n_nodes) = block_counts(stream, Version::V41)?;
         let mut blocks: Vec<(Range<usize>, Records)> = Vec::new();
-        let (mut first, mut n_found) = (0, 0);
+        let (mut first, mut n_found, mut n_parametric) = (0, 0, 0);
         for _ in 0..n_blocks {
             let (n, n_parameters) = block_head(stream, Version::V41)?;
             let tags = stream.take(n, binary.size_bytes, "the node tags")?;
@@ -88,16 +98,25 @@ impl<'a> Nodes<'a> {
             }
             blocks.push((n_found..n_found + n, records));
             n_found += n;
+            n_parametric += if n_parameters > 0 { n } else { 0 };
         }
         check_total(stream, n_found, n_nodes)?;
         if n_found >= u32::MAX as usize {
             return Err(stream.error(too_many("nodes")).into());
         }
-        let index = Index::Consecutive {
+        Ok(Self {
+            blocks,
             first,
-            n: n_found as u64,
-        };
-        Ok(Self { blocks, index })
+            n_parametric,
+            end: stream.text.position(),
+        })
+    }
+
+    fn index(&self) -> Index {
+        Index::Consecutive {
+            first: self.first,
+            n: self.len() as u64,
+        }
     }
 
     fn len(&self) -> usize {
@@ -137,6 +156,13 @@ impl Slabs for Blocks<'_> {
     fn cells(&self, cells: Range<usize>) -> Result<Cells> {
         let parts = overlapping(&self.elements, Block::cells, cells);
         let parts: Vec<Block> = parts.filter_map(|(block, own)| block.part(own)).collect();
-        Ok(cells_of(&parts, &self.nodes.index)?.0)
+        Ok(cells_of(&parts, &self.nodes.index())?.0)
+    }
+
+    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
+        let nodes = &self.nodes;
+        let known = nodes::Nodes::counting_up(nodes.first, nodes.len(), nodes.n_parametric);
+        let known = (known, nodes.end);
+        Ok(complete(self.bytes, known, outline, &self.options, notes)?)
     }
 }

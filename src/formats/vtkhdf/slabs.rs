@@ -4,7 +4,7 @@
 //! of up to 2 GiB, of each dataset that changes: while a rank reads its slab of the coordinates, it holds those of all nodes.
 
 use super::super::hdf5::{Dataset, Group};
-use super::super::slabs::{Opened, Refusal, Slabs, whole as refused};
+use super::super::slabs::{Opened, Refusal, Slabs};
 use super::super::vtk::{split, tags};
 use super::super::{Notes, ReadOptions};
 use super::extent::{Extent, PartRows};
@@ -178,25 +178,12 @@ impl Slabs for Open {
         super::placed(self.some_cells(&rows))
     }
 
-    fn has_arrays(&self) -> Result<bool> {
-        let (of, mut notes) = (("Point", "point"), Notes::default());
-        let found = read::located(&self.grid, &self.extent, of, &self.points, &mut notes);
-        // Of arrays that are left out the reader of the whole tells.
-        Ok(!found?.is_empty() || !notes.is_empty())
-    }
-
     fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> std::result::Result<(), Refusal> {
-        if self.has_arrays()? {
-            return Err(refused("it has arrays at nodes"));
-        }
-        let (of, rows) = (("Cell", "cell"), &self.cells);
-        outline.cell_arrays = read::arrays(&self.grid, &self.extent, of, rows, notes)?;
-        outline.field_arrays = read::fields(&self.grid, &self.extent, notes)?;
-        tags::extract(outline, self.tag_array.as_deref())?;
-        match outline.cell_arrays.is_empty() {
-            true => Ok(()),
-            false => Err(refused("it has arrays at cells")),
-        }
+        let (grid, extent) = (&self.grid, &self.extent);
+        outline.point_arrays = read::arrays(grid, extent, ("Point", "point"), &self.points, notes)?;
+        outline.cell_arrays = read::arrays(grid, extent, ("Cell", "cell"), &self.cells, notes)?;
+        outline.field_arrays = read::fields(grid, extent, notes)?;
+        Ok(tags::extract(outline, self.tag_array.as_deref())?)
     }
 }
 

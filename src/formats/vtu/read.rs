@@ -79,7 +79,7 @@ fn unstructured(document: &mut Document, notes: &mut Notes) -> Result<(Mesh, Opt
     Ok((mesh, built.origin))
 }
 
-fn point_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
+pub(super) fn point_data<'d, 'a>(piece: &'d Piece<'a>) -> (u64, &'d Vec<Array<'a>>) {
     (piece.n_points, &piece.point_data)
 }
 

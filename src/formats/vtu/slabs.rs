@@ -257,26 +257,15 @@ fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
 }
 
 impl Slabs for Pieces<'_> {
-    fn has_arrays(&self) -> Result<bool> {
-        let mut pieces = self.document.pieces.iter();
-        Ok(pieces.any(|piece| !piece.point_data.is_empty()))
-    }
-
     fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let (pieces, layout) = (&self.document.pieces, &self.document.layout);
-        if self.has_arrays()? {
-            return Err(whole("it has arrays at nodes"));
-        }
+        outline.point_arrays = data(pieces, layout, "point", read::point_data, notes)?;
         outline.cell_arrays = data(pieces, layout, "cell", read::cell_data, notes)?;
         for array in &self.document.field_data {
             let array = field(array, layout, notes)?;
             outline.field_arrays.push(array);
         }
-        tags::extract(outline, self.tag_array.as_deref())?;
-        match outline.cell_arrays.is_empty() {
-            true => Ok(()),
-            false => Err(whole("it has arrays at cells")),
-        }
+        Ok(tags::extract(outline, self.tag_array.as_deref())?)
     }
 
     fn n_nodes(&self) -> usize {
