@@ -1,6 +1,7 @@
 //! `$Elements` of version 4: blocks of one type and one entity.
 
 use super::super::lexer::{Fields, Lines};
+use super::super::source::release_mapped;
 use super::groups::Tagged;
 use super::index::{Index, Numbers};
 use super::kinds::{self, Type};
@@ -49,15 +50,21 @@ pub(super) fn read(
     Ok(cells)
 }
 
-/// Passes all elements, which `tagged` and `numbers` take as in [`read`].
+/// Passes all elements of a binary file, which `tagged` and `numbers` take as in [`read`]; of the file little is in memory at a time.
 pub(super) fn read_tags(
     stream: &mut Stream,
     version: Version,
     tagged: &mut Tagged,
     numbers: &mut Numbers,
 ) -> Result<()> {
-    let blocks = read_blocks(stream, version, tagged)?;
-    blocks.iter().try_for_each(|block| block.numbers(numbers))
+    for block in read_blocks(stream, version, tagged)? {
+        for start in (0..block.n_cells).step_by(16 * CHUNK) {
+            let some = block.part(start..block.n_cells.min(start + 16 * CHUNK));
+            some.map_or(Ok(()), |some| some.numbers(numbers))?;
+            release_mapped();
+        }
+    }
+    Ok(())
 }
 
 /// The cells of blocks, and whether their tags count up from 1.
