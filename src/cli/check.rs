@@ -5,6 +5,7 @@ use super::{Context, Outcome, memory};
 use crate::deform::Plan;
 use crate::diagnostic::{Diagnostic, amount, in_digits, short};
 use crate::error::{Result, counted, one_line};
+use crate::formats::by_name;
 use crate::motion::{Frame, Role, Schedule, Step, TagRole};
 use crate::parallel;
 use crate::preflight::{
@@ -33,7 +34,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
     // It asks the format what that cannot hold.
     let enough = match why_not_run(&schedule) {
-        None => Ok(None),
+        None => Ok(Some(by_name(&schedule.output.format)?)),
         Some(reason) => Err(reason.to_owned()),
     };
     let plan = context.plan(&args.mesh, schedule, enough)?;

@@ -462,7 +462,7 @@ impl Deformation {
     pub(crate) fn keep(&self, step: &Step, points: &[Vector]) -> Option<Box<dyn Apart>> {
         match &self.plan.sharing {
             Sharing::Ranks(team) => Some(Box::new(team.keep(points))),
-            Sharing::Joined(joined) => Some(Box::new(joined.points(step.index))),
+            Sharing::Joined(joined) => Some(Box::new(joined.points(step.index, &self.plan.mesh))),
             Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => None,
         }
     }

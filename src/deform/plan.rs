@@ -120,7 +120,7 @@ impl Plan {
     }
 
     /// Where the nodes are in the reference mesh: with an outline those that are known.
-    pub(super) fn points(&self) -> &[Vector] {
+    pub fn points(&self) -> &[Vector] {
         &self.whole.get().map_or(&self.mesh, |whole| &whole.0).points
     }
 

@@ -62,7 +62,11 @@ impl Sharing {
         };
         Ok(match &self {
             Self::File(file) => Self::File(double(file)),
-            Self::Slab(slab) => Self::Slab(Arc::new(slab.of_file(double))),
+            Self::Slab(slab) => {
+                let slab = slab.of_file(double);
+                mesh.forget_arrays();
+                Self::Slab(Arc::new(slab))
+            }
             Self::Joined(joined) => Self::Joined(Arc::new(joined.of_file(double))),
             Self::Alone | Self::Ranks(_) => self,
         })
@@ -92,8 +96,7 @@ impl Sharing {
 /// Why an outline is not enough for the steps of a schedule.
 pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
-    let makes_arrays =
-        output.velocity || output.displacement || output.quality == QualityOutput::Cells;
+    let makes_arrays = output.velocity || output.quality == QualityOutput::Cells;
     makes_arrays.then_some("it makes arrays of all nodes or cells")
 }
 

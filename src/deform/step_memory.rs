@@ -10,6 +10,7 @@ use super::window::Window;
 use crate::geometry::vector::Vector;
 use crate::parallel;
 use crate::quality::Summary;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -19,7 +20,7 @@ const KEPT: usize = 3;
 pub(crate) const STARTS: usize = 64 << 20;
 
 /// What coordinates become in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Rounding {
     /// They stay what they are.
     None,

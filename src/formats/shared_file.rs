@@ -205,6 +205,7 @@ impl SharedFile {
             Refusal::Whole(why) => why,
             Refusal::Damaged(error) => reason(error),
         })?;
+        outline.validate_arrays().map_err(reason)?;
         outline.validate_groups().map_err(reason)?;
         super::names::check(&mut outline, &mut notes);
         notes.close();

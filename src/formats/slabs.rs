@@ -90,6 +90,23 @@ pub(super) fn overlapping<P>(
     of_pieces.filter(|(_, items)| !items.is_empty())
 }
 
+/// The coordinates of some nodes of consecutive pieces; `put` sets those of a piece, counted from its first.
+pub(super) fn points_of<P>(
+    pieces: &[P],
+    items: impl Fn(&P) -> Range<usize>,
+    nodes: Range<usize>,
+    put: impl Fn(&P, Range<usize>, &mut [Vector]) -> Result<()>,
+) -> Result<Vec<Vector>> {
+    let mut points = vec![[0.0; 3]; nodes.len()];
+    let mut rest = &mut points[..];
+    for (piece, own) in overlapping(pieces, items, nodes) {
+        let (out, others) = rest.split_at_mut(own.len());
+        put(piece, own, out)?;
+        rest = others;
+    }
+    Ok(points)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -35,6 +35,8 @@ pub trait Apart: Debug + Send + Sync {
 pub enum Numbers {
     /// Coordinates of all nodes.
     Coordinates(Coordinates),
+    /// How far all nodes are from where they are at rest, as coordinates.
+    Displacements(Coordinates),
     /// The nodes of some cells.
     Nodes(NodesOfCells),
 }

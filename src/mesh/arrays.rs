@@ -1,5 +1,6 @@
 //! Data arrays of a mesh: at nodes, at cells, or field arrays.
 
+use super::Mesh;
 use crate::sparse;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -80,6 +81,14 @@ impl DataArray {
     /// Number of tuples.
     pub fn n_tuples(&self) -> usize {
         self.values.len() / self.n_components.max(1)
+    }
+}
+
+impl Mesh {
+    /// Forgets the values of arrays at nodes and cells: their zeros take no memory.
+    pub(crate) fn forget_arrays(&mut self) {
+        let arrays = self.point_arrays.iter_mut().chain(&mut self.cell_arrays);
+        arrays.for_each(|array| array.values.forget());
     }
 }
 
@@ -215,7 +224,7 @@ impl Values {
     }
 
     /// Forgets what the numbers are: as many zeros, which take no memory.
-    pub(crate) fn forget(&mut self) {
+    fn forget(&mut self) {
         with_numbers!(self, v => *v = sparse::zeros(v.len(), Default::default()), _text => ());
     }
 

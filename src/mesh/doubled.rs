@@ -3,7 +3,7 @@
 
 use super::numbering::Numbering;
 use super::zone_sides::ZoneSides;
-use super::{CellRef, CellSet, Cells, DataArray, Mesh};
+use super::{CellRef, CellSet, Cells, Mesh};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::ranks::raw;
@@ -103,15 +103,17 @@ impl Doubled {
     /// Gives a whole mesh the copies, or an outline those that it knows of.
     pub fn apply(&self, mesh: &mut Mesh) {
         for array in &mut mesh.point_arrays {
-            repeat_tuples(array, self.n_nodes, &self.nodes);
+            let nodes: Vec<usize> = self.nodes.iter().map(|node| *node as usize).collect();
+            let copies = array.values.select(array.n_components, &nodes);
+            array.values.append(&copies);
         }
         if mesh.outline.is_none() {
             self.give(&mut mesh.cells, 0);
             mesh.points.extend_from_slice(&self.places);
             return;
         }
+        mesh.add_unknown_nodes(self.nodes.len());
         mesh.take_places(&self.nodes, &self.places);
-        mesh.add_unknown_nodes(self.nodes.len(), &self.nodes);
         mesh.points[self.n_nodes..].copy_from_slice(&self.places);
         let dimension = mesh.dimension();
         let runs = mesh.cells.runs();
@@ -124,11 +126,4 @@ impl Doubled {
             mesh.cells.renumber_nodes_of(range, &copy);
         }
     }
-}
-
-fn repeat_tuples(array: &mut DataArray, n: usize, nodes: &[u32]) {
-    let keep: Vec<usize> = (0..n)
-        .chain(nodes.iter().map(|&node| node as usize))
-        .collect();
-    array.values = array.values.select(array.n_components, &keep);
 }

@@ -66,7 +66,7 @@ pub(crate) use part::node_slab;
 pub use reorder::Reordering;
 pub use skin::Skin;
 pub use split::SplitCounts;
-pub use view::MeshView;
+pub use view::{MeshView, PointsApart};
 pub use zone_sides::ZoneSides;
 
 use crate::diagnostic::point;
@@ -231,7 +231,7 @@ impl Mesh {
         self.validate_groups()
     }
 
-    fn validate_arrays(&self) -> Result<()> {
+    pub(crate) fn validate_arrays(&self) -> Result<()> {
         let all = [&self.point_arrays, &self.cell_arrays, &self.field_arrays];
         for array in all.into_iter().flatten() {
             if array.n_components > array.values.len().max(MOST_COMPONENTS) {

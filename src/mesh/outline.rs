@@ -133,7 +133,6 @@ impl Mesh {
     /// the first `by` gives what they write together.
     pub(crate) fn outline_of(
         part: &Self,
-        n_nodes: usize,
         ranks: &Ranks,
         by: Option<Arc<dyn Apart>>,
     ) -> Option<Self> {
@@ -145,6 +144,7 @@ impl Mesh {
             true => (f64::NAN, u32::MAX),
             false => (0.0, 0),
         };
+        let n_nodes = part.n_nodes_of_all();
         Some(Sketch::outline(
             &sketches, n_nodes, part.space, unknown, by?,
         ))
@@ -197,9 +197,9 @@ impl Mesh {
         }
     }
 
-    /// Adds nodes to an outline of which nothing is known. It knows of the others where those of its faces are, and these `known` ones,
-    /// and of no more after that.
-    pub(super) fn add_unknown_nodes(&mut self, n: usize, known: &[u32]) {
+    /// Adds nodes to an outline of which nothing is known. It knows of the others where those of its faces are, and of no more after
+    /// that.
+    pub(super) fn add_unknown_nodes(&mut self, n: usize) {
         let unknown = self.outline.as_ref().map_or(0.0, |outline| outline.unknown);
         let n_nodes = self.points.len() + n;
         let before = std::mem::replace(&mut self.points, sparse::zeros(n_nodes, [unknown; 3]));
@@ -207,7 +207,7 @@ impl Mesh {
         let runs = self.cells.runs();
         let faces = runs.filter(|run| run.kind.dimension() < dimension);
         let of_faces = faces.flat_map(|run| run.connectivity);
-        for &node in of_faces.chain(known) {
+        for &node in of_faces {
             self.points[node as usize] = before[node as usize];
         }
     }

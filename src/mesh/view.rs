@@ -38,9 +38,17 @@ pub struct MeshView<'a> {
     /// Where the nodes are in the mesh itself, whatever positions it is viewed with.
     pub(crate) at_rest: &'a [[f64; 3]],
     /// Where the coordinates are, where `points` has only some of them.
-    pub(crate) points_apart: Option<&'a dyn Apart>,
+    pub(crate) points_apart: Option<PointsApart<'a>>,
     /// Where the nodes of the cells are, where `cells` has only some of them.
     pub(crate) cells_apart: Option<&'a dyn Apart>,
+}
+
+/// Coordinates of nodes that are elsewhere.
+#[derive(Debug, Clone, Copy)]
+pub struct PointsApart<'a> {
+    pub by: &'a dyn Apart,
+    /// The name of the array at the nodes that says how far they are from where they are at rest, which is elsewhere too.
+    pub displacement: Option<&'a str>,
 }
 
 impl Mesh {
@@ -57,7 +65,10 @@ impl Mesh {
             space: self.space,
             origin: &self.origin,
             at_rest: &self.points,
-            points_apart: apart,
+            points_apart: apart.map(|by| PointsApart {
+                by,
+                displacement: None,
+            }),
             cells_apart: apart,
         }
     }
@@ -81,7 +92,7 @@ impl<'a> MeshView<'a> {
     /// With the coordinates of most nodes elsewhere: for formats that take them from there
     /// ([`Format::takes_numbers_apart`](crate::formats::Format::takes_numbers_apart)).
     #[must_use]
-    pub(crate) fn with_points_apart(self, apart: Option<&'a dyn Apart>) -> Self {
+    pub(crate) fn with_points_apart(self, apart: Option<PointsApart<'a>>) -> Self {
         Self {
             points_apart: apart,
             ..self
@@ -90,11 +101,30 @@ impl<'a> MeshView<'a> {
 
     /// Coordinates that are elsewhere; none where they are here.
     pub(crate) fn coordinates_apart(&self, numbers: Coordinates) -> Option<NumbersApart<'a>> {
-        let by = self.points_apart?;
+        self.of_nodes_apart(numbers, Numbers::Coordinates)
+    }
+
+    /// Values of an array of this view that are elsewhere, of a component or of all; none where they are here.
+    pub(crate) fn values_apart(
+        &self,
+        array: &DataArray,
+        component: Option<usize>,
+    ) -> Option<NumbersApart<'a>> {
+        let is_one = self.points_apart?.displacement == Some(&*array.name)
+            && (self.point_arrays.iter()).any(|of_nodes| std::ptr::eq(*of_nodes, array));
+        let numbers = Coordinates::new(component, false);
+        is_one.then(|| self.of_nodes_apart(numbers, Numbers::Displacements))?
+    }
+
+    fn of_nodes_apart(
+        &self,
+        numbers: Coordinates,
+        of: fn(Coordinates) -> Numbers,
+    ) -> Option<NumbersApart<'a>> {
         Some(NumbersApart {
-            by,
+            by: self.points_apart?.by,
             n_bytes: (self.points.len() * numbers.size()) as u64,
-            numbers: Numbers::Coordinates(numbers),
+            numbers: of(numbers),
         })
     }
 

@@ -6,11 +6,12 @@ use crate::deform::{Deformation, Evaluated, Plan, Repair, Rounding};
 use crate::error::Result;
 use crate::formats::DISPLACEMENT;
 use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{DataArray, Mesh, MeshView, Values};
+use crate::mesh::{Apart, DataArray, Mesh, MeshView, PointsApart, Values};
 use crate::motion::{QualityOutput, Step};
 use crate::parallel;
 use crate::quality::{Assessment, Extreme};
 use crate::record::Row;
+use crate::sparse;
 
 /// A step that is computed and waits to be written.
 #[derive(Default)]
@@ -73,6 +74,8 @@ pub(super) fn rounding(plan: &Plan) -> Result<Rounding> {
 pub(super) struct StepArrays {
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
+    /// Whether the displacement stays where the positions are.
+    is_apart: bool,
 }
 
 impl StepArrays {
@@ -84,13 +87,20 @@ impl StepArrays {
         };
         let velocities = found.velocities.take();
         let velocities = velocities.map(|values| vectors("Velocity", values));
-        let displacement = displacement(plan, points, &plan.mesh.points);
+        let displacement = match found.is_apart {
+            false => displacement(plan, points, plan.points()),
+            true => plan.schedule.output.displacement.then(|| {
+                let nowhere = sparse::zeros(3 * points.len(), 0.0);
+                DataArray::tuples(DISPLACEMENT, 3, Values::F64(nowhere))
+            }),
+        };
         Self {
             at_points: velocities.into_iter().chain(displacement).collect(),
             at_cells: match plan.schedule.output.quality {
                 QualityOutput::Cells => deformation.measures().arrays(plan, points),
                 QualityOutput::Summary | QualityOutput::None => Vec::new(),
             },
+            is_apart: found.is_apart,
         }
     }
 
@@ -98,13 +108,22 @@ impl StepArrays {
     pub fn of_displacement(plan: &Plan, points: &[Vector], from: &[Vector]) -> Self {
         Self {
             at_points: displacement(plan, points, from).into_iter().collect(),
-            at_cells: Vec::new(),
+            ..Self::default()
         }
     }
 
-    /// The mesh of the step.
-    pub fn view<'a>(&'a self, mesh: &'a Mesh, points: &'a [Vector]) -> MeshView<'a> {
-        let view = mesh.view().with_points(points);
+    /// The mesh of the step, of which most positions may be `apart`.
+    pub fn view<'a>(
+        &'a self,
+        mesh: &'a Mesh,
+        points: &'a [Vector],
+        apart: Option<&'a dyn Apart>,
+    ) -> MeshView<'a> {
+        let apart = apart.map(|by| PointsApart {
+            by,
+            displacement: self.is_apart.then_some(DISPLACEMENT),
+        });
+        let view = mesh.view().with_points(points).with_points_apart(apart);
         let view = self.at_points.iter().fold(view, MeshView::with_point_array);
         self.at_cells.iter().fold(view, MeshView::with_cell_array)
     }

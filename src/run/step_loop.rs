@@ -72,8 +72,7 @@ impl Run<'_> {
                 true => self.deformation.keep(step, &points),
                 false => None,
             };
-            let mesh = arrays.view(&self.plan.mesh, &points);
-            let mesh = mesh.with_points_apart(kept.as_deref());
+            let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
             let is_by_ranks = is_apart || mesh.cells_apart.is_some();
@@ -123,7 +122,6 @@ impl Run<'_> {
     pub(super) fn may_be_apart(&self) -> bool {
         let output = &self.plan.schedule.output;
         self.format.takes_numbers_apart(&output.write_options())
-            && !output.displacement
             && output.quality != QualityOutput::Cells
             && output.surface == SurfaceOutput::None
             && self.names.in_case(0).is_none()
@@ -132,10 +130,8 @@ impl Run<'_> {
     /// The arrays of a step that its format holds: it would say of each other one that it is left out, which is known
     /// already.
     pub(super) fn arrays(&self, points: &[Vector], found: &mut Evaluated) -> StepArrays {
-        let from = self
-            .displaced_from
-            .as_deref()
-            .unwrap_or(&self.plan.mesh.points);
+        let from = self.displaced_from.as_deref();
+        let from = from.unwrap_or(self.plan.points());
         match (self.format.holds_arrays(), self.format.holds_displacement()) {
             (true, _) => StepArrays::of(self.deformation, points, found),
             (false, true) => StepArrays::of_displacement(self.plan, points, from),

@@ -47,8 +47,7 @@ impl Run<'_> {
         let is_apart = computed.found.is_apart;
         let kept = is_apart.then(|| self.deformation.keep(step, &points));
         let kept = kept.flatten();
-        let mesh = arrays.view(&self.plan.mesh, &points);
-        let mesh = mesh.with_points_apart(kept.as_deref());
+        let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());
         let options = self.plan.schedule.output.write_options();
         let hash = hash_of(&mesh, self.names, step.index, self.format, &options)?;
         Ok(self.earlier.rows[&step.index].blake3 == hash.to_string())

@@ -418,8 +418,9 @@ fn what_takes_the_whole_mesh_gets_no_outline() {
         ("", None),
         ("zones = [\"near\"]\n", None),
         ("[rbf]\nsubsteps = 2\n", None),
+        ("[output]\ndisplacement = true\n", None),
         (
-            "[output]\ndisplacement = true\n",
+            "[output]\nvelocity = true\n",
             Some("it makes arrays of all nodes or cells"),
         ),
         ("[rotor]\nframe = \"inertial\"\n", None),

@@ -99,6 +99,33 @@ fn slabs_joined_are_the_files_of_one_run() {
 }
 
 #[test]
+fn displacements_are_those_of_one_run() {
+    let folder = blade();
+    let path = folder.path();
+    let output = [("[rbf]", "[output]\ndisplacement = true\n[rbf]")];
+    rewrite(path, "b.toml", "b.toml", &output);
+    // Of the SU2 file each process has the whole mesh.
+    succeed(path, &["-q", "convert", "b.vtkhdf", "b.su2"]);
+    for (mesh, format) in [
+        ("b.vtkhdf", "vtkhdf"),
+        ("b.vtkhdf", "cgns"),
+        ("b.vtkhdf", "vtu"),
+        ("b.su2", "vtkhdf"),
+    ] {
+        let args = ["-q", "deform", mesh, "b.toml", "--format", format, "-o"];
+        succeed(path, &[&args[..], &["one"]].concat());
+        for slab in ["1/2", "2/2"] {
+            succeed(path, &[&args[..], &["out", "--slab", slab]].concat());
+        }
+        succeed(path, &["-q", "finish", "out"]);
+        let (one, out) = (left(&path.join("one")), left(&path.join("out")));
+        assert!(one == out, "{mesh} to {format}");
+        std::fs::remove_dir_all(path.join("out")).unwrap();
+        std::fs::remove_dir_all(path.join("one")).unwrap();
+    }
+}
+
+#[test]
 fn a_slab_is_resumed_and_a_damaged_step_written_again() {
     let folder = blade();
     let path = folder.path();

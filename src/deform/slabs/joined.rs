@@ -6,8 +6,9 @@ use super::super::plan::Plan;
 use super::SlabOf;
 use super::stored::{StoredStep, ToldOfStep};
 use crate::error::{Error, Result};
-use crate::geometry::vector::Vector;
+use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{Apart, Mesh, Numbers, Part, among, node_slab};
+use crate::parallel;
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
 use crate::ranks::hash::HashedBytes;
@@ -134,11 +135,12 @@ impl Joined {
         SlabOf::all(self.n).map(move |slab| self.open(slab, step))
     }
 
-    /// The positions at a step, from where they are written.
-    pub(crate) fn points(self: &Arc<Self>, step: usize) -> StoredPoints {
+    /// The positions at a step of a mesh or of its outline, from where they are written.
+    pub(crate) fn points(self: &Arc<Self>, step: usize, mesh: &Arc<Mesh>) -> StoredPoints {
         StoredPoints {
             by: Arc::clone(self),
             step,
+            mesh: Arc::clone(mesh),
         }
     }
 
@@ -254,11 +256,15 @@ fn read_some(stored: &mut StoredStep, nodes: &[u32], out: &mut [Vector]) -> Resu
     Ok(())
 }
 
+/// What is done with some nodes, from the number of the first on.
+type Act<'a> = dyn FnMut(usize, &[Vector]) -> Result<()> + 'a;
+
 /// Where the nodes are at a step.
 #[derive(Debug)]
 pub(crate) struct StoredPoints {
     by: Arc<Joined>,
     step: usize,
+    mesh: Arc<Mesh>,
 }
 
 impl Apart for StoredPoints {
@@ -268,14 +274,38 @@ impl Apart for StoredPoints {
         numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
-        let Numbers::Coordinates(wanted) = numbers else {
-            let file = self.by.file.as_ref();
-            let file = file.expect("numbers are apart where there is the outline of a mesh");
-            return file.write(to, numbers, hash_from);
-        };
+        let file = self.by.file.as_deref();
         let mut out = NumbersFile::new(to, hash_from)?;
-        for stored in self.by.steps(self.step) {
-            stored?.pass(&mut |first, points| out.points(points, first, *wanted))?;
+        let pass = |act: &mut Act<'_>| -> Result<()> {
+            self.by
+                .steps(self.step)
+                .try_for_each(|stored| stored?.pass(act))
+        };
+        match numbers {
+            Numbers::Nodes(_) => {
+                let file = file.expect("cells are apart where there is the outline of a mesh");
+                return file.write(to, numbers, hash_from);
+            }
+            Numbers::Coordinates(wanted) => {
+                pass(&mut |first, points| out.points(points, first, *wanted))?;
+            }
+            Numbers::Displacements(wanted) => {
+                let mut take = |first, points: &[Vector], rest: &[Vector]| {
+                    let moved = parallel::collect(points.len(), |i| sub(points[i], rest[i]));
+                    out.points(&moved, first, *wanted)
+                };
+                match file {
+                    None => {
+                        pass(&mut |first, points| take(first, points, &self.mesh.points[first..]))
+                    }
+                    Some(file) => file.file().by_pieces(|slabs, _| {
+                        pass(&mut |first, points| {
+                            let rest = (slabs.points)(first..first + points.len())?;
+                            take(first, points, &rest)
+                        })
+                    }),
+                }?;
+            }
         }
         Ok(out.finish())
     }

@@ -89,9 +89,7 @@ impl SlabOf {
 impl Outlined {
     /// The work on one slab, which is read once there is a plan, where this is the outline. Values of arrays are of no use for it.
     pub fn one(&mut self, slab: SlabOf) -> Sharing {
-        let mesh = &mut self.loaded.mesh;
-        let arrays = mesh.point_arrays.iter_mut().chain(&mut mesh.cell_arrays);
-        arrays.for_each(|array| array.values.forget());
+        self.loaded.mesh.forget_arrays();
         Sharing::Slab(Arc::new(OneSlab::new(self.file.clone(), slab)))
     }
 

@@ -8,8 +8,9 @@ use super::{SharedFields, State, Team};
 use crate::deform::numbers_file::{file_at, write_points};
 use crate::error::{Error, Result};
 use crate::formats::list_nodes;
-use crate::geometry::vector::Vector;
+use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{Apart, Mesh, NodesOfCells, Numbers, ZoneSides, among, node_slab};
+use crate::parallel;
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, PartHasher};
 use crate::ranks::raw::List;
@@ -21,7 +22,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 /// Numbers that ranks are to write.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct WriteTask {
     /// The file, and where in it the numbers of all ranks begin; none where they are only hashed.
     to: Option<(PathBuf, u64)>,
@@ -208,9 +209,7 @@ impl Team {
             hash_from,
             sync: state.syncs,
         };
-        let Order::Write(task) = self.order(Order::Write(task)) else {
-            unreachable!("a broadcast gives what it got")
-        };
+        self.order(Order::Write(task.clone()));
         let told = state.work.write(&task, &self.ranks);
         let all = self.ranks.gather(told);
         all.unwrap_or_default().into_iter().collect()
@@ -252,6 +251,11 @@ impl Work {
                 let points = self.written_points(task.at_rest);
                 write_points(points, self.first_own(), *numbers, &mut take)?;
             }
+            Numbers::Displacements(numbers) => {
+                let (places, rest) = (self.written_points(task.at_rest), self.own_rest());
+                let moved = parallel::collect(places.len(), |i| sub(places[i], rest[i]));
+                write_points(&moved, self.first_own(), *numbers, &mut take)?;
+            }
             Numbers::Nodes(wanted) => write_nodes(self.cells_to_write(), wanted, &mut take)?,
         }
         // The first rank syncs the file once it is whole.
@@ -266,7 +270,7 @@ impl Work {
     /// Where the numbers of this rank begin among those of all, in bytes, and how many bytes they are.
     fn place_in_file(&self, numbers: &Numbers, at_rest: bool, ranks: &Ranks) -> (u64, u64) {
         match numbers {
-            Numbers::Coordinates(numbers) => {
+            Numbers::Coordinates(numbers) | Numbers::Displacements(numbers) => {
                 let n = self.written_points(at_rest).len();
                 let bytes = |n: usize| (n * numbers.size()) as u64;
                 (bytes(self.first_own()), bytes(n))

@@ -174,8 +174,8 @@ impl Team {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn order(&self, order: Order) -> Order {
-        Order::give(Some(order), &self.ranks)
+    fn order(&self, order: Order) {
+        Order::give(Some(order), &self.ranks);
     }
 
     /// Has all ranks evaluate fields, as [`Fields::new`](super::fields::Fields::new) does.
@@ -191,29 +191,18 @@ impl Team {
         let id = state.n_fields;
         state.n_fields += 1;
         let whole = WholeSurface::new(at, layers, chosen, correct);
-        let is_told = at.rank_places == RankPlaces::Told || at.deforming.is_some();
-        if is_told {
+        if at.rank_places == RankPlaces::Told || at.deforming.is_some() {
             self.ask_for_nodes(&mut state);
         }
         let task = Box::new(Task {
             layers: layers.iter().zip(chosen).map(LayerTask::of).collect(),
             boxes: whole.boxes(),
         });
-        let Order::Evaluate { task, .. } = self.order(Order::Evaluate { id, task }) else {
-            unreachable!("a broadcast gives what it got")
-        };
-        let rows = self.ranks.scatter(&mut |rank| {
-            Some(match is_told {
-                true => state.nodes[rank].rows(at),
-                false => Rows {
-                    from: match at.rank_places {
-                        RankPlaces::Moved => RowsFrom::Moved,
-                        RankPlaces::Rest | RankPlaces::Told => RowsFrom::Rest,
-                    },
-                    deforming: None,
-                },
-            })
+        self.order(Order::Evaluate {
+            id,
+            task: task.clone(),
         });
+        let rows = (self.ranks).scatter(&mut |rank| Some(state.nodes[rank].rows(at)));
         evaluate(
             (id, *task, rows),
             &mut state.work,
@@ -332,11 +321,7 @@ impl Team {
         if !state.work.has_places() {
             return;
         }
-        let is_rounded = rounding == Rounding::Single;
-        if let Order::EndMove { maps, .. } = self.order(Order::EndMove { maps, is_rounded }) {
-            let work = &mut state.work;
-            self.ranks.together(|| work.end_move(&maps, is_rounded));
-        }
+        self.end_moves(&mut state, maps, rounding);
         state.moved_to = Some(step);
         // Those of which ranks were told at the end of a part have moved on.
         state.is_told = false;
@@ -345,14 +330,17 @@ impl Team {
     /// Ends the move to a part of a step on all ranks, which go on from there.
     pub(crate) fn end_part(&self, maps: Maps, points: &[Vector]) {
         let mut state = self.state();
-        if let Order::EndMove { maps, .. } = self.order(Order::EndMove {
-            maps,
-            is_rounded: false,
-        }) {
-            let work = &mut state.work;
-            self.ranks.together(|| work.end_move(&maps, false));
-        }
+        self.end_moves(&mut state, maps, Rounding::None);
         self.tell_places(&mut state, points);
+    }
+
+    fn end_moves(&self, state: &mut State, maps: Maps, rounding: Rounding) {
+        self.order(Order::EndMove {
+            maps: maps.clone(),
+            rounding,
+        });
+        let work = &mut state.work;
+        self.ranks.together(|| work.end_move(&maps, rounding));
     }
 
     /// The quality of the cells with all nodes at `points`, which are those of a step `by_fields` where that says so: then
@@ -464,9 +452,10 @@ impl SharedFields {
         let whole = WholeSurface::of_changes(state, fading, changes);
         let boxes = whole.boxes();
         let (team, mut state) = (&self.team, self.team.state());
-        if let Order::Fade { boxes } = team.order(Order::Fade { boxes }) {
-            serve::fade(&mut state.work, boxes, Some(&whole), &team.ranks);
-        }
+        team.order(Order::Fade {
+            boxes: boxes.clone(),
+        });
+        serve::fade(&mut state.work, boxes, Some(&whole), &team.ranks);
     }
 
     /// Writes the positions of the nodes at a step to `out`, from `nodes`, or with none by how much they move.

@@ -5,6 +5,7 @@ use super::placing::Maps;
 use super::sweeps::SweepOrder;
 use crate::deform::fields::Chosen;
 use crate::deform::layer::{Layer, LayerKind};
+use crate::deform::step_memory::Rounding;
 use crate::formats::SharedFile;
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
@@ -52,8 +53,8 @@ pub(super) enum Order {
     TakeNodes { n_nodes: usize },
     /// Tell the numbers of all nodes in the whole mesh.
     Numbers,
-    /// End the move to a step, with places rounded to 32 bits or not.
-    EndMove { maps: Maps, is_rounded: bool },
+    /// End the move to a step, with places rounded.
+    EndMove { maps: Maps, rounding: Rounding },
     /// Take the places of nodes of which the first rank tells.
     PlaceApart,
     /// Take the places that other nodes of the part have on the first rank, where they are others.
@@ -79,7 +80,7 @@ pub(super) enum Order {
 }
 
 /// Fields that are to be evaluated.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Task {
     pub layers: Vec<LayerTask>,
     /// Around all nodes that are corrected.
@@ -108,7 +109,7 @@ pub(super) enum RowsFrom {
 }
 
 /// What a rank has to know of a layer.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) struct LayerTask {
     pub kind: LayerKind,
     pub n_modes: usize,

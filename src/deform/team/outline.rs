@@ -50,8 +50,7 @@ impl Team {
             tells: true,
         });
         let read = part_of_file(file, &self.ranks)?;
-        let n_nodes = read.n_nodes_of_all();
-        let outline = Mesh::outline_of(&read, n_nodes, &self.ranks, Some(self.clone()));
+        let outline = Mesh::outline_of(&read, &self.ranks, Some(self.clone()));
         state.work.read = Some(read);
         drop(state);
         let outline = outline.expect("this is the first rank");
@@ -120,10 +119,8 @@ impl Holder for Team {
 
     fn faces_on_no_cell(&self, _: &Mesh, faces: &[u32]) -> Result<Vec<u32>> {
         let state = self.state();
-        let Order::LooseFaces(faces) = self.order(Order::LooseFaces(faces.to_vec())) else {
-            unreachable!("a broadcast gives what it got")
-        };
-        let found = self.ranks.gather(loose_faces(&state.work, &faces));
+        self.order(Order::LooseFaces(faces.to_vec()));
+        let found = self.ranks.gather(loose_faces(&state.work, faces));
         let found = found.into_iter().flatten();
         Ok(found.flat_map(|List(faces)| faces).collect())
     }
@@ -141,7 +138,7 @@ pub(super) fn read(work: &mut Work, (file, tells): (&SharedFile, bool), ranks: &
         return;
     };
     if tells {
-        Mesh::outline_of(&read, 0, ranks, None);
+        Mesh::outline_of(&read, ranks, None);
     }
     work.read = Some(read);
 }

@@ -71,7 +71,7 @@ pub fn serve(ranks: &Ranks) {
                 ranks.gather(work.told());
             }
             Order::Numbers => drop(ranks.gather(work.numbers())),
-            Order::EndMove { maps, is_rounded } => work.end_move(&maps, is_rounded),
+            Order::EndMove { maps, rounding } => work.end_move(&maps, rounding),
             Order::PlaceApart => {
                 let mut places = vec![[0.0; 3]; work.nodes.apart.told.len()];
                 ranks.scatter_into(&nothing, &mut places, &[]);

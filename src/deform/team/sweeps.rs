@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What a rank is to do in a selection.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) enum SweepOrder {
     /// Take a slab of the surface.
     Begin,
@@ -182,9 +182,7 @@ impl Team {
 impl SharedSweeps<'_> {
     fn order(&mut self, order: SweepOrder) -> Told {
         let _alone = self.team.state();
-        let Order::Select(order) = self.team.order(Order::Select(order)) else {
-            unreachable!("a broadcast gives what it got")
-        };
+        self.team.order(Order::Select(order.clone()));
         self.own.serve(&order, &self.team.ranks)
     }
 }

@@ -324,14 +324,10 @@ impl Work {
     }
 
     /// Ends the move of the nodes of the rank to a step, as the first rank does for those that it has.
-    pub fn end_move(&mut self, maps: &Maps, is_rounded: bool) {
+    pub fn end_move(&mut self, maps: &Maps, rounding: Rounding) {
         if !self.has_places() {
             return;
         }
-        let rounding = match is_rounded {
-            true => Rounding::Single,
-            false => Rounding::None,
-        };
         let mesh = self.part.as_ref().map(|part| &part.mesh);
         let moved = self.moved.as_deref();
         self.nodes.end_move(maps, moved, rounding, mesh);

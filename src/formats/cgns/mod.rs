@@ -108,7 +108,8 @@ impl Format for Cgns {
     }
 
     fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
-        matches!(write::other_order(mesh), Ok(None))
+        // Of arrays at cells it is told which have values on faces that their cells do not have.
+        matches!(write::other_order(mesh), Ok(None)) && mesh.cell_arrays.is_empty()
     }
 
     fn write_file(

@@ -4,7 +4,7 @@
 //! What is odd or damaged is left to the reader of the whole file.
 
 use super::super::hdf5::{Dataset, is_hdf5};
-use super::super::slabs::{Refusal, Slabs, overlapping, whole};
+use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::super::{Notes, ReadOptions, Source};
 use super::builder::MeshBuilder;
 use super::element::{ElementType, MIXED, old_polygon, type_name};
@@ -320,14 +320,7 @@ impl Slabs for Zones<'_> {
     }
 
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
-        let mut points = vec![[0.0; 3]; nodes.len()];
-        let mut done = 0;
-        for (grid, own) in overlapping(&self.grids, |grid| grid.nodes.clone(), nodes) {
-            let out = &mut points[done..done + own.len()];
-            done += own.len();
-            grid.put(own, out)?;
-        }
-        Ok(points)
+        points_of(&self.grids, |grid| grid.nodes.clone(), nodes, Grid::put)
     }
 
     fn cells(&self, cells: Range<usize>) -> Result<Cells> {

@@ -62,7 +62,16 @@ pub(super) fn complete(
         needs_entities: true,
         ..FileContent::default()
     };
+    let (mut has_nodes, mut has_elements) = (false, false);
     sections(bytes, |name, version, stream| {
+        let is_second = match name {
+            b"Nodes" | b"ParametricNodes" => std::mem::replace(&mut has_nodes, true),
+            b"Elements" => std::mem::replace(&mut has_elements, true),
+            _ => false,
+        };
+        if is_second {
+            return Err(stream.error(format!("there is a second ${}", show(name))));
+        }
         let is_read = match name {
             b"Nodes" => {
                 stream.text.set_position(end);
@@ -75,7 +84,7 @@ pub(super) fn complete(
             }
             _ => parts.read(name, version, stream, notes)?,
         };
-        Ok::<_, Error>(if is_read { Passed::Read } else { Passed::Over })
+        Ok(if is_read { Passed::Read } else { Passed::Over })
     })?;
     parts.complete(nodes, outline, options, notes)
 }

@@ -1,6 +1,6 @@
 //! A binary file of version 4.1 by slabs: parts of its blocks of nodes and elements.
 
-use super::super::slabs::{Refusal, Slabs, overlapping, whole};
+use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::elements::{self, Block, cells_of};
 use super::groups::Tagged;
 use super::index::Index;
@@ -143,14 +143,10 @@ impl Slabs for Blocks<'_> {
     }
 
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
-        let mut points = vec![[0.0; 3]; nodes.len()];
-        let mut done = 0;
-        for ((_, records), own) in overlapping(&self.nodes.blocks, |(all, _)| all.clone(), nodes) {
-            let out = &mut points[done..done + own.len()];
-            done += own.len();
-            records.points(own, out)?;
-        }
-        Ok(points)
+        let of_block = |(nodes, _): &(Range<usize>, Records)| nodes.clone();
+        points_of(&self.nodes.blocks, of_block, nodes, |block, own, out| {
+            block.1.points(own, out)
+        })
     }
 
     fn cells(&self, cells: Range<usize>) -> Result<Cells> {

@@ -165,7 +165,7 @@ impl<'a> VtkArrays<'a> {
             fields: self.fields(),
             point_data: self
                 .kept(&self.mesh.point_arrays)
-                .map(|(at, array)| content(array, &self.names[0][at]))
+                .map(|(at, array)| self.at_nodes(array, &self.names[0][at]))
                 .collect(),
             cell_data: self.cell_data(),
             points: vec![self.points()],
@@ -222,6 +222,17 @@ impl<'a> VtkArrays<'a> {
             content
         });
         labels.chain(arrays).collect()
+    }
+
+    fn at_nodes<'s>(&'s self, array: &'s DataArray, name: &'s str) -> Content<'s> {
+        let content = content(array, name);
+        match self.mesh.values_apart(array, None) {
+            Some(numbers) => Content {
+                parts: vec![ContentPart::Apart(numbers)],
+                ..content
+            },
+            None => content,
+        }
     }
 
     fn points(&self) -> Content<'_> {

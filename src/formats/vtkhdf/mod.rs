@@ -30,7 +30,7 @@ use super::{
 };
 use crate::error::{Error, Result};
 use crate::formats::Out;
-use crate::formats::slabs::Opened;
+use crate::formats::slabs::{Opened, opened};
 use crate::mesh::{Mesh, MeshView};
 
 /// Name of the group that holds everything.
@@ -67,7 +67,8 @@ impl Format for VtkHdf {
     }
 
     fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
-        placed(unstructured(source).and_then(|grid| slabs::open(grid, options)))
+        let grid = placed(unstructured(source))?;
+        placed(opened(slabs::open(grid, options)))
     }
 
     fn encodings(&self) -> &'static [Encoding] {

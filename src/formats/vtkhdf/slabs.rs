@@ -4,7 +4,7 @@
 //! of up to 2 GiB, of each dataset that changes: while a rank reads its slab of the coordinates, it holds those of all nodes.
 
 use super::super::hdf5::{Dataset, Group};
-use super::super::slabs::{Opened, Refusal, Slabs};
+use super::super::slabs::{Refusal, Slabs, whole};
 use super::super::vtk::{split, tags};
 use super::super::{Notes, ReadOptions};
 use super::extent::{Extent, PartRows};
@@ -15,6 +15,8 @@ use crate::geometry::vector::Vector;
 use crate::mesh::{Cells, DataArray, Mesh, Values};
 use std::collections::BTreeSet;
 use std::ops::Range;
+
+type Found<T> = std::result::Result<T, Refusal>;
 
 /// An open mesh or step.
 struct Open {
@@ -28,30 +30,28 @@ struct Open {
 
 /// Opens a mesh or a step. What a reader of the whole finds wrong with its arrays, or remarks on, is found here, but for chunks
 /// that are damaged: the values of arrays are not read.
-pub(super) fn open<'a>(grid: Group, options: &ReadOptions) -> Result<Opened<'a>> {
+pub(super) fn open(grid: Group, options: &ReadOptions) -> Found<impl Slabs + use<>> {
     let extent = Extent::new(&grid, options.step)?;
     let (points, cells) = read::rows(&extent);
     if count(&points)? == 0 || count(&cells)? == 0 {
-        return whole("it has no nodes or no cells");
+        return Err(whole("it has no nodes or no cells"));
     }
     let mut faces = extent.parts.iter().filter_map(|part| part.faces.as_ref());
     if faces.any(|faces| !faces.of_cells.is_empty()) {
-        return whole("it has polyhedra");
+        return Err(whole("it has polyhedra"));
     }
-    if let Some(reason) = reason_in_fields(&grid, &extent)? {
-        return whole(reason);
-    }
+    check_fields(&grid, &extent)?;
     let mut notes = Notes::default();
     let of_points = read::located(&grid, &extent, ("Point", "point"), &points, &mut notes)?;
     let of_cells = read::located(&grid, &extent, ("Cell", "cell"), &cells, &mut notes)?;
     read::note_others(&grid, &mut notes)?;
     if !notes.is_empty() {
-        return whole("it has what is not kept");
+        return Err(whole("it has what is not kept"));
     }
     for (array, rows) in of_points.iter().chain(&of_cells) {
         read::check_array(array, rows)?;
         if !array.is_of_numbers() {
-            return whole("it has text at nodes or cells");
+            return Err(whole("it has text at nodes or cells"));
         }
         if array.whole_chunks(1) == 1 && !rows.is_empty() {
             // An array that is not in chunks may lie behind the end of a file that is damaged.
@@ -59,25 +59,18 @@ pub(super) fn open<'a>(grid: Group, options: &ReadOptions) -> Result<Opened<'a>>
             array.rows(rows.end - 1..rows.end)?;
         }
     }
-    if let Some(reason) = reason_in_tags(&grid, &cells, &of_cells, options)? {
-        return whole(reason);
-    }
-    Ok(Ok(Box::new(Open {
+    check_tags(&grid, &cells, &of_cells, options)?;
+    Ok(Open {
         grid,
         extent,
         points,
         cells,
         tag_array: options.tag_array.clone(),
-    })))
+    })
 }
 
-/// A file that has to be read as a whole.
-fn whole<'a>(reason: &str) -> Result<Opened<'a>> {
-    Ok(Err(reason.to_owned()))
-}
-
-/// Why the whole has to be read for its field arrays.
-fn reason_in_fields(grid: &Group, extent: &Extent) -> Result<Option<&'static str>> {
+/// Refuses field arrays for which the whole has to be read.
+fn check_fields(grid: &Group, extent: &Extent) -> Found<()> {
     let mut notes = Notes::default();
     let fields = Mesh {
         field_arrays: read::fields(grid, extent, &mut notes)?,
@@ -85,10 +78,13 @@ fn reason_in_fields(grid: &Group, extent: &Extent) -> Result<Option<&'static str
     };
     fields.validate()?;
     notes.close();
-    Ok(match fields.field_arrays.iter().any(has_shared_names) {
-        true => Some("tags share a name"),
-        false => (!notes.is_empty()).then_some("it has text of Latin-1"),
-    })
+    if fields.field_arrays.iter().any(has_shared_names) {
+        return Err(whole("tags share a name"));
+    }
+    match notes.is_empty() {
+        true => Ok(()),
+        false => Err(whole("it has text of Latin-1")),
+    }
 }
 
 /// Whether these are names of groups, some of which are the same.
@@ -102,25 +98,25 @@ fn has_shared_names(array: &DataArray) -> bool {
     labels.any(|labels| labels.names == array.name) && !names.all(|name| seen.insert(name))
 }
 
-/// Why the whole has to be read for the array of boundary tags.
-fn reason_in_tags(
+/// Refuses an array of boundary tags for which the whole has to be read.
+fn check_tags(
     grid: &Group,
     cells: &Range<u64>,
     arrays: &[(Dataset, Range<u64>)],
     options: &ReadOptions,
-) -> Result<Option<&'static str>> {
+) -> Found<()> {
     let chosen = options.tag_array.as_deref();
     let name = chosen.unwrap_or(tags::BOUNDARY.array);
     let named = arrays.iter().find(|(array, _)| array.name() == name);
     let has_one = |(array, _): &&(Dataset, Range<u64>)| array.row().is_ok_and(|n| n == 1);
     let of_integers = named.filter(|(array, _)| array.is_of_integers());
-    Ok(match (of_integers.filter(has_one), chosen) {
-        (None, Some(_)) => Some("the array of its tags is not one"),
+    match (of_integers.filter(has_one), chosen) {
+        (None, Some(_)) => Err(whole("the array of its tags is not one")),
         (Some((array, rows)), None) if !is_no_surface(grid, cells, array, rows)? => {
-            Some("it may be the surface of a solid")
+            Err(whole("it may be the surface of a solid"))
         }
-        _ => None,
-    })
+        _ => Ok(()),
+    }
 }
 
 /// Whether cells and boundary tags tell that the mesh is no surface in space that bounds a solid ([`Mesh::space`]): by a
@@ -178,7 +174,7 @@ impl Slabs for Open {
         super::placed(self.some_cells(&rows))
     }
 
-    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> std::result::Result<(), Refusal> {
+    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let (grid, extent) = (&self.grid, &self.extent);
         outline.point_arrays = read::arrays(grid, extent, ("Point", "point"), &self.points, notes)?;
         outline.cell_arrays = read::arrays(grid, extent, ("Cell", "cell"), &self.cells, notes)?;

@@ -2,7 +2,7 @@
 //!
 //! What is odd or damaged is left to the reader of the whole file.
 
-use super::super::slabs::{Refusal, Slabs, overlapping, whole};
+use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::super::vtk::cells::CellTable;
 use super::super::vtk::chunk::Chunk;
 use super::super::vtk::number::Element;
@@ -277,15 +277,12 @@ impl Slabs for Pieces<'_> {
     }
 
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
-        let mut points = vec![[0.0; 3]; nodes.len()];
-        let mut done = 0;
-        for (piece, own) in overlapping(&self.pieces, |piece| piece.nodes.clone(), nodes) {
-            let out = &mut points[done..done + own.len()];
-            done += own.len();
+        let of_piece = |piece: &Values| piece.nodes.clone();
+        points_of(&self.pieces, of_piece, nodes, |piece, own, out| {
             let values = piece.points.part(3 * own.start..3 * own.end);
             values.reals(out.as_flattened_mut());
-        }
-        Ok(points)
+            Ok(())
+        })
     }
 
     fn cells(&self, cells: Range<usize>) -> Result<Cells> {

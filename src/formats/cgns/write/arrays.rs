@@ -6,7 +6,7 @@ use super::names::{Names, RULE};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::formats::Notes;
 use crate::mesh::arrays::with_numbers;
-use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, Values};
+use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, NumbersApart, Values};
 use crate::parallel::collect;
 use std::cell::LazyCell;
 use std::ops::Range;
@@ -26,6 +26,8 @@ pub(super) struct Scalar<'a> {
     pub full_name: Option<String>,
     pub kind: DataType,
     pub n: usize,
+    /// The values, where they are elsewhere.
+    pub apart: Option<NumbersApart<'a>>,
     array: &'a DataArray,
     component: usize,
     /// Tuples that are written.
@@ -34,6 +36,7 @@ pub(super) struct Scalar<'a> {
 
 /// The scalars of arrays at nodes or, where `cells` gives them, at cells.
 pub(super) fn scalars<'a>(
+    mesh: &MeshView<'a>,
     arrays: &[&'a DataArray],
     tuples: &[Range<usize>],
     notes: &mut Notes,
@@ -67,6 +70,7 @@ pub(super) fn scalars<'a>(
                 name: full_name,
                 kind: kind(&array.values),
                 n: tuples.iter().map(Range::len).sum(),
+                apart: mesh.values_apart(array, Some(component)),
                 array,
                 component,
                 tuples: tuples.to_vec(),
@@ -171,7 +175,10 @@ impl<'a> Scalar<'a> {
     /// Adds it to a solution.
     pub fn add(&self, draft: &mut Draft<'a>, solution: NodeIndex) {
         let name = (self.name.as_str(), "DataArray_t");
-        let node = draft.stream(solution, name, self.kind, self.n, self.make());
+        let node = match &self.apart {
+            Some(numbers) => draft.apart(solution, name, (self.kind, self.n), numbers.clone()),
+            None => draft.stream(solution, name, self.kind, self.n, self.make()),
+        };
         if let Some(full_name) = &self.full_name {
             draft.text(node, FULL_NAME, "Descriptor_t", full_name);
         }

@@ -71,10 +71,10 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     notes.extend(sorted.iter().map(|_| Written::CellsByType));
     fields::add(draft, static_part.base, &mesh.field_arrays, &mut notes);
     let everywhere = 0..mesh.points.len();
-    let at_nodes = arrays::scalars(&mesh.point_arrays, from_ref(&everywhere), &mut notes);
+    let at_nodes = arrays::scalars(mesh, &mesh.point_arrays, from_ref(&everywhere), &mut notes);
     add_solution(draft, zone, (arrays::AT_NODES, "Vertex"), &at_nodes);
     let cells = arrays::volume_cells(mesh);
-    let at_cells = arrays::scalars(&mesh.cell_arrays, &cells, &mut notes);
+    let at_cells = arrays::scalars(mesh, &mesh.cell_arrays, &cells, &mut notes);
     add_solution(draft, zone, (arrays::AT_CELLS, "CellCenter"), &at_cells);
     draft.tree().write(out)?;
     Ok(notes)

@@ -144,8 +144,8 @@ impl Steps {
     ) -> Result<()> {
         let everywhere = 0..mesh.points.len();
         let of_mesh = fields(&mesh.field_arrays, notes);
-        let at_nodes = scalars(&mesh.point_arrays, from_ref(&everywhere), notes);
-        let at_cells = scalars(&mesh.cell_arrays, &volume_cells(mesh), notes);
+        let at_nodes = scalars(mesh, &mesh.point_arrays, from_ref(&everywhere), notes);
+        let at_cells = scalars(mesh, &mesh.cell_arrays, &volume_cells(mesh), notes);
         let of_mesh: Vec<Given> = of_mesh.iter().map(Given::from).collect();
         let links = &mut first.base.links;
         self.fields.append(self.n, of_mesh, file, links)?;

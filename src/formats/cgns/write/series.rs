@@ -8,6 +8,7 @@ use super::draft::{DataType, Draft, Make};
 use super::fields::Field;
 use super::names::LONGEST;
 use crate::error::{Error, Result};
+use crate::mesh::NumbersApart;
 
 /// The entry of a list for a step without such a node.
 const NONE: &str = "Null";
@@ -30,6 +31,8 @@ pub(super) struct Given<'a> {
     kind: DataType,
     sizes: Vec<u64>,
     make: Make<'a>,
+    /// The values, where they are elsewhere.
+    apart: Option<NumbersApart<'a>>,
 }
 
 /// Nodes with arrays, of which a step has a new one unless its arrays are those of the step before.
@@ -129,6 +132,7 @@ impl<'a> From<&'a Field> for Given<'a> {
             kind: field.kind,
             sizes: field.sizes.clone(),
             make: Box::new(|sink| sink(&field.bytes)),
+            apart: None,
         }
     }
 }
@@ -141,6 +145,7 @@ impl<'a> From<&Scalar<'a>> for Given<'a> {
             kind: scalar.kind,
             sizes: vec![scalar.n as u64],
             make: scalar.make(),
+            apart: scalar.apart.clone(),
         }
     }
 }
@@ -148,15 +153,19 @@ impl<'a> From<&Scalar<'a>> for Given<'a> {
 impl Given<'_> {
     /// The array in the file: that of the step before where it is the same.
     fn stored(self, before: &[Array], file: &mut StepFile) -> Result<Array> {
-        let hash = hash_of_bytes(&self.make)?;
+        let hash = match &self.apart {
+            Some(numbers) => numbers.hash()?,
+            None => hash_of_bytes(&self.make)?,
+        };
         let is_same = |array: &&Array| {
             array.name == self.name
                 && (array.kind, &array.sizes) == (self.kind, &self.sizes)
                 && array.hash == hash
         };
-        let stored = match before.iter().find(is_same) {
-            Some(array) => array.stored,
-            None => file.store(|sink| (self.make)(sink))?,
+        let stored = match (before.iter().find(is_same), &self.apart) {
+            (Some(array), _) => array.stored,
+            (None, Some(numbers)) => file.store_apart(numbers)?,
+            (None, None) => file.store(|sink| (self.make)(sink))?,
         };
         Ok(Array {
             name: self.name,
