@@ -60,6 +60,8 @@ def rotor(path):
     azimesh("sample", "rotor", "--nodes", 80_000, "--surface-nodes", 6000, "--first-cell", 0.003, "-o", path.with_suffix(".vtu"))
     mesh = pyvista.read(path.with_suffix(".vtu"))
     mesh.point_data["from hub"] = mesh.points.astype("float32")
+    # As a run leaves it, but of other numbers.
+    mesh.point_data["Displacement"] = mesh.points[:, 0].astype("float32")
     mesh.cell_data["part"] = numpy.arange(mesh.n_cells) // 1000
     mesh.save(path.with_suffix(".vtu"))
     azimesh("convert", path.with_suffix(".vtu"), path)

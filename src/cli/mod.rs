@@ -134,6 +134,14 @@ pub fn main() -> ExitCode {
     ExitCode::from(run_with(std::env::args_os()))
 }
 
+/// How many processes a launcher of MPI has started, where these are several: Open MPI's or one with PMI.
+#[cfg(not(feature = "mpi"))]
+fn launched() -> Option<usize> {
+    let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter();
+    let mut sizes = sizes.filter_map(|name| std::env::var(name).ok()?.parse().ok());
+    sizes.find(|n| *n > 1)
+}
+
 /// As [`main`], with these arguments, the first of which is the program's name. Where MPI has started several processes, one
 /// of them prints.
 pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
@@ -177,6 +185,12 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         true => listen(&cli.command),
         false => ignore(),
     };
+    #[cfg(not(feature = "mpi"))]
+    if let Some(n) = launched() {
+        context.warn(&format!(
+            "this azimesh was built without MPI: each of the {n} processes works for itself (cargo feature `mpi`)"
+        ));
+    }
     if let Some(kinds) = ranks.kinds_of_processors() {
         context.warn(&format!(
             "ranks run on processors of several kinds ({kinds}), which round sums in different ways: the last digits of \

@@ -90,7 +90,7 @@ impl Context {
         let takes = |format: &dyn Format| format.takes_cells_apart(&outline(&found).mesh.view());
         match written.is_none_or(takes) {
             true => Ok(found),
-            false => Err("its cells are not written piece by piece".to_owned()),
+            false => Err("its cells, or arrays at them, are not written piece by piece".to_owned()),
         }
     }
 }

@@ -97,7 +97,8 @@ impl Sharing {
 pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
     let makes_arrays = output.velocity || output.quality == QualityOutput::Cells;
-    makes_arrays.then_some("it makes arrays of all nodes or cells")
+    makes_arrays
+        .then_some("it makes arrays of all nodes or cells (velocity, or quality = \"cells\")")
 }
 
 /// Has the whole mesh, or can read it.

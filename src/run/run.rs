@@ -256,10 +256,10 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Ends the run where it was asked to.
-    pub(super) fn check_stop(&self) -> Result<()> {
+    /// Ends the run where it was asked to, which tells whether it has finished steps.
+    pub(super) fn check_stop(&self, has_steps: bool) -> Result<()> {
         self.deformation.stop().check().map_err(|mut error| {
-            error.message += match (self.rows.is_empty(), self.plan.joined()) {
+            error.message += match (!has_steps, self.plan.joined()) {
                 (true, _) => "; no step was finished",
                 (false, None) => "; finished steps are kept, and --resume continues from there",
                 (false, Some(_)) => {

@@ -65,6 +65,14 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     let plan = deformation.plan();
     let slab = plan.sharing.slab().expect("it works on one slab");
     let format = formats::by_name(&plan.schedule.output.format)?;
+    let n_nodes = plan.mesh.points.len();
+    if slab.slab.n > n_nodes {
+        return Err(Error::input(format!(
+            "there are {} slabs of {}",
+            slab.slab.n,
+            counted(n_nodes, "node")
+        )));
+    }
     // What `finish` would refuse.
     before_work(plan, format, &request.fail_on)?;
     check_surface_files(plan, &request.mesh)?;

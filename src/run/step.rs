@@ -74,8 +74,10 @@ pub(super) fn rounding(plan: &Plan) -> Result<Rounding> {
 pub(super) struct StepArrays {
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
-    /// Whether the displacement stays where the positions are.
+    /// Whether the displacement is made, and stays where the positions are.
     is_apart: bool,
+    /// Whether an array of the mesh that is called like the displacement is none of this run.
+    hides_other: bool,
 }
 
 impl StepArrays {
@@ -100,7 +102,8 @@ impl StepArrays {
                 QualityOutput::Cells => deformation.measures().arrays(plan, points),
                 QualityOutput::Summary | QualityOutput::None => Vec::new(),
             },
-            is_apart: found.is_apart,
+            is_apart: found.is_apart && plan.schedule.output.displacement,
+            hides_other: false,
         }
     }
 
@@ -108,6 +111,7 @@ impl StepArrays {
     pub fn of_displacement(plan: &Plan, points: &[Vector], from: &[Vector]) -> Self {
         Self {
             at_points: displacement(plan, points, from).into_iter().collect(),
+            hides_other: true,
             ..Self::default()
         }
     }
@@ -123,7 +127,10 @@ impl StepArrays {
             by,
             displacement: self.is_apart.then_some(DISPLACEMENT),
         });
-        let view = mesh.view().with_points(points).with_points_apart(apart);
+        let mut view = mesh.view().with_points(points).with_points_apart(apart);
+        if self.hides_other {
+            view.point_arrays.retain(|array| array.name != DISPLACEMENT);
+        }
         let view = self.at_points.iter().fold(view, MeshView::with_point_array);
         self.at_cells.iter().fold(view, MeshView::with_cell_array)
     }

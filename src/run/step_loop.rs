@@ -54,7 +54,7 @@ impl Run<'_> {
         let may_be_apart = self.may_be_apart();
         let mut computed = task.run(base_points, first, may_be_apart, &mut next);
         for (i, step) in todo.iter().enumerate() {
-            self.check_stop()?;
+            self.check_stop(i > 0 || !self.rows.is_empty())?;
             if task == Task::New {
                 self.mark_verified()?;
             }

@@ -22,7 +22,7 @@ impl Run<'_> {
         progress.start("verifying", Some(kept.len() as u64));
         let mut is_ours = false;
         for index in kept {
-            self.check_stop()?;
+            self.check_stop(!self.rows.is_empty())?;
             let step = self.plan.motion.steps[index];
             let moves = self.plan.largest_displacement(index) > 0.0;
             match self.is_same(&step, base_points)? {

@@ -421,7 +421,7 @@ fn what_takes_the_whole_mesh_gets_no_outline() {
         ("[output]\ndisplacement = true\n", None),
         (
             "[output]\nvelocity = true\n",
-            Some("it makes arrays of all nodes or cells"),
+            Some("it makes arrays of all nodes or cells (velocity, or quality = \"cells\")"),
         ),
         ("[rotor]\nframe = \"inertial\"\n", None),
         ("zones = [\"near\"]\n[rotor]\nframe = \"inertial\"\n", None),

@@ -85,7 +85,10 @@ impl Joined {
         for slab in SlabOf::all(self.n) {
             for step in 0..plan.motion.steps.len() {
                 let path = self.path(slab, step);
-                if !path.exists() {
+                if !path
+                    .try_exists()
+                    .map_err(|error| Error::io(&path, &error))?
+                {
                     return Err(Error::input(format!(
                         "slab {slab} has no step {step}: `azimesh deform --slab {slab} --resume`, with the mesh and the schedule of \
                          the others, writes what it lacks, or tells why not"
