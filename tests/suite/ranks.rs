@@ -420,7 +420,7 @@ fn what_takes_the_whole_mesh_gets_no_outline() {
         ("[rbf]\nsubsteps = 2\n", None),
         ("[output]\ndisplacement = true\n", None),
         (
-            "[output]\nvelocity = true\n",
+            "[output]\nquality = \"cells\"\n",
             Some("it makes arrays of all nodes or cells (velocity, or quality = \"cells\")"),
         ),
         ("[rotor]\nframe = \"inertial\"\n", None),
