@@ -62,8 +62,22 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
         Some(Role::Fixed) => "fixed".into(),
         Some(Role::Sliding) => "slides".into(),
         None if tag.periodic => "periodic".into(),
+        None if is_outside(plan, tag) => "outside the zones that deform".into(),
         None => "free".into(),
     }
+}
+
+/// Whether zones deform of which a tag has no face.
+fn is_outside(plan: &Plan, tag: &TagRole) -> bool {
+    let Some(zone) = &plan.motion.zone else {
+        return false;
+    };
+    let mut own = plan.mesh.boundary_tags().filter(|own| own.name == tag.tag);
+    let is_inside = |cell: usize| {
+        let nodes = plan.mesh.cells.get(cell).nodes;
+        nodes.iter().all(|node| zone.sides.nodes[*node as usize])
+    };
+    !own.any(|own| own.cells.iter().any(is_inside))
 }
 
 /// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations

@@ -440,14 +440,15 @@ impl Deformation {
         let velocities = stepper.velocities(step, found.repair.is_some(), points)?;
         let measures = found.cells.is_some().then(|| self.measures());
         let by_fields = found.repair.is_none().then_some(step.index);
+        let slots = plan.slots(found.is_apart);
         Ok(Evaluated {
             quality: measures
                 .zip(found.cells)
                 .map(|(by, cells)| by.complete(plan, cells, points, by_fields)),
             normal_change: measures.and_then(|by| by.normal_change(plan, points, by_fields)),
-            first_cell_ratio: plan.first_cells.smallest_ratio(points, &plan.mesh.points),
+            first_cell_ratio: plan.first_cells.smallest_ratio((slots, points), &plan.mesh),
             selection_error: found.selection_error,
-            surface_error: interval.surface_error(step, points),
+            surface_error: interval.surface_error(step, (slots, points)),
             largest_displacement: plan.largest_displacement(step.index),
             velocities,
             n_base: interval.n_base,

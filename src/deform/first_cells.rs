@@ -3,7 +3,7 @@
 use super::sharing::Holder;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::{CellRun, Cells, Mesh, NodeBits, Numbering};
+use crate::mesh::{CellRun, Cells, Mesh, NodeBits, Numbering, Slots};
 use crate::motion::{Motion, Role};
 use crate::parallel::{self, BLOCK};
 use std::ops::Range;
@@ -74,12 +74,17 @@ impl FirstCells {
         self.smallest
     }
 
-    /// The smallest ratio of first-cell height to that in the reference mesh.
-    pub fn smallest_ratio(&self, points: &[Vector], reference: &[Vector]) -> Option<f64> {
-        let length = |points: &[Vector], (on, off): (u32, u32)| {
-            distance(points[on as usize], points[off as usize])
+    /// The smallest ratio of first-cell height to that in the reference mesh, of nodes that have `slots` in `points`.
+    pub(crate) fn smallest_ratio(
+        &self,
+        (slots, points): (Slots<'_>, &[Vector]),
+        reference: &Mesh,
+    ) -> Option<f64> {
+        let at_rest = |node: u32| reference.place(node);
+        let ratio = |&(on, off): &(u32, u32)| {
+            distance(points[slots.of(on)], points[slots.of(off)])
+                / distance(at_rest(on), at_rest(off))
         };
-        let ratio = |&edge: &(u32, u32)| length(points, edge) / length(reference, edge);
         let least = parallel::map_blocks(self.edges.len(), BLOCK, &|range| {
             self.edges[range].iter().map(ratio).min_by(f64::total_cmp)
         });
@@ -87,12 +92,11 @@ impl FirstCells {
     }
 
     /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.
-    pub fn change_in_f32(&self, points: &[Vector]) -> f64 {
-        let rounded = |node: u32| points[node as usize].map(|x| f64::from(x as f32));
+    pub fn change_in_f32(&self, mesh: &Mesh) -> f64 {
         parallel::largest(self.edges.len(), |at| {
-            let (on, off) = self.edges[at];
-            let length = distance(points[on as usize], points[off as usize]);
-            (distance(rounded(on), rounded(off)) / length - 1.0).abs()
+            let [on, off] = <[u32; 2]>::from(self.edges[at]).map(|node| mesh.place(node));
+            let [rounded_on, rounded_off] = [on, off].map(|x| x.map(|x| f64::from(x as f32)));
+            (distance(rounded_on, rounded_off) / distance(on, off) - 1.0).abs()
         })
     }
 }

@@ -15,6 +15,7 @@ use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, sub};
+use crate::mesh::Slots;
 use crate::motion::{BodyMap, Role, Step};
 use crate::parallel;
 use crate::progress::Progress;
@@ -38,7 +39,10 @@ pub struct Interval {
     /// Base points of each layer.
     pub(super) bases: Vec<Vec<usize>>,
     velocities: Option<Velocities>,
+    /// The nodes that deform; none for all.
     deforming: Option<Vec<u32>>,
+    /// Their entries among the places of the mesh, where this process has the outline for a slab.
+    rows: Option<Vec<u32>>,
     /// Distinct base points of all layers.
     pub n_base: usize,
     /// Warnings about the surface.
@@ -75,11 +79,17 @@ impl Interval {
             steps: steps.clone(),
             n_base: distinct_points(&selections),
             deforming: plan.deforming_nodes(),
+            rows: None,
             way: Way::Substeps,
             bases: selections.iter().map(|s| s.base.clone()).collect(),
             velocities: None,
             warnings: choose::left_out(plan, &selections),
         };
+        if let (Some(_), Some(nodes)) = (interval.outlined_slab(), &interval.deforming) {
+            let slots = plan.mesh.slots();
+            let slot = |at: usize| slots.of(nodes[at]) as u32;
+            interval.rows = Some(parallel::collect(nodes.len(), slot));
+        }
         let noise = round_off::check(plan, &selections)?;
         interval.warnings.extend(noise);
         // Ranks evaluate fields where they judge cells.
@@ -118,7 +128,7 @@ impl Interval {
                 error: largest(errors),
             })
             .collect();
-        let state = self.reference();
+        let state = self.reference(self.outlined_slab().is_some());
         let n_nodes = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
         progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
         let correct = plan.schedule.selection.correction;
@@ -156,10 +166,14 @@ impl Interval {
         Some(velocities.at(&self.plan, step, points))
     }
 
-    pub(super) fn reference(&self) -> MeshState<'_> {
+    /// The reference mesh, of which the places may be those of an outline alone where nodes are `apart`.
+    pub(super) fn reference(&self, are_apart: bool) -> MeshState<'_> {
         MeshState {
-            nodes: self.plan.points(),
-            deforming: self.deforming.as_deref(),
+            nodes: match are_apart {
+                true => &self.plan.mesh.points,
+                false => self.plan.points(),
+            },
+            deforming: self.rows.as_deref().or(self.deforming.as_deref()),
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
             rank_places: RankPlaces::Rest,
@@ -198,7 +212,8 @@ impl Interval {
     ) -> Result<f64> {
         let plan = &*self.plan;
         if let Some(joined) = plan.joined() {
-            return joined.enter(step.index, self.hash_of_base(), known, out);
+            let slots = plan.slots(known.is_some());
+            return joined.enter(step.index, self.hash_of_base(), known, (slots, out));
         }
         let (fields, errors) = match &self.way {
             Way::AtOnce { fields, errors } => (fields, errors),
@@ -213,7 +228,7 @@ impl Interval {
             }
         };
         let known = self.here(known);
-        let state = self.reference();
+        let state = self.reference(known.is_some());
         self.displace(fields, &plan.layers, step.index, (state, known), out);
         self.place_surface_nodes(step, 1.0, (state, known), fields, out);
         self.finish_positions(step, known, out);
@@ -261,7 +276,8 @@ impl Interval {
         let stay = nodes
             .iter()
             .filter(|node| !zone.sides.nodes[**node as usize]);
-        stay.for_each(|&node| out[node as usize] = self.plan.mesh.points[node as usize]);
+        let (mesh, slots) = (&self.plan.mesh, self.plan.mesh.slots());
+        stay.for_each(|&node| out[slots.of(node)] = mesh.place(node));
     }
 
     /// Whether ranks move nodes as they are moved here, of which some are `known`; where they tell of all, in `substeps`: but for what
@@ -300,6 +316,7 @@ impl Interval {
     /// leaders, and keeps a plane mesh in its plane.
     fn finish_positions(&self, step: &Step, known: Option<&[u32]>, out: &mut [Vector]) {
         let plan = &*self.plan;
+        let slots = plan.slots(known.is_some());
         if let Some(to_inertial) = plan.motion.to_inertial(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
             let turn = |node: usize, x: &mut Vector| {
@@ -309,17 +326,17 @@ impl Interval {
             };
             match known {
                 Some(known) => {
-                    (known.iter()).for_each(|&node| turn(node as usize, &mut out[node as usize]))
+                    (known.iter()).for_each(|&node| turn(node as usize, &mut out[slots.of(node)]))
                 }
                 None => parallel::update(out, turn),
             }
             if plan.schedule.selection.correction {
-                place_moving_nodes(plan, &plan.poses_at(step), out);
+                place_moving_nodes(plan, &plan.poses_at(step), (slots, out));
             }
         }
         let to_inertial = plan.motion.to_inertial(step);
         plan.periodic
-            .follow(&plan.motion, &plan.mesh.points, to_inertial.as_ref(), out);
+            .follow(&plan.motion, &plan.mesh, to_inertial.as_ref(), (slots, out));
         if plan.motion.rotor.in_plane {
             // Round-off lifts no node out of the plane.
             let reference = plan.points();
@@ -342,8 +359,12 @@ impl Interval {
         out: &mut [Vector],
     ) {
         let plan = &*self.plan;
+        let slots = plan.slots(known.is_some());
         let fading = known.filter(|_| plan.slides_on_curves());
-        let deforming = fading.map(|known| plan.deforming_among(known));
+        let deforming = fading.map(|known| {
+            let nodes = plan.deforming_among(known);
+            parallel::collect(nodes.len(), |at| slots.of(nodes[at]) as u32)
+        });
         let here = MeshState {
             deforming: deforming.as_deref().or(state.deforming),
             ..state
@@ -353,46 +374,50 @@ impl Interval {
                 fields.fade_elsewhere(state, fading, changes);
             }
         };
-        sliding::place(&plan.motion, &plan.surface, here, &elsewhere, out);
+        sliding::place(&plan.motion, &plan.surface, here, &elsewhere, (slots, out));
         if !plan.schedule.selection.correction {
             return;
         }
         let poses = plan.motion.poses(step, part);
-        place_nodes(plan, out, |role, node, x| match role {
+        place_nodes(plan, (slots, out), |role, node, x| match role {
             Role::Fixed => Some(x),
             Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
             Role::Sliding => None,
         });
     }
 
-    /// Largest and root-mean-square distance of the surface nodes in `points` from where the motion
+    /// Largest and root-mean-square distance of the surface nodes, which have `slots` in `points`, from where the motion
     /// puts them.
-    pub fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
+    pub(super) fn surface_error(
+        &self,
+        step: &Step,
+        (slots, points): (Slots<'_>, &[Vector]),
+    ) -> (f64, f64) {
         let to_inertial = self.plan.motion.to_inertial(step);
         let poses = self.plan.poses_at(step);
-        let (largest, squares) = self.off_place(&poses, to_inertial.as_ref(), points);
+        let (largest, squares) = self.off_place(&poses, to_inertial.as_ref(), (slots, points));
         let n = self.plan.motion.surface.nodes.nodes.len().max(1) as f64;
         (largest, (squares / n).sqrt())
     }
 
-    /// Largest distance of the surface nodes in `points` from where the poses of the bodies and the
+    /// Largest distance of the surface nodes, which have `slots` in `points`, from where the poses of the bodies and the
     /// rotation to the inertial frame put them, and the sum of its squares.
     pub(super) fn off_place(
         &self,
         poses: &[BodyMap<'_>],
         to_inertial: Option<&Transform>,
-        points: &[Vector],
+        (slots, points): (Slots<'_>, &[Vector]),
     ) -> (f64, f64) {
         let plan = &*self.plan;
         let off = |(node, role): (&u32, &Role)| {
-            let x = plan.mesh.points[*node as usize];
+            let x = plan.mesh.place(*node);
             let exact = match (role, to_inertial) {
                 (Role::Sliding, _) => return None,
                 (Role::Moving(body), _) => poses[usize::from(*body)].place(*node, x),
                 (_, Some(to_inertial)) => to_inertial.apply(x),
                 (_, None) => x,
             };
-            Some(distance(points[*node as usize], exact))
+            Some(distance(points[slots.of(*node)], exact))
         };
         let surface = &plan.motion.surface.nodes;
         let errors = parallel::map_blocks(surface.nodes.len(), BLOCK, &|range| {
@@ -402,7 +427,8 @@ impl Interval {
                 combined(sum, (error, error * error))
             })
         });
-        let sliding = sliding::off_boundary(&plan.motion, &plan.surface, to_inertial, points);
+        let sliding =
+            sliding::off_boundary(&plan.motion, &plan.surface, to_inertial, (slots, points));
         errors.into_iter().fold(sliding, combined)
     }
 }
@@ -413,28 +439,28 @@ fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 }
 
 /// Places moving nodes exactly where the motion puts them.
-fn place_moving_nodes(plan: &Plan, poses: &[BodyMap<'_>], out: &mut [Vector]) {
+fn place_moving_nodes(plan: &Plan, poses: &[BodyMap<'_>], out: (Slots<'_>, &mut [Vector])) {
     place_nodes(plan, out, |role, node, x| match role {
         Role::Moving(body) => Some(poses[usize::from(body)].place(node, x)),
         Role::Fixed | Role::Sliding => None,
     });
 }
 
-/// Puts surface nodes in `out` where `place` says for a node of that role, number and place in the
+/// Puts surface nodes, which have `slots` in `out`, where `place` says for a node of that role, number and place in the
 /// reference mesh; `None` leaves it as it is.
 fn place_nodes(
     plan: &Plan,
-    out: &mut [Vector],
+    (slots, out): (Slots<'_>, &mut [Vector]),
     place: impl Fn(Role, u32, Vector) -> Option<Vector> + Sync,
 ) {
     let surface = &plan.motion.surface.nodes;
     parallel::for_blocks(out, BLOCK, &|first, out| {
-        let before = |end: usize| surface.nodes.partition_point(|&node| (node as usize) < end);
+        let before = |end: usize| surface.nodes.partition_point(|&node| slots.of(node) < end);
         for at in before(first)..before(first + out.len()) {
             let node = surface.nodes[at];
-            let x = plan.mesh.points[node as usize];
+            let x = plan.mesh.place(node);
             if let Some(x) = place(surface.roles[at], node, x) {
-                out[node as usize - first] = x;
+                out[slots.of(node) - first] = x;
             }
         }
     });

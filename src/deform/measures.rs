@@ -6,7 +6,7 @@ use super::slabs::Joined;
 use super::team::Team;
 use super::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Adjacency, DataArray};
+use crate::mesh::{Adjacency, DataArray, Slots};
 use crate::quality::{Assessment, Judge, Quality, Reference, Summary};
 use std::sync::OnceLock;
 
@@ -126,7 +126,9 @@ impl Measures {
     /// The quality in plain numbers.
     pub fn quality(&self, plan: &Plan, points: &[Vector]) -> Quality {
         let all = self.complete(plan, self.cells(plan, points, None), points, None);
-        let first_cells = plan.first_cells.smallest_ratio(points, &plan.mesh.points);
+        let first_cells = plan
+            .first_cells
+            .smallest_ratio((Slots::All, points), &plan.mesh);
         let normal_change = self.normal_change(plan, points, None);
         Quality {
             min_first_cell_ratio: first_cells.unwrap_or(f64::NAN),

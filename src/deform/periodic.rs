@@ -7,7 +7,7 @@ use crate::diagnostic::deform::{DeformNote, PeriodicMap};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, add, distance, sub};
 use crate::geometry::{Bounds, Transform};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Slots};
 use crate::motion::periodic::{Axis, Follower, Periodic, Side, Symmetry, followers, images};
 use crate::motion::{Motion, Role};
 use std::sync::Arc;
@@ -52,7 +52,7 @@ impl PeriodicNodes {
             let [name_a, name_b] = [&pair.a, &pair.b].map(|tags| names(motion, tags));
             let [a, b] = [(&name_a, &nodes_a), (&name_b, &nodes_b)]
                 .map(|(name, nodes)| Side { name, nodes });
-            let periodic = Periodic::find(&mesh.points, a, b, Some(axis))
+            let periodic = Periodic::find(&|node| mesh.place(node), a, b, Some(axis))
                 .map_err(|error| error.at(pair.place.clone()))?;
             let note = DeformNote::PeriodicPair {
                 sides: [name_a, name_b],
@@ -92,7 +92,7 @@ impl PeriodicNodes {
                 continue;
             };
             let body = usize::from(body);
-            let [leader, node] = [follower.leader, follower.node].map(|i| mesh.points[i as usize]);
+            let [leader, node] = [follower.leader, follower.node].map(|node| mesh.place(node));
             let offset = sub(node, follower.map.apply(leader));
             for step in &motion.steps {
                 let pose = motion.pose(body, step);
@@ -118,20 +118,22 @@ impl PeriodicNodes {
     }
 
     /// Puts every follower where its leader's image is. Where the reference mesh has them in the same
-    /// relation to the last bit, so has `out`.
-    pub fn follow(
+    /// relation to the last bit, so has `out`, in which nodes have `slots`.
+    pub(super) fn follow(
         &self,
         motion: &Motion,
-        reference: &[Vector],
+        reference: &Mesh,
         to_inertial: Option<&Transform>,
-        out: &mut [Vector],
+        (slots, out): (Slots<'_>, &mut [Vector]),
     ) {
         for follower in &self.followers {
             if role(motion, follower.node) == Some(Role::Fixed) {
                 continue;
             }
-            let [leader, node] = [follower.leader, follower.node].map(|i| i as usize);
-            let offset = sub(reference[node], follower.map.apply(reference[leader]));
+            let pair = [follower.leader, follower.node];
+            let [at_leader, at_rest] = pair.map(|node| reference.place(node));
+            let offset = sub(at_rest, follower.map.apply(at_leader));
+            let [leader, node] = pair.map(|node| slots.of(node));
             out[node] = match to_inertial {
                 None => add(follower.map.apply(out[leader]), offset),
                 Some(to_inertial) => {

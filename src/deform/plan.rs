@@ -13,7 +13,7 @@ use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::{Mesh, OneLayer, faces_on_no_cell};
+use crate::mesh::{Mesh, OneLayer, Slots, faces_on_no_cell};
 use crate::motion::{BodyMap, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
@@ -119,9 +119,17 @@ impl Plan {
         Some(self.holder()?.hash_of_file())
     }
 
-    /// Where the nodes are in the reference mesh: with an outline those that are known.
+    /// Where the nodes are in the reference mesh: with an outline those that are known, in its [`Slots`], until the whole is taken.
     pub fn points(&self) -> &[Vector] {
         &self.whole.get().map_or(&self.mesh, |whole| &whole.0).points
+    }
+
+    /// Which entries nodes have in positions of a step, of which most are `apart` or which are all here.
+    pub(super) fn slots(&self, are_apart: bool) -> Slots<'_> {
+        match are_apart {
+            true => self.mesh.slots(),
+            false => Slots::All,
+        }
     }
 
     /// Number of modes, all layers together.
@@ -269,7 +277,7 @@ impl Plan {
         known.sort_unstable();
         known.dedup();
         if let Some(team) = self.team() {
-            team.divide(self.mesh.points.len(), self.told(&known));
+            team.divide(&self.mesh, self.told(&known));
         }
         Some(known)
     }

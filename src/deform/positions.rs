@@ -15,6 +15,7 @@ use super::untangle::StepFreedom;
 use super::window::{Window, folded_around, steps_around};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
+use crate::mesh::Slots;
 use crate::motion::{OnInverted, Step};
 use crate::parallel;
 use crate::progress::Stop;
@@ -368,7 +369,10 @@ impl Stepper<'_> {
         points: &mut [Vector],
     ) {
         match known {
-            Some(known) => self.rounding.apply_to(known, points),
+            Some(known) => {
+                let slots = self.plan.slots(true);
+                self.rounding.apply_to(known, (slots, points));
+            }
             None => self.rounding.apply(points),
         }
         let team = self.plan.team();
@@ -387,7 +391,7 @@ impl Stepper<'_> {
             Sharing::Ranks(team) => team.collect(points),
             Sharing::Joined(joined) => {
                 let base = self.interval.hash_of_base();
-                joined.enter(step.index, base, None, points)?;
+                joined.enter(step.index, base, None, (Slots::All, points))?;
             }
             Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => {}
         }

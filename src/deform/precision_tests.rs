@@ -6,7 +6,7 @@ use crate::diagnostic::NoteKind;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, ErrorKind};
 use crate::geometry::vector::Vector;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{CellKind, Mesh, Slots};
 use crate::motion::Schedule;
 use crate::progress::Silent;
 use std::path::Path;
@@ -42,8 +42,14 @@ fn every_surface_node_with_smooth_kernels_is_solved_as_far_as_it_can_be_and_that
         let mut points = plan.mesh.points.clone();
         let step = &plan.motion.steps[1];
         interval.points_at(step, &mut points).expect("it deforms");
-        assert_eq!(interval.surface_error(step, &points).0, 0.0, "{kernel}");
-        let ratio = plan.first_cells.smallest_ratio(&points, &plan.mesh.points);
+        assert_eq!(
+            interval.surface_error(step, (Slots::All, &points)).0,
+            0.0,
+            "{kernel}"
+        );
+        let ratio = plan
+            .first_cells
+            .smallest_ratio((Slots::All, &points), &plan.mesh);
         assert!(
             ratio.expect("it has first cells") > 0.93,
             "{kernel}: {ratio:?}"
@@ -83,7 +89,9 @@ fn round_off_of_a_large_support_radius_is_told_or_refused_with_a_radius_that_wor
         let interval = interval(&plan)?;
         let mut points = plan.mesh.points.clone();
         interval.points_at(&plan.motion.steps[1], &mut points)?;
-        let ratio = plan.first_cells.smallest_ratio(&points, &plan.mesh.points);
+        let ratio = plan
+            .first_cells
+            .smallest_ratio((Slots::All, &points), &plan.mesh);
         let notes = interval
             .warnings
             .iter()

@@ -6,36 +6,42 @@ use super::fields::MeshState;
 use super::surface::SurfacePoints;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, distance, norm, sub};
+use crate::mesh::Slots;
 use crate::motion::{Motion, Role};
 use crate::parallel::{self, SMALL_BLOCK, collect_in_blocks};
 use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use crate::rbf::field::Field;
 use crate::rbf::slide::Sliding;
 
-/// Mesh nodes that slide, with the surface point of each.
-fn sliding_nodes(motion: &Motion, surface: &SurfacePoints) -> Vec<(usize, usize)> {
+/// The slots of mesh nodes that slide, with the surface point of each.
+fn sliding_nodes(
+    motion: &Motion,
+    surface: &SurfacePoints,
+    slots: Slots<'_>,
+) -> Vec<(usize, usize)> {
     let nodes = &motion.surface.nodes;
     parallel::filter_map(nodes.nodes.len(), |at| {
-        let pair = (nodes.nodes[at] as usize, surface.point_of[at] as usize);
-        (nodes.roles[at] == Role::Sliding).then_some(pair)
+        let is_sliding = nodes.roles[at] == Role::Sliding;
+        is_sliding.then(|| (slots.of(nodes.nodes[at]), surface.point_of[at] as usize))
     })
 }
 
 /// Fades changes (N_s, 3) of the surface into nodes that are elsewhere.
 pub(super) type FadeElsewhere<'a> = &'a dyn Fn(&Fading<'_>, &[f64]);
 
-/// Puts the sliding nodes in `out` on their boundary. `state` is the mesh that has been deformed.
+/// Puts the sliding nodes, which have `slots` in `out`, on their boundary. `state` is the mesh that has been deformed, of which the
+/// nodes that deform are told by their slots.
 pub(super) fn place(
     motion: &Motion,
     surface: &SurfacePoints,
     state: MeshState<'_>,
     elsewhere: FadeElsewhere<'_>,
-    out: &mut [Vector],
+    (slots, out): (Slots<'_>, &mut [Vector]),
 ) {
     let Some(sliding) = &surface.sliding else {
         return;
     };
-    let nodes = sliding_nodes(motion, surface);
+    let nodes = sliding_nodes(motion, surface, slots);
     let placed = collect_in_blocks(nodes.len(), SMALL_BLOCK, |i| {
         let (node, point) = nodes[i];
         (node, point, sliding.place(point, out[node]))
@@ -80,19 +86,19 @@ fn fade_inward(state: MeshState<'_>, fading: Fading<'_>, changes: &[f64], out: &
     }
 }
 
-/// Largest distance of the sliding nodes in `points` from their boundary, which `to_inertial` has turned
+/// Largest distance of the sliding nodes, which have `slots` in `points`, from their boundary, which `to_inertial` has turned
 /// with the zone, and the sum of its squares.
 pub(super) fn off_boundary(
     motion: &Motion,
     surface: &SurfacePoints,
     to_inertial: Option<&Transform>,
-    points: &[Vector],
+    (slots, points): (Slots<'_>, &[Vector]),
 ) -> (f64, f64) {
     let Some(sliding) = &surface.sliding else {
         return (0.0, 0.0);
     };
     let back = to_inertial.map(Transform::inverse);
-    let nodes = sliding_nodes(motion, surface);
+    let nodes = sliding_nodes(motion, surface, slots);
     let errors = collect_in_blocks(nodes.len(), SMALL_BLOCK, |i| {
         let (node, point) = nodes[i];
         let x = back.map_or(points[node], |back| back.apply(points[node]));

@@ -8,6 +8,7 @@ use super::positions::Positions;
 use super::repair::n_not_valid;
 use super::window::Window;
 use crate::geometry::vector::Vector;
+use crate::mesh::Slots;
 use crate::parallel;
 use crate::quality::Summary;
 use serde::{Deserialize, Serialize};
@@ -36,11 +37,11 @@ impl Rounding {
         }
     }
 
-    /// The same for some of the nodes.
-    pub fn apply_to(self, nodes: &[u32], points: &mut [Vector]) {
+    /// The same for some of the nodes, which have `slots` in `points`.
+    pub fn apply_to(self, nodes: &[u32], (slots, points): (Slots<'_>, &mut [Vector])) {
         if self == Self::Single {
             let round = |x: &mut Vector| *x = in_32_bits(*x);
-            (nodes.iter()).for_each(|&node| round(&mut points[node as usize]));
+            (nodes.iter()).for_each(|&node| round(&mut points[slots.of(node)]));
         }
     }
 }

@@ -37,11 +37,12 @@ impl Interval {
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
+        let slots = plan.slots(known.is_some());
         let carry = |from: &[Vector], to: &mut [Vector]| match known {
             None => to.copy_from_slice(from),
             Some(known) => {
                 for &node in known.iter().chain(&plan.motion.surface.nodes.nodes) {
-                    to[node as usize] = from[node as usize];
+                    to[slots.of(node)] = from[slots.of(node)];
                 }
             }
         };
@@ -49,7 +50,7 @@ impl Interval {
             None => plan.whole().points.clone(),
             Some(_) => sparse::zeros(out.len(), [0.0; 3]),
         };
-        carry(plan.points(), &mut nodes);
+        carry(self.reference(known.is_some()).nodes, &mut nodes);
         let mut worst: f64 = 0.0;
         let n = parts.n as f64;
         for part in 1..=parts.n {
@@ -57,7 +58,7 @@ impl Interval {
             let error = self.substep(step, (from, to), parts.kernel, (&nodes, known), out)?;
             worst = worst.max(error);
             plan.periodic
-                .follow(&plan.motion, &plan.mesh.points, None, out);
+                .follow(&plan.motion, &plan.mesh, None, (slots, out));
             if let (Some(team), Some(_)) = (plan.team(), known) {
                 team.end_part(plan.maps_of_part(step, to), out);
             }
@@ -67,7 +68,8 @@ impl Interval {
         Ok(if plan.schedule.selection.correction {
             worst
         } else {
-            self.off_place(&plan.motion.poses(step, 1.0), None, out).0
+            self.off_place(&plan.motion.poses(step, 1.0), None, (slots, out))
+                .0
         })
     }
 
@@ -81,7 +83,8 @@ impl Interval {
     ) -> Result<f64> {
         let plan = &*self.plan;
         let of_points = &plan.surface.nodes;
-        let surface = parallel::collect(of_points.len(), |at| nodes[of_points[at] as usize]);
+        let slots = plan.slots(known.is_some());
+        let surface = parallel::collect(of_points.len(), |at| nodes[slots.of(of_points[at])]);
         let rigid = RigidSurface {
             points: &surface,
             body: &plan.surface.body,
@@ -125,7 +128,7 @@ impl Interval {
                 Some(_) => RankPlaces::Moved,
                 None => RankPlaces::Told,
             },
-            ..self.reference()
+            ..self.reference(known.is_some())
         };
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(state, &layers, &chosen, correct, &Silent, By::again(plan));

@@ -41,7 +41,8 @@ impl SurfacePoints {
     /// The points of a surface of a mesh; `interface` are faces of it that are no cells of the mesh.
     pub fn new(mesh: &Mesh, of: &Surface, interface: Option<&Cells>) -> Result<Self> {
         let SurfaceNodes { nodes, roles } = &of.nodes;
-        let places = collect(nodes.len(), |at| mesh.points[nodes[at] as usize]);
+        let slots = mesh.slots();
+        let places = collect(nodes.len(), |at| mesh.points[slots.of(nodes[at])]);
         let along = curve::along(&places);
         let same = first_at_each_place(&places, &along);
         check_roles(nodes, roles, &same)?;

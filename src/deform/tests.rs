@@ -5,7 +5,7 @@ use crate::diagnostic::deform::DeformNote;
 use crate::error::Error;
 use crate::formats::{self, Precision};
 use crate::geometry::vector::Vector;
-use crate::mesh::{CellSet, Mesh};
+use crate::mesh::{CellSet, Mesh, Slots};
 use crate::motion::Schedule;
 use crate::progress::Silent;
 use std::path::Path;
@@ -60,7 +60,10 @@ fn errors(plan: &Arc<Plan>) -> Vec<(f64, f64)> {
     let steps = plan.motion.steps.iter();
     let errors = steps.map(|step| {
         let reported = deformer.points_at(step, &mut points).expect("it deforms");
-        (reported, deformer.surface_error(step, &points).0)
+        (
+            reported,
+            deformer.surface_error(step, (Slots::All, &points)).0,
+        )
     });
     errors.collect()
 }
@@ -178,7 +181,8 @@ fn sliding_nodes_stay_on_a_curved_boundary_without_the_correction() {
         let mut points = plan.mesh.points.clone();
         let step = &plan.motion.steps[1];
         deformer.points_at(step, &mut points).expect("it deforms");
-        let (off, _) = super::sliding::off_boundary(&plan.motion, &plan.surface, None, &points);
+        let (off, _) =
+            super::sliding::off_boundary(&plan.motion, &plan.surface, None, (Slots::All, &points));
         assert!(off < 1e-12, "{substeps}: {off:e}");
     }
 }

@@ -8,7 +8,7 @@ use super::plan::Plan;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
-use crate::mesh::OneLayer;
+use crate::mesh::{OneLayer, Slots};
 use crate::motion::{Role, Step};
 use crate::parallel;
 use crate::progress::Stop;
@@ -87,9 +87,10 @@ impl<'a> StepFreedom<'a> {
     /// Periodic nodes follow their partners, a plane mesh stays in its plane, and both sides of one layer are alike.
     fn keep_alike(&self, points: &mut [Vector]) {
         let plan = self.plan;
-        let reference = &plan.whole().points;
+        let (mesh, reference) = (plan.whole(), &plan.whole().points);
+        let to_inertial = self.to_inertial.as_ref();
         plan.periodic
-            .follow(&plan.motion, reference, self.to_inertial.as_ref(), points);
+            .follow(&plan.motion, mesh, to_inertial, (Slots::All, points));
         if plan.motion.rotor.in_plane {
             parallel::update(points, |node, x| x[2] = reference[node][2]);
         }

@@ -352,8 +352,27 @@ mod tests {
             faces.for_each(|&node| at_faces[node as usize] = true);
         }
         assert_eq!(found.cells.len(), mesh.cells.len());
-        for (node, (own, whole)) in found.points.iter().zip(&mesh.points).enumerate() {
-            assert_eq!(own == whole, at_faces[node], "{node}");
+        let known: Vec<u32> = (0..)
+            .zip(&at_faces)
+            .filter(|of| *of.1)
+            .map(|of| of.0)
+            .collect();
+        for (slot, node) in known.iter().enumerate() {
+            assert_eq!(found.slots().of(*node), slot);
+            assert_eq!(found.place(*node), mesh.points[*node as usize]);
+        }
+        assert!(known.len() < mesh.points.len() && found.points[known.len()][0].is_nan());
+        // Others in any order, twice, and among those that are known.
+        let mut found = found;
+        let mut others: Vec<u32> = (0..mesh.points.len() as u32).rev().step_by(2).collect();
+        others.push(others[0]);
+        let places: Vec<Vector> = others
+            .iter()
+            .map(|&node| mesh.points[node as usize])
+            .collect();
+        found.take_places(&others, &places);
+        for node in known.iter().chain(&others) {
+            assert_eq!(found.place(*node), mesh.points[*node as usize]);
         }
         let plane = Mesh::read("testdata/naca0012.vtu").expect("a mesh");
         let refused = by_pieces(&plane, |slabs| {

@@ -114,7 +114,8 @@ impl Doubled {
         }
         mesh.add_unknown_nodes(self.nodes.len());
         mesh.take_places(&self.nodes, &self.places);
-        mesh.points[self.n_nodes..].copy_from_slice(&self.places);
+        let copies: Vec<u32> = (self.n_nodes as u32..self.n_nodes() as u32).collect();
+        mesh.take_places(&copies, &self.places);
         let dimension = mesh.dimension();
         let runs = mesh.cells.runs();
         let faces = runs.filter(|run| run.kind.dimension() < dimension);

@@ -60,6 +60,7 @@ pub(crate) use numbering::{Numbering, among, among_by};
 pub use one_layer::{EMPTY, OneLayer};
 pub use origin::Origin;
 pub use outline::Outline;
+pub(crate) use outline::Slots;
 pub(crate) use outward::turn_outward;
 pub use part::Part;
 pub(crate) use part::node_slab;
@@ -98,6 +99,7 @@ use std::sync::Arc;
 pub struct Mesh {
     /// Node coordinates, in the mesh's own unit. In 2D the third is zero unless the file says
     /// otherwise.
+    // Of an outline those that are known, and nothing: see `outline`.
     #[serde(with = "raw")]
     pub points: Vec<[f64; 3]>,
     /// Cells of every dimension, in file order.

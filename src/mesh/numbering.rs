@@ -1,5 +1,6 @@
 //! Places of numbers in an ascending list.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Those of ascending numbers that are in a range.
@@ -18,8 +19,9 @@ pub(crate) fn among_by<'a, T>(
 }
 
 /// Finds numbers in an ascending list, in a time that hardly grows with its length where they are spread evenly.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Numbering<'a> {
-    sorted: &'a [u32],
+    sorted: Cow<'a, [u32]>,
     /// Where the numbers with each of their first bits start.
     starts: Vec<u32>,
     /// How many bits come after those.
@@ -27,14 +29,15 @@ pub(crate) struct Numbering<'a> {
 }
 
 impl<'a> Numbering<'a> {
-    pub fn new(sorted: &'a [u32]) -> Self {
+    pub fn new(sorted: impl Into<Cow<'a, [u32]>>) -> Self {
+        let sorted = sorted.into();
         let largest = sorted.last().copied().unwrap_or(0);
         let mut shift = 0;
         while (largest >> shift) as usize > sorted.len() {
             shift += 1;
         }
         let mut starts = Vec::with_capacity((largest >> shift) as usize + 2);
-        for (at, number) in (0..).zip(sorted) {
+        for (at, number) in (0..).zip(&*sorted) {
             while starts.len() <= (number >> shift) as usize {
                 starts.push(at);
             }
@@ -45,6 +48,11 @@ impl<'a> Numbering<'a> {
             starts,
             shift,
         }
+    }
+
+    /// The list.
+    pub fn sorted(&self) -> &[u32] {
+        &self.sorted
     }
 
     /// The places of a number in the list.

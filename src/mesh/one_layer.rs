@@ -41,7 +41,7 @@ impl OneLayer {
         }
         let mut sum = [0.0; 3];
         for cell in sides.iter().flat_map(|side| side.cells.iter()) {
-            let area = area(&mesh.points, mesh.cells.get(cell).nodes);
+            let area = area(mesh, mesh.cells.get(cell).nodes);
             sum = [0, 1, 2].map(|k| sum[k] + area[k].abs());
         }
         let total = sum[0] + sum[1] + sum[2];
@@ -168,8 +168,8 @@ fn covers(mesh: &Mesh, sides: &[&Group]) -> bool {
 }
 
 /// Twice the area vector of a face.
-fn area(points: &[Vector], nodes: &[u32]) -> Vector {
-    let at = |i: usize| points[nodes[i] as usize];
+fn area(mesh: &Mesh, nodes: &[u32]) -> Vector {
+    let at = |i: usize| mesh.place(nodes[i]);
     let mut sum = [0.0; 3];
     for i in 2..nodes.len() {
         let part = cross(sub(at(i - 1), at(0)), sub(at(i), at(0)));

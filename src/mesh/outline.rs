@@ -4,10 +4,12 @@
 //! An outline has the kind of every cell, the nodes of the cells of lower dimension, which are the boundary faces, and where these
 //! nodes are; where zones alone deform also the nodes between them and the rest, with their copies where zones turn ([`super::doubled`]).
 //! Nodes and cells have the numbers of the whole mesh. The arrays of coordinates and of the nodes of cells are as long as
-//! those of the whole, but what is not known was never written: the system gives no memory for it.
+//! those of the whole, but what is not known was never written: the system gives no memory for it. Coordinates that are known
+//! come first, in the order of their nodes, so that they take no more memory where these are far apart in the mesh:
+//! [`Slots`] says which of an array are those of a node.
 
 use super::from_slabs::Slabs;
-use super::numbering::among;
+use super::numbering::{Numbering, among};
 use super::{Apart, Cells, Mesh};
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
@@ -29,6 +31,8 @@ const SOLID: u8 = 3;
 pub struct Outline {
     /// The box around all nodes.
     pub bounds: Bounds,
+    /// The nodes of which it is known where they are.
+    known: Arc<Numbering<'static>>,
     /// What stands for coordinates that are not known.
     unknown: f64,
     /// Who has the mesh.
@@ -38,6 +42,29 @@ pub struct Outline {
 impl PartialEq for Outline {
     fn eq(&self, other: &Self) -> bool {
         self.bounds == other.bounds
+    }
+}
+
+/// Which entry of an array of positions is that of a node.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Slots<'a> {
+    /// It has all nodes.
+    All,
+    /// It has those first that the outline of a mesh knows.
+    Known(&'a Arc<Numbering<'static>>),
+}
+
+impl Slots<'_> {
+    /// The entry of a node.
+    ///
+    /// # Panics
+    /// Where it is not known where the node is.
+    #[inline]
+    pub fn of(self, node: u32) -> usize {
+        match self {
+            Self::All => node as usize,
+            Self::Known(known) => known.place(node).expect("it is known where the node is"),
+        }
     }
 }
 
@@ -113,17 +140,16 @@ impl Sketch {
         };
         let faces = sketches.iter().flat_map(|sketch| &sketch.faces);
         mesh.cells.set_nodes_below(mesh.dimension(), faces.copied());
-        let mut bounds = Bounds::EMPTY;
-        for sketch in sketches {
-            mesh.take_places(&sketch.nodes, &sketch.places);
-            let of_rank = sketch.bounds.iter();
-            bounds = of_rank.fold(bounds, Bounds::union);
-        }
+        let of_ranks = sketches.iter().flat_map(|sketch| &sketch.bounds);
         mesh.outline = Some(Outline {
-            bounds,
+            bounds: of_ranks.fold(Bounds::EMPTY, |all, own| all.union(own)),
+            known: Arc::default(),
             unknown: unknown.0,
             by,
         });
+        for sketch in sketches {
+            mesh.take_places(&sketch.nodes, &sketch.places);
+        }
         mesh
     }
 }
@@ -190,26 +216,59 @@ impl Mesh {
         }
     }
 
-    /// Takes where some nodes are, of which the outline did not know.
-    pub(crate) fn take_places(&mut self, nodes: &[u32], places: &[Vector]) {
-        for (&node, place) in nodes.iter().zip(places) {
-            self.points[node as usize] = *place;
+    /// Which entries of its coordinates are those of its nodes.
+    pub(crate) fn slots(&self) -> Slots<'_> {
+        match &self.outline {
+            None => Slots::All,
+            Some(outline) => Slots::Known(&outline.known),
         }
     }
 
-    /// Adds nodes to an outline of which nothing is known. It knows of the others where those of its faces are, and of no more after
-    /// that.
-    pub(super) fn add_unknown_nodes(&mut self, n: usize) {
-        let unknown = self.outline.as_ref().map_or(0.0, |outline| outline.unknown);
-        let n_nodes = self.points.len() + n;
-        let before = std::mem::replace(&mut self.points, sparse::zeros(n_nodes, [unknown; 3]));
-        let dimension = self.dimension();
-        let runs = self.cells.runs();
-        let faces = runs.filter(|run| run.kind.dimension() < dimension);
-        let of_faces = faces.flat_map(|run| run.connectivity);
-        for &node in of_faces {
-            self.points[node as usize] = before[node as usize];
+    /// Where a node is, which an outline has to know.
+    ///
+    /// # Panics
+    /// Where it does not.
+    #[doc(hidden)]
+    pub fn place(&self, node: u32) -> Vector {
+        self.points[self.slots().of(node)]
+    }
+
+    /// Takes where some nodes are, of which the outline did not know.
+    pub(crate) fn take_places(&mut self, nodes: &[u32], places: &[Vector]) {
+        let outline = self.outline.as_mut().expect("this is an outline");
+        let is_new = |&(node, _): &(u32, u32)| outline.known.place(node).is_none();
+        let mut new: Vec<(u32, u32)> = nodes.iter().copied().zip(0..).filter(is_new).collect();
+        parallel::sort(&mut new);
+        new.dedup_by_key(|of| of.0);
+        let mut known = outline.known.sorted().to_vec();
+        let mut n_before = known.len();
+        known.resize(n_before + new.len(), 0);
+        // From the last on, so that none is overwritten before it has its new entry.
+        for slot in (0..known.len()).rev() {
+            let last = new.last().copied();
+            let comes_last = |&(node, _): &(u32, u32)| n_before == 0 || node > known[n_before - 1];
+            match last.filter(comes_last) {
+                Some((node, at)) => {
+                    new.pop();
+                    (known[slot], self.points[slot]) = (node, places[at as usize]);
+                }
+                None => {
+                    n_before -= 1;
+                    (known[slot], self.points[slot]) = (known[n_before], self.points[n_before]);
+                }
+            }
         }
+        outline.known = Arc::new(Numbering::new(known));
+    }
+
+    /// Adds nodes to an outline of which nothing is known.
+    pub(super) fn add_unknown_nodes(&mut self, n: usize) {
+        let outline = self.outline.as_ref().expect("this is an outline");
+        let n_known = outline.known.sorted().len();
+        let unknown = [outline.unknown; 3];
+        let mut points = sparse::zeros(self.points.len() + n, unknown);
+        points[..n_known].copy_from_slice(&self.points[..n_known]);
+        self.points = points;
     }
 
     /// The box around all nodes, those of the whole mesh where this is its outline.

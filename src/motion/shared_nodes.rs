@@ -6,7 +6,8 @@ use super::resolved::Motion;
 use super::surface::Role;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::MotionNote;
-use crate::geometry::vector::{Vector, distance};
+use crate::geometry::vector::distance;
+use crate::mesh::Mesh;
 use std::collections::BTreeMap;
 
 /// Part of the extent that two bodies may be apart at a node that they share.
@@ -23,9 +24,9 @@ struct Shared {
 }
 
 impl Motion {
-    /// A note for each pair of bodies that move the nodes they share apart; `points` are the nodes
-    /// of the reference mesh, of extent `diagonal`.
-    pub fn shared_nodes(&self, points: &[Vector], diagonal: f64) -> Vec<Diagnostic> {
+    /// A note for each pair of bodies that move the nodes they share apart; the extent of the
+    /// `reference` mesh is `diagonal`.
+    pub fn shared_nodes(&self, reference: &Mesh, diagonal: f64) -> Vec<Diagnostic> {
         let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
         if self.surface.shared.is_empty() {
             return Vec::new();
@@ -37,7 +38,7 @@ impl Motion {
                     continue;
                 };
                 let pair = shared.entry((own, other)).or_default();
-                let place = |pose: &BodyMap<'_>| pose.place(node, points[node as usize]);
+                let place = |pose: &BodyMap<'_>| pose.place(node, reference.place(node));
                 let gap = distance(
                     place(&poses[usize::from(own)]),
                     place(&poses[usize::from(other)]),

@@ -71,10 +71,11 @@ struct Region {
 
 impl Region {
     fn new(plan: &Plan) -> Self {
+        let slots = plan.mesh.slots();
         let bounds = match (&plan.motion.zone, plan.deforming_nodes()) {
             (Some(zone), _) if plan.one_layer.is_none() => zone.sides.bounds,
             (_, Some(nodes)) => {
-                Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[node as usize]))
+                Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[slots.of(node)]))
             }
             (_, None) => plan.mesh.extent(),
         };

@@ -97,7 +97,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
     };
     let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
     let nodes = zone.sides.interface_nodes.iter();
-    let points: Vec<Vector> = nodes.map(|&node| plan.mesh.points[node as usize]).collect();
+    let points: Vec<Vector> = nodes.map(|&node| plan.mesh.place(node)).collect();
     if turned.is_empty() || points.is_empty() {
         return None;
     }

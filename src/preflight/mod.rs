@@ -37,7 +37,7 @@ use crate::motion::Frame;
 /// Where the mesh has to be read for that, and is not.
 pub fn warnings(plan: &Plan) -> Result<Vec<Diagnostic>> {
     let diagonal = plan.mesh.extent().diagonal();
-    let mut warnings = plan.motion.shared_nodes(&plan.mesh.points, diagonal);
+    let mut warnings = plan.motion.shared_nodes(&plan.mesh, diagonal);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(tags::fixed_that_move(plan));
     warnings.extend(tags::on_no_cell(plan)?);

@@ -176,7 +176,7 @@ fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {
-    let change = plan.first_cells.change_in_f32(&plan.mesh.points);
+    let change = plan.first_cells.change_in_f32(&plan.mesh);
     if plan.schedule.output.precision == Precision::F32
         && plan.schedule.output.rounds()?
         && change > F32_CHANGE

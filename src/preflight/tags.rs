@@ -117,7 +117,7 @@ fn measure(plan: &Plan, tag: &Group, found: &mut BTreeMap<u16, Moved>) {
         let poses: Vec<BodyMap<'_>> = plan.motion.poses(step, 1.0);
         for (body, moved) in &mut *found {
             for &node in &moved.nodes {
-                let x = plan.mesh.points[node as usize];
+                let x = plan.mesh.place(node);
                 let by = sub(poses[usize::from(*body)].place(node, x), x);
                 if norm(by) > moved.distance {
                     (moved.distance, moved.step) = (norm(by), step.index);
@@ -131,14 +131,13 @@ fn measure(plan: &Plan, tag: &Group, found: &mut BTreeMap<u16, Moved>) {
 
 /// The normal of the plane that the faces of a tag lie in, in space; `None` where they lie in none.
 fn plane_of(plan: &Plan, tag: &Group) -> Option<Vector> {
-    let points = &plan.mesh.points;
     let least = ROUND_OFF * plan.mesh.extent().diagonal();
     let nodes = || {
         tag.cells
             .iter()
             .flat_map(|cell| plan.mesh.cells.get(cell).nodes)
     };
-    let place = |node: &u32| points[*node as usize];
+    let place = |node: &u32| plan.mesh.place(*node);
     let origin = place(nodes().next()?);
     let along = |node: &u32| sub(place(node), origin);
     let far = nodes()

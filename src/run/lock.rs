@@ -92,7 +92,7 @@ pub(super) fn remove_left(folder: &Path) -> Result<()> {
 
 fn busy(folder: &Path, steps: &Range<usize>) -> Error {
     Error::input(format!(
-        "another run is writing steps {}..{} here; wait until it ends, or give other --steps",
+        "another run is writing steps {}..{} here; wait until it ends",
         steps.start, steps.end
     ))
     .file(folder)

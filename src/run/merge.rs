@@ -78,6 +78,14 @@ struct Found {
 /// The records of all parts, by their first step.
 fn records(folder: &Path) -> Result<Vec<Found>> {
     let found = parts_in(folder, "run", "json").map_err(|error| Error::io(folder, &error))?;
+    let of_run = || record::read(&folder.join("run.json")).ok().flatten();
+    let is_finished = |run: RunRecord| run.outcome.starts_with("complete");
+    if found.is_empty() && of_run().is_some_and(is_finished) {
+        return Err(Error::input(
+            "the sequence in this folder is complete, and no parts or slabs that could be joined again are there",
+        )
+        .file(folder));
+    }
     if found.is_empty() {
         return Err(Error::input(
             "holds no parts of a sequence: `azimesh deform --steps A..B` leaves a run_A-B.json for each",

@@ -44,15 +44,16 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let of_slabs = plan
         .joined()
         .map(|joined| (joined, slab::identity(&record.content, joined.n())));
-    if let Some((joined, run)) = of_slabs {
-        joined.check(run, plan)?;
-    }
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
     let held = of_slabs.map(|(joined, _)| slab::hold_all(joined, &names));
     let _held = held.transpose()?;
+    if let Some((joined, run)) = of_slabs {
+        slab::check_alike(joined, &record.content)?;
+        joined.check(run, plan)?;
+    }
     let mut earlier = earlier_run(deformation, &names, format, &record, request)?;
     formats::clear_left(&names.folder);
     if !request.no_space_check {

@@ -3,6 +3,7 @@
 
 use super::base_file;
 use super::base_points::BasePointStore;
+use super::compatibility::difference;
 use super::finished::Finished;
 use super::lock::Lock;
 use super::names::{Names, RunSteps, files};
@@ -193,7 +194,13 @@ fn leave_steps(
         .filter(|step| !path(names, step.index).exists());
     let mut known = base_points.base_files.clone();
     for (i, step) in todo.enumerate() {
-        deformation.stop().check()?;
+        deformation.stop().check().map_err(|mut error| {
+            error.message += match i + n_kept {
+                0 => "; no step was finished",
+                _ => "; finished steps are kept, and --resume continues from there",
+            };
+            error
+        })?;
         let interval = base_points.enter(step)?;
         if known != base_points.base_files {
             known.clone_from(&base_points.base_files);
@@ -255,6 +262,23 @@ fn kept(names: &Names, own: &Range<usize>, run: [u8; 32], request: &Request) -> 
         fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
     }
     Ok(n_kept)
+}
+
+/// Refuses slabs whose records say that they are of another run than this one.
+pub(super) fn check_alike(joined: &Joined, own: &RunRecord) -> Result<()> {
+    for (slab, folder) in SlabOf::all(joined.n()).zip(joined.folders()) {
+        // Without a record their steps tell.
+        let of_slab = record::read(&folder.join("run.json")).ok().flatten();
+        if let Some(difference) = of_slab.and_then(|of_slab| difference(own, &of_slab)) {
+            return Err(Error::input(format!(
+                "slab {slab} does not go with the inputs of the first slab as they are now: {}; `azimesh deform --slab {slab} \
+                 --force`, with those inputs, writes it anew",
+                difference.since()
+            ))
+            .file(&folder));
+        }
+    }
+    Ok(())
 }
 
 /// Holds the folders of all slabs, so that none is written while they are joined.

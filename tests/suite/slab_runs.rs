@@ -136,6 +136,18 @@ fn a_slab_is_resumed_and_a_damaged_step_written_again() {
     let whole = std::fs::read(&step).unwrap();
     let last = path.join("out/slabs_2/slab_2/step_0003.slab");
     std::fs::remove_file(&last).unwrap();
+    let run = azimesh(path, &["report", "out"]);
+    assert_eq!(run.code, 2);
+    assert_says(&run.err, &["not joined", "azimesh finish out"]);
+    // Another process works on it.
+    let lock = path.join("out/slabs_2/slab_2/.azimesh_0-4.lock");
+    let held = std::fs::File::create(&lock).unwrap();
+    held.lock().unwrap();
+    let run = azimesh(path, &["finish", "out"]);
+    assert_eq!(run.code, 2);
+    assert_says(&run.err, &["slab_2", "another run is writing steps 0..4"]);
+    drop(held);
+    std::fs::remove_file(lock).unwrap();
     let run = azimesh(path, &["finish", "out"]);
     assert_eq!(run.code, 2);
     assert_says(&run.err, &["slab 2/2 has no step 3", "--slab 2/2 --resume"]);
@@ -166,6 +178,9 @@ fn a_slab_is_resumed_and_a_damaged_step_written_again() {
     succeed(path, &["-q", "finish", "out"]);
     succeed(path, &["-q", "deform", "b.vtkhdf", "b.toml", "-o", "one"]);
     assert!(left(&path.join("out")) == left(&path.join("one")));
+    let run = azimesh(path, &["finish", "one"]);
+    assert_eq!(run.code, 2);
+    assert_says(&run.err, &["the sequence in this folder is complete"]);
     assert_eq!(selections(&path.join("out")), selections(&path.join("one")));
 }
 
@@ -181,8 +196,10 @@ fn slabs_of_other_inputs_are_not_joined() {
     assert_says(
         &run.err,
         &[
-            "slabs_2/slab_1/step_0000.slab",
-            "another mesh, schedule, option or version",
+            "slabs_2/slab_1",
+            "slab 1/2 does not go with",
+            "its schedule b.toml has changed since",
+            "--slab 1/2 --force",
         ],
     );
     let run = slab(path, "1/2", &["--resume"]);

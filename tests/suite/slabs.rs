@@ -153,10 +153,7 @@ fn outline_is_that_of(whole: &Mesh, path: &Path, options: &ReadOptions, n: usize
             assert!(a.connectivity == b.connectivity, "{what}: faces");
             n_faces += a.n_cells();
             for &node in a.connectivity {
-                assert_eq!(
-                    found.points[node as usize], whole.points[node as usize],
-                    "{what}"
-                );
+                assert_eq!(found.place(node), whole.points[node as usize], "{what}");
             }
         } else {
             assert!(

@@ -44,7 +44,7 @@ impl Pairs {
                 name: &names[side],
                 nodes: &nodes[side],
             });
-            Periodic::find(&mesh.points, a, b, None)
+            Periodic::find(&|node| mesh.place(node), a, b, None)
         };
         let periodic = sides.iter().map(find).collect::<Result<Vec<_>>>()?;
         let mut followers = followers(&periodic, &bounds)?;

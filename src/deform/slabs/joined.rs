@@ -7,7 +7,7 @@ use super::SlabOf;
 use super::stored::{StoredStep, ToldOfStep};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{Apart, Mesh, Numbers, Part, among, node_slab};
+use crate::mesh::{Apart, Mesh, Numbers, Part, Slots, among, node_slab};
 use crate::parallel;
 use crate::quality::faces::FaceSummary;
 use crate::quality::{Judge, Summary};
@@ -151,7 +151,7 @@ impl Joined {
         self.told.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes to `out` where the nodes are at a step: those that are `known`, ascending, or all. From then on
+    /// Writes to `out` where the nodes are at a step, which have `slots` there: those that are `known`, ascending, or all. From then on
     /// its quality can be had. Gives the largest displacement error before the correction.
     ///
     /// # Errors
@@ -162,7 +162,7 @@ impl Joined {
         step: usize,
         base: [u8; 32],
         known: Option<&[u32]>,
-        out: &mut [Vector],
+        (slots, out): (Slots<'_>, &mut [Vector]),
     ) -> Result<f64> {
         let mut told = Vec::new();
         let mut error: f64 = 0.0;
@@ -183,7 +183,7 @@ impl Joined {
                 })?,
                 Some(known) => {
                     let nodes = stored.nodes();
-                    read_some(&mut stored, among(known, &nodes), out)?;
+                    read_some(&mut stored, among(known, &nodes), (slots, out))?;
                 }
             }
             told.push(stored.into_told());
@@ -242,8 +242,12 @@ impl Joined {
     }
 }
 
-/// Reads where some of the nodes of a step are.
-fn read_some(stored: &mut StoredStep, nodes: &[u32], out: &mut [Vector]) -> Result<()> {
+/// Reads where some of the nodes of a step are, which have `slots` in `out`.
+fn read_some(
+    stored: &mut StoredStep,
+    nodes: &[u32],
+    (slots, out): (Slots<'_>, &mut [Vector]),
+) -> Result<()> {
     let mut rest = nodes;
     while let Some(&first) = rest.first() {
         let is_near = |pair: &[u32]| pair[1] - pair[0] <= GAP && pair[1] - first < NODES;
@@ -252,7 +256,7 @@ fn read_some(stored: &mut StoredStep, nodes: &[u32], out: &mut [Vector]) -> Resu
         let mut points = vec![[0.0; 3]; end - first as usize];
         stored.read(first as usize..end, &mut points)?;
         for &node in &rest[..n] {
-            out[node as usize] = points[(node - first) as usize];
+            out[slots.of(node)] = points[(node - first) as usize];
         }
         rest = &rest[n..];
     }

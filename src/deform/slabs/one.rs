@@ -97,7 +97,7 @@ impl OneSlab {
     }
 
     /// Computes a step and leaves it where `left` says. `points` has room for all nodes of the whole mesh, of which those that
-    /// the slab moves are written.
+    /// the slab moves are written, in the slots of the mesh.
     pub(crate) fn leave_step(
         &self,
         interval: &Interval,
@@ -107,9 +107,10 @@ impl OneSlab {
         left: &Left<'_>,
     ) -> Result<()> {
         let plan = &interval.plan;
+        let slots = plan.mesh.slots();
         let error = interval.points_at(step, points)?;
         match plan.mesh.outline {
-            Some(_) => rounding.apply_to(self.part(&plan.mesh).numbers_in_whole(), points),
+            Some(_) => rounding.apply_to(self.part(&plan.mesh).numbers_in_whole(), (slots, points)),
             None => rounding.apply(points),
         }
         let told = match plan.judges() {
@@ -122,7 +123,10 @@ impl OneSlab {
             base: interval.hash_of_base(),
             selection_error: error,
         };
-        StoredStep::save(left, moved, own.clone(), &points[own], told)
+        // All of them are known.
+        let first = slots.of(own.start as u32);
+        let places = &points[first..first + own.len()];
+        StoredStep::save(left, moved, own, places, told)
     }
 
     /// What its cells are like with the nodes at `points`.
@@ -134,7 +138,8 @@ impl OneSlab {
         } = self.judging(plan);
         let part = self.part(&plan.mesh);
         let (ranks, nodes) = (part.ranks(), part.numbers_in_whole());
-        let places = parallel::collect(nodes.len(), |i| points[nodes[i] as usize]);
+        let slots = plan.mesh.slots();
+        let places = parallel::collect(nodes.len(), |i| points[slots.of(nodes[i])]);
         judge.cells(part, &places);
         let cells = ranks.told();
         judge.faces(part, &places);

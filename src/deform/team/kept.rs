@@ -9,7 +9,7 @@ use crate::deform::numbers_file::{file_at, write_points};
 use crate::error::{Error, Result};
 use crate::formats::list_nodes;
 use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{Apart, Mesh, NodesOfCells, Numbers, ZoneSides, among, node_slab};
+use crate::mesh::{Apart, Mesh, NodesOfCells, Numbers, Slots, ZoneSides, among, node_slab};
 use crate::parallel;
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, PartHasher};
@@ -50,10 +50,14 @@ pub(crate) struct KeptPoints {
 }
 
 impl Team {
-    /// Has each rank keep its own nodes, of `n_nodes`. The first rank is told of some at every step, which are
-    /// ascending.
-    pub(crate) fn divide(&self, n_nodes: usize, told: Vec<u32>) {
+    /// Has each rank keep its own nodes of a mesh. The first rank is told of some at every step, which are ascending.
+    pub(crate) fn divide(&self, mesh: &Mesh, told: Vec<u32>) {
+        let n_nodes = mesh.points.len();
         let mut state = self.state();
+        state.known = match mesh.slots() {
+            Slots::All => None,
+            Slots::Known(known) => Some(Arc::clone(known)),
+        };
         self.order(Order::Divide);
         state.work.wanted = share_wanted(Some((n_nodes, &told)), &self.ranks);
         state.told = told;
@@ -67,6 +71,7 @@ impl Team {
         let mut parts = split(points, self.ranks.n());
         parts[0].copy_from_slice(state.work.own_places());
         self.ranks.receive_parts(&mut parts);
+        state.are_apart = false;
     }
 
     /// Has the ranks keep the positions of the step that they have moved to last, until they are written.
@@ -105,7 +110,7 @@ pub(super) fn share_wanted(of_first: Option<(usize, &[u32])>, ranks: &Ranks) -> 
 }
 
 impl SharedFields {
-    /// Moves all nodes to a step, and writes to `out` where those are of which this rank is told.
+    /// Moves all nodes to a step, and writes to `out`, in the slots of the mesh, where those are of which this rank is told.
     pub fn move_apart(&self, step: usize, out: &mut [Vector]) {
         let (team, mut state) = (&self.team, self.team.state());
         team.order(Order::Move {
@@ -124,8 +129,9 @@ impl SharedFields {
         team.ranks
             .together(|| work.move_to((self.id, step, false), true, take));
         team.ranks.receive_parts(&mut parts);
-        for (&node, place) in told.iter().zip(places) {
-            out[node as usize] = place;
+        state.are_apart = true;
+        for (&node, place) in state.told.iter().zip(places) {
+            out[state.slots().of(node)] = place;
         }
     }
 }

@@ -33,7 +33,7 @@ use super::layer::Layer;
 use super::step_memory::Rounding;
 use crate::formats::{Shared, SharedFile};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Mesh, among, node_slab};
+use crate::mesh::{Mesh, Numbering, Slots, among, node_slab};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::quality::Summary;
@@ -84,6 +84,10 @@ struct State {
     placed: Option<Placed>,
     /// The nodes of which this rank is told where others stay with theirs.
     told: Vec<u32>,
+    /// Those whose places it has then, where it has the outline of the mesh.
+    known: Option<Arc<Numbering<'static>>>,
+    /// Whether nodes stay with their ranks at the step that they have moved to.
+    are_apart: bool,
 }
 
 /// Numbers of the nodes of a rank in the whole mesh.
@@ -395,17 +399,17 @@ impl Team {
             return;
         }
         self.order(Order::PlaceApart);
-        let State { work, apart, .. } = state;
-        let apart = &*apart;
+        let slots = state.slots();
+        let apart = &state.apart;
         let place = |rank: usize, places: &mut [Vector]| {
             for (&node, x) in apart[rank].iter().zip(places) {
-                *x = points[node as usize];
+                *x = points[slots.of(node)];
             }
         };
         let lengths: Vec<usize> = apart.iter().map(Vec::len).collect();
         let mut own = vec![[0.0; 3]; lengths[0]];
         self.ranks.scatter_into(&place, &mut own, &lengths);
-        work.take_told(&own);
+        state.work.take_told(&own);
     }
 
     /// Tells each rank where nodes are that it has elsewhere. Gives how many blocks of them other ranks had.
@@ -439,6 +443,14 @@ impl Team {
 }
 
 impl State {
+    /// Which entries nodes have among the positions that this rank has.
+    fn slots(&self) -> Slots<'_> {
+        match &self.known {
+            Some(known) if self.are_apart => Slots::Known(known),
+            _ => Slots::All,
+        }
+    }
+
     /// Nodes of parts move: they are nowhere known until they are placed.
     fn moves(&mut self) {
         (self.moved_to, self.placed) = (None, None);
@@ -470,6 +482,7 @@ impl SharedFields {
         });
         if !from_zero {
             state.moves();
+            state.are_apart = false;
         }
         let ranks = &team.ranks;
         let mut take = |parts: &mut Vec<&mut [Vector]>| {

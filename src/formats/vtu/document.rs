@@ -87,6 +87,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
     let mut parser = Parser::open(bytes)?;
     let root = parser.root()?;
     let kind = parser.attribute(&root, "type")?.unwrap_or_default();
+    if kind == "Collection" {
+        return Err(parser.error(
+            "a .pvd lists the meshes of a sequence; give the file of one of them (`azimesh convert --step I` writes one)",
+        ));
+    }
     let Some((name, grid)) = Grid::ALL.into_iter().find(|(name, _)| *name == kind) else {
         return Err(parser.error(format!(
             "the file has the VTK type {kind}; those that are read: UnstructuredGrid, PolyData, \

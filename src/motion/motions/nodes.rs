@@ -102,7 +102,7 @@ impl BodyNodes {
         let nodes = on.surface_nodes.nodes.iter().zip(&on.surface_nodes.roles);
         let own = nodes.filter(|(_, role)| **role == on.role);
         let nodes: Vec<u32> = own.map(|(node, _)| *node).collect();
-        let places = nodes.iter().map(|&node| on.mesh.points[node as usize]);
+        let places = nodes.iter().map(|&node| on.mesh.place(node));
         Self {
             places: places.collect(),
             nodes,

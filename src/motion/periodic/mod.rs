@@ -110,8 +110,13 @@ impl Periodic {
     /// # Errors
     /// Where a side has no nodes, the sides differ in their number, lie at the same place, or no map
     /// brings every node of `a` within 1e-6 of the extent of a node of `b`.
-    pub fn find(points: &[Vector], a: Side<'_>, b: Side<'_>, axis: Option<Axis>) -> Result<Self> {
-        let (places_a, places_b) = (Places::new(points, a.nodes), Places::new(points, b.nodes));
+    pub fn find(
+        place: &dyn Fn(u32) -> Vector,
+        a: Side<'_>,
+        b: Side<'_>,
+        axis: Option<Axis>,
+    ) -> Result<Self> {
+        let [places_a, places_b] = [&a, &b].map(|side| Places::new(place, side.nodes));
         let sides = Sides {
             tolerance: TOLERANCE
                 * Bounds::around(places_a.at.iter().chain(&places_b.at)).diagonal(),
@@ -148,8 +153,8 @@ struct Places {
 }
 
 impl Places {
-    fn new(points: &[Vector], nodes: &[u32]) -> Self {
-        let key = |node: u32| points[node as usize].map(|x| (x + 0.0).to_bits());
+    fn new(place: &dyn Fn(u32) -> Vector, nodes: &[u32]) -> Self {
+        let key = |node: u32| place(node).map(|x| (x + 0.0).to_bits());
         let mut sorted = nodes.to_vec();
         sorted.sort_unstable_by_key(|&node| (key(node), node));
         sorted.dedup();
@@ -159,10 +164,7 @@ impl Places {
             .collect();
         groups.sort_unstable();
         Self {
-            at: groups
-                .iter()
-                .map(|nodes| points[nodes[0] as usize])
-                .collect(),
+            at: groups.iter().map(|nodes| place(nodes[0])).collect(),
             nodes: groups,
         }
     }

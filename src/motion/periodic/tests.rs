@@ -31,7 +31,12 @@ fn joined(a: &[Vector], map: impl Fn(Vector) -> Vector) -> (Vec<Vector>, Vec<u32
 
 fn find(points: &[Vector], a: &[u32], b: &[u32], axis: Option<Axis>) -> Result<Periodic> {
     let side = |name, nodes| Side { name, nodes };
-    Periodic::find(points, side("left", a), side("right", b), axis)
+    Periodic::find(
+        &|node| points[node as usize],
+        side("left", a),
+        side("right", b),
+        axis,
+    )
 }
 
 fn check_pairs(periodic: &Periodic, points: &[Vector], n: usize) {

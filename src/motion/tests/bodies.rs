@@ -61,7 +61,7 @@ fn a_flap_turns_about_its_hinge_where_the_wing_has_taken_it() {
     assert_near(place(&motion, 1, [1.0, 0.0, 0.0]), hinge);
     // The flap goes up with the wing and then comes down by 90 degrees: it points to x again.
     assert_near(place(&motion, 1, [2.0, 0.0, 0.0]), [1.75, 0.75, 0.0]);
-    assert!(motion.shared_nodes(&wing_and_flap().points, 2.0).is_empty());
+    assert!(motion.shared_nodes(&wing_and_flap(), 2.0).is_empty());
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn a_shared_node_moves_with_the_body_named_first_and_a_gap_is_told() {
     };
     assert_eq!((at(1), at(2)), (Role::Moving(0), Role::Moving(1)));
     assert_eq!(motion.surface.shared, [(1, 1)]);
-    let told = motion.shared_nodes(&wing_and_flap().points, 2.0);
+    let told = motion.shared_nodes(&wing_and_flap(), 2.0);
     let NoteKind::Motion(MotionNote::SharedNodes {
         nodes,
         bodies,

@@ -203,7 +203,7 @@ impl BladeEdges {
         let faces = on.faces.cells.iter().zip(&on.faces.roles);
         for (&cell, _) in faces.filter(|(_, role)| **role == on.role) {
             let cell = on.mesh.cells.get(cell as usize);
-            let place = |at: usize| in_blade(on, on.mesh.points[cell.nodes[at] as usize]);
+            let place = |at: usize| in_blade(on, on.mesh.place(cell.nodes[at]));
             let pairs = cell.kind.edges();
             let n = cell.nodes.len();
             if pairs.is_empty() {
