@@ -16,6 +16,8 @@ SHARE = 64 << 20
 # Patches of the surface at most, and points of one at least; nodes in their boxes for each that the correction reaches, and
 # surface points near the patches of a rank for each of its own.
 MOST_PATCHES, PATCH, BOXED, BESIDE = 1 << 16, 16, 1.25, 1.15
+# Nodes that an outline knows, for each of the surface: the ends of first cells are as many as nodes of the wall, half of it here.
+KNOWN = 1.5
 # Bytes of the map of a body.
 MAP = 98
 
@@ -336,10 +338,10 @@ def memory(c):
         else:
             # As much as faces and sizes take stays with the allocator: short arrays that finding them has freed.
             own = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge * c.judges
-            # The first rank has the surface, and the places of its nodes and of the ends of first cells.
-            held = own + (0 if rank else surface + 16 * c.S + 24 * 1.5 * c.S)
-            # Positions that are kept; the first rank has room for all nodes twice, of which few are known.
-            steps = centres * c.judges + 24 * of.slab + (0 if rank else 48 * 1.5 * c.S)
+            # The first rank has the surface, and the places of its nodes and of the ends of first cells, with their numbers.
+            held = own + (0 if rank else surface + 16 * c.S + (24 + 8) * KNOWN * c.S)
+            # Positions that are kept, and those that the first rank knows.
+            steps = centres * c.judges + 24 * of.slab + (0 if rank else 24 * KNOWN * c.S)
             # Places that others ask for, what is added there, and the same of the own nodes.
             near = sum(other.near_wall for other in c.parts) / c.P
             patches = min(c.S, BESIDE * c.S / c.P)
@@ -351,18 +353,18 @@ def memory(c):
 
 def memory_of_slabs(c):
     """MB at the peak of each slab, of as many as there would be ranks, and of `finish`."""
-    # The boundary faces and their nodes, and the ends of first cells; places of surface nodes in the sparse arrays of all.
-    outline = (80 + 8 * c.R + 16) * c.S + 24 * 1.5 * c.S
+    # The boundary faces and their nodes, and the ends of first cells.
+    outline = (80 + 8 * c.R + 16) * c.S + (24 + 8) * KNOWN * c.S
     found = []
     for of in c.parts:
         judge = (9 + 13.5) * of.hexes * c.judges
         part = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge
-        # Where nodes are at rest and at the step, in arrays as long as the mesh; their numbers, their fields.
-        moved = (24 + 24 + 4 + 8 * c.R) * of.nodes
+        # Where nodes are at rest and at the step; their numbers among all and among those known, their fields.
+        moved = (24 + 24 + 8 + 8 + 8 * c.R) * of.nodes
         steps = 32 * of.hexes * c.judges + 24 * of.nodes
         evaluation = 12 * of.nodes + (220 + 8 * c.R) * c.S * c.corrects
         found.append((20e6 + outline + part + moved + max(steps, evaluation)) / 1e6)
-    known = 24 * 1.5 * c.S
+    known = 24 * KNOWN * c.S
     return [*found, (20e6 + outline + known + (220 + 8 * c.R) * c.S * c.corrects) / 1e6]
 
 

@@ -124,13 +124,18 @@ def main():
     with scratch() as folder:
         drum(folder / "drum.vtkhdf")
         rotor(folder / "rotor.vtkhdf")
-        for name in ("drum", "rotor"):
+        # With the surface first or layer by layer, and along a curve: then nodes of the surface lie everywhere.
+        names = ["drum", "rotor", "drum_along", "rotor_along"]
+        for name in names[:2]:
+            for ending in ("vtkhdf", "msh"):
+                azimesh("convert", "--reorder", folder / f"{name}.{ending}", folder / f"{name}_along.{ending}")
+        for name in names:
             for ending in ("cgns", "vtu"):
                 azimesh("convert", folder / f"{name}.vtkhdf", folder / f"{name}.{ending}", "--force")
         for case in range(CASES):
-            name, ending = chance.choice(["drum", "rotor"]), chance.choice(["vtkhdf", "cgns", "vtu", "msh"])
+            name, ending = chance.choice(names), chance.choice(["vtkhdf", "cgns", "vtu", "msh"])
             mesh, steps = folder / f"{name}.{ending}", folder / f"{case}.toml"
-            steps.write_text(schedule(chance, name == "drum"))
+            steps.write_text(schedule(chance, name.startswith("drum")))
             what = f"case {case} of seed {SEED}, {mesh.name}:\n{steps.read_text()}"
             alone, n = folder / f"{case}_alone", chance.choice([1, 2, 3, 5])
             ended, told = run(AZIMESH, "-v", "deform", mesh, steps, "-o", alone)

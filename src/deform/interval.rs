@@ -23,7 +23,7 @@ use crate::rbf::correct::Fading;
 use crate::rbf::field::BLOCK;
 use crate::rbf::select::Selection;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A gap between two surfaces of fewer tolerances than this gives a warning.
 const NARROW: f64 = 20.0;
@@ -39,8 +39,8 @@ pub struct Interval {
     /// Base points of each layer.
     pub(super) bases: Vec<Vec<usize>>,
     velocities: Option<Velocities>,
-    /// The nodes that deform; none for all.
-    deforming: Option<Vec<u32>>,
+    /// The nodes that deform, once they are asked for; none for all.
+    deforming: OnceLock<Option<Vec<u32>>>,
     /// Their entries among the places of the mesh, where this process has the outline for a slab.
     rows: Option<Vec<u32>>,
     /// Distinct base points of all layers.
@@ -78,14 +78,14 @@ impl Interval {
             plan: Arc::clone(plan),
             steps: steps.clone(),
             n_base: distinct_points(&selections),
-            deforming: plan.deforming_nodes(),
+            deforming: OnceLock::new(),
             rows: None,
             way: Way::Substeps,
             bases: selections.iter().map(|s| s.base.clone()).collect(),
             velocities: None,
             warnings: choose::left_out(plan, &selections),
         };
-        if let (Some(_), Some(nodes)) = (interval.outlined_slab(), &interval.deforming) {
+        if let (Some(_), Some(nodes)) = (interval.outlined_slab(), interval.deforming()) {
             let slots = plan.mesh.slots();
             let slot = |at: usize| slots.of(nodes[at]) as u32;
             interval.rows = Some(parallel::collect(nodes.len(), slot));
@@ -128,8 +128,11 @@ impl Interval {
                 error: largest(errors),
             })
             .collect();
-        let state = self.reference(self.outlined_slab().is_some());
-        let n_nodes = state.deforming.map_or(state.nodes.len(), <[u32]>::len);
+        let state = self.reference(self.outlined_slab().is_some() || plan.team().is_some());
+        let n_nodes = match plan.team() {
+            Some(team) => team.n_deforming(&plan.mesh),
+            None => state.deforming.map_or(state.nodes.len(), <[u32]>::len),
+        };
         progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
         let correct = plan.schedule.selection.correction;
         let fields = Fields::new(
@@ -155,6 +158,11 @@ impl Interval {
         Ok(Way::AtOnce { fields, errors })
     }
 
+    fn deforming(&self) -> Option<&[u32]> {
+        let nodes = || self.plan.deforming_nodes();
+        self.deforming.get_or_init(nodes).as_deref()
+    }
+
     /// The steps of the interval.
     pub fn steps(&self) -> &Range<usize> {
         &self.steps
@@ -173,7 +181,12 @@ impl Interval {
                 true => &self.plan.mesh.points,
                 false => self.plan.points(),
             },
-            deforming: self.rows.as_deref().or(self.deforming.as_deref()),
+            deforming: match (&self.rows, self.plan.team()) {
+                (Some(rows), _) => Some(rows),
+                // Ranks know which of theirs deform.
+                (None, Some(_)) if are_apart => None,
+                (None, _) => self.deforming(),
+            },
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
             rank_places: RankPlaces::Rest,
@@ -239,7 +252,7 @@ impl Interval {
     /// of the mesh; none for all.
     fn here<'a>(&'a self, known: Option<&'a [u32]>) -> Option<&'a [u32]> {
         match self.outlined_slab() {
-            Some(_) => self.deforming.as_deref(),
+            Some(_) => self.deforming(),
             None => known,
         }
     }

@@ -13,7 +13,7 @@ use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::{Mesh, OneLayer, Slots, faces_on_no_cell};
+use crate::mesh::{CellSet, Mesh, OneLayer, Slots, faces_on_no_cell};
 use crate::motion::{BodyMap, Motion, QualityOutput, Role, Schedule, SelectionMethod, Step};
 use crate::parallel;
 use crate::rbf::Basis;
@@ -79,7 +79,7 @@ impl Plan {
     }
 
     /// Reads the whole mesh where this rank has the outline alone; `reason` is told with `-v`.
-    pub(super) fn take_whole(&self, reason: &'static str) -> Result<()> {
+    pub(crate) fn take_whole(&self, reason: &'static str) -> Result<()> {
         if let (Some(_), None, Some(by)) = (&self.mesh.outline, self.whole.get(), self.holder()) {
             let whole = Arc::new(by.whole()?);
             self.whole.get_or_init(|| (whole, reason));
@@ -188,9 +188,10 @@ impl Plan {
 
     /// Gives each rank its nodes, and where cells are judged its part of the mesh, where there are several.
     pub(super) fn share(&self) {
-        if let Some(team) = self.team() {
+        if let Some(team) = self.team().filter(|team| !team.is_shared()) {
             let moving_faces = self.judges().then_some(&self.moving_faces[..]);
-            team.share(&self.mesh, moving_faces, &self.placings());
+            let apart = self.placings();
+            team.share(&self.mesh, moving_faces, &apart, self.deforming_set());
         }
     }
 
@@ -354,5 +355,23 @@ impl Plan {
             (Some(nodes), _) => Some(nodes.into_iter().filter(is_inside).collect()),
             (None, Some(inside)) => Some((0..inside.len() as u32).filter(is_inside).collect()),
         }
+    }
+
+    /// The same as a set, where ranks share the work; the zones have most of them in few runs.
+    fn deforming_set(&self) -> Option<CellSet> {
+        let mut set = CellSet::new();
+        let zone = self
+            .motion
+            .zone
+            .as_ref()
+            .filter(|_| self.one_layer.is_none());
+        match zone.map(|zone| &zone.sides.nodes) {
+            Some(inside) => {
+                let nodes = (0..inside.len()).filter(|&node| inside[node]);
+                nodes.for_each(|node| set.push(node));
+            }
+            None => (self.deforming_nodes()?.iter()).for_each(|&node| set.push(node as usize)),
+        }
+        Some(set)
     }
 }

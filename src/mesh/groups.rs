@@ -119,7 +119,7 @@ impl CellSet {
     }
 
     /// Those of a range, as ascending disjoint ranges.
-    pub(super) fn ranges_in(&self, cells: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    pub(crate) fn ranges_in(&self, cells: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let first = self
             .ranges
             .partition_point(|range| range.end as usize <= cells.start);

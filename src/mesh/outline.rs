@@ -147,8 +147,14 @@ impl Sketch {
             unknown: unknown.0,
             by,
         });
-        for sketch in sketches {
-            mesh.take_places(&sketch.nodes, &sketch.places);
+        match sketches {
+            [alone] => mesh.take_places(&alone.nodes, &alone.places),
+            _ => {
+                let nodes: Vec<u32> = sketches.iter().flat_map(|of| &of.nodes).copied().collect();
+                let places: Vec<Vector> =
+                    sketches.iter().flat_map(|of| &of.places).copied().collect();
+                mesh.take_places(&nodes, &places);
+            }
         }
         mesh
     }

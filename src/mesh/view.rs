@@ -35,8 +35,8 @@ pub struct MeshView<'a> {
     pub space: Option<u8>,
     /// See [`Mesh::origin`].
     pub origin: &'a Origin,
-    /// Where the nodes are in the mesh itself, whatever positions it is viewed with.
-    pub(crate) at_rest: &'a [[f64; 3]],
+    /// The mesh itself, whatever positions and arrays it is viewed with.
+    pub(crate) rest: &'a Mesh,
     /// Where the coordinates are, where `points` has only some of them.
     pub(crate) points_apart: Option<PointsApart<'a>>,
     /// Where the nodes of the cells are, where `cells` has only some of them.
@@ -64,7 +64,7 @@ impl Mesh {
             field_arrays: self.field_arrays.iter().collect(),
             space: self.space,
             origin: &self.origin,
-            at_rest: &self.points,
+            rest: self,
             points_apart: apart.map(|by| PointsApart {
                 by,
                 displacement: None,

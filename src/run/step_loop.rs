@@ -58,18 +58,25 @@ impl Run<'_> {
             if task == Task::New {
                 self.mark_verified()?;
             }
-            std::mem::swap(&mut points, &mut next);
-            if task == Task::ReadBack && !self.read_back(writer, step, &mut points) {
-                return Ok(self.restart_from(step));
+            let is_apart = computed.as_ref().is_ok_and(|new| new.found.is_apart);
+            // What is apart is written from there: the few places that are here make room for those of the next step.
+            if !is_apart {
+                std::mem::swap(&mut points, &mut next);
+            }
+            if task == Task::ReadBack {
+                self.plan.take_whole("repaired steps are read back")?;
+                if !self.read_back(writer, step, &mut points) {
+                    return Ok(self.restart_from(step));
+                }
             }
             let mut ready = self.accept(step, computed, task)?;
             let arrays = ready
                 .as_mut()
                 .map(|ready| self.arrays(&points, &mut ready.found));
             let arrays = arrays.unwrap_or_default();
-            let is_apart = ready.as_ref().is_some_and(|ready| ready.found.is_apart);
+            let is_apart = is_apart && ready.is_some();
             let kept = match is_apart {
-                true => self.deformation.keep(step, &points),
+                true => self.deformation.keep(step, &next),
                 false => None,
             };
             let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());

@@ -126,6 +126,23 @@ fn displacements_are_those_of_one_run() {
 }
 
 #[test]
+fn slabs_may_have_no_nodes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let testdata = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata");
+    std::fs::copy(testdata.join("body_in_duct.toml"), path.join("b.toml")).unwrap();
+    let mesh = testdata.join("body_in_duct.vtu");
+    succeed(path, &["-q", "convert", mesh.to_str().unwrap(), "b.vtkhdf"]);
+    succeed(path, &["-q", "deform", "b.vtkhdf", "b.toml", "-o", "one"]);
+    for i in 1..=9 {
+        let run = slab(path, &format!("{i}/9"), &[]);
+        assert_eq!(run.code, 0, "{run:?}");
+    }
+    succeed(path, &["-q", "finish", "out"]);
+    assert!(left(&path.join("out")) == left(&path.join("one")));
+}
+
+#[test]
 fn a_slab_is_resumed_and_a_damaged_step_written_again() {
     let folder = blade();
     let path = folder.path();

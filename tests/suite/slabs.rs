@@ -266,6 +266,41 @@ fn cells_in_no_order() {
     same_in_all_formats(&mesh);
 }
 
+/// The number of a symmetry plane in UGRID says which axis it is normal to.
+#[test]
+fn a_symmetry_plane_whose_nodes_lie_everywhere_in_the_mesh() {
+    let mut mesh = read(&testdata("wing_on_plane.vtu"), &ReadOptions::default()).unwrap();
+    let n = mesh.points.len();
+    let new = |node: usize| node * 7919 % n;
+    assert_ne!(n % 7919, 0);
+    let mut points = mesh.points.clone();
+    for (node, point) in mesh.points.iter().enumerate() {
+        points[new(node)] = *point;
+    }
+    let mut cells = Cells::new();
+    for run in mesh.cells.runs() {
+        for nodes in run.cells() {
+            let nodes: Vec<u32> = nodes
+                .iter()
+                .map(|&node| new(node as usize) as u32)
+                .collect();
+            cells.push(run.kind, &nodes);
+        }
+    }
+    (mesh.points, mesh.cells) = (points, cells);
+    let symmetry = mesh
+        .groups
+        .iter_mut()
+        .find(|group| group.name == "symmetry");
+    symmetry.unwrap().condition = Some("BCSymmetryPlane".into());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.b8.ugrid");
+    mesh.view().write(&path).unwrap();
+    let numbers = std::fs::read_to_string(folder.path().join("m.mapbc")).unwrap();
+    assert!(numbers.contains("6663 symmetry"), "{numbers}");
+    same_from_file(&path, &ReadOptions::default());
+}
+
 #[test]
 fn steps_and_parts_that_other_programs_have_written() {
     let path = testdata("moving_parts_by_h5py.vtkhdf");

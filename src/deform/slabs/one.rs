@@ -123,8 +123,9 @@ impl OneSlab {
             base: interval.hash_of_base(),
             selection_error: error,
         };
-        // All of them are known.
-        let first = slots.of(own.start as u32);
+        // All of them are known, if there are any.
+        let first = (!own.is_empty()).then(|| slots.of(own.start as u32));
+        let first = first.unwrap_or(0);
         let places = &points[first..first + own.len()];
         StoredStep::save(left, moved, own, places, told)
     }

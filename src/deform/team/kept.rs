@@ -359,7 +359,10 @@ pub(super) fn split_at<'a>(
     cut(points, (0..n_ranks).map(of_rank))
 }
 
-fn cut(points: &mut [Vector], lengths: impl Iterator<Item = usize>) -> Vec<&mut [Vector]> {
+pub(super) fn cut(
+    points: &mut [Vector],
+    lengths: impl Iterator<Item = usize>,
+) -> Vec<&mut [Vector]> {
     let mut rest = points;
     let mut parts = Vec::new();
     for n in lengths {

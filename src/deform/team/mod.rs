@@ -33,7 +33,7 @@ use super::layer::Layer;
 use super::step_memory::Rounding;
 use crate::formats::{Shared, SharedFile};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Mesh, Numbering, Slots, among, node_slab};
+use crate::mesh::{CellSet, Mesh, Numbering, Slots, node_slab};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::quality::Summary;
@@ -42,7 +42,8 @@ use crate::ranks::Ranks;
 use crate::ranks::raw::List;
 use crate::rbf::correct::Fading;
 use near_surface::WholeSurface;
-use order::{Changed, LayerTask, Order, Rows, RowsFrom, Task};
+use nodes::OfNodes;
+use order::{Changed, LayerTask, Order, RowsFrom, Task};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 pub(in crate::deform) use work::cells_among;
@@ -70,6 +71,8 @@ struct State {
     n_fields: usize,
     /// The nodes of each rank, once they have any.
     nodes: Vec<NodesOfRank>,
+    /// The nodes that deform; none for all.
+    deforming: Option<CellSet>,
     /// Why ranks do not read their parts themselves.
     why_cut: Option<String>,
     /// Whether what ranks write is to be on the disk.
@@ -109,31 +112,12 @@ impl NodesOfRank {
         }
     }
 
-    /// At which nodes the rank evaluates fields.
-    fn rows(&self, at: MeshState<'_>) -> Rows {
-        let from = || self.collect(|node| at.nodes[node]);
-        Rows {
-            from: match at.rank_places {
-                RankPlaces::Rest => RowsFrom::Rest,
-                RankPlaces::Moved => RowsFrom::Moved,
-                RankPlaces::Told => RowsFrom::Told(List(from())),
-            },
-            deforming: at.deforming.map(|nodes| List(self.among(nodes))),
-        }
-    }
-
-    /// Which of ascending nodes the rank has, by their places there.
-    fn among(&self, nodes: &[u32]) -> Vec<u32> {
-        match self {
-            Self::Own(own) => {
-                let here = among(nodes, own).iter();
-                here.map(|node| node - own.start as u32).collect()
-            }
-            Self::OfPart => Vec::new(),
-            Self::All(all) => {
-                let is_here = |at: &u32| nodes.binary_search(&all[*at as usize]).is_ok();
-                (0..all.len() as u32).filter(is_here).collect()
-            }
+    /// Where the nodes of the rank are before fields move them.
+    fn rows_from(&self, at: MeshState<'_>) -> RowsFrom {
+        match at.rank_places {
+            RankPlaces::Rest => RowsFrom::Rest,
+            RankPlaces::Moved => RowsFrom::Moved,
+            RankPlaces::Told => RowsFrom::Told(List(self.collect(|node| at.nodes[node]))),
         }
     }
 }
@@ -151,8 +135,6 @@ enum Placed {
 pub(crate) struct SharedFields {
     team: Arc<Team>,
     id: usize,
-    /// The nodes that deform; `None` for all.
-    nodes: Option<Vec<u32>>,
 }
 
 impl Team {
@@ -182,6 +164,11 @@ impl Team {
         Order::give(Some(order), &self.ranks);
     }
 
+    /// How many nodes of a mesh deform, which ranks have.
+    pub(crate) fn n_deforming(&self, mesh: &Mesh) -> usize {
+        self.state().deforming_among(0..mesh.points.len())
+    }
+
     /// Has all ranks evaluate fields, as [`Fields::new`](super::fields::Fields::new) does.
     pub(crate) fn evaluate(
         self: &Arc<Self>,
@@ -195,7 +182,7 @@ impl Team {
         let id = state.n_fields;
         state.n_fields += 1;
         let whole = WholeSurface::new(at, layers, chosen, correct);
-        if at.rank_places == RankPlaces::Told || at.deforming.is_some() {
+        if at.rank_places == RankPlaces::Told {
             self.ask_for_nodes(&mut state);
         }
         let task = Box::new(Task {
@@ -206,44 +193,48 @@ impl Team {
             id,
             task: task.clone(),
         });
-        let rows = (self.ranks).scatter(&mut |rank| Some(state.nodes[rank].rows(at)));
+        let from = (self.ranks).scatter(&mut |rank| Some(state.nodes[rank].rows_from(at)));
         evaluate(
-            (id, *task, rows),
+            (id, *task, from),
             &mut state.work,
             Some(&whole),
             &self.ranks,
             progress,
         );
-        let own = node_slab(at.nodes.len(), 0, self.ranks.n());
-        let elsewhere = match at.deforming {
-            Some(nodes) => nodes.len() - among(nodes, &own).len(),
-            None => at.nodes.len() - own.len(),
-        };
+        let n_nodes = at.nodes.len();
+        let own = state.deforming_among(node_slab(n_nodes, 0, self.ranks.n()));
+        let elsewhere = state.deforming_among(0..n_nodes) - own;
         progress.advance((elsewhere * layers.len()) as u64);
         let fields = SharedFields {
             team: Arc::clone(self),
             id,
-            nodes: at.deforming.map(<[u32]>::to_vec),
         };
         (fields, whole.narrow)
     }
 
-    /// Gives each rank its nodes, once, and with `moving_faces` a part of the mesh to judge. These faces are ascending, and so
-    /// are nodes that are `apart`: not where fields move them.
+    /// Whether each rank has its nodes.
+    pub(crate) fn is_shared(&self) -> bool {
+        !self.state().nodes.is_empty()
+    }
+
+    /// Gives each rank its nodes, and with `moving_faces` a part of the mesh to judge. These faces are ascending, and so
+    /// are nodes that are `apart`: not where fields move them. These move those that are `deforming`; none for all.
     pub(crate) fn share(
         &self,
         mesh: &Mesh,
         moving_faces: Option<&[u32]>,
         apart: &[(u32, Placing)],
+        deforming: Option<CellSet>,
     ) {
         let mut state = self.state();
-        if !state.nodes.is_empty() {
-            return;
-        }
+        let of_nodes = OfNodes {
+            apart,
+            deforming: deforming.as_ref(),
+        };
         let (n_nodes, n_ranks) = (mesh.points.len(), self.ranks.n());
         match moving_faces.is_some() || state.work.read.is_some() {
             true => {
-                self.share_parts(&mut state, mesh, moving_faces, apart);
+                self.share_parts(&mut state, mesh, moving_faces, &of_nodes);
                 state.nodes = (0..n_ranks).map(|_| NodesOfRank::OfPart).collect();
             }
             false => {
@@ -252,12 +243,13 @@ impl Team {
                 let rest = self
                     .ranks
                     .scatter(&mut |rank| Some(List(mesh.points[slab(rank)].to_vec())));
-                state.work.nodes = nodes_alone((n_nodes, rest), Some(apart), &self.ranks);
+                state.work.nodes = nodes_alone((n_nodes, rest), Some(&of_nodes), &self.ranks);
                 state.nodes = (0..n_ranks)
                     .map(|rank| NodesOfRank::Own(slab(rank)))
                     .collect();
             }
         }
+        state.deforming = deforming;
         let told = self.ranks.gather(state.work.told()).unwrap_or_default();
         state.apart = told.into_iter().map(|List(nodes)| nodes).collect();
         state.moves();
@@ -268,7 +260,7 @@ impl Team {
         state: &mut State,
         mesh: &Mesh,
         moving_faces: Option<&[u32]>,
-        apart: &[(u32, Placing)],
+        of_nodes: &OfNodes<'_>,
     ) {
         let n_nodes = mesh.points.len();
         let file = match &state.why_cut {
@@ -297,7 +289,7 @@ impl Team {
             &mut state.work,
             part,
             moving_faces,
-            (n_nodes, Some(apart)),
+            (n_nodes, Some(of_nodes)),
             &self.ranks,
         );
     }
@@ -451,6 +443,14 @@ impl State {
         }
     }
 
+    /// How many of some nodes deform.
+    fn deforming_among(&self, nodes: Range<usize>) -> usize {
+        match &self.deforming {
+            Some(deforming) => deforming.ranges_in(nodes).map(|range| range.len()).sum(),
+            None => nodes.len(),
+        }
+    }
+
     /// Nodes of parts move: they are nowhere known until they are placed.
     fn moves(&mut self) {
         (self.moved_to, self.placed) = (None, None);
@@ -485,6 +485,9 @@ impl SharedFields {
             state.are_apart = false;
         }
         let ranks = &team.ranks;
+        let deforming = state.deforming.clone();
+        let of_rank = |rank| state.deforming_among(node_slab(out.len(), rank, ranks.n()));
+        let lengths: Vec<usize> = (0..ranks.n()).map(of_rank).collect();
         let mut take = |parts: &mut Vec<&mut [Vector]>| {
             let own = &mut parts[0];
             let take = |moved: &[Vector]| own.copy_from_slice(moved);
@@ -492,7 +495,7 @@ impl SharedFields {
             ranks.together(|| work.move_to((id, step, from_zero), false, take));
             ranks.receive_parts(parts);
         };
-        let Some(deforming) = &self.nodes else {
+        let Some(deforming) = deforming else {
             return take(&mut kept::split(out, ranks.n()));
         };
         match nodes {
@@ -500,13 +503,9 @@ impl SharedFields {
             None => out.fill([0.0; 3]),
         }
         let mut moved = vec![[0.0; 3]; deforming.len()];
-        take(&mut kept::split_at(
-            &mut moved,
-            deforming,
-            (out.len(), ranks.n()),
-        ));
-        for (&node, place) in deforming.iter().zip(moved) {
-            out[node as usize] = place;
+        take(&mut kept::cut(&mut moved, lengths.into_iter()));
+        for (node, place) in deforming.iter().zip(moved) {
+            out[node] = place;
         }
     }
 }

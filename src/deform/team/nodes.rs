@@ -3,12 +3,21 @@
 //! A rank has the nodes of its part of the mesh, its own nodes among them; where cells are not judged there are no parts, and it
 //! has its own nodes alone. Own nodes are consecutive in the whole mesh, and each node belongs to one rank.
 
-use super::placing::{Apart, Maps};
+use super::placing::{Apart, Maps, Numbered, Placing};
 use crate::deform::step_memory::Rounding;
 use crate::geometry::vector::Vector;
-use crate::mesh::{Mesh, Part};
+use crate::mesh::{CellSet, Mesh, Part};
+use crate::ranks::Ranks;
 use std::ops::Range;
 use std::sync::Arc;
+
+/// What the first rank knows of the nodes of the whole mesh.
+pub(super) struct OfNodes<'a> {
+    /// Those that are not where fields move them, ascending.
+    pub apart: &'a [(u32, Placing)],
+    /// Those that deform; none for all.
+    pub deforming: Option<&'a CellSet>,
+}
 
 /// Nodes without a part of the mesh, and the places of all nodes.
 #[derive(Default)]
@@ -22,24 +31,27 @@ pub(super) struct Nodes {
     pub places: Vec<Vector>,
     /// Those that are not where fields move them.
     pub apart: Apart,
+    /// Those that deform, ascending; none for all.
+    pub deforming: Option<Arc<[u32]>>,
 }
 
 impl Nodes {
-    /// Those of a part of a mesh of `n_nodes`.
-    pub fn of_part(n_nodes: usize, apart: Apart) -> Self {
+    /// Those of a rank, of which the first rank knows more. All ranks call it.
+    pub fn share(of_first: Option<&OfNodes<'_>>, numbered: &Numbered<'_>, ranks: &Ranks) -> Self {
         Self {
-            n_nodes,
-            apart,
+            n_nodes: numbered.n_nodes,
+            apart: Apart::share(of_first.map(|of| of.apart), numbered, ranks),
+            deforming: numbered.among(of_first.map(|of| of.deforming), ranks),
             ..Self::default()
         }
     }
 
     /// The own nodes, without a part; `first` is the number of the first in the whole mesh.
-    pub fn alone((first, n_nodes): (usize, usize), rest: Vec<Vector>, apart: Apart) -> Self {
+    pub fn alone(self, first: usize, rest: Vec<Vector>) -> Self {
         Self {
             alone: rest,
             first,
-            ..Self::of_part(n_nodes, apart)
+            ..self
         }
     }
 

@@ -87,15 +87,6 @@ pub(super) struct Task {
     pub boxes: Vec<Bounds>,
 }
 
-/// At which nodes a rank evaluates fields.
-#[derive(Default, Serialize, Deserialize)]
-pub(super) struct Rows {
-    /// Where all of its nodes are.
-    pub from: RowsFrom,
-    /// Those that deform, by their place there, ascending; none for all.
-    pub deforming: Option<List<u32>>,
-}
-
 /// Where the nodes of a rank are before fields move them.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) enum RowsFrom {

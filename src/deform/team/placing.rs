@@ -1,13 +1,15 @@
-//! Nodes that are not where fields move them. A rank itself places those at rest and those of rigid bodies; of the others the
-//! first rank tells it one by one.
+//! Which nodes fields move, and which are not where these move them. A rank itself places those at rest and those of rigid bodies;
+//! of the others the first rank tells it one by one.
 
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
-use crate::mesh::{among, among_by, node_slab};
+use crate::mesh::{CellSet, among, among_by, node_slab};
 use crate::parallel;
 use crate::ranks::Ranks;
 use crate::ranks::raw::List;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Stands for the body of a node at rest.
 const AT_REST: u16 = u16::MAX;
@@ -66,38 +68,63 @@ pub(super) struct Numbered<'a> {
     pub all: Option<&'a [u32]>,
 }
 
+impl Numbered<'_> {
+    fn slab(&self, rank: usize, ranks: &Ranks) -> Range<usize> {
+        node_slab(self.n_nodes, rank, ranks.n())
+    }
+
+    /// What is coded of the own nodes of each rank, ascending, and what other ranks have of those that this one has of theirs; by the
+    /// places of the nodes here.
+    fn with_others(&self, own: Vec<Coded>, ranks: &Ranks) -> Vec<Coded> {
+        let rank = ranks.rank();
+        let Some(numbers) = self.all else {
+            let first = self.slab(rank, ranks).start as u32;
+            return own
+                .iter()
+                .map(|[node, code]| [node - first, *code])
+                .collect();
+        };
+        let of_owner = |owner: usize| match owner == rank {
+            true => Vec::new(),
+            false => among(numbers, &self.slab(owner, ranks)).to_vec(),
+        };
+        let asked = ranks.exchange((0..ranks.n()).map(of_owner).collect());
+        let answers = asked.iter().map(|asked| common(asked, &own)).collect();
+        let mut found = ranks.exchange(answers);
+        found[rank] = own;
+        let mut found = found.concat();
+        let mut at = 0;
+        for [node, _] in &mut found {
+            at += numbers[at..].partition_point(|other| *other < *node);
+            *node = at as u32;
+        }
+        found
+    }
+
+    /// Those of the nodes that are in a set, by their places here, ascending; none for all where the first rank, which has it, has none.
+    pub fn among(&self, all: Option<Option<&CellSet>>, ranks: &Ranks) -> Option<Arc<[u32]>> {
+        let own = ranks.scatter(&mut |rank| {
+            let ranges = all?.map(|all| all.ranges_in(self.slab(rank, ranks)));
+            let ends = |range: Range<usize>| [range.start as u32, range.end as u32];
+            Some(ranges.map(|ranges| List(ranges.map(ends).collect::<Vec<_>>())))
+        });
+        let List(ranges) = own?;
+        let own = ranges.iter().flat_map(|&[start, end]| start..end);
+        let all = self.with_others(own.map(|node| [node, 0]).collect(), ranks);
+        Some(all.into_iter().map(|[at, _]| at).collect())
+    }
+}
+
 impl Apart {
     /// Of the nodes of each rank those that are in `all`, ascending, which the first rank has. It tells each rank of its own nodes,
     /// and ranks tell each other of the rest.
     pub fn share(all: Option<&[(u32, Placing)]>, nodes: &Numbered<'_>, ranks: &Ranks) -> Self {
-        let (rank, n_ranks) = (ranks.rank(), ranks.n());
-        let slab = |rank: usize| node_slab(nodes.n_nodes, rank, n_ranks);
         let List(own) = ranks.scatter(&mut |rank| {
-            let of_slab = among_by(all?, |of| of.0, &slab(rank));
+            let of_slab = among_by(all?, |of| of.0, &nodes.slab(rank, ranks));
             Some(List(of_slab.iter().map(coded).collect::<Vec<_>>()))
         });
-        let Some(numbers) = nodes.all else {
-            let first = slab(rank).start as u32;
-            return Self::from_coded(own.iter().map(|[node, code]| [node - first, *code]));
-        };
-        let of_owner = |owner: usize| match owner == rank {
-            true => Vec::new(),
-            false => among(numbers, &slab(owner)).to_vec(),
-        };
-        let asked = ranks.exchange((0..n_ranks).map(of_owner).collect());
-        let answers = asked.iter().map(|asked| common(asked, &own)).collect();
-        let mut found = ranks.exchange(answers);
-        found[rank] = own;
-        let mut at = 0;
-        Self::from_coded(found.concat().into_iter().map(|[node, code]| {
-            at += numbers[at..].partition_point(|&other| other < node);
-            [at as u32, code]
-        }))
-    }
-
-    fn from_coded(nodes: impl Iterator<Item = Coded>) -> Self {
         let mut apart = Self::default();
-        for [at, code] in nodes {
+        for [at, code] in nodes.with_others(own, ranks) {
             if code == TOLD {
                 apart.told.push(at);
             } else {

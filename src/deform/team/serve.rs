@@ -2,9 +2,9 @@
 
 use super::kept::share_wanted;
 use super::near_surface::WholeSurface;
-use super::nodes::Nodes;
-use super::order::{Order, Rows, Task};
-use super::placing::{Apart, Numbered, Placing};
+use super::nodes::{Nodes, OfNodes};
+use super::order::{Order, RowsFrom, Task};
+use super::placing::Numbered;
 use super::shared_correction::correct;
 use super::work::Work;
 use super::{outline, sweeps};
@@ -33,8 +33,8 @@ pub fn serve(ranks: &Ranks) {
         match Order::give(None, ranks) {
             Order::Select(order) => sweeps::serve(&mut surface, &order, ranks),
             Order::Evaluate { id, task } => {
-                let rows = ranks.scatter(&mut |_| None);
-                evaluate((id, *task, rows), &mut work, None, ranks, &Silent);
+                let from = ranks.scatter(&mut |_| None);
+                evaluate((id, *task, from), &mut work, None, ranks, &Silent);
             }
             Order::Move {
                 id,
@@ -119,12 +119,12 @@ pub(super) fn part_of_file(file: &SharedFile, ranks: &Ranks) -> std::result::Res
     ranks.together(|| read_parts(file, ranks))
 }
 
-/// Takes a part of a mesh of so many nodes, of which the first rank knows which are apart.
+/// Takes a part of a mesh of so many nodes, of which the first rank knows more.
 pub(super) fn take_part(
     work: &mut Work,
     part: Mesh,
     moving_faces: Option<&[u32]>,
-    (n_nodes, apart): (usize, Option<&[(u32, Placing)]>),
+    (n_nodes, of_first): (usize, Option<&OfNodes<'_>>),
     ranks: &Ranks,
 ) {
     let numbers = part.part.as_ref().map(|part| &part.nodes[..]);
@@ -132,32 +132,31 @@ pub(super) fn take_part(
         n_nodes,
         all: numbers,
     };
-    let nodes = Nodes::of_part(n_nodes, Apart::share(apart, &numbered, ranks));
+    let nodes = Nodes::share(of_first, &numbered, ranks);
     ranks.together(|| work.take_part(part, moving_faces, nodes));
 }
 
 /// The own nodes of a rank alone.
 pub(super) fn nodes_alone(
     (n_nodes, List(rest)): (usize, List<Vector>),
-    apart: Option<&[(u32, Placing)]>,
+    of_first: Option<&OfNodes<'_>>,
     ranks: &Ranks,
 ) -> Nodes {
     let numbered = Numbered { n_nodes, all: None };
     let first = node_slab(n_nodes, ranks.rank(), ranks.n()).start;
-    let apart = Apart::share(apart, &numbered, ranks);
-    Nodes::alone((first, n_nodes), rest, apart)
+    Nodes::share(of_first, &numbered, ranks).alone(first, rest)
 }
 
 /// Evaluates fields at the own nodes of a rank, corrects them with all others, and gets them at the other nodes of its part from the
 /// ranks that these belong to. The first has the whole surface.
 pub(super) fn evaluate(
-    (id, task, rows): (usize, Task, Rows),
+    (id, task, from): (usize, Task, RowsFrom),
     work: &mut Work,
     whole: Option<&WholeSurface<'_>>,
     ranks: &Ranks,
     progress: &dyn Progress,
 ) {
-    ranks.together(|| work.evaluate(id, task.layers, rows, progress));
+    ranks.together(|| work.evaluate(id, task.layers, from, progress));
     if !task.boxes.is_empty() {
         ranks.is_for("correction");
         let boxes = Boxes::new(task.boxes);

@@ -2,7 +2,7 @@
 
 use super::kept::Kept;
 use super::nodes::Nodes;
-use super::order::{Changed, LayerTask, Rows, RowsFrom};
+use super::order::{Changed, LayerTask, RowsFrom};
 use super::placing::Maps;
 use super::shared_correction::{Corrected, Moved};
 use crate::deform::fields::{Chosen, Fields, MeshState, RankPlaces};
@@ -149,10 +149,10 @@ impl Work {
         &mut self,
         id: usize,
         layers: Vec<LayerTask>,
-        rows: Rows,
+        from: RowsFrom,
         progress: &dyn Progress,
     ) {
-        let from = match rows.from {
+        let from = match from {
             RowsFrom::Rest => None,
             RowsFrom::Told(List(from)) => Some(from),
             RowsFrom::Moved => {
@@ -160,7 +160,7 @@ impl Work {
                 Some(self.nodes.places.clone())
             }
         };
-        let deforming = rows.deforming.map(|List(nodes)| Arc::from(nodes));
+        let deforming = self.nodes.deforming.clone();
         let own = self.own();
         let of_own = deforming.as_deref().map(|nodes| {
             let own_ones = among(nodes, &own).iter();

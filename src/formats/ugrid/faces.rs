@@ -101,7 +101,7 @@ fn normal(mesh: &MeshView, group: &Group) -> usize {
     let mut high = [f64::NEG_INFINITY; 3];
     let runs = group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r));
     for &node in runs.flat_map(|run| run.connectivity) {
-        let point = &mesh.at_rest[node as usize];
+        let point = mesh.rest.place(node);
         for i in 0..3 {
             low[i] = low[i].min(point[i]);
             high[i] = high[i].max(point[i]);
