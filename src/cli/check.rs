@@ -75,7 +75,7 @@ fn is_outside(plan: &Plan, tag: &TagRole) -> bool {
     let mut own = plan.mesh.boundary_tags().filter(|own| own.name == tag.tag);
     let is_inside = |cell: usize| {
         let nodes = plan.mesh.cells.get(cell).nodes;
-        nodes.iter().all(|node| zone.sides.nodes[*node as usize])
+        nodes.iter().all(|&node| zone.sides.nodes.has(node))
     };
     !own.any(|own| own.cells.iter().any(is_inside))
 }

@@ -6,6 +6,7 @@ use super::fields::{By, Chosen, Fields, MeshState, RankPlaces};
 use super::layer::Layer;
 use super::plan::Plan;
 use super::round_off;
+use super::sharing::Sharing;
 use super::slabs::OneSlab;
 use super::sliding;
 use super::substeps::Parts;
@@ -85,7 +86,9 @@ impl Interval {
             velocities: None,
             warnings: choose::left_out(plan, &selections),
         };
-        if let (Some(_), Some(nodes)) = (interval.outlined_slab(), interval.deforming()) {
+        if interval.outlined_slab().is_some()
+            && let Some(nodes) = interval.deforming()
+        {
             let slots = plan.mesh.slots();
             let slot = |at: usize| slots.of(nodes[at]) as u32;
             interval.rows = Some(parallel::collect(nodes.len(), slot));
@@ -128,7 +131,12 @@ impl Interval {
                 error: largest(errors),
             })
             .collect();
-        let state = self.reference(self.outlined_slab().is_some() || plan.team().is_some());
+        let state = self.reference(match &plan.sharing {
+            Sharing::Ranks(_) => true,
+            Sharing::Joined(_) => plan.velocity.is_none(),
+            Sharing::Slab(_) => self.outlined_slab().is_some(),
+            Sharing::Alone | Sharing::File(_) => false,
+        });
         let n_nodes = match plan.team() {
             Some(team) => team.n_deforming(&plan.mesh),
             None => state.deforming.map_or(state.nodes.len(), <[u32]>::len),
@@ -181,11 +189,11 @@ impl Interval {
                 true => &self.plan.mesh.points,
                 false => self.plan.points(),
             },
-            deforming: match (&self.rows, self.plan.team()) {
-                (Some(rows), _) => Some(rows),
-                // Ranks know which of theirs deform.
-                (None, Some(_)) if are_apart => None,
-                (None, _) => self.deforming(),
+            deforming: match &self.rows {
+                Some(rows) => Some(rows),
+                // Whoever moves them knows which deform.
+                None if are_apart => None,
+                None => self.deforming(),
             },
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
@@ -286,9 +294,7 @@ impl Interval {
         let Some(zone) = &self.plan.motion.zone else {
             return;
         };
-        let stay = nodes
-            .iter()
-            .filter(|node| !zone.sides.nodes[**node as usize]);
+        let stay = nodes.iter().filter(|node| !zone.sides.nodes.has(**node));
         let (mesh, slots) = (&self.plan.mesh, self.plan.mesh.slots());
         stay.for_each(|&node| out[slots.of(node)] = mesh.place(node));
     }
@@ -333,7 +339,7 @@ impl Interval {
         if let Some(to_inertial) = plan.motion.to_inertial(step) {
             let inside = plan.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
             let turn = |node: usize, x: &mut Vector| {
-                if inside.is_none_or(|inside| inside[node]) {
+                if inside.is_none_or(|inside| inside.has(node as u32)) {
                     *x = to_inertial.apply(*x);
                 }
             };

@@ -1,12 +1,12 @@
 //! The file of a mesh that no process holds as a whole: what is known of it is read piece by piece when it is asked for.
 
 use super::first_cells::{self, Edge};
-use super::numbers_file::NumbersFile;
+use super::numbers_file::{NumbersFile, failed};
 use super::sharing::{Holder, Sharing};
 use crate::error::{Error, Result};
 use crate::formats::{Loaded, SharedFile, hash_of, list_nodes, reason};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, Doubled, Mesh, NodeBits, Numbers, OneLayer, ZoneSides};
+use crate::mesh::{Apart, CellSet, Doubled, Mesh, NodeBits, Numbers, OneLayer, ZoneSides};
 use crate::parallel;
 use crate::ranks::hash::HashedBytes;
 use std::path::Path;
@@ -139,7 +139,7 @@ impl Holder for MeshFile {
 
 /// The mesh at rest.
 impl Apart for MeshFile {
-    fn zone_sides(&self, marked: &[bool]) -> Result<ZoneSides> {
+    fn zone_sides(&self, marked: &CellSet) -> Result<ZoneSides> {
         self.0.by_pieces(|slabs, _| slabs.zone_sides(marked))
     }
 
@@ -149,7 +149,7 @@ impl Apart for MeshFile {
         numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
-        let mut out = NumbersFile::new(to, hash_from)?;
+        let mut out = NumbersFile::new(to, hash_from, &failed)?;
         self.0.by_pieces(|slabs, _| match numbers {
             Numbers::Displacements(_) => {
                 unreachable!("who asks how far nodes are from rest has moved them")
@@ -166,6 +166,6 @@ impl Apart for MeshFile {
                 })
             }),
         })?;
-        Ok(out.finish())
+        Ok(out.finish().0)
     }
 }

@@ -12,19 +12,26 @@ use std::path::Path;
 const NODES: usize = 1 << 14;
 
 /// Takes numbers piece by piece: they are hashed, and written where they go to a file.
-pub(super) struct NumbersFile {
+pub(super) struct NumbersFile<'a> {
     file: Option<File>,
+    /// Tells what went wrong with it.
+    failed: &'a dyn Fn(io::Error) -> Error,
     /// The number of the next byte among those that are hashed.
     at: u64,
     told: Vec<HashedBytes>,
 }
 
-impl NumbersFile {
-    /// From a byte of a file on, or to none.
-    pub fn new(to: Option<(&Path, u64)>, hash_from: u64) -> Result<Self> {
+impl<'a> NumbersFile<'a> {
+    /// From a byte of a file on, or to none. `failed` tells what went wrong with the file, whose name the writer of the rest knows.
+    pub fn new(
+        to: Option<(&Path, u64)>,
+        hash_from: u64,
+        failed: &'a dyn Fn(io::Error) -> Error,
+    ) -> Result<Self> {
         let file = to.map(|(path, at)| file_at(path, at)).transpose();
         Ok(Self {
             file: file.map_err(failed)?,
+            failed,
             at: hash_from,
             told: Vec::new(),
         })
@@ -37,7 +44,7 @@ impl NumbersFile {
         make: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<()>) -> Result<()>,
     ) -> Result<()> {
         let mut hasher = PartHasher::new(self.at, n_bytes as u64);
-        let file = &mut self.file;
+        let (file, failed) = (&mut self.file, self.failed);
         make(&mut |bytes| {
             hasher.update(bytes);
             match file {
@@ -57,19 +64,19 @@ impl NumbersFile {
         })
     }
 
-    /// What is told of all of it.
-    pub fn finish(self) -> Vec<HashedBytes> {
-        self.told
+    /// What is told of all of it, and the file, which may not be on the disk yet.
+    pub fn finish(self) -> (Vec<HashedBytes>, Option<File>) {
+        (self.told, self.file)
     }
 }
 
-/// The writer of the rest knows the name of the file.
-fn failed(error: io::Error) -> Error {
+/// That the system refused something of the file.
+pub(super) fn failed(error: io::Error) -> Error {
     Error::system(error.to_string())
 }
 
 /// Writes numbers of nodes, the first of which has this number.
-pub(super) fn write_points(
+fn write_points(
     points: &[Vector],
     first: usize,
     numbers: Coordinates,
@@ -88,7 +95,7 @@ pub(super) fn write_points(
 }
 
 /// A file that is there, to be written from a byte on.
-pub(super) fn file_at(path: &Path, at: u64) -> io::Result<File> {
+fn file_at(path: &Path, at: u64) -> io::Result<File> {
     let mut file = OpenOptions::new().write(true).open(path)?;
     file.seek(SeekFrom::Start(at))?;
     Ok(file)

@@ -188,10 +188,10 @@ impl Plan {
 
     /// Gives each rank its nodes, and where cells are judged its part of the mesh, where there are several.
     pub(super) fn share(&self) {
-        if let Some(team) = self.team().filter(|team| !team.is_shared()) {
+        if let Some(team) = self.team() {
             let moving_faces = self.judges().then_some(&self.moving_faces[..]);
-            let apart = self.placings();
-            team.share(&self.mesh, moving_faces, &apart, self.deforming_set());
+            let of_nodes = || (self.placings(), self.deforming_set());
+            team.share(&self.mesh, moving_faces, of_nodes);
         }
     }
 
@@ -331,14 +331,14 @@ impl Plan {
     /// Those of some nodes that deform.
     pub(super) fn deforming_among(&self, nodes: &[u32]) -> Vec<u32> {
         let inside = self.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
-        let is_inside = |node: &&u32| inside.is_none_or(|inside| inside[**node as usize]);
+        let is_inside = |node: &&u32| inside.is_none_or(|inside| inside.has(**node));
         nodes.iter().filter(is_inside).copied().collect()
     }
 
     /// The nodes that this process moves, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
         let zone = self.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
-        let is_inside = |node: &u32| zone.is_none_or(|inside| inside[*node as usize]);
+        let is_inside = |node: &u32| zone.is_none_or(|inside| inside.has(*node));
         let of_slab = self.nodes_of_slab();
         let is_wanted = |node: &u32| {
             let nodes = of_slab.as_ref();
@@ -353,24 +353,27 @@ impl Plan {
         match (of_slab, zone) {
             (None, None) => None,
             (Some(nodes), _) => Some(nodes.into_iter().filter(is_inside).collect()),
-            (None, Some(inside)) => Some((0..inside.len() as u32).filter(is_inside).collect()),
+            (None, Some(_)) => {
+                let all = 0..self.mesh.points.len() as u32;
+                Some(all.filter(is_inside).collect())
+            }
         }
     }
 
     /// The same as a set, where ranks share the work; the zones have most of them in few runs.
     fn deforming_set(&self) -> Option<CellSet> {
         let mut set = CellSet::new();
-        let zone = self
-            .motion
-            .zone
-            .as_ref()
-            .filter(|_| self.one_layer.is_none());
-        match zone.map(|zone| &zone.sides.nodes) {
-            Some(inside) => {
-                let nodes = (0..inside.len()).filter(|&node| inside[node]);
-                nodes.for_each(|node| set.push(node));
+        match (&self.one_layer, &self.motion.zone) {
+            (None, None) => return None,
+            (None, Some(zone)) => {
+                let nodes = 0..self.mesh.points.len();
+                let inside = nodes.filter(|&node| zone.sides.nodes.has(node as u32));
+                inside.for_each(|node| set.push(node));
             }
-            None => (self.deforming_nodes()?.iter()).for_each(|&node| set.push(node as usize)),
+            (Some(_), _) => {
+                let nodes = self.deforming_nodes().unwrap_or_default();
+                nodes.iter().for_each(|&node| set.push(node as usize));
+            }
         }
         Some(set)
     }

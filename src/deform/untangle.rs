@@ -153,11 +153,9 @@ fn freedom(plan: &Plan, measures: &Measures, to_inertial: Option<&Transform>) ->
         pair_sides(layer, &mut freedom);
     }
     if let Some(zone) = &plan.motion.zone {
-        for (node, inside) in (0..).zip(&zone.sides.nodes) {
-            if !inside {
-                freedom.fix(node);
-            }
-        }
+        let outside =
+            (0..plan.mesh.points.len() as u32).filter(|node| !zone.sides.nodes.has(*node));
+        outside.for_each(|node| freedom.fix(node));
     }
     freedom
 }

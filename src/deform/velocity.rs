@@ -112,7 +112,7 @@ impl Velocities {
         let inside = plan.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
         let back = to_inertial.map.inverse();
         parallel::update(&mut out, |node, v| {
-            if inside.is_none_or(|inside| inside[node]) {
+            if inside.is_none_or(|inside| inside.has(node as u32)) {
                 *v = to_inertial.velocity(back.apply(points[node]), *v);
             }
         });

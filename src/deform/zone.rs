@@ -16,9 +16,12 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<Option<Doubled>> {
     let copy = doubled.copies();
     let sides = &mut zone.sides;
     sides.interface_faces.renumber_nodes_by(&copy);
-    sides.nodes.resize(doubled.n_nodes(), true);
+    let n_copies = sides.interface_nodes.len();
+    sides
+        .nodes
+        .extend(doubled.n_nodes() - n_copies..doubled.n_nodes());
     for node in &mut sides.interface_nodes {
-        sides.nodes[*node as usize] = false;
+        sides.nodes.remove(*node);
         *node = copy(*node);
     }
     let surface = &mut motion.surface.nodes;

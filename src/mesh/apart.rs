@@ -1,6 +1,6 @@
 //! Nodes and cells that lie with several ranks, each of which writes its own.
 
-use super::{CellKind, Cells, ZoneSides};
+use super::{CellKind, CellSet, Cells, ZoneSides};
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
@@ -25,7 +25,7 @@ pub trait Apart: Debug + Send + Sync {
     ///
     /// # Errors
     /// Where the mesh cannot be read, and of those that know positions alone.
-    fn zone_sides(&self, _marked: &[bool]) -> Result<ZoneSides> {
+    fn zone_sides(&self, _marked: &CellSet) -> Result<ZoneSides> {
         Err(Error::system("zones are not found from positions"))
     }
 }

@@ -5,8 +5,8 @@ use super::from_slabs::{Slabs, mesh_of, nodes_of, own_cells, own_points, part_of
 use super::node_bits::NodeBits;
 use super::numbering::{Numbering, among};
 use super::part::{self, SLAB};
-use super::zone_sides::{ZoneSides, faces_between, faces_of_nodes};
-use super::{Cells, Mesh, faces_on_no_cell};
+use super::zone_sides::{ZoneSides, faces_between, faces_of_nodes, runs_of};
+use super::{CellSet, Cells, Mesh, faces_on_no_cell};
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
@@ -47,12 +47,13 @@ impl Slabs<'_> {
     }
 
     /// The sides of the volume cells of a solid mesh that are marked, as [`ZoneSides::of`] has them.
-    pub fn zone_sides(&self, marked: &[bool]) -> Result<ZoneSides> {
+    pub fn zone_sides(&self, marked: &CellSet) -> Result<ZoneSides> {
         let [inside, outside] = [(); 2].map(|()| NodeBits::new(&(0..self.n_nodes)));
         let all = 0..self.n_cells;
         self.each_cells(all.clone(), &mut |first, cells| {
             for (bits, side) in [(&inside, true), (&outside, false)] {
-                bits.add_nodes_of(cells, &runs_of(cells, &marked[first..], side));
+                let solid = cells.runs().filter(|run| run.kind.dimension() == 3);
+                bits.add_nodes_of(cells, &runs_of(solid, first, marked, side));
             }
             Ok(())
         })?;
@@ -64,8 +65,10 @@ impl Slabs<'_> {
             rim_faces.extend(of_rim.iter().map(|face| face + first as u32));
             let touching = parallel::concat_blocks(cells.len(), SLAB, &|range| {
                 let touches = |cell: &usize| cells.get(*cell).nodes.iter().any(is_on);
-                let own = range.filter(|cell| marked[first + cell]);
-                own.filter(touches).collect()
+                let touching = range.filter(touches);
+                touching
+                    .filter(|cell| marked.contains(first + cell))
+                    .collect()
             });
             near.append(&cells.select(touching));
             Ok(())
@@ -87,7 +90,8 @@ impl Slabs<'_> {
             interface_places.extend(on.map(|&node| points[node as usize - first]));
             Ok(())
         })?;
-        let no_face_of = |side: bool| self.faces_on_no_cell(&rim, &|cell| marked[cell] == side);
+        let no_face_of =
+            |side: bool| self.faces_on_no_cell(&rim, &|cell| marked.contains(cell) == side);
         if !rim_faces.is_empty() {
             let (off_marked, off_others) = (no_face_of(true)?, no_face_of(false)?);
             let is_rim = |at: usize| {
@@ -99,7 +103,7 @@ impl Slabs<'_> {
                 .collect();
         }
         Ok(ZoneSides {
-            nodes: parallel::collect(self.n_nodes, |node| inside.has(node as u32)),
+            nodes: inside,
             bounds,
             interface_places,
             interface_nodes,
@@ -205,23 +209,6 @@ impl Mesh {
         let points = slabs.places(&part.nodes)?;
         Ok(mesh_of(points, cells, DIMENSION, part))
     }
-}
-
-/// Consecutive solid cells that are marked, or with `side` false those that are not.
-fn runs_of(cells: &Cells, marked: &[bool], side: bool) -> Vec<Range<usize>> {
-    let mut runs = Vec::new();
-    for run in cells.runs().filter(|run| run.kind.dimension() == 3) {
-        let mut start = run.first_cell;
-        let marks = &marked[start..start + run.n_cells()];
-        for alike in marks.chunk_by(|a, b| a == b) {
-            let end = start + alike.len();
-            if alike[0] == side {
-                runs.push(start..end);
-            }
-            start = end;
-        }
-    }
-    runs
 }
 
 /// The cells that have so many nodes among those `here` that a part with these holds them, ascending.
@@ -432,7 +419,7 @@ mod tests {
             ] {
                 let is_solid = |cell: usize| mesh.cells.get(cell).kind == kind;
                 let cells = 0..mesh.cells.len();
-                let marked: Vec<bool> = cells.map(|cell| is_solid(cell) && zone(cell)).collect();
+                let marked = cells.filter(|&cell| is_solid(cell) && zone(cell)).collect();
                 let found = by_pieces(&mesh, |slabs| slabs.zone_sides(&marked));
                 let wanted = ZoneSides::of(&mesh, &marked);
                 assert!(wanted.interface_faces.len() > 100, "{kind:?}");

@@ -30,7 +30,7 @@ impl Doubled {
     ///
     /// # Errors
     /// Where there would be too many nodes.
-    pub fn between(mesh: &Mesh, marked: &[bool], sides: &ZoneSides) -> Result<Self> {
+    pub fn between(mesh: &Mesh, marked: &CellSet, sides: &ZoneSides) -> Result<Self> {
         let n_nodes = mesh.points.len();
         if n_nodes + sides.interface_nodes.len() > u32::MAX as usize {
             return Err(Error::input(
@@ -39,7 +39,7 @@ impl Doubled {
         }
         let interface = Numbering::new(&sides.interface_nodes);
         let is_inside = |nodes: &[u32]| {
-            nodes.iter().all(|&node| sides.nodes[node as usize])
+            nodes.iter().all(|&node| sides.nodes.has(node))
                 && nodes.iter().any(|&node| interface.place(node).is_none())
         };
         let dimension = mesh.dimension();
@@ -55,14 +55,10 @@ impl Doubled {
                 faces.for_each(|face| cells.push(face.index));
                 continue;
             }
-            let mut start = run.first_cell;
-            for alike in marked[start..start + run.n_cells()].chunk_by(|a, b| a == b) {
-                let end = start + alike.len();
-                if alike[0] {
-                    cells.push_range(start..end);
-                }
-                start = end;
-            }
+            let own = run.first_cell..run.first_cell + run.n_cells();
+            marked
+                .ranges_in(own)
+                .for_each(|range| cells.push_range(range));
         }
         Ok(Self {
             n_nodes,
@@ -102,8 +98,8 @@ impl Doubled {
 
     /// Gives a whole mesh the copies, or an outline those that it knows of.
     pub fn apply(&self, mesh: &mut Mesh) {
+        let nodes: Vec<usize> = self.nodes.iter().map(|node| *node as usize).collect();
         for array in &mut mesh.point_arrays {
-            let nodes: Vec<usize> = self.nodes.iter().map(|node| *node as usize).collect();
             let copies = array.values.select(array.n_components, &nodes);
             array.values.append(&copies);
         }

@@ -54,7 +54,7 @@ pub(crate) use extrude::turned_flat;
 pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
-pub(crate) use node_bits::NodeBits;
+pub use node_bits::NodeBits;
 pub(crate) use nodes::for_each_shared_place;
 pub(crate) use numbering::{Numbering, among, among_by};
 pub use one_layer::{EMPTY, OneLayer};

@@ -13,10 +13,32 @@ const WORD: usize = u64::BITS as usize;
 const BLOCK: usize = 1 << 10;
 
 /// A bit for each node of a range.
-pub(crate) struct NodeBits {
+#[derive(Debug)]
+pub struct NodeBits {
     /// The node of the first bit.
     first: usize,
     words: Vec<AtomicU64>,
+}
+
+impl Clone for NodeBits {
+    fn clone(&self) -> Self {
+        let words = self
+            .words
+            .iter()
+            .map(|word| AtomicU64::new(word.load(Relaxed)));
+        Self {
+            first: self.first,
+            words: words.collect(),
+        }
+    }
+}
+
+impl PartialEq for NodeBits {
+    fn eq(&self, other: &Self) -> bool {
+        let words =
+            |of: &Self| -> Vec<u64> { of.words.iter().map(|word| word.load(Relaxed)).collect() };
+        self.first == other.first && words(self) == words(other)
+    }
 }
 
 impl NodeBits {
@@ -68,6 +90,25 @@ impl NodeBits {
             let at = node as usize - self.first;
             self.words[at / WORD].fetch_or(1 << (at % WORD), Relaxed);
         }
+    }
+
+    /// Takes nodes at the end in, of which none were.
+    pub fn extend(&mut self, nodes: Range<usize>) {
+        let n_words = nodes.end.saturating_sub(self.first).div_ceil(WORD);
+        self.words.resize_with(n_words, AtomicU64::default);
+        self.add_all(&nodes);
+    }
+
+    /// Takes a node out.
+    pub fn remove(&mut self, node: u32) {
+        let at = node as usize - self.first;
+        self.words[at / WORD].fetch_and(!(1 << (at % WORD)), Relaxed);
+    }
+
+    /// How many are among them.
+    pub fn count(&self) -> usize {
+        let ones = |word: &AtomicU64| word.load(Relaxed).count_ones() as usize;
+        self.words.iter().map(ones).sum()
     }
 
     /// Whether a node is among them.

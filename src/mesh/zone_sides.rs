@@ -1,15 +1,16 @@
 //! The nodes of some volume cells of a mesh, and where these cells meet the others.
 
 use super::sides::for_each_side;
-use super::{CellKind, Cells, Faces, Mesh};
+use super::{CellKind, CellRun, CellSet, Cells, Faces, Mesh, NodeBits};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
+use std::ops::Range;
 
 /// What some volume cells of a mesh have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZoneSides {
-    /// For each node of the mesh, whether one of the cells has it.
-    pub nodes: Vec<bool>,
+    /// The nodes of these cells.
+    pub nodes: NodeBits,
     /// The box around these.
     pub bounds: Bounds,
     /// Those of them that other volume cells have as well, ascending, and where these are.
@@ -23,53 +24,70 @@ pub struct ZoneSides {
 
 impl ZoneSides {
     /// Of the volume cells that are marked.
-    pub fn of(mesh: &Mesh, marked: &[bool]) -> Self {
-        let (nodes, interface) = nodes_in_and_between(mesh, marked);
-        let of_cells = mesh.points.iter().zip(&nodes);
-        let inside = of_cells.filter(|(_, inside)| **inside).map(|(x, _)| x);
-        let on_interface = |node: &u32| interface[*node as usize];
-        let numbers = 0..interface.len() as u32;
+    pub fn of(mesh: &Mesh, marked: &CellSet) -> Self {
+        let [nodes, outside] = [true, false].map(|side| {
+            let nodes = NodeBits::new(&(0..mesh.points.len()));
+            nodes.add_nodes_of(&mesh.cells, &runs_of(mesh.volume_runs(), 0, marked, side));
+            nodes
+        });
+        let of_cells = (0..).zip(&mesh.points);
+        let inside = of_cells.filter(|of| nodes.has(of.0)).map(|of| of.1);
+        let on_interface = |node: &u32| nodes.has(*node) && outside.has(*node);
+        let numbers = 0..mesh.points.len() as u32;
         let interface_nodes: Vec<u32> = numbers.filter(on_interface).collect();
         let place = |&node: &u32| mesh.points[node as usize];
         Self {
             bounds: Bounds::around(inside),
             interface_places: interface_nodes.iter().map(place).collect(),
-            interface_faces: faces_between(mesh, |cell| marked[cell], on_interface),
-            rim_faces: faces_on_rim(mesh, marked, &interface),
+            interface_faces: faces_between(mesh, |cell| marked.contains(cell), on_interface),
+            rim_faces: faces_on_rim(mesh, marked, on_interface),
             interface_nodes,
             nodes,
         }
     }
 }
 
-/// Nodes of the cells marked, and those of them that other volume cells have as well.
-fn nodes_in_and_between(mesh: &Mesh, marked: &[bool]) -> (Vec<bool>, Vec<bool>) {
-    let mut inside = vec![false; mesh.points.len()];
-    let mut outside = vec![false; mesh.points.len()];
-    for run in mesh.volume_runs() {
-        for (nodes, &marked) in run.cells().zip(&marked[run.first_cell..]) {
-            let side = if marked { &mut inside } else { &mut outside };
-            for &node in nodes {
-                side[node as usize] = true;
+/// Consecutive cells of some runs that are marked, or with `side` false those that are not; the first cell of all has the number
+/// `first` among those that are marked.
+pub(super) fn runs_of<'a>(
+    runs: impl Iterator<Item = CellRun<'a>>,
+    first: usize,
+    marked: &CellSet,
+    side: bool,
+) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    for run in runs {
+        let own = run.first_cell..run.first_cell + run.n_cells();
+        let mut end = own.start;
+        for range in marked.ranges_in(first + own.start..first + own.end) {
+            let range = range.start - first..range.end - first;
+            match side {
+                true => found.push(range.clone()),
+                false => found.push(end..range.start),
             }
+            end = range.end;
+        }
+        if !side {
+            found.push(end..own.end);
         }
     }
-    for (outside, &inside) in outside.iter_mut().zip(&inside) {
-        *outside &= inside;
-    }
-    (inside, outside)
+    found.retain(|range| !range.is_empty());
+    found
 }
 
 /// Boundary faces whose nodes are all on the interface and that a marked cell has but none of the others, ascending.
-fn faces_on_rim(mesh: &Mesh, marked: &[bool], interface: &[bool]) -> Vec<u32> {
-    let is_on = |node: &u32| interface[*node as usize];
+fn faces_on_rim(
+    mesh: &Mesh,
+    marked: &CellSet,
+    is_on: impl Fn(&u32) -> bool + Copy + Sync,
+) -> Vec<u32> {
     let mut found = faces_of_nodes(&mesh.cells, mesh.dimension(), is_on);
     if found.is_empty() {
         return found;
     }
     let [outside, inside] = [false, true].map(|side| {
         Faces::of_cells(mesh, |cell| {
-            marked[cell.index] == side && cell.nodes.iter().any(is_on)
+            cell.nodes.iter().any(is_on) && marked.contains(cell.index) == side
         })
     });
     let has = |faces: &Faces, cell: u32| faces.dangling.binary_search(&cell).is_err();
@@ -99,7 +117,7 @@ pub(super) fn faces_between(
     is_on: impl Fn(&u32) -> bool + Sync,
 ) -> Cells {
     let faces = Faces::of_cells(mesh, |cell| {
-        is_marked(cell.index) && cell.nodes.iter().any(&is_on)
+        cell.nodes.iter().any(&is_on) && is_marked(cell.index)
     });
     let mut found: Vec<(Vec<u32>, Vec<u32>)> = Vec::new();
     for outer in &faces.outer {
@@ -144,7 +162,7 @@ mod tests {
         for face in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [0, 1, 4], [2, 1, 0]] {
             mesh.cells.push(CellKind::Triangle, &face);
         }
-        let marked = [vec![true], vec![false; 7]].concat();
+        let marked = [0].into_iter().collect();
         let sides = ZoneSides::of(&mesh, &marked);
         assert_eq!(sides.interface_nodes, [0, 1, 2, 3]);
         assert_eq!(sides.rim_faces, [3, 5, 7]);

@@ -102,7 +102,7 @@ pub(super) fn nodes_of_tags(tags: &[usize], zone: Option<&DeformingZone>, mesh: 
 }
 
 fn is_in(zone: Option<&DeformingZone>, node: u32) -> bool {
-    zone.is_none_or(|zone| zone.sides.nodes[node as usize])
+    zone.is_none_or(|zone| zone.sides.nodes.has(node))
 }
 
 fn surface_nodes(

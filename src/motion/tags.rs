@@ -269,9 +269,8 @@ fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<Period
 
 /// Whether a tag has a node in the zone that its interface does not hold fixed anyway.
 fn touches(tag: &Group, zone: Option<&DeformingZone>, mesh: &Mesh) -> bool {
-    nodes_of(tag, mesh).any(|node| {
-        zone.is_none_or(|zone| zone.sides.nodes[node as usize] && !zone.is_interface(node))
-    })
+    nodes_of(tag, mesh)
+        .any(|node| zone.is_none_or(|zone| zone.sides.nodes.has(node) && !zone.is_interface(node)))
 }
 
 /// Every body has faces, and none of its nodes is where it could not move.
@@ -294,10 +293,9 @@ fn check_bodies(
         }
         let Some(zone) = zone else { continue };
         for tag in own() {
-            let free_to_move =
-                |node: u32| zone.sides.nodes[node as usize] && !zone.is_interface(node);
+            let free_to_move = |node: u32| zone.sides.nodes.has(node) && !zone.is_interface(node);
             if let Some(node) = nodes_of(tags[tag], mesh).find(|&node| !free_to_move(node)) {
-                let place = if zone.sides.nodes[node as usize] {
+                let place = if zone.sides.nodes.has(node) {
                     "on the interface to the other zones, which stays fixed; name those zones as well"
                 } else {
                     "outside the zones that deform; name its zone as well"

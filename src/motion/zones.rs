@@ -2,13 +2,13 @@
 
 use super::names::Pattern;
 use crate::error::Result;
-use crate::mesh::{Mesh, ZoneSides};
+use crate::mesh::{CellSet, Mesh, ZoneSides};
 
 /// The part of the mesh that deforms when the schedule names zones.
 #[derive(Debug, Clone)]
 pub struct DeformingZone {
-    /// For each cell of the mesh, whether it is a volume cell of these zones.
-    pub cells: Vec<bool>,
+    /// The volume cells of these zones.
+    pub cells: CellSet,
     /// Its nodes, and those shared with volume cells outside these zones, which stay fixed.
     pub sides: ZoneSides,
 }
@@ -26,13 +26,18 @@ impl DeformingZone {
         }
         let zones: Vec<_> = mesh.zones().collect();
         let names: Vec<&str> = zones.iter().map(|zone| zone.name.as_str()).collect();
-        let mut cells = vec![false; mesh.cells.len()];
+        let mut ranges = Vec::new();
         for pattern in patterns {
             for zone in pattern.find("zone", &names)? {
-                for range in zones[zone].cells.ranges() {
-                    cells[range].fill(true);
-                }
+                ranges.extend(zones[zone].cells.ranges());
             }
+        }
+        ranges.sort_unstable_by_key(|range| range.start);
+        let (mut cells, mut end) = (CellSet::new(), 0);
+        for range in ranges {
+            // A cell may be in several zones.
+            cells.push_range(range.start.max(end)..range.end.max(end));
+            end = end.max(range.end);
         }
         let sides = match &mesh.outline {
             None => ZoneSides::of(mesh, &cells),

@@ -71,13 +71,15 @@ struct Region {
 
 impl Region {
     fn new(plan: &Plan) -> Self {
-        let slots = plan.mesh.slots();
-        let bounds = match (&plan.motion.zone, plan.deforming_nodes()) {
-            (Some(zone), _) if plan.one_layer.is_none() => zone.sides.bounds,
-            (_, Some(nodes)) => {
-                Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[slots.of(node)]))
-            }
-            (_, None) => plan.mesh.extent(),
+        let of_nodes = |nodes: Vec<u32>| {
+            let slots = plan.mesh.slots();
+            Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[slots.of(node)]))
+        };
+        let bounds = match &plan.motion.zone {
+            Some(zone) if plan.one_layer.is_none() => zone.sides.bounds,
+            _ => plan
+                .deforming_nodes()
+                .map_or_else(|| plan.mesh.extent(), of_nodes),
         };
         let slack = OUTSIDE * bounds.diagonal();
         let held = |body: usize| {

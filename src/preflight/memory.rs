@@ -98,7 +98,7 @@ fn held(plan: &Plan) -> usize {
 
 fn n_deforming(plan: &Plan) -> usize {
     match &plan.motion.zone {
-        Some(zone) => zone.sides.nodes.iter().filter(|inside| **inside).count(),
+        Some(zone) => zone.sides.nodes.count(),
         None => plan.mesh.points.len(),
     }
 }

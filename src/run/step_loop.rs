@@ -64,9 +64,12 @@ impl Run<'_> {
                 std::mem::swap(&mut points, &mut next);
             }
             if task == Task::ReadBack {
-                self.plan.take_whole("repaired steps are read back")?;
                 if !self.read_back(writer, step, &mut points) {
                     return Ok(self.restart_from(step));
+                }
+                if self.plan.schedule.output.displacement {
+                    self.plan
+                        .take_whole("displacements of repaired steps are computed again")?;
                 }
             }
             let mut ready = self.accept(step, computed, task)?;
@@ -74,15 +77,14 @@ impl Run<'_> {
                 .as_mut()
                 .map(|ready| self.arrays(&points, &mut ready.found));
             let arrays = arrays.unwrap_or_default();
-            let is_apart = is_apart && ready.is_some();
-            let kept = match is_apart {
+            let kept = match is_apart && ready.is_some() {
                 true => self.deformation.keep(step, &next),
                 false => None,
             };
             let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
-            let is_by_ranks = is_apart || mesh.cells_apart.is_some();
+            let is_by_ranks = kept.is_some() || mesh.cells_apart.is_some();
             let team = self.plan.team().cloned().filter(|_| is_by_ranks);
             let write = || write(writer, &mesh, step, ready, task, team);
             let compute = || {

@@ -1,7 +1,7 @@
 //! All slabs joined: where nodes are, and what cells are like, from the files that slabs have left.
 
 use super::super::mesh_file::MeshFile;
-use super::super::numbers_file::NumbersFile;
+use super::super::numbers_file::{NumbersFile, failed};
 use super::super::plan::Plan;
 use super::SlabOf;
 use super::stored::{StoredStep, ToldOfStep};
@@ -282,7 +282,7 @@ impl Apart for StoredPoints {
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>> {
         let file = self.by.file.as_deref();
-        let mut out = NumbersFile::new(to, hash_from)?;
+        let mut out = NumbersFile::new(to, hash_from, &failed)?;
         let pass = |act: &mut Act<'_>| -> Result<()> {
             self.by
                 .steps(self.step)
@@ -314,6 +314,6 @@ impl Apart for StoredPoints {
                 }?;
             }
         }
-        Ok(out.finish())
+        Ok(out.finish().0)
     }
 }

@@ -124,8 +124,10 @@ impl OneSlab {
             selection_error: error,
         };
         // All of them are known, if there are any.
-        let first = (!own.is_empty()).then(|| slots.of(own.start as u32));
-        let first = first.unwrap_or(0);
+        let first = match own.is_empty() {
+            true => 0,
+            false => slots.of(own.start as u32),
+        };
         let places = &points[first..first + own.len()];
         StoredStep::save(left, moved, own, places, told)
     }

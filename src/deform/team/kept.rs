@@ -5,17 +5,19 @@
 use super::order::Order;
 use super::work::Work;
 use super::{SharedFields, State, Team};
-use crate::deform::numbers_file::{file_at, write_points};
+use crate::deform::numbers_file::NumbersFile;
 use crate::error::{Error, Result};
 use crate::formats::list_nodes;
 use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{Apart, Mesh, NodesOfCells, Numbers, Slots, ZoneSides, among, node_slab};
+use crate::mesh::{
+    Apart, CellSet, Mesh, NodesOfCells, Numbers, Slots, ZoneSides, among, node_slab,
+};
 use crate::parallel;
 use crate::ranks::Ranks;
-use crate::ranks::hash::{HashedBytes, PartHasher};
+use crate::ranks::hash::HashedBytes;
 use crate::ranks::raw::List;
 use serde::{Deserialize, Serialize};
-use std::io::{self, Write};
+use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -164,7 +166,7 @@ impl Apart for Team {
         self.write(to, numbers, hash_from, true)
     }
 
-    fn zone_sides(&self, marked: &[bool]) -> Result<ZoneSides> {
+    fn zone_sides(&self, marked: &CellSet) -> Result<ZoneSides> {
         // The first rank reads the file for that piece by piece, alone.
         let file = self.file.as_ref().expect("ranks have read it by parts");
         file.by_pieces(|slabs, _| slabs.zone_sides(marked))
@@ -240,37 +242,28 @@ impl Work {
     pub fn write(&mut self, task: &WriteTask, ranks: &Ranks) -> Result<HashedBytes> {
         let failed = |error: io::Error| of_rank(ranks, &error);
         let (start, n_bytes) = self.place_in_file(&task.numbers, task.at_rest, ranks);
-        let mut hasher = PartHasher::new(task.hash_from + start, n_bytes);
-        let mut file = match &task.to {
-            Some((path, at)) => Some(file_at(path, at + start).map_err(failed)?),
-            None => None,
-        };
-        let mut take = |bytes: &[u8]| {
-            hasher.update(bytes);
-            match &mut file {
-                Some(file) => file.write_all(bytes).map_err(failed),
-                None => Ok(()),
-            }
-        };
+        let to = task.to.as_ref().map(|(path, at)| (&**path, at + start));
+        let mut out = NumbersFile::new(to, task.hash_from + start, &failed)?;
+        let (places, first) = (self.written_points(task.at_rest), self.first_own());
         match &task.numbers {
-            Numbers::Coordinates(numbers) => {
-                let points = self.written_points(task.at_rest);
-                write_points(points, self.first_own(), *numbers, &mut take)?;
-            }
+            Numbers::Coordinates(numbers) => out.points(places, first, *numbers)?,
             Numbers::Displacements(numbers) => {
-                let (places, rest) = (self.written_points(task.at_rest), self.own_rest());
+                let rest = self.own_rest();
                 let moved = parallel::collect(places.len(), |i| sub(places[i], rest[i]));
-                write_points(&moved, self.first_own(), *numbers, &mut take)?;
+                out.points(&moved, first, *numbers)?;
             }
-            Numbers::Nodes(wanted) => write_nodes(self.cells_to_write(), wanted, &mut take)?,
+            Numbers::Nodes(wanted) => out.piece(n_bytes as usize, |take| {
+                write_nodes(self.cells_to_write(), wanted, take)
+            })?,
         }
+        let (told, file) = out.finish();
         // The first rank syncs the file once it is whole.
         if let Some(file) = file.filter(|_| task.sync && !ranks.is_first()) {
             let thread = thread::Builder::new().name("disk".to_owned());
             let sync = thread.spawn(move || file.sync_data());
             self.kept.syncing.push(sync.map_err(failed)?);
         }
-        Ok(hasher.finish())
+        Ok(told.into_iter().next().expect("it is one piece"))
     }
 
     /// Where the numbers of this rank begin among those of all, in bytes, and how many bytes they are.

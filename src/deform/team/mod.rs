@@ -212,23 +212,21 @@ impl Team {
         (fields, whole.narrow)
     }
 
-    /// Whether each rank has its nodes.
-    pub(crate) fn is_shared(&self) -> bool {
-        !self.state().nodes.is_empty()
-    }
-
-    /// Gives each rank its nodes, and with `moving_faces` a part of the mesh to judge. These faces are ascending, and so
-    /// are nodes that are `apart`: not where fields move them. These move those that are `deforming`; none for all.
+    /// Gives each rank its nodes, once, and with `moving_faces` a part of the mesh to judge. These faces are ascending, and so are the
+    /// nodes that `of_nodes` gives: those that are not where fields move them, and those that deform; none of these for all.
     pub(crate) fn share(
         &self,
         mesh: &Mesh,
         moving_faces: Option<&[u32]>,
-        apart: &[(u32, Placing)],
-        deforming: Option<CellSet>,
+        of_nodes: impl FnOnce() -> (Vec<(u32, Placing)>, Option<CellSet>),
     ) {
         let mut state = self.state();
+        if !state.nodes.is_empty() {
+            return;
+        }
+        let (apart, deforming) = of_nodes();
         let of_nodes = OfNodes {
-            apart,
+            apart: &apart,
             deforming: deforming.as_ref(),
         };
         let (n_nodes, n_ranks) = (mesh.points.len(), self.ranks.n());
@@ -485,13 +483,14 @@ impl SharedFields {
             state.are_apart = false;
         }
         let ranks = &team.ranks;
-        let deforming = state.deforming.clone();
         let of_rank = |rank| state.deforming_among(node_slab(out.len(), rank, ranks.n()));
         let lengths: Vec<usize> = (0..ranks.n()).map(of_rank).collect();
+        let State {
+            work, deforming, ..
+        } = &mut *state;
         let mut take = |parts: &mut Vec<&mut [Vector]>| {
             let own = &mut parts[0];
             let take = |moved: &[Vector]| own.copy_from_slice(moved);
-            let work = &mut state.work;
             ranks.together(|| work.move_to((id, step, from_zero), false, take));
             ranks.receive_parts(parts);
         };

@@ -41,7 +41,7 @@ impl Nodes {
         Self {
             n_nodes: numbered.n_nodes,
             apart: Apart::share(of_first.map(|of| of.apart), numbered, ranks),
-            deforming: numbered.among(of_first.map(|of| of.deforming), ranks),
+            deforming: numbered.deforming(of_first, ranks),
             ..Self::default()
         }
     }

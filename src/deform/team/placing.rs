@@ -1,6 +1,7 @@
 //! Which nodes fields move, and which are not where these move them. A rank itself places those at rest and those of rigid bodies;
 //! of the others the first rank tells it one by one.
 
+use super::nodes::OfNodes;
 use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellSet, among, among_by, node_slab};
@@ -101,12 +102,15 @@ impl Numbered<'_> {
         found
     }
 
-    /// Those of the nodes that are in a set, by their places here, ascending; none for all where the first rank, which has it, has none.
-    pub fn among(&self, all: Option<Option<&CellSet>>, ranks: &Ranks) -> Option<Arc<[u32]>> {
+    /// Those of the nodes that deform, by their places here, ascending; none for all.
+    pub fn deforming(&self, of_first: Option<&OfNodes<'_>>, ranks: &Ranks) -> Option<Arc<[u32]>> {
         let own = ranks.scatter(&mut |rank| {
-            let ranges = all?.map(|all| all.ranges_in(self.slab(rank, ranks)));
             let ends = |range: Range<usize>| [range.start as u32, range.end as u32];
-            Some(ranges.map(|ranges| List(ranges.map(ends).collect::<Vec<_>>())))
+            let here = |all: &CellSet| {
+                let ranges = all.ranges_in(self.slab(rank, ranks));
+                List(ranges.map(ends).collect::<Vec<_>>())
+            };
+            Some(of_first?.deforming.map(here))
         });
         let List(ranges) = own?;
         let own = ranges.iter().flat_map(|&[start, end]| start..end);
