@@ -38,10 +38,16 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
     }
     let commit = Commit::with_force(args.force);
     commit.check(&output)?;
-    let mut page = context.stage("reading", || {
+    let unfinished = unfinished(&args.folder);
+    let page = context.stage("reading", || {
         report::page(&args.folder, &context.read_options())
+    });
+    let mut page = page.map_err(|mut error| {
+        let how = unfinished.iter().map(|how| format!("; {how}"));
+        error.message.extend(how);
+        error
     })?;
-    page.notes.extend(unfinished(&args.folder));
+    page.notes.extend(unfinished);
     formats::save_text(&page.html, &output, commit)?;
     for note in &page.notes {
         context.note(note);

@@ -473,7 +473,9 @@ fn place_nodes(
     place: impl Fn(Role, u32, Vector) -> Option<Vector> + Sync,
 ) {
     let surface = &plan.motion.surface.nodes;
-    parallel::for_blocks(out, BLOCK, &|first, out| {
+    // Known nodes are the first of many.
+    let end = surface.nodes.last().map_or(0, |&node| slots.of(node) + 1);
+    parallel::for_blocks(&mut out[..end], BLOCK, &|first, out| {
         let before = |end: usize| surface.nodes.partition_point(|&node| slots.of(node) < end);
         for at in before(first)..before(first + out.len()) {
             let node = surface.nodes[at];

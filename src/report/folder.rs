@@ -2,7 +2,6 @@
 
 use super::columns::label_in;
 use super::table::Table;
-use crate::deform::SlabOf;
 use crate::error::{Error, Result};
 use crate::formats::{check_file, records_in};
 use crate::record::{BodyRecord, EndRecord, RunRecord, file_name, parts_in};
@@ -40,13 +39,6 @@ impl Sequence {
         let folder = records.as_deref().unwrap_or(folder);
         let tables = whole_or_parts(folder, "steps", "csv");
         let records = whole_or_parts(folder, "run", "json");
-        if tables.is_empty() && records.is_empty() && !SlabOf::numbers_in(folder).is_empty() {
-            return Err(Error::input(format!(
-                "the slabs in this folder are not joined; once all have their steps, `azimesh finish {}` does it",
-                folder.display()
-            ))
-            .file(folder));
-        }
         if tables.is_empty() && records.is_empty() {
             return Err(Error::input(
                 "holds neither steps.csv nor run.json, so it is not the folder of a sequence; give one that \
