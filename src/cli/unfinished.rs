@@ -1,7 +1,9 @@
 //! Whether the run of a folder is finished, and how to go on with one that is not.
 
 use crate::deform::SlabOf;
+use crate::formats::read_file;
 use crate::record::RunRecord;
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 /// What is said of a folder whose run is not finished, or whose parts are not joined.
@@ -18,7 +20,7 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
         if record.outcome.starts_with("complete") {
             return Some(None);
         }
-        let rows = std::fs::read_to_string(place.join("steps.csv")).unwrap_or_default();
+        let rows = read_file(&place.join("steps.csv")).unwrap_or_default();
         let n = rows.lines().count().saturating_sub(1);
         let of = record
             .steps
@@ -72,7 +74,7 @@ fn has_slabs(place: &Path) -> bool {
 }
 
 fn read(path: &Path) -> Option<RunRecord> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+    serde_json::from_slice(&read_file(path).ok()?).ok()
 }
 
 /// The records of parts, `run_A-B.json`, by their first step.

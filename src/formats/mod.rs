@@ -83,7 +83,7 @@ pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub(crate) use shared_file::reason;
 pub use shared_file::{Shared, SharedFile, read_parts};
-pub use source::{Source, check_file, check_no_device, release_mapped};
+pub use source::{Source, check_file, check_no_device, read_file, release_mapped};
 pub use staged::{
     Commit, clear_left, end_staged, end_staged_soon, folder_of, is_same, register_temporary,
     sync_folder, unregister_temporary,

@@ -236,6 +236,12 @@ pub fn check_file(path: &Path) -> io::Result<()> {
     }
 }
 
+/// The content of a small file that lies beside others, which must be one: a pipe would be waited for.
+pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    check_file(path)?;
+    std::fs::read(path)
+}
+
 fn read_all(from: impl Read, limit: MemoryLimit) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     limit.read_all(from, &mut bytes)?;

@@ -3,7 +3,7 @@
 use super::columns::label_in;
 use super::table::Table;
 use crate::error::{Error, Result};
-use crate::formats::{check_file, records_in};
+use crate::formats::{read_file, records_in};
 use crate::record::{BodyRecord, EndRecord, RunRecord, file_name, parts_in};
 use std::path::{Path, PathBuf};
 
@@ -210,7 +210,7 @@ impl Sequence {
 
 /// Reads a run.json.
 fn read(path: &Path) -> Result<RunRecord> {
-    let bytes = check_file(path).and_then(|()| std::fs::read(path));
+    let bytes = read_file(path);
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     RunRecord::parse(&bytes).map_err(|error| error.file(path))
 }

@@ -2,7 +2,7 @@
 
 use super::columns;
 use crate::error::{Error, Result};
-use crate::formats::check_file;
+use crate::formats::read_file;
 use crate::record::lines;
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ impl Table {
     pub fn read(paths: &[PathBuf]) -> Result<Self> {
         let mut table = Self::default();
         for path in paths {
-            let bytes = check_file(path).and_then(|()| std::fs::read(path));
+            let bytes = read_file(path);
             let bytes = bytes.map_err(|error| Error::io(path, &error))?;
             table.append(&bytes).map_err(|error| error.file(path))?;
         }

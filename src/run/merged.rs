@@ -11,7 +11,8 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, Result};
 use crate::formats::{
-    self, Encoding, Format, Location, Precision, ReadOptions, WriteOptions, stage_sequence,
+    self, Encoding, Format, Location, Precision, ReadOptions, WriteOptions, read_file,
+    stage_sequence,
 };
 use crate::progress::Progress;
 use crate::record::{Row, Rows, RunRecord, Timings};
@@ -93,7 +94,7 @@ impl Standing {
                 && ends[0] == ends[1]
         };
         let is_there = |(path, text): &(PathBuf, String)| {
-            fs::read(path).is_ok_and(|own| own == text.as_bytes())
+            read_file(path).is_ok_and(|own| own == text.as_bytes())
         };
         let is_joined = || self.record.as_ref().is_some_and(is_same) && texts.iter().all(is_there);
         self.is_complete() && (self.is_of_one_run() || is_joined())

@@ -6,7 +6,7 @@ use super::request::Request;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result, counted};
-use crate::formats::{Commit, Precision, Reserve, check_file, hash_of, hash_of_input, save_text};
+use crate::formats::{Commit, Precision, Reserve, hash_of, hash_of_input, read_file, save_text};
 use crate::motion::SurfaceOutput;
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
@@ -198,7 +198,7 @@ pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
     if !path.exists() {
         return Ok(None);
     }
-    let bytes = check_file(path).and_then(|()| std::fs::read(path));
+    let bytes = read_file(path);
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     Ok(RunRecord::parse(&bytes).ok().filter(RunRecord::is_whole))
 }

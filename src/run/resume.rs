@@ -11,7 +11,7 @@ use crate::deform::{Deformation, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
-use crate::formats::Format;
+use crate::formats::{Format, read_file};
 use crate::progress::Progress;
 use crate::quality::Criterion;
 use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings};
@@ -215,7 +215,7 @@ fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Optio
     }
     let companions = format.companion_files(&plan.mesh.view(), &path);
     let differs =
-        |(path, content): &(PathBuf, Vec<u8>)| std::fs::read(path).ok().as_ref() != Some(content);
+        |(path, content): &(PathBuf, Vec<u8>)| read_file(path).ok().as_ref() != Some(content);
     companions
         .iter()
         .any(differs)

@@ -13,7 +13,7 @@ use super::run::names_of;
 use super::step::rounding;
 use crate::deform::{Deformation, Joined, Left, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
-use crate::formats::{self, clear_left};
+use crate::formats::{self, clear_left, read_file};
 use crate::motion::Step;
 use crate::preflight::{Demand, before_work, check_disk, check_surface_files};
 use crate::record::{RunRecord, SelectionRecord, Timings};
@@ -306,7 +306,7 @@ impl LeftBase {
             let folder = slab.folder(sequence);
             let record = record::read(&folder.join("run.json")).ok()??;
             let read = |(name, hash): (&String, &String)| {
-                let bytes = fs::read(folder.join(name)).ok()?;
+                let bytes = read_file(&folder.join(name)).ok()?;
                 (blake3::hash(&bytes).to_string() == *hash).then_some((name.clone(), bytes))
             };
             let files: BTreeMap<_, _> = record.base_files.iter().filter_map(read).collect();

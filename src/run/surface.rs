@@ -5,7 +5,8 @@ use super::names::Names;
 use crate::deform::Plan;
 use crate::error::Result;
 use crate::formats::{
-    Format, Location, OutputSet, ReadOptions, Staged, by_name, read_as, write_su2_surface,
+    Format, Location, OutputSet, ReadOptions, Staged, by_name, read_as, read_file,
+    write_su2_surface,
 };
 use crate::mesh::{Mesh, MeshView};
 use crate::motion::{Role, SurfaceOutput, TagRole};
@@ -44,7 +45,7 @@ impl SurfaceFiles {
 
     /// Whether the file of a step says what the mesh of that step, which is whole, says.
     pub fn is_there(&self, names: &Names, format: &dyn Format, row: &Row) -> bool {
-        let Ok(found) = std::fs::read(names.path(&names.surface(row.step))) else {
+        let Ok(found) = read_file(&names.path(&names.surface(row.step))) else {
             return false;
         };
         let read = |path: &Path| {

@@ -1,7 +1,7 @@
 //! steps.csv: a row a step, on disk as soon as the step is finished, and read back by later runs.
 
 use crate::error::{Error, Result};
-use crate::formats::{Commit, check_file, save_text};
+use crate::formats::{Commit, read_file, save_text};
 use crate::record::{Row, Rows, parse, text};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -67,7 +67,7 @@ impl Table {
 
 /// The rows of a table on disk.
 pub(super) fn read(path: &Path) -> Result<Rows> {
-    let bytes = check_file(path).and_then(|()| std::fs::read(path));
+    let bytes = read_file(path);
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;
     parse(&bytes).map_err(|error| error.file(path))
 }

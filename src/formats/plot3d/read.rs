@@ -1,6 +1,6 @@
 //! A Plot3D file as a mesh: blocks, then their boundaries by a neutral map file beside it or by their sides.
 
-use super::super::source::{check_file, without_mark};
+use super::super::source::{read_file, without_mark};
 use super::super::{Notes, Source, case_name};
 use super::blocks::{Block, Places, SIDES};
 use super::{Plot3d, blocks, layout, neutral, records, text};
@@ -82,7 +82,7 @@ fn neutral_map(path: &Path) -> PathBuf {
 /// Tags by the neutral map file beside the grid, where there is one that is whole; otherwise a note says why not.
 fn by_neutral_map(path: &Path, blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) -> bool {
     let path = neutral_map(path);
-    let read = match check_file(&path).and_then(|()| std::fs::read(&path)) {
+    let read = match read_file(&path) {
         Ok(bytes) => neutral::parse(without_mark(&bytes), blocks)
             .and_then(|entries| neutral::check_whole(&entries, blocks).map(|()| entries))
             .map_err(|error| error.file(&path).to_string()),

@@ -4,7 +4,7 @@
 use super::super::Notes;
 use super::super::lexer::Lexer;
 use super::super::names::{Given, Rule, text_of};
-use super::super::source::{check_file, without_mark};
+use super::super::source::{read_file, without_mark};
 use super::conditions::Patch;
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::diagnostic::formats::{Condition, Read};
@@ -26,7 +26,7 @@ pub(super) fn path(case: &Path) -> PathBuf {
 /// read gives a note only: the mesh is complete without it.
 pub(super) fn companion(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     let path = path(case);
-    let failed = match check_file(&path).and_then(|()| std::fs::read(&path)) {
+    let failed = match read_file(&path) {
         Ok(bytes) => match parse(without_mark(&bytes), notes) {
             Ok(patches) => return Ok(patches),
             Err(error) => error.file(&path).to_string(),
