@@ -118,6 +118,21 @@ impl Command {
             _ => false,
         }
     }
+
+    /// Refuses common options that would do nothing here.
+    fn takes(&self, common: &Common) -> Result<()> {
+        let why = match self {
+            Self::Finish(_) => {
+                "steps are joined as they were written; `azimesh convert` gives a sequence another format"
+            }
+            Self::Report(_) => "the files of a sequence say what they are",
+            _ => return Ok(()),
+        };
+        match common.format {
+            Some(_) => Err(Error::input(format!("--format does nothing here: {why}"))),
+            None => Ok(()),
+        }
+    }
 }
 
 /// What a command that did its work found.
@@ -197,7 +212,11 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
              results depend on how many ranks there are, and where"
         ));
     }
-    let ready = ranks.agree(heard.and_then(|()| context.start_threads()));
+    let possible = cli.command.takes(&context.common);
+    let ready = possible
+        .and_then(|()| heard)
+        .and_then(|()| context.start_threads());
+    let ready = ranks.agree(ready);
     let code = match (ready, is_alike || ranks.is_first()) {
         (Err(error), _) => failed(&error, &context),
         (Ok(()), true) => execute(cli.command, &context),

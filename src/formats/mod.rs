@@ -359,6 +359,7 @@ pub fn read_as(
             });
         }
     }
+    note_steps(format, location, options, &mut notes)?;
     let mesh = format
         .read(location, options, &mut notes)
         .and_then(|mut mesh| {
@@ -376,6 +377,24 @@ pub fn read_as(
         notes,
         format,
     })
+}
+
+/// Notes which step of a sequence is read where none is asked for.
+fn note_steps(
+    format: &dyn Format,
+    location: &Location,
+    options: &ReadOptions,
+    notes: &mut Notes,
+) -> Result<()> {
+    if options.step.is_some() {
+        return Ok(());
+    }
+    let steps = format.steps(location)?;
+    if let [.., _, last] = steps[..] {
+        let n = steps.len();
+        notes.push(Read::LastOfSteps { n, last });
+    }
+    Ok(())
 }
 
 /// The mesh in bytes of a known format, as the format gives it, without the checks of [`read`].

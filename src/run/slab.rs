@@ -11,9 +11,9 @@ use super::record::{self, Clock, RecordFile, merged};
 use super::request::Request;
 use super::run::names_of;
 use super::step::rounding;
-use crate::deform::{Deformation, Joined, Left, SlabOf, StoredStep};
+use crate::deform::{Deformation, Joined, Left, Plan, SlabOf, StoredStep};
 use crate::error::{Error, Result, counted};
-use crate::formats::{self, clear_left, read_file};
+use crate::formats::{self, Format, clear_left, read_file};
 use crate::motion::Step;
 use crate::preflight::{Demand, before_work, check_disk, check_surface_files};
 use crate::record::{RunRecord, SelectionRecord, Timings};
@@ -66,18 +66,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     let plan = deformation.plan();
     let slab = plan.sharing.slab().expect("it works on one slab");
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let n_nodes = plan.mesh.points.len();
-    if slab.slab.n > n_nodes {
-        return Err(Error::input(format!(
-            "there are {} slabs of {}",
-            slab.slab.n,
-            counted(n_nodes, "node")
-        )));
-    }
-    // What `finish` would refuse.
-    before_work(plan, format, &request.fail_on)?;
-    check_surface_files(plan, &request.mesh)?;
-    names_of(plan, format, request)?;
+    check_before(plan, format, request)?;
     let steps = &plan.motion.steps;
     let folder = slab.slab.folder(&request.folder);
     let part = RunSteps::new(None, steps.len())?;
@@ -100,12 +89,7 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     let earlier = earlier.filter(|earlier| identity(earlier, slab.slab.n) == run);
     clear_left(&names.folder);
     if !request.no_space_check {
-        let bytes = (NODE * own.len() + BESIDE) as u64;
-        let demand = Demand {
-            n_steps: (steps.len() - n_kept) as u64,
-            first: bytes,
-            others: bytes,
-        };
+        let demand = demand_of(own.len(), steps.len() - n_kept);
         check_disk(plan, &names.folder, &demand, (0, request.bytes_in_files))?;
     }
     let first_choice = (!request.force).then_some(slab.slab.number);
@@ -164,6 +148,31 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
         n_kept,
         timings: finished.timings,
     })
+}
+
+/// Refuses what `finish` would refuse, and more slabs than nodes.
+fn check_before(plan: &Plan, format: &dyn Format, request: &Request) -> Result<()> {
+    let n_nodes = plan.mesh.points.len();
+    let n = plan.sharing.slab().map_or(1, |slab| slab.slab.n);
+    if n > n_nodes {
+        return Err(Error::input(format!(
+            "there are {n} slabs of {}",
+            counted(n_nodes, "node")
+        )));
+    }
+    before_work(plan, format, &request.fail_on)?;
+    check_surface_files(plan, &request.mesh)?;
+    names_of(plan, format, request).map(drop)
+}
+
+/// The room that the files of some steps take, of a slab with so many nodes.
+fn demand_of(n_nodes: usize, n_steps: usize) -> Demand {
+    let bytes = (NODE * n_nodes + BESIDE) as u64;
+    Demand {
+        n_steps: n_steps as u64,
+        first: bytes,
+        others: bytes,
+    }
 }
 
 /// Refuses inputs that have no hash.

@@ -31,6 +31,16 @@ fn in_parts(folder: &Path, format: &str) {
 }
 
 #[test]
+fn a_format_that_nothing_is_written_in_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["finish", "report"] {
+        let run = azimesh(folder.path(), &[command, "out", "--format", "cgns"]);
+        assert_eq!(run.code, 2, "{run:?}");
+        assert_says(&run.err, &["--format"]);
+    }
+}
+
+#[test]
 fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
     let folder = seven_steps();
     let folder = folder.path();

@@ -1,6 +1,6 @@
 //! Nothing is wrong in silence: what the whole program says and refuses, each with what would be right.
 
-use crate::support::{airfoil, assert_says, azimesh, rewrite, succeed};
+use crate::support::{airfoil, assert_says, azimesh, rewrite, short, succeed};
 use std::fs;
 use std::path::Path;
 
@@ -159,6 +159,27 @@ fn files_that_are_no_mesh_are_named_for_what_they_are() {
             "{run:?}"
         );
     }
+}
+
+#[test]
+fn a_step_that_nobody_asked_for_is_told() {
+    let folder = short();
+    let path = folder.path();
+    let args = ["deform", "n.vtu", "few.toml", "--format", "vtkhdf"];
+    succeed(path, &[&args[..], &["-o", "out"]].concat());
+    let sequence = "out/n.vtkhdf";
+    for args in [
+        &["deform", sequence, "few.toml", "-o", "again"][..],
+        &["check", sequence, "few.toml"],
+    ] {
+        let run = succeed(path, args);
+        let told = run.err.matches("5 steps that it holds").count();
+        assert_eq!(told, 1, "{args:?} {run:?}");
+    }
+    // It says so itself, once.
+    let run = succeed(path, &["convert", sequence, "last.vtu"]);
+    assert_says(&run.err, &["5 meshes"]);
+    assert!(!run.err.contains("5 steps that"), "{run:?}");
 }
 
 #[test]

@@ -289,18 +289,20 @@ impl Run<'_> {
         let Place::File { path, format } = place else {
             return self.sequence(input, &[0.0], place);
         };
-        input.check_step(self.args.step)?;
-        if let (Some(times), None) = (input.times(), self.args.step) {
+        let mut step = self.args.step;
+        input.check_step(step)?;
+        if let (Some(times), None) = (input.times(), step) {
+            step = times.len().checked_sub(1);
             self.tell(format!(
                 "{}: a sequence of {} meshes; only the last is written (--step I chooses another, -o DIR writes all)",
                 input.path().display(),
                 times.len()
             ));
         }
-        if self.by_ranks(input, path, *format)? {
+        if self.by_ranks(input, step, path, *format)? {
             return Ok(());
         }
-        let mesh = self.read(input, self.args.step)?;
+        let mesh = self.read(input, step)?;
         self.save(&mesh, path, *format)
     }
 

@@ -2,6 +2,7 @@
 
 use super::{LISTED, more, quoted};
 use crate::diagnostic::notes::notes;
+use crate::diagnostic::short;
 use crate::error::counted;
 
 notes! {
@@ -68,8 +69,6 @@ NotKept {
     Of { what: &'static str, n: usize, item: &'static str } => (
         "{what} of {} are not kept", counted(*n, item)
     )
-    /// Values at other times.
-    Times { n: usize } => ("the data of {} are not kept", counted(*n, "other time"))
     /// Nodes of a CGNS file, by their label or in words.
     Nodes { what: String, n: usize } => ("{}", nodes_not_kept(what, *n))
     /// Nodes of a CGNS file, by their names.
@@ -140,6 +139,8 @@ Read {
     Spelled { found: &'static str, meant: &'static str } => ("{found}= is read as {meant}=")
     /// Sections of a Gmsh file have no end.
     Unended { sections: Vec<String> } => ("lines that end sections are missing, and the sections are read: {}", sections.join(", "))
+    /// It holds a sequence, and no step was asked for.
+    LastOfSteps { n: usize, last: f64 } => ("of {} that it holds the last is read, at {}", counted(*n, "step"), short(*last))
     /// Zeros follow compressed data.
     ZeroPadding { n: usize } => ("{} behind the compressed data are passed over", counted(*n, "zero"))
     /// `NMARK=` is not the number of markers.

@@ -5,7 +5,7 @@ use super::super::names::text_of;
 use super::super::{Notes, ReadOptions};
 use super::index::Index;
 use super::stream::{Binary, Stream};
-use crate::diagnostic::formats::{ArrayRead, NotKept};
+use crate::diagnostic::formats::ArrayRead;
 use crate::error::{Error, Result};
 use crate::mesh::{DataArray, Mesh, Values};
 
@@ -207,9 +207,6 @@ pub(super) fn add(
 ) -> Result<()> {
     let times = times(data);
     let until = last_time(&times, options.step)?;
-    if times.len() > 1 {
-        notes.push(NotKept::Times { n: times.len() - 1 });
-    }
     let elements = match elements {
         None => Ok(Index::Consecutive {
             first: 1,
