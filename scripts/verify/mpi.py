@@ -110,9 +110,9 @@ def check_rotors(folder):
     small = ["--layers", 4, "--first-cell", 0.01, "--surface-nodes", 1500]
     inertial, rotating = ('frame = "rotating"', 'frame = "inertial"'), ("", "")
     for name, options, change, output in [
-        ("zone", small, inertial, 'format = "cgns"'),
+        ("zone", small, inertial, 'format = "cgns"\nvelocity = true'),
         ("still", ["--layers", 6, *small[2:]], rotating, 'format = "vtu"'),
-        ("bodies", ["--blades", 3, "--nodes", 20_000, "--first-cell", 0.01], inertial, 'format = "vtkhdf"\nprecision = "f32"'),
+        ("bodies", ["--blades", 3, "--nodes", 20_000, "--first-cell", 0.01], inertial, 'format = "vtkhdf"\nprecision = "f32"\nvelocity = true'),
         ("ugrid", ["--blades", 3, "--nodes", 20_000, "--first-cell", 0.01], inertial, 'format = "ugrid-b8"'),
     ]:
         mesh = folder / f"{name}.{'lb8.ugrid' if name == 'ugrid' else 'vtu'}"

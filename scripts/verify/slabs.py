@@ -21,6 +21,7 @@ SEED = 20261125
 CASES = [
     ("hart_ii", "hart_ii", {"step = 15": "step = 60"}),
     ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[rbf]\ninterpolate = \"twist\""}),
+    ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[output]\nvelocity = true\n[rbf]"}),
     ("rotor_sector", "rotor_sector", {}),
     ("rotor_sector", "rotor_sector_sliding", {}),
     ("body_in_duct", "body_in_duct", {}),
@@ -32,11 +33,10 @@ CASES = [
 ]
 # What they need the whole mesh for, and what is told of that.
 WHOLE = [
-    ("naca0012", "naca0012", {"[rbf]": "[output]\nquality = \"cells\"\ndisplacement = true\n[rbf]"}, "arrays of all nodes"),
+    ("naca0012", "naca0012", {"[rbf]": "[output]\nquality = \"cells\"\ndisplacement = true\n[rbf]"}, "arrays of all cells"),
     ("naca0012", "naca0012", {"support_radius = 10.0": "support_radius = 1.5"}, "no solid cells"),
     ("block", "block", {"angle = 60.0": "angle = 170.0"}, "no solid cells"),
     ("block", "block_sliding", {}, "no solid cells"),
-    ("hart_ii", "hart_ii", {"step = 15": "step = 60", "[rbf]": "[output]\nvelocity = true\n[rbf]"}, "arrays of all nodes"),
 ]
 
 

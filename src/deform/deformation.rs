@@ -397,7 +397,7 @@ impl Deformation {
     }
 
     /// Writes to `points` where the motion puts the nodes at a step, without a repair. Those of most nodes may stay `apart`, as
-    /// for [`evaluate`](Self::evaluate); tells whether they do.
+    /// for [`evaluate`](Self::evaluate). Gives whether they do, and the velocities.
     pub(crate) fn place(
         &self,
         interval: &Interval,
@@ -405,12 +405,16 @@ impl Deformation {
         rounding: Rounding,
         apart: bool,
         points: &mut [Vector],
-    ) -> Result<bool> {
+    ) -> Result<Evaluated> {
         let measures = || self.measures();
         let known = apart.then(|| self.known_nodes()).flatten();
         let stepper = self.stepper(interval, (rounding, known), &measures);
         stepper.plain(step, points)?;
-        Ok(stepper.known.is_some())
+        Ok(Evaluated {
+            is_apart: known.is_some(),
+            velocities: stepper.velocities(step, false, points)?,
+            ..Evaluated::default()
+        })
     }
 
     /// The nodes whose positions have to be known here where the others may stay elsewhere; none where all are.
@@ -463,7 +467,7 @@ impl Deformation {
     pub(crate) fn keep(&self, step: &Step, points: &[Vector]) -> Option<Box<dyn Apart>> {
         match &self.plan.sharing {
             Sharing::Ranks(team) => Some(Box::new(team.keep(points))),
-            Sharing::Joined(joined) => Some(Box::new(joined.points(step.index, &self.plan.mesh))),
+            Sharing::Joined(joined) => Some(Box::new(joined.points(step.index, &self.plan))),
             Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => None,
         }
     }

@@ -11,6 +11,7 @@ use crate::progress::Progress;
 use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use crate::rbf::field::{BLOCK, Field};
 use crate::rbf::select::Selection;
+use crate::sparse;
 use std::sync::Arc;
 
 /// Rows whose nodes are moved at once.
@@ -101,7 +102,7 @@ impl<'a> By<'a> {
         }
     }
 
-    /// What slabs do not store: substeps, velocities.
+    /// What slabs do not store: substeps.
     pub fn again(plan: &'a Plan) -> Self {
         plan.team().map_or(Self::Here, Self::Team)
     }
@@ -187,13 +188,36 @@ impl Fields {
         }
     }
 
-    /// Moves all nodes to a step, and writes to `out` where those are of which ranks tell: the others stay with their ranks.
+    /// Writes by how much the nodes move at a step that fields cover, which are some entries of `out`.
+    ///
+    /// # Panics
+    /// Where fields do not lie with this process.
+    pub(super) fn vectors_covered(
+        &self,
+        layers: &[Layer],
+        step: usize,
+        entries: &[u32],
+        out: &mut [Vector],
+    ) {
+        let still = sparse::zeros(out.len(), [0.0; 3]);
+        let state = MeshState {
+            nodes: &still,
+            deforming: Some(entries),
+            surface: &[],
+            facets: &[],
+            rank_places: RankPlaces::Told,
+        };
+        self.displace_covered(layers, step, state, out);
+    }
+
+    /// Moves all nodes to a step, and writes to `out` where those are of which ranks tell: the others stay with their ranks. With
+    /// `from_zero` nothing moves, and what is found is by how much it would.
     ///
     /// # Panics
     /// Where there are no other ranks.
-    pub(super) fn displace_apart(&self, step: usize, out: &mut [Vector]) {
+    pub(super) fn displace_apart(&self, step: usize, from_zero: bool, out: &mut [Vector]) {
         match &self.way {
-            Way::Shared(shared) => shared.move_apart(step, out),
+            Way::Shared(shared) => shared.move_apart(step, from_zero, out),
             Way::Here(_) | Way::Stored => panic!("nodes stay with ranks where there are several"),
         }
     }

@@ -10,7 +10,7 @@ use super::sharing::Sharing;
 use super::slabs::OneSlab;
 use super::sliding;
 use super::substeps::Parts;
-use super::velocity::Velocities;
+use super::velocity::{IntoInertial, Moved, Velocities};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
@@ -23,6 +23,7 @@ use crate::progress::Progress;
 use crate::rbf::correct::Fading;
 use crate::rbf::field::BLOCK;
 use crate::rbf::select::Selection;
+use crate::sparse;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -132,8 +133,7 @@ impl Interval {
             })
             .collect();
         let state = self.reference(match &plan.sharing {
-            Sharing::Ranks(_) => true,
-            Sharing::Joined(_) => plan.velocity.is_none(),
+            Sharing::Ranks(_) | Sharing::Joined(_) => true,
             Sharing::Slab(_) => self.outlined_slab().is_some(),
             Sharing::Alone | Sharing::File(_) => false,
         });
@@ -176,10 +176,48 @@ impl Interval {
         &self.steps
     }
 
-    /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them.
-    pub fn velocities_at(&self, step: &Step, points: &[Vector]) -> Option<Vec<Vector>> {
-        let velocities = self.velocities.as_ref()?;
-        Some(velocities.at(&self.plan, step, points))
+    /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them. Where most nodes are `apart`, so
+    /// are their velocities.
+    ///
+    /// # Errors
+    /// Where slabs have left some that cannot be read.
+    pub fn velocities_at(
+        &self,
+        step: &Step,
+        apart: bool,
+        points: &[Vector],
+    ) -> Result<Option<Vec<Vector>>> {
+        let (plan, n_nodes) = (&*self.plan, points.len());
+        let Some(velocities) = &self.velocities else {
+            return Ok(None);
+        };
+        let mut out = match apart {
+            true => sparse::zeros(n_nodes, [0.0; 3]),
+            false => vec![[0.0; 3]; n_nodes],
+        };
+        match (plan.joined(), apart) {
+            (Some(_), true) => {}
+            (Some(joined), false) => joined.read_velocities(step.index, &mut out)?,
+            (None, true) => velocities.in_rotor_frame(plan, step, Moved::ByRanks, &mut out),
+            (None, false) => velocities.in_rotor_frame(plan, step, Moved::All, &mut out),
+        }
+        if !apart {
+            IntoInertial::turn(plan, step, 0, points, &mut out);
+        }
+        Ok(Some(out))
+    }
+
+    /// Velocities of the nodes of one slab at a step in the frame of the rotor, in the slots of the mesh, where the schedule asks for
+    /// them.
+    pub(super) fn velocities_of_slab(&self, step: &Step) -> Option<Vec<Vector>> {
+        let (plan, velocities) = (&*self.plan, self.velocities.as_ref()?);
+        let n_nodes = plan.mesh.points.len();
+        let (moved, mut out) = match (self.outlined_slab(), &self.rows) {
+            (Some(_), Some(rows)) => (Moved::Entries(rows), sparse::zeros(n_nodes, [0.0; 3])),
+            _ => (Moved::All, vec![[0.0; 3]; n_nodes]),
+        };
+        velocities.in_rotor_frame(plan, step, moved, &mut out);
+        Some(out)
     }
 
     /// The reference mesh, of which the places may be those of an outline alone where nodes are `apart`.
@@ -284,7 +322,7 @@ impl Interval {
                 self.put_at_rest(slab.part(&self.plan.mesh).numbers_in_whole(), out);
                 fields.displace_covered(layers, step, state, out);
             }
-            (None, Some(_)) => fields.displace_apart(step, out),
+            (None, Some(_)) => fields.displace_apart(step, false, out),
             (None, None) => fields.displace(layers, step, state, out),
         }
     }

@@ -151,8 +151,8 @@ impl Apart for MeshFile {
     ) -> Result<Vec<HashedBytes>> {
         let mut out = NumbersFile::new(to, hash_from, &failed)?;
         self.0.by_pieces(|slabs, _| match numbers {
-            Numbers::Displacements(_) => {
-                unreachable!("who asks how far nodes are from rest has moved them")
+            Numbers::Displacements(_) | Numbers::Velocities(_) => {
+                unreachable!("who asks how nodes move has moved them")
             }
             Numbers::Coordinates(wanted) => slabs
                 .each_points(0..slabs.n_nodes, &mut |first, points| {

@@ -147,9 +147,10 @@ impl PeriodicNodes {
 
 impl PeriodicNodes {
     /// Gives every follower the direction that its leader's image has.
-    pub fn follow_directions(&self, out: &mut [Vector]) {
+    pub(super) fn follow_directions(&self, (slots, out): (Slots<'_>, &mut [Vector])) {
         for follower in &self.followers {
-            out[follower.node as usize] = follower.map.turn(out[follower.leader as usize]);
+            let direction = follower.map.turn(out[slots.of(follower.leader)]);
+            out[slots.of(follower.node)] = direction;
         }
     }
 }

@@ -270,7 +270,7 @@ impl Plan {
         let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
         // Of what slabs have stored all is known.
         let all_is_known = self.joined().is_some() || self.moves_by_fields();
-        if !(all_is_known && is_solid && self.velocity.is_none()) {
+        if !(all_is_known && is_solid) {
             return None;
         }
         let mut known = self.surface_and_followers();

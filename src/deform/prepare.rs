@@ -143,8 +143,7 @@ impl Plan {
             };
             self.choices.push(note.into());
         }
-        // Of slabs whoever joins them computes velocities.
-        if self.schedule.output.velocity && self.sharing.slab().is_none() {
+        if self.schedule.output.velocity {
             self.velocity = Some(velocity::layer(self)?);
         }
         Ok(())

@@ -16,7 +16,7 @@ use crate::parallel;
 
 impl Stepper<'_> {
     /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them. `is_repaired` tells
-    /// whether the step lies in a window.
+    /// whether the step was repaired: else most nodes may be apart, with their velocities.
     ///
     /// # Errors
     /// As of the positions of the step and its neighbours.
@@ -26,7 +26,8 @@ impl Stepper<'_> {
         is_repaired: bool,
         points: &[Vector],
     ) -> Result<Option<Vec<Vector>>> {
-        let Some(mut out) = self.interval.velocities_at(step, points) else {
+        let apart = self.known.is_some() && !is_repaired;
+        let Some(mut out) = self.interval.velocities_at(step, apart, points)? else {
             return Ok(None);
         };
         if !is_repaired {

@@ -96,9 +96,8 @@ impl Sharing {
 /// Why an outline is not enough for the steps of a schedule.
 pub(crate) fn run_needs_whole(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
-    let makes_arrays = output.velocity || output.quality == QualityOutput::Cells;
-    makes_arrays
-        .then_some("it makes arrays of all nodes or cells (velocity, or quality = \"cells\")")
+    let makes_arrays = output.quality == QualityOutput::Cells;
+    makes_arrays.then_some("it makes arrays of all cells (quality = \"cells\")")
 }
 
 /// Has the whole mesh, or can read it.

@@ -11,9 +11,12 @@
 use super::fields::{By, Chosen, Fields, MeshState};
 use super::layer::{Free, Layer, Method};
 use super::plan::Plan;
+use super::team::Rates;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, norm};
+use crate::geometry::{Moving, Transform};
+use crate::mesh::Slots;
 use crate::motion::{BodyVelocity, Role, Step};
 use crate::parallel;
 use crate::progress::Silent;
@@ -86,37 +89,86 @@ impl Velocities {
             ..*displacements
         }];
         let layers = std::slice::from_ref(layer);
-        let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(state, layers, &chosen, correct, &Silent, By::again(plan));
+        // Where others have evaluated them there is nothing to correct.
+        let correct = plan.schedule.selection.correction && plan.joined().is_none();
+        let fields = Fields::new(state, layers, &chosen, correct, &Silent, By::of(plan));
         Ok(Self { fields, warning })
     }
 
-    /// Velocities at a step in mesh units a second; `points` are the nodes at that step.
-    pub fn at(&self, plan: &Plan, step: &Step, points: &[Vector]) -> Vec<Vector> {
-        let mut out = vec![[0.0; 3]; points.len()];
+    /// Velocities of the nodes at a step in mesh units a second, in the frame of the rotor.
+    pub fn in_rotor_frame(&self, plan: &Plan, step: &Step, moved: Moved<'_>, out: &mut [Vector]) {
         let layers = plan.velocity.as_slice();
-        self.fields.vectors(layers, step.index, &mut out);
-        if plan.schedule.selection.correction {
-            set_surface_velocities(plan, step, &mut out);
+        match moved {
+            Moved::All => self.fields.vectors(layers, step.index, out),
+            Moved::Entries(entries) => {
+                self.fields
+                    .vectors_covered(layers, step.index, entries, out);
+            }
+            Moved::ByRanks => self.fields.displace_apart(step.index, true, out),
         }
-        plan.periodic.follow_directions(&mut out);
+        let slots = plan.slots(!matches!(moved, Moved::All));
+        if plan.schedule.selection.correction {
+            set_surface_velocities(plan, step, (slots, out));
+        }
+        plan.periodic.follow_directions((slots, out));
         if plan.motion.rotor.in_plane {
-            parallel::update(&mut out, |_, v| v[2] = 0.0);
+            parallel::update(out, |_, v| v[2] = 0.0);
         }
         if let Some(layer) = &plan.one_layer {
-            layer.level_directions(&mut out);
+            layer.level_directions(out);
         }
-        let Some(to_inertial) = plan.motion.to_inertial_moving(step) else {
-            return out;
+        if let (Moved::ByRanks, Some(team)) = (moved, plan.team()) {
+            let bodies = plan.motion.velocities(step);
+            let rates = Rates {
+                bodies: bodies.iter().map(BodyVelocity::rigid).collect(),
+                to_inertial: plan.motion.to_inertial_moving(step),
+            };
+            team.end_velocities(rates, out);
+        }
+    }
+}
+
+/// What of the nodes is moved here.
+#[derive(Clone, Copy)]
+pub(super) enum Moved<'a> {
+    /// All of them.
+    All,
+    /// Those that have these entries among the places of an outline.
+    Entries(&'a [u32]),
+    /// Ranks move theirs, and keep how fast they are but for those that are known here.
+    ByRanks,
+}
+
+/// Turns velocities into the inertial frame.
+#[derive(Clone, Copy)]
+pub(super) struct IntoInertial {
+    to: Moving,
+    back: Transform,
+}
+
+impl IntoInertial {
+    pub fn new(to: Moving) -> Self {
+        let back = to.map.inverse();
+        Self { to, back }
+    }
+
+    /// The velocity of a node that is at `x` there, and has `v` in the frame of the rotor.
+    pub fn at(&self, x: Vector, v: Vector) -> Vector {
+        self.to.velocity(self.back.apply(x), v)
+    }
+
+    /// Turns those of consecutive nodes that deform, from the number of the first on, which are at `points`.
+    pub fn turn(plan: &Plan, step: &Step, first: usize, points: &[Vector], out: &mut [Vector]) {
+        let Some(to) = plan.motion.to_inertial_moving(step) else {
+            return;
         };
+        let by = Self::new(to);
         let inside = plan.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
-        let back = to_inertial.map.inverse();
-        parallel::update(&mut out, |node, v| {
-            if inside.is_none_or(|inside| inside.has(node as u32)) {
-                *v = to_inertial.velocity(back.apply(points[node]), *v);
+        parallel::update(out, |at, v| {
+            if inside.is_none_or(|inside| inside.has((first + at) as u32)) {
+                *v = by.at(points[at], *v);
             }
         });
-        out
     }
 }
 
@@ -159,20 +211,20 @@ fn select_for(
 }
 
 /// Surface nodes with the velocities of the motion itself, fixed ones at rest.
-fn set_surface_velocities(plan: &Plan, step: &Step, out: &mut [Vector]) {
+fn set_surface_velocities(plan: &Plan, step: &Step, (slots, out): (Slots<'_>, &mut [Vector])) {
     let of_bodies = plan.motion.velocities(step);
     let surface = &plan.motion.surface.nodes;
     let exact = parallel::collect(surface.nodes.len(), |at| match surface.roles[at] {
         Role::Moving(body) => {
             let (of_body, node) = (&of_bodies[usize::from(body)], surface.nodes[at]);
-            Some(of_body.velocity(node, plan.mesh.points[node as usize]))
+            Some(of_body.velocity(node, plan.mesh.place(node)))
         }
         Role::Fixed => Some([0.0; 3]),
         Role::Sliding => None,
     });
     for (&node, exact) in surface.nodes.iter().zip(exact) {
         if let Some(v) = exact {
-            out[node as usize] = v;
+            out[slots.of(node)] = v;
         }
     }
 }
@@ -204,8 +256,10 @@ mod tests {
         let step = &plan.motion.steps[0];
         let mut points = plan.mesh.points.clone();
         interval.points_at(step, &mut points).expect("it deforms");
-        let velocities = interval.velocities_at(step, &points);
-        velocities.expect("they are asked for")
+        let velocities = interval.velocities_at(step, false, &points);
+        velocities
+            .expect("they are found")
+            .expect("they are asked for")
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::transform::Transform;
 use super::vector::{Vector, add, cross, scale, sub};
+use serde::{Deserialize, Serialize};
 
 /// A rigid transform at an instant, with the velocity that it gives to the points it places:
 ///
@@ -10,7 +11,7 @@ use super::vector::{Vector, add, cross, scale, sub};
 /// ```
 ///
 /// for a point at `x` that itself moves with `v`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Moving {
     /// The transform at the instant.
     pub map: Transform,
@@ -66,6 +67,11 @@ impl Moving {
     pub fn velocity(&self, x: Vector, v: Vector) -> Vector {
         let turned = cross(self.omega, self.map.apply(x));
         add(self.map.turn(v), add(turned, self.shift))
+    }
+
+    /// Where a point goes that is at `x` and moves with `v`, and its velocity there.
+    pub fn carry(&self, (x, v): (Vector, Vector)) -> (Vector, Vector) {
+        (self.map.apply(x), self.velocity(x, v))
     }
 }
 

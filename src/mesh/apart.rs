@@ -37,6 +37,8 @@ pub enum Numbers {
     Coordinates(Coordinates),
     /// How far all nodes are from where they are at rest, as coordinates.
     Displacements(Coordinates),
+    /// How fast all nodes are, as coordinates.
+    Velocities(Coordinates),
     /// The nodes of some cells.
     Nodes(NodesOfCells),
 }

@@ -49,6 +49,8 @@ pub struct PointsApart<'a> {
     pub by: &'a dyn Apart,
     /// The name of the array at the nodes that says how far they are from where they are at rest, which is elsewhere too.
     pub displacement: Option<&'a str>,
+    /// The same of the array that says how fast they are.
+    pub velocity: Option<&'a str>,
 }
 
 impl Mesh {
@@ -68,6 +70,7 @@ impl Mesh {
             points_apart: apart.map(|by| PointsApart {
                 by,
                 displacement: None,
+                velocity: None,
             }),
             cells_apart: apart,
         }
@@ -110,10 +113,16 @@ impl<'a> MeshView<'a> {
         array: &DataArray,
         component: Option<usize>,
     ) -> Option<NumbersApart<'a>> {
-        let is_one = self.points_apart?.displacement == Some(&*array.name)
-            && (self.point_arrays.iter()).any(|of_nodes| std::ptr::eq(*of_nodes, array));
+        let apart = self.points_apart?;
+        let of: fn(Coordinates) -> Numbers = match Some(&*array.name) {
+            name if name == apart.displacement => Numbers::Displacements,
+            name if name == apart.velocity => Numbers::Velocities,
+            _ => return None,
+        };
+        let mut of_nodes = self.point_arrays.iter();
+        let is_one = of_nodes.any(|of_nodes| std::ptr::eq(*of_nodes, array));
         let numbers = Coordinates::new(component, false);
-        is_one.then(|| self.of_nodes_apart(numbers, Numbers::Displacements))?
+        is_one.then(|| self.of_nodes_apart(numbers, of))?
     }
 
     fn of_nodes_apart(

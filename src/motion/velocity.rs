@@ -25,9 +25,17 @@ impl BodyVelocity<'_> {
                     continue;
                 }
             };
-            velocity = moving.velocity(place, velocity);
-            place = moving.map.apply(place);
+            (place, velocity) = moving.carry((place, velocity));
         }
         velocity
+    }
+
+    /// What a rigid body does, one transform after another; none where its points move in different ways.
+    pub fn rigid(&self) -> Option<Vec<Moving>> {
+        let of_link = |link: &Link<'_, Moving>| match link {
+            Link::Rigid(moving) => Some(*moving),
+            Link::Sections(_) | Link::Nodes(_) => None,
+        };
+        self.links.iter().map(of_link).collect()
     }
 }

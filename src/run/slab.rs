@@ -23,9 +23,9 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Bytes of a node in the file of a step.
-const NODE: usize = 24;
-/// Bytes beside the nodes, about.
+/// Bytes of a vector in the file of a step.
+const VECTOR: usize = 24;
+/// Bytes beside the vectors, about.
 const BESIDE: usize = 1 << 20;
 
 /// What the work on a slab came to.
@@ -89,7 +89,8 @@ pub fn run_slab(deformation: &Deformation, request: &Request) -> Result<Finished
     let earlier = earlier.filter(|earlier| identity(earlier, slab.slab.n) == run);
     clear_left(&names.folder);
     if !request.no_space_check {
-        let demand = demand_of(own.len(), steps.len() - n_kept);
+        let n_vectors = own.len() * if plan.schedule.output.velocity { 2 } else { 1 };
+        let demand = demand_of(n_vectors, steps.len() - n_kept);
         check_disk(plan, &names.folder, &demand, (0, request.bytes_in_files))?;
     }
     let first_choice = (!request.force).then_some(slab.slab.number);
@@ -165,9 +166,9 @@ fn check_before(plan: &Plan, format: &dyn Format, request: &Request) -> Result<(
     names_of(plan, format, request).map(drop)
 }
 
-/// The room that the files of some steps take, of a slab with so many nodes.
-fn demand_of(n_nodes: usize, n_steps: usize) -> Demand {
-    let bytes = (NODE * n_nodes + BESIDE) as u64;
+/// The room that the files of some steps take, with so many vectors at the nodes of a slab.
+fn demand_of(n_vectors: usize, n_steps: usize) -> Demand {
+    let bytes = (VECTOR * n_vectors + BESIDE) as u64;
     Demand {
         n_steps: n_steps as u64,
         first: bytes,

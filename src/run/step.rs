@@ -13,6 +13,9 @@ use crate::quality::{Assessment, Extreme};
 use crate::record::Row;
 use crate::sparse;
 
+/// The array of velocities.
+const VELOCITY: &str = "Velocity";
+
 /// A step that is computed and waits to be written.
 #[derive(Default)]
 pub(super) struct Computed {
@@ -52,11 +55,7 @@ pub(super) fn recompute(
     let deformation = base_points.deformation;
     let rounding = rounding(deformation.plan())?;
     Ok(Computed {
-        found: Evaluated {
-            is_apart: deformation.place(&interval, step, rounding, apart, points)?,
-            velocities: interval.velocities_at(step, points),
-            ..Evaluated::default()
-        },
+        found: deformation.place(&interval, step, rounding, apart, points)?,
         seconds: 0.0,
     })
 }
@@ -74,7 +73,7 @@ pub(super) fn rounding(plan: &Plan) -> Result<Rounding> {
 pub(super) struct StepArrays {
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
-    /// Whether the displacement is made, and stays where the positions are.
+    /// Whether displacements and velocities stay where the positions are.
     is_apart: bool,
     /// Whether an array of the mesh that is called like the displacement is none of this run.
     hides_other: bool,
@@ -88,7 +87,7 @@ impl StepArrays {
             DataArray::tuples(name, 3, Values::F64(values.into_flattened()))
         };
         let velocities = found.velocities.take();
-        let velocities = velocities.map(|values| vectors("Velocity", values));
+        let velocities = velocities.map(|values| vectors(VELOCITY, values));
         let displacement = match found.is_apart {
             false => displacement(plan, points, plan.points()),
             true => plan.schedule.output.displacement.then(|| {
@@ -102,7 +101,7 @@ impl StepArrays {
                 QualityOutput::Cells => deformation.measures().arrays(plan, points),
                 QualityOutput::Summary | QualityOutput::None => Vec::new(),
             },
-            is_apart: found.is_apart && plan.schedule.output.displacement,
+            is_apart: found.is_apart,
             hides_other: false,
         }
     }
@@ -123,9 +122,14 @@ impl StepArrays {
         points: &'a [Vector],
         apart: Option<&'a dyn Apart>,
     ) -> MeshView<'a> {
+        let made = |name| {
+            let is_made = self.at_points.iter().any(|array| array.name == name);
+            (self.is_apart && is_made).then_some(name)
+        };
         let apart = apart.map(|by| PointsApart {
             by,
-            displacement: self.is_apart.then_some(DISPLACEMENT),
+            displacement: made(DISPLACEMENT),
+            velocity: made(VELOCITY),
         });
         let mut view = mesh.view().with_points(points).with_points_apart(apart);
         if self.hides_other {

@@ -99,10 +99,16 @@ fn slabs_joined_are_the_files_of_one_run() {
 }
 
 #[test]
-fn displacements_are_those_of_one_run() {
+fn displacements_and_velocities_are_those_of_one_run() {
     let folder = blade();
     let path = folder.path();
-    let output = [("[rbf]", "[output]\ndisplacement = true\n[rbf]")];
+    let output = [
+        (
+            "[rbf]",
+            "[output]\ndisplacement = true\nvelocity = true\n[rbf]",
+        ),
+        ("frame = \"rotating\"", "rpm = 300.0\nframe = \"inertial\""),
+    ];
     rewrite(path, "b.toml", "b.toml", &output);
     // Of the SU2 file each process has the whole mesh.
     succeed(path, &["-q", "convert", "b.vtkhdf", "b.su2"]);

@@ -3,6 +3,7 @@
 use super::super::mesh_file::MeshFile;
 use super::super::numbers_file::{NumbersFile, failed};
 use super::super::plan::Plan;
+use super::super::velocity::IntoInertial;
 use super::SlabOf;
 use super::stored::{StoredStep, ToldOfStep};
 use crate::error::{Error, Result};
@@ -138,13 +139,30 @@ impl Joined {
         SlabOf::all(self.n).map(move |slab| self.open(slab, step))
     }
 
-    /// The positions at a step of a mesh or of its outline, from where they are written.
-    pub(crate) fn points(self: &Arc<Self>, step: usize, mesh: &Arc<Mesh>) -> StoredPoints {
+    /// The positions at a step of a plan, from where they are written.
+    pub(crate) fn points(self: &Arc<Self>, step: usize, plan: &Arc<Plan>) -> StoredPoints {
         StoredPoints {
             by: Arc::clone(self),
             step,
-            mesh: Arc::clone(mesh),
+            plan: Arc::clone(plan),
         }
+    }
+
+    /// Reads the velocities of all nodes at a step, in the frame of the rotor.
+    ///
+    /// # Errors
+    /// Where a file cannot be read or is damaged, or has none.
+    pub(crate) fn read_velocities(&self, step: usize, out: &mut [Vector]) -> Result<()> {
+        self.pass(step, true, &mut |first, _, velocities| {
+            out[first..first + velocities.len()].copy_from_slice(velocities);
+            Ok(())
+        })
+    }
+
+    /// Passes what slabs have left of a step.
+    fn pass(&self, step: usize, velocities: bool, act: &mut Act<'_>) -> Result<()> {
+        self.steps(step)
+            .try_for_each(|stored| stored?.pass_both(velocities, act))
     }
 
     fn told(&self) -> MutexGuard<'_, (usize, Vec<ToldOfStep>)> {
@@ -263,15 +281,24 @@ fn read_some(
     Ok(())
 }
 
-/// What is done with some nodes, from the number of the first on.
-type Act<'a> = dyn FnMut(usize, &[Vector]) -> Result<()> + 'a;
+/// What is done with places of some nodes and with their velocities, from the number of the first on.
+type Act<'a> = dyn FnMut(usize, &[Vector], &[Vector]) -> Result<()> + 'a;
 
 /// Where the nodes are at a step.
-#[derive(Debug)]
 pub(crate) struct StoredPoints {
     by: Arc<Joined>,
     step: usize,
-    mesh: Arc<Mesh>,
+    plan: Arc<Plan>,
+}
+
+impl std::fmt::Debug for StoredPoints {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "positions of step {} with {} slabs",
+            self.step, self.by.n
+        )
+    }
 }
 
 impl Apart for StoredPoints {
@@ -283,18 +310,24 @@ impl Apart for StoredPoints {
     ) -> Result<Vec<HashedBytes>> {
         let file = self.by.file.as_deref();
         let mut out = NumbersFile::new(to, hash_from, &failed)?;
-        let pass = |act: &mut Act<'_>| -> Result<()> {
-            self.by
-                .steps(self.step)
-                .try_for_each(|stored| stored?.pass(act))
-        };
+        let pass = |act: &mut Act<'_>| self.by.pass(self.step, false, act);
         match numbers {
             Numbers::Nodes(_) => {
                 let file = file.expect("cells are apart where there is the outline of a mesh");
                 return file.write(to, numbers, hash_from);
             }
             Numbers::Coordinates(wanted) => {
-                pass(&mut |first, points| out.points(points, first, *wanted))?;
+                pass(&mut |first, points, _| out.points(points, first, *wanted))?;
+            }
+            Numbers::Velocities(wanted) => {
+                let (plan, steps) = (&*self.plan, &self.plan.motion.steps);
+                self.by
+                    .pass(self.step, true, &mut |first, points, velocities| {
+                        let mut velocities = velocities.to_vec();
+                        let step = &steps[self.step];
+                        IntoInertial::turn(plan, step, first, points, &mut velocities);
+                        out.points(&velocities, first, *wanted)
+                    })?;
             }
             Numbers::Displacements(wanted) => {
                 let mut take = |first, points: &[Vector], rest: &[Vector]| {
@@ -303,10 +336,11 @@ impl Apart for StoredPoints {
                 };
                 match file {
                     None => {
-                        pass(&mut |first, points| take(first, points, &self.mesh.points[first..]))
+                        let rest = &self.plan.mesh.points;
+                        pass(&mut |first, points, _| take(first, points, &rest[first..]))
                     }
                     Some(file) => file.file().by_pieces(|slabs, _| {
-                        pass(&mut |first, points| {
+                        pass(&mut |first, points, _| {
                             let rest = (slabs.points)(first..first + points.len())?;
                             take(first, points, &rest)
                         })

@@ -128,8 +128,11 @@ impl OneSlab {
             true => 0,
             false => slots.of(own.start as u32),
         };
+        let velocities = interval.velocities_of_slab(step);
+        let of_own = |all: &[Vector]| all[first..first + own.len()].to_vec();
+        let velocities = velocities.map(|all| of_own(&all));
         let places = &points[first..first + own.len()];
-        StoredStep::save(left, moved, own, places, told)
+        StoredStep::save(left, moved, own, (places, velocities.as_deref()), told)
     }
 
     /// What its cells are like with the nodes at `points`.

@@ -1,12 +1,13 @@
 //! Files in which slabs leave steps.
 //!
 //! ```text
-//! "azimesh slab 2\n", a zero byte
+//! "azimesh slab 3\n", a zero byte
 //! length of the head (8 bytes), the head (by postcard), its hash (32 bytes)
 //! coordinates of the own nodes: three numbers of 64 bits each
+//! velocities of the own nodes in the frame of the rotor, where they are asked for, likewise
 //! ```
 //!
-//! Numbers are little-endian; hashes are BLAKE3. The head has the hash of the coordinates.
+//! Numbers are little-endian; hashes are BLAKE3. The head has the hashes of the coordinates and of the velocities.
 
 use crate::error::{Error, Result};
 use crate::formats::{Commit, OutputSet};
@@ -18,7 +19,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-const MAGIC: &[u8; 16] = b"azimesh slab 2\n\0";
+const MAGIC: &[u8; 16] = b"azimesh slab 3\n\0";
 /// Bytes of a node.
 const NODE: u64 = 24;
 /// Bytes of a hash.
@@ -55,6 +56,7 @@ struct Head {
     moved: Moved,
     nodes: Range<usize>,
     coordinates: [u8; 32],
+    velocities: Option<[u8; 32]>,
     /// The kind of processor that has computed it.
     processor: String,
     told: ToldOfStep,
@@ -90,18 +92,20 @@ impl StoredStep {
         &Left { path, commit, run }: &Left<'_>,
         moved: Moved,
         nodes: Range<usize>,
-        points: &[Vector],
+        (points, velocities): (&[Vector], Option<&[Vector]>),
         told: ToldOfStep,
     ) -> Result<()> {
-        let bytes: &[u8] = bytemuck::cast_slice(points);
+        let hash = |vectors: &[Vector]| {
+            let mut hasher = blake3::Hasher::new();
+            let hasher = hasher.update_rayon(bytemuck::cast_slice(vectors));
+            *hasher.finalize().as_bytes()
+        };
         let head = Head {
             run,
             moved,
             nodes,
-            coordinates: *blake3::Hasher::new()
-                .update_rayon(bytes)
-                .finalize()
-                .as_bytes(),
+            coordinates: hash(points),
+            velocities: velocities.map(hash),
             processor: processor::kind().to_owned(),
             told,
         };
@@ -110,7 +114,9 @@ impl StoredStep {
         out.main(|out| {
             let length = (head.len() as u64).to_le_bytes();
             let hash = blake3::hash(&head);
-            let parts: [&[u8]; 5] = [MAGIC, &length, &head, hash.as_bytes(), bytes];
+            let [points, velocities] =
+                [points, velocities.unwrap_or_default()].map(bytemuck::cast_slice);
+            let parts: [&[u8]; 6] = [MAGIC, &length, &head, hash.as_bytes(), points, velocities];
             let mut parts = parts.into_iter();
             let written = parts.try_for_each(|part| out.write_all(part));
             written.map_err(|error| Error::io(path, &error))
@@ -143,8 +149,8 @@ impl StoredStep {
             return Err(wrong());
         }
         let head: Head = postcard::from_bytes(&head).map_err(|_| wrong())?;
-        let n_points = head.nodes.len() as u64;
-        match n_points.checked_mul(NODE) == Some(n_bytes - at) {
+        let n_vectors = head.nodes.len() as u64 * if head.velocities.is_some() { 2 } else { 1 };
+        match n_vectors.checked_mul(NODE) == Some(n_bytes - at) {
             true => Ok(Self {
                 path: path.to_path_buf(),
                 file,
@@ -192,8 +198,13 @@ impl StoredStep {
 
     /// Reads where consecutive nodes are, by their numbers in the whole mesh.
     pub(super) fn read(&mut self, nodes: Range<usize>, points: &mut [Vector]) -> Result<()> {
-        let at = self.at + (nodes.start - self.head.nodes.start) as u64 * NODE;
-        let bytes = bytemuck::cast_slice_mut(&mut points[..nodes.len()]);
+        self.read_at(self.at, nodes, points)
+    }
+
+    /// Reads vectors of consecutive nodes; those of all own ones begin at a byte of the file.
+    fn read_at(&mut self, at: u64, nodes: Range<usize>, out: &mut [Vector]) -> Result<()> {
+        let at = at + (nodes.start - self.head.nodes.start) as u64 * NODE;
+        let bytes = bytemuck::cast_slice_mut(&mut out[..nodes.len()]);
         let read = (self.file.seek(SeekFrom::Start(at))).and_then(|_| self.file.read_exact(bytes));
         read.map_err(|error| Error::io(&self.path, &error))
     }
@@ -206,28 +217,53 @@ impl StoredStep {
         &mut self,
         act: &mut dyn FnMut(usize, &[Vector]) -> Result<()>,
     ) -> Result<()> {
+        self.pass_both(false, &mut |first, points, _| act(first, points))
+    }
+
+    /// The same with the velocities, where they are `wanted`.
+    pub(super) fn pass_both(
+        &mut self,
+        wanted: bool,
+        act: &mut dyn FnMut(usize, &[Vector], &[Vector]) -> Result<()>,
+    ) -> Result<()> {
+        if wanted && self.head.velocities.is_none() {
+            return Err(self.wrong("this step of a slab has no velocities"));
+        }
         let nodes = self.nodes();
-        let mut points = vec![[0.0; 3]; NODES.min(nodes.len())];
-        let mut hasher = blake3::Hasher::new();
+        let room = || vec![[0.0; 3]; NODES.min(nodes.len())];
+        let hash_of_velocities = self.head.velocities.filter(|_| wanted);
+        let (mut points, mut velocities) = (room(), hash_of_velocities.map(|_| room()));
+        let (mut hasher, mut second) = (blake3::Hasher::new(), blake3::Hasher::new());
+        let after = self.at + nodes.len() as u64 * NODE;
         for start in nodes.clone().step_by(NODES) {
             let some = start..nodes.end.min(start + NODES);
             let points = &mut points[..some.len()];
-            self.read(some, points)?;
+            self.read(some.clone(), points)?;
             hasher.update_rayon(bytemuck::cast_slice(points));
-            act(start, points)?;
+            let velocities = match &mut velocities {
+                None => &mut [],
+                Some(velocities) => &mut velocities[..some.len()],
+            };
+            if !velocities.is_empty() {
+                self.read_at(after, some, velocities)?;
+                second.update_rayon(bytemuck::cast_slice(velocities));
+            }
+            act(start, points, velocities)?;
         }
-        match *hasher.finalize().as_bytes() == self.head.coordinates {
+        let is = |hasher: blake3::Hasher, wanted| *hasher.finalize().as_bytes() == wanted;
+        let are_same = hash_of_velocities.is_none_or(|wanted| is(second, wanted));
+        match is(hasher, self.head.coordinates) && are_same {
             true => Ok(()),
             false => Err(damaged(&self.path)),
         }
     }
 
-    /// Checks the coordinates.
+    /// Checks the coordinates and the velocities.
     ///
     /// # Errors
     /// Where they are not what was written.
     pub fn check(&mut self) -> Result<()> {
-        self.pass(&mut |_, _| Ok(()))
+        self.pass_both(self.head.velocities.is_some(), &mut |_, _, _| Ok(()))
     }
 }
 
@@ -258,7 +294,9 @@ mod tests {
             base: [5; 32],
             selection_error: 0.5,
         };
-        StoredStep::save(&left, moved, 256..556, &points, told.clone()).expect("it is new");
+        let velocities: Vec<Vector> = points.iter().map(|x| x.map(|x| 2.0 - x)).collect();
+        let vectors = (&points[..], Some(&velocities[..]));
+        StoredStep::save(&left, moved, 256..556, vectors, told.clone()).expect("it is new");
         (path, points, told)
     }
 
@@ -278,9 +316,11 @@ mod tests {
         assert_eq!(some, points[44..53]);
         let mut all = Vec::new();
         found
-            .pass(&mut |first, points| {
+            .pass_both(true, &mut |first, points, velocities| {
                 assert_eq!(first, 256 + all.len());
                 all.extend_from_slice(points);
+                let wanted = points.iter().map(|x| x.map(|x| 2.0 - x));
+                assert!(wanted.eq(velocities.iter().copied()));
                 Ok(())
             })
             .expect("it is whole");

@@ -41,6 +41,8 @@ pub(super) struct WriteTask {
 #[derive(Default)]
 pub(super) struct Kept {
     points: Vec<Vector>,
+    /// How fast the nodes are, where that is asked for.
+    velocities: Vec<Vector>,
     /// Files that are being synced to the disk.
     syncing: Vec<JoinHandle<io::Result<()>>>,
 }
@@ -112,16 +114,20 @@ pub(super) fn share_wanted(of_first: Option<(usize, &[u32])>, ranks: &Ranks) -> 
 }
 
 impl SharedFields {
-    /// Moves all nodes to a step, and writes to `out`, in the slots of the mesh, where those are of which this rank is told.
-    pub fn move_apart(&self, step: usize, out: &mut [Vector]) {
+    /// Moves all nodes to a step, and writes to `out`, in the slots of the mesh, where those are of which this rank is told; with
+    /// `from_zero` nothing moves, and it is how fast they are.
+    pub fn move_apart(&self, step: usize, from_zero: bool, out: &mut [Vector]) {
         let (team, mut state) = (&self.team, self.team.state());
         team.order(Order::Move {
             id: self.id,
             step,
-            from_zero: false,
+            from_zero,
             stays: true,
         });
-        state.moves();
+        if !from_zero {
+            state.moves();
+            state.are_apart = true;
+        }
         let n_ranks = team.ranks.n();
         let State { work, told, .. } = &mut *state;
         let mut places = vec![[0.0; 3]; told.len()];
@@ -129,9 +135,8 @@ impl SharedFields {
         let own = &mut parts[0];
         let take = |told: &[Vector]| own.copy_from_slice(told);
         team.ranks
-            .together(|| work.move_to((self.id, step, false), true, take));
+            .together(|| work.move_to((self.id, step, from_zero), true, take));
         team.ranks.receive_parts(&mut parts);
-        state.are_apart = true;
         for (&node, place) in state.told.iter().zip(places) {
             out[state.slots().of(node)] = place;
         }
@@ -236,6 +241,7 @@ impl Work {
         kept.clear();
         kept.extend_from_slice(self.own_places());
         self.kept.points = kept;
+        self.kept.velocities = self.take_own_velocities();
     }
 
     /// Writes numbers of the own nodes or of the own cells.
@@ -252,6 +258,7 @@ impl Work {
                 let moved = parallel::collect(places.len(), |i| sub(places[i], rest[i]));
                 out.points(&moved, first, *numbers)?;
             }
+            Numbers::Velocities(numbers) => out.points(&self.kept.velocities, first, *numbers)?,
             Numbers::Nodes(wanted) => out.piece(n_bytes as usize, |take| {
                 write_nodes(self.cells_to_write(), wanted, take)
             })?,
@@ -269,7 +276,9 @@ impl Work {
     /// Where the numbers of this rank begin among those of all, in bytes, and how many bytes they are.
     fn place_in_file(&self, numbers: &Numbers, at_rest: bool, ranks: &Ranks) -> (u64, u64) {
         match numbers {
-            Numbers::Coordinates(numbers) | Numbers::Displacements(numbers) => {
+            Numbers::Coordinates(numbers)
+            | Numbers::Displacements(numbers)
+            | Numbers::Velocities(numbers) => {
                 let n = self.written_points(at_rest).len();
                 let bytes = |n: usize| (n * numbers.size()) as u64;
                 (bytes(self.first_own()), bytes(n))

@@ -49,7 +49,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 pub(in crate::deform) use work::cells_among;
 use work::{BlockHash, Work, hash, hashes};
 
-pub(crate) use placing::{Maps, Placing};
+pub(crate) use placing::{Maps, Placing, Rates};
 pub use serve::{dismiss, serve};
 use serve::{evaluate, nodes_alone, part_of_file, take_part};
 
@@ -389,17 +389,31 @@ impl Team {
             return;
         }
         self.order(Order::PlaceApart);
+        let own = self.tell_apart(state, points);
+        state.work.take_told(&own);
+    }
+
+    /// Ends what nodes are as fast as at a step on all ranks, from the velocities that are known here.
+    pub(crate) fn end_velocities(&self, rates: Rates, velocities: &[Vector]) {
+        let mut state = self.state();
+        self.order(Order::EndVelocities(rates.clone()));
+        let own = self.tell_apart(&state, velocities);
+        state.work.end_velocities(&rates, &own);
+    }
+
+    /// Tells each rank what is known here of the nodes of which this rank tells; gives what is of its own.
+    fn tell_apart(&self, state: &State, of_nodes: &[Vector]) -> Vec<Vector> {
         let slots = state.slots();
         let apart = &state.apart;
         let place = |rank: usize, places: &mut [Vector]| {
             for (&node, x) in apart[rank].iter().zip(places) {
-                *x = points[slots.of(node)];
+                *x = of_nodes[slots.of(node)];
             }
         };
         let lengths: Vec<usize> = apart.iter().map(Vec::len).collect();
         let mut own = vec![[0.0; 3]; lengths[0]];
         self.ranks.scatter_into(&place, &mut own, &lengths);
-        state.work.take_told(&own);
+        own
     }
 
     /// Tells each rank where nodes are that it has elsewhere. Gives how many blocks of them other ranks had.

@@ -1,7 +1,7 @@
 //! What the first rank tells the others.
 
 use super::kept::WriteTask;
-use super::placing::Maps;
+use super::placing::{Maps, Rates};
 use super::sweeps::SweepOrder;
 use crate::deform::fields::Chosen;
 use crate::deform::layer::{Layer, LayerKind};
@@ -21,12 +21,13 @@ pub(super) enum Order {
     Select(SweepOrder),
     /// Evaluate fields at all nodes.
     Evaluate { id: usize, task: Box<Task> },
-    /// Move the nodes to a step, and tell where the own ones are that deform; with `from_zero` by how much they move.
+    /// Move the nodes to a step, and tell where the own ones are that deform; with `from_zero` by how much they move, or how fast they
+    /// are.
     Move {
         id: usize,
         step: usize,
         from_zero: bool,
-        /// Whether the own nodes stay with the rank, which tells of some.
+        /// Whether what is found of the own nodes stays with the rank, which tells of some.
         stays: bool,
     },
     /// Add what fades in from the surface to where nodes are; the boxes are around all nodes to which something is added.
@@ -55,6 +56,8 @@ pub(super) enum Order {
     Numbers,
     /// End the move to a step, with places rounded.
     EndMove { maps: Maps, rounding: Rounding },
+    /// Set the velocities of nodes that are not as fast as fields say; the first rank tells of some.
+    EndVelocities(Rates),
     /// Take the places of nodes of which the first rank tells.
     PlaceApart,
     /// Take the places that other nodes of the part have on the first rank, where they are others.
@@ -132,7 +135,9 @@ impl Order {
             | Self::Share { .. }
             | Self::TakeNodes { .. }
             | Self::Numbers => "parts",
-            Self::EndMove { .. } | Self::PlaceApart | Self::PlaceRest => "places",
+            Self::EndMove { .. } | Self::EndVelocities(_) | Self::PlaceApart | Self::PlaceRest => {
+                "places"
+            }
             Self::Divide | Self::Keep | Self::Write(_) | Self::Settle => "writing",
             Self::Cells | Self::Faces | Self::Walls => "quality",
         }

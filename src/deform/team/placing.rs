@@ -2,8 +2,8 @@
 //! of the others the first rank tells it one by one.
 
 use super::nodes::OfNodes;
-use crate::geometry::Transform;
 use crate::geometry::vector::Vector;
+use crate::geometry::{Moving, Transform};
 use crate::mesh::{CellSet, among, among_by, node_slab};
 use crate::parallel;
 use crate::ranks::Ranks;
@@ -37,6 +37,15 @@ pub(crate) struct Maps {
     pub to_inertial: Option<Transform>,
     /// Whether each node keeps its z.
     pub in_plane: bool,
+}
+
+/// How nodes move at a step that are not as fast as fields say, and what turns all of them.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Rates {
+    /// What each rigid body does, one transform after another; none of others.
+    pub bodies: Vec<Option<Vec<Moving>>>,
+    /// Turns nodes that deform.
+    pub to_inertial: Option<Moving>,
 }
 
 /// Some nodes of a rank, by their place there, ascending, that are not where fields move them.
@@ -167,6 +176,27 @@ impl Apart {
         if maps.in_plane {
             parallel::update(points, |at, x| x[2] = rest[at][2]);
         }
+    }
+
+    /// Sets velocities in the frame of the rotor of nodes that are at `rest` in the reference mesh: those of nodes that the rank
+    /// places, and of those of which the first rank has `told`.
+    pub fn set_velocities(
+        &self,
+        rates: &Rates,
+        told: &[Vector],
+        rest: &[Vector],
+        out: &mut [Vector],
+    ) {
+        for (&at, &body) in self.placed.iter().zip(&self.bodies) {
+            let links = match body {
+                AT_REST => None,
+                body => rates.bodies[usize::from(body)].as_ref(),
+            };
+            let still = (rest[at as usize], [0.0; 3]);
+            let moving = links.into_iter().flatten();
+            out[at as usize] = moving.fold(still, |state, link| link.carry(state)).1;
+        }
+        self.take(told, out);
     }
 
     /// Puts nodes where the first rank says.

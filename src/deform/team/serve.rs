@@ -72,6 +72,11 @@ pub fn serve(ranks: &Ranks) {
             }
             Order::Numbers => drop(ranks.gather(work.numbers())),
             Order::EndMove { maps, rounding } => work.end_move(&maps, rounding),
+            Order::EndVelocities(rates) => {
+                let mut told = vec![[0.0; 3]; work.nodes.apart.told.len()];
+                ranks.scatter_into(&nothing, &mut told, &[]);
+                work.end_velocities(&rates, &told);
+            }
             Order::PlaceApart => {
                 let mut places = vec![[0.0; 3]; work.nodes.apart.told.len()];
                 ranks.scatter_into(&nothing, &mut places, &[]);

@@ -3,11 +3,12 @@
 use super::kept::Kept;
 use super::nodes::Nodes;
 use super::order::{Changed, LayerTask, RowsFrom};
-use super::placing::Maps;
+use super::placing::{Maps, Rates};
 use super::shared_correction::{Corrected, Moved};
 use crate::deform::fields::{Chosen, Fields, MeshState, RankPlaces};
 use crate::deform::layer::Layer;
 use crate::deform::step_memory::Rounding;
+use crate::deform::velocity::IntoInertial;
 use crate::deform::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
 use crate::mesh::{Mesh, among, node_slab};
@@ -48,6 +49,10 @@ pub(super) struct Work {
     moved: Option<Arc<[u32]>>,
     /// Which fields have moved them.
     moved_by: usize,
+    /// How fast the nodes are at that step, in the frame of the rotor, where that stays here.
+    velocities: Vec<Vector>,
+    /// What turns these into the inertial frame.
+    to_inertial: Option<IntoInertial>,
     pub(super) kept: Kept,
 }
 
@@ -259,7 +264,8 @@ impl Work {
     }
 
     /// Moves the nodes to a step by fields, and gives `take` the own ones that deform; where they `stay` only those of which the
-    /// first rank is told. With `from_zero` the nodes stay where they are, and what is given is by how much they would move.
+    /// first rank is told. With `from_zero` the nodes stay where they are, and what is given is by how much they would move: where
+    /// that stays, it is how fast they are.
     pub fn move_to(
         &mut self,
         (id, step, from_zero): (usize, usize, bool),
@@ -281,12 +287,50 @@ impl Work {
             (false, Some(nodes)) => take(&picked(&places, among(nodes, &own))),
             (true, _) => take(&picked(here, &self.wanted)),
         }
-        if !from_zero {
-            self.stays = stay;
-            self.moved.clone_from(&fields.deforming);
-            self.moved_by = id;
-            self.nodes.places = places;
+        match (from_zero, stay) {
+            (false, _) => {
+                self.stays = stay;
+                self.moved.clone_from(&fields.deforming);
+                self.moved_by = id;
+                self.nodes.places = places;
+            }
+            (true, true) => self.velocities = places,
+            (true, false) => {}
         }
+    }
+
+    /// Ends what nodes are as fast as at a step, where that stays here; the first rank has `told` of some.
+    pub fn end_velocities(&mut self, rates: &Rates, told: &[Vector]) {
+        let mut velocities = std::mem::take(&mut self.velocities);
+        let (apart, rest) = (&self.nodes.apart, self.nodes.rest(self.mesh()));
+        apart.set_velocities(rates, told, rest, &mut velocities);
+        self.velocities = velocities;
+        self.to_inertial = rates.to_inertial.map(IntoInertial::new);
+    }
+
+    /// How fast the own nodes are at the step that they have moved to, where they are at its end; nothing where nobody asks for it.
+    pub fn take_own_velocities(&mut self) -> Vec<Vector> {
+        let mut velocities = std::mem::take(&mut self.velocities);
+        if velocities.is_empty() {
+            return velocities;
+        }
+        let own = self.own();
+        velocities.truncate(own.end);
+        velocities.drain(..own.start);
+        if let Some(to_inertial) = self.to_inertial.take() {
+            let places = self.own_places();
+            let turn = |i: usize, v: &mut Vector| *v = to_inertial.at(places[i], *v);
+            match self.nodes.deforming.as_deref() {
+                None => parallel::update(&mut velocities, turn),
+                Some(nodes) => {
+                    for &at in among(nodes, &own) {
+                        let i = at as usize - own.start;
+                        turn(i, &mut velocities[i]);
+                    }
+                }
+            }
+        }
+        velocities
     }
 
     /// Where the nodes are, until they are given back.
