@@ -77,8 +77,8 @@ def schedule(chance, is_drum):
     lines += ["[[body]]", 'name = "b"', f'tags = ["{"body" if is_drum else "blade"}"]']
     motion = one(["cyclic", "rigid", "both"])
     if motion != "rigid":
-        lines += ["[body.cyclic]", f"collective = {one([3.0, 20.0, 60.0])}", f"coning = {one([0.0, 1.5])}"]
-        lines += ["pitch = [ { sin = -4.0, cos = 1.0 } ]"]
+        lines += ["[body.cyclic]", f"collective = {one([0.0, 3.0, 20.0, 60.0])}", f"coning = {one([0.0, 1.5])}"]
+        lines += [f"pitch = [ {{ sin = {one([-4.0, 70.0])}, cos = {one([0.0, 1.0])} }} ]"]
     if motion != "cyclic":
         lines += ["[body.rigid]", f"translate = [{one([0.0, 0.02])}, 0.05, {one([0.0, 0.13])}]"]
     lines += ["[boundaries]"] + (['zones = ["rotor"]'] if often(0.6) else [])

@@ -248,7 +248,7 @@ impl Deformation {
         let found = self.position(&interval, step, &mut points)?;
         let measures = || self.measures();
         let stepper = self.stepper(&interval, (Rounding::None, None), &measures);
-        let velocities = stepper.velocities(step, found.repair.is_some(), &points)?;
+        let velocities = stepper.velocities(step, &found, &points)?;
         Ok(velocities.expect("the schedule asks for them"))
     }
 
@@ -412,7 +412,7 @@ impl Deformation {
         stepper.plain(step, points)?;
         Ok(Evaluated {
             is_apart: known.is_some(),
-            velocities: stepper.velocities(step, false, points)?,
+            velocities: interval.velocities_at(step, known.is_some(), points)?,
             ..Evaluated::default()
         })
     }
@@ -441,7 +441,7 @@ impl Deformation {
         }
         let judges = plan.schedule.output.quality != QualityOutput::None;
         let found = stepper.at(step, judges, points)?;
-        let velocities = stepper.velocities(step, found.repair.is_some(), points)?;
+        let velocities = stepper.velocities(step, &found, points)?;
         let measures = found.cells.is_some().then(|| self.measures());
         let by_fields = found.repair.is_none().then_some(step.index);
         let slots = plan.slots(found.is_apart);

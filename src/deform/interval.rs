@@ -347,7 +347,8 @@ impl Interval {
     /// The hash of the base points, by their numbers among the surface points.
     pub(super) fn hash_of_base(&self) -> [u8; 32] {
         let mut hasher = blake3::Hasher::new();
-        for base in &self.bases {
+        let of_velocities = self.velocities.iter().map(|velocities| &velocities.base);
+        for base in self.bases.iter().chain(of_velocities) {
             hasher.update(&(base.len() as u64).to_le_bytes());
             for at in base {
                 hasher.update(&(*at as u64).to_le_bytes());

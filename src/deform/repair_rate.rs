@@ -7,7 +7,7 @@
 //! `p` are the positions that the motion gives, whose velocities are exact, `r` is what the repair adds; its derivative is that of
 //! the parabola through the step and its neighbours. Outside windows `r` is zero.
 
-use super::positions::Stepper;
+use super::positions::{Positions, Stepper};
 use crate::error::Result;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, add, sub};
@@ -15,22 +15,22 @@ use crate::motion::Step;
 use crate::parallel;
 
 impl Stepper<'_> {
-    /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them. `is_repaired` tells
-    /// whether the step was repaired: else most nodes may be apart, with their velocities.
+    /// Velocities of the nodes, which are at `points` at a step, as they were `found`, where the schedule asks for them. Where most
+    /// nodes are apart, so are their velocities.
     ///
     /// # Errors
     /// As of the positions of the step and its neighbours.
     pub fn velocities(
         &self,
         step: &Step,
-        is_repaired: bool,
+        found: &Positions,
         points: &[Vector],
     ) -> Result<Option<Vec<Vector>>> {
-        let apart = self.known.is_some() && !is_repaired;
-        let Some(mut out) = self.interval.velocities_at(step, apart, points)? else {
+        let velocities = self.interval.velocities_at(step, found.is_apart, points)?;
+        let Some(mut out) = velocities else {
             return Ok(None);
         };
-        if !is_repaired {
+        if found.repair.is_none() {
             return Ok(Some(out));
         }
         let to_inertial = self.plan.motion.to_inertial(step);

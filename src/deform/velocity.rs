@@ -68,6 +68,8 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
 /// Velocities of the nodes of a mesh at the steps of an interval.
 pub(super) struct Velocities {
     fields: Fields,
+    /// Base points of the velocities.
+    pub base: Vec<usize>,
     /// A note where base points leave too large an error and no more may be added.
     pub warning: Option<DeformNote>,
 }
@@ -92,7 +94,11 @@ impl Velocities {
         // Where others have evaluated them there is nothing to correct.
         let correct = plan.schedule.selection.correction && plan.joined().is_none();
         let fields = Fields::new(state, layers, &chosen, correct, &Silent, By::of(plan));
-        Ok(Self { fields, warning })
+        Ok(Self {
+            fields,
+            base: own.base,
+            warning,
+        })
     }
 
     /// Velocities of the nodes at a step in mesh units a second, in the frame of the rotor.

@@ -359,7 +359,7 @@ pub fn read_as(
             });
         }
     }
-    note_steps(format, location, options, &mut notes)?;
+    note_steps(format, location, options, &mut notes);
     let mesh = format
         .read(location, options, &mut notes)
         .and_then(|mut mesh| {
@@ -379,22 +379,16 @@ pub fn read_as(
     })
 }
 
-/// Notes which step of a sequence is read where none is asked for.
-fn note_steps(
-    format: &dyn Format,
-    location: &Location,
-    options: &ReadOptions,
-    notes: &mut Notes,
-) -> Result<()> {
+/// Notes which step of a sequence is read where none is asked for. What is wrong with the file its reader tells.
+fn note_steps(format: &dyn Format, location: &Location, options: &ReadOptions, notes: &mut Notes) {
     if options.step.is_some() {
-        return Ok(());
+        return;
     }
-    let steps = format.steps(location)?;
+    let steps = format.steps(location).unwrap_or_default();
     if let [.., _, last] = steps[..] {
         let n = steps.len();
         notes.push(Read::LastOfSteps { n, last });
     }
-    Ok(())
 }
 
 /// The mesh in bytes of a known format, as the format gives it, without the checks of [`read`].

@@ -200,7 +200,7 @@ impl SharedFile {
         // A part knows the dimension of the whole from there; of the whole its cells tell it.
         outline.space = slabs.space();
         let mut notes = Notes::default();
-        super::note_steps(format, &location, &self.options(), &mut notes).map_err(reason)?;
+        super::note_steps(format, &location, &self.options(), &mut notes);
         let completed = slabs.complete(&mut outline, &mut notes);
         completed.map_err(|refusal| match refusal {
             Refusal::Whole(why) => why,

@@ -14,11 +14,10 @@ impl Run<'_> {
     pub(super) fn by_ranks(
         &self,
         input: &Input,
-        step: Option<usize>,
         path: &Path,
         format: &'static dyn Format,
     ) -> Result<bool> {
-        let file = input.shared(step, self.context);
+        let file = input.shared(self.args.step, self.context);
         let Some(team) = Team::of(&self.context.team, file) else {
             return Ok(false);
         };

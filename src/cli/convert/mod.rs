@@ -9,6 +9,8 @@ mod target;
 use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
+use crate::diagnostic::NoteKind;
+use crate::diagnostic::formats::{FormatNote, Read};
 use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, Loaded, Staged};
 use crate::mesh::{Mesh, Reordering};
@@ -289,20 +291,18 @@ impl Run<'_> {
         let Place::File { path, format } = place else {
             return self.sequence(input, &[0.0], place);
         };
-        let mut step = self.args.step;
-        input.check_step(step)?;
-        if let (Some(times), None) = (input.times(), step) {
-            step = times.len().checked_sub(1);
+        input.check_step(self.args.step)?;
+        if let (Some(times), None) = (input.times(), self.args.step) {
             self.tell(format!(
                 "{}: a sequence of {} meshes; only the last is written (--step I chooses another, -o DIR writes all)",
                 input.path().display(),
                 times.len()
             ));
         }
-        if self.by_ranks(input, step, path, *format)? {
+        if self.by_ranks(input, path, *format)? {
             return Ok(());
         }
-        let mesh = self.read(input, step)?;
+        let mesh = self.read(input, self.args.step)?;
         self.save(&mesh, path, *format)
     }
 
@@ -323,7 +323,14 @@ impl Run<'_> {
 
     /// Tells what the reader of an input remarks.
     fn tell_notes(&self, input: &Input, loaded: &Loaded) {
+        // Of steps it has told how to choose another.
         for note in loaded.notes.iter() {
+            if matches!(
+                note.kind,
+                NoteKind::Format(FormatNote::Read(Read::LastOfSteps { .. }))
+            ) {
+                continue;
+            }
             self.tell(format!("{}: {note}", input.path().display()));
         }
     }

@@ -191,7 +191,7 @@ impl Joined {
             if moved.base != base {
                 return Err(stored.wrong(
                     "this step was moved by other base points than those of the other slabs, as where several slabs have chosen them at \
-                     once on several kinds of processors; save them with `azimesh select` and run all slabs with --base",
+                     once on several kinds of processors; save them with `azimesh select` and run all slabs with --base, and on processors of one kind where there are velocities",
                 ));
             }
             match known {

@@ -124,7 +124,7 @@ impl StoredStep {
         out.finish().files.keep()
     }
 
-    /// Opens a file, and checks all of it but the coordinates.
+    /// Opens a file, and checks all of it but the coordinates and the velocities.
     ///
     /// # Errors
     /// Where it is not there, or not as it was written.
@@ -171,7 +171,7 @@ impl StoredStep {
         self.head.moved.step
     }
 
-    /// The nodes of which it has the coordinates.
+    /// The nodes that it is of.
     pub fn nodes(&self) -> Range<usize> {
         self.head.nodes.clone()
     }

@@ -1,4 +1,4 @@
-//! Positions that stay with the ranks, which write them: the first rank knows those of few nodes.
+//! Positions, and velocities, that stay with the ranks, which write them: the first rank knows those of few nodes.
 //!
 //! A rank has its own nodes. At a step by fields it tells the first rank where some of them are, and is told where those are that it does not place itself. Once the step is kept, the next may begin while it is written.
 

@@ -8,9 +8,9 @@
 //!             that own those
 //! correction  the nodes around some of the surface, as many with each rank; where nodes slide on curved boundaries, what fades in
 //!             from there at each step, in the same way
-//! positions   each rank moves its nodes, and writes its own; the first gathers them where it has to know them
+//! positions   each rank moves its nodes, and writes its own, with their velocities; the first gathers them where it has to know them
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
-//!             slides, on a beam, by a repair) it tells the ranks that have it
+//!             slides, on a beam, by a repair) it tells the ranks that have it; likewise how fast it is
 //! quality     a part of the cells with those around it, where the rank itself has moved the nodes
 //! ```
 //!

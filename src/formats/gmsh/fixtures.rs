@@ -194,6 +194,13 @@ fn values_at_nodes_and_elements_are_read_at_each_time() {
         MSH41.steps_of_file(&source).expect("a good file"),
         [0.0, 0.5]
     );
+    let text = std::fs::read_to_string(folder().join("data_v41.msh")).expect("it is text");
+    let comment = "$NodeData\n$Comments\nby hand\n$EndComments\n";
+    let commented = text.replace("$NodeData\n", comment);
+    assert_eq!(
+        super::read::steps(commented.as_bytes()).expect("a good file"),
+        [0.0, 0.5]
+    );
     for (step, factor) in [(Some(0), 1.0), (Some(1), 2.0), (None, 2.0)] {
         let options = ReadOptions {
             step,

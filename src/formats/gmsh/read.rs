@@ -91,6 +91,13 @@ pub(super) fn complete(
 
 /// Times of the data, where some array is there more than once.
 pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
+    match comments::without(bytes, &mut Notes::default()) {
+        None => steps_of_sections(bytes),
+        Some(plain) => steps_of_sections(&plain),
+    }
+}
+
+fn steps_of_sections(bytes: &[u8]) -> Result<Vec<f64>> {
     let mut found = Vec::new();
     sections(bytes, |name, _, stream| {
         let Some(kind) = DataOwner::of(name) else {
