@@ -10,7 +10,7 @@ use super::sharing::Sharing;
 use super::slabs::OneSlab;
 use super::sliding;
 use super::substeps::Parts;
-use super::velocity::{IntoInertial, Moved, Velocities};
+use super::velocity::{IntoInertial, MovedHere, Velocities};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
@@ -198,8 +198,8 @@ impl Interval {
         match (plan.joined(), apart) {
             (Some(_), true) => {}
             (Some(joined), false) => joined.read_velocities(step.index, &mut out)?,
-            (None, true) => velocities.in_rotor_frame(plan, step, Moved::ByRanks, &mut out),
-            (None, false) => velocities.in_rotor_frame(plan, step, Moved::All, &mut out),
+            (None, true) => velocities.in_rotor_frame(plan, step, MovedHere::ByRanks, &mut out),
+            (None, false) => velocities.in_rotor_frame(plan, step, MovedHere::All, &mut out),
         }
         if !apart {
             IntoInertial::turn(plan, step, 0, points, &mut out);
@@ -213,8 +213,8 @@ impl Interval {
         let (plan, velocities) = (&*self.plan, self.velocities.as_ref()?);
         let n_nodes = plan.mesh.points.len();
         let (moved, mut out) = match (self.outlined_slab(), &self.rows) {
-            (Some(_), Some(rows)) => (Moved::Entries(rows), sparse::zeros(n_nodes, [0.0; 3])),
-            _ => (Moved::All, vec![[0.0; 3]; n_nodes]),
+            (Some(_), Some(rows)) => (MovedHere::Entries(rows), sparse::zeros(n_nodes, [0.0; 3])),
+            _ => (MovedHere::All, vec![[0.0; 3]; n_nodes]),
         };
         velocities.in_rotor_frame(plan, step, moved, &mut out);
         Some(out)

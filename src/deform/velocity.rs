@@ -102,17 +102,23 @@ impl Velocities {
     }
 
     /// Velocities of the nodes at a step in mesh units a second, in the frame of the rotor.
-    pub fn in_rotor_frame(&self, plan: &Plan, step: &Step, moved: Moved<'_>, out: &mut [Vector]) {
+    pub fn in_rotor_frame(
+        &self,
+        plan: &Plan,
+        step: &Step,
+        moved: MovedHere<'_>,
+        out: &mut [Vector],
+    ) {
         let layers = plan.velocity.as_slice();
         match moved {
-            Moved::All => self.fields.vectors(layers, step.index, out),
-            Moved::Entries(entries) => {
+            MovedHere::All => self.fields.vectors(layers, step.index, out),
+            MovedHere::Entries(entries) => {
                 self.fields
                     .vectors_covered(layers, step.index, entries, out);
             }
-            Moved::ByRanks => self.fields.displace_apart(step.index, true, out),
+            MovedHere::ByRanks => self.fields.displace_apart(step.index, true, out),
         }
-        let slots = plan.slots(!matches!(moved, Moved::All));
+        let slots = plan.slots(!matches!(moved, MovedHere::All));
         if plan.schedule.selection.correction {
             set_surface_velocities(plan, step, (slots, out));
         }
@@ -123,7 +129,7 @@ impl Velocities {
         if let Some(layer) = &plan.one_layer {
             layer.level_directions(out);
         }
-        if let (Moved::ByRanks, Some(team)) = (moved, plan.team()) {
+        if let (MovedHere::ByRanks, Some(team)) = (moved, plan.team()) {
             let bodies = plan.motion.velocities(step);
             let rates = Rates {
                 bodies: bodies.iter().map(BodyVelocity::rigid).collect(),
@@ -136,7 +142,7 @@ impl Velocities {
 
 /// What of the nodes is moved here.
 #[derive(Clone, Copy)]
-pub(super) enum Moved<'a> {
+pub(super) enum MovedHere<'a> {
     /// All of them.
     All,
     /// Those that have these entries among the places of an outline.

@@ -158,7 +158,7 @@ impl SharedFile {
         &self,
         source: &Source,
         slabs: &dyn Slabs,
-        act: impl FnOnce(&from_slabs::Slabs) -> T,
+        act: impl FnOnce(&from_slabs::MeshByRanges) -> T,
     ) -> T {
         let n_nodes = slabs.n_nodes();
         let points = |nodes: Range<usize>| {
@@ -180,7 +180,7 @@ impl SharedFile {
             Ok(cells)
         };
         let doubled = self.doubled.as_ref();
-        act(&from_slabs::Slabs {
+        act(&from_slabs::MeshByRanges {
             n_nodes: doubled.map_or(n_nodes, |doubled| doubled.n_nodes()),
             n_cells: slabs.n_cells(),
             space: slabs.space(),
@@ -233,7 +233,7 @@ impl SharedFile {
     /// Of `act`, and where the file cannot be read by slabs.
     pub fn by_pieces<T>(
         &self,
-        act: impl FnOnce(&from_slabs::Slabs, bool) -> Result<T>,
+        act: impl FnOnce(&from_slabs::MeshByRanges, bool) -> Result<T>,
     ) -> Result<T> {
         let named = |error: Error| error.file(self.path());
         let (location, format) = self.open().map_err(|_| named(changed()))?;

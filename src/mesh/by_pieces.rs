@@ -1,7 +1,7 @@
 //! A mesh that one process reads piece by piece and never holds as a whole: a slab of it with the cells around, and what is asked
 //! for of its cells and nodes.
 
-use super::from_slabs::{Slabs, mesh_of, nodes_of, own_cells, own_points, part_of};
+use super::from_slabs::{MeshByRanges, mesh_of, nodes_of, own_cells, own_points, part_of};
 use super::node_bits::NodeBits;
 use super::numbering::{Numbering, among};
 use super::part::{self, SLAB};
@@ -19,7 +19,7 @@ const CELLS: usize = if cfg!(test) { 1 } else { 32 } * SLAB;
 /// Nodes that are read at once.
 const NODES: usize = if cfg!(test) { 1 << 12 } else { 1 << 20 };
 
-impl Slabs<'_> {
+impl MeshByRanges<'_> {
     /// Passes the cells of a range, some at a time, with the number of the first of them.
     pub fn each_cells(
         &self,
@@ -177,7 +177,7 @@ impl Mesh {
     /// # Errors
     /// Where the file cannot be read or its nodes and cells are not valid.
     pub(crate) fn part_by_pieces(
-        slabs: &Slabs,
+        slabs: &MeshByRanges,
         (rank, n): (usize, usize),
         ranks: &Ranks,
     ) -> Result<Self> {
@@ -280,8 +280,8 @@ mod tests {
         mesh
     }
 
-    fn by_pieces<T>(mesh: &Mesh, act: impl FnOnce(&Slabs) -> T) -> T {
-        act(&Slabs {
+    fn by_pieces<T>(mesh: &Mesh, act: impl FnOnce(&MeshByRanges) -> T) -> T {
+        act(&MeshByRanges {
             n_nodes: mesh.points.len(),
             n_cells: mesh.cells.len(),
             space: mesh.space,
@@ -446,7 +446,7 @@ mod tests {
                 .collect();
             assert_eq!(found, wanted);
         }
-        let broken = Slabs {
+        let broken = MeshByRanges {
             points: &|nodes| Ok(vec![[f64::NAN; 3]; nodes.len()]),
             cells: &|cells| Ok(mesh.cells.select(cells)),
             n_nodes: mesh.points.len(),

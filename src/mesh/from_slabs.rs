@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// A mesh of which nodes and cells can be had by ranges.
-pub struct Slabs<'a> {
+pub struct MeshByRanges<'a> {
     /// How many nodes it has.
     pub n_nodes: usize,
     /// How many cells it has.
@@ -42,7 +42,7 @@ impl Mesh {
     /// # Errors
     /// On all ranks, where one cannot read, a mesh of these nodes and cells would not be [valid](Mesh::validate) or, with
     /// `faces_once`, boundary faces have the same nodes.
-    pub fn from_slabs(slabs: &Slabs, faces_once: bool, ranks: &Ranks) -> Result<Self> {
+    pub fn from_slabs(slabs: &MeshByRanges, faces_once: bool, ranks: &Ranks) -> Result<Self> {
         let owners = Owners::new(slabs.n_nodes, ranks);
         let own = part::slab(slabs.n_cells, ranks.rank(), ranks.n());
         let cells = ranks.agree(own_cells(slabs, own.clone()))?;
@@ -101,7 +101,7 @@ pub(super) fn mesh_of(points: Vec<[f64; 3]>, cells: Cells, dimension: u8, part: 
     }
 }
 
-pub(super) fn own_cells(slabs: &Slabs, own: Range<usize>) -> Result<Cells> {
+pub(super) fn own_cells(slabs: &MeshByRanges, own: Range<usize>) -> Result<Cells> {
     let cells = (slabs.cells)(own.clone())?;
     let wrong = |message: String| Err(Error::input(message));
     if cells.len() != own.len() {
@@ -196,7 +196,7 @@ impl<'a> Owners<'a> {
     }
 
     /// The coordinates of nodes, ascending, the own ones among them, and whether all nodes of the mesh have the same z.
-    fn points(&self, slabs: &Slabs, nodes: &[u32]) -> Result<(Vec<[f64; 3]>, bool)> {
+    fn points(&self, slabs: &MeshByRanges, nodes: &[u32]) -> Result<(Vec<[f64; 3]>, bool)> {
         let own = self.nodes_of(self.ranks.rank());
         let mut points = self.ranks.agree(own_points(slabs, own.clone()))?;
         let is_level = points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
@@ -278,7 +278,7 @@ fn mixed(hash: u64, node: u32) -> u64 {
     x ^ (x >> 31)
 }
 
-pub(super) fn own_points(slabs: &Slabs, own: Range<usize>) -> Result<Vec<[f64; 3]>> {
+pub(super) fn own_points(slabs: &MeshByRanges, own: Range<usize>) -> Result<Vec<[f64; 3]>> {
     let points = (slabs.points)(own.clone())?;
     let wrong = |message: String| Err(Error::input(message));
     if points.len() != own.len() {

@@ -8,7 +8,7 @@
 //! come first, in the order of their nodes, so that they take no more memory where these are far apart in the mesh:
 //! [`Slots`] says which of an array are those of a node.
 
-use super::from_slabs::Slabs;
+use super::from_slabs::MeshByRanges;
 use super::numbering::{Numbering, among};
 use super::{Apart, Cells, Mesh};
 use crate::error::{Error, Result};
@@ -187,7 +187,7 @@ impl Mesh {
     /// # Errors
     /// As [`from_slabs`](Self::from_slabs), and where the mesh is not solid.
     pub(crate) fn outline_by_pieces(
-        slabs: &Slabs,
+        slabs: &MeshByRanges,
         faces_once: bool,
         by: Arc<dyn Apart>,
     ) -> Result<Self> {

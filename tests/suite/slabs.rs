@@ -4,7 +4,7 @@ use crate::support::blade_of;
 use azimesh::deform::{Team, dismiss, serve};
 use azimesh::error::Position;
 use azimesh::formats::{self, Begin, Location, SharedFile, read_parts};
-use azimesh::mesh::from_slabs::Slabs;
+use azimesh::mesh::from_slabs::MeshByRanges;
 use azimesh::mesh::{CellKind, Cells, Mesh};
 use azimesh::ranks::on_threads;
 use azimesh::sample::CellShape;
@@ -66,7 +66,7 @@ fn same_from_memory(mesh: &Mesh) {
     for n in numbers_of_ranks(mesh) {
         let wanted = cut(mesh, n);
         let found = on_threads(n, |ranks| {
-            let slabs = Slabs {
+            let slabs = MeshByRanges {
                 n_nodes: mesh.points.len(),
                 n_cells: mesh.cells.len(),
                 space: mesh.space,

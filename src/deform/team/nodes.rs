@@ -3,7 +3,7 @@
 //! A rank has the nodes of its part of the mesh, its own nodes among them; where cells are not judged there are no parts, and it
 //! has its own nodes alone. Own nodes are consecutive in the whole mesh, and each node belongs to one rank.
 
-use super::placing::{Apart, Maps, Numbered, Placing};
+use super::placing::{Maps, NotByFields, Numbered, Placing};
 use crate::deform::step_memory::Rounding;
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellSet, Mesh, Part};
@@ -30,7 +30,7 @@ pub(super) struct Nodes {
     /// Where the nodes are at a step.
     pub places: Vec<Vector>,
     /// Those that are not where fields move them.
-    pub apart: Apart,
+    pub apart: NotByFields,
     /// Those that deform, ascending; none for all.
     pub deforming: Option<Arc<[u32]>>,
 }
@@ -40,7 +40,7 @@ impl Nodes {
     pub fn share(of_first: Option<&OfNodes<'_>>, numbered: &Numbered<'_>, ranks: &Ranks) -> Self {
         Self {
             n_nodes: numbered.n_nodes,
-            apart: Apart::share(of_first.map(|of| of.apart), numbered, ranks),
+            apart: NotByFields::share(of_first.map(|of| of.apart), numbered, ranks),
             deforming: numbered.deforming(of_first, ranks),
             ..Self::default()
         }

@@ -4,7 +4,7 @@
 
 use super::Team;
 use super::order::Order;
-use super::placing::{Apart, Numbered, Placing};
+use super::placing::{NotByFields, Numbered, Placing};
 use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
@@ -155,7 +155,7 @@ pub(super) fn edges(
         n_nodes: mesh.n_nodes_of_all(),
         all: Some(&part.nodes),
     };
-    let walls = Apart::share(walls, &numbered, ranks).told;
+    let walls = NotByFields::share(walls, &numbered, ranks).told;
     let own = ranks.together(|| first_cells::shortest(mesh, mesh.own_cells(), &walls));
     let edge = |&(at, off, length): &Edge| {
         let on = part.nodes[walls[at as usize] as usize];

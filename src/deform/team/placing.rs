@@ -50,7 +50,7 @@ pub(crate) struct Rates {
 
 /// Some nodes of a rank, by their place there, ascending, that are not where fields move them.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Apart {
+pub(super) struct NotByFields {
     /// Those of which the first rank tells.
     pub told: Vec<u32>,
     /// Those that the rank places, and the body of each.
@@ -128,7 +128,7 @@ impl Numbered<'_> {
     }
 }
 
-impl Apart {
+impl NotByFields {
     /// Of the nodes of each rank those that are in `all`, ascending, which the first rank has. It tells each rank of its own nodes,
     /// and ranks tell each other of the rest.
     pub fn share(all: Option<&[(u32, Placing)]>, nodes: &Numbered<'_>, ranks: &Ranks) -> Self {
@@ -242,10 +242,10 @@ mod tests {
                 n_nodes: 512,
                 all: numbers,
             };
-            let with_others = Apart::share(all, &nodes(Some(&numbers)), &ranks);
-            (with_others, Apart::share(all, &nodes(None), &ranks))
+            let with_others = NotByFields::share(all, &nodes(Some(&numbers)), &ranks);
+            (with_others, NotByFields::share(all, &nodes(None), &ranks))
         });
-        let apart = |told: &[u32], placed: &[u32], bodies: &[u16]| Apart {
+        let apart = |told: &[u32], placed: &[u32], bodies: &[u16]| NotByFields {
             told: told.to_vec(),
             placed: placed.to_vec(),
             bodies: bodies.to_vec(),
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn nodes_at_rest_and_those_of_bodies_are_placed_and_others_turned() {
-        let apart = Apart {
+        let apart = NotByFields {
             told: Vec::new(),
             placed: vec![2, 4],
             bodies: vec![AT_REST, 1],

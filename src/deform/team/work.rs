@@ -39,7 +39,7 @@ pub(super) struct Work {
     pub(super) fields: BTreeMap<usize, RankFields>,
     /// A part of the mesh that was read, as long as nothing is made of it.
     pub read: Option<Mesh>,
-    part: Option<Part>,
+    part: Option<RankMesh>,
     pub nodes: Nodes,
     /// Of which own nodes the first rank is told, where the others may stay here; ascending, from the first own one on.
     pub wanted: Vec<u32>,
@@ -94,7 +94,7 @@ impl Corrected for OwnFields<'_> {
 }
 
 /// A part of the mesh.
-struct Part {
+struct RankMesh {
     mesh: Mesh,
     /// Where cells are judged, by what.
     judging: Option<Judging>,
@@ -364,7 +364,7 @@ impl Work {
                 judge,
             }
         });
-        self.part = Some(Part { mesh, judging });
+        self.part = Some(RankMesh { mesh, judging });
     }
 
     /// Ends the move of the nodes of the rank to a step, as the first rank does for those that it has.
