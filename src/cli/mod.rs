@@ -213,9 +213,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         ));
     }
     let possible = cli.command.takes(&context.common);
-    let ready = possible
-        .and_then(|()| heard)
-        .and_then(|()| context.start_threads());
+    let ready = possible.and(heard).and_then(|()| context.start_threads());
     let ready = ranks.agree(ready);
     let code = match (ready, is_alike || ranks.is_first()) {
         (Err(error), _) => failed(&error, &context),

@@ -5,7 +5,7 @@ use super::super::numbers_file::{NumbersFile, failed};
 use super::super::plan::Plan;
 use super::super::velocity::IntoInertial;
 use super::SlabOf;
-use super::stored::{StoredStep, ToldOfStep};
+use super::stored::{Act, StoredStep, ToldOfStep};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, sub};
 use crate::mesh::{Apart, Mesh, Numbers, Part, Slots, among, node_slab};
@@ -280,9 +280,6 @@ fn read_some(
     }
     Ok(())
 }
-
-/// What is done with places of some nodes and with their velocities, from the number of the first on.
-type Act<'a> = dyn FnMut(usize, &[Vector], &[Vector]) -> Result<()> + 'a;
 
 /// Where the nodes are at a step.
 pub(crate) struct StoredPoints {

@@ -71,6 +71,9 @@ pub(crate) struct Left<'a> {
     pub run: [u8; 32],
 }
 
+/// What is done with places of some nodes and with their velocities, from the number of the first on.
+pub(super) type Act<'a> = dyn FnMut(usize, &[Vector], &[Vector]) -> Result<()> + 'a;
+
 /// A file that holds a step of a slab.
 #[derive(Debug)]
 pub(crate) struct StoredStep {
@@ -221,11 +224,7 @@ impl StoredStep {
     }
 
     /// The same with the velocities, where they are `wanted`.
-    pub(super) fn pass_both(
-        &mut self,
-        wanted: bool,
-        act: &mut dyn FnMut(usize, &[Vector], &[Vector]) -> Result<()>,
-    ) -> Result<()> {
+    pub(super) fn pass_both(&mut self, wanted: bool, act: &mut Act<'_>) -> Result<()> {
         if wanted && self.head.velocities.is_none() {
             return Err(self.wrong("this step of a slab has no velocities"));
         }
