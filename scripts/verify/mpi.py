@@ -120,6 +120,7 @@ def check_rotors(folder):
         azimesh("sample", "rotor", *options, "-o", mesh)
         text = schedule.read_text().replace("step = 10.0", "step = 130.0").replace(*change)
         text = text.replace("tolerance = 3e-5", "tolerance = 5e-3").replace("collective = 10.04", "collective = 4.0")
+        text = text.replace("[rotor]", "[rotor]\nrpm = 300.0")
         assert change[1] in text
         schedule.write_text(text.replace("[rbf]", f"[output]\n{output}\n[rbf]"))
         azimesh("deform", mesh, schedule, "-o", folder / f"{name}_alone")
