@@ -140,14 +140,14 @@ impl Velocities {
     }
 }
 
-/// What of the nodes is moved here.
+/// Which velocities are computed in this process.
 #[derive(Clone, Copy)]
 pub(super) enum MovedHere<'a> {
     /// All of them.
     All,
-    /// Those that have these entries among the places of an outline.
+    /// Those of nodes with these entries among the places of an outline.
     Entries(&'a [u32]),
-    /// Ranks move theirs, and keep how fast they are but for those that are known here.
+    /// Those of the nodes that are known here; each rank keeps those of its own.
     ByRanks,
 }
 

@@ -37,7 +37,7 @@ pub enum Numbers {
     Coordinates(Coordinates),
     /// How far all nodes are from where they are at rest, as coordinates.
     Displacements(Coordinates),
-    /// How fast all nodes are, as coordinates.
+    /// Velocities of all nodes, as coordinates.
     Velocities(Coordinates),
     /// The nodes of some cells.
     Nodes(NodesOfCells),

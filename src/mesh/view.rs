@@ -49,7 +49,7 @@ pub struct PointsApart<'a> {
     pub by: &'a dyn Apart,
     /// The name of the array at the nodes that says how far they are from where they are at rest, which is elsewhere too.
     pub displacement: Option<&'a str>,
-    /// The same of the array that says how fast they are.
+    /// The same of the array of their velocities.
     pub velocity: Option<&'a str>,
 }
 

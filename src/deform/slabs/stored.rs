@@ -174,7 +174,7 @@ impl StoredStep {
         self.head.moved.step
     }
 
-    /// The nodes that it is of.
+    /// The own nodes of the slab.
     pub fn nodes(&self) -> Range<usize> {
         self.head.nodes.clone()
     }

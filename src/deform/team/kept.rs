@@ -41,7 +41,7 @@ pub(super) struct WriteTask {
 #[derive(Default)]
 pub(super) struct Kept {
     points: Vec<Vector>,
-    /// How fast the nodes are, where that is asked for.
+    /// Velocities of the nodes, where they are asked for.
     velocities: Vec<Vector>,
     /// Files that are being synced to the disk.
     syncing: Vec<JoinHandle<io::Result<()>>>,
@@ -115,7 +115,7 @@ pub(super) fn share_wanted(of_first: Option<(usize, &[u32])>, ranks: &Ranks) -> 
 
 impl SharedFields {
     /// Moves all nodes to a step, and writes to `out`, in the slots of the mesh, where those are of which this rank is told; with
-    /// `from_zero` nothing moves, and it is how fast they are.
+    /// `from_zero` nothing moves, and what is written are velocities.
     pub fn move_apart(&self, step: usize, from_zero: bool, out: &mut [Vector]) {
         let (team, mut state) = (&self.team, self.team.state());
         team.order(Order::Move {

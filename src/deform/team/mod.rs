@@ -10,7 +10,7 @@
 //!             from there at each step, in the same way
 //! positions   each rank moves its nodes, and writes its own, with their velocities; the first gathers them where it has to know them
 //! places      each rank places nodes at rest and those of rigid bodies; where the first puts a node elsewhere (where it
-//!             slides, on a beam, by a repair) it tells the ranks that have it; likewise how fast it is
+//!             slides, on a beam, by a repair) it tells the ranks that have it; and its velocity likewise
 //! quality     a part of the cells with those around it, where the rank itself has moved the nodes
 //! ```
 //!
@@ -393,7 +393,7 @@ impl Team {
         state.work.take_told(&own);
     }
 
-    /// Ends what nodes are as fast as at a step on all ranks, from the velocities that are known here.
+    /// Completes the velocities at a step on all ranks, with those that are known here.
     pub(crate) fn end_velocities(&self, rates: Rates, velocities: &[Vector]) {
         let mut state = self.state();
         self.order(Order::EndVelocities(rates.clone()));

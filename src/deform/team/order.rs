@@ -21,8 +21,8 @@ pub(super) enum Order {
     Select(SweepOrder),
     /// Evaluate fields at all nodes.
     Evaluate { id: usize, task: Box<Task> },
-    /// Move the nodes to a step, and tell where the own ones are that deform; with `from_zero` by how much they move, or how fast they
-    /// are.
+    /// Move the nodes to a step, and tell where the own ones are that deform; with `from_zero` by how much they move, or their
+    /// velocities.
     Move {
         id: usize,
         step: usize,
@@ -56,7 +56,7 @@ pub(super) enum Order {
     Numbers,
     /// End the move to a step, with places rounded.
     EndMove { maps: Maps, rounding: Rounding },
-    /// Set the velocities of nodes that are not as fast as fields say; the first rank tells of some.
+    /// Set the velocities that fields do not give; the first rank tells some.
     EndVelocities(Rates),
     /// Take the places of nodes of which the first rank tells.
     PlaceApart,

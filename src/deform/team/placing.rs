@@ -39,7 +39,7 @@ pub(crate) struct Maps {
     pub in_plane: bool,
 }
 
-/// How nodes move at a step that are not as fast as fields say, and what turns all of them.
+/// The velocities at a step that fields do not give, and what turns all of them.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Rates {
     /// What each rigid body does, one transform after another; none of others.

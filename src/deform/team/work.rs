@@ -49,7 +49,7 @@ pub(super) struct Work {
     moved: Option<Arc<[u32]>>,
     /// Which fields have moved them.
     moved_by: usize,
-    /// How fast the nodes are at that step, in the frame of the rotor, where that stays here.
+    /// Velocities of the nodes at that step, in the frame of the rotor, where they stay here.
     velocities: Vec<Vector>,
     /// What turns these into the inertial frame.
     to_inertial: Option<IntoInertial>,
@@ -265,7 +265,7 @@ impl Work {
 
     /// Moves the nodes to a step by fields, and gives `take` the own ones that deform; where they `stay` only those of which the
     /// first rank is told. With `from_zero` the nodes stay where they are, and what is given is by how much they would move: where
-    /// that stays, it is how fast they are.
+    /// that stays, the fields are those of velocities.
     pub fn move_to(
         &mut self,
         (id, step, from_zero): (usize, usize, bool),
@@ -299,7 +299,7 @@ impl Work {
         }
     }
 
-    /// Ends what nodes are as fast as at a step, where that stays here; the first rank has `told` of some.
+    /// Completes the velocities at a step, where they stay here; the first rank has `told` those of some nodes.
     pub fn end_velocities(&mut self, rates: &Rates, told: &[Vector]) {
         let mut velocities = std::mem::take(&mut self.velocities);
         let (apart, rest) = (&self.nodes.apart, self.nodes.rest(self.mesh()));
@@ -308,7 +308,7 @@ impl Work {
         self.to_inertial = rates.to_inertial.map(IntoInertial::new);
     }
 
-    /// How fast the own nodes are at the step that they have moved to, where they are at its end; nothing where nobody asks for it.
+    /// Velocities of the own nodes at the step that they have moved to, in the final frame; none where they are not asked for.
     pub fn take_own_velocities(&mut self) -> Vec<Vector> {
         let mut velocities = std::mem::take(&mut self.velocities);
         if velocities.is_empty() {
