@@ -373,6 +373,10 @@ fn ranks_write_what_one_process_writes() {
         ..BladeOptions::default()
     };
     let mut mesh = blade(&options).expect("a sample").mesh;
+    // Rounded to 32 bits the first step of a ramp is the reference mesh, though it lies in a window of repair.
+    for x in mesh.points.as_flattened_mut() {
+        *x = f64::from(*x as f32);
+    }
     let solids = mesh.volume_runs().next().expect("it has solid cells");
     let near = solids.first_cell..solids.first_cell + solids.n_cells() / 2;
     mesh.groups.push(Group {
@@ -394,7 +398,7 @@ fn ranks_write_what_one_process_writes() {
         ["cgns", "f64", "true", "turns"],
         ["ugrid-b8", "f64", "true", "turns"],
         ["vtkhdf", "f64", "true", "fast"],
-        ["vtkhdf", "f64", "true", "fast folds"],
+        ["vtkhdf", "f32", "true", "fast folds"],
         ["vtu", "f32", "true", "fast in a zone"],
         ["cgns", "f64", "true", "fast in a zone"],
         ["ugrid-lb8l", "f64", "true", "outline"],
