@@ -351,23 +351,6 @@ def memory(c):
     return found
 
 
-def memory_of_slabs(c):
-    """MB at the peak of each slab, of as many as there would be ranks, and of `finish`."""
-    # The boundary faces and their nodes, and the ends of first cells.
-    outline = (80 + 8 * c.R + 16) * c.S + (24 + 8) * KNOWN * c.S
-    found = []
-    for of in c.parts:
-        judge = (9 + 13.5) * of.hexes * c.judges
-        part = 52 * of.nodes + 36 * of.hexes + 20 * of.faces + 2 * judge
-        # Where nodes are at rest and at the step; their numbers among all and among those known, their fields.
-        moved = (24 + 24 + 8 + 8 + 8 * c.R) * of.nodes
-        steps = 32 * of.hexes * c.judges + 24 * of.nodes
-        evaluation = 12 * of.nodes + (220 + 8 * c.R) * c.S * c.corrects
-        found.append((20e6 + outline + part + moved + max(steps, evaluation)) / 1e6)
-    known = 24 * KNOWN * c.S
-    return [*found, (20e6 + outline + known + (220 + 8 * c.R) * c.S * c.corrects) / 1e6]
-
-
 # ---------------------------------------------------------------- time
 
 

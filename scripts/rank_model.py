@@ -5,7 +5,6 @@ the outlook to 1e9 nodes.
     .venv/bin/python scripts/rank_model.py --measure [--rounds 3] [--azimesh PROGRAM]
     .venv/bin/python scripts/rank_model.py --check 60000000 --ranks 2 [--mesh MESH]
     .venv/bin/python scripts/rank_model.py --check 60000000 --ranks 1 --threads 2 [--mesh MESH]
-    .venv/bin/python scripts/rank_model.py --check 60000000 --slabs 9 [--mesh MESH]
     .venv/bin/python scripts/rank_model.py [--outlook-ranks 64 --outlook-threads 16 --network 10 --disk 2]
 
 PROGRAM is one with the feature `mpi`. Runs are kept in target/rank_model.json: those of --measure give the
@@ -19,8 +18,8 @@ import statistics
 from pathlib import Path
 
 from measure import significant
-from rank_counts import ALL, FIRST, TERMS, counted, exchanged, memory, memory_of_slabs, messages, passed_on
-from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, at_once, check, check_slabs, kept, measure, threads_of
+from rank_counts import ALL, FIRST, TERMS, counted, exchanged, memory, messages, passed_on
+from rank_runs import CORES, FITTED, KEPT, QUIET, STAGES, THREADED, at_once, check, kept, measure, threads_of
 
 PURPOSES = ["selection", "parts", "fields", "correction", "positions", "places", "quality", "writing"]
 
@@ -160,16 +159,6 @@ def table_of_checks(runs, model):
     return table(["", *map(named, runs)], [[key, *(of[key] for of in found)] for key in found[0]])
 
 
-def table_of_slabs(runs):
-    """Memory of slabs and of `finish` beside what is counted, a run a line."""
-    found = []
-    for run in runs:
-        (*slabs, finish), (*counts, of_finish) = run["megabytes"], memory_of_slabs(counted(run))
-        pairs = [off(*pair) for pair in zip(slabs, counts)]
-        found.append([f"{run['case'][0] // 1_000_000}M in {len(slabs)}", ", ".join(pairs), off(finish, of_finish)])
-    return table(["slabs", "each, MB", "`finish`, MB"], found)
-
-
 def prospect(like, surface, compact, model, options):
     """What a run on 1e9 nodes would cost."""
     nodes, steps, ranks = 1_000_000_000, options.outlook_steps, options.outlook_ranks
@@ -209,7 +198,7 @@ def outlook(like, model, options):
 
 def tables(options):
     """All tables."""
-    runs, checks, slabs = medians(kept()["runs"]), kept()["checks"], kept().get("slabs", [])
+    runs, checks = medians(kept()["runs"]), kept()["checks"]
     fitted = [run for run in runs if tuple(run["case"]) in FITTED]
     threaded = next(run for run in runs if tuple(run["case"]) == THREADED)
     model, both = fitted_model(fitted, threaded), [*fitted, threaded]
@@ -219,7 +208,6 @@ def tables(options):
         "memory": beside(both, peaks, model),
         "messages": beside([run for run in both if run["messages"]], traffic, model),
         "checks": table_of_checks(checks, model) if checks else "",
-        "slabs": table_of_slabs(slabs) if slabs else "",
         "rates": table_of_rates(*model),
     }
     largest = max([*both, *checks], key=lambda run: run["nodes"])
@@ -235,7 +223,6 @@ def arguments(words=None):
     parser.add_argument("--check", type=int, metavar="NODES")
     parser.add_argument("--mesh", help="the mesh of --check, with its schedule beside it; else it is made")
     parser.add_argument("--ranks", type=int, default=2)
-    parser.add_argument("--slabs", type=int, help="of --check, instead of ranks")
     parser.add_argument("--threads", type=int, default=1, help="of one process; ranks share the cores")
     parser.add_argument("--steps", type=int, default=2)
     parser.add_argument("--outlook-ranks", type=int, default=64)
@@ -253,9 +240,7 @@ def main():
     program = Path(options.azimesh).resolve()
     if options.measure:
         measure(program, options.rounds)
-    if options.check and options.slabs:
-        check_slabs(program, options.mesh, options.check, options.slabs)
-    elif options.check:
+    if options.check:
         threads = threads_of(options.ranks) if options.ranks > 1 else options.threads
         check(program, options.mesh, (options.check, options.ranks, threads, options.steps, "summary", True))
     if kept()["runs"]:

@@ -188,25 +188,5 @@ def check(program, mesh, case):
     keep(checks=[*(run for run in kept()["checks"] if run["case"] != done["case"]), done])
 
 
-def check_slabs(program, mesh, nodes, n):
-    """The memory of each of some slabs of a run of two steps, and of `finish`; made once."""
-    with tempfile.TemporaryDirectory(prefix="rank_model_", dir=KEPT.parent) as folder:
-        folder = Path(folder)
-        mesh, out, toml = Path(mesh).resolve() if mesh else sample(program, folder, nodes), folder / "out", folder / "steps.toml"
-        text = re.sub(r"^step = .*", "step = 350.0", mesh.with_suffix(".toml").read_text(), count=1, flags=re.MULTILINE)
-        toml.write_text(text + SCHEDULE.format(quality="summary"))
-        commands = [["deform", mesh, toml, "-o", out, "--slab", f"{slab}/{n}"] for slab in range(1, n + 1)]
-        megabytes = []
-        for command in [*commands, ["finish", out]]:
-            words = [sys.executable, __file__, folder / "rank", program, *command, "-q"]
-            subprocess.run([*map(str, words)], check=True)
-            megabytes.append(json.loads((folder / "rank.0").read_text())["megabytes"])
-            print(" ".join(map(str, command)), f"{megabytes[-1]:.0f} MB", flush=True)
-        case = (nodes, n, CORES, 2, "summary", True)
-        record = json.loads((out / f"slabs_{n}" / "slab_1" / "run.json").read_text())
-        done = {**counts(case, mesh, record), "megabytes": megabytes}
-    keep(slabs=[*(run for run in kept().get("slabs", []) if run["case"] != done["case"]), done])
-
-
 if __name__ == "__main__":
     sys.exit(one_rank(sys.argv[1], sys.argv[2:]))

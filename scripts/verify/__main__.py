@@ -9,7 +9,7 @@ CHECKS = [
     "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "foam_to_vtk", "split", "paraview", "killed", "interrupted", "power_cut",
     "full_disk", "batches", "joined", "converted", "quality", "faces", "all_points", "sequence", "morph", "shells", "surfaces", "motions", "keys", "surface",
     "openfoam_motion", "su2_surface", "pvd", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "repair", "report", "terminal", "schema",
-    "pages", "mpi", "slabs", "mixtures",
+    "pages", "mpi", "mixtures",
 ]
 
 

@@ -1,4 +1,4 @@
-"""Motions, boundaries, zones, methods and outputs mixed at random: ranks of MPI, and slabs joined, give what one run gives, to the
+"""Motions, boundaries, zones, methods and outputs mixed at random: ranks of MPI give what one run gives, to the
 byte, end with the same code and warn of the same.
 
     CASES   how many mixtures (16)
@@ -110,15 +110,6 @@ def run(*arguments):
     return done.returncode, warnings(done.stderr)
 
 
-def in_slabs(mesh, steps, out, n):
-    """Runs all slabs and joins them, as far as they go."""
-    for number in range(1, n + 1):
-        ended, said = run(AZIMESH, "deform", mesh, steps, "-o", out, "--slab", f"{number}/{n}")
-        if ended:
-            return ended, said
-    return run(AZIMESH, "-v", "finish", out)
-
-
 def main():
     chance, n_files, n_refused = random.Random(SEED), 0, 0
     with scratch() as folder:
@@ -137,21 +128,14 @@ def main():
             mesh, steps = folder / f"{name}.{ending}", folder / f"{case}.toml"
             steps.write_text(schedule(chance, name.startswith("drum")))
             what = f"case {case} of seed {SEED}, {mesh.name}:\n{steps.read_text()}"
-            alone, n = folder / f"{case}_alone", chance.choice([1, 2, 3, 5])
+            alone = folder / f"{case}_alone"
             ended, told = run(AZIMESH, "-v", "deform", mesh, steps, "-o", alone)
-            joined = in_slabs(mesh, steps, folder / f"{case}_slabs", n)
             ranks = folder / f"{case}_ranks"
             shared = run(*command(chance.choice([2, 3, 4]), "-v", "deform", mesh, steps, "-o", ranks))
             assert shared == (ended, told), f"{what}ranks end with {shared}, one run with {(ended, told)}"
-            if ended != 2:
-                assert joined == (ended, told), f"{what}slabs end with {joined}, one run with {(ended, told)}"
-            assert joined[0] == ended, f"{what}slabs end with {joined}, one run with {(ended, told)}"
             if ended == 2:
                 n_refused += 1
                 continue
-            wanted = content(alone)
-            n_files += same(content(ranks), wanted, f"{what}ranks")
-            of_slabs = content(folder / f"{case}_slabs").items()
-            n_files += same({file: held for file, held in of_slabs if not file.startswith("slabs_")}, wanted, f"{what}slabs")
+            n_files += same(content(ranks), content(alone), f"{what}ranks")
     assert n_refused < CASES / 2, f"{n_refused} of {CASES} mixtures are refused"
-    report("mixtures: ranks and slabs beside one run", n_files, 0, "files", f"{CASES} mixtures, {n_refused} of them refused by all")
+    report("mixtures: ranks beside one run", n_files, 0, "files", f"{CASES} mixtures, {n_refused} of them refused by all")

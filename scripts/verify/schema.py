@@ -172,9 +172,6 @@ def runs(folder):
     yield record(out / "run.json")
     yield told("deform", blade, bending, "-o", one, "--format", "vtkhdf")
     yield record(one / "run.json")
-    azimesh("convert", blade, folder / "blade.vtkhdf")
-    of_slab = azimesh("deform", folder / "blade.vtkhdf", bending, "-o", folder / "in_slabs", "--slab", "1/2", "--json")
-    yield "slab", json.loads(of_slab)
     for steps in ("0..20", "20..37"):
         azimesh("deform", airfoil, schedule, "-o", parts, "--steps", steps, *strict, expect=(0, 1))
     yield record(parts / "run_0-20.json")
@@ -245,7 +242,7 @@ def folding(folder, told, record):
 # ---------------------------------------------------------------- the page
 
 ORDER = [
-    "info", "convert", "quality", "repair", "check", "select", "deform", "slab", "finish", "diff", "report", "sample", "completions", "man", "run",
+    "info", "convert", "quality", "repair", "check", "select", "deform", "finish", "diff", "report", "sample", "completions", "man", "run",
 ]  # fmt: skip
 HEAD = """# The JSON of the commands
 
@@ -269,7 +266,7 @@ In the tables `a[].b` is the key `b` of each item of the list `a`, and `*` stand
 """
 
 
-HEADINGS = {"run": "run.json", "slab": "deform --slab"}
+HEADINGS = {"run": "run.json"}
 
 
 def shown(schema):

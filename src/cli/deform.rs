@@ -3,7 +3,7 @@
 use super::convert::patch_type;
 use super::outline::why_not_run;
 use super::{Context, Outcome, heap, memory};
-use crate::deform::{Deformation, Plan, SlabOf, Team};
+use crate::deform::{Deformation, Plan, Team};
 use crate::diagnostic::run::RunNote;
 use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use crate::error::{Result, counted, path_in_line};
@@ -44,10 +44,6 @@ pub struct DeformArgs {
     /// Write only steps A to B - 1, counted from 0; the meshes are those of the whole run
     #[arg(long, value_name = "A..B", value_parser = step_range)]
     steps: Option<Range<usize>>,
-    /// Move the nodes of the I-th of N slabs of the mesh alone, of most solid meshes without the memory for the rest; `azimesh
-    /// finish` makes the sequence once all are there
-    #[arg(long, value_name = "I/N", value_parser = slab_of, conflicts_with_all = ["steps", "patch_type", "keep_going"])]
-    slab: Option<SlabOf>,
     /// Type of the patch that a boundary tag becomes in OpenFOAM, as for `convert`; repeatable
     #[arg(long, value_name = "TAG=TYPE", value_parser = patch_type)]
     patch_type: Vec<(String, String)>,
@@ -112,9 +108,6 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     }
     let with_files = args.keep_in_files(context);
     let mut request = args.request(context);
-    if let Some(slab) = args.slab {
-        return super::slab::write_slab(slab, schedule, request, with_files, &stop, context);
-    }
     // Before it is read: ranks see by that whether it is the same file.
     let file = SharedFile::new(&args.mesh, None, &context.read_options());
     let team = Team::of(&context.team, file);
@@ -177,7 +170,7 @@ fn outline(
 }
 
 /// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.
-pub(super) fn fit_into_memory(
+fn fit_into_memory(
     plan: &Plan,
     limit: u64,
     with_files: bool,
@@ -215,11 +208,6 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
             "\"{text}\" is not a range of steps; write A..B, such as 0..90 for the first ninety"
         )
     })
-}
-
-/// Reads `I/N`.
-fn slab_of(text: &str) -> std::result::Result<SlabOf, String> {
-    text.parse()
 }
 
 /// Tells what a sequence came to.

@@ -1,9 +1,9 @@
-//! `azimesh finish`: the parts of a sequence joined, or its slabs.
+//! `azimesh finish`: the parts of a sequence joined.
 
 use super::deform::report;
 use super::{Context, Outcome};
 use crate::error::Result;
-use crate::run::{finish, slabs_in};
+use crate::run::finish;
 use std::path::PathBuf;
 
 /// Arguments of `azimesh finish`.
@@ -14,7 +14,7 @@ a check failed in a part, as for inverted cells; 2: a step is missing, written t
 files of the parts stay."
 )]
 pub struct FinishArgs {
-    /// Folder with the parts that `azimesh deform --steps A..B` has written, or the slabs of `azimesh deform --slab I/N`
+    /// Folder with the parts that `azimesh deform --steps A..B` has written
     folder: PathBuf,
     /// Join again, and replace the sequence of other inputs
     #[arg(long)]
@@ -22,9 +22,6 @@ pub struct FinishArgs {
 }
 
 pub(super) fn run(args: &FinishArgs, context: &Context) -> Result<Outcome> {
-    if let Some(left) = slabs_in(&args.folder)? {
-        return super::slab::join(&args.folder, left, args.force, context);
-    }
     #[cfg(unix)]
     super::signals::end("interrupted; files that are complete are kept")?;
     let finished = finish(&args.folder, args.force, &*context.progress())?;

@@ -24,7 +24,6 @@ mod select;
 mod shared;
 #[cfg(unix)]
 mod signals;
-mod slab;
 mod threads;
 mod unfinished;
 

@@ -1,11 +1,10 @@
-//! Where the outline of a mesh is enough for a command: nodes and cells are read and written piece by piece, by ranks or for slabs.
+//! Where the outline of a mesh is enough for a command: nodes and cells are read piece by piece, and
+//! written by ranks.
 
 use super::Context;
-use crate::deform::{Outlined, Plan};
+use crate::deform::{MeshFile, Plan, Sharing};
 use crate::error::Result;
-use crate::formats::{
-    self, Format, Loaded, Location, ReadOptions, SharedFile, WriteOptions, by_name,
-};
+use crate::formats::{self, Format, Loaded, Location, SharedFile, WriteOptions, by_name};
 use crate::motion::{Schedule, SurfaceOutput};
 use std::path::Path;
 use std::sync::Arc;
@@ -30,33 +29,6 @@ pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
 }
 
 impl Context {
-    /// The outline of a mesh, where that is `enough` and can be read; or else the whole, and why. `format` is that of the file, where
-    /// it is known.
-    pub(super) fn outline_or_whole(
-        &self,
-        path: &Path,
-        format: Option<&'static dyn Format>,
-        options: &ReadOptions,
-        enough: Outlining<'_>,
-    ) -> Result<(Outlined, Option<String>)> {
-        let outline = enough.and_then(|written| {
-            let file = SharedFile::new(path, format, options)?;
-            let read = || Outlined::outline(file);
-            self.outline(path, written, read, |found| &found.loaded)
-        });
-        match outline {
-            Ok(outline) => Ok((outline, None)),
-            Err(reason) => {
-                let read = |location: &Location| match format {
-                    Some(format) => formats::read_as(format, location, options),
-                    None => formats::read(location, options),
-                };
-                let whole = self.reading(path, || read(&self.open(path)?))?;
-                Ok((whole.into(), Some(reason)))
-            }
-        }
-    }
-
     /// The plan of a schedule on a mesh that does not move here, of which the outline is read where that is `enough`.
     pub(super) fn plan(
         &self,
@@ -65,12 +37,23 @@ impl Context {
         enough: Outlining<'_>,
     ) -> Result<Plan> {
         let (format, options) = (self.input_format()?, self.read_options());
-        let (found, why_whole) = self.outline_or_whole(path, format, &options, enough)?;
-        if let Some(reason) = why_whole {
-            self.detail(&format!("{}: read whole: {reason}", path.display()));
-        }
-        let sharing = found.alone();
-        let mesh = self.with_notes(found.loaded, path);
+        let outline = enough.and_then(|written| {
+            let file = SharedFile::new(path, format, &options)?;
+            self.outline(path, written, || MeshFile::outline(file), |found| &found.1)
+        });
+        let (mesh, sharing) = match outline {
+            Ok((file, outline)) => (outline, Sharing::File(file)),
+            Err(reason) => {
+                let read = |location: &Location| match format {
+                    Some(format) => formats::read_as(format, location, &options),
+                    None => formats::read(location, &options),
+                };
+                let whole = self.reading(path, || read(&self.open(path)?))?;
+                self.detail(&format!("{}: read whole: {reason}", path.display()));
+                (whole, Sharing::Alone)
+            }
+        };
+        let mesh = self.with_notes(mesh, path);
         Plan::with(Arc::new(mesh), schedule, sharing).map_err(|error| error.file(path))
     }
 

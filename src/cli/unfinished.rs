@@ -1,6 +1,5 @@
 //! Whether the run of a folder is finished, and how to go on with one that is not.
 
-use crate::deform::SlabOf;
 use crate::formats::read_file;
 use crate::record::RunRecord;
 use std::io::BufRead;
@@ -25,23 +24,10 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
         let of = record
             .steps
             .map_or(String::new(), |all| format!(" of {all}"));
-        if has_slabs(place) {
-            return Some(Some(format!(
-                "the slabs in this folder are not all joined, {n}{of} steps are there: if nothing runs there any more, continue \
-                 with  azimesh finish {}",
-                quoted(folder)
-            )));
-        }
         return Some(Some(format!(
             "the run in this folder is not finished, {n}{of} steps are there: if nothing runs there any more, continue it with  \
              {} --resume",
             command(&record, folder)
-        )));
-    }
-    if has_slabs(place) {
-        return Some(Some(format!(
-            "the slabs in this folder are not joined; once all have their steps, this does it:  azimesh finish {}",
-            quoted(folder)
         )));
     }
     let parts = parts(place);
@@ -66,11 +52,6 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
         there.join(", "),
         commands.join(" ;  ")
     )))
-}
-
-/// Whether slabs were left there.
-fn has_slabs(place: &Path) -> bool {
-    !SlabOf::numbers_in(place).is_empty()
 }
 
 fn read(path: &Path) -> Option<RunRecord> {

@@ -88,7 +88,7 @@ pub struct DeformationBuilder {
     base: Option<BasePoints>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
-    sharing: Sharing,
+    team: Option<Arc<Team>>,
 }
 
 impl DeformationBuilder {
@@ -117,15 +117,7 @@ impl DeformationBuilder {
     #[doc(hidden)]
     #[must_use]
     pub fn team(mut self, team: Option<Arc<Team>>) -> Self {
-        self.sharing = team.map_or(Sharing::Alone, Sharing::Ranks);
-        self
-    }
-
-    /// Shares the work; the mesh may be an outline.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn sharing(mut self, sharing: Sharing) -> Self {
-        self.sharing = sharing;
+        self.team = team;
         self
     }
 
@@ -150,7 +142,8 @@ impl DeformationBuilder {
     /// are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
-        let plan = Plan::with(self.mesh, self.schedule, self.sharing)?;
+        let sharing = self.team.map_or(Sharing::Alone, Sharing::Ranks);
+        let plan = Plan::with(self.mesh, self.schedule, sharing)?;
         Ok(Deformation {
             plan: Arc::new(plan),
             measures: OnceLock::new(),
@@ -183,7 +176,7 @@ impl Deformation {
             base: None,
             progress: Arc::new(Silent),
             stop: Arc::default(),
-            sharing: Sharing::Alone,
+            team: None,
         }
     }
 
@@ -412,7 +405,7 @@ impl Deformation {
         stepper.plain(step, points)?;
         Ok(Evaluated {
             is_apart: known.is_some(),
-            velocities: interval.velocities_at(step, known.is_some(), points)?,
+            velocities: interval.velocities_at(step, known.is_some(), points),
             ..Evaluated::default()
         })
     }
@@ -464,12 +457,9 @@ impl Deformation {
 
 impl Deformation {
     /// The positions of the step that was evaluated last, which are apart.
-    pub(crate) fn keep(&self, step: &Step, points: &[Vector]) -> Option<Box<dyn Apart>> {
-        match &self.plan.sharing {
-            Sharing::Ranks(team) => Some(Box::new(team.keep(points))),
-            Sharing::Joined(joined) => Some(Box::new(joined.points(step.index, &self.plan))),
-            Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => None,
-        }
+    pub(crate) fn keep(&self, points: &[Vector]) -> Option<Box<dyn Apart>> {
+        let team = self.plan.team()?;
+        Some(Box::new(team.keep(points)))
     }
 }
 

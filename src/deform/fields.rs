@@ -2,20 +2,15 @@
 //! that makes the surface exact.
 
 use super::layer::{Layer, LayerKind};
-use super::plan::Plan;
-use super::sharing::Sharing;
 use super::team::{SharedFields, Team};
-use crate::geometry::vector::{Vector, add, weighted_sum};
+use crate::geometry::vector::{Vector, add};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use crate::rbf::field::{BLOCK, Field};
 use crate::rbf::select::Selection;
-use crate::sparse;
 use std::sync::Arc;
 
-/// Rows whose nodes are moved at once.
-const ROWS: usize = 1 << 20;
 const ELSEWHERE: &str = "fields lie with this process";
 
 /// The state of the mesh that is deformed: the reference mesh, or the result of a substep.
@@ -77,72 +72,36 @@ enum Way {
     Here(Vec<Field>),
     /// With all ranks, a slab each.
     Shared(SharedFields),
-    /// Nowhere: where they have moved the nodes is stored.
-    Stored,
-}
-
-/// Who evaluates fields.
-#[derive(Clone, Copy)]
-pub(crate) enum By<'a> {
-    /// This process.
-    Here,
-    /// All ranks.
-    Team(&'a Arc<Team>),
-    /// Others have done so, and what came of it is stored.
-    Others,
-}
-
-impl<'a> By<'a> {
-    /// Displacements of steps in one go.
-    pub fn of(plan: &'a Plan) -> Self {
-        match &plan.sharing {
-            Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => Self::Here,
-            Sharing::Ranks(team) => Self::Team(team),
-            Sharing::Joined(_) => Self::Others,
-        }
-    }
-
-    /// What slabs do not store: substeps.
-    pub fn again(plan: &'a Plan) -> Self {
-        plan.team().map_or(Self::Here, Self::Team)
-    }
 }
 
 impl Fields {
-    /// Has every layer evaluated at the nodes that deform; with `correct` the surface is made exact.
+    /// Evaluates every layer at the nodes that deform, with the ranks of a `team` where there is one; with `correct` the surface
+    /// is made exact.
     pub(crate) fn new(
         state: MeshState<'_>,
         layers: &[Layer],
         chosen: &[Chosen<'_>],
         correct: bool,
         progress: &dyn Progress,
-        by: By<'_>,
+        team: Option<&Arc<Team>>,
     ) -> Self {
-        if let By::Team(team) = by {
+        if let Some(team) = team {
             let (shared, narrow) = team.evaluate(state, layers, chosen, correct, progress);
             let way = Way::Shared(shared);
             return Self { way, narrow };
         }
         let mut narrow: Option<Narrow> = None;
-        let mut fields = match by {
-            By::Others => Vec::new(),
-            By::Here | By::Team(_) => evaluate_all(state, layers, chosen, progress),
-        };
-        for (i, (layer, chosen)) in layers.iter().zip(chosen).enumerate() {
+        let mut fields = evaluate_all(state, layers, chosen, progress);
+        for (field, (layer, chosen)) in fields.iter_mut().zip(layers.iter().zip(chosen)) {
             if correct && layer.modes.n_modes > 0 {
                 let fading = fading(state, chosen);
                 narrow = narrowest(narrow, chosen, &fading);
-                if let Some(field) = fields.get_mut(i) {
-                    let residuals = &chosen.selection.residuals;
-                    let correction = Correction::fading(fading, residuals, layer.modes.n_modes);
-                    correction.add_to(field, state.nodes);
-                }
+                let residuals = &chosen.selection.residuals;
+                let correction = Correction::fading(fading, residuals, layer.modes.n_modes);
+                correction.add_to(field, state.nodes);
             }
         }
-        let way = match by {
-            By::Others => Way::Stored,
-            By::Here | By::Team(_) => Way::Here(fields),
-        };
+        let way = Way::Here(fields);
         Self { way, narrow }
     }
 
@@ -166,7 +125,7 @@ impl Fields {
     pub(super) fn of_layer(&mut self, layer: usize) -> &mut Field {
         match &mut self.way {
             Way::Here(fields) => &mut fields[layer],
-            Way::Shared(_) | Way::Stored => panic!("{ELSEWHERE}"),
+            Way::Shared(_) => panic!("{ELSEWHERE}"),
         }
     }
 
@@ -174,7 +133,7 @@ impl Fields {
     pub fn vectors(&self, layers: &[Layer], step: usize, out: &mut [Vector]) {
         match &self.way {
             Way::Shared(shared) => shared.move_to(step, None, out),
-            Way::Here(_) | Way::Stored => {
+            Way::Here(_) => {
                 let still = vec![[0.0; 3]; out.len()];
                 let state = MeshState {
                     nodes: &still,
@@ -188,28 +147,6 @@ impl Fields {
         }
     }
 
-    /// Writes by how much the nodes move at a step that fields cover, which are some entries of `out`.
-    ///
-    /// # Panics
-    /// Where fields do not lie with this process.
-    pub(super) fn vectors_covered(
-        &self,
-        layers: &[Layer],
-        step: usize,
-        entries: &[u32],
-        out: &mut [Vector],
-    ) {
-        let still = sparse::zeros(out.len(), [0.0; 3]);
-        let state = MeshState {
-            nodes: &still,
-            deforming: Some(entries),
-            surface: &[],
-            facets: &[],
-            rank_places: RankPlaces::Told,
-        };
-        self.displace_covered(layers, step, state, out);
-    }
-
     /// Moves all nodes to a step, and writes to `out` where those are of which ranks tell: the others stay with their ranks. With
     /// `from_zero` nothing moves, and what is found is by how much it would.
     ///
@@ -218,7 +155,7 @@ impl Fields {
     pub(super) fn displace_apart(&self, step: usize, from_zero: bool, out: &mut [Vector]) {
         match &self.way {
             Way::Shared(shared) => shared.move_apart(step, from_zero, out),
-            Way::Here(_) | Way::Stored => panic!("nodes stay with ranks where there are several"),
+            Way::Here(_) => panic!("nodes stay with ranks where there are several"),
         }
     }
 
@@ -234,23 +171,6 @@ impl Fields {
         }
     }
 
-    /// Writes to `out` where the nodes are at a step that fields cover, and no others.
-    ///
-    /// # Panics
-    /// Where fields do not lie with this process.
-    pub(super) fn displace_covered(
-        &self,
-        layers: &[Layer],
-        step: usize,
-        state: MeshState<'_>,
-        out: &mut [Vector],
-    ) {
-        match &self.way {
-            Way::Here(fields) => displace_covered(fields, layers, step, state, out),
-            Way::Shared(_) | Way::Stored => panic!("{ELSEWHERE}"),
-        }
-    }
-
     /// Writes the positions at a step of the layers to `out`; `state` is what the fields were evaluated for.
     pub fn displace(
         &self,
@@ -262,7 +182,6 @@ impl Fields {
         let fields = match &self.way {
             Way::Here(fields) => fields,
             Way::Shared(shared) => return shared.move_to(step, Some(state.nodes), out),
-            Way::Stored => panic!("{ELSEWHERE}"),
         };
         let translation = layers
             .iter()
@@ -276,42 +195,6 @@ impl Fields {
             if layer.kind != LayerKind::Displacement && layer.modes.n_modes > 0 {
                 rotate(layer, field, step, state, out);
             }
-        }
-    }
-}
-
-/// Writes the positions of the nodes that fields cover, and of no others.
-fn displace_covered(
-    fields: &[Field],
-    layers: &[Layer],
-    step: usize,
-    state: MeshState<'_>,
-    out: &mut [Vector],
-) {
-    let nodes = state.deforming.expect("fields cover some nodes");
-    for (i, rows) in nodes.chunks(ROWS).enumerate() {
-        let moved = parallel::collect(rows.len(), |row| {
-            let (x, row) = (state.nodes[rows[row] as usize], i * ROWS + row);
-            let mut place = x;
-            for (layer, field) in layers.iter().zip(fields) {
-                let r = field.n_modes;
-                let values = &field.values[row * r..][..r];
-                if layer.kind == LayerKind::Displacement && r > 0 {
-                    let (coefficients, _) = layer.modes.at_step(step).as_chunks::<3>();
-                    place = add(x, weighted_sum(values, coefficients));
-                }
-            }
-            for (layer, field) in layers.iter().zip(fields) {
-                let r = field.n_modes;
-                if layer.kind != LayerKind::Displacement && r > 0 {
-                    let values = &field.values[row * r..][..r];
-                    place = add(place, layer.displacement(x, values, step));
-                }
-            }
-            place
-        });
-        for (&node, place) in rows.iter().zip(moved) {
-            out[node as usize] = place;
         }
     }
 }

@@ -2,15 +2,13 @@
 //! rotation to the inertial frame.
 
 use super::choose;
-use super::fields::{By, Chosen, Fields, MeshState, RankPlaces};
+use super::fields::{Chosen, Fields, MeshState, RankPlaces};
 use super::layer::Layer;
 use super::plan::Plan;
 use super::round_off;
-use super::sharing::Sharing;
-use super::slabs::OneSlab;
 use super::sliding;
 use super::substeps::Parts;
-use super::velocity::{IntoInertial, MovedHere, Velocities};
+use super::velocity::{IntoInertial, Velocities};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
@@ -43,8 +41,6 @@ pub struct Interval {
     velocities: Option<Velocities>,
     /// The nodes that deform, once they are asked for; none for all.
     deforming: OnceLock<Option<Vec<u32>>>,
-    /// Their entries among the places of the mesh, where this process has the outline for a slab.
-    rows: Option<Vec<u32>>,
     /// Distinct base points of all layers.
     pub n_base: usize,
     /// Warnings about the surface.
@@ -81,19 +77,11 @@ impl Interval {
             steps: steps.clone(),
             n_base: distinct_points(&selections),
             deforming: OnceLock::new(),
-            rows: None,
             way: Way::Substeps,
             bases: selections.iter().map(|s| s.base.clone()).collect(),
             velocities: None,
             warnings: choose::left_out(plan, &selections),
         };
-        if interval.outlined_slab().is_some()
-            && let Some(nodes) = interval.deforming()
-        {
-            let slots = plan.mesh.slots();
-            let slot = |at: usize| slots.of(nodes[at]) as u32;
-            interval.rows = Some(parallel::collect(nodes.len(), slot));
-        }
         let noise = round_off::check(plan, &selections)?;
         interval.warnings.extend(noise);
         // Ranks evaluate fields where they judge cells.
@@ -132,25 +120,14 @@ impl Interval {
                 error: largest(errors),
             })
             .collect();
-        let state = self.reference(match &plan.sharing {
-            Sharing::Ranks(_) | Sharing::Joined(_) => true,
-            Sharing::Slab(_) => self.outlined_slab().is_some(),
-            Sharing::Alone | Sharing::File(_) => false,
-        });
+        let state = self.reference(plan.team().is_some());
         let n_nodes = match plan.team() {
             Some(team) => team.n_deforming(&plan.mesh),
             None => state.deforming.map_or(state.nodes.len(), <[u32]>::len),
         };
         progress.start("modes", Some((n_nodes * plan.layers.len()) as u64));
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(
-            state,
-            &plan.layers,
-            &chosen,
-            correct,
-            progress,
-            By::of(plan),
-        );
+        let fields = Fields::new(state, &plan.layers, &chosen, correct, progress, plan.team());
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
             let velocities = Velocities::new(plan, layer, state, chosen, &self.steps)?;
@@ -178,45 +155,22 @@ impl Interval {
 
     /// Velocities of the nodes, which are at `points` at a step, where the schedule asks for them. Where most nodes are `apart`, so
     /// are their velocities.
-    ///
-    /// # Errors
-    /// Where slabs have left some that cannot be read.
     pub fn velocities_at(
         &self,
         step: &Step,
         apart: bool,
         points: &[Vector],
-    ) -> Result<Option<Vec<Vector>>> {
+    ) -> Option<Vec<Vector>> {
         let (plan, n_nodes) = (&*self.plan, points.len());
-        let Some(velocities) = &self.velocities else {
-            return Ok(None);
-        };
+        let velocities = self.velocities.as_ref()?;
         let mut out = match apart {
             true => sparse::zeros(n_nodes, [0.0; 3]),
             false => vec![[0.0; 3]; n_nodes],
         };
-        match (plan.joined(), apart) {
-            (Some(_), true) => {}
-            (Some(joined), false) => joined.read_velocities(step.index, &mut out)?,
-            (None, true) => velocities.in_rotor_frame(plan, step, MovedHere::ByRanks, &mut out),
-            (None, false) => velocities.in_rotor_frame(plan, step, MovedHere::All, &mut out),
-        }
+        velocities.in_rotor_frame(plan, step, apart, &mut out);
         if !apart {
-            IntoInertial::turn(plan, step, 0, points, &mut out);
+            IntoInertial::turn(plan, step, points, &mut out);
         }
-        Ok(Some(out))
-    }
-
-    /// Velocities of the nodes of one slab at a step in the frame of the rotor, in the slots of the mesh, where the schedule asks for
-    /// them.
-    pub(super) fn velocities_of_slab(&self, step: &Step) -> Option<Vec<Vector>> {
-        let (plan, velocities) = (&*self.plan, self.velocities.as_ref()?);
-        let n_nodes = plan.mesh.points.len();
-        let (moved, mut out) = match (self.outlined_slab(), &self.rows) {
-            (Some(_), Some(rows)) => (MovedHere::Entries(rows), sparse::zeros(n_nodes, [0.0; 3])),
-            _ => (MovedHere::All, vec![[0.0; 3]; n_nodes]),
-        };
-        velocities.in_rotor_frame(plan, step, moved, &mut out);
         Some(out)
     }
 
@@ -227,11 +181,10 @@ impl Interval {
                 true => &self.plan.mesh.points,
                 false => self.plan.points(),
             },
-            deforming: match &self.rows {
-                Some(rows) => Some(rows),
+            deforming: match are_apart {
                 // Whoever moves them knows which deform.
-                None if are_apart => None,
-                None => self.deforming(),
+                true => None,
+                false => self.deforming(),
             },
             surface: &self.plan.surface.points,
             facets: &self.plan.surface.facets,
@@ -261,8 +214,7 @@ impl Interval {
         self.known_points_at(step, None, out)
     }
 
-    /// The same; where some nodes are `known`, of these alone: the others stay with the ranks that move them. Of one slab it is of
-    /// the nodes that the slab has and of the surface, where there is the outline of the mesh.
+    /// The same; where some nodes are `known`, of these alone: the others stay with the ranks that move them.
     pub(super) fn known_points_at(
         &self,
         step: &Step,
@@ -270,10 +222,6 @@ impl Interval {
         out: &mut [Vector],
     ) -> Result<f64> {
         let plan = &*self.plan;
-        if let Some(joined) = plan.joined() {
-            let slots = plan.slots(known.is_some());
-            return joined.enter(step.index, self.hash_of_base(), known, (slots, out));
-        }
         let (fields, errors) = match &self.way {
             Way::AtOnce { fields, errors } => (fields, errors),
             Way::Substeps => {
@@ -281,60 +229,16 @@ impl Interval {
                     n: plan.schedule.rbf.substeps,
                     kernel: None,
                 };
-                let error = self.through_substeps(step, parts, self.here(known), out)?;
-                self.finish_positions(step, self.here(known), out);
+                let error = self.through_substeps(step, parts, known, out)?;
+                self.finish_positions(step, known, out);
                 return Ok(error);
             }
         };
-        let known = self.here(known);
         let state = self.reference(known.is_some());
-        self.displace(fields, &plan.layers, step.index, (state, known), out);
+        displace(fields, &plan.layers, step.index, (state, known), out);
         self.place_surface_nodes(step, 1.0, (state, known), fields, out);
         self.finish_positions(step, known, out);
         Ok(errors.at(plan, step))
-    }
-
-    /// The nodes that are moved here: those that are `known`, or of one slab those that deform, where this process has the outline
-    /// of the mesh; none for all.
-    fn here<'a>(&'a self, known: Option<&'a [u32]>) -> Option<&'a [u32]> {
-        match self.outlined_slab() {
-            Some(_) => self.deforming(),
-            None => known,
-        }
-    }
-
-    fn outlined_slab(&self) -> Option<&OneSlab> {
-        let plan = &*self.plan;
-        plan.sharing.slab().filter(|_| plan.mesh.outline.is_some())
-    }
-
-    /// Writes where fields move the nodes that are moved `here`.
-    pub(super) fn displace(
-        &self,
-        fields: &Fields,
-        layers: &[Layer],
-        step: usize,
-        (state, here): (MeshState<'_>, Option<&[u32]>),
-        out: &mut [Vector],
-    ) {
-        match (self.outlined_slab(), here) {
-            (Some(slab), _) => {
-                self.put_at_rest(slab.part(&self.plan.mesh).numbers_in_whole(), out);
-                fields.displace_covered(layers, step, state, out);
-            }
-            (None, Some(_)) => fields.displace_apart(step, false, out),
-            (None, None) => fields.displace(layers, step, state, out),
-        }
-    }
-
-    /// Puts those of some nodes at rest that do not deform, where zones alone do.
-    fn put_at_rest(&self, nodes: &[u32], out: &mut [Vector]) {
-        let Some(zone) = &self.plan.motion.zone else {
-            return;
-        };
-        let stay = nodes.iter().filter(|node| !zone.sides.nodes.has(**node));
-        let (mesh, slots) = (&self.plan.mesh, self.plan.mesh.slots());
-        stay.for_each(|&node| out[slots.of(node)] = mesh.place(node));
     }
 
     /// Whether ranks move nodes as they are moved here, of which some are `known`; where they tell of all, in `substeps`: but for what
@@ -342,19 +246,6 @@ impl Interval {
     pub(super) fn ranks_follow(&self, known: Option<&[u32]>, in_substeps: bool) -> bool {
         let at_once = matches!(self.way, Way::AtOnce { .. }) && !in_substeps;
         self.plan.moves_by_fields() && (at_once || known.is_some() || !self.plan.slides_on_curves())
-    }
-
-    /// The hash of the base points, by their numbers among the surface points.
-    pub(super) fn hash_of_base(&self) -> [u8; 32] {
-        let mut hasher = blake3::Hasher::new();
-        let of_velocities = self.velocities.iter().map(|velocities| &velocities.base);
-        for base in self.bases.iter().chain(of_velocities) {
-            hasher.update(&(base.len() as u64).to_le_bytes());
-            for at in base {
-                hasher.update(&(*at as u64).to_le_bytes());
-            }
-        }
-        *hasher.finalize().as_bytes()
     }
 
     /// Writes the node positions at a step to `out`, computed in substeps; gives the largest displacement
@@ -488,6 +379,20 @@ impl Interval {
         let sliding =
             sliding::off_boundary(&plan.motion, &plan.surface, to_inertial, (slots, points));
         errors.into_iter().fold(sliding, combined)
+    }
+}
+
+/// Writes where fields move nodes; where some are `known`, these alone.
+pub(super) fn displace(
+    fields: &Fields,
+    layers: &[Layer],
+    step: usize,
+    (state, known): (MeshState<'_>, Option<&[u32]>),
+    out: &mut [Vector],
+) {
+    match known {
+        Some(_) => fields.displace_apart(step, false, out),
+        None => fields.displace(layers, step, state, out),
     }
 }
 

@@ -1,8 +1,6 @@
 //! Measures the quality of deformed meshes against the reference mesh.
 
 use super::plan::Plan;
-use super::sharing::Sharing;
-use super::slabs::Joined;
 use super::team::Team;
 use super::wall_angles::WallAngles;
 use crate::geometry::vector::Vector;
@@ -17,28 +15,6 @@ pub(crate) struct Measures {
     walls: OnceLock<WallAngles>,
 }
 
-/// Who judges a mesh.
-enum Who<'a> {
-    /// This process.
-    Here,
-    /// All ranks.
-    Ranks(&'a Team),
-    /// Those that have worked on slabs have judged this step.
-    Slabs(&'a Joined, usize),
-}
-
-impl<'a> Who<'a> {
-    fn judges(plan: &'a Plan, by_fields: Option<usize>) -> Self {
-        match (&plan.sharing, by_fields) {
-            (Sharing::Ranks(team), _) if plan.judges() => Self::Ranks(team),
-            (Sharing::Joined(joined), Some(step)) if joined.is_at(step) => {
-                Self::Slabs(joined, step)
-            }
-            _ => Self::Here,
-        }
-    }
-}
-
 impl Measures {
     /// For the reference mesh of a plan.
     pub fn new(plan: &Plan) -> Self {
@@ -46,12 +22,11 @@ impl Measures {
             judge: OnceLock::new(),
             walls: OnceLock::new(),
         };
-        match &plan.sharing {
-            Sharing::Ranks(_) if plan.judges() => plan.share(),
-            Sharing::Alone | Sharing::File(_) | Sharing::Ranks(_) => {
+        match judging_team(plan) {
+            Some(_) => plan.share(),
+            None => {
                 measures.walls.get_or_init(|| measures.find_walls(plan));
             }
-            Sharing::Slab(_) | Sharing::Joined(_) => {}
         }
         measures
     }
@@ -77,10 +52,9 @@ impl Measures {
 
     /// The quality of the cells with their nodes at `points`, which are those of a step `by_fields` alone where that says so.
     pub fn cells(&self, plan: &Plan, points: &[Vector], by_fields: Option<usize>) -> Summary {
-        match Who::judges(plan, by_fields) {
-            Who::Ranks(team) => team.cells(points, by_fields),
-            Who::Slabs(joined, step) => joined.cells(step),
-            Who::Here => self.judge(plan).cells(plan.whole(), points),
+        match judging_team(plan) {
+            Some(team) => team.cells(points, by_fields),
+            None => self.judge(plan).cells(plan.whole(), points),
         }
     }
 
@@ -92,10 +66,9 @@ impl Measures {
         points: &[Vector],
         by_fields: Option<usize>,
     ) -> Assessment {
-        let faces = match Who::judges(plan, by_fields) {
-            Who::Ranks(team) => team.faces(points, by_fields),
-            Who::Slabs(joined, step) => joined.faces(step),
-            Who::Here => self.judge(plan).faces(plan.whole(), points),
+        let faces = match judging_team(plan) {
+            Some(team) => team.faces(points, by_fields),
+            None => self.judge(plan).faces(plan.whole(), points),
         };
         Assessment { cells, faces }
     }
@@ -107,10 +80,9 @@ impl Measures {
         points: &[Vector],
         by_fields: Option<usize>,
     ) -> Option<f64> {
-        match Who::judges(plan, by_fields) {
-            Who::Ranks(team) => team.normal_change(points, by_fields),
-            Who::Slabs(joined, step) => joined.normal_change(step),
-            Who::Here => {
+        match judging_team(plan) {
+            Some(team) => team.normal_change(points, by_fields),
+            None => {
                 let mesh = plan.whole();
                 let walls = self.walls.get_or_init(|| self.find_walls(plan));
                 walls.largest_change(mesh, points, &mesh.points)
@@ -136,4 +108,10 @@ impl Measures {
             ..Quality::from(&all)
         }
     }
+}
+
+/// The ranks that judge meshes, where they do.
+fn judging_team(plan: &Plan) -> Option<&Team> {
+    let team = plan.team().filter(|_| plan.judges());
+    team.map(|team| &**team)
 }

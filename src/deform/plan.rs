@@ -6,7 +6,6 @@ use super::layer::{Layer, Method};
 use super::periodic::PeriodicNodes;
 use super::sharing::Holder;
 use super::sharing::Sharing;
-use super::slabs::Joined;
 use super::surface::SurfacePoints;
 use super::team::{Maps, Placing, Team};
 use crate::diagnostic::Diagnostic;
@@ -80,8 +79,8 @@ impl Plan {
 
     /// Reads the whole mesh where this rank has the outline alone; `reason` is told with `-v`.
     pub(crate) fn take_whole(&self, reason: &'static str) -> Result<()> {
-        if let (Some(_), None, Some(by)) = (&self.mesh.outline, self.whole.get(), self.holder()) {
-            let whole = Arc::new(by.whole()?);
+        if let (Some(_), None, Some(team)) = (&self.mesh.outline, self.whole.get(), self.team()) {
+            let whole = Arc::new(team.whole()?);
             self.whole.get_or_init(|| (whole, reason));
         }
         Ok(())
@@ -98,7 +97,7 @@ impl Plan {
         }
     }
 
-    /// Who has the mesh where this is the outline of it.
+    /// Who looks at all cells where this is the outline of the mesh.
     fn holder(&self) -> Option<&dyn Holder> {
         self.mesh.outline.as_ref()?;
         self.sharing.holder()
@@ -109,14 +108,10 @@ impl Plan {
         self.sharing.team()
     }
 
-    /// The slabs that this process joins, where it does.
-    pub(crate) fn joined(&self) -> Option<&Arc<Joined>> {
-        self.sharing.joined()
-    }
-
     /// The hash of the file of the mesh, where this process has the outline.
     pub(crate) fn hash_of_file(&self) -> Option<Result<blake3::Hash>> {
-        Some(self.holder()?.hash_of_file())
+        self.mesh.outline.as_ref()?;
+        Some(self.team()?.hash_of_file())
     }
 
     /// Where the nodes are in the reference mesh: with an outline those that are known, in its [`Slots`], until the whole is taken.
@@ -264,42 +259,19 @@ impl Plan {
     /// The nodes whose places this rank has to know at a step whose positions stay with the ranks that moved them, ascending;
     /// none where it has to know all. Tells the ranks which these are.
     pub(super) fn divide(&self) -> Option<Vec<u32>> {
-        if self.team().is_none() && self.joined().is_none() {
-            return None;
-        }
+        let team = self.team()?;
         let is_solid = self.mesh.dimension() == 3 && !self.motion.rotor.in_plane;
-        // Of what slabs have stored all is known.
-        let all_is_known = self.joined().is_some() || self.moves_by_fields();
-        if !(all_is_known && is_solid) {
+        if !(self.moves_by_fields() && is_solid) {
             return None;
         }
-        let mut known = self.surface_and_followers();
+        let followers = self.periodic.followers().iter();
+        let mut known = self.motion.surface.nodes.nodes.clone();
+        known.extend(followers.flat_map(|of| [of.leader, of.node]));
         known.extend(self.first_cells.nodes());
         known.sort_unstable();
         known.dedup();
-        if let Some(team) = self.team() {
-            team.divide(&self.mesh, self.told(&known));
-        }
+        team.divide(&self.mesh, self.told(&known));
         Some(known)
-    }
-
-    /// The nodes of the surface, those that follow others, and these.
-    fn surface_and_followers(&self) -> Vec<u32> {
-        let followers = self.periodic.followers().iter();
-        let mut nodes = self.motion.surface.nodes.nodes.clone();
-        nodes.extend(followers.flat_map(|of| [of.leader, of.node]));
-        nodes
-    }
-
-    /// The nodes that fields have to move for one slab: its own with those around, and those on the surface and with followers that
-    /// nothing else places, ascending. None where this process does not work on one.
-    fn nodes_of_slab(&self) -> Option<Vec<u32>> {
-        let slab = self.sharing.slab()?;
-        let mut nodes = self.told(&self.surface_and_followers());
-        nodes.extend(slab.part(&self.mesh).numbers_in_whole());
-        parallel::sort(&mut nodes);
-        nodes.dedup();
-        Some(nodes)
     }
 
     /// Which of some nodes ranks have to tell of: the surface that the correction makes exact is known without that.
@@ -335,29 +307,18 @@ impl Plan {
         nodes.iter().filter(is_inside).copied().collect()
     }
 
-    /// The nodes that this process moves, ascending; `None` for all.
+    /// The nodes that deform, of one layer the lower ones, ascending; `None` for all.
     pub fn deforming_nodes(&self) -> Option<Vec<u32>> {
         let zone = self.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
         let is_inside = |node: &u32| zone.is_none_or(|inside| inside.has(*node));
-        let of_slab = self.nodes_of_slab();
-        let is_wanted = |node: &u32| {
-            let nodes = of_slab.as_ref();
-            nodes.is_none_or(|nodes| nodes.binary_search(node).is_ok())
-        };
         if let Some(layer) = &self.one_layer {
             // The nodes over them go with them.
-            let pairs = layer.pairs.iter();
-            let pairs = pairs.filter(|[low, high]| is_wanted(low) || is_wanted(high));
-            return Some(pairs.map(|[low, _]| *low).filter(is_inside).collect());
+            let low = layer.pairs.iter().map(|[low, _]| *low);
+            return Some(low.filter(is_inside).collect());
         }
-        match (of_slab, zone) {
-            (None, None) => None,
-            (Some(nodes), _) => Some(nodes.into_iter().filter(is_inside).collect()),
-            (None, Some(_)) => {
-                let all = 0..self.mesh.points.len() as u32;
-                Some(all.filter(is_inside).collect())
-            }
-        }
+        zone?;
+        let all = 0..self.mesh.points.len() as u32;
+        Some(all.filter(is_inside).collect())
     }
 
     /// The same as a set, where ranks share the work; the zones have most of them in few runs.

@@ -8,14 +8,12 @@ use super::interval::Interval;
 use super::measures::Measures;
 use super::plan::Plan;
 use super::repair::{self, Repair, n_not_valid};
-use super::sharing::Sharing;
 use super::step_memory::{RepairedStep, Rounding, StepMemory};
 use super::substeps::Parts;
 use super::untangle::StepFreedom;
 use super::window::{Window, folded_around, steps_around};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
-use crate::mesh::Slots;
 use crate::motion::{OnInverted, Step};
 use crate::parallel;
 use crate::progress::Stop;
@@ -79,7 +77,7 @@ impl Stepper<'_> {
         if !repair::wants_repair(self.plan, cells) {
             return Ok(());
         }
-        self.make_whole(step, points)?;
+        self.make_whole(points)?;
         found.is_apart = false;
         let mut done = self.try_substeps(step, points, cells, &mut found.selection_error)?;
         if self.plan.schedule.output.on_inverted == OnInverted::Repair && n_not_valid(cells) > 0 {
@@ -124,7 +122,7 @@ impl Stepper<'_> {
         // Where nothing has moved there is nothing to take part in.
         let window = match window {
             Some(window) => {
-                self.make_whole(step, points)?;
+                self.make_whole(points)?;
                 (*points != self.plan.whole().points[..]).then_some(window)
             }
             None => None,
@@ -179,7 +177,7 @@ impl Stepper<'_> {
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.judge_plain(worst, points);
-        self.make_whole(worst, points)?;
+        self.make_whole(points)?;
         let substeps = self
             .try_substeps(worst, points, &mut cells, &mut error)?
             .substeps;
@@ -354,9 +352,6 @@ impl Stepper<'_> {
 
     fn through(&self, step: &Step, parts: Parts, points: &mut [Vector]) -> Result<f64> {
         let error = self.interval.points_through(step, parts, points)?;
-        if let Some(joined) = self.plan.joined() {
-            joined.leave();
-        }
         self.end_move(step, (None, true), points);
         Ok(error)
     }
@@ -382,18 +377,13 @@ impl Stepper<'_> {
     }
 
     /// Takes the positions of a plain step that are elsewhere, and the whole mesh.
-    fn make_whole(&self, step: &Step, points: &mut [Vector]) -> Result<()> {
+    fn make_whole(&self, points: &mut [Vector]) -> Result<()> {
         if self.known.is_none() {
             return Ok(());
         }
         self.plan.take_whole("folded cells are repaired")?;
-        match &self.plan.sharing {
-            Sharing::Ranks(team) => team.collect(points),
-            Sharing::Joined(joined) => {
-                let base = self.interval.hash_of_base();
-                joined.enter(step.index, base, None, (Slots::All, points))?;
-            }
-            Sharing::Alone | Sharing::File(_) | Sharing::Slab(_) => {}
+        if let Some(team) = self.plan.team() {
+            team.collect(points);
         }
         Ok(())
     }
@@ -403,7 +393,7 @@ impl Stepper<'_> {
         match substeps {
             None => {
                 let error = self.plain(step, points)?;
-                self.make_whole(step, points)?;
+                self.make_whole(points)?;
                 Ok(error)
             }
             Some(parts) => self.through(step, parts, points),

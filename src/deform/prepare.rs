@@ -67,9 +67,6 @@ impl Plan {
                 sharing = sharing.doubled(doubled, mesh)?;
             }
         }
-        if let Some(slab) = sharing.slab() {
-            slab.read(&mut mesh)?;
-        }
         let in_schedule = |error: Error| error.file(&schedule.path);
         let interface = motion.zone.as_ref().map(|zone| &zone.sides.interface_faces);
         let surface = SurfacePoints::new(&mesh, &motion.surface, interface).map_err(in_schedule)?;

@@ -26,7 +26,7 @@ impl Stepper<'_> {
         found: &Positions,
         points: &[Vector],
     ) -> Result<Option<Vec<Vector>>> {
-        let velocities = self.interval.velocities_at(step, found.is_apart, points)?;
+        let velocities = self.interval.velocities_at(step, found.is_apart, points);
         let Some(mut out) = velocities else {
             return Ok(None);
         };

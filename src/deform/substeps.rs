@@ -1,8 +1,8 @@
 //! A step in substeps: the motion is cut into equal parts, and each is interpolated on the mesh that the
 //! part before gave.
 
-use super::fields::{By, Chosen, Fields, MeshState, RankPlaces};
-use super::interval::Interval;
+use super::fields::{Chosen, Fields, MeshState, RankPlaces};
+use super::interval::{Interval, displace};
 use super::layer;
 use super::sliding;
 use crate::error::Result;
@@ -131,8 +131,8 @@ impl Interval {
             ..self.reference(known.is_some())
         };
         let correct = plan.schedule.selection.correction;
-        let fields = Fields::new(state, &layers, &chosen, correct, &Silent, By::again(plan));
-        self.displace(&fields, &layers, 0, (state, known), out);
+        let fields = Fields::new(state, &layers, &chosen, correct, &Silent, plan.team());
+        displace(&fields, &layers, 0, (state, known), out);
         self.place_surface_nodes(step, to, (state, known), &fields, out);
         Ok(selections.iter().map(|selection| selection.error).sum())
     }

@@ -8,7 +8,7 @@
 //! The base points are those of the displacements; where these are not enough for the velocities (a body
 //! that passes its position at rest), further ones are added.
 
-use super::fields::{By, Chosen, Fields, MeshState};
+use super::fields::{Chosen, Fields, MeshState};
 use super::layer::{Free, Layer, Method};
 use super::plan::Plan;
 use super::team::Rates;
@@ -68,8 +68,6 @@ pub(super) fn layer(plan: &Plan) -> Result<Layer> {
 /// Velocities of the nodes of a mesh at the steps of an interval.
 pub(super) struct Velocities {
     fields: Fields,
-    /// Base points of the velocities.
-    pub base: Vec<usize>,
     /// A note where base points leave too large an error and no more may be added.
     pub warning: Option<DeformNote>,
 }
@@ -91,34 +89,22 @@ impl Velocities {
             ..*displacements
         }];
         let layers = std::slice::from_ref(layer);
-        // Where others have evaluated them there is nothing to correct.
-        let correct = plan.schedule.selection.correction && plan.joined().is_none();
-        let fields = Fields::new(state, layers, &chosen, correct, &Silent, By::of(plan));
-        Ok(Self {
-            fields,
-            base: own.base,
-            warning,
-        })
+        let correct = plan.schedule.selection.correction;
+        let fields = Fields::new(state, layers, &chosen, correct, &Silent, plan.team());
+        Ok(Self { fields, warning })
     }
 
-    /// Velocities of the nodes at a step in mesh units a second, in the frame of the rotor.
-    pub fn in_rotor_frame(
-        &self,
-        plan: &Plan,
-        step: &Step,
-        moved: MovedHere<'_>,
-        out: &mut [Vector],
-    ) {
-        let layers = plan.velocity.as_slice();
-        match moved {
-            MovedHere::All => self.fields.vectors(layers, step.index, out),
-            MovedHere::Entries(entries) => {
-                self.fields
-                    .vectors_covered(layers, step.index, entries, out);
+    /// Velocities of the nodes at a step in mesh units a second, in the frame of the rotor. Where they are `apart`, those of the nodes
+    /// that are known here; each rank keeps those of its own.
+    pub fn in_rotor_frame(&self, plan: &Plan, step: &Step, apart: bool, out: &mut [Vector]) {
+        match apart {
+            true => self.fields.displace_apart(step.index, true, out),
+            false => {
+                let layers = plan.velocity.as_slice();
+                self.fields.vectors(layers, step.index, out);
             }
-            MovedHere::ByRanks => self.fields.displace_apart(step.index, true, out),
         }
-        let slots = plan.slots(!matches!(moved, MovedHere::All));
+        let slots = plan.slots(apart);
         if plan.schedule.selection.correction {
             set_surface_velocities(plan, step, (slots, out));
         }
@@ -129,7 +115,7 @@ impl Velocities {
         if let Some(layer) = &plan.one_layer {
             layer.level_directions(out);
         }
-        if let (MovedHere::ByRanks, Some(team)) = (moved, plan.team()) {
+        if let Some(team) = plan.team().filter(|_| apart) {
             let bodies = plan.motion.velocities(step);
             let rates = Rates {
                 bodies: bodies.iter().map(BodyVelocity::rigid).collect(),
@@ -138,17 +124,6 @@ impl Velocities {
             team.end_velocities(rates, out);
         }
     }
-}
-
-/// Which velocities are computed in this process.
-#[derive(Clone, Copy)]
-pub(super) enum MovedHere<'a> {
-    /// All of them.
-    All,
-    /// Those of nodes with these entries among the places of an outline.
-    Entries(&'a [u32]),
-    /// Those of the nodes that are known here; each rank keeps those of its own.
-    ByRanks,
 }
 
 /// Turns velocities into the inertial frame.
@@ -169,15 +144,15 @@ impl IntoInertial {
         self.to.velocity(self.back.apply(x), v)
     }
 
-    /// Turns those of consecutive nodes that deform, from the number of the first on, which are at `points`.
-    pub fn turn(plan: &Plan, step: &Step, first: usize, points: &[Vector], out: &mut [Vector]) {
+    /// Turns those of the nodes that deform, which are at `points`.
+    pub fn turn(plan: &Plan, step: &Step, points: &[Vector], out: &mut [Vector]) {
         let Some(to) = plan.motion.to_inertial_moving(step) else {
             return;
         };
         let by = Self::new(to);
         let inside = plan.motion.zone.as_ref().map(|zone| &zone.sides.nodes);
         parallel::update(out, |at, v| {
-            if inside.is_none_or(|inside| inside.has((first + at) as u32)) {
+            if inside.is_none_or(|inside| inside.has(at as u32)) {
                 *v = by.at(points[at], *v);
             }
         });
@@ -269,9 +244,7 @@ mod tests {
         let mut points = plan.mesh.points.clone();
         interval.points_at(step, &mut points).expect("it deforms");
         let velocities = interval.velocities_at(step, false, &points);
-        velocities
-            .expect("they are found")
-            .expect("they are asked for")
+        velocities.expect("they are asked for")
     }
 
     #[test]

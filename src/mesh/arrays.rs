@@ -1,7 +1,5 @@
 //! Data arrays of a mesh: at nodes, at cells, or field arrays.
 
-use super::Mesh;
-use crate::sparse;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -81,14 +79,6 @@ impl DataArray {
     /// Number of tuples.
     pub fn n_tuples(&self) -> usize {
         self.values.len() / self.n_components.max(1)
-    }
-}
-
-impl Mesh {
-    /// Forgets the values of arrays at nodes and cells: their zeros take no memory.
-    pub(crate) fn forget_arrays(&mut self) {
-        let arrays = self.point_arrays.iter_mut().chain(&mut self.cell_arrays);
-        arrays.for_each(|array| array.values.forget());
     }
 }
 
@@ -221,11 +211,6 @@ impl Values {
         }
         append!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64, Text);
         true
-    }
-
-    /// Forgets what the numbers are: as many zeros, which take no memory.
-    fn forget(&mut self) {
-        with_numbers!(self, v => *v = sparse::zeros(v.len(), Default::default()), _text => ());
     }
 
     /// Bytes held in memory.

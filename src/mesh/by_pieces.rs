@@ -1,18 +1,15 @@
-//! A mesh that one process reads piece by piece and never holds as a whole: a slab of it with the cells around, and what is asked
-//! for of its cells and nodes.
+//! A mesh that one process reads piece by piece and never holds as a whole: what is asked for of its cells and nodes.
 
-use super::from_slabs::{MeshByRanges, mesh_of, nodes_of, own_cells, own_points, part_of};
+use super::from_slabs::{MeshByRanges, mesh_of, nodes_of, own_cells, own_points};
 use super::node_bits::NodeBits;
 use super::numbering::{Numbering, among};
 use super::part::{self, SLAB};
 use super::zone_sides::{ZoneSides, faces_between, faces_of_nodes, runs_of};
-use super::{CellSet, Cells, Mesh, faces_on_no_cell};
-use crate::error::{Error, Result};
+use super::{CellSet, Cells, faces_on_no_cell};
+use crate::error::Result;
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
 use crate::parallel;
-use crate::ranks::Ranks;
-use std::ops::Range;
 
 /// Cells that are read at once.
 const CELLS: usize = if cfg!(test) { 1 } else { 32 } * SLAB;
@@ -20,27 +17,19 @@ const CELLS: usize = if cfg!(test) { 1 } else { 32 } * SLAB;
 const NODES: usize = if cfg!(test) { 1 << 12 } else { 1 << 20 };
 
 impl MeshByRanges<'_> {
-    /// Passes the cells of a range, some at a time, with the number of the first of them.
-    pub fn each_cells(
-        &self,
-        range: Range<usize>,
-        act: &mut dyn FnMut(usize, &Cells) -> Result<()>,
-    ) -> Result<()> {
-        for start in range.clone().step_by(CELLS) {
-            let cells = own_cells(self, start..range.end.min(start + CELLS))?;
+    /// Passes the cells, some at a time, with the number of the first of them.
+    pub fn each_cells(&self, act: &mut dyn FnMut(usize, &Cells) -> Result<()>) -> Result<()> {
+        for start in (0..self.n_cells).step_by(CELLS) {
+            let cells = own_cells(self, start..self.n_cells.min(start + CELLS))?;
             act(start, &cells)?;
         }
         Ok(())
     }
 
-    /// Passes the coordinates of the nodes of a range, some at a time, with the number of the first of them.
-    pub fn each_points(
-        &self,
-        range: Range<usize>,
-        act: &mut dyn FnMut(usize, &[Vector]) -> Result<()>,
-    ) -> Result<()> {
-        for start in range.clone().step_by(NODES) {
-            let points = own_points(self, start..range.end.min(start + NODES))?;
+    /// Passes the coordinates of the nodes, some at a time, with the number of the first of them.
+    pub fn each_points(&self, act: &mut dyn FnMut(usize, &[Vector]) -> Result<()>) -> Result<()> {
+        for start in (0..self.n_nodes).step_by(NODES) {
+            let points = own_points(self, start..self.n_nodes.min(start + NODES))?;
             act(start, &points)?;
         }
         Ok(())
@@ -49,8 +38,7 @@ impl MeshByRanges<'_> {
     /// The sides of the volume cells of a solid mesh that are marked, as [`ZoneSides::of`] has them.
     pub fn zone_sides(&self, marked: &CellSet) -> Result<ZoneSides> {
         let [inside, outside] = [(); 2].map(|()| NodeBits::new(&(0..self.n_nodes)));
-        let all = 0..self.n_cells;
-        self.each_cells(all.clone(), &mut |first, cells| {
+        self.each_cells(&mut |first, cells| {
             for (bits, side) in [(&inside, true), (&outside, false)] {
                 let solid = cells.runs().filter(|run| run.kind.dimension() == 3);
                 bits.add_nodes_of(cells, &runs_of(solid, first, marked, side));
@@ -59,7 +47,7 @@ impl MeshByRanges<'_> {
         })?;
         let is_on = |node: &u32| inside.has(*node) && outside.has(*node);
         let (mut near, mut rim, mut rim_faces) = (Cells::new(), Cells::new(), Vec::new());
-        self.each_cells(all, &mut |first, cells| {
+        self.each_cells(&mut |first, cells| {
             let of_rim = faces_of_nodes(cells, 3, is_on);
             rim.append(&cells.select(of_rim.iter().map(|&face| face as usize)));
             rim_faces.extend(of_rim.iter().map(|face| face + first as u32));
@@ -83,7 +71,7 @@ impl MeshByRanges<'_> {
         interface_faces.renumber_nodes_by(|node| of_near[node as usize]);
         let interface_nodes: Vec<u32> = of_near.iter().copied().filter(is_on).collect();
         let (mut bounds, mut interface_places) = (Bounds::EMPTY, Vec::new());
-        self.each_points(0..self.n_nodes, &mut |first, points| {
+        self.each_points(&mut |first, points| {
             let here = (first as u32..).zip(points).filter(|of| inside.has(of.0));
             bounds = bounds.union(&Bounds::around(here.map(|of| of.1)));
             let on = among(&interface_nodes, &(first..first + points.len())).iter();
@@ -121,7 +109,7 @@ impl MeshByRanges<'_> {
         let at_faces = NodeBits::new(&(0..self.n_nodes));
         at_faces.add(&nodes_of(faces, 0..0));
         let mut loose: Vec<usize> = (0..faces.len()).collect();
-        self.each_cells(0..self.n_cells, &mut |first, cells| {
+        self.each_cells(&mut |first, cells| {
             let near = parallel::concat_blocks(cells.len(), SLAB, &|range| {
                 let mut near = Vec::new();
                 for run in cells.runs_in(range).filter(|run| run.kind.dimension() == 3) {
@@ -170,72 +158,11 @@ impl MeshByRanges<'_> {
     }
 }
 
-impl Mesh {
-    /// The part that rank `rank` of `n` has of a solid mesh, as [`from_slabs`](Self::from_slabs) makes it, read without the others;
-    /// `ranks` is for what it tells them.
-    ///
-    /// # Errors
-    /// Where the file cannot be read or its nodes and cells are not valid.
-    pub(crate) fn part_by_pieces(
-        slabs: &MeshByRanges,
-        (rank, n): (usize, usize),
-        ranks: &Ranks,
-    ) -> Result<Self> {
-        const DIMENSION: u8 = 3;
-        let own = part::slab(slabs.n_cells, rank, n);
-        let own_nodes = part::node_slab(slabs.n_nodes, rank, n);
-        let mut cells = own_cells(slabs, own.clone())?;
-        let here = NodeBits::new(&(0..slabs.n_nodes));
-        here.add(&nodes_of(&cells, 0..0));
-        let mut numbers: Vec<u32> = Vec::new();
-        let around = |range: Range<usize>, numbers: &mut Vec<u32>| {
-            let mut found = Cells::new();
-            slabs.each_cells(range, &mut |first, cells| {
-                let near = near(cells, DIMENSION, &here);
-                found.append(&cells.select(near.iter().map(|&cell| cell as usize)));
-                numbers.extend(near.iter().map(|cell| cell + first as u32));
-                Ok(())
-            })?;
-            Ok::<_, Error>(found)
-        };
-        let before = around(0..own.start, &mut numbers)?;
-        let first = numbers.len();
-        numbers.extend(own.start as u32..own.end as u32);
-        let after = around(own.end..slabs.n_cells, &mut numbers)?;
-        cells.prepend(&before);
-        cells.append(&after);
-        let numbered = (numbers, first..first + own.len());
-        let part = part_of(&mut cells, numbered, own_nodes, slabs.n_nodes, ranks);
-        let points = slabs.places(&part.nodes)?;
-        Ok(mesh_of(points, cells, DIMENSION, part))
-    }
-}
-
-/// The cells that have so many nodes among those `here` that a part with these holds them, ascending.
-fn near(cells: &Cells, dimension: u8, here: &NodeBits) -> Vec<u32> {
-    parallel::concat_blocks(cells.len(), SLAB, &|range| {
-        let mut near = Vec::new();
-        for run in cells.runs_in(range) {
-            let Some(wanted) = part::nodes_to_share(run.kind, dimension) else {
-                continue;
-            };
-            let shares = |nodes: &[u32]| {
-                let shared = nodes.iter().filter(|&&node| here.has(node));
-                shared.count() as u32 >= wanted
-            };
-            let found = (run.first_cell as u32..).zip(run.cells());
-            near.extend(found.filter(|of| shares(of.1)).map(|of| of.0));
-        }
-        near
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{Apart, CellKind, Numbers};
+    use super::super::{Apart, CellKind, Mesh, Numbers};
     use super::*;
     use crate::ranks::hash::HashedBytes;
-    use crate::ranks::on_threads;
     use std::path::Path;
     use std::sync::Arc;
 
@@ -297,27 +224,6 @@ mod tests {
     impl Apart for Nobody {
         fn write(&self, _: Option<(&Path, u64)>, _: &Numbers, _: u64) -> Result<Vec<HashedBytes>> {
             unreachable!("nothing is written")
-        }
-    }
-
-    #[test]
-    fn a_part_that_is_read_alone_is_that_of_a_rank() {
-        for kind in [CellKind::Tetrahedron, CellKind::Wedge] {
-            let mesh = cube_of(kind);
-            assert!(mesh.cells.len() > 2 * CELLS, "{}", mesh.cells.len());
-            for n in [1, 2, 3, 7] {
-                let wanted = on_threads(n, |ranks| {
-                    by_pieces(&mesh, |slabs| Mesh::from_slabs(slabs, false, &ranks))
-                });
-                for (rank, wanted) in wanted.into_iter().enumerate() {
-                    let wanted = wanted.expect("a part");
-                    let found = by_pieces(&mesh, |slabs| {
-                        Mesh::part_by_pieces(slabs, (rank, n), &Ranks::alone())
-                    });
-                    let found = found.expect("a part");
-                    assert!(found == wanted, "{kind:?}: {rank} of {n}");
-                }
-            }
         }
     }
 

@@ -193,7 +193,7 @@ impl Mesh {
     ) -> Result<Self> {
         let mut sketch = Sketch::default();
         let mut dimension = 0;
-        slabs.each_cells(0..slabs.n_cells, &mut |_, cells| {
+        slabs.each_cells(&mut |_, cells| {
             dimension = dimension.max(cells.dimension());
             sketch.take_cells(cells, 0..cells.len(), SOLID);
             Ok(())
@@ -204,7 +204,7 @@ impl Mesh {
         sketch.nodes = sketch.nodes_of_faces();
         let mut bounds = Bounds::EMPTY;
         let (nodes, places) = (&sketch.nodes, &mut sketch.places);
-        slabs.each_points(0..slabs.n_nodes, &mut |first, points| {
+        slabs.each_points(&mut |first, points| {
             bounds = bounds.union(&Bounds::around(points));
             let here = among(nodes, &(first..first + points.len())).iter();
             places.extend(here.map(|&node| points[node as usize - first]));

@@ -113,14 +113,6 @@ impl Mesh {
         }
     }
 
-    /// For each node of a part its number in the whole mesh, ascending.
-    ///
-    /// # Panics
-    /// Where this is no part.
-    pub(crate) fn numbers_in_whole(&self) -> &[u32] {
-        &self.part.as_ref().expect("it is a part of a mesh").nodes
-    }
-
     /// How many nodes there are, in the whole mesh where this is a part.
     pub(crate) fn n_nodes_of_all(&self) -> usize {
         let part = self.part.as_ref();
@@ -157,11 +149,6 @@ impl Mesh {
         let mut cut = whole.map(|whole| Cut::new(whole, ranks.n()));
         let mut parcel = |rank: usize| Some(cut.as_mut()?.parcel(rank));
         ranks.scatter(&mut parcel).opened(ranks)
-    }
-
-    /// The part that rank `rank` of `n` has of this mesh, without its arrays; `ranks` is for what it tells the others.
-    pub(crate) fn part_of(&self, (rank, n): (usize, usize), ranks: &Ranks) -> Self {
-        Cut::new(self, n).parcel(rank).opened(ranks)
     }
 }
 

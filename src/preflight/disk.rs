@@ -139,15 +139,8 @@ pub(crate) fn check_disk(
         };
         return Ok(Some(Diagnostic::new(note).file(folder)));
     }
-    let remedy = match (plan.joined(), plan.sharing.slab()) {
-        (Some(_), _) => "free some space",
-        (None, Some(_)) => "free some space, or start anyway with --no-space-check",
-        (None, None) => {
-            "free some space, write fewer steps with --steps, or start anyway with --no-space-check"
-        }
-    };
     Err(Error::system(format!(
-        "{} {} ({} each), and {} are free; {remedy}",
+        "{} {} ({} each), and {} are free; free some space, write fewer steps with --steps, or start anyway with --no-space-check",
         with_verb(demand.n_steps as usize, "step", "takes"),
         amount(needed),
         amount(demand.others),

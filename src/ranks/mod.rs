@@ -12,7 +12,6 @@ pub mod processor;
 pub mod raw;
 #[cfg(any(test, feature = "internals"))]
 mod threads;
-mod told;
 
 #[cfg(feature = "mpi")]
 pub use mpi::start;
@@ -27,8 +26,6 @@ use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use told::InTurn;
-pub use told::Told;
 
 /// What carries bytes from rank to rank, in the order in which they were sent.
 pub trait Network: Send + Sync {
@@ -55,8 +52,6 @@ pub struct Ranks {
     /// Threads for work that all ranks do at once, where a rank that works alone has more.
     pool: Option<Arc<Pool>>,
     sent: Arc<Mutex<Log>>,
-    /// How it is told what others have, where they do not run at the same time.
-    in_turn: Option<Arc<InTurn>>,
 }
 
 /// What a rank has sent.
@@ -108,7 +103,6 @@ impl Ranks {
             network: None,
             pool: None,
             sent: Arc::default(),
-            in_turn: None,
         }
     }
 
@@ -249,9 +243,6 @@ impl Ranks {
 
     /// What each rank has, in their order, on all ranks. For what is small: it grows with the number of ranks.
     pub fn all<T: Serialize + DeserializeOwned>(&self, own: T) -> Vec<T> {
-        if let Some(in_turn) = &self.in_turn {
-            return in_turn.all(own);
-        }
         match self.n() {
             1 => vec![own],
             _ => {
@@ -268,14 +259,6 @@ impl Ranks {
         T: Serialize + DeserializeOwned,
         P: Serialize + DeserializeOwned,
     {
-        if let Some(in_turn) = &self.in_turn {
-            let mut sum = start;
-            in_turn
-                .all(own)
-                .into_iter()
-                .for_each(|part| append(&mut sum, part));
-            return sum;
-        }
         let (rank, n) = (self.rank(), self.n());
         let mut sum = match rank {
             0 => start,

@@ -3,7 +3,7 @@
 use super::Ranks;
 
 /// Instructions by which sums are rounded in another way than without them.
-pub fn kind() -> &'static str {
+fn kind() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
         if std::is_x86_feature_detected!("avx512f") {
@@ -24,7 +24,7 @@ impl Ranks {
 }
 
 /// Kinds of processors in a list, where there are several.
-pub fn several(mut kinds: Vec<String>) -> Option<String> {
+fn several(mut kinds: Vec<String>) -> Option<String> {
     kinds.sort_unstable();
     kinds.dedup();
     (kinds.len() > 1).then(|| kinds.join(", "))

@@ -3,12 +3,11 @@
 use super::base_file;
 use super::names::Names;
 use super::record::{Clock, selection_record, sentences};
-use super::slab::LeftBase;
 use crate::deform::{BaseOrigin, Deformation, Interval, check_tolerance, choose};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
-use crate::formats::{hash_of, stage_bytes};
+use crate::formats::hash_of;
 use crate::motion::Step;
 use crate::progress::{Progress, Silent};
 use crate::rbf::select::Selection;
@@ -25,8 +24,6 @@ pub(super) struct BasePointStore<'a> {
     ranges: Vec<Range<usize>>,
     /// Base points chosen before the run.
     loaded: Option<Vec<Selection>>,
-    /// Those that a slab has left.
-    left: Option<LeftBase>,
     /// Files of base points that this run or an earlier one has chosen, and their hashes.
     pub base_files: BTreeMap<String, String>,
     /// What each selection came to, for run.json.
@@ -45,14 +42,12 @@ impl<'a> BasePointStore<'a> {
         names: &'a Names,
         loaded: Option<Vec<Selection>>,
         base_files: BTreeMap<String, String>,
-        left: Option<LeftBase>,
     ) -> Self {
         Self {
             deformation,
             names,
             ranges: deformation.plan().selection_intervals(),
             loaded,
-            left,
             base_files,
             selections: Vec::new(),
             warnings: Vec::new(),
@@ -105,31 +100,11 @@ impl<'a> BasePointStore<'a> {
                 }
                 Ok(selections)
             }
-            (None, false) if self.take_left(interval, &path)? => {
-                base_file::load_for(plan, interval, &path)
-            }
             (None, false) => {
                 let chosen = choose(plan, interval, progress)?;
                 self.note(interval, chosen, &path)
             }
         }
-    }
-
-    /// Writes the base points that a slab has left for an interval; whether there are any.
-    fn take_left(&mut self, interval: &Range<usize>, path: &Path) -> Result<bool> {
-        let files = [path.to_path_buf(), base_file::picture_of(path)];
-        let left = self.left.as_ref();
-        let names = files.each_ref().map(|file| name_of(file));
-        let Some((contents, selection)) = left.and_then(|left| left.of(&names, interval.start))
-        else {
-            return Ok(false);
-        };
-        for (file, content) in files.iter().zip(contents) {
-            stage_bytes(&content, file, self.names.commit)?.keep()?;
-            self.note_file(file)?;
-        }
-        self.selections.push(selection);
-        Ok(true)
     }
 
     /// Writes the files of base points again that an earlier run wrote and that are not what they were;

@@ -82,7 +82,7 @@ fn records(folder: &Path) -> Result<Vec<Found>> {
     let is_finished = |run: RunRecord| run.outcome.starts_with("complete");
     if found.is_empty() && of_run().is_some_and(is_finished) {
         return Err(Error::input(
-            "the sequence in this folder is complete, and no parts or slabs that could be joined again are there",
+            "the sequence in this folder is complete, and no parts that could be joined again are there",
         )
         .file(folder));
     }

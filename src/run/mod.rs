@@ -19,7 +19,6 @@ mod request;
 mod resume;
 #[expect(clippy::module_inception)]
 mod run;
-mod slab;
 mod step;
 mod step_loop;
 mod surface;
@@ -31,7 +30,6 @@ pub use finished::Finished;
 pub use merge::finish;
 pub use request::Request;
 pub use run::run;
-pub use slab::{FinishedSlab, LeftSlabs, run_slab, slabs_in};
 
 #[cfg(test)]
 mod tests;

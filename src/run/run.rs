@@ -10,7 +10,6 @@ use super::parts;
 use super::record::{Clock, RecordFile, sentences};
 use super::request::Request;
 use super::resume::Earlier;
-use super::slab::{self, LeftBase};
 use super::surface::SurfaceFiles;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed_at_step};
@@ -41,19 +40,10 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let (mut warnings, mesh_bytes) = warnings_before(plan, format, request)?;
     let names = names_of(plan, format, request)?;
     let mut record = RecordFile::new(&names, plan, request)?;
-    let of_slabs = plan
-        .joined()
-        .map(|joined| (joined, slab::identity(&record.content, joined.n())));
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
-    let held = of_slabs.map(|(joined, _)| slab::hold_all(joined, &names));
-    let _held = held.transpose()?;
-    if let Some((joined, run)) = of_slabs {
-        slab::check_alike(joined, &record.content)?;
-        joined.check(run, plan)?;
-    }
     let mut earlier = earlier_run(deformation, &names, format, &record, request)?;
     formats::clear_left(&names.folder);
     if !request.no_space_check {
@@ -70,14 +60,11 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     if request.force {
         names::remove_existing(&names)?;
     }
-    let left = of_slabs.filter(|_| loaded.is_none());
-    let left =
-        left.and_then(|(joined, run)| LeftBase::find((None, joined.n()), run, &request.folder));
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record.content);
     let base_files = earlier.bases.clone();
-    let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files, left);
+    let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
     if let Some(team) = plan.team() {
         team.set_sync(names.commit.sync);
@@ -121,7 +108,7 @@ fn warnings_before(
 }
 
 /// The names of the files that the request is for.
-pub(super) fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names> {
+fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names> {
     let n_steps = plan.motion.steps.len();
     let part = RunSteps::new(request.steps.clone(), n_steps)?;
     let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
@@ -260,12 +247,9 @@ impl Run<'_> {
     /// Ends the run where it was asked to, which tells whether it has finished steps.
     pub(super) fn check_stop(&self, has_steps: bool) -> Result<()> {
         self.deformation.stop().check().map_err(|mut error| {
-            error.message += match (!has_steps, self.plan.joined()) {
-                (true, _) => "; no step was finished",
-                (false, None) => "; finished steps are kept, and --resume continues from there",
-                (false, Some(_)) => {
-                    "; finished steps are kept, and the same command continues from there"
-                }
+            error.message += match has_steps {
+                true => "; finished steps are kept, and --resume continues from there",
+                false => "; no step was finished",
             };
             error
         })

@@ -78,7 +78,7 @@ impl Run<'_> {
                 .map(|ready| self.arrays(&points, &mut ready.found));
             let arrays = arrays.unwrap_or_default();
             let kept = match is_apart && ready.is_some() {
-                true => self.deformation.keep(step, &next),
+                true => self.deformation.keep(&next),
                 false => None,
             };
             let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());

@@ -45,7 +45,7 @@ impl Run<'_> {
         let mut computed = self.judge(step, computed)?;
         let arrays = self.arrays(&points, &mut computed.found);
         let is_apart = computed.found.is_apart;
-        let kept = is_apart.then(|| self.deformation.keep(step, &points));
+        let kept = is_apart.then(|| self.deformation.keep(&points));
         let kept = kept.flatten();
         let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());
         let options = self.plan.schedule.output.write_options();

@@ -47,7 +47,6 @@ mod resume;
 mod same_bytes;
 mod selection;
 mod shells;
-mod slab_runs;
 mod slabs;
 mod sliding;
 mod space;

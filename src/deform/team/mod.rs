@@ -46,7 +46,6 @@ use nodes::OfNodes;
 use order::{Changed, LayerTask, Order, RowsFrom, Task};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-pub(in crate::deform) use work::cells_among;
 use work::{BlockHash, Work, hash, hashes};
 
 pub(crate) use placing::{Maps, Placing, Rates};

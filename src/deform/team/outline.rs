@@ -8,12 +8,12 @@ use super::placing::{NotByFields, Numbered, Placing};
 use super::serve::part_of_file;
 use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
-use crate::deform::sharing::{Holder, run_needs_whole};
+use crate::deform::sharing::Holder;
 use crate::error::{Error, Result};
 use crate::formats::{self, Loaded, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Doubled, Mesh, OneLayer, faces_on_no_cell};
-use crate::motion::Schedule;
+use crate::motion::{QualityOutput, Schedule};
 use crate::ranks::Ranks;
 use crate::ranks::hash::{HashedBytes, TreeHasher};
 use crate::ranks::raw::List;
@@ -28,8 +28,8 @@ impl Team {
         self: &Arc<Self>,
         schedule: &Schedule,
     ) -> std::result::Result<Loaded, String> {
-        if let Some(reason) = run_needs_whole(schedule) {
-            return Err(reason.to_owned());
+        if schedule.output.quality == QualityOutput::Cells {
+            return Err("it makes arrays of all cells (quality = \"cells\")".to_owned());
         }
         let outline = self.outline()?;
         match OneLayer::axis_of(&outline.mesh) {
@@ -89,15 +89,18 @@ impl Team {
     pub(super) fn file(&self) -> std::result::Result<&SharedFile, &String> {
         self.doubled.get().map_or_else(|| self.file.as_ref(), Ok)
     }
-}
 
-impl Holder for Team {
-    fn whole(&self) -> Result<Mesh> {
+    /// The whole mesh, which ranks have read by parts.
+    ///
+    /// # Errors
+    /// Where it cannot be read again.
+    pub(in crate::deform) fn whole(&self) -> Result<Mesh> {
         let file = self.file();
         file.expect("ranks have read it by parts").read_whole()
     }
 
-    fn hash_of_file(&self) -> Result<blake3::Hash> {
+    /// The hash of the file that ranks have read by parts.
+    pub(in crate::deform) fn hash_of_file(&self) -> Result<blake3::Hash> {
         let file = self.file.as_ref().expect("ranks have read it by parts");
         let _state = self.state();
         self.order(Order::Hash(file.clone()));
@@ -108,7 +111,9 @@ impl Holder for Team {
         }
         Ok(hasher.finalize())
     }
+}
 
+impl Holder for Team {
     fn edges_off_walls(&self, nodes: &[u32]) -> Result<(Vec<Edge>, Vec<Vector>)> {
         let state = self.state();
         self.order(Order::Edges);

@@ -489,7 +489,7 @@ impl RankFields {
 }
 
 /// Which cells of a part these cells of the whole mesh are; those of other parts are left out.
-pub(in crate::deform) fn cells_among(part: &Mesh, cells: &[u32]) -> Vec<u32> {
+pub(super) fn cells_among(part: &Mesh, cells: &[u32]) -> Vec<u32> {
     let numbers = part.part.as_ref().map_or(&[][..], |part| &part.cells);
     let here = cells
         .iter()
