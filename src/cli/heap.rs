@@ -127,14 +127,28 @@ pub(super) fn end_where_threads_fail() {
     }));
 }
 
-/// Says why in one line, removes hidden files and ends the program with the exit code of a system that
-/// failed. No destructor runs and no other thread is waited for: they may want memory too.
+/// Ends the program with this message.
+pub(super) fn end_at_fault(message: fmt::Arguments<'_>) -> ! {
+    end_after(&|| {
+        let mut line = Cursor::new([0_u8; 4096]);
+        let _ = writeln!(line, "error: {message}");
+        to_stderr(&line.get_ref()[..line.position() as usize]);
+    })
+}
+
+/// Says why in one line and ends the program.
 fn end(reason: fmt::Arguments<'_>) -> ! {
+    end_after(&|| say(reason))
+}
+
+/// Calls `say`, removes hidden files and ends the program with the exit code of a system that
+/// failed. No destructor runs and no other thread is waited for: they may want memory too.
+fn end_after(say: &dyn Fn()) -> ! {
     thread_local!(static MARK: u8 = const { 0 });
     let me = MARK.with(|mark| std::ptr::from_ref(mark).addr());
     match ENDING.compare_exchange(0, me, Ordering::SeqCst, Ordering::SeqCst) {
         Ok(_) => {
-            say(reason);
+            say();
             end_staged_soon();
         }
         // What ends the program wants memory itself.

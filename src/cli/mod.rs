@@ -185,7 +185,10 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         }
     };
     #[cfg(unix)]
-    signals::outlive_file_limits();
+    {
+        signals::outlive_file_limits();
+        signals::end_where_inputs_shrink();
+    }
     if let Some(limit) = cli.common.max_memory {
         heap::allow(limit);
     }

@@ -3,14 +3,15 @@
 //! the first. None leaves a hidden file behind. The end of a terminal (SIGHUP) is one of them, unless it was
 //! ignored from the start, as under `nohup`.
 
+use super::heap;
 use crate::error::{Error, Result};
-use crate::formats::end_staged;
+use crate::formats::{SHORTER, end_staged, with_mapped_at};
 use crate::progress::Stop;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::io::Write;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// A run that writes nothing has so much time to end by itself.
@@ -23,6 +24,38 @@ const PAUSE: Duration = Duration::from_millis(10);
 pub(super) fn outlive_file_limits() {
     // Where the signal cannot be caught it ends the program as it would have.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
+}
+
+/// From here on the program ends with a message where another program has truncated a file that is mapped: the system
+/// raises SIGBUS in the thread that reads beyond the end of the file.
+pub(super) fn end_where_inputs_shrink() {
+    // SAFETY: all zeros are a valid action, and the handler has the signature that the flag demands. It runs on the stack of the
+    // thread, where a read of a mapped file leaves room for it.
+    unsafe {
+        let (mut own, mut before): (libc::sigaction, libc::sigaction) = std::mem::zeroed();
+        own.sa_sigaction = on_fault as *const () as usize;
+        own.sa_flags = libc::SA_SIGINFO;
+        if libc::sigaction(libc::SIGBUS, &raw const own, &raw mut before) == 0 {
+            let _ = BEFORE.set(before);
+        }
+    }
+}
+
+/// The action for SIGBUS before that of [`end_where_inputs_shrink`].
+static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
+
+/// Ends the program at a fault in a mapped file. Any other fault happens again, with the action for it.
+extern "C" fn on_fault(signal: i32, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
+    // SAFETY: the system gives a valid `info`.
+    let address = unsafe { (*info).si_addr() }.addr();
+    // The thread was reading a mapped file, so that it holds no lock of the allocator or of staged files.
+    let is_mapped = with_mapped_at(address, |path| {
+        heap::end_at_fault(format_args!("{}: {SHORTER}", path.display()));
+    });
+    if let Some(before) = BEFORE.get().filter(|_| !is_mapped) {
+        // SAFETY: the action is one that the system gave.
+        unsafe { libc::sigaction(signal, before, std::ptr::null_mut()) };
+    }
 }
 
 /// From here on SIGINT, SIGTERM and SIGHUP ask through `stop`.

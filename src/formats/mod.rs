@@ -83,7 +83,10 @@ pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
 pub(crate) use shared_file::reason;
 pub use shared_file::{Shared, SharedFile, read_parts};
-pub use source::{Source, check_file, check_no_device, read_file, release_mapped};
+pub use sink::refuse_special;
+pub use source::{
+    SHORTER, Source, check_file, check_no_device, read_file, release_mapped, with_mapped_at,
+};
 pub use staged::{
     Commit, clear_left, end_staged, end_staged_soon, folder_of, is_same, register_temporary,
     sync_folder, unregister_temporary,
@@ -360,8 +363,11 @@ pub fn read_as(
         }
     }
     note_steps(format, location, options, &mut notes);
-    let mesh = format
-        .read(location, options, &mut notes)
+    let read = format.read(location, options, &mut notes);
+    if let Ok(file) = location.file() {
+        file.check_whole()?;
+    }
+    let mesh = read
         .and_then(|mut mesh| {
             mesh.validate()?;
             if format.lists_faces_again() {

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
 
 /// The bytes of one input file, and its name in messages. Copies share the bytes.
 #[derive(Clone)]
@@ -18,35 +18,81 @@ pub struct Source {
     n_padding: usize,
 }
 
-/// Files that are mapped, or were.
-static MAPPED: Mutex<Vec<Weak<Bytes>>> = Mutex::new(Vec::new());
+/// Message for a file that another program has truncated.
+pub const SHORTER: &str =
+    "the file became shorter while it was read; run the command again when no program writes to it";
+
+/// Files that are mapped.
+static MAPPED: Mutex<Vec<MappedFile>> = Mutex::new(Vec::new());
+
+/// A mapped file: its addresses in memory and its name.
+struct MappedFile {
+    addresses: Range<usize>,
+    path: PathBuf,
+    bytes: Weak<Bytes>,
+}
 
 /// Lets go of the memory that holds mapped files, as `Source::release` does.
 pub fn release_mapped() {
     let files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
-    for bytes in files.iter().filter_map(Weak::upgrade) {
-        bytes.release();
-    }
+    let all: Vec<_> = files
+        .iter()
+        .filter_map(|file| file.bytes.upgrade())
+        .collect();
+    // The last handle on a file takes it from the list.
+    drop(files);
+    all.iter().for_each(|bytes| bytes.release());
+}
+
+/// Calls `act` with the name of the mapped file at an address; returns whether there is one. A handler of signals may call
+/// it: it allocates nothing, and no thread reads a mapped file while it holds the list.
+pub fn with_mapped_at(address: usize, act: impl FnOnce(&Path)) -> bool {
+    let files = loop {
+        match MAPPED.try_lock() {
+            Ok(files) => break files,
+            Err(TryLockError::Poisoned(files)) => break files.into_inner(),
+            Err(TryLockError::WouldBlock) => std::hint::spin_loop(),
+        }
+    };
+    let file = files.iter().find(|file| file.addresses.contains(&address));
+    file.map(|file| act(&file.path)).is_some()
 }
 
 enum Bytes {
-    Mapped(memmap2::Mmap),
+    Mapped(Mapped),
     Owned(Vec<u8>),
 }
 
-impl Bytes {
-    /// A mapped file, of which [`release_mapped`] knows.
-    fn mapped(map: memmap2::Mmap) -> Arc<Self> {
-        let bytes = Arc::new(Self::Mapped(map));
+/// A map that is in the list of mapped files until it is dropped.
+struct Mapped(memmap2::Mmap);
+
+impl Drop for Mapped {
+    fn drop(&mut self) {
         let mut files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
-        files.retain(|file| file.strong_count() > 0);
-        files.push(Arc::downgrade(&bytes));
+        let start = self.0.as_ptr().addr();
+        files.retain(|file| file.addresses.start != start);
+    }
+}
+
+impl Bytes {
+    /// A mapped file, which is in the list of mapped files.
+    fn mapped(map: memmap2::Mmap, path: &Path) -> Arc<Self> {
+        let start = map.as_ptr().addr();
+        let addresses = start..start + map.len();
+        let bytes = Arc::new(Self::Mapped(Mapped(map)));
+        let file = MappedFile {
+            addresses,
+            path: path.to_path_buf(),
+            bytes: Arc::downgrade(&bytes),
+        };
+        let mut files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
+        files.push(file);
         bytes
     }
 
     fn release(&self) {
         #[cfg(unix)]
-        if let Bytes::Mapped(map) = self {
+        if let Bytes::Mapped(Mapped(map)) = self {
             // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
             let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
         }
@@ -56,7 +102,7 @@ impl Bytes {
 impl AsRef<[u8]> for Bytes {
     fn as_ref(&self) -> &[u8] {
         match self {
-            Bytes::Mapped(map) => map,
+            Bytes::Mapped(Mapped(map)) => map,
             Bytes::Owned(bytes) => bytes,
         }
     }
@@ -105,7 +151,7 @@ impl Source {
             return Err(Error::input("this is a folder, not a mesh file").file(path));
         }
         let bytes = match map(&file, 0) {
-            Some(map) => Bytes::mapped(map),
+            Some(map) => Bytes::mapped(map, path),
             None => Arc::new(Bytes::Owned(read_all(&file, limit).map_err(io)?)),
         };
         Ok(Self {
@@ -121,7 +167,7 @@ impl Source {
         if let Some(map) = map_standard_input() {
             return Ok(Self {
                 path: name.to_path_buf(),
-                bytes: Bytes::mapped(map),
+                bytes: Bytes::mapped(map, name),
                 n_padding: 0,
             });
         }
@@ -162,6 +208,16 @@ impl Source {
         matches!(*self.bytes, Bytes::Mapped(_))
     }
 
+    /// Refuses a mapped file that has become shorter: what is read beyond its end is zero up to the end of a page of memory.
+    pub(super) fn check_whole(&self) -> Result<()> {
+        let n_bytes = (*self.bytes).as_ref().len() as u64;
+        let is_shorter = |found: std::fs::Metadata| found.is_file() && found.len() < n_bytes;
+        match self.is_mapped() && std::fs::metadata(&self.path).is_ok_and(is_shorter) {
+            true => Err(Error::system(SHORTER).file(&self.path)),
+            false => Ok(()),
+        }
+    }
+
     /// Zeros behind compressed data, which were passed over.
     pub fn n_padding(&self) -> usize {
         self.n_padding
@@ -185,7 +241,7 @@ impl Source {
     /// [`Source::release`] of some of its bytes.
     pub(super) fn release_part(&self, bytes: Range<usize>) {
         #[cfg(unix)]
-        if let Bytes::Mapped(map) = &*self.bytes {
+        if let Bytes::Mapped(Mapped(map)) = &*self.bytes {
             let advice = memmap2::UncheckedAdvice::DontNeed;
             // SAFETY: as in `Bytes::release`.
             let _ = unsafe { map.unchecked_advise_range(advice, bytes.start, bytes.len()) };
@@ -251,8 +307,8 @@ fn read_all(from: impl Read, limit: MemoryLimit) -> io::Result<Vec<u8>> {
 /// The bytes of a file from `start` on, where the system can map them.
 fn map(file: &File, start: u64) -> Option<memmap2::Mmap> {
     let mut options = memmap2::MmapOptions::new();
-    // SAFETY: the map is read only. A file that another process shortens meanwhile would fault,
-    // as it would for every program that maps its input.
+    // SAFETY: the map is read only. Where another process shortens the file, a read beyond its end raises SIGBUS,
+    // for which the program has a handler.
     unsafe { options.offset(start).map(file) }.ok()
 }
 
@@ -316,6 +372,25 @@ mod tests {
             n_texts += 1;
         }
         assert_eq!(n_texts, 7, "vtu, vtk, vtk42, msh, msh22, su2 and ugrid");
+    }
+
+    #[test]
+    fn a_mapped_file_that_has_become_shorter_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("mesh.su2");
+        std::fs::write(&path, [1; 100]).expect("it is written");
+        let source = Source::open(&path).expect("it is there");
+        source.check_whole().expect("it is whole");
+        let at = source.bytes().as_ptr().addr() + 99;
+        let mut found = PathBuf::new();
+        assert!(with_mapped_at(at, |path| found = path.to_path_buf()));
+        assert_eq!(found, path);
+        let file = File::options().write(true).open(&path);
+        file.and_then(|file| file.set_len(99)).expect("it is ours");
+        let error = source.check_whole().expect_err("a byte is lost");
+        assert_eq!(error.kind, crate::error::ErrorKind::System);
+        drop(source);
+        assert!(!with_mapped_at(at, |_| {}));
     }
 
     #[test]

@@ -135,7 +135,7 @@ impl ExternalLinkResolver for SameFolder {
             missing.insert(name.to_owned());
             return Ok(None);
         }
-        let size = usize::try_from(path.metadata()?.len()).unwrap_or(usize::MAX);
+        let source = Source::stored(&path).map_err(std::io::Error::other)?;
         let next = self.left.checked_sub(1).map(|left| {
             Arc::new(Self {
                 folder: path.parent().map(PathBuf::from).unwrap_or_default(),
@@ -143,8 +143,8 @@ impl ExternalLinkResolver for SameFolder {
                 left,
             }) as _
         });
-        let options = options(size, next);
-        Hdf5File::open_with_options(path, options).map(Some)
+        let options = options(source.bytes().len(), next);
+        Hdf5File::from_owner(source.shared(), options).map(Some)
     }
 }
 

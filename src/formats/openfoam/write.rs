@@ -165,7 +165,7 @@ impl Files<'_, '_> {
         for file in &origin.files {
             let is_group = ["boundary", "cellZones"].contains(&plain(&file.name));
             if new.is_none() || !is_group {
-                self.file(&file.name, |out| write_all(out, file.stored.bytes()))?;
+                self.file(&file.name, |out| write_stored(out, file))?;
             }
         }
         let folder = self.place.folder(CONSTANT);
@@ -182,7 +182,7 @@ impl Files<'_, '_> {
         for (pieces, folder) in self.place.pieces.iter().zip(self.place.folders(CONSTANT)) {
             for file in &pieces.files {
                 let path = format!("{folder}/{}", file.name);
-                let write = |out: &mut dyn Out| write_all(out, file.stored.bytes());
+                let write = |out: &mut dyn Out| write_stored(out, file);
                 self.out.in_folder(&self.place.case, &path, write)?;
             }
             self.further(&origin.case.join(&folder), &pieces.files, &folder)?;
@@ -378,6 +378,12 @@ impl Files<'_, '_> {
         self.out
             .in_folder(&self.place.case, &path, |out| write(out))
     }
+}
+
+/// Writes the bytes of a file that was read. The system refuses to write those of a mapped file beyond its end.
+fn write_stored(out: &mut dyn Write, file: &StoredFile) -> Result<()> {
+    let written = write_all(out, file.stored.bytes());
+    written.map_err(|error| file.stored.check_whole().err().unwrap_or(error))
 }
 
 /// Files in the folder of a mesh that are neither points nor these of its own: their names and paths.
