@@ -43,14 +43,33 @@ pub fn prepare() {
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn are_addresses_few() -> bool {
     const FEW: libc::rlim_t = 8 << 30;
-    let mut limit = libc::rlimit {
-        rlim_cur: libc::RLIM_INFINITY,
-        rlim_max: libc::RLIM_INFINITY,
-    };
+    let mut limit = UNLIMITED;
     // SAFETY: the call only fills in the limit.
     let asked = unsafe { libc::getrlimit(libc::RLIMIT_AS, &mut limit) };
     asked == 0 && limit.rlim_cur < FEW
 }
+
+/// Whether `ulimit -s` gives the first thread a stack of fewer bytes.
+pub fn is_stack_below(bytes: usize) -> bool {
+    #[cfg(unix)]
+    {
+        let mut limit = UNLIMITED;
+        // SAFETY: the call only fills in the limit.
+        let asked = unsafe { libc::getrlimit(libc::RLIMIT_STACK, &mut limit) };
+        asked == 0 && limit.rlim_cur < bytes as libc::rlim_t
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = bytes;
+        false
+    }
+}
+
+#[cfg(unix)]
+const UNLIMITED: libc::rlimit = libc::rlimit {
+    rlim_cur: libc::RLIM_INFINITY,
+    rlim_max: libc::RLIM_INFINITY,
+};
 
 /// The system's allocator with huge pages for large arrays, where the system has them to give.
 pub struct HugePages;
@@ -150,7 +169,7 @@ mod reserve {
     pub const SMALL: usize = 64 << 10;
     /// Its size: no page of it is ever used, but it counts for `ulimit -v`.
     const SIZE: usize = 4 << 20;
-    /// What the main thread has of its stack from the start: where it cannot grow later, the system ends
+    /// Part of the stack of the thread that runs the program, which it has from the start: where it cannot grow later, the system ends
     /// the program without a word.
     const STACK: usize = 512 << 10;
 

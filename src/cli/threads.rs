@@ -35,9 +35,8 @@ impl Threads {
     /// less than what the machine does: processors that the process may run on (affinity), within
     /// the quota of its control group. Ranks that are not bound to processors of their own share those of the machine.
     pub fn granted(asked: Option<NonZeroUsize>, n_ranks: usize) -> Self {
-        let machine = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         let variable = |name: &str| std::env::var(name).ok();
-        Self::decide(asked, machine, variable).shared(n_ranks, is_bound())
+        Self::decide(asked, machine(), variable).shared(n_ranks, is_bound())
     }
 
     /// What one of some ranks on a machine gets of it: all, where it is bound to processors of its own.
@@ -65,7 +64,7 @@ impl Threads {
             return Self::of(n.get(), ASKED);
         }
         if let Some(n) = number(RAYON) {
-            return Self::of(n, RAYON);
+            return Self::of(n.min(most(machine)), RAYON);
         }
         let granted = GRANTS
             .into_iter()
@@ -79,6 +78,11 @@ impl Threads {
     fn of(n: usize, by: &'static str) -> Self {
         Self { n, alone: n, by }
     }
+}
+
+/// Threads that the machine runs at once for this process.
+fn machine() -> usize {
+    std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
 /// Whether this process may run on some processors of the machine only.
@@ -99,12 +103,19 @@ fn is_bound() -> bool {
     false
 }
 
+/// The most threads that are started: more than the machine runs at once cost time, and thousands take minutes.
+fn most(machine: usize) -> usize {
+    machine.max(256)
+}
+
 /// Reads `--threads`.
 pub fn parse(text: &str) -> Result<NonZeroUsize, String> {
-    let number = text.parse::<usize>().ok();
+    let most = most(machine());
+    let number = text.parse::<usize>().ok().filter(|n| *n <= most);
     number.and_then(NonZeroUsize::new).ok_or_else(|| {
-        "it must be a whole number from 1 on; without it all threads that are granted are used"
-            .to_owned()
+        format!(
+            "it must be a whole number from 1 to {most}; without it all threads that are granted are used"
+        )
     })
 }
 
@@ -166,9 +177,16 @@ mod tests {
     }
 
     #[test]
-    fn no_thread_at_all_is_refused() {
-        assert!(parse("0").unwrap_err().contains("from 1 on"));
-        assert!(parse("-1").is_err());
-        assert_eq!(parse("2").unwrap().get(), 2);
+    fn no_thread_at_all_is_refused_and_so_are_thousands() {
+        assert!(parse("0").unwrap_err().contains("from 1 to"));
+        for wrong in ["-1", "100000", "99999999999999999999"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+        for n in [2, 256] {
+            assert_eq!(parse(&n.to_string()).unwrap().get(), n);
+        }
+        let set = [("RAYON_NUM_THREADS", "100000")];
+        assert_eq!(decide(0, 8, &set).0, 256);
+        assert_eq!(decide(0, 512, &set).0, 512);
     }
 }

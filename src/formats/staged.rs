@@ -94,7 +94,11 @@ impl Temporary {
     pub fn folder_for(target: &Path) -> io::Result<Self> {
         let create = |path: &Path| {
             fs::create_dir(path)?;
-            File::open(path)
+            let opened = File::open(path);
+            if opened.is_err() {
+                let _ = fs::remove_dir(path);
+            }
+            opened
         };
         Self::create(folder_of(target), create)
     }
@@ -150,6 +154,8 @@ impl Temporary {
 
 impl Drop for Temporary {
     fn drop(&mut self) {
+        // A folder is opened to be removed, and a program may have as many files open as it can.
+        self.file = None;
         let mut registry = registry();
         // Files in a staged folder are no longer looked for there: open ones would keep their room on the disk.
         registry
@@ -207,10 +213,22 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
 fn remove(path: &Path) {
     // The error that led here is the one to report.
     let _ = if path.is_dir() {
-        fs::remove_dir_all(path)
+        fs::remove_dir_all(path).or_else(|_| remove_one_by_one(path))
     } else {
         fs::remove_file(path)
     };
+}
+
+/// Removes a folder; one folder is open at a time, where the standard library has all on the way open.
+fn remove_one_by_one(folder: &Path) -> io::Result<()> {
+    let entries = fs::read_dir(folder)?.collect::<io::Result<Vec<_>>>()?;
+    for entry in entries {
+        match entry.file_type()?.is_dir() {
+            true => remove_one_by_one(&entry.path())?,
+            false => fs::remove_file(entry.path())?,
+        }
+    }
+    fs::remove_dir(folder)
 }
 
 /// Removes the temporary files that killed programs have left in a folder: those of processes that hold no lock
