@@ -1,7 +1,7 @@
 //! The interface of formats whose sequences lie in a folder that holds more than meshes, such as the case of a solver: a
 //! file for each step, beside what all steps share.
 
-use super::{Begin, Commit, Location, Notes, OutputSet, WriteOptions};
+use super::{Begin, Commit, Location, Notes, OutputSet, Staged, WriteOptions};
 use crate::error::Result;
 use crate::mesh::MeshView;
 use std::io;
@@ -27,7 +27,7 @@ pub trait CaseFormat: Sync {
     /// Whether the file of a step takes the place of the mesh that all steps share.
     fn is_shared(&self, file: &str) -> bool;
 
-    /// Writes what all steps share, and copies what belongs to the case that the mesh was read from. What is there
+    /// Stages what all steps share, and copies what belongs to the case that the mesh was read from. What is there
     /// already stays as it is; a mesh that is there is replaced with [`Begin::Create`], kept where it is this one, and
     /// replaced with [`Begin::Resume`] where it is not whole.
     ///
@@ -40,7 +40,7 @@ pub trait CaseFormat: Sync {
         options: &WriteOptions,
         begin: Begin,
         commit: Commit,
-    ) -> Result<Notes>;
+    ) -> Result<(Notes, Staged)>;
 
     /// Refuses to write the sequence of a mesh to a case.
     fn check(&self, case: &Path, mesh: &MeshView) -> Result<()>;

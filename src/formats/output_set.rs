@@ -186,6 +186,18 @@ impl<'a> OutputSet<'a> {
 
     /// The files, all of them complete.
     pub fn finish(self) -> Output {
+    /// Makes a link to a folder, `to` from the folder of the link, in the folder of [`OutputSet::place_in`].
+    pub fn link_in_folder(&mut self, name: &str, to: &Path) -> Result<()> {
+        let Some(staged) = &mut self.folder else {
+            return Ok(());
+        };
+        let path = staged.temporary.path().join(name);
+        let made = fs::create_dir_all(folder_of(&path)).and_then(|()| link_folder(to, &path));
+        made.map_err(|error| Error::io(&self.path.join(name), &error))?;
+        staged.names.push(name.to_owned());
+        Ok(())
+    }
+
         let files = self.files.into_iter().chain(self.main);
         let files: Vec<Staged> = files.collect();
         let files = match (self.folder, self.commit) {
@@ -297,6 +309,11 @@ impl Write for Counting<'_> {
 
 /// One hash of several files: that of their names and hashes, ordered by name.
 pub fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
+#[cfg(unix)]
+use std::os::unix::fs::symlink as link_folder;
+#[cfg(windows)]
+use std::os::windows::fs::symlink_dir as link_folder;
+
     let mut hasher = blake3::Hasher::new();
     for (name, hash) in files {
         hasher.update(name.as_bytes());

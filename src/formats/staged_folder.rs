@@ -125,8 +125,10 @@ impl Folder {
 
     /// Syncs what is in the files.
     fn sync_files(&self) -> Result<()> {
-        self.names.iter().try_for_each(|name| {
-            let synced = sync_file(&self.temporary.path().join(name));
+        let staged = |name: &&String| self.temporary.path().join(name);
+        let mut files = self.names.iter().filter(|name| !staged(name).is_symlink());
+        files.try_for_each(|name| {
+            let synced = sync_file(&staged(&name));
             synced.map_err(|error| Error::io(&self.target.join(name), &error))
         })
     }
@@ -189,8 +191,8 @@ impl Folder {
     /// or else the file. `None` where it has been moved with another one.
     fn new_piece(&self, name: &str) -> Option<PathBuf> {
         let path = Path::new(name);
-        let staged = |piece: &Path| self.temporary.path().join(piece).exists();
-        if !staged(path) {
+        // A link may lead to what has been moved.
+        if fs::symlink_metadata(self.temporary.path().join(path)).is_err() {
             return None;
         }
         let folders: Vec<&Path> = path.ancestors().skip(1).collect();

@@ -3,7 +3,8 @@
 use super::case::{Case, steps_in_case};
 use crate::error::{Error, Result, counted};
 use crate::formats::{
-    Begin, CaseFormat, Commit, Format, Notes, WriteOptions, case_name, hash_of, pvd, vtk_series,
+    self, Begin, CaseFormat, Commit, Format, Notes, Staged, WriteOptions, case_name, hash_of, pvd,
+    vtk_series,
 };
 use crate::mesh::MeshView;
 use crate::motion::Step;
@@ -143,15 +144,15 @@ impl Names {
         }
     }
 
-    /// Writes what all steps share, where they are in a case.
+    /// Stages what all steps share, where they are in a case.
     pub(super) fn begin(
         &self,
         mesh: &MeshView,
         options: &WriteOptions,
         begin: Begin,
-    ) -> Result<Notes> {
+    ) -> Result<(Notes, Staged)> {
         let Some(case) = &self.case else {
-            return Ok(Notes::default());
+            return Ok((Notes::default(), Staged::all(Vec::new())));
         };
         // Parts come to a case in any order.
         let begin = if self.is_part() { Begin::Resume } else { begin };

@@ -241,6 +241,9 @@ impl Run<'_> {
             .names
             .begin(&self.plan.mesh.view(), &options, self.begin())?;
         self.take_notes(&notes);
+        self.check_stop(!self.rows.is_empty())?;
+        let _held = self.deformation.stop().hold();
+        files.keep()?;
         Ok(())
     }
 

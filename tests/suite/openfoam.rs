@@ -2,6 +2,7 @@
 
 use crate::support::{assert_says, azimesh, rewrite, succeed};
 use azimesh::Mesh;
+use azimesh::formats::{self, Begin, Commit, WriteOptions};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -293,6 +294,122 @@ fn what_a_case_cannot_take_is_refused() {
             "timePrecision",
         ],
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_is_copied_once_however_many_links_lead_to_it() {
+    use std::os::unix::fs::symlink;
+    let folder = sphere();
+    let folder = folder.path();
+    let case = folder.join("in");
+    // Each of 40 folders outside what is copied has two links to the next: 2^40 ways through them.
+    for i in 0..40 {
+        let inside = case.join(format!("outside/{i}"));
+        fs::create_dir_all(&inside).unwrap();
+        fs::write(inside.join("file"), i.to_string()).unwrap();
+        for name in ["a", "b"] {
+            symlink(format!("../{}", (i + 1) % 40), inside.join(name)).unwrap();
+        }
+    }
+    symlink("../outside/0", case.join("system/d")).unwrap();
+    symlink(".", case.join("system/circle")).unwrap();
+    symlink("../constant", case.join("system/constant")).unwrap();
+    symlink("nowhere", case.join("system/nowhere")).unwrap();
+    symlink("0", case.join("0.orig")).unwrap();
+    succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out"]);
+    let system = folder.join("out/system");
+    for (path, content) in [
+        ("d/file", "0"),
+        ("d/a/b/a/file", "3"),
+        ("circle/circle/d/b/file", "1"),
+        ("constant/transportProperties", "nu 1e-5;"),
+        ("../0.orig/U", "a field"),
+    ] {
+        let found = fs::read_to_string(system.join(path));
+        assert_eq!(found.ok().as_deref(), Some(content), "{path}");
+    }
+    let link = fs::read_link(system.join("constant")).unwrap();
+    assert_eq!(link, Path::new("../constant"));
+    assert!(!system.join("nowhere").is_symlink());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_case_that_cannot_be_copied_is_refused_before_anything_is_written() {
+    let folder = sphere();
+    let folder = folder.path();
+    let inside = folder.join("in/system/inside");
+    for (make, parts) in [
+        (
+            "ln -s ../..",
+            &["in/system/inside", "holds the case itself"][..],
+        ),
+        ("mkfifo", &["in/system/inside", "a pipe"]),
+    ] {
+        let make = format!("{make} {}", inside.display());
+        let made = std::process::Command::new("sh")
+            .args(["-c", &make])
+            .status();
+        assert!(made.unwrap().success());
+        let run = azimesh(folder, &["deform", "in", "s.toml", "-o", "out"]);
+        assert_eq!(run.code, 2, "{}", run.err);
+        assert_says(&run.err, parts);
+        assert!(!folder.join("out").exists());
+        fs::remove_file(&inside).unwrap();
+    }
+}
+
+#[test]
+fn what_is_copied_is_staged_until_all_of_it_is_there() {
+    let folder = sphere();
+    let (read_from, out) = (folder.path().join("in"), folder.path().join("out"));
+    let mesh = read(&read_from);
+    let case = formats::by_name("openfoam").unwrap().case().unwrap();
+    let options = WriteOptions::default();
+    let begin = || case.begin(&out, &mesh.view(), &options, Begin::Create, Commit::REPLACE);
+    drop(begin().unwrap().1);
+    assert!(!out.exists());
+    let (_, files) = begin().unwrap();
+    assert!(!out.exists());
+    files.keep().unwrap();
+    assert!(out.join("constant/transportProperties").exists());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_is_truncated_while_it_is_read_ends_the_program_with_its_name() {
+    let folder = sphere();
+    let folder = folder.path();
+    let select = ["-q", "select", "in", "s.toml", "-o", "base.toml"];
+    succeed(folder, &select);
+    let base = fs::read(folder.join("base.toml")).unwrap();
+    let pipe = folder.join("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let mut run = std::process::Command::new(env!("CARGO_BIN_EXE_azimesh"));
+    let run = run.current_dir(folder);
+    let run = run.args([
+        "-q", "deform", "in", "s.toml", "-o", "out", "--base", "pipe",
+    ]);
+    let run = run.stderr(std::process::Stdio::piped()).spawn().unwrap();
+    // The program opens the pipe after the mesh, whose files it copies to the new case later.
+    let mut opened = fs::OpenOptions::new().write(true).open(&pipe).unwrap();
+    let faces = folder.join("in/constant/polyMesh/faces");
+    fs::File::options()
+        .write(true)
+        .open(faces)
+        .unwrap()
+        .set_len(0)
+        .unwrap();
+    std::io::Write::write_all(&mut opened, &base).unwrap();
+    drop(opened);
+    let ended = run.wait_with_output().unwrap();
+    let told = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(3), "{told}");
+    assert_says(&told, &["in/constant/polyMesh/faces", "became shorter"]);
+    let files = all_files(&folder.join("out"));
+    assert!(!files.keys().any(|name| name.ends_with(".part")));
 }
 
 /// A folder with the case `in` of one layer of an airfoil's cells, and a schedule.

@@ -7,6 +7,7 @@ use super::topology::{StoredPieces, Topology};
 use crate::error::{Error, Result};
 use crate::formats::{OutputSet, check_file};
 use crate::mesh::MeshView;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -23,10 +24,8 @@ fn copied(pieces: &[StoredPieces]) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Folders inside one another, at the most: links may lead in circles.
-const DEPTH: usize = 32;
-
-/// Refuses to write a sequence into the case that its mesh was read from, or into a folder of that which is copied.
+/// Refuses to write a sequence into the case that its mesh was read from, or into a folder of that which is copied, and
+/// a case with files that cannot be copied.
 pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
     let Some(origin) = mesh.origin.get::<Topology>() else {
         return Ok(());
@@ -46,7 +45,7 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
             name.display()
         ))
         .file(case)),
-        None => Ok(()),
+        None => Copying::of(origin, &Place::of(case, mesh))?.check(),
     }
 }
 
@@ -67,50 +66,61 @@ fn resolved(path: &Path) -> PathBuf {
 
 /// Copies what belongs to the case of the mesh. What is there already stays as it is.
 pub(super) fn copy(mesh: &MeshView, place: &Place, out: &mut OutputSet) -> Result<()> {
-    let Some(origin) = mesh.origin.get::<Topology>() else {
-        return Ok(());
-    };
-    let mut own: Vec<PathBuf> = place.folders(CONSTANT).iter().map(PathBuf::from).collect();
-    own.push(PathBuf::from(place.folder(CONSTANT)));
-    let mut copying = Copying {
-        from: &origin.case,
-        place,
-        own,
-        out,
-    };
-    for name in copied(place.pieces) {
-        if origin.case.join(&name).is_dir() {
-            copying.folder(&name, 0)?;
-        }
+    match mesh.origin.get::<Topology>() {
+        Some(origin) => Copying::of(origin, place)?.copy(&place.case, out),
+        None => Ok(()),
     }
-    Ok(())
 }
 
-struct Copying<'a, 'b> {
+/// The files of a case that are copied. A folder is copied once: a link that leads to it again becomes a link to the copy.
+struct Copying<'a> {
     from: &'a Path,
-    place: &'a Place<'a>,
+    /// `from` without links.
+    real: PathBuf,
+    /// The folders that are copied.
+    roots: Vec<PathBuf>,
     /// The folders of the mesh, whole and in pieces, which are written, not copied.
     own: Vec<PathBuf>,
-    out: &'a mut OutputSet<'b>,
+    /// The folders so far, without links, and their places in the case.
+    places: BTreeMap<PathBuf, PathBuf>,
+    /// The files, by their places in the case.
+    files: Vec<PathBuf>,
+    /// The links and the places that they lead to.
+    links: Vec<(PathBuf, PathBuf)>,
 }
 
-impl Copying<'_, '_> {
-    fn folder(&mut self, inside: &Path, depth: usize) -> Result<()> {
+impl<'a> Copying<'a> {
+    fn of(origin: &'a Topology, place: &Place) -> Result<Self> {
+        let mut own: Vec<PathBuf> = place.folders(CONSTANT).iter().map(PathBuf::from).collect();
+        own.push(PathBuf::from(place.folder(CONSTANT)));
+        let real = resolved(&origin.case);
+        let mut copying = Self {
+            from: &origin.case,
+            places: BTreeMap::from([(real.clone(), PathBuf::new())]),
+            real,
+            roots: copied(place.pieces),
+            own,
+            files: Vec::new(),
+            links: Vec::new(),
+        };
+        for root in copying.roots.clone() {
+            if copying.from.join(&root).is_dir() {
+                copying.folder(&root)?;
+            }
+        }
+        Ok(copying)
+    }
+
+    fn folder(&mut self, inside: &Path) -> Result<()> {
         let folder = self.from.join(inside);
-        // Points of the first time are those of the mesh that is written.
-        let is_first = inside.iter().any(|name| name == "0");
-        let is_mesh = is_first && inside.file_name().is_some_and(|name| name == MESH);
-        if is_mesh {
-            return Ok(());
+        let real = resolved(&folder);
+        if self.real.starts_with(&real) {
+            return Err(Error::input(
+                "this leads to a folder that holds the case itself, which cannot be copied; remove the link",
+            )
+            .file(&folder));
         }
-        // Of the folder of the mesh only what lies in folders, such as sets.
-        let is_own = self.own.iter().any(|own| inside == own);
-        if depth > DEPTH {
-            return Err(
-                Error::input(format!("has more than {DEPTH} folders inside one another"))
-                    .file(&folder),
-            );
-        }
+        self.places.entry(real).or_insert_with(|| inside.into());
         let io = |error: io::Error| Error::io(&folder, &error);
         let entries = fs::read_dir(&folder)
             .map_err(io)?
@@ -118,31 +128,74 @@ impl Copying<'_, '_> {
             .map_err(io)?;
         let mut names: Vec<_> = entries.iter().map(fs::DirEntry::file_name).collect();
         names.sort();
+        // Of the folder of the mesh only what lies in folders, such as sets.
+        let is_own = self.own.iter().any(|own| inside == own);
         for name in names {
             let inside = inside.join(name);
-            match self.from.join(&inside).is_dir() {
-                true => self.folder(&inside, depth + 1)?,
-                false if is_own => {}
-                false => self.file(&inside)?,
+            let path = self.from.join(&inside);
+            match path.is_dir() {
+                true if is_first_mesh(&inside) => {}
+                true => match self.copy_of(&path, &inside) {
+                    Some(place) => self.links.push((inside, place)),
+                    None => self.folder(&inside)?,
+                },
+                // A link that leads nowhere is left out.
+                false if is_own || !path.exists() => {}
+                false => self.files.push(inside),
             }
         }
         Ok(())
     }
 
-    fn file(&mut self, inside: &Path) -> Result<()> {
-        let (from, to) = (self.from.join(inside), self.place.case.join(inside));
-        // A link that leads nowhere is left out.
-        if to.exists() || !from.exists() {
-            return Ok(());
+    /// The place of a folder in the case, where a link leads to one that is copied anyway.
+    fn copy_of(&self, path: &Path, inside: &Path) -> Option<PathBuf> {
+        if !path.is_symlink() || self.own.iter().any(|own| inside == own) {
+            return None;
         }
-        let io = |error: io::Error| Error::io(&from, &error);
-        check_file(&from).map_err(io)?;
-        let mut file = fs::File::open(&from).map_err(io)?;
-        let name = inside.to_string_lossy();
-        self.out.in_folder(&self.place.case, &name, |out| {
-            io::copy(&mut file, out)
-                .map(|_| ())
-                .map_err(|error| Error::io(&to, &error))
-        })
+        let real = resolved(path);
+        let in_case = real.strip_prefix(&self.real).ok();
+        let in_root = in_case.filter(|place| self.roots.iter().any(|root| place.starts_with(root)));
+        in_root
+            .or(self.places.get(&real).map(PathBuf::as_path))
+            .map(Path::to_path_buf)
     }
+
+    /// Opens each file, so that one that cannot be read is refused before anything is written.
+    fn check(&self) -> Result<()> {
+        let mut files = self.files.iter().map(|inside| self.from.join(inside));
+        files.try_for_each(|path| open(&path).map(|_| ()))
+    }
+
+    fn copy(&self, case: &Path, out: &mut OutputSet) -> Result<()> {
+        for inside in self
+            .files
+            .iter()
+            .filter(|inside| !case.join(inside).exists())
+        {
+            let mut file = open(&self.from.join(inside))?;
+            out.in_folder(case, &inside.to_string_lossy(), |out| {
+                io::copy(&mut file, out)
+                    .map(|_| ())
+                    .map_err(|error| Error::io(&case.join(inside), &error))
+            })?;
+        }
+        for (inside, place) in &self.links {
+            if fs::symlink_metadata(case.join(inside)).is_err() {
+                let above = inside.components().skip(1).map(|_| "..");
+                let to: PathBuf = above.collect();
+                out.link_in_folder(&inside.to_string_lossy(), &to.join(place))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a folder holds the mesh at the first time: points there are those of the mesh that is written.
+fn is_first_mesh(inside: &Path) -> bool {
+    inside.iter().any(|name| name == "0") && inside.file_name().is_some_and(|name| name == MESH)
+}
+
+fn open(path: &Path) -> Result<fs::File> {
+    let opened = check_file(path).and_then(|()| fs::File::open(path));
+    opened.map_err(|error| Error::io(path, &error))
 }

@@ -14,7 +14,8 @@ use crate::formats::case::CaseFormat;
 use crate::formats::hash::hash_of;
 use crate::formats::output_set::hash_of_names;
 use crate::formats::{
-    Begin, Commit, Location, Notes, OutputSet, SequenceFile, StepBytes, StepSize, WriteOptions,
+    Begin, Commit, Location, Notes, OutputSet, SequenceFile, Staged, StepBytes, StepSize,
+    WriteOptions,
 };
 use crate::mesh::MeshView;
 use std::collections::BTreeMap;
@@ -74,7 +75,7 @@ impl CaseFormat for OpenFoam {
         options: &WriteOptions,
         begin: Begin,
         commit: Commit,
-    ) -> Result<Notes> {
+    ) -> Result<(Notes, Staged)> {
         let place = Place::of(case, mesh);
         let owned = place.owned();
         let write = |out: &mut OutputSet| -> Result<Notes> {
@@ -90,7 +91,7 @@ impl CaseFormat for OpenFoam {
             if is_there(&place.case, &wanted.finish().of_folder)
                 && folders.all(|folder| has_points(&folder))
             {
-                return Ok(notes);
+                return Ok((notes, Staged::all(Vec::new())));
             }
         }
         // Of several runs that find none, each a part of the sequence, one puts its mesh in place.
@@ -103,8 +104,7 @@ impl CaseFormat for OpenFoam {
         if !place.case.join(&foam).exists() {
             out.in_folder(&place.case, &foam, |_| Ok(()))?;
         }
-        out.finish().files.keep()?;
-        Ok(notes)
+        Ok((notes, out.finish().files))
     }
 
     fn write_step(
