@@ -6,7 +6,7 @@ use crate::deform::{
 };
 use crate::diagnostic::in_digits;
 use crate::error::{Error, Result, path_in_line};
-use crate::formats::Commit;
+use crate::formats::{Commit, refuse_special};
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
 use crate::run::base_file;
@@ -32,7 +32,9 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
     let commit = Commit::with_force(args.force);
     commit.check(&args.output)?;
-    commit.check(&base_file::picture_of(&args.output))?;
+    let picture = base_file::picture_of(&args.output);
+    refuse_special(&picture)?;
+    commit.check(&picture)?;
     let plan = context.plan(&args.mesh, schedule, Ok(None))?;
     for choice in &plan.choices {
         context.note(&choice.to_string());

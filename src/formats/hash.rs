@@ -3,7 +3,7 @@
 use super::openfoam::hash_of_origin;
 use super::output_set::{hash_of_folder, hash_of_names};
 use super::pvtu;
-use super::source::check_no_device;
+use super::source::check_file;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::parallel::try_map;
@@ -82,7 +82,7 @@ pub(crate) fn hash_of_share(path: &Path, rank: usize, n: usize) -> Result<Vec<Ha
 
 /// The hash of some bytes of a file.
 pub fn hash_of_range(path: &Path, bytes: Range<u64>) -> std::io::Result<blake3::Hash> {
-    check_no_device(path)?;
+    check_file(path)?;
     let mut file = File::open(path)?;
     file.seek(SeekFrom::Start(bytes.start))?;
     let mut file = file.take(bytes.end.saturating_sub(bytes.start));

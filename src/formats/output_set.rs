@@ -3,6 +3,7 @@
 
 use super::out::Out;
 use super::save::{PIECE, Staged, stage_bytes, stage_whole};
+use super::sink::refuse_special;
 use super::staged::{Commit, folder_of};
 use super::staged_folder::Folder;
 use crate::error::{Error, Result};
@@ -119,6 +120,7 @@ impl<'a> OutputSet<'a> {
     /// Writes a small companion file, which is not part of the hash.
     pub fn companion(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
         if let Some(commit) = self.commit {
+            refuse_special(path)?;
             self.files.push(stage_bytes(bytes, path, commit)?);
         }
         Ok(())
@@ -184,8 +186,6 @@ impl<'a> OutputSet<'a> {
         Ok(written)
     }
 
-    /// The files, all of them complete.
-    pub fn finish(self) -> Output {
     /// Makes a link to a folder, `to` from the folder of the link, in the folder of [`OutputSet::place_in`].
     pub fn link_in_folder(&mut self, name: &str, to: &Path) -> Result<()> {
         let Some(staged) = &mut self.folder else {
@@ -198,6 +198,8 @@ impl<'a> OutputSet<'a> {
         Ok(())
     }
 
+    /// The files, all of them complete.
+    pub fn finish(self) -> Output {
         let files = self.files.into_iter().chain(self.main);
         let files: Vec<Staged> = files.collect();
         let files = match (self.folder, self.commit) {
@@ -307,13 +309,13 @@ impl Write for Counting<'_> {
     }
 }
 
-/// One hash of several files: that of their names and hashes, ordered by name.
-pub fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
 #[cfg(unix)]
 use std::os::unix::fs::symlink as link_folder;
 #[cfg(windows)]
 use std::os::windows::fs::symlink_dir as link_folder;
 
+/// One hash of several files: that of their names and hashes, ordered by name.
+pub fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for (name, hash) in files {
         hasher.update(name.as_bytes());

@@ -1,7 +1,7 @@
 //! Lists of the meshes of a sequence and their times: .pvd of ParaView, .vtk.series and .vtu.series.
 
 use super::lexer;
-use super::source::check_no_device;
+use super::source::read_file;
 use super::vtu::{escaped, is_xml};
 use crate::error::{Error, Result};
 use quick_xml::XmlVersion;
@@ -32,8 +32,9 @@ pub struct Listed {
 
 /// The meshes of a list, in its order. Files are relative to the list.
 pub fn read_series(path: &Path) -> Result<Vec<Listed>> {
-    let text = check_no_device(path).and_then(|()| std::fs::read_to_string(path));
-    let text = text.map_err(|error| Error::io(path, &error))?;
+    let bytes = read_file(path).map_err(|error| Error::io(path, &error))?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| Error::input("the list is not UTF-8 text").file(path))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let is_json = text.trim_start().starts_with('{');
     let entries = match is_json {

@@ -41,6 +41,19 @@ impl Sink {
     }
 }
 
+/// Refuses a pipe or a device under the name of a file that is to be written, but that the user has not named: a pipe
+/// blocks until a program reads from it.
+pub fn refuse_special(path: &Path) -> Result<()> {
+    let is_special = |found: fs::Metadata| !found.is_file() && !found.is_dir();
+    match fs::metadata(path).is_ok_and(is_special) {
+        false => Ok(()),
+        true => Err(Error::input(
+            "a file of this name is needed here, but this is a pipe or a device; remove it",
+        )
+        .file(path)),
+    }
+}
+
 /// The name of an output in messages.
 pub(super) fn name_of(path: &Path) -> &Path {
     match path.as_os_str() == "-" {

@@ -108,5 +108,8 @@ fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {
         .parent()
         .filter(|_| path.file_name().is_some_and(|name| name == "points"));
     let path = folder.unwrap_or(path);
+    if !path.is_dir() {
+        check_file(path).map_err(|error| Error::io(path, &error))?;
+    }
     Ok(Mesh::read_with(path, options)?.mesh)
 }

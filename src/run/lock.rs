@@ -101,9 +101,7 @@ fn busy(folder: &Path, steps: &Range<usize>) -> Error {
 /// Opens and locks the file of this run; gives a note where the file system has no locks.
 fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<Diagnostic>)> {
     loop {
-        let mut options = OpenOptions::new();
-        let file = options.create(true).truncate(false).write(true).open(path);
-        let file = file.map_err(|error| Error::io(path, &error))?;
+        let file = open(path, true)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(busy(folder, steps)),
@@ -120,6 +118,28 @@ fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option
     }
 }
 
+/// Opens a lock file, which must be a regular file: another program may have put a link or a pipe in its place.
+fn open(path: &Path, create: bool) -> Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(create);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+        options.custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    }
+    let is_file = |found: fs::Metadata| found.is_file();
+    match options.open(path) {
+        Ok(file) if file.metadata().is_ok_and(is_file) => Ok(file),
+        Err(error) if fs::symlink_metadata(path).map_or(true, is_file) => {
+            Err(Error::io(path, &error))
+        }
+        _ => Err(Error::input(
+            "this is a link, a folder, a pipe or a device, not the lock file of a run; remove it",
+        )
+        .file(path)),
+    }
+}
+
 /// The lock files of a folder and their steps, in order.
 fn others(folder: &Path) -> Vec<(Range<usize>, PathBuf)> {
     parts_in(folder, STEM, EXTENSION).unwrap_or_default()
@@ -127,7 +147,7 @@ fn others(folder: &Path) -> Vec<(Range<usize>, PathBuf)> {
 
 /// Whether a run holds this file; none does when it is gone.
 fn is_locked(path: &Path) -> Result<bool> {
-    let Ok(file) = OpenOptions::new().read(true).write(true).open(path) else {
+    let Ok(file) = open(path, false) else {
         return Ok(false);
     };
     match file.try_lock_shared() {

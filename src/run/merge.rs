@@ -31,6 +31,7 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     let records = records(folder)?;
     let (names, format) = sequence(folder, &records[0])?;
     let _lock = Lock::take(&names)?;
+    names::refuse_special(&names)?;
     let first = records[0].record.clone();
     let parts: Vec<PartRun> = records
         .into_iter()

@@ -230,18 +230,22 @@ impl Names {
         let of_any_part = |stem: &str, extension: &str| {
             name == file_name(stem, None, extension) || part_of(name, stem, extension).is_some()
         };
-        let of_any_choice = |extension: &str| {
-            name == file_name("base", None, extension) || step_of(name, "base", extension).is_some()
-        };
         mesh.is_some()
             || self.in_one && of_any_part(&self.stem, self.extension)
             || name == format!("{}.pvd", self.stem)
             || name == format!("{}.vtk.series", self.stem)
             || of_any_part("steps", "csv")
             || of_any_part("run", "json")
-            || of_any_choice("toml")
-            || of_any_choice("vtp")
+            || is_base(name)
     }
+}
+
+/// Whether a file holds base points.
+fn is_base(name: &str) -> bool {
+    let of_any_choice = |extension: &str| {
+        name == file_name("base", None, extension) || step_of(name, "base", extension).is_some()
+    };
+    of_any_choice("toml") || of_any_choice("vtp")
 }
 
 /// Files of an earlier run that stand in the folder.
@@ -304,6 +308,13 @@ pub fn refuse_existing(names: &Names) -> Result<()> {
         first.file_name().unwrap_or_default().display()
     ))
     .file(&names.folder))
+}
+
+/// Refuses a folder in which a file of this run is a pipe or a device.
+pub(super) fn refuse_special(names: &Names) -> Result<()> {
+    let outputs = existing_outputs(names).into_iter();
+    let mut all = outputs.chain(files(names, is_base));
+    all.try_for_each(|path| formats::refuse_special(&path))
 }
 
 /// Removes every file of an earlier run.

@@ -60,6 +60,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     if request.force {
         names::remove_existing(&names)?;
     }
+    names::refuse_special(&names)?;
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record.content);
@@ -235,15 +236,15 @@ impl Run<'_> {
 
     /// Writes what all steps share, where they are in a case.
     fn begin_case(&mut self) -> Result<()> {
-        let _held = self.deformation.stop().hold();
         let options = self.plan.schedule.output.write_options();
-        let notes = self
+        // What is copied may be large: until it gets its names, a request to stop ends the run.
+        let (notes, files) = self
             .names
             .begin(&self.plan.mesh.view(), &options, self.begin())?;
-        self.take_notes(&notes);
         self.check_stop(!self.rows.is_empty())?;
         let _held = self.deformation.stop().hold();
         files.keep()?;
+        self.take_notes(&notes);
         Ok(())
     }
 

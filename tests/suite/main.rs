@@ -50,6 +50,8 @@ mod shells;
 mod slabs;
 mod sliding;
 mod space;
+#[cfg(unix)]
+mod special_files;
 mod streams;
 mod support;
 mod surfaces;

@@ -4,8 +4,8 @@ use super::{Input, Run};
 use crate::diagnostic::short;
 use crate::error::{Error, Result, counted};
 use crate::formats::{
-    self, Format, SequenceFile, Staged, WriteOptions, check_listed, is_series, pvd, stage_bytes,
-    vtk_series,
+    self, Format, SequenceFile, Staged, WriteOptions, check_listed, is_series, pvd, refuse_special,
+    stage_bytes, vtk_series,
 };
 use crate::mesh::Mesh;
 use serde_json::{Value, json};
@@ -189,6 +189,7 @@ impl Run<'_> {
         let steps: Vec<_> = steps.zip(0..).map(|(step, i)| (step, file(i))).collect();
         let files = steps.iter().map(|(_, file)| stem.with_file_name(file));
         for path in files.chain(lists.iter().cloned()) {
+            refuse_special(&path)?;
             self.args.write.check(&path)?;
         }
         for ((step, time), file) in &steps {
