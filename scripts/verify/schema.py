@@ -257,7 +257,7 @@ leaves one more in its folder, `run.json`.
 - "Sentences" are for people and may change in any version.
 - If a command fails (exit code 2 or 3), it prints no JSON. After a failed check (exit code 1) it does, also if `deform` stopped before
   its last step because the tolerance was missed or by `on_inverted = "stop"`: `outcome` has the reason then, as in `run.json`.
-- `deform`, `finish` and `run.json` have the same keys for the same things, but for the deprecated `steps`.
+- `deform`, `finish` and `run.json` have the same keys for the same things.
 
 Each table below is made from a JSON Schema (draft 2020-12) in `docs/schema/`, by `scripts/verify/schema.py --update`. The same
 script, a part of `scripts/test`, runs the commands and holds what they print against the schemas, both ways.

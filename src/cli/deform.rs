@@ -237,25 +237,19 @@ pub(super) fn report(folder: &Path, finished: Finished, context: &Context) -> Re
     })
 }
 
-/// Keys as in run.json, but for `steps`: the number of finished steps here, that of the schedule there.
+/// Keys as in run.json.
 fn as_json(folder: &Path, finished: &Finished) -> Value {
     json!({
         "folder": folder.display().to_string(),
         "outcome": finished.outcome,
         "steps_written": finished.n_steps,
-        // The old name of `steps_written`.
-        "steps": finished.n_steps,
         "steps_kept": finished.n_kept,
         "skipped_steps": finished.skipped,
-        // The old name of `skipped_steps`.
-        "passed_over": finished.skipped,
         "base_points": finished.n_base,
         "selection_error": finished.selection_error,
         "max_surface_error": finished.surface_error,
         "inverted_steps": finished.inverted_steps,
         "max_inverted": finished.max_inverted,
-        // The old name of `max_inverted`.
-        "most_inverted": finished.max_inverted,
         "min_scaled_jacobian": finished.min_scaled_jacobian,
         "mesh_bytes": finished.mesh_bytes,
         "warnings": finished.warnings,

@@ -289,9 +289,6 @@ pub struct EndRecord {
     /// Steps that were skipped, with the reasons.
     #[serde(default)]
     pub skipped_steps: Vec<String>,
-    /// The old name of `skipped_steps`.
-    #[serde(default)]
-    pub passed_over: Vec<String>,
     /// What the user should know.
     #[serde(default)]
     pub warnings: Vec<String>,
@@ -322,17 +319,11 @@ impl RunRecord {
     /// # Errors
     /// Where they are no record, with the line.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
-        let mut record: Self = serde_json::from_slice(bytes).map_err(|error| {
+        serde_json::from_slice(bytes).map_err(|error| {
             let message = "this is not the record of a run; `azimesh deform --resume` with its mesh and schedule (of parts, \
                            `azimesh finish`) writes it again";
             Error::input(message).line(error.line() as u64)
-        })?;
-        if let Some(end) = &mut record.end
-            && end.skipped_steps.is_empty()
-        {
-            end.skipped_steps.clone_from(&end.passed_over);
-        }
-        Ok(record)
+        })
     }
 
     /// The text of the file.

@@ -60,16 +60,6 @@ fn a_record_says_how_far_its_run_came() {
     assert_eq!(record("real.json").selections.len(), 2);
 }
 
-#[test]
-fn the_old_name_of_skipped_steps_is_read() {
-    let text = record("passed_over.json").text();
-    let mut value: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
-    let object = value.as_object_mut().expect("it is an object");
-    object.remove("skipped_steps").expect("it is there");
-    let old = RunRecord::parse(value.to_string().as_bytes()).expect("it is a record");
-    assert_eq!(old.end.expect("it is over").skipped_steps.len(), 2);
-}
-
 /// Longest first: each is cut within the braces of the whole.
 #[test]
 fn a_record_that_is_cut_is_none() {

@@ -216,7 +216,7 @@ fn page(steps: &str, record: &str) -> String {
 #[test]
 fn steps_passed_over_and_checks_that_failed_are_on_the_page() {
     let record = r#"{"outcome": "complete but for 1 steps", "steps": 3, "steps_written": 2, "dimension": 2,
-        "passed_over": ["step 2 has 4 inverted cells; passed over"], "failures": ["step 1: max_skew>0.1"],
+        "skipped_steps": ["step 2 has 4 inverted cells; passed over"], "failures": ["step 1: max_skew>0.1"],
         "options": {"kernel": "wendland-c2", "tag_array": null}, "seconds": {"total": 0.0074197},
         "motion": {"frame": "rotating", "bodies": [{"name": "blade_1", "pitch_deg": [0, 1, 2]}]}}"#;
     let steps = "step,azimuth_deg,inverted,min_volume\n0,0,0,0.5\n1,10,0,0.25\n";

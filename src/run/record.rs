@@ -115,7 +115,6 @@ impl RecordFile {
             min_scaled_jacobian: finished.min_scaled_jacobian,
             max_surface_error: Some(finished.surface_error),
             skipped_steps: sentences(&finished.skipped),
-            passed_over: sentences(&finished.skipped),
             warnings: sentences(&finished.warnings),
             failures: sentences(&finished.failures),
         });

@@ -505,7 +505,7 @@ fn bad_steps_are_passed_over_when_asked() {
     assert_eq!(meshes, ["n_0000.vtu", "n_0003.vtu", "n_0006.vtu"]);
     let record = record(&folder.join("out"));
     assert_eq!(record["outcome"], "complete but for 4 steps");
-    assert_eq!(record["passed_over"].as_array().unwrap().len(), 4);
+    assert_eq!(record["skipped_steps"].as_array().unwrap().len(), 4);
     let table = std::fs::read_to_string(folder.join("out/steps.csv")).unwrap();
     assert_eq!(table.lines().count(), 4);
 }
