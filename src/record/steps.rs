@@ -229,9 +229,6 @@ pub fn text(rows: &Rows) -> String {
         .fold(joined(names()), |text, row| text + &row.line())
 }
 
-/// Columns at the end that tables of earlier versions do not have: all of them, or the last four.
-const N_NEW: [usize; 2] = [6, 4];
-
 /// The rows in the bytes of a table. A row that a killed run left cut is none; nor is one that is no row,
 /// as a power cut may leave it.
 ///
@@ -239,26 +236,17 @@ const N_NEW: [usize; 2] = [6, 4];
 /// Where the table has other columns.
 pub fn parse(bytes: &[u8]) -> Result<Rows> {
     let mut lines = lines(bytes);
-    let mut n_missing = 0;
-    let missing = |header: &[String]| {
-        let mut counts = std::iter::once(0).chain(N_NEW);
-        counts.find(|n| *header == names()[..COLUMNS.len() - n])
-    };
-    if let Some((line, Some(header))) = lines.next() {
-        n_missing = missing(&header).ok_or_else(|| {
-            Error::input(format!(
-                "the columns are \"{}\"; this version has \"{}\"",
-                header.join(","),
-                names().join(",")
-            ))
-            .line(line)
-        })?;
+    if let Some((line, Some(header))) = lines.next()
+        && header != names()
+    {
+        return Err(Error::input(format!(
+            "the columns are \"{}\"; this version has \"{}\"",
+            header.join(","),
+            names().join(",")
+        ))
+        .line(line));
     }
-    let rows = lines.filter_map(|(_, values)| {
-        let mut values = values?;
-        values.extend(std::iter::repeat_n(String::new(), n_missing));
-        Row::of_texts(&values)
-    });
+    let rows = lines.filter_map(|(_, values)| Row::of_texts(&values?));
     Ok(rows.map(|row| (row.step, row)).collect())
 }
 

@@ -102,21 +102,9 @@ fn a_table_that_is_read_and_written_is_the_same_file() {
         let before = fs::read_to_string(&path).expect("it is text");
         let rows = parse(before.as_bytes()).expect("it is a table");
         assert_eq!(rows.keys().copied().collect::<Vec<_>>(), [0, 1, 2, 3]);
-        // Their writers had no columns after the seconds, or two.
-        let mut lines = before.lines();
-        let header = lines.next().expect("it has a header");
-        let faces = ",mean_non_orthogonality,max_face_skewness,min_volume_ratio,min_face_weight";
-        let table = |columns: &str, values: &str| {
-            let rest = lines.clone().map(|row| format!("{row}{values}\n"));
-            rest.fold(format!("{header}{columns}\n"), |all, row| all + &row)
-        };
-        let two = ",unproven,repaired";
-        let wanted = table(&format!("{two}{faces}"), ",,,,,,");
-        assert_eq!(text(&rows), wanted, "{path:?}");
-        for known in [wanted, table(two, ",,")] {
-            assert_eq!(parse(known.as_bytes()).expect("it is a table"), rows);
-        }
-        assert!(parse(table(",unproven", ",").as_bytes()).is_err());
+        assert_eq!(text(&rows), before, "{path:?}");
+        let other = before.replacen(",min_face_weight", "", 1);
+        assert!(parse(other.as_bytes()).is_err());
     }
 }
 
