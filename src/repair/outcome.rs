@@ -95,12 +95,6 @@ pub struct Repaired {
 }
 
 impl Repaired {
-    /// Cells that were not valid and are now.
-    pub fn n_repaired(&self) -> usize {
-        let of = |log: &PatchLog| log.invalid_before.saturating_sub(log.invalid);
-        self.patches.iter().map(of).sum()
-    }
-
     /// Cells that were not valid before.
     pub fn n_before(&self) -> usize {
         let repaired: usize = self.patches.iter().map(|log| log.invalid_before).sum();
