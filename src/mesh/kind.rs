@@ -251,8 +251,8 @@ impl CellKind {
         }
     }
 
-    /// Faces of the linear kind as corner indices, outward by VTK's convention (a wedge's as VTK
-    /// lists them). In 2D the "faces" are the edges in order. Empty for kinds without fixed faces.
+    /// Faces of the linear kind as corner indices, outward in a cell of positive volume. In 2D the
+    /// "faces" are the edges in order. Empty for kinds without fixed faces.
     pub fn faces(self) -> &'static [&'static [u8]] {
         match self.linear() {
             Line => &[&[0], &[1]],
@@ -268,11 +268,11 @@ impl CellKind {
                 &[4, 5, 6, 7],
             ],
             Wedge => &[
-                &[0, 1, 2],
-                &[3, 5, 4],
-                &[0, 3, 4, 1],
-                &[1, 4, 5, 2],
-                &[2, 5, 3, 0],
+                &[0, 2, 1],
+                &[3, 4, 5],
+                &[0, 1, 4, 3],
+                &[1, 2, 5, 4],
+                &[2, 0, 3, 5],
             ],
             Pyramid => &[
                 &[0, 3, 2, 1],
@@ -350,6 +350,37 @@ mod tests {
     fn a_kind_is_named_as_before() {
         assert_eq!(Hexahedron27.name(), "hexahedron27");
         assert_eq!(LagrangeWedge.name(), "lagrange_wedge");
+    }
+
+    /// Corners of regular cells of positive volume: prisms on a polygon around the axis of z, pyramids over one.
+    fn corners(kind: CellKind, n_base: usize) -> Vec<[f64; 3]> {
+        let angle = |i: usize| std::f64::consts::TAU * i as f64 / n_base as f64;
+        let at = |i: usize, z: f64| [angle(i).cos(), angle(i).sin(), z];
+        let base = (0..n_base).map(|i| at(i, 0.0));
+        match matches!(kind, Tetrahedron | Pyramid) {
+            true => base.chain([[0.0, 0.0, 1.0]]).collect(),
+            false => base.chain((0..n_base).map(|i| at(i, 1.0))).collect(),
+        }
+    }
+
+    #[test]
+    fn faces_point_out_of_a_cell_of_positive_volume() {
+        use crate::geometry::vector::{cross, dot, sub};
+        for (kind, n_base) in [
+            (Tetrahedron, 3),
+            (Pyramid, 4),
+            (Wedge, 3),
+            (Hexahedron, 4),
+            (PentagonalPrism, 5),
+            (HexagonalPrism, 6),
+        ] {
+            let at = corners(kind, n_base);
+            for face in kind.faces() {
+                let [a, b, c] = [0, 1, 2].map(|i| at[usize::from(face[i])]);
+                let out = dot(cross(sub(b, a), sub(c, a)), sub(a, [0.0, 0.0, 0.5]));
+                assert!(out > 0.0, "{kind:?} {face:?}");
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@
 use super::Task;
 use crate::geometry::vector::{Vector, cross, distance, dot, norm, scale, sub};
 use crate::mesh::sides::for_each_side;
-use crate::mesh::{CellKind, CellRef};
+use crate::mesh::CellRef;
 use crate::parallel;
 use std::f64::consts::TAU;
 
@@ -199,8 +199,7 @@ fn with_side(task: Task<'_>, cell: &CellRef<'_>, side: u16, act: impl FnOnce(&[u
         if face == usize::from(side)
             && let Some(act) = act.take()
         {
-            // VTK lists a wedge's faces inside out.
-            act(nodes, upright != (cell.kind.linear() == CellKind::Wedge));
+            act(nodes, upright);
         }
     });
 }
@@ -242,7 +241,7 @@ fn facets_of<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Adjacency, Mesh};
+    use crate::mesh::{Adjacency, CellKind, Mesh};
     use crate::quality::Reference;
     use crate::repair::Freedom;
     use crate::repair::shape::regular;

@@ -280,6 +280,28 @@ fn every_metric_of_a_step_is_what_quality_says_of_its_mesh() {
     }
 }
 
+/// A wedge of positive volume, and the same with its nodes in the other orientation.
+const WEDGES: [&str; 2] = ["13 0 1 2 3 4 5 0", "13 0 2 1 3 5 4 0"];
+
+fn wedge(nodes: &str) -> String {
+    format!(
+        "NDIME= 3\nNELEM= 1\n{nodes}\nNPOIN= 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 1\n0 1 1\nNMARK= 0\n"
+    )
+}
+
+#[test]
+fn openfoam_turns_wedges_of_negative_volume_and_no_others() {
+    let folder = folder();
+    let folder = folder.path();
+    for (nodes, is_turned) in WEDGES.into_iter().zip([false, true]) {
+        std::fs::write(folder.join("w.su2"), wedge(nodes)).unwrap();
+        let arguments = ["convert", "w.su2", "case", "--format", "openfoam", "--force"];
+        let (code, _, error) = azimesh(folder, &arguments);
+        assert_eq!(code, 0, "{error}");
+        assert_eq!(error.contains("turned round"), is_turned, "{error}");
+    }
+}
+
 #[test]
 fn quality_says_that_a_mesh_is_folded_in_itself() {
     let folder = folder();

@@ -103,9 +103,8 @@ impl<'a> Centres<'a> {
                 }
             }
         }
-        let turn = turn(run.kind);
         for (cell, centre) in (run.first_cell..).zip(centres) {
-            centre.volume *= turn * f64::from(self.reference.sign(cell));
+            centre.volume *= f64::from(self.reference.sign(cell));
         }
     }
 
@@ -155,15 +154,6 @@ impl<'a> Centres<'a> {
     }
 }
 
-/// -1 for the only kind whose faces point inward where the Verdict library has it positive.
-fn turn(kind: CellKind) -> f64 {
-    if kind.linear() == CellKind::Wedge {
-        -1.0
-    } else {
-        1.0
-    }
-}
-
 /// Looks up cells that are mostly near the last one.
 pub(super) struct Finder<'a> {
     centres: &'a Centres<'a>,
@@ -171,7 +161,6 @@ pub(super) struct Finder<'a> {
     end: usize,
     start: usize,
     form: Form,
-    turn: f64,
 }
 
 /// How centres of a run's cells are had.
@@ -192,7 +181,6 @@ impl<'a> Finder<'a> {
             end: 0,
             start: 0,
             form: Form::Stored,
-            turn: 1.0,
         };
         finder.go_to(cell);
         finder
@@ -209,16 +197,12 @@ impl<'a> Finder<'a> {
             CellKind::Tetrahedron => Form::Tetrahedron,
             _ => Form::Stored,
         };
-        self.turn = turn(self.run.kind);
     }
 
     /// 1 where the faces of a cell point outward in the reference mesh as its kind lists them, else -1.
     #[inline(always)]
-    pub(super) fn turn(&mut self, cell: usize) -> f64 {
-        if cell < self.run.first_cell || cell >= self.end {
-            self.go_to(cell);
-        }
-        self.turn * f64::from(self.centres.reference.sign(cell))
+    pub(super) fn turn(&self, cell: usize) -> f64 {
+        f64::from(self.centres.reference.sign(cell))
     }
 
     /// Whether the centres of the cells of the last cell's run are computed on demand.

@@ -56,7 +56,7 @@ macro_rules! solids {
 solids! {
     Hexahedron 8 6: quad [0, 4, 7, 3], quad [1, 2, 6, 5], quad [0, 1, 5, 4], quad [3, 7, 6, 2], quad [0, 3, 2, 1],
         quad [4, 5, 6, 7];
-    Wedge 6 5: tri [0, 1, 2], tri [3, 5, 4], quad [0, 3, 4, 1], quad [1, 4, 5, 2], quad [2, 5, 3, 0];
+    Wedge 6 5: tri [0, 2, 1], tri [3, 4, 5], quad [0, 1, 4, 3], quad [1, 2, 5, 4], quad [2, 0, 3, 5];
     Pyramid 5 5: quad [0, 3, 2, 1], tri [0, 1, 4], tri [1, 2, 4], tri [2, 3, 4], tri [3, 0, 4];
 }
 
