@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 # Cell array of the number of a boundary tag and of a zone, from 1; 0 is none. Their names are field arrays.
 TAG, ZONE = "BoundaryTag", "Zone"
+# Nodes of a wedge in the order of VTK up to 9.6, as the files that azimesh writes have them.
+VTK_WEDGE = [0, 2, 1, 3, 5, 4]
 ENDINGS = (".su2", ".cgns", ".msh", ".foam")
 
 
@@ -23,7 +25,8 @@ def to_pyvista(mesh: Mesh) -> pyvista.UnstructuredGrid:
     """The mesh as an unstructured grid; points and connectivity are copied.
 
     The boundary tag of a face is the cell array ``BoundaryTag``, the zone of a cell ``Zone``: numbers from 1, whose names
-    are the field arrays ``BoundaryTagNames`` and ``ZoneNames``. Of a face in several tags the last counts.
+    are the field arrays ``BoundaryTagNames`` and ``ZoneNames``. Of a face in several tags the last counts. Wedges have their
+    nodes in the order in which VTK up to 9.6 has a positive volume; VTK 9.7 has a negative one.
     """
     import pyvista
 
@@ -65,7 +68,8 @@ def _cells(mesh: Mesh) -> tuple[Any, Any]:
             for at, start, end in zip(begin, offsets[:-1], offsets[1:]):
                 cells[at : at + end - start] = values[start:end]
         else:
-            cells[begin[:, None] + np.arange(block.shape[1])] = block
+            nodes = block[:, VTK_WEDGE] if name == "wedge" else block
+            cells[begin[:, None] + np.arange(block.shape[1])] = nodes
     return cells, types
 
 

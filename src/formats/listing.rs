@@ -3,7 +3,7 @@
 use super::hdf5::Sink;
 use super::{cgns, ugrid};
 use crate::error::Result;
-use crate::mesh::{Cells, Listing, NodesOfCells, turn};
+use crate::mesh::{CellKind, Cells, Listing, NodesOfCells, mirror_wedges, turn};
 use std::ops::Range;
 
 /// Numbers made at a time: so few that no loop over them starts threads.
@@ -36,7 +36,11 @@ pub(crate) fn list_nodes(
             match wanted.listing {
                 Listing::Vtk => {
                     for nodes in cells.runs_in(some) {
-                        as_integers(nodes.connectivity, is_wide, number, sink)?;
+                        let mut nodes = nodes.connectivity.to_vec();
+                        if run.kind == CellKind::Wedge {
+                            mirror_wedges(&mut nodes);
+                        }
+                        as_integers(&nodes, is_wide, number, sink)?;
                     }
                 }
                 Listing::Ugrid => {

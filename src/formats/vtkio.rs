@@ -10,13 +10,14 @@ use super::vtk::cells::{Built, CellTable, repeat_tuples};
 use super::vtk::list::List;
 use super::vtk::number::Element;
 use super::vtk::polyhedra::PieceNodes;
-use super::vtk::tags;
+use super::vtk::{order, tags};
 use super::vtu::NAMES;
 use super::{Notes, ReadOptions, WriteOptions};
 use crate::diagnostic::formats::ArrayWritten;
 use crate::error::{Error, Result};
 use crate::mesh::{CellKind, Cells, DataArray, Mesh, MeshView, Values};
 use ::vtkio::model;
+use std::borrow::Cow;
 
 /// The mesh as an unstructured grid of vtkio's model; a note for each thing that it cannot hold.
 pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
@@ -40,7 +41,7 @@ pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     };
     let piece = model::UnstructuredGridPiece {
         points: model::IOBuffer::F64(mesh.points.as_flattened().to_vec()),
-        cells: cells(mesh.cells, &plan.repeated)?,
+        cells: cells(&in_vtk_order(mesh.cells), &plan.repeated)?,
         data: model::Attributes {
             point: attributes(&sections.point_data)?,
             cell: attributes(&sections.cell_data)?,
@@ -48,7 +49,10 @@ pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     };
     Ok(model::Vtk {
         version: model::Version::Auto,
-        title: "written by azimesh".into(),
+        title: match order::has_wedges(mesh.cells) {
+            true => order::TITLE.into(),
+            false => "written by azimesh".into(),
+        },
         // That of legacy files.
         byte_order: model::ByteOrder::BigEndian,
         data: model::DataSet::inline(piece),
@@ -81,6 +85,14 @@ fn attribute(content: &super::vtk::content::Content) -> Result<model::Attribute>
         elem: model::ElementType::Generic(content.n_components as u32),
         data,
     }))
+}
+
+fn in_vtk_order(cells: &Cells) -> Cow<'_, Cells> {
+    let mut cells = Cow::Borrowed(cells);
+    if order::has_wedges(&cells) {
+        cells.to_mut().mirror_wedges();
+    }
+    cells
 }
 
 /// Cells, and after them those that are repeated for their second tag.
@@ -213,6 +225,7 @@ pub fn from_vtkio(vtk: &model::Vtk, options: &ReadOptions, notes: &mut Notes) ->
         1 => pieces.remove(0).mesh,
         _ => merge::merge(pieces, notes)?,
     };
+    order::turn_wedges(&mut mesh, vtk.title == order::TITLE, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     mesh.validate()?;
     mesh.merge_repeated_faces();

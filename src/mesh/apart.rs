@@ -72,7 +72,7 @@ pub struct NodesOfCells {
 /// How the nodes of cells are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Listing {
-    /// In VTK's order, from 0.
+    /// In the order of VTK's files, from 0.
     Vtk,
     /// In the order of CGNS, from 1.
     Cgns,

@@ -333,6 +333,14 @@ impl Cells {
         }
     }
 
+    /// Lists linear wedges in the other orientation: the second and third node of each triangle change places.
+    pub(crate) fn mirror_wedges(&mut self) {
+        for run in self.runs.iter().filter(|run| run.kind == CellKind::Wedge) {
+            let end = run.first_entry + 6 * run.n_cells as usize;
+            mirror_wedges(&mut self.connectivity[run.first_entry..end]);
+        }
+    }
+
     /// Where the nodes of a cell begin; of one after the last where they end.
     fn first_entry(&self, cell: usize) -> usize {
         if cell == self.len() {
@@ -485,6 +493,14 @@ impl Cells {
             + size_of_val(&self.connectivity[..])
             + size_of_val(&self.polyhedra.stream[..])
             + self.polyhedra.cells.len() * 12
+    }
+}
+
+/// Lists wedges of six nodes in the other orientation.
+pub(crate) fn mirror_wedges(nodes: &mut [u32]) {
+    for nodes in nodes.chunks_exact_mut(6) {
+        nodes.swap(1, 2);
+        nodes.swap(4, 5);
     }
 }
 

@@ -47,6 +47,7 @@ pub use apart::{
 };
 pub use arrays::{DataArray, Values};
 pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};
+pub(crate) use cells::mirror_wedges;
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use doubled::Doubled;

@@ -7,8 +7,8 @@
 
 use super::Task;
 use crate::geometry::vector::{Vector, cross, distance, dot, norm, scale, sub};
-use crate::mesh::sides::for_each_side;
 use crate::mesh::CellRef;
+use crate::mesh::sides::for_each_side;
 use crate::parallel;
 use std::f64::consts::TAU;
 

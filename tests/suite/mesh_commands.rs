@@ -295,7 +295,9 @@ fn openfoam_turns_wedges_of_negative_volume_and_no_others() {
     let folder = folder.path();
     for (nodes, is_turned) in WEDGES.into_iter().zip([false, true]) {
         std::fs::write(folder.join("w.su2"), wedge(nodes)).unwrap();
-        let arguments = ["convert", "w.su2", "case", "--format", "openfoam", "--force"];
+        let arguments = [
+            "convert", "w.su2", "case", "--format", "openfoam", "--force",
+        ];
         let (code, _, error) = azimesh(folder, &arguments);
         assert_eq!(code, 0, "{error}");
         assert_eq!(error.contains("turned round"), is_turned, "{error}");

@@ -1,7 +1,10 @@
 //! Legacy, structured and partitioned files written by VTK (`testdata/vtk/`): files of one grid are one mesh.
 
 use crate::support::sequence::{read, testdata};
+use azimesh::geometry::vector::{cross, dot, sub};
 use azimesh::mesh::difference::{Difference, Tolerance};
+use azimesh::{CellKind, Encoding, Mesh, WriteOptions};
+use std::path::Path;
 
 /// How the mesh of one file differs from that of another: at all, or where one is text by more than
 /// the digits that VTK writes, eleven, and six of single precision.
@@ -65,4 +68,132 @@ fn pieces_are_joined_at_the_nodes_that_they_share() {
             .collect()
     };
     assert_eq!(faces(&joined), faces(&whole));
+}
+
+/// A column of two wedges of positive volume in the order of a mesh, or in the other orientation.
+fn wedges(is_inverted: bool) -> Mesh {
+    let corner = |i: u32| [f64::from(i % 3 % 2), f64::from(i % 3 / 2), f64::from(i / 3)];
+    let mut mesh = Mesh {
+        points: (0..9).map(corner).collect(),
+        ..Mesh::default()
+    };
+    for first in [0, 3] {
+        let nodes = match is_inverted {
+            false => [0, 1, 2, 3, 4, 5],
+            true => [0, 2, 1, 3, 5, 4],
+        };
+        let nodes = nodes.map(|node: u32| first + node);
+        mesh.cells.push(CellKind::Wedge, &nodes);
+    }
+    mesh
+}
+
+/// The signs of the volumes of the cells of a file, and what the reader notes.
+fn volumes(path: &Path) -> (Vec<bool>, String) {
+    let loaded = Mesh::read_with(path, &Default::default()).unwrap();
+    let mesh = loaded.mesh;
+    let positive = mesh.cells.iter().map(|cell| {
+        let at = |i: usize| mesh.points[cell.nodes[i] as usize];
+        let [a, b, c, d] = [0, 1, 2, 3].map(at);
+        dot(cross(sub(b, a), sub(c, a)), sub(d, a)) > 0.0
+    });
+    let notes: Vec<String> = loaded.notes.iter().map(ToString::to_string).collect();
+    (positive.collect(), notes.join("\n"))
+}
+
+#[test]
+fn written_wedges_have_the_order_of_vtk_9_6_and_keep_their_sign() {
+    let folder = tempfile::tempdir().unwrap();
+    for is_inverted in [false, true] {
+        let mesh = wedges(is_inverted);
+        for name in ["m.vtu", "m.vtk", "m.vtkhdf", "ascii.vtu", "ascii.vtk"] {
+            let path = folder.path().join(name);
+            let options = WriteOptions {
+                encoding: match name.contains("ascii") {
+                    true => Encoding::Ascii,
+                    false => Encoding::Raw,
+                },
+                ..WriteOptions::default()
+            };
+            mesh.view().write_with(&path, &options).unwrap();
+            if name.contains("ascii") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let words: Vec<&str> = text.split_whitespace().collect();
+                let wanted = match is_inverted {
+                    false => ["0", "2", "1", "3", "5", "4", "3", "5", "4"],
+                    true => ["0", "1", "2", "3", "4", "5", "3", "4", "5"],
+                };
+                assert!(words.windows(9).any(|some| some == wanted), "{text}");
+            }
+            let (positive, notes) = volumes(&path);
+            assert_eq!(positive, [!is_inverted; 2], "{name}");
+            assert_eq!(notes, "", "{name}");
+            assert_eq!(read(&path).cells, mesh.cells, "{name}");
+        }
+    }
+}
+
+#[test]
+fn pieces_with_wedges_keep_their_sign() {
+    let folder = tempfile::tempdir().unwrap();
+    for is_inverted in [false, true] {
+        let path = folder.path().join("m.vtu");
+        wedges(is_inverted).write(&path).unwrap();
+        let arguments = ["convert", "m.vtu", "m.pvtu", "--pieces", "2", "--force"];
+        crate::support::succeed(folder.path(), &arguments);
+        let (positive, notes) = volumes(&folder.path().join("m.pvtu"));
+        assert_eq!(positive, [!is_inverted; 2]);
+        assert!(!notes.contains("wedges"), "{notes}");
+    }
+}
+
+#[test]
+fn wedges_of_other_programs_are_read_with_the_order_in_which_most_are_positive() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.vtk");
+    let by_vtk_9_6 = "6 0 2 1 3 5 4";
+    let by_vtk_9_7 = "6 0 1 2 3 4 5";
+    let other_than_most = "6 3 4 5 6 7 8";
+    for (cells, positive, is_turned) in [
+        (
+            [by_vtk_9_6, "6 3 5 4 6 8 7", "6 3 5 4 6 8 7"],
+            [true, true, true],
+            false,
+        ),
+        (
+            [by_vtk_9_7, "6 3 4 5 6 7 8", "6 3 4 5 6 7 8"],
+            [true, true, true],
+            true,
+        ),
+        (
+            [by_vtk_9_6, "6 3 5 4 6 8 7", other_than_most],
+            [true, true, false],
+            false,
+        ),
+        (
+            [by_vtk_9_7, "6 3 5 4 6 8 7", other_than_most],
+            [true, false, true],
+            true,
+        ),
+    ] {
+        let points: Vec<String> = wedges(false)
+            .points
+            .iter()
+            .map(|point| format!("{point:?}").replace(['[', ']', ','], " "))
+            .collect();
+        let text = format!(
+            "# vtk DataFile Version 3.0\nby others\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 double\n{}\n\
+             CELLS 3 21\n{}\nCELL_TYPES 3\n13 13 13\n",
+            points.join("\n"),
+            cells.join("\n")
+        );
+        std::fs::write(&path, text).unwrap();
+        let (found, notes) = volumes(&path);
+        assert_eq!(found, positive, "{cells:?}");
+        assert_eq!(
+            notes.contains("3 wedges are in the node order of VTK 9.7"),
+            is_turned,
+            "{notes}"
+        );
+    }
 }

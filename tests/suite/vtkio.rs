@@ -26,7 +26,8 @@ fn mesh() -> Mesh {
     cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
     cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
     cells.push(CellKind::Hexahedron, &[2, 3, 4, 5, 6, 7, 8, 9]);
-    cells.push(CellKind::Wedge, &[10, 11, 12, 13, 14, 15]);
+    // Of positive volume, which says what its order is in a model.
+    cells.push(CellKind::Wedge, &[10, 12, 11, 13, 15, 14]);
     cells.push(CellKind::Pyramid, &[16, 17, 18, 19, 20]);
     cells.push(
         CellKind::Tetrahedron10,

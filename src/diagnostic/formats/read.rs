@@ -171,6 +171,11 @@ Read {
     SecondName { number: i32, dimension: u8, used: String, other: String } => (
         "physical group {number} of dimension {dimension} has two names; \"{used}\" is used, not \"{other}\""
     )
+    /// Wedges of a VTK file that are not in the order of VTK up to 9.6.
+    WedgesTurned { n: usize } => (
+        "{} in the node order of VTK 9.7, in which most of them have a positive volume, not in that of VTK up to 9.6",
+        are(*n, "wedge")
+    )
     /// Hexahedra of high order whose degrees are not known.
     OldOrder { n: usize } => (
         "hexahedra of high order ({n}) keep the node order of VTK before version 9: their degrees are not given"

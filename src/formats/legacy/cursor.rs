@@ -17,6 +17,8 @@ pub(super) struct Cursor<'a> {
     pub binary: bool,
     /// Version of the file, major and minor.
     pub version: (u32, u32),
+    /// The second line.
+    pub title: &'a [u8],
 }
 
 impl<'a> Cursor<'a> {
@@ -27,6 +29,7 @@ impl<'a> Cursor<'a> {
             at: 0,
             binary: false,
             version: (0, 0),
+            title: &[],
         };
         let first = cursor.line().trim_ascii();
         cursor.version = version(first).ok_or_else(|| {
@@ -35,7 +38,7 @@ impl<'a> Cursor<'a> {
                 format!("expected \"# vtk DataFile Version\" and a number, found {found}");
             Error::input(message).line(1)
         })?;
-        cursor.line();
+        cursor.title = cursor.line().trim_ascii();
         cursor.binary = match cursor.keyword().as_deref() {
             Some("ascii") => false,
             Some("binary") => true,

@@ -30,6 +30,8 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
     if cursor.version < FIRST_WITH_PRESENT_ORDER {
         order::swap(&mut mesh, notes);
     }
+    let is_marked = cursor.title == order::TITLE.as_bytes();
+    order::turn_wedges(&mut mesh, is_marked, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
 }

@@ -68,8 +68,12 @@ impl Writer<'_> {
             Version::V51 => "5.1",
         };
         let encoding = if self.binary { "BINARY" } else { "ASCII" };
+        let title = match order::has_wedges(mesh.cells) {
+            true => order::TITLE,
+            false => "written by azimesh",
+        };
         self.text(&format!(
-            "# vtk DataFile Version {version}\nwritten by azimesh\n{encoding}\n\
+            "# vtk DataFile Version {version}\n{title}\n{encoding}\n\
              DATASET UNSTRUCTURED_GRID\n"
         ))?;
         self.field(&sections.fields)?;
@@ -221,9 +225,7 @@ impl Writer<'_> {
             for cell in cells.iter().chain(repeated()) {
                 let entries = entries(cells, &cell);
                 out.push(entries.len() as u64)?;
-                entries
-                    .iter()
-                    .try_for_each(|node| out.push((*node).into()))?;
+                in_order(cell.kind, entries).try_for_each(|node| out.push(node.into()))?;
                 out.end_line()?;
             }
             return out.finish();
@@ -244,9 +246,7 @@ impl Writer<'_> {
         let mut out = Integers::new(self.out, self.binary, 8);
         for cell in cells.iter().chain(repeated()) {
             let entries = entries(cells, &cell);
-            entries
-                .iter()
-                .try_for_each(|node| out.push((*node).into()))?;
+            in_order(cell.kind, entries).try_for_each(|node| out.push(node.into()))?;
         }
         out.finish()
     }
@@ -277,6 +277,15 @@ fn entries<'c>(cells: &'c Cells, cell: &CellRef<'c>) -> &'c [u32] {
         CellKind::Polyhedron => cells.face_stream(cell.index).unwrap_or(&[]),
         _ => cell.nodes,
     }
+}
+
+/// The entries of a cell in the order of VTK's files.
+fn in_order(kind: CellKind, entries: &[u32]) -> impl Iterator<Item = u32> {
+    const WEDGE: [usize; 6] = [0, 2, 1, 3, 5, 4];
+    (0..entries.len()).map(move |i| match kind {
+        CellKind::Wedge => entries[WEDGE[i]],
+        _ => entries[i],
+    })
 }
 
 fn n_entries(cells: &Cells, run: CellRun) -> usize {

@@ -1,6 +1,6 @@
 //! The list of pieces and the files that it names.
 
-use super::super::vtk::tags;
+use super::super::vtk::{order, tags};
 use super::super::vtu::read::{Raw, raw};
 use super::super::vtu::xml::{Child, Parser, as_utf8};
 use super::merge::{self, Piece};
@@ -14,18 +14,21 @@ use std::path::Path;
 pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let folder = source.path().parent().unwrap_or(Path::new(""));
     let mut pieces = Vec::new();
+    let mut are_marked = true;
     for name in piece_names(&as_utf8(source.bytes(), notes))? {
         let path = folder.join(&name);
         let piece = open(&path)
             .and_then(|source| raw(source.bytes(), notes))
             .and_then(|raw| {
                 raw.mesh.validate()?;
+                are_marked &= raw.has_marked_wedges;
                 Ok(ghosts::left_out(piece_of(raw), notes))
             })
             .map_err(|error| error.file(&path).dataset("Piece"))?;
         pieces.push(piece);
     }
     let mut mesh = merge::merge(pieces, notes)?;
+    order::turn_wedges(&mut mesh, are_marked, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
 }

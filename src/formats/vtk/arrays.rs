@@ -272,7 +272,7 @@ impl<'a> VtkArrays<'a> {
                 );
                 vec![ContentPart::Apart(numbers)]
             }
-            None => vec![slice(cells.connectivity()), slice(&self.repeated_nodes)],
+            None => vec![ContentPart::Nodes(cells), slice(&self.repeated_nodes)],
         };
         let offset = narrowest(n_entries);
         let mut ends = Vec::with_capacity(self.repeated.len());

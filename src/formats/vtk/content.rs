@@ -1,8 +1,9 @@
 //! Arrays to be written: what they are and their bytes, which are mostly those in memory.
 
 use super::number::Element;
+use super::order;
 use crate::error::Result;
-use crate::mesh::{CellKind, Cells, NumbersApart, Values, arrays::with_numbers};
+use crate::mesh::{CellKind, Cells, NumbersApart, Values, arrays::with_numbers, mirror_wedges};
 use std::borrow::Cow;
 
 /// Values made at a time where an array is not in memory.
@@ -26,6 +27,8 @@ pub enum ContentPart<'a> {
     Singles(&'a [f64]),
     /// Numbers that other ranks write: all that there is of an array.
     Apart(NumbersApart<'a>),
+    /// Nodes of each cell.
+    Nodes(&'a Cells),
     /// VTK type of each cell.
     Types(&'a Cells),
     /// End of each cell's nodes, as 32 bits or as 64.
@@ -95,6 +98,7 @@ impl<'a> Content<'a> {
                     }
                 }
                 ContentPart::Apart(_) => panic!("what other ranks write is not here"),
+                ContentPart::Nodes(cells) => nodes(cells, sink)?,
                 ContentPart::Types(cells) => types(cells, sink)?,
                 ContentPart::Offsets(cells, Element::Int32) => offsets(cells, |x| x as i32, sink)?,
                 ContentPart::Offsets(cells, _) => offsets(cells, |x| x as i64, sink)?,
@@ -148,6 +152,27 @@ fn string_bytes(strings: &[String]) -> Vec<u8> {
 }
 
 type Sink<'s> = &'s mut dyn FnMut(&[u8]) -> Result<()>;
+
+fn nodes(cells: &Cells, sink: Sink) -> Result<()> {
+    if !order::has_wedges(cells) {
+        return sink(bytemuck::cast_slice(cells.connectivity()));
+    }
+    let mut values: Vec<u32> = Vec::new();
+    for run in cells.runs() {
+        for some in run
+            .connectivity
+            .chunks(CHUNK / run.n_nodes.max(1) * run.n_nodes.max(1))
+        {
+            let start = values.len();
+            values.extend_from_slice(some);
+            if run.kind == CellKind::Wedge {
+                mirror_wedges(&mut values[start..]);
+            }
+            flush_full(&mut values, sink)?;
+        }
+    }
+    sink(bytemuck::cast_slice(&values))
+}
 
 fn types(cells: &Cells, sink: Sink) -> Result<()> {
     let mut bytes = Vec::new();

@@ -1,12 +1,56 @@
-//! Node order of Lagrange and Bezier hexahedra before VTK 9: the inner nodes of two edges were
-//! swapped.
+//! Node orders that differ between versions of VTK: of wedges, and of Lagrange and Bezier hexahedra.
 //!
-//! Files older than XML 2.1 or legacy 5.1 have the old order. The edges are those from node 2 to
-//! node 6 and from node 3 to node 7.
+//! Wedges of six nodes: up to VTK 9.6 the normal of nodes 0, 1, 2 points away from nodes 3, 4, 5 (a positive volume), since
+//! VTK 9.7 towards them, as in a mesh here. Files have the first order; one that does not say so may have either.
+//!
+//! Hexahedra before VTK 9: the inner nodes of two edges were swapped. Files older than XML 2.1 or
+//! legacy 5.1 have the old order. The edges are those from node 2 to node 6 and from node 3 to node 7.
 
 use crate::diagnostic::formats::Read;
 use crate::formats::Notes;
-use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
+use crate::mesh::sides::six_volumes;
+use crate::mesh::{CellKind, Cells, DataArray, Mesh, MeshView, Values};
+use crate::parallel::{BLOCK, map_blocks};
+
+/// Name of the mark of files that have wedges in the order of VTK up to 9.6.
+pub const WEDGES: &str = "wedges";
+/// Value of this mark: where the normal of nodes 0, 1, 2 points.
+pub const OUTWARD: &str = "outward";
+
+/// Title of legacy files with this mark.
+pub const TITLE: &str = "written by azimesh, wedges outward";
+
+/// Whether a file of these cells is marked.
+pub fn has_wedges(cells: &Cells) -> bool {
+    cells.runs().any(|run| run.kind == CellKind::Wedge)
+}
+
+/// Lists the wedges of a file as a mesh does. In a file that is not marked, the sign of most volumes says which order it has;
+/// a note if it is not that of VTK up to 9.6.
+pub fn turn_wedges(mesh: &mut Mesh, is_marked: bool, notes: &mut Notes) {
+    if !is_marked && balance(&mesh.view()) > 0 {
+        let wedges = mesh.cells.runs().filter(|run| run.kind == CellKind::Wedge);
+        let n = wedges.map(|run| run.n_cells()).sum();
+        notes.push(Read::WedgesTurned { n });
+        return;
+    }
+    mesh.cells.mirror_wedges();
+}
+
+/// Number of wedges of positive volume as they are listed, less those of negative volume.
+fn balance(mesh: &MeshView) -> i64 {
+    let mut sum = 0;
+    for run in mesh.cells.runs().filter(|run| run.kind == CellKind::Wedge) {
+        let blocks = map_blocks(run.n_cells(), BLOCK, &|block| {
+            let cells = run.cell_refs().skip(block.start).take(block.len());
+            let volume = |cell| six_volumes(mesh.cells, mesh.points, &cell, |_| false);
+            let sign = |volume: f64| i64::from(volume > 0.0) - i64::from(volume < 0.0);
+            cells.map(volume).map(sign).sum::<i64>()
+        });
+        sum += blocks.into_iter().sum::<i64>();
+    }
+    sum
+}
 
 /// VTK's name of the array with the degrees of each cell along its three axes.
 const DEGREES: &str = "HigherOrderDegrees";

@@ -1,7 +1,7 @@
 //! The rows of a step as a mesh: nodes, arrays, and tags from them.
 
 use super::super::hdf5::{Dataset, Group};
-use super::super::vtk::{cells::repeat_tuples, tags};
+use super::super::vtk::{cells::repeat_tuples, order, tags};
 use super::super::{Notes, ReadOptions};
 use super::cells;
 use super::extent::{Extent, PartRows};
@@ -29,8 +29,14 @@ pub(super) fn read(grid: &Group, options: &ReadOptions, notes: &mut Notes) -> Re
         repeat_tuples(&mut mesh.cell_arrays, origin);
     }
     note_others(grid, notes)?;
+    order::turn_wedges(&mut mesh, has_marked_wedges(grid)?, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
+}
+
+/// Whether wedges are marked to be in the order of VTK up to 9.6.
+pub(super) fn has_marked_wedges(grid: &Group) -> Result<bool> {
+    Ok(grid.text(order::WEDGES)?.as_deref() == Some(order::OUTWARD))
 }
 
 /// The rows of all nodes, and of all cells.

@@ -4,6 +4,7 @@ use super::super::hdf5::{Column, Data, Element, Links, StepFile, Stored, Tree};
 use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::portable::not_taken;
 use super::super::vtk::arrays::VtkArrays;
+use super::super::vtk::order;
 use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
 use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
@@ -42,6 +43,7 @@ pub(super) struct Sequence {
 struct Topology {
     hash: blake3::Hash,
     has_polyhedra: bool,
+    has_wedges: bool,
     counts: Vec<(&'static str, u64)>,
     datasets: Links,
 }
@@ -137,6 +139,7 @@ impl Sequence {
         self.topology = Some(Topology {
             hash,
             has_polyhedra,
+            has_wedges: order::has_wedges(mesh.cells),
             counts: blocks.counts.clone(),
             datasets,
         });
@@ -260,10 +263,11 @@ fn tree<'a>(
     columns: &'a [(&'static str, Column)],
     n_steps: usize,
 ) -> Grid<'a> {
-    let mut grid = Grid::new(match topology.has_polyhedra {
+    let version = match topology.has_polyhedra {
         true => POLYHEDRA,
         false => SEQUENCE,
-    });
+    };
+    let mut grid = Grid::new(version, topology.has_wedges);
     grid.tree.links(grid.root, &topology.datasets);
     for series in series {
         series.add_to(&mut grid);

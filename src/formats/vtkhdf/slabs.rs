@@ -12,7 +12,7 @@ use super::rows::{WINDOW, column, count};
 use super::{cells, read};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Cells, DataArray, Mesh, Values};
+use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -39,6 +39,11 @@ pub(super) fn open(grid: Group, options: &ReadOptions) -> Found<impl Slabs + use
     let mut faces = extent.parts.iter().filter_map(|part| part.faces.as_ref());
     if faces.any(|faces| !faces.of_cells.is_empty()) {
         return Err(whole("it has polyhedra"));
+    }
+    if !read::has_marked_wedges(&grid)? && has_wedges(&grid, &cells)? {
+        return Err(whole(
+            "all volumes say which order of nodes its wedges have",
+        ));
     }
     check_fields(&grid, &extent)?;
     let mut notes = Notes::default();
@@ -67,6 +72,17 @@ pub(super) fn open(grid: Group, options: &ReadOptions) -> Found<impl Slabs + use
         cells,
         tag_array: options.tag_array.clone(),
     })
+}
+
+fn has_wedges(grid: &Group, cells: &Range<u64>) -> Result<bool> {
+    let step = column(grid, "Types")?.whole_chunks(WINDOW);
+    for start in (cells.start..cells.end).step_by(step as usize) {
+        let types = cells::types(grid, &(start..cells.end.min(start + step)))?;
+        if types.contains(&CellKind::Wedge.vtk()) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Refuses field arrays for which the whole has to be read.
@@ -190,7 +206,11 @@ impl Open {
         let mut notes = Notes::default();
         let built = cells::read(&self.grid, &parts, rows, &mut notes)?;
         match built.origin.is_none() && notes.is_empty() {
-            true => Ok(built.cells),
+            true => {
+                let mut cells = built.cells;
+                cells.mirror_wedges();
+                Ok(cells)
+            }
             false => Err(Error::input("it has cells that are split or left out")),
         }
     }

@@ -3,6 +3,7 @@
 use super::super::WriteOptions;
 use super::super::hdf5::{Id, Tree};
 use super::super::vtk::arrays::VtkArrays;
+use super::super::vtk::order;
 use super::ROOT;
 use super::blocks::{Blocks, NAMES};
 use crate::error::Result;
@@ -16,10 +17,11 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     let plan = VtkArrays::new(mesh, options, &NAMES);
     let blocks = Blocks::new(mesh, &plan);
     let notes = blocks.notes;
-    let mut grid = Grid::new(match mesh.cells.has_polyhedra() {
+    let version = match mesh.cells.has_polyhedra() {
         true => POLYHEDRA,
         false => ONE_MESH,
-    });
+    };
+    let mut grid = Grid::new(version, order::has_wedges(mesh.cells));
     for (name, n) in blocks.counts {
         grid.tree.numbers(grid.root, name, &[n as i64]);
     }
@@ -50,11 +52,14 @@ pub(super) struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    pub fn new(version: [i64; 2]) -> Self {
+    pub fn new(version: [i64; 2], has_wedges: bool) -> Self {
         let mut tree = Tree::new();
         let root = tree.group(Tree::ROOT, ROOT);
         tree.number_attribute(root, "Version", &version, false);
         tree.text_attribute(root, "Type", "UnstructuredGrid");
+        if has_wedges {
+            tree.text_attribute(root, order::WEDGES, order::OUTWARD);
+        }
         Self {
             tree,
             root,

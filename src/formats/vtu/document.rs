@@ -1,6 +1,7 @@
 //! What a VTK XML file holds: which grid, and the arrays of its pieces.
 
 use super::super::names::tell_apart;
+use super::super::vtk::order::{OUTWARD, WEDGES};
 use super::super::{Compression, Notes};
 use super::xml::{Array, Child, Layout, Parser};
 use crate::error::Result;
@@ -32,6 +33,8 @@ pub(super) struct Document<'a> {
     pub grid: Grid,
     /// Version of the file, major and minor.
     pub version: (u32, u32),
+    /// Whether wedges are marked to be in the order of VTK up to 9.6.
+    pub has_marked_wedges: bool,
     /// How binary values are laid out.
     pub layout: Layout,
     /// Of an image.
@@ -101,6 +104,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
     let mut document = Document {
         grid,
         version: parser.version(&root)?,
+        has_marked_wedges: parser.attribute(&root, WEDGES)?.as_deref() == Some(OUTWARD),
         layout: parser.layout(&root)?,
         origin: [0.0; 3],
         spacing: [1.0; 3],

@@ -4,6 +4,7 @@ use super::super::names::Rule;
 use super::super::vtk::arrays::Sections;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
+use super::super::vtk::order::{OUTWARD, WEDGES};
 use super::super::{Compression, Encoding, WriteOptions};
 use super::encode::{self, CompressedBlocks, failed};
 use crate::error::Result;
@@ -25,6 +26,8 @@ pub(super) struct File<'a> {
     pub lists: Option<[usize; 4]>,
     /// Version of the XML.
     pub version: &'static str,
+    /// Whether there are wedges, whose order is marked.
+    pub has_wedges: bool,
     pub options: &'a WriteOptions,
 }
 
@@ -110,10 +113,14 @@ impl File<'_> {
             Compression::Lz4 => " compressor=\"vtkLZ4DataCompressor\"",
             Compression::Lzma => " compressor=\"vtkLZMADataCompressor\"",
         };
+        let mark = match self.has_wedges {
+            true => format!(" {WEDGES}=\"{OUTWARD}\""),
+            false => String::new(),
+        };
         write!(
             out,
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"{grid}\" version=\"{version}\" \
-             byte_order=\"{order}\" header_type=\"UInt64\"{compressor}>\n  <{grid}>\n"
+             byte_order=\"{order}\" header_type=\"UInt64\"{compressor}{mark}>\n  <{grid}>\n"
         )
         .map_err(failed)?;
         let sections = &self.sections;

@@ -89,6 +89,7 @@ impl Format for Vtp {
             n_cells: plan.n_cells(),
             lists: Some([0, 1, 2, 3].map(|list| lists[list].ends.len())),
             version: "1.0",
+            has_wedges: false,
             options,
         };
         write::write_file(&file, out)?;

@@ -16,15 +16,19 @@ pub(super) const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
 
 /// Reads a mesh. Pieces share no nodes; arrays that not all pieces have are left out.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-    let mut mesh = raw(bytes, notes)?.mesh;
+    let raw = raw(bytes, notes)?;
+    let mut mesh = raw.mesh;
+    order::turn_wedges(&mut mesh, raw.has_marked_wedges, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
 }
 
-/// The mesh of a file with every array as stored, and the names of the arrays with global numbers.
+/// The mesh of a file with every array and the nodes of wedges as stored, and the names of the arrays with global numbers.
 pub(in crate::formats) struct Raw {
     /// The mesh, without groups.
     pub mesh: Mesh,
+    /// Whether it has no wedges but in the order of VTK up to 9.6, as the file is marked.
+    pub has_marked_wedges: bool,
     /// Point array with the number of each node in a mesh of several files.
     pub global_nodes: Option<String>,
     /// Cell array with the number of each cell in a mesh of several files.
@@ -57,6 +61,7 @@ pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
     }
     let first = pieces.iter().find(|piece| piece.n_points > 0);
     Ok(Raw {
+        has_marked_wedges: document.has_marked_wedges || !order::has_wedges(&mesh.cells),
         mesh,
         global_nodes: first.and_then(|piece| piece.global_nodes.clone()),
         global_cells: first.and_then(|piece| piece.global_cells.clone()),

@@ -72,6 +72,11 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
         let (node, cell) = last.map_or((0, 0), |last| (last.nodes.end, last.cells.end));
         pieces.push(Values::of(piece, &document.layout, node, cell)?);
     }
+    if !document.has_marked_wedges && pieces.iter().any(Values::has_wedges) {
+        return Err(whole(
+            "all volumes say which order of nodes its wedges have",
+        ));
+    }
     if options.tag_array.is_none() {
         check_tags(&document, &pieces)?;
     }
@@ -195,6 +200,13 @@ impl<'a> Values<'a> {
         types
     }
 
+    fn has_wedges(&self) -> bool {
+        (0..self.cells.len()).step_by(BLOCK).any(|start| {
+            let types = self.types_of(start..self.cells.len().min(start + BLOCK));
+            types.contains(&CellKind::Wedge.vtk())
+        })
+    }
+
     /// Whether a cell has a dimension and, where there are tags, one that is not 0.
     fn has_cell(&self, dimension: u8, tags: Option<Chunk>) -> bool {
         (0..self.cells.len()).step_by(BLOCK).any(|start| {
@@ -290,6 +302,8 @@ impl Slabs for Pieces<'_> {
         for (piece, own) in overlapping(&self.pieces, |piece| piece.cells.clone(), cells) {
             piece.append(own, self.has_old_order, &mut table)?;
         }
-        Ok(table.finish(&mut Notes::default())?.cells)
+        let mut cells = table.finish(&mut Notes::default())?.cells;
+        cells.mirror_wedges();
+        Ok(cells)
     }
 }

@@ -23,6 +23,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
         n_cells: plan.n_cells(),
         lists: None,
         version: version(mesh),
+        has_wedges: order::has_wedges(mesh.cells),
         options,
     };
     write_file(&file, out)?;
