@@ -87,14 +87,17 @@ fn narrowed(surface: &ClosestSurface<'_>, front: &Front, block: &Bounds, limit: 
     let mut front = front.clone();
     loop {
         let level = &surface.levels[front.level];
+        let n_boxes = surface.n_boxes(front.level);
         let mut children = Vec::new();
         let mut groups = Vec::with_capacity(front.groups.len());
         for &group in &front.groups {
             let before = children.len();
             let distances = level[group as usize].distances_to(block);
             for lane in 0..LANES {
-                if distances[lane] <= limit && distances[lane] < f64::INFINITY {
-                    children.push((LANES * group as usize + lane) as u32);
+                let child = LANES * group as usize + lane;
+                let is_far = distances[lane] > limit;
+                if !is_far && child < n_boxes {
+                    children.push(child as u32);
                 }
             }
             if children.len() > before {

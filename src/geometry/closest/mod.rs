@@ -156,6 +156,16 @@ impl<'a> ClosestSurface<'a> {
         }
     }
 
+    /// The number of boxes in the groups of a level. A distance alone does not tell an empty place of a group from a box,
+    /// where squares of coordinates overflow.
+    #[inline(always)]
+    fn n_boxes(&self, level: usize) -> usize {
+        match level {
+            0 => self.leaves.len(),
+            _ => self.levels[level - 1].len(),
+        }
+    }
+
     fn root(&self) -> Front {
         Front {
             level: self.levels.len().saturating_sub(1),

@@ -102,12 +102,13 @@ impl Stack {
     fn open(&mut self, query: &Query<'_>, level: usize, group: usize, limit: f64, first: usize) {
         let surface = query.surface;
         let distances = surface.levels[level][group].distances_squared(query.point);
+        let n_boxes = surface.n_boxes(level);
         for lane in 0..LANES {
             let distance_squared = distances[lane];
-            if distance_squared > limit || distance_squared == f64::INFINITY {
+            let node = LANES * group + lane;
+            if distance_squared > limit || node >= n_boxes {
                 continue;
             }
-            let node = LANES * group + lane;
             if query
                 .apart
                 .is_some_and(|own| surface.owners[level][node] == own)

@@ -51,6 +51,29 @@ fn the_foot_is_the_closest_point_of_all_triangles() {
 }
 
 #[test]
+fn coordinates_whose_squares_overflow_have_a_foot_or_none() {
+    for far in [1e150, 1e160, 1e200, 1e308] {
+        let points: Vec<Vector> = (0..40)
+            .map(|i| [far * f64::from(i % 7) / 7.0, f64::from(i), far])
+            .collect();
+        let facets: Vec<[u32; 3]> = (0..38).map(|i| [i, i + 1, i + 2]).collect();
+        let surface = ClosestSurface::new(&points[..], &facets);
+        for point in [[0.0; 3], [far, 0.0, 0.0], [-far, far, far], [1.0, 2.0, 3.0]] {
+            let known = |foot: &Foot| foot.facet < facets.len();
+            assert!(
+                surface
+                    .nearest(&point, f64::INFINITY)
+                    .as_ref()
+                    .is_none_or(known),
+                "{far}"
+            );
+            let many = vec![point; 50];
+            surface.nearest_each(&many, f64::INFINITY, &mut |_, foot| assert!(known(foot)));
+        }
+    }
+}
+
+#[test]
 fn an_edge_of_the_plane_has_its_foot_by_projection() {
     let points = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     let surface = ClosestSurface::new(&points[..], &[[0, 1, 1]]);
