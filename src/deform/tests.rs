@@ -128,13 +128,13 @@ fn substeps_report_the_error_that_has_added_up() {
     assert!((reported - error).abs() <= 1e-14, "{reported:e} {error:e}");
     let step = &without.motion.steps[1];
     assert_eq!(
-        missed_at_step(&without, step, 9, 0.02).map(|found| found.1),
+        missed_at_step(&without, step, (9, false), 0.02).map(|found| found.1),
         Some(true)
     );
-    assert_eq!(missed_at_step(&without, step, 9, 0.009), None);
+    assert_eq!(missed_at_step(&without, step, (9, false), 0.009), None);
     let with = plan(&schedule(true));
     assert_eq!(
-        missed_at_step(&with, step, 9, 0.02).map(|found| found.1),
+        missed_at_step(&with, step, (9, false), 0.02).map(|found| found.1),
         Some(false)
     );
     assert_eq!(errors(&with)[1].1, 0.0);
@@ -145,7 +145,7 @@ fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
     let missed = |selection: &str, n_base: usize| {
         let schedule = moved("rigid.translate = [0.1, 0, 0]", selection);
         let plan = plan(&schedule);
-        let found = missed_at_step(&plan, &plan.motion.steps[1], n_base, 0.02);
+        let found = missed_at_step(&plan, &plan.motion.steps[1], (n_base, false), 0.02);
         found.map(|found| found.1)
     };
     for (method, without, with) in [
@@ -159,6 +159,13 @@ fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
             );
             assert_eq!(missed(&selection, 9), expected, "{selection}");
         }
+    }
+    // A step whose folded cells made it one of several substeps has an error of its own, which the correction takes off.
+    for (correction, expected) in [(true, false), (false, true)] {
+        let selection = format!("selection = {{ tolerance = 1e-3, correction = {correction} }}");
+        let plan = plan(&moved("rigid.translate = [0.1, 0, 0]", &selection));
+        let found = missed_at_step(&plan, &plan.motion.steps[1], (9, true), 0.02);
+        assert_eq!(found.map(|found| found.1), Some(expected), "{selection}");
     }
     // Where it ends at max_points.
     let constant = "selection = { tolerance = 1e-3, method = \"constant\", correction = false, max_points = 12 }";

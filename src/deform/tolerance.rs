@@ -134,15 +134,16 @@ impl fmt::Display for Torn {
 
 /// A note where a step misses the tolerance that its base points were chosen by, and whether that
 /// fails the run: not where the correction of every substep has made the surface exact, nor where
-/// `constant` has ended at `max_points`; `n_base` are the base points of the step.
+/// `constant` has ended at `max_points`; `n_base` are the base points of the step, and `repaired_in_substeps` tells whether
+/// its folded cells made it one of several substeps.
 pub(crate) fn missed_at_step(
     plan: &Plan,
     step: &Step,
-    n_base: usize,
+    (n_base, repaired_in_substeps): (usize, bool),
     error: f64,
 ) -> Option<(DeformNote, bool)> {
     let wanted = &plan.schedule.selection;
-    let in_substeps = plan.schedule.rbf.substeps > 1;
+    let in_substeps = repaired_in_substeps || plan.schedule.rbf.substeps > 1;
     let by_largest = wanted.criterion == SelectionCriterion::Max;
     let is_held = match wanted.method {
         SelectionMethod::Sequence => by_largest,

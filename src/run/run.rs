@@ -336,8 +336,11 @@ impl Run<'_> {
     /// Steps that miss the tolerance that their base points were chosen by.
     fn note_misses(&self, finished: &mut Finished) {
         for (index, row) in &self.rows {
-            let (step, n_base) = (&self.plan.motion.steps[*index], row.base_points);
-            match missed_at_step(self.plan, step, n_base, row.selection_error) {
+            let step = &self.plan.motion.steps[*index];
+            let repair = self.earlier.repairs.get(index);
+            let in_substeps = repair.is_some_and(|repair| repair.substeps.is_some());
+            let chosen = (row.base_points, in_substeps);
+            match missed_at_step(self.plan, step, chosen, row.selection_error) {
                 Some((note, true)) => finished.failures.push(note.into()),
                 Some((note, false)) => finished.warnings.push(note.into()),
                 None => {}
