@@ -1,11 +1,16 @@
-//! A percentile of values in [-1, 1] from counts, in memory that does not grow with the mesh.
+//! A percentile of scaled Jacobians from counts, in memory that does not grow with the mesh.
 
 use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
 
-const N_BINS: usize = 1 << 16;
+/// Bins over [-1, 1].
+const N_UNIT: i32 = 1 << 16;
+/// Bins below and above that: values of wedges are between -1.16 and 1.16, of pyramids not less than -1.42.
+const N_BELOW: i32 = N_UNIT / 4;
+const N_ABOVE: i32 = N_UNIT / 8;
+const N_BINS: usize = (N_BELOW + N_UNIT + N_ABOVE) as usize;
 
-/// Counts of values in equal bins over [-1, 1]; values outside count in the outermost bins.
+/// Counts of values in equal bins; values outside count in the outermost bins.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Histogram {
     #[serde(with = "raw")]
@@ -40,7 +45,8 @@ impl Histogram {
             let count = f64::from(count);
             if count > 0.0 && below + count >= wanted {
                 let within = (wanted - below) / count;
-                return Some((bin as f64 + within) * (2.0 / N_BINS as f64) - 1.0);
+                let bin = bin as f64 - f64::from(N_BELOW);
+                return Some((bin + within) * (2.0 / f64::from(N_UNIT)) - 1.0);
             }
             below += count;
         }
@@ -51,8 +57,8 @@ impl Histogram {
 /// The bin of a value; of what is not a number the first.
 #[inline(always)]
 pub(super) fn bin(value: f64) -> u32 {
-    let bin = ((value + 1.0) * (0.5 * N_BINS as f64)) as i32; // saturates
-    bin.clamp(0, N_BINS as i32 - 1) as u32
+    let bin = ((value + 1.0) * (0.5 * f64::from(N_UNIT))).floor() as i32; // saturates
+    (bin.clamp(-N_BELOW, N_UNIT + N_ABOVE - 1) + N_BELOW) as u32
 }
 
 #[cfg(test)]
@@ -66,5 +72,15 @@ mod tests {
         let found = histogram.percentile(0.01).expect("there are values");
         assert!((found - 0.01).abs() < 2e-4, "{found}");
         assert!(Histogram::new().percentile(0.01).is_none());
+    }
+
+    #[test]
+    fn values_of_wedges_and_pyramids_beyond_one_count_where_they_are() {
+        for wanted in [-1.4, -1.066, -1.0, 1.0, 1.1547] {
+            let mut histogram = Histogram::new();
+            (0..100).for_each(|_| histogram.add_to(bin(wanted)));
+            let found = histogram.percentile(0.01).expect("there are values");
+            assert!((found - wanted).abs() < 4e-5, "{found} {wanted}");
+        }
     }
 }
