@@ -121,9 +121,10 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Detail {
 /// shape  shape of the base x cos(t) x min(h / e, e / h)
 /// ```
 ///
-/// `h` is the height of the apex over the plane of the first base corner and its neighbours, taken
-/// at the base's centre, `t` the angle between height and apex, `e` the longest edge / sqrt(2). VTK
-/// (9.7) leaves out the longer of the first two edges.
+/// `h` is the height of the apex over the base's centre, along the cross product of the base's diagonals, `t` the angle
+/// between that and the line to the apex, `e` the longest edge / sqrt(2); 0 where a corner is flat or inverted. VTK (9.7)
+/// leaves out the longer of the first two edges, and takes the normal at the first corner of the base, which of a warped base
+/// is another one for each numbering.
 pub(super) fn pyramid(p: &[Vector; 5]) -> Detail {
     let tetrahedra = [[0, 1, 2, 4], [0, 2, 3, 4], [0, 1, 3, 4], [1, 2, 3, 4]];
     let mut jacobian = f64::INFINITY;
@@ -132,14 +133,18 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Detail {
     }
     Detail {
         jacobian,
-        shape: pyramid_shape(p),
+        shape: if jacobian > 0.0 {
+            pyramid_shape(p)
+        } else {
+            0.0
+        },
         ..Detail::NONE
     }
 }
 
 fn pyramid_shape(p: &[Vector; 5]) -> f64 {
     let [a, b, c, d, apex] = *p;
-    let normal = cross(sub(b, a), sub(d, a));
+    let normal = area_direction(&[a, b, c, d]);
     let centre = scale(add(add(a, b), add(c, d)), 0.25);
     let up = sub(apex, centre);
     let height = dot(up, normal) / norm(normal);
@@ -158,7 +163,7 @@ fn pyramid_shape(p: &[Vector; 5]) -> f64 {
     ];
     let lengths = edges.iter().map(|&(from, to)| norm(sub(to, from)));
     let ideal = lengths.fold(0.0, f64::max) * FRAC_1_SQRT_2;
-    let base = quadrilateral(&[a, b, c, d], area_direction(&[a, b, c, d])).shape;
+    let base = quadrilateral(&[a, b, c, d], normal).shape;
     base * (height / norm(up)) * (height / ideal).min(ideal / height)
 }
 
