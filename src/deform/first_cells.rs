@@ -3,7 +3,7 @@
 use super::sharing::Holder;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::{CellRun, Cells, Mesh, NodeBits, Numbering, Slots};
+use crate::mesh::{CellRun, Cells, Mesh, NodeBits, Numbering, Slots, in_32_bits};
 use crate::motion::{Motion, Role};
 use crate::parallel::{self, BLOCK};
 use std::ops::Range;
@@ -95,7 +95,7 @@ impl FirstCells {
     pub fn change_in_f32(&self, mesh: &Mesh) -> f64 {
         parallel::largest(self.edges.len(), |at| {
             let [on, off] = <[u32; 2]>::from(self.edges[at]).map(|node| mesh.place(node));
-            let [rounded_on, rounded_off] = [on, off].map(|x| x.map(|x| f64::from(x as f32)));
+            let [rounded_on, rounded_off] = [on, off].map(in_32_bits);
             (distance(rounded_on, rounded_off) / distance(on, off) - 1.0).abs()
         })
     }

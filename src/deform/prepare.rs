@@ -24,6 +24,7 @@ use crate::geometry::vector::{Vector, distance};
 use crate::mesh::{Mesh, OneLayer};
 use crate::modes::{Form, RigidSurface};
 use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SurfaceFaces};
+use crate::quality::remarks;
 use crate::rbf::space::Space;
 use crate::rbf::{Basis, Kernel};
 use std::sync::{Arc, OnceLock};
@@ -73,6 +74,7 @@ impl Plan {
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
         choices.extend(schedule.note());
+        choices.extend(remarks(&mesh));
         choices.extend(format);
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);

@@ -8,7 +8,7 @@ use super::positions::Positions;
 use super::repair::n_not_valid;
 use super::window::Window;
 use crate::geometry::vector::Vector;
-use crate::mesh::Slots;
+use crate::mesh::{Slots, in_32_bits};
 use crate::parallel;
 use crate::quality::Summary;
 use serde::{Deserialize, Serialize};
@@ -44,10 +44,6 @@ impl Rounding {
             (nodes.iter()).for_each(|&node| round(&mut points[slots.of(node)]));
         }
     }
-}
-
-fn in_32_bits(x: Vector) -> Vector {
-    x.map(|x| f64::from(x as f32))
 }
 
 /// A repaired step.

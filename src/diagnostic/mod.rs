@@ -9,6 +9,7 @@ pub mod motion;
 mod notes;
 mod numbers;
 pub mod preflight;
+pub mod quality;
 pub mod run;
 
 pub use numbers::{amount, in_digits, point, short, shortest, with_verb};
@@ -17,6 +18,7 @@ use crate::error::{Position, path_in_line};
 use deform::DeformNote;
 use motion::MotionNote;
 use preflight::PreflightNote;
+use quality::QualityNote;
 use run::RunNote;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -59,6 +61,8 @@ pub enum NoteKind {
     Deform(DeformNote),
     /// Of a motion on its mesh, before work starts.
     Preflight(PreflightNote),
+    /// Of what the quality of a mesh leaves out.
+    Quality(QualityNote),
     /// Of a run that writes to a folder.
     Run(RunNote),
 }
@@ -116,6 +120,7 @@ impl NoteKind {
             (Self::Motion(a), Self::Motion(b)) => discriminant(a) == discriminant(b),
             (Self::Deform(a), Self::Deform(b)) => discriminant(a) == discriminant(b),
             (Self::Preflight(a), Self::Preflight(b)) => discriminant(a) == discriminant(b),
+            (Self::Quality(a), Self::Quality(b)) => discriminant(a) == discriminant(b),
             (Self::Run(a), Self::Run(b)) => a.is_like(b),
             _ => self == other,
         }
@@ -129,6 +134,7 @@ impl fmt::Display for NoteKind {
             Self::Motion(note) => note.fmt(f),
             Self::Deform(note) => note.fmt(f),
             Self::Preflight(note) => note.fmt(f),
+            Self::Quality(note) => note.fmt(f),
             Self::Run(note) => note.fmt(f),
         }
     }

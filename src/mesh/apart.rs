@@ -172,6 +172,11 @@ pub fn turn(bytes: &mut [u8], size: usize) {
     bytes.chunks_exact_mut(size).for_each(<[u8]>::reverse);
 }
 
+/// A place in numbers of 32 bits.
+pub fn in_32_bits(x: Vector) -> Vector {
+    x.map(|x| f64::from(x as f32))
+}
+
 /// Refuses nodes that numbers of 32 bits do not hold; the first has the number `first`.
 pub fn check_in_32_bits(points: &[Vector], first: usize) -> Result<()> {
     let too_large = |point: &Vector| point.iter().any(|x| x.abs() > f64::from(f32::MAX));

@@ -3,7 +3,7 @@
 use crate::cli::input::Input;
 use crate::formats::Loaded;
 use crate::mesh::{CellKind, DataArray, Faces, Group, Mesh};
-use crate::quality::{Flaws, flaws};
+use crate::quality::{Flaws, flaws, remarks};
 use std::collections::BTreeMap;
 
 /// What `azimesh info` tells.
@@ -58,7 +58,8 @@ impl<'a> Facts<'a> {
         }
         let curved = cells.iter().filter(|(kind, _)| kind.is_curved());
         let n_curved = curved.map(|(_, count)| count).sum();
-        let notes = loaded.notes.iter().map(ToString::to_string);
+        let (notes, remarks) = (loaded.notes.iter(), remarks(mesh));
+        let notes = notes.chain(&remarks).map(ToString::to_string);
         let nodes = || (mesh.n_orphan_nodes(), mesh.n_repeated_nodes());
         let ((n_orphan_nodes, n_repeated_nodes), boundary) =
             rayon::join(nodes, || Boundary::of(mesh));

@@ -9,8 +9,8 @@ use super::{Context, Outcome};
 use crate::diagnostic::with_verb;
 use crate::error::{Error, Result};
 use crate::formats::{Format, SharedFile};
-use crate::mesh::{Cells, Mesh, Part};
-use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, statistics};
+use crate::mesh::{Cells, Mesh, Part, in_32_bits};
+use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, remarks, statistics};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ const MOST_NAMED: usize = 12;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "A cell is inverted if it is valid in the reference mesh and one of its corners has turned over \
-or become flat. Without --reference one mesh is its own reference: no cell is inverted then, and cells that are \
+or become flat, or if it is not valid there and its positive volume has become zero or negative. Without --reference one mesh is its own reference: no cell is inverted then, and cells that are \
 invalid count as inverted_reference. Solid cells whose nodes are in reverse order, which have a negative volume, are \
 counted there too and judged as their mirror images. The reference of a sequence is its first mesh.\n\n\
 For one mesh the smallest, mean and largest value of every metric are printed too; for a sequence, one row per step."
@@ -43,7 +43,7 @@ pub struct QualityArgs {
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Criterion>,
     /// Write the mesh with every metric as a cell array; --format gives its format if the ending does
-    /// not
+    /// not. With --precision f32 all results are those of the rounded coordinates
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -147,7 +147,7 @@ fn judge_mesh<'a>(
     input: Input,
     format: Formats,
 ) -> Result<Findings<'a>> {
-    let mesh = read(args, &input, None, context, &mut BTreeSet::new())?;
+    let mut mesh = read(args, &input, None, context, &mut BTreeSet::new())?;
     // A file that is mapped would count as memory of the program until its end.
     drop(input);
     let given = given_reference(args, context, format)?;
@@ -159,6 +159,16 @@ fn judge_mesh<'a>(
         Some(given) => given.judge,
         None => context.stage("reference", || Ok(Judge::new(&mesh)))?,
     };
+    for remark in remarks(&mesh) {
+        context.note(&remark.to_string());
+    }
+    // What is said of a mesh that is written holds for its coordinates there.
+    if format
+        .output
+        .is_some_and(|format| format.rounds(args.write.precision))
+    {
+        mesh.points.iter_mut().for_each(|x| *x = in_32_bits(*x));
+    }
     let mut findings = Findings::new(args);
     findings.take(None, &mesh, &judge, context)?;
     if args.reference.is_none() {
@@ -207,6 +217,11 @@ fn judge_sequence<'a>(
         let given = given.get_or_insert_with(|| Given::new(&mesh));
         let checked = context.ranks.agree(given.check(&mesh));
         checked.map_err(|error| error.file(input.path_of(index)))?;
+        for remark in remarks(&mesh).iter().map(ToString::to_string) {
+            if told.insert(remark.clone()) {
+                context.note(&remark);
+            }
+        }
         let step = Some(Step { index, time });
         findings.take(step, &mesh, &given.judge, context)?;
     }
