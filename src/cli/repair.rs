@@ -6,7 +6,7 @@ use crate::diagnostic::{short, with_verb};
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::{distance, norm, sub};
 use crate::mesh::facets::facets;
-use crate::mesh::{Adjacency, Mesh};
+use crate::mesh::{Adjacency, Mesh, in_32_bits};
 use crate::progress::Stop;
 use crate::quality::{Reference, assess};
 use crate::rbf::slide::Sliding;
@@ -31,7 +31,7 @@ Exit code 0: every cell is valid; 1: some are not, and are named; the mesh is wr
 pub struct RepairArgs {
     /// Mesh; - is standard input
     mesh: PathBuf,
-    /// Write the repaired mesh here
+    /// Write the repaired mesh here; cells are judged with the coordinates that it gets
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Undeformed mesh with the same cells
@@ -79,8 +79,19 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
         }
         None => mesh.clone(),
     };
-    let freedom = freedom(&mesh, &given.points, &args.slide)?;
-    let findings = repair(args, context, &given, &mut mesh, &freedom)?;
+    let adjacency = Adjacency::of(&mesh);
+    let freedom = freedom(&mesh, &adjacency, &given.points, &args.slide)?;
+    let reference = context.stage("reference", || {
+        let is_given = args.reference.is_some();
+        Ok(Reference::upright(&given, &adjacency, is_given))
+    })?;
+    let task = Task {
+        mesh: &given,
+        reference: &reference,
+        freedom: &freedom,
+    };
+    let is_rounded = formats.output.rounds(args.write.precision);
+    let findings = repair(args, context, task, is_rounded, &mut mesh.points)?;
     args.write
         .save(&mesh, &args.output, formats.output, context)?;
     findings.tell(context, args)?;
@@ -93,45 +104,49 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
 fn repair(
     args: &RepairArgs,
     context: &Context,
-    given: &Mesh,
-    mesh: &mut Mesh,
-    freedom: &Freedom,
+    task: Task<'_>,
+    is_rounded: bool,
+    points: &mut [[f64; 3]],
 ) -> Result<Findings> {
-    let reference = context.stage("reference", || Ok(Reference::upright(given)))?;
-    let task = Task {
-        mesh: given,
-        reference: &reference,
-        freedom,
-    };
-    let (_, sizes) = Reference::with_sizes(given);
+    let (_, sizes) = Reference::with_sizes(task.mesh);
     let scaled = |points: &[[f64; 3]]| {
-        let summary = assess(given, points, &reference, &sizes);
+        let summary = assess(task.mesh, points, task.reference, &sizes);
         summary.min_scaled_jacobian.map(|extreme| extreme.value)
     };
-    let scaled_before = scaled(&mesh.points);
+    let scaled_before = scaled(points);
     let (limits, stop) = (Limits::default(), Stop::default());
-    let untangled = || untangle(task, &mut mesh.points, limits, &stop);
-    let repaired = context.stage("repair", untangled)?;
+    let untangled = || untangle(task, points, limits, &stop);
+    let mut repaired = context.stage("repair", untangled)?;
+    let n_before = repaired.n_before();
     let improved = match args.improve {
-        Some(wanted) => context.stage("improve", || {
-            improve(task, &mut mesh.points, wanted, limits, &stop)
-        })?,
+        Some(wanted) => {
+            context.stage("improve", || improve(task, points, wanted, limits, &stop))?
+        }
         None => Vec::new(),
     };
+    if is_rounded {
+        points.iter_mut().for_each(|x| *x = in_32_bits(*x));
+        repaired.judge_rounded(task, points);
+    }
     Ok(Findings {
-        n_before: repaired.n_before(),
-        n_reversed: reference.n_reversed(),
+        n_before,
+        n_reversed: task.reference.n_reversed(),
         repaired,
         improved,
         scaled_before,
-        scaled: scaled(&mesh.points),
+        scaled: scaled(points),
     })
 }
 
 /// The boundary is fixed, but for nodes of tags that slide and are in no other tag. Planes are those of the reference, where
 /// no face is folded over, as long as the nodes are still in them.
-fn freedom(mesh: &Mesh, reference: &[[f64; 3]], slide: &[String]) -> Result<Freedom> {
-    let mut freedom = Freedom::inner(mesh, &Adjacency::of(mesh));
+fn freedom(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    reference: &[[f64; 3]],
+    slide: &[String],
+) -> Result<Freedom> {
+    let mut freedom = Freedom::inner(mesh, adjacency);
     if slide.is_empty() {
         return Ok(freedom);
     }
@@ -199,8 +214,7 @@ impl Findings {
         }
         if self.n_reversed > 0 {
             context.note(&format!(
-                "{} listed in the other orientation, as most of their kind are: they are judged as their mirror images, and \
-                 their nodes keep their order",
+                "{} listed in the other orientation: judged as mirror images, and the nodes keep their order",
                 with_verb(self.n_reversed, "cell", "is")
             ));
         }
@@ -218,6 +232,7 @@ impl Findings {
             Reason::NotFound,
             Reason::Surface,
             Reason::Curved,
+            Reason::Rounded,
         ] {
             let cells = self
                 .repaired

@@ -100,19 +100,19 @@ impl Mesh {
     }
 }
 
-/// Nodes in connected parts; a part goes by its smallest node.
-struct UnionFind {
+/// Numbers in connected parts; a part goes by its smallest number.
+pub(super) struct UnionFind {
     above: Vec<u32>,
 }
 
 impl UnionFind {
-    fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self {
             above: (0..n as u32).collect(),
         }
     }
 
-    fn of(&mut self, mut node: u32) -> u32 {
+    pub(super) fn of(&mut self, mut node: u32) -> u32 {
         while self.above[node as usize] != node {
             let next = self.above[self.above[node as usize] as usize];
             self.above[node as usize] = next;
@@ -121,7 +121,7 @@ impl UnionFind {
         node
     }
 
-    fn join(&mut self, nodes: &[u32]) {
+    pub(super) fn join(&mut self, nodes: &[u32]) {
         for pair in nodes.windows(2) {
             let (a, b) = (self.of(pair[0]), self.of(pair[1]));
             self.above[a.max(b) as usize] = a.min(b);

@@ -27,6 +27,7 @@ mod node_bits;
 mod nodes;
 mod numbering;
 mod one_layer;
+mod orientations;
 mod origin;
 mod outline;
 mod outward;
@@ -43,7 +44,8 @@ mod zone_sides;
 
 pub use adjacency::{Across, Adjacency};
 pub use apart::{
-    Apart, Coordinates, Listing, NodesOfCells, Numbers, NumbersApart, check_in_32_bits, turn,
+    Apart, Coordinates, Listing, NodesOfCells, Numbers, NumbersApart, check_in_32_bits, in_32_bits,
+    turn,
 };
 pub use arrays::{DataArray, Values};
 pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};
@@ -59,6 +61,7 @@ pub use node_bits::NodeBits;
 pub(crate) use nodes::for_each_shared_place;
 pub(crate) use numbering::{Numbering, among, among_by};
 pub use one_layer::{EMPTY, OneLayer};
+pub use orientations::orientations;
 pub use origin::Origin;
 pub use outline::Outline;
 pub(crate) use outline::Slots;

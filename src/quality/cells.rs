@@ -69,7 +69,7 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
                 scaled[at] = metrics.scaled_jacobian(sign);
                 edge_ratio[at] = metrics.edge_ratio_squared().sqrt();
                 skew[at] = metrics.angles.skew().unwrap_or(f64::NAN);
-                inverted[at] = reference.is_valid(cell) && !metrics.is_valid(sign);
+                inverted[at] = reference.is_inverted(cell, &metrics);
             }
         });
     });

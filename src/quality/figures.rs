@@ -19,7 +19,7 @@ pub struct Quality {
     /// Cells of the mesh's own dimension.
     pub n_cells: usize,
     /// Cells that are valid in the reference mesh and have a Jacobian of zero or of the other sign, at a corner or
-    /// between corners.
+    /// between corners; and cells not valid there, of positive volume, whose volume is not positive.
     pub inverted: usize,
     /// Cells whose corner Jacobians are not all positive in the reference mesh.
     pub inverted_reference: usize,

@@ -62,7 +62,7 @@ pub fn flaws(mesh: &Mesh) -> Flaws {
             for i in 0..block.n {
                 let (cell, volume) = (first + i, block.volume[i]);
                 let is_valid = block.get(i).orientation() != 0;
-                if !is_valid && volume.abs() <= NONE * box_volume(mesh, cell) {
+                if !is_valid && !has_volume(mesh, cell, volume) {
                     counts.degenerate.add(cell);
                     continue;
                 }
@@ -96,15 +96,15 @@ pub fn flaws(mesh: &Mesh) -> Flaws {
     }
 }
 
-/// The volume, or the area, of the cube around the corners of a cell.
-fn box_volume(mesh: &Mesh, cell: usize) -> f64 {
+/// Whether the volume, or the area, of a cell is more than round-off in the cube around its corners.
+pub(super) fn has_volume(mesh: &Mesh, cell: usize, volume: f64) -> bool {
     let nodes = mesh.cells.get(cell).nodes;
     let first = mesh.points[nodes[0] as usize];
     let reach = nodes
         .iter()
         .flat_map(|&node| sub(mesh.points[node as usize], first));
     let reach = reach.fold(0.0, |reach: f64, x| reach.max(x.abs()));
-    reach.powi(i32::from(mesh.dimension()))
+    volume.abs() > NONE * reach.powi(i32::from(mesh.dimension()))
 }
 
 #[cfg(test)]

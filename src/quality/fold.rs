@@ -4,6 +4,7 @@ use super::angles::N_CLASSES;
 use super::block::{BLOCK, Block, Column, Spans};
 use super::column::{greatest, known, least, sum};
 use super::percentile;
+use super::reference::BY_VOLUME;
 use super::size_skew::size_skew;
 use super::span::Span;
 use multiversion::multiversion;
@@ -12,8 +13,8 @@ use multiversion::multiversion;
 /// the block are undefined.
 pub(super) struct Folded {
     pub volume: Column,
-    /// Smallest corner Jacobian: positive for a cell that is not inverted. Infinite for a cell that
-    /// is not valid in the reference.
+    /// Smallest corner Jacobian: positive for a cell that is not inverted. For a cell that is not valid in the
+    /// reference its volume, or infinite.
     pub corner: Column,
     pub scaled: Column,
     /// Where the scaled Jacobian counts in the histogram.
@@ -25,7 +26,7 @@ pub(super) struct Folded {
     pub volume_sum: f64,
     pub scaled_sum: f64,
     pub least_volume: f64,
-    /// Cells whose corner Jacobians are all positive, or that are not valid in the reference.
+    /// Cells that are not inverted.
     pub n_good: usize,
     pub least_scaled: f64,
     pub most_edge_ratio_squared: f64,
@@ -58,7 +59,7 @@ impl Folded {
     };
 }
 
-/// Folds a block; `signs` are those of its cells in the reference, doubled for invalid ones, `sizes` the sums of their
+/// Folds a block; `signs` are those of [`Reference::signs_from`](super::Reference::signs_from), `sizes` the sums of their
 /// `alpha_k` there.
 #[multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
@@ -71,8 +72,13 @@ pub(super) fn fold(block: &Block, signs: &[i8], sizes: &[f64], folded: &mut Fold
         let turned = f64::from(sign.signum());
         folded.volume[i] = turned * block.volume[i];
         let corner = facing(&block.corner, i, turned);
-        let is_valid = sign.abs() == 1;
-        folded.corner[i] = if is_valid { corner } else { f64::INFINITY };
+        let by_volume = sign.abs() == BY_VOLUME;
+        let unjudged = if by_volume {
+            folded.volume[i]
+        } else {
+            f64::INFINITY
+        };
+        folded.corner[i] = if sign.abs() == 1 { corner } else { unjudged };
         folded.scaled[i] = facing(&block.scaled, i, turned);
         folded.edge_ratio_squared[i] = block.edge.high[i] / block.edge.low[i];
     }

@@ -1,14 +1,15 @@
 //! How each cell of the reference mesh is oriented, so that later positions can be judged.
 
 use super::facing::Facing;
+use super::flaws::has_volume;
+use super::metrics::Metrics;
 use super::plane::vector_area;
 use super::size_skew::ReferenceSizes;
 use super::validity;
 use super::visit::{self, CHUNK};
 use crate::geometry::vector::unit;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{Adjacency, CellKind, Mesh, orientations};
 use crate::parallel::{self, block};
-use std::collections::BTreeMap;
 
 /// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
 /// surface mesh that does not lie in a plane of constant z.
@@ -26,8 +27,10 @@ pub struct Reference {
     doubtful: Vec<u32>,
 }
 
-/// Set in addition to the sign of a cell that is not valid in the reference.
+/// The sign of a cell that is valid in the reference, times this, where it is not: its orientation is not known later.
 const INVALID: i8 = 2;
+/// The same, where it has a volume of the orientation that most cells have: later its volume is judged.
+pub(super) const BY_VOLUME: i8 = 3;
 
 impl Reference {
     /// Judges every volume cell of the mesh. Cannot fail.
@@ -49,8 +52,11 @@ impl Reference {
                 for i in 0..block.n {
                     let valid = block.get(i).orientation();
                     let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
-                    let known = if valid == 0 { INVALID * sign } else { valid };
-                    signs[start + i - first] = known;
+                    signs[start + i - first] = match valid {
+                        0 if has_volume(mesh, start + i, block.volume[i]) => BY_VOLUME * sign,
+                        0 => INVALID * sign,
+                        valid => valid,
+                    };
                     if valid != 0 {
                         sizes[start + i - first] = block.size[i];
                     }
@@ -66,13 +72,26 @@ impl Reference {
             });
             counts.into_iter().sum::<usize>()
         };
-        let n_reversed = if solid { count(&|sign| sign == -1) } else { 0 };
-        let n_invalid = count(&|sign| sign.abs() == INVALID);
-        let [n_invalid, n_reversed] =
-            mesh.ranks()
-                .fold([0; 2], [n_invalid, n_reversed], |sum, own| {
-                    *sum = [sum[0] + own[0], sum[1] + own[1]];
-                });
+        let counts = [
+            count(&|sign| sign.abs() >= INVALID),
+            count(&|sign| sign == -1),
+            count(&|sign| sign > 0),
+            count(&|sign| sign < 0),
+        ];
+        let [n_invalid, n_mirrored, n_positive, n_negative] =
+            mesh.ranks().fold([0; 4], counts, |sum, own| {
+                (0..4).for_each(|i| sum[i] += own[i]);
+            });
+        let n_reversed = if solid { n_mirrored } else { 0 };
+        if n_invalid > 0 {
+            let common = if n_negative > n_positive { -1 } else { 1 };
+            for sign in signs
+                .iter_mut()
+                .filter(|sign| **sign == -common * BY_VOLUME)
+            {
+                *sign = -common * INVALID;
+            }
+        }
         let mut reference = Self {
             signs,
             facing,
@@ -87,49 +106,40 @@ impl Reference {
         (reference, ReferenceSizes(sizes))
     }
 
-    /// For a mesh whose own cells are to be made valid: every cell is judged, in the orientation that most cells of
-    /// its kind have. Polyhedra of positive volume are judged by that alone.
-    pub fn upright(mesh: &Mesh) -> Self {
+    /// For cells that are to be made valid: all are judged. Cells that are valid in `mesh` keep their orientation there if
+    /// it `is_reference`; else all have that in which they are listed like most valid cells of their part of the mesh.
+    /// Of cells with a node twice the volume is judged.
+    pub fn upright(mesh: &Mesh, adjacency: &Adjacency, is_reference: bool) -> Self {
         let mut reference = Self::new(mesh);
-        let plane = mesh.dimension() == 2;
-        let mut balance: BTreeMap<CellKind, i64> = BTreeMap::new();
-        let group = |kind: CellKind| {
-            if plane {
-                CellKind::Polygon
-            } else {
-                kind.linear()
-            }
+        let known = |cell: usize| match reference.is_valid(cell) {
+            true => reference.sign(cell),
+            false => 0,
         };
-        for run in mesh.volume_runs() {
-            let signs = &reference.signs[run.first_cell..run.first_cell + run.n_cells()];
-            let sum: i64 = signs.iter().map(|&sign| i64::from(sign.signum())).sum();
-            *balance.entry(group(run.kind)).or_default() += sum;
-        }
+        let upright = orientations(mesh, adjacency, &known);
+        let is_solid = mesh.dimension() == 3;
         let mut doubtful = Vec::new();
         reference.n_reversed = 0;
-        for run in mesh.volume_runs() {
-            let sign = if balance[&group(run.kind)] < 0 { -1 } else { 1 };
-            let cells = run.first_cell..run.first_cell + run.n_cells();
-            let is_cut = !matches!(run.kind.linear(), CellKind::Hexahedron | CellKind::Wedge);
-            let own = reference
-                .doubtful
-                .iter()
-                .copied()
-                .filter(|&cell| cells.contains(&(cell as usize)));
-            doubtful.extend(own.filter(|_| is_cut));
-            if sign < 0 && !plane {
-                reference.n_reversed += run.n_cells();
+        for cell in mesh.volume_runs().flat_map(|run| run.cell_refs()) {
+            let index = cell.index;
+            let is_cut = !matches!(cell.kind.linear(), CellKind::Hexahedron | CellKind::Wedge);
+            if is_cut && reference.is_doubtful(index) {
+                doubtful.push(index as u32);
             }
-            reference.signs[cells].fill(sign);
+            if !(is_reference && reference.is_valid(index)) {
+                let corners = &cell.nodes[..cell.kind.n_corners(cell.nodes.len())];
+                let is_double = (1..corners.len()).any(|i| corners[..i].contains(&corners[i]));
+                let by = if is_double { BY_VOLUME } else { 1 };
+                reference.signs[index] = upright[index] * by;
+            }
+            reference.n_reversed += usize::from(is_solid && reference.sign(index) < 0);
         }
-        doubtful.sort_unstable();
         reference.doubtful = doubtful;
         reference
     }
 
     /// Number of cells whose corner Jacobians are not all positive in the reference: they vanish or
     /// have mixed signs, or the nodes of a solid cell are in reverse order. The last are judged as
-    /// their mirror images; the others are never counted as inverted later.
+    /// their mirror images; of the others only volumes are judged later, where they are positive in the reference.
     pub fn n_inverted(&self) -> usize {
         self.n_inverted
     }
@@ -151,13 +161,30 @@ impl Reference {
         !self.doubtful.is_empty() && self.doubtful.binary_search(&(cell as u32)).is_ok()
     }
 
+    /// Whether a cell that is not valid in the reference has a positive volume there, which is all that is judged later.
+    pub fn is_judged_by_volume(&self, cell: usize) -> bool {
+        self.signs[cell].abs() == BY_VOLUME
+    }
+
+    /// Whether a cell is inverted at its corners, or by its volume where only that is judged.
+    #[inline]
+    pub(super) fn is_inverted(&self, cell: usize, metrics: &Metrics) -> bool {
+        let sign = self.sign(cell);
+        match self.signs[cell].abs() {
+            1 => !metrics.is_valid(sign),
+            BY_VOLUME => metrics.volume(sign).is_nan() || metrics.volume(sign) <= 0.0,
+            _ => false,
+        }
+    }
+
     /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.
     #[inline]
     pub fn sign(&self, cell: usize) -> i8 {
         self.signs[cell].signum()
     }
 
-    /// Signs of the cells from `first` on: those of [`Self::sign`], doubled for invalid cells.
+    /// Signs of the cells from `first` on: those of [`Self::sign`], doubled for invalid cells, three times those for
+    /// cells that are judged by their volume.
     #[inline]
     pub(super) fn signs_from(&self, first: usize) -> &[i8] {
         &self.signs[first..]

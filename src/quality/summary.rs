@@ -32,7 +32,7 @@ pub struct Summary {
     /// Number of volume cells.
     pub n_cells: usize,
     /// Cells that are valid in the reference and have a Jacobian of zero or of the other sign now, at a corner or
-    /// between the corners.
+    /// between the corners; and cells not valid there, of positive volume, whose volume is not positive now.
     pub inverted: usize,
     /// The first inverted cells, at most 20, ascending.
     pub inverted_cells: Vec<usize>,

@@ -242,6 +242,68 @@ fn a_cell_that_is_bad_in_the_reference_never_counts_as_inverted() {
 }
 
 #[test]
+fn a_collapsed_cell_is_inverted_once_its_volume_is_negative() {
+    let hexahedron = ideal(CellKind::Hexahedron);
+    // A wedge that is listed as a hexahedron: the edge of nodes 3 and 7 lies on that of nodes 0 and 4.
+    let mut mesh = Mesh {
+        points: hexahedron,
+        ..Mesh::default()
+    };
+    for listed in [[0, 1, 2, 0, 4, 5, 6, 4], [4, 5, 6, 4, 0, 1, 2, 0]] {
+        mesh.cells = crate::mesh::Cells::default();
+        mesh.cells.push(CellKind::Hexahedron, &listed);
+        let reference = Reference::new(&mesh);
+        let at_rest = assess(&mesh, &mesh.points, &reference);
+        assert_eq!((at_rest.inverted, at_rest.inverted_reference), (0, 1));
+        let pushed: Vec<_> = mesh
+            .points
+            .iter()
+            .map(|p| [p[0], p[1], p[2] * 0.5])
+            .collect();
+        assert_eq!(assess(&mesh, &pushed, &reference).inverted, 0);
+        let through: Vec<_> = mesh.points.iter().map(|p| [p[0], p[1], -p[2]]).collect();
+        for points in [through, vec![[0.0; 3]; 8]] {
+            let found = assess(&mesh, &points, &reference);
+            assert_eq!((found.inverted, found.inverted_cells), (1, vec![0]));
+            assert!(per_cell(&mesh, &points, &reference).inverted[0]);
+            let proof = (0, validity::Proof::Corner);
+            assert_eq!(validity::invalid(&mesh, &points, &reference), [proof]);
+            assert_eq!(validity::state(&mesh, &points, &reference, 0), proof.1);
+        }
+    }
+}
+
+#[test]
+fn the_shape_of_a_pyramid_does_not_depend_on_its_numbering_and_is_zero_where_a_corner_is_folded() {
+    let warped = [
+        [0., 0., 0.],
+        [1., 0., 0.3],
+        [1., 1., 0.],
+        [0., 1., 0.2],
+        [0.4, 0.5, 0.9],
+    ];
+    let shape = |points: [[f64; 3]; 5]| {
+        let mesh = mesh_of(CellKind::Pyramid, points.to_vec());
+        let upright = mesh_of(CellKind::Pyramid, ideal(CellKind::Pyramid));
+        let found = statistics(&mesh, &mesh.points, &Reference::new(&upright));
+        let shape = found.iter().find(|metric| metric.name == "shape");
+        shape
+            .and_then(|shape| shape.mean)
+            .expect("a pyramid has a shape")
+    };
+    let first = shape(warped);
+    assert!(first > 0.5);
+    for turn in 1..4 {
+        let base = |i: usize| warped[(i + turn) % 4];
+        let turned = [base(0), base(1), base(2), base(3), warped[4]];
+        assert!(close(shape(turned), first, 1e-14));
+    }
+    let mut folded = warped;
+    folded[0] = [0.9, 0.9, 0.0];
+    assert_eq!(shape(folded), 0.0);
+}
+
+#[test]
 fn a_curved_surface_mesh_is_judged_by_each_cells_own_normal() {
     let mut mesh = mesh_of(
         CellKind::Triangle,

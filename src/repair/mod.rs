@@ -344,6 +344,19 @@ impl PatchLog {
 }
 
 impl Repaired {
+    /// Judges the cells again after the coordinates were rounded to 32 bits.
+    pub fn judge_rounded(&mut self, task: Task<'_>, points: &[Vector]) {
+        let before = std::mem::take(&mut self.unrepaired);
+        for (cell, _) in invalid(task.mesh, points, task.reference) {
+            let cell = cell as usize;
+            let known = before.iter().find(|left| left.cell == cell);
+            self.unrepaired.push(Unrepaired {
+                cell,
+                reason: known.map_or(Reason::Rounded, |left| left.reason),
+            });
+        }
+    }
+
     /// Closes a region that is not finished when no more rings are left. One that has not become valid, and has as
     /// many invalid cells as before, is put back.
     fn finish(

@@ -15,6 +15,8 @@ pub enum Reason {
     Surface,
     /// Cells of higher order are not repaired.
     Curved,
+    /// Valid before its coordinates were rounded to 32 bits.
+    Rounded,
 }
 
 impl Reason {
@@ -26,6 +28,7 @@ impl Reason {
             Self::NotFound => "not_found",
             Self::Surface => "surface",
             Self::Curved => "curved",
+            Self::Rounded => "rounded",
         }
     }
 
@@ -42,6 +45,9 @@ impl Reason {
             }
             Self::Curved => {
                 "cells of higher order are not repaired; convert --linearize makes them straight"
+            }
+            Self::Rounded => {
+                "coordinates of 32 bits do not keep their nodes apart; write coordinates of 64 bits, or shift the mesh to the origin"
             }
         }
     }

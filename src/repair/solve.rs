@@ -141,10 +141,15 @@ pub(super) fn patch(
             .iter()
             .map(|node| region.moving.binary_search(node).is_ok());
         let can_move: Vec<bool> = can_move.collect();
+        let reference = task.reference;
+        let is_seed = || region.seeds.binary_search(&(cell.index as u32)).is_ok();
         let target = Target {
             reference: &places(&mesh.points),
-            sign: f64::from(task.reference.sign(cell.index)),
-            whole: task.reference.is_valid(cell.index) && !task.reference.is_doubtful(cell.index),
+            sign: f64::from(reference.sign(cell.index)),
+            whole: match reference.is_judged_by_volume(cell.index) {
+                true => is_seed(),
+                false => reference.is_valid(cell.index) && !reference.is_doubtful(cell.index),
+            },
             size,
             regular: is_low,
             weight: if is_low { wishes.weight } else { 1.0 },

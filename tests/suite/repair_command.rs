@@ -100,6 +100,80 @@ fn a_node_of_the_boundary_that_is_passed_is_named_with_its_cell_and_slides_where
 }
 
 #[test]
+fn cells_that_are_listed_in_the_other_orientation_are_no_folded_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut mesh = Mesh::default();
+    let upright = squares(10);
+    for cell in 0..upright.cells.len() {
+        let cell = upright.cells.get(cell);
+        let mut nodes = cell.nodes.to_vec();
+        if cell.index % 10 == 3 {
+            nodes.reverse();
+        }
+        mesh.cells.push(cell.kind, &nodes);
+    }
+    (mesh.points, mesh.groups) = (upright.points.clone(), upright.groups.clone());
+    let without_reference = [&REPAIR[..4], &["--force"]].concat();
+    fold(folder, mesh.clone(), 60, mesh.points[60]);
+    for command in [&REPAIR[..], &without_reference] {
+        let told = json(folder, command);
+        assert_eq!(
+            (&told["invalid_before"], &told["invalid"]),
+            (&0.into(), &0.into())
+        );
+        assert_eq!(read(&folder.join("out.vtu")).points, mesh.points);
+    }
+    fold(folder, mesh, 60, [0.71, 0.56, 0.0]);
+    for command in [&REPAIR[..], &without_reference] {
+        let told = json(folder, command);
+        assert!(told["invalid_before"].as_u64() > Some(0));
+        assert_eq!(told["invalid"], 0);
+        let judged = json(
+            folder,
+            &["quality", "out.vtu", "--reference", "reference.vtu"],
+        );
+        assert_eq!(judged["inverted"], 0);
+    }
+}
+
+#[test]
+fn cells_that_rounded_coordinates_flatten_are_left_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut mesh = squares(10);
+    mesh.points.iter_mut().for_each(|x| x[0] += 4e6);
+    let [x, y, z] = mesh.points[60];
+    fold(folder, mesh, 60, [x + 0.21, y + 0.01, z]);
+    let command = [&REPAIR[..], &["--precision", "f32"]].concat();
+    let run = azimesh(folder, &command);
+    assert_eq!(run.code, 1, "{run:?}");
+    assert_says(&run.err, &["32 bits", "64 bits"]);
+    let told = json(folder, &command);
+    let judged = json(
+        folder,
+        &["quality", "out.vtu", "--reference", "reference.vtu"],
+    );
+    assert!(judged["inverted"].as_u64() > Some(0));
+    assert_eq!(told["invalid"], judged["inverted"]);
+    assert_eq!(told["min_scaled_jacobian"], judged["min_scaled_jacobian"]);
+    assert_eq!(told["unrepaired"][0]["reason"], "rounded");
+    // The quality of a mesh that is written is that of its coordinates.
+    let write = ["-o", "cells.vtu", "--precision", "f32", "--force"];
+    let written = json(
+        folder,
+        &[&["quality", "reference.vtu"], &write[..]].concat(),
+    );
+    let judged = json(
+        folder,
+        &["quality", "cells.vtu", "--reference", "reference.vtu"],
+    );
+    assert!(written["inverted"].as_u64() > Some(0));
+    assert_eq!(written["inverted"], judged["inverted"]);
+    assert_eq!(azimesh(folder, &REPAIR).code, 0);
+}
+
+#[test]
 fn improvement_that_falls_short_says_so() {
     let folder = tempfile::tempdir().unwrap();
     fold(folder.path(), squares(10), 60, [0.59, 0.56, 0.0]);

@@ -143,10 +143,6 @@ fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N]
 
 /// Whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid.
 pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
-    if !reference.is_valid(cell) {
-        return Proof::Valid;
-    }
-    let sign = reference.sign(cell);
     let mut corners_are_good = true;
     visit::volume_cells(
         mesh,
@@ -154,13 +150,13 @@ pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize)
         reference.facing(),
         cell..cell + 1,
         |_, block| {
-            corners_are_good = block.get(0).is_valid(sign);
+            corners_are_good = !reference.is_inverted(cell, &block.get(0));
         },
     );
     match corners_are_good {
         false => Proof::Corner,
-        true if reference.is_doubtful(cell) => Proof::Valid,
-        true => prove(mesh, &mesh.cells.get(cell), points, sign),
+        true if reference.is_doubtful(cell) || !reference.is_valid(cell) => Proof::Valid,
+        true => prove(mesh, &mesh.cells.get(cell), points, reference.sign(cell)),
     }
 }
 
@@ -170,9 +166,7 @@ pub fn invalid(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<(u3
         let mut found = Vec::new();
         visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
             let cells = (0..block.n).map(|i| (first + i, block.get(i)));
-            let bad = cells.filter(|(cell, metrics)| {
-                reference.is_valid(*cell) && !metrics.is_valid(reference.sign(*cell))
-            });
+            let bad = cells.filter(|(cell, metrics)| reference.is_inverted(*cell, metrics));
             found.extend(bad.map(|(cell, _)| (cell as u32, Proof::Corner)));
         });
         found
