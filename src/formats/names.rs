@@ -124,6 +124,36 @@ impl Rule {
     }
 }
 
+/// Where a list has the entry of each key, such as a name. A list of many is not searched for each.
+pub struct Places<K>(BTreeMap<K, usize>);
+
+impl<K: Ord> Default for Places<K> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<K: Ord> Places<K> {
+    /// The place of a key.
+    pub fn get(&self, key: &K) -> Option<usize> {
+        self.0.get(key).copied()
+    }
+
+    /// The entry of a key; adds a new one to the end of the list where it has none.
+    pub fn entry<'l, T>(
+        &mut self,
+        key: K,
+        list: &'l mut Vec<T>,
+        new: impl FnOnce() -> T,
+    ) -> &'l mut T {
+        let place = *self.0.entry(key).or_insert(list.len());
+        if place == list.len() {
+            list.push(new());
+        }
+        &mut list[place]
+    }
+}
+
 /// Makes names of arrays unique by a number after them, from the second on; adds a note for each.
 pub fn tell_apart<'n>(
     what: &'static str,

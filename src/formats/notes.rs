@@ -10,6 +10,8 @@ use std::collections::BTreeSet;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
     list: Vec<Diagnostic>,
+    /// Those of the list, as text that tells them apart.
+    known: BTreeSet<String>,
     /// Texts that were read as Latin-1.
     latin1: BTreeSet<String>,
 }
@@ -37,7 +39,7 @@ impl Notes {
     /// Adds a note, once.
     pub fn push(&mut self, note: impl Into<Diagnostic>) {
         let note = note.into();
-        if !self.list.contains(&note) {
+        if self.known.insert(format!("{note:?}")) {
             self.list.push(note);
         }
     }

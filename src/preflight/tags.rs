@@ -33,17 +33,17 @@ pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
     let numbering = Numbering::new(&nodes);
     let body_of = |node: u32| Some(bodies[numbering.place(node)?]);
     let fixed = tags.iter().filter(|(_, role)| *role == Some(Role::Fixed));
-    let moving = |body: u16| {
-        let own = tags
-            .iter()
-            .filter(move |(_, role)| *role == Some(Role::Moving(body)));
-        own.map(|(tag, _)| *tag).collect::<Vec<_>>()
-    };
+    let moving = tags.iter().filter_map(|(tag, role)| match role {
+        Some(Role::Moving(body)) => Some(tag.cells.iter().map(|cell| (cell, *body))),
+        _ => None,
+    });
+    let mut moving: Vec<(usize, u16)> = moving.flatten().collect();
+    moving.sort_unstable();
+    let least = ROUND_OFF * plan.mesh.extent().diagonal();
     let mut notes = Vec::new();
     for (tag, _) in fixed {
         let (all_nodes, mut found) = moved_nodes(plan, tag, &body_of, &moving);
-        measure(plan, tag, &mut found);
-        let least = ROUND_OFF * plan.mesh.extent().diagonal();
+        measure(plan, tag, least, &mut found);
         let found = found
             .into_iter()
             .filter(|(_, moved)| moved.distance > least);
@@ -75,25 +75,24 @@ fn moving_nodes(plan: &Plan) -> (Vec<u32>, Vec<u16>) {
     nodes.filter_map(body).unzip()
 }
 
-/// The number of nodes of a tag, and what of it moves with each body; `moving` are the tags of a body.
-fn moved_nodes<'m>(
+/// The number of nodes of a tag, and what of it moves with each body; `moving` has the cells of tags that move
+/// with a body, ascending.
+fn moved_nodes(
     plan: &Plan,
     tag: &Group,
     body_of: &impl Fn(u32) -> Option<u16>,
-    moving: &impl Fn(u16) -> Vec<&'m Group>,
+    moving: &[(usize, u16)],
 ) -> (usize, BTreeMap<u16, Moved>) {
     let mut found: BTreeMap<u16, Moved> = BTreeMap::new();
     let mut nodes = Vec::new();
-    let mut own: BTreeMap<u16, Vec<&Group>> = BTreeMap::new();
     for cell in tag.cells.iter() {
         let face = plan.mesh.cells.get(cell).nodes;
         nodes.extend_from_slice(face);
         let body = body_of(face[0]);
         if let Some(body) = body.filter(|_| face.iter().all(|&node| body_of(node) == body)) {
-            let tags = own.entry(body).or_insert_with(|| moving(body));
             let moved = found.entry(body).or_default();
             moved.n_faces += 1;
-            moved.n_shared += usize::from(tags.iter().any(|tag| tag.cells.contains(cell)));
+            moved.n_shared += usize::from(moving.binary_search(&(cell, body)).is_ok());
         }
     }
     nodes.sort_unstable();
@@ -107,11 +106,11 @@ fn moved_nodes<'m>(
 }
 
 /// How far the nodes go at most, and out of the plane of their tag.
-fn measure(plan: &Plan, tag: &Group, found: &mut BTreeMap<u16, Moved>) {
+fn measure(plan: &Plan, tag: &Group, least: f64, found: &mut BTreeMap<u16, Moved>) {
     if found.is_empty() {
         return;
     }
-    let normal = plane_of(plan, tag);
+    let normal = plane_of(plan, tag, least);
     let steps = &plan.motion.steps;
     for step in steps {
         let poses: Vec<BodyMap<'_>> = plan.motion.poses(step, 1.0);
@@ -129,9 +128,8 @@ fn measure(plan: &Plan, tag: &Group, found: &mut BTreeMap<u16, Moved>) {
     }
 }
 
-/// The normal of the plane that the faces of a tag lie in, in space; `None` where they lie in none.
-fn plane_of(plan: &Plan, tag: &Group) -> Option<Vector> {
-    let least = ROUND_OFF * plan.mesh.extent().diagonal();
+/// The normal of the plane that the faces of a tag lie in, to `least`, in space; `None` where they lie in none.
+fn plane_of(plan: &Plan, tag: &Group, least: f64) -> Option<Vector> {
     let nodes = || {
         tag.cells
             .iter()

@@ -523,3 +523,62 @@ fn a_run_of_a_mesh_with_a_strange_name_leaves_files_with_plain_ones() {
     let page = succeed(folder, &["report", "o"]);
     assert!(!page.out.contains('\u{1b}'), "{page:?}");
 }
+
+/// Seconds that a command may take with tens of thousands of names: it took minutes where each name was looked for among
+/// all others, and takes less than three.
+const LONG_ENOUGH: f64 = 30.0;
+
+#[test]
+fn tens_of_thousands_of_tags_and_arrays_take_seconds() {
+    const N: usize = 60_000;
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let within = |args: &[&str]| {
+        let start = std::time::Instant::now();
+        let run = succeed(folder, args);
+        let seconds = start.elapsed().as_secs_f64();
+        assert!(seconds < LONG_ENOUGH, "{args:?}: {seconds} s");
+        run.out
+    };
+    let mut su2 =
+        format!("NDIME= 2\nNELEM= 1\n9 0 1 2 3\nNPOIN= 4\n0 0\n1 0\n1 1\n0 1\nNMARK= {N}\n");
+    let (mut vtu, mut msh) = (String::new(), String::new());
+    for i in 0..N {
+        su2 += &format!(
+            "MARKER_TAG= tag{i}\nMARKER_ELEMS= 1\n3 {} {}\n",
+            i % 4,
+            (i + 1) % 4
+        );
+        vtu += &format!("<DataArray type=\"Float64\" Name=\"a{i}\" format=\"ascii\">1</DataArray>");
+        msh += &format!("$NodeData\n1\n\"a{i}\"\n1\n0\n3\n0\n1\n1\n1 1\n$EndNodeData\n");
+    }
+    std::fs::write(folder.join("tags.su2"), su2).unwrap();
+    let head = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 15 2 1 1 1\n$EndElements\n";
+    std::fs::write(folder.join("arrays.msh"), format!("{head}{msh}")).unwrap();
+    let piece = |arrays: &str| {
+        let integers = ["connectivity", "offsets", "types"]
+            .map(|name| format!("<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\"/>"));
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><UnstructuredGrid>\
+             <Piece NumberOfPoints=\"1\" NumberOfCells=\"0\"><PointData>{arrays}</PointData><Points>\
+             <DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0</DataArray></Points>\
+             <Cells>{}</Cells></Piece></UnstructuredGrid></VTKFile>",
+            integers.concat()
+        )
+    };
+    std::fs::write(folder.join("arrays.vtu"), piece(&vtu)).unwrap();
+    for (mesh, last) in [
+        ("tags.su2", "tag59999"),
+        ("arrays.vtu", "a59999"),
+        ("arrays.msh", "a59999"),
+    ] {
+        assert!(
+            within(&["-q", "info", "--json", mesh]).contains(last),
+            "{mesh}"
+        );
+    }
+    within(&["-q", "convert", "tags.su2", "again.su2"]);
+    within(&["-q", "convert", "tags.su2", "again.msh"]);
+    within(&["-q", "diff", "tags.su2", "again.msh"]);
+    within(&["-q", "diff", "arrays.vtu", "arrays.msh"]);
+}

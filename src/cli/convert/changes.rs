@@ -5,7 +5,8 @@ use crate::error::{Error, Result, counted, nearest_name};
 use crate::formats::openfoam::set_patch_types;
 use crate::formats::su2;
 use crate::geometry::transform::Transform;
-use crate::mesh::{DataArray, Group, Mesh, Values};
+use crate::mesh::{DataArray, Mesh, Values};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, join, tag, merge, drop, rename, types
 /// of patches, boundary or volume only; `--reorder` comes last.
@@ -320,9 +321,14 @@ fn vectors(mesh: &Mesh) -> Option<String> {
 
 /// Renames all at once, so that two tags can swap their names.
 fn rename(mesh: &mut Mesh, renamings: &[(String, String)]) -> Result<()> {
+    if renamings.is_empty() {
+        return Ok(());
+    }
     let names: Vec<String> = mesh.groups.iter().map(|group| group.name.clone()).collect();
-    for (old, _) in renamings {
-        if !names.contains(old) {
+    let known: BTreeSet<&str> = names.iter().map(String::as_str).collect();
+    let mut new_names: BTreeMap<&str, &str> = BTreeMap::new();
+    for (old, new) in renamings {
+        if !known.contains(&**old) {
             let hint = nearest_name(old, names.iter().map(String::as_str))
                 .map_or_else(String::new, |name| format!(" (did you mean \"{name}\"?)"));
             return Err(Error::input(format!(
@@ -330,24 +336,18 @@ fn rename(mesh: &mut Mesh, renamings: &[(String, String)]) -> Result<()> {
                 names.join(", ")
             )));
         }
+        new_names.entry(old).or_insert(new);
     }
-    for group in &mut mesh.groups {
-        if let Some((_, new)) = renamings.iter().find(|(old, _)| *old == group.name) {
-            group.name.clone_from(new);
-        }
-    }
-    for (i, group) in mesh.groups.iter().enumerate() {
-        // Groups that shared a name before may go on doing so.
-        let twin = |(j, other): (usize, &Group)| {
-            let same = other.dimension == group.dimension && other.name == group.name;
-            same && names[i] != names[j]
-        };
-        if mesh.groups[..i].iter().enumerate().any(twin) {
+    // Groups that shared a name before may go on doing so.
+    let mut before: BTreeMap<(u8, &str), &str> = BTreeMap::new();
+    for (group, old) in mesh.groups.iter_mut().zip(&names) {
+        let new = *new_names.get(&**old).unwrap_or(&&**old);
+        if *before.entry((group.dimension, new)).or_insert(old) != old {
             return Err(Error::input(format!(
-                "--rename-tag: two groups would be called \"{}\"",
-                group.name
+                "--rename-tag: two groups would be called \"{new}\""
             )));
         }
+        group.name = new.to_owned();
     }
     Ok(())
 }

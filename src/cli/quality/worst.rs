@@ -6,6 +6,7 @@ use crate::geometry::vector::{Vector, add, scale};
 use crate::mesh::{CellKind, CellRef, Mesh, facets::facets};
 use crate::quality::{Candidate, Reference, worst};
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The worst cells of the meshes that were considered, the worst first.
 pub(super) struct WorstCells {
@@ -146,18 +147,27 @@ impl<'a> TaggedSurface<'a> {
 
 /// For each cell that is here the tags that hold a face with one of its nodes.
 fn touching_tags(mesh: &Mesh, cells: &[Option<CellRef<'_>>]) -> Vec<Vec<String>> {
-    let mut found = vec![Vec::new(); cells.len()];
-    for tag in mesh.boundary_tags() {
-        let mut on_tag = vec![false; mesh.points.len()];
+    let nodes = cells.iter().flatten().flat_map(|cell| cell.nodes);
+    let mut tags_of: BTreeMap<u32, Vec<usize>> = nodes.map(|&node| (node, Vec::new())).collect();
+    for (place, tag) in mesh.boundary_tags().enumerate() {
         for node in tag.cells.iter().flat_map(|face| mesh.cells.get(face).nodes) {
-            on_tag[*node as usize] = true;
-        }
-        for (cell, tags) in cells.iter().zip(&mut found) {
-            let nodes = cell.map_or(&[][..], |cell| cell.nodes);
-            if nodes.iter().any(|&node| on_tag[node as usize]) {
-                tags.push(tag.name.clone());
+            if let Some(tags) = tags_of
+                .get_mut(node)
+                .filter(|tags| tags.last() != Some(&place))
+            {
+                tags.push(place);
             }
         }
     }
-    found
+    let names: Vec<&String> = mesh.boundary_tags().map(|tag| &tag.name).collect();
+    let touching = |cell: &Option<CellRef<'_>>| {
+        let nodes = cell.map_or(&[][..], |cell| cell.nodes);
+        let tags: BTreeSet<usize> = nodes
+            .iter()
+            .flat_map(|node| &tags_of[node])
+            .copied()
+            .collect();
+        tags.into_iter().map(|place| names[place].clone()).collect()
+    };
+    cells.iter().map(touching).collect()
 }

@@ -1,5 +1,6 @@
 //! Solution arrays of all zones, put together into arrays of the mesh.
 
+use super::super::names::Places;
 use crate::mesh::{DataArray, Values};
 use std::ops::Range;
 
@@ -7,6 +8,7 @@ use std::ops::Range;
 #[derive(Default)]
 pub(super) struct Arrays {
     found: Vec<FoundArray>,
+    places: Places<String>,
 }
 
 struct FoundArray {
@@ -31,26 +33,26 @@ impl Arrays {
         at: Vec<Range<usize>>,
         values: Values,
     ) -> String {
-        let is_taken = |found: &FoundArray| found.pieces.iter().any(|piece| piece.zone == zone);
-        let position = |name: &str| self.found.iter().position(|found| found.name == name);
+        let is_taken = |place: usize| {
+            let pieces = &self.found[place].pieces;
+            pieces.last().is_some_and(|piece| piece.zone == zone)
+        };
         let mut full_name = name.to_owned();
         let mut count = 1;
-        while position(&full_name).is_some_and(|i| is_taken(&self.found[i])) {
+        while self.places.get(&full_name).is_some_and(is_taken) {
             full_name = match count {
                 1 => format!("{solution}/{name}"),
                 _ => format!("{solution}/{name} {count}"),
             };
             count += 1;
         }
-        let i = position(&full_name).unwrap_or_else(|| {
-            self.found.push(FoundArray {
-                name: full_name,
-                pieces: Vec::new(),
-            });
-            self.found.len() - 1
-        });
-        self.found[i].pieces.push(ArrayPiece { zone, at, values });
-        self.found[i].name.clone()
+        let new = || FoundArray {
+            name: full_name.clone(),
+            pieces: Vec::new(),
+        };
+        let found = (self.places).entry(full_name.clone(), &mut self.found, new);
+        found.pieces.push(ArrayPiece { zone, at, values });
+        full_name
     }
 
     /// The arrays, each with `n` values. Where the file gives none there is no number, or zero in an
@@ -66,7 +68,7 @@ impl Arrays {
             let Some(first) = scalars[i].take() else {
                 continue;
             };
-            match other_axes(&first, &scalars) {
+            match other_axes(&first, &scalars, &self.places) {
                 Some(others) => {
                     let [y, z] = others.map(|i| scalars[i].take().expect("it was just found"));
                     arrays.push(vector(&first, &y, &z));
@@ -79,16 +81,17 @@ impl Arrays {
 }
 
 /// Where the arrays for the second and third axis are that belong to one for the first.
-fn other_axes(first: &DataArray, scalars: &[Option<DataArray>]) -> Option<[usize; 2]> {
+fn other_axes(
+    first: &DataArray,
+    scalars: &[Option<DataArray>],
+    places: &Places<String>,
+) -> Option<[usize; 2]> {
     let stem = first.name.strip_suffix('X')?;
     let same_type = std::mem::discriminant(&first.values);
     let find = |axis: char| {
-        scalars.iter().position(|array| {
-            array.as_ref().is_some_and(|array| {
-                array.name.strip_suffix(axis) == Some(stem)
-                    && std::mem::discriminant(&array.values) == same_type
-            })
-        })
+        let place = places.get(&format!("{stem}{axis}"))?;
+        let array = scalars[place].as_ref()?;
+        (std::mem::discriminant(&array.values) == same_type).then_some(place)
     };
     (!stem.is_empty()).then_some([find('Y')?, find('Z')?])
 }

@@ -1,5 +1,6 @@
 //! Groups as they are found: the same name in several places is one group.
 
+use super::super::names::Places;
 use crate::mesh::{CellSet, Group};
 use std::ops::Range;
 
@@ -7,6 +8,7 @@ use std::ops::Range;
 #[derive(Default)]
 pub(super) struct Tags {
     found: Vec<FoundTag>,
+    places: Places<(u8, String)>,
 }
 
 struct FoundTag {
@@ -31,48 +33,36 @@ impl Tags {
             let other = found.condition.as_deref();
             other.is_none() || condition.is_none() || other == condition
         };
-        let named =
-            |found: &&mut FoundTag, name: &str| found.dimension == dimension && found.name == name;
-        let apart = format!("{place}/{name}");
-        let same = self
-            .found
-            .iter()
-            .position(|f| f.dimension == dimension && f.name == name);
-        let name = match same {
-            Some(i) if !fits(&self.found[i]) => &apart,
-            _ => name,
-        };
-        if let Some(found) = self.found.iter_mut().find(|found| named(found, name)) {
-            found.cells.extend(cells);
-            if found.condition.is_none() {
-                found.condition = condition.map(str::to_owned);
-            }
-            return;
+        let mut key = (dimension, name.to_owned());
+        let same = self.places.get(&key);
+        if same.is_some_and(|same| !fits(&self.found[same])) {
+            key.1 = format!("{place}/{name}");
         }
-        self.found.push(FoundTag {
+        let name = key.1.clone();
+        let found = self.places.entry(key, &mut self.found, || FoundTag {
             dimension,
-            name: name.to_owned(),
-            condition: condition.map(str::to_owned),
-            cells: cells.into_iter().collect(),
+            name,
+            condition: None,
+            cells: Vec::new(),
         });
+        found.cells.extend(cells);
+        if found.condition.is_none() {
+            found.condition = condition.map(str::to_owned);
+        }
     }
 
     /// Adds a new group; where the name is taken, `place` is put before it.
     pub fn add_new(&mut self, name: &str, place: &str, dimension: u8, cells: &[Range<usize>]) {
-        let taken = |name: &str| {
-            let mut found = self.found.iter();
-            found.any(|found| found.dimension == dimension && found.name == name)
-        };
-        let mut unique = name.to_owned();
+        let mut unique = (dimension, name.to_owned());
         let mut count = 1;
-        while taken(&unique) {
-            unique = match count {
+        while self.places.get(&unique).is_some() {
+            unique.1 = match count {
                 1 => format!("{place}/{name}"),
                 _ => format!("{place}/{name} {count}"),
             };
             count += 1;
         }
-        self.add(&unique, place, dimension, None, cells.iter().cloned());
+        self.add(&unique.1, place, dimension, None, cells.iter().cloned());
     }
 
     /// The groups that hold cells, in the order in which they were found.

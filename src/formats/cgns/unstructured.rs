@@ -11,6 +11,7 @@ use super::sections::{Cells, Section, Span, outside, says_nothing, sections};
 use super::zone::Zone;
 use crate::diagnostic::formats::Read;
 use crate::error::Result;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Appends the cells of a zone, and its boundary conditions as groups.
@@ -64,6 +65,11 @@ fn add_groups(
         zone,
         sections,
         spans: &spans,
+        by_name: sections
+            .iter()
+            .enumerate()
+            .map(|(i, section)| (section.node.name(), i))
+            .collect(),
         is_covered: vec![false; spans.len()],
     };
     let mut cells: Vec<Vec<Range<usize>>> = regions
@@ -241,6 +247,7 @@ struct Members<'a> {
     zone: &'a Zone<'a>,
     sections: &'a [Section<'a>],
     spans: &'a [Span],
+    by_name: BTreeMap<&'a str, usize>,
     /// Sections of which a region has elements.
     is_covered: Vec<bool>,
 }
@@ -264,15 +271,14 @@ impl Members<'_> {
         nodes: &NodeSet,
         found: &MeshBuilder,
     ) -> Option<Vec<Range<usize>>> {
-        let is_named = |section: &&Section| {
-            let name = section.node.name();
-            region.node.name() == name || region.names.iter().any(|other| other == name)
-        };
-        for section in self.sections.iter().filter(is_named) {
-            let i = self
-                .spans
-                .iter()
-                .position(|span| span.first == section.first)?;
+        let names = region.names.iter().map(String::as_str);
+        let names = names.chain([region.node.name()]);
+        let named: BTreeSet<usize> = names
+            .filter_map(|name| self.by_name.get(name))
+            .copied()
+            .collect();
+        for i in named {
+            let section = &self.sections[i];
             let mut cells = Vec::new();
             self.spans[i].push_cells(0..section.n_elements, &mut cells);
             let mut runs = cells

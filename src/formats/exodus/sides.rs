@@ -8,7 +8,7 @@ use super::names::{Named, named};
 use crate::error::Result;
 use crate::mesh::sides::{for_each_side, side};
 use crate::mesh::{CellKind, CellRef, Cells, Group};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Faces that side sets added to the cells.
 #[derive(Default)]
@@ -38,6 +38,7 @@ pub(super) fn read(
         n_elements: cells.len(),
     };
     let mut groups = Vec::new();
+    let of_blocks: BTreeSet<&str> = blocks.iter().map(|block| &*block.named.name).collect();
     for (place, named) in (1..).zip(named(file, n, ["ss_prop1", "ss_names"], notes)?) {
         let Some(elements) = file.variable(&format!("elem_ss{place}"))? else {
             continue;
@@ -47,8 +48,7 @@ pub(super) fn read(
         for (dimension, cells) in members {
             let mut named = named.clone();
             // A set without a name has that of its number, which may be a block's too.
-            let is_of_block = |block: &Block| block.named.name == named.name;
-            if named.name == named.id.to_string() && blocks.iter().any(is_of_block) {
+            if named.name == named.id.to_string() && of_blocks.contains(&*named.name) {
                 named.name = format!("side set {}", named.id);
             }
             groups.push(group(&named, dimension, cells));

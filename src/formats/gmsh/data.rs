@@ -1,7 +1,7 @@
 //! `$NodeData` and `$ElementData`: values at nodes and elements, as arrays of the mesh.
 
 use super::super::lexer::{Fields, Lines, shown};
-use super::super::names::text_of;
+use super::super::names::{Places, text_of};
 use super::super::{Notes, ReadOptions};
 use super::index::Index;
 use super::stream::{Binary, Stream};
@@ -13,7 +13,7 @@ use crate::mesh::{DataArray, Mesh, Values};
 pub(super) const MOST_COMPONENTS: usize = 100;
 
 /// The items that values belong to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum DataOwner {
     Nodes,
     Elements,
@@ -185,15 +185,23 @@ fn value(line: &mut Fields) -> Result<f64> {
 /// The times that some array is given for more than once, ascending; empty where there is no such
 /// array.
 pub(super) fn times(data: &[Data]) -> Vec<f64> {
-    let changes = |one: &&Data| {
-        let same = |other: &Data| (other.kind, &other.name) == (one.kind, &one.name);
-        data.iter()
-            .any(|other| same(other) && other.time != one.time)
-    };
-    let mut times: Vec<f64> = data.iter().filter(changes).map(|data| data.time).collect();
+    let several = |one: &Vec<&Data>| one.iter().any(|data| data.time != one[0].time);
+    let changing = by_array(data).into_iter().filter(several).flatten();
+    let mut times: Vec<f64> = changing.map(|data| data.time).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
     times
+}
+
+/// The sections of each array, in the order in which the file has the first.
+fn by_array<'d, 'a>(data: &'d [Data<'a>]) -> Vec<Vec<&'d Data<'a>>> {
+    let mut places = Places::default();
+    let mut arrays = Vec::new();
+    for one in data {
+        let key = (one.kind, &*one.name);
+        places.entry(key, &mut arrays, Vec::new).push(one);
+    }
+    arrays
 }
 
 /// Adds the arrays of the step in `options`, by default the last.
@@ -214,20 +222,16 @@ pub(super) fn add(
         }),
         Some(numbers) => Index::new(numbers, "element"),
     };
-    for (i, one) in data.iter().enumerate() {
-        let same = |other: &&Data| (other.kind, &other.name) == (one.kind, &one.name);
-        if data[..i].iter().any(|other| same(&other)) {
-            continue;
-        }
-        let all = data.iter().filter(same);
+    for all in by_array(data) {
+        let one = all[0];
         let time = all
-            .clone()
+            .iter()
             .map(|data| data.time)
             .filter(|time| *time <= until || times.is_empty());
         let Some(time) = time.max_by(f64::total_cmp) else {
             continue;
         };
-        let now: Vec<&Data> = all.filter(|data| data.time == time).collect();
+        let now: Vec<&Data> = all.into_iter().filter(|data| data.time == time).collect();
         let (index, n) = match (one.kind, &elements) {
             (DataOwner::Nodes, _) => (nodes, mesh.points.len()),
             (DataOwner::Elements, Ok(index)) => (index, mesh.cells.len()),

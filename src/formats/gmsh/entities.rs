@@ -3,7 +3,7 @@
 
 use super::stream::{Stream, Version};
 use crate::error::Result;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An entity by its dimension and tag.
 pub(super) type Key = (u8, i32);
@@ -108,11 +108,12 @@ impl Entities {
     /// A negative group holds the entity turned round.
     fn add(&mut self, stream: &Stream, key: Key, groups: &[i32]) -> Result<()> {
         let mut kept = Vec::new();
+        let mut seen = BTreeSet::new();
         for group in groups {
             let group = group
                 .checked_abs()
                 .ok_or_else(|| stream.error(format!("physical group {group} is out of range")))?;
-            if !kept.contains(&group) {
+            if seen.insert(group) {
                 kept.push(group);
             }
         }

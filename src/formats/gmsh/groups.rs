@@ -174,6 +174,7 @@ pub(super) fn groups(
     notes: &mut Notes,
 ) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
+    let mut places: BTreeMap<(u8, i32), usize> = BTreeMap::new();
     let mut left = physical.0;
     for name in names {
         let dimensions = match name.dimension {
@@ -182,8 +183,8 @@ pub(super) fn groups(
         };
         for of in dimensions {
             let cells = left.remove(&(of, name.number));
-            let known = |group: &&Group| (group.dimension, group.number) == (of, Some(name.number));
-            if let Some(known) = groups.iter().find(known) {
+            if let Some(&place) = places.get(&(of, name.number)) {
+                let known = &groups[place];
                 if known.name != name.name {
                     notes.push(Read::SecondName {
                         number: name.number,
@@ -197,6 +198,7 @@ pub(super) fn groups(
             if cells.is_none() && name.dimension.is_none() {
                 continue;
             }
+            places.insert((of, name.number), groups.len());
             groups.push(Group {
                 dimension: of,
                 name: name.name.clone(),

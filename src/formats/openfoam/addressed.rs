@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::formats::by_faces::Faces;
 use crate::formats::by_faces::Label;
 use crate::formats::by_faces::NONE;
+use crate::formats::names::Places;
 use std::collections::BTreeMap;
 
 /// Where a face of the whole is found.
@@ -165,11 +166,10 @@ fn points(pieces: &[Piece]) -> Result<Vec<[f64; 3]>> {
 /// The patches of the whole by their names; the faces of each must be in a row.
 fn patches(pieces: &[Piece], n_faces: usize) -> Result<Vec<Patch>> {
     let mut patches: Vec<Patch> = Vec::new();
+    let mut places = Places::default();
     let all = pieces.iter().flat_map(|piece| &piece.lists.patches);
     for patch in all.filter(|patch| !is_shared(patch)) {
-        if !patches.iter().any(|known| known.name == patch.name) {
-            patches.push(patch.clone());
-        }
+        places.entry(&patch.name, &mut patches, || patch.clone());
     }
     // First and last face and number of faces of each name.
     let mut found: BTreeMap<&str, (usize, usize, usize)> = BTreeMap::new();

@@ -137,11 +137,13 @@ pub(super) fn patches_of(
     let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
     let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
         .give_all(&names, &NAMES);
+    let patches = origin.map_or(&[][..], |origin| &origin.patches);
+    let known = patches.iter().map(|patch| (&*patch.name, patch));
+    let known: BTreeMap<&str, &Patch> = known.collect();
     let mut list = Vec::with_capacity(tags.len() + 1);
     for (tag, name) in tags.iter().zip(written) {
         notes.extend(NAMES.note("boundary tag", &tag.name, &name));
-        let known =
-            origin.and_then(|origin| origin.patches.iter().find(|patch| patch.name == tag.name));
+        let known = known.get(&*tag.name).copied();
         let kind = kind_of(tag.condition.as_deref(), known, &tag.name, notes);
         list.push(NewPatch::of(name, kind, known)?);
     }

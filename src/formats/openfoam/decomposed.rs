@@ -7,11 +7,12 @@ use super::file::FoamFile;
 use super::folders::{Pieces, Step};
 use super::read::{LabelFiles, Lists};
 use super::topology::{Patch, StoredFile, StoredPiece, StoredPieces};
-use super::zones::{self, Zone};
+use super::zones::{self, Zone, of_name};
 use super::{addressed, lists, matched};
 use crate::diagnostic::formats::Foam;
 use crate::error::{Error, Result};
 use crate::formats::Notes;
+use crate::formats::names::Places;
 use std::path::PathBuf;
 
 /// One piece of a decomposed case.
@@ -71,16 +72,11 @@ const NUMBERS: [&str; 4] = [
 /// The zones of all pieces, those of one name as one; `whole` gives the number in the whole of a cell of a piece.
 pub(super) fn zones_of(pieces: &[Piece], whole: impl Fn(&Piece, u32) -> u32) -> Vec<Zone> {
     let mut zones: Vec<Zone> = Vec::new();
+    let mut places = Places::default();
     for piece in pieces {
         for zone in &piece.lists.zones {
             let labels = zone.labels.iter().map(|cell| whole(piece, *cell));
-            match zones.iter_mut().find(|known| known.name == zone.name) {
-                Some(known) => known.labels.extend(labels),
-                None => zones.push(Zone {
-                    name: zone.name.clone(),
-                    labels: labels.collect(),
-                }),
-            }
+            of_name(&zone.name, &mut zones, &mut places).extend(labels);
         }
     }
     zones

@@ -7,6 +7,7 @@ use super::order::FaceList;
 use super::topology::{StoredFile, Topology};
 use super::zones::{self, Zone};
 use crate::error::Result;
+use crate::formats::names::Places;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Zones of the whole mesh.
@@ -48,7 +49,9 @@ impl KeptZones {
             found(&origin.files, "faceZones", false)?,
             found(&origin.files, "pointZones", false)?,
         ];
-        kept.add(&whole, 0, &|node| node)?;
+        // Of zones of points, and of faces.
+        let mut places = Default::default();
+        kept.add(&whole, 0, &|node| node, &mut places)?;
         for folder in &origin.pieces {
             let is_collated = folder.is_collated;
             let files = [
@@ -58,7 +61,7 @@ impl KeptZones {
             ];
             for (i, piece) in folder.pieces.iter().enumerate() {
                 let whole = |node: u32| piece.nodes.get(node as usize).copied().unwrap_or(node);
-                kept.add(&files, i, &whole)?;
+                kept.add(&files, i, &whole, &mut places)?;
             }
         }
         for zone in &mut kept.points {
@@ -74,17 +77,13 @@ impl KeptZones {
         [faces, of_faces, of_points]: &[Vec<FoamFile>; 3],
         piece: usize,
         whole: &dyn Fn(u32) -> u32,
+        places: &mut [Places<String>; 2],
     ) -> Result<()> {
         if let Some(file) = of_points.get(piece) {
             for zone in zones::zones(file, "pointLabels", MOST)? {
                 let labels = zone.labels.iter().map(|node| whole(*node));
-                match self.points.iter_mut().find(|known| known.name == zone.name) {
-                    Some(known) => known.labels.extend(labels),
-                    None => self.points.push(Zone {
-                        labels: labels.collect(),
-                        name: zone.name,
-                    }),
-                }
+                let labels = labels.collect::<Vec<_>>();
+                zones::of_name(&zone.name, &mut self.points, &mut places[0]).extend(labels);
             }
         }
         let (Some(file), Some(faces)) = (of_faces.get(piece), faces.get(piece)) else {
@@ -98,15 +97,13 @@ impl KeptZones {
         let faces = faces::faces(faces)?;
         let faces = faces.view();
         for (zone, flips) in zones.into_iter().zip(flips) {
-            let place = self.faces.iter().position(|known| known.name == zone.name);
-            let place = place.unwrap_or(self.faces.len());
-            if place == self.faces.len() {
-                self.faces.push(FaceZone {
-                    name: zone.name,
-                    faces: FaceList::default(),
-                });
-            }
-            let own = &mut self.faces[place].faces;
+            let name = zone.name;
+            let new = || FaceZone {
+                name: name.clone(),
+                faces: FaceList::default(),
+            };
+            let zones = &mut self.faces;
+            let own = &mut places[1].entry(name.clone(), zones, new).faces;
             for (i, face) in zone.labels.iter().enumerate() {
                 if *face as usize >= faces.len() {
                     continue;

@@ -8,6 +8,7 @@ use super::read::Lists;
 use super::topology::Patch;
 use crate::error::Result;
 use crate::formats::by_faces::Label;
+use std::collections::BTreeMap;
 
 /// Nodes of one face in two pieces are as near as this, times the largest coordinate.
 const SAME_PLACE: f64 = 1e-6;
@@ -214,18 +215,23 @@ impl Whole<'_> {
 
     /// Appends the faces of the patches, by name in the order in which the pieces have them.
     fn push_patches(&self, lists: &mut Lists) {
+        let mut parts: BTreeMap<&str, Vec<(&Piece, &Patch)>> = BTreeMap::new();
+        for piece in self.pieces {
+            for part in &piece.lists.patches {
+                if let Some(name) = whole_patch(part) {
+                    parts.entry(name).or_default().push((piece, part));
+                }
+            }
+        }
         let all = self.pieces.iter().flat_map(|piece| &piece.lists.patches);
         for patch in all.filter(|patch| !is_shared(patch)) {
-            if lists.patches.iter().any(|known| known.name == patch.name) {
+            let Some(parts) = parts.remove(&*patch.name) else {
                 continue;
-            }
+            };
             let start_face = lists.faces.len();
-            for piece in self.pieces {
-                let is_part = |part: &&Patch| whole_patch(part) == Some(&patch.name);
-                for part in piece.lists.patches.iter().filter(is_part) {
-                    for face in part.start_face..part.start_face + part.n_faces {
-                        self.push(lists, piece, face);
-                    }
+            for (piece, part) in parts {
+                for face in part.start_face..part.start_face + part.n_faces {
+                    self.push(lists, piece, face);
                 }
             }
             lists.patches.push(Patch {

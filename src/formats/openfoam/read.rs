@@ -17,6 +17,7 @@ use crate::formats::by_faces::{Label, Labels};
 use crate::formats::{Location, Notes, ReadOptions};
 use crate::mesh::{CellSet, Group, Mesh, Origin, too_many};
 use crate::parallel::any;
+use std::collections::BTreeMap;
 
 /// The lists of a mesh.
 #[derive(Default)]
@@ -376,9 +377,9 @@ fn group(dimension: u8, name: &str, condition: Option<String>, cells: CellSet) -
 
 /// Names the pairs of patches that are one boundary.
 fn note_pairs(patches: &[Patch], notes: &mut Notes) {
+    let known: BTreeMap<&str, &Patch> = patches.iter().map(|known| (&*known.name, known)).collect();
     let pairs = patches.iter().filter_map(|patch| {
-        let other = patch.entry("neighbourPatch")?;
-        let other = patches.iter().find(|known| known.name == other)?;
+        let other = known.get(patch.entry("neighbourPatch")?)?;
         // Each pair once.
         let is_first = patch.name < other.name;
         is_first.then(|| (patch.kind.clone(), [patch.name.clone(), other.name.clone()]))

@@ -4,7 +4,7 @@ use super::file::FoamFile;
 use super::lists::{Layout, labels_at};
 use super::text::Text;
 use crate::error::Result;
-use crate::formats::names::decoded;
+use crate::formats::names::{Places, decoded};
 
 /// A named list.
 pub(super) struct Zone {
@@ -12,6 +12,19 @@ pub(super) struct Zone {
     pub name: String,
     /// Cells, faces or points.
     pub labels: Vec<u32>,
+}
+
+/// The labels of the zone of this name, which may be new.
+pub(super) fn of_name<'z>(
+    name: &str,
+    zones: &'z mut Vec<Zone>,
+    places: &mut Places<String>,
+) -> &'z mut Vec<u32> {
+    let new = || Zone {
+        name: name.to_owned(),
+        labels: Vec::new(),
+    };
+    &mut places.entry(name.to_owned(), zones, new).labels
 }
 
 /// The zones in a file, with the labels under `key`: `cellLabels`.

@@ -11,6 +11,7 @@ use crate::formats::Notes;
 use crate::mesh::too_many;
 use crate::mesh::{Cells, DataArray, Mesh, Values, for_each_shared_place};
 use crate::parallel::{any, collect, largest, sort};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One piece, with the names of the arrays that hold its global numbers.
 pub(in crate::formats) struct Piece {
@@ -245,16 +246,19 @@ fn arrays(
         return Vec::new();
     };
     let mut arrays: Vec<DataArray> = Vec::new();
+    let mut kept: BTreeSet<&str> = BTreeSet::new();
+    let rest: Vec<BTreeMap<_, _>> = rest
+        .iter()
+        .map(|part| part.iter().map(|array| (key(array), array)).collect())
+        .collect();
     for array in first.iter() {
-        let same = |other: &&DataArray| {
-            other.name == array.name && other.n_components == array.n_components
-        };
         let others: Option<Vec<&Values>> = rest
             .iter()
-            .map(|part| part.iter().find(same).map(|array| &array.values))
+            .map(|part| part.get(&key(array)).map(|array| &array.values))
             .collect();
         let mut all = array.values.clone();
         if others.is_some_and(|others| others.into_iter().all(|values| all.append(values))) {
+            kept.insert(&array.name);
             arrays.push(DataArray {
                 values: all.select(array.n_components, origin),
                 ..array.clone()
@@ -262,7 +266,7 @@ fn arrays(
         }
     }
     for array in parts.iter().flat_map(|part| part.iter()) {
-        if !arrays.iter().any(|kept| kept.name == array.name) {
+        if !kept.contains(&*array.name) {
             notes.push(ArrayRead::NotAlike {
                 what,
                 name: array.name.clone(),
@@ -272,16 +276,23 @@ fn arrays(
     arrays
 }
 
+/// What arrays of several pieces have in common.
+fn key(array: &DataArray) -> (&str, usize) {
+    (&array.name, array.n_components)
+}
+
 /// Field arrays of the first piece; a note where another piece has another.
 fn field_arrays(pieces: &[Piece], notes: &mut Notes) -> Vec<DataArray> {
     let mut arrays: Vec<DataArray> = Vec::new();
+    let mut known: BTreeMap<&str, &DataArray> = BTreeMap::new();
     for array in pieces.iter().flat_map(|piece| &piece.mesh.field_arrays) {
-        match arrays.iter().find(|known| known.name == array.name) {
-            None => arrays.push(array.clone()),
-            Some(known) if known != array => notes.push(ArrayRead::OfFirstPiece {
+        let first = *known.entry(&array.name).or_insert(array);
+        if std::ptr::eq(first, array) {
+            arrays.push(array.clone());
+        } else if first != array {
+            notes.push(ArrayRead::OfFirstPiece {
                 name: array.name.clone(),
-            }),
-            Some(_) => {}
+            });
         }
     }
     arrays

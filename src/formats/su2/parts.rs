@@ -1,8 +1,9 @@
 //! The zones that a mesh is written in, and the markers of each.
 
-use super::super::names::{Given, Rule};
+use super::super::names::{Given, Places, Rule};
 use super::extra::EXCHANGE;
 use crate::mesh::{Group, MeshView};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// How the mesh is cut into zones.
@@ -71,18 +72,21 @@ impl<'a> WrittenZones<'a> {
                 own[0].push(marker);
                 continue;
             }
-            for (zone, own) in own.iter_mut().enumerate() {
-                let cells = marker.cells.iter().cloned();
-                let of_cell = |cell: usize| owner[mesh.cells.get(cell).nodes[0] as usize];
-                let cells = cells.flat_map(|range| cut(range, |cell| of_cell(cell) == zone as u32));
-                let cells: Vec<_> = cells.collect();
-                if !cells.is_empty() {
-                    own.push(Marker {
-                        name: marker.name.clone(),
-                        written: marker.written.clone(),
-                        cells,
-                    });
+            let mut of_zones: BTreeMap<u32, Vec<Range<usize>>> = BTreeMap::new();
+            for cell in marker.cells.iter().cloned().flatten() {
+                let zone = owner[mesh.cells.get(cell).nodes[0] as usize];
+                let ranges = of_zones.entry(zone).or_default();
+                match ranges.last_mut() {
+                    Some(last) if last.end == cell => last.end += 1,
+                    _ => ranges.push(cell..cell + 1),
                 }
+            }
+            for (zone, cells) in of_zones {
+                own[zone as usize].push(Marker {
+                    name: marker.name.clone(),
+                    written: marker.written.clone(),
+                    cells,
+                });
             }
         }
         let parts = zones.iter().zip(nodes).zip(own);
@@ -109,32 +113,19 @@ impl<'a> WrittenZones<'a> {
     }
 }
 
-/// The parts of a range whose cells are wanted.
-fn cut(range: Range<usize>, wanted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
-    let mut found: Vec<Range<usize>> = Vec::new();
-    for cell in range.filter(|cell| wanted(*cell)) {
-        match found.last_mut() {
-            Some(last) if last.end == cell => last.end += 1,
-            _ => found.push(cell..cell + 1),
-        }
-    }
-    found
-}
-
 /// Boundary tags and groups of single nodes; those of one name together.
 fn markers(mesh: &MeshView) -> Vec<Marker> {
     let mut names = Given::with([EXCHANGE]);
     let mut markers: Vec<Marker> = Vec::new();
+    let mut places = Places::default();
     for group in of_markers(mesh) {
-        let known = markers.iter_mut().find(|marker| marker.name == group.name);
-        match known {
-            Some(marker) => marker.cells.extend(group.cells.ranges()),
-            None => markers.push(Marker {
-                name: group.name.clone(),
-                written: String::new(),
-                cells: group.cells.ranges().collect(),
-            }),
-        }
+        let new = || Marker {
+            name: group.name.clone(),
+            written: String::new(),
+            cells: Vec::new(),
+        };
+        let marker = places.entry(&*group.name, &mut markers, new);
+        marker.cells.extend(group.cells.ranges());
     }
     let before: Vec<&str> = markers.iter().map(|marker| marker.name.as_str()).collect();
     let written = names.give_all(&before, &RULE);

@@ -5,11 +5,11 @@ use super::super::Notes;
 use super::super::lexer::{Fields, Lexer, line_of, shown};
 use super::extra::{Extra, OWN_NODES};
 use super::keyword::{Keyword, SPELLINGS};
-use super::zone::{Taken, Zone};
+use super::zone::{Markers, Taken, Zone};
 use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result, counted};
 use crate::mesh::{DataArray, Group, Mesh, Values};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Keywords without a meaning here that a note lists by name.
 const LISTED: usize = 8;
@@ -90,6 +90,8 @@ struct File<'a> {
     n_zones: Option<usize>,
     dimension: Option<usize>,
     zones: Vec<Zone<'a>>,
+    /// Numbers of the zones.
+    numbers: BTreeSet<i32>,
     block: Block,
     /// Name of the last keyword.
     last: &'a [u8],
@@ -126,6 +128,7 @@ fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Res
         n_zones: None,
         dimension: None,
         zones: vec![Zone::default()],
+        numbers: BTreeSet::new(),
         block: Block::None,
         last: b"",
         unknown: BTreeMap::new(),
@@ -169,7 +172,7 @@ impl<'a> File<'a> {
             }
             b"IZONE" => {
                 let number = zone_number(keyword, line)?;
-                if self.zones.iter().any(|zone| zone.number == Some(number)) {
+                if !self.numbers.insert(number) {
                     return Err(line.error(format!("IZONE= {number} appears twice")));
                 }
                 if self.zone().has_begun() || self.zone().number.is_some() {
@@ -254,9 +257,10 @@ impl<'a> File<'a> {
             return Err(Error::input(message).line(line_of(lexer.bytes(), other.dimension_at)));
         }
         let mut mesh = Mesh::default();
+        let mut markers = Markers::default();
         for (i, zone) in self.zones.iter().enumerate() {
             let volume = zone
-                .append_to(&mut mesh, notes)
+                .append_to(&mut mesh, &mut markers, notes)
                 .map_err(|error| error.line(line_of(lexer.bytes(), lexer.position())))?;
             if n_zones > 1 {
                 let number = zone.number.unwrap_or(i as i32 + 1);

@@ -2,14 +2,14 @@
 
 use super::super::Notes;
 use super::super::lexer::{Fields, Lexer, Lines};
-use super::super::names::text_of;
+use super::super::names::{Places, text_of};
 use super::degree::Element;
 use super::extra::{EXCHANGE, Extra};
 use super::keyword::Keyword;
 use crate::diagnostic::formats::{NotKept, Read};
 use crate::error::{Error, Result};
 use crate::mesh::too_many;
-use crate::mesh::{Cells, Group, Mesh};
+use crate::mesh::{CellSet, Cells, Group, Mesh};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -184,7 +184,12 @@ impl<'a> Zone<'a> {
     }
 
     /// Appends the zone's nodes and cells to the mesh; the range of its volume cells.
-    pub fn append_to(&self, mesh: &mut Mesh, notes: &mut Notes) -> Result<Range<usize>> {
+    pub fn append_to(
+        &self,
+        mesh: &mut Mesh,
+        markers: &mut Markers,
+        notes: &mut Notes,
+    ) -> Result<Range<usize>> {
         let dimension = self.dimension.expect("it was checked");
         let points = self.points.as_ref().expect("it was checked");
         let first_node = mesh.points.len();
@@ -206,7 +211,7 @@ impl<'a> Zone<'a> {
             };
             append_cells(lines, &nodes, &limit, &mut mesh.cells, notes)?;
             match name {
-                Some(name) => add_marker(mesh, name, first, dimension as u8 - 1),
+                Some(name) => markers.add(mesh, name, first, dimension as u8 - 1),
                 None => volume = first..mesh.cells.len(),
             }
         }
@@ -336,28 +341,33 @@ fn parse_cell(
     Ok(())
 }
 
-/// Adds the cells from `first` on to the groups of this name, one for each dimension; an empty
-/// marker is one of `boundary`.
-fn add_marker(mesh: &mut Mesh, name: &str, first: usize, boundary: u8) {
-    let runs = mesh.cells.runs_in(first..mesh.cells.len());
-    let range = |first: usize, n: usize| first..first + n;
-    let mut ranges: Vec<(u8, Range<usize>)> = runs
-        .map(|run| (run.kind.dimension(), range(run.first_cell, run.n_cells())))
-        .collect();
-    if ranges.is_empty() {
-        ranges.push((boundary, 0..0));
-    }
-    for (dimension, cells) in ranges {
-        let is_own = |group: &&mut Group| group.dimension == dimension && group.name == name;
-        match mesh.groups.iter_mut().find(is_own) {
-            Some(group) => group.cells.push_range(cells),
-            None => mesh.groups.push(Group {
+/// The groups of the markers read so far, by dimension and name.
+#[derive(Default)]
+pub(super) struct Markers(Places<(u8, String)>);
+
+impl Markers {
+    /// Adds the cells from `first` on to the groups of this name, one for each dimension; an empty
+    /// marker is one of `boundary`.
+    fn add(&mut self, mesh: &mut Mesh, name: &str, first: usize, boundary: u8) {
+        let runs = mesh.cells.runs_in(first..mesh.cells.len());
+        let range = |first: usize, n: usize| first..first + n;
+        let mut ranges: Vec<(u8, Range<usize>)> = runs
+            .map(|run| (run.kind.dimension(), range(run.first_cell, run.n_cells())))
+            .collect();
+        if ranges.is_empty() {
+            ranges.push((boundary, 0..0));
+        }
+        for (dimension, cells) in ranges {
+            let new = || Group {
                 dimension,
                 name: name.to_owned(),
                 number: None,
                 condition: None,
-                cells: cells.collect(),
-            }),
+                cells: CellSet::new(),
+            };
+            let key = (dimension, name.to_owned());
+            let group = self.0.entry(key, &mut mesh.groups, new);
+            group.cells.push_range(cells);
         }
     }
 }

@@ -23,8 +23,10 @@ pub(super) fn add_groups(mesh: &mut Mesh, numbers: &[i32], patches: &[Patch]) {
         sets.entry(patch.number).or_default();
     }
     let mut kept = Vec::new();
+    let by_number = patches.iter().map(|patch| (patch.number, patch));
+    let by_number: BTreeMap<i32, &Patch> = by_number.collect();
     for (number, cells) in sets {
-        let patch = patches.iter().find(|patch| patch.number == number);
+        let patch = by_number.get(&number).copied();
         let condition = patch.and_then(|patch| conditions::condition(patch.condition));
         let name = patch.and_then(|patch| patch.name.clone());
         let group = Group {

@@ -10,7 +10,7 @@ use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::diagnostic::formats::{Condition, Read};
 use crate::error::Result;
 use crate::mesh::MeshView;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -46,11 +46,12 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
     })?;
     let n: usize = first.narrow("the number of patches")?;
     let mut patches: Vec<Patch> = Vec::new();
+    let mut numbers = BTreeSet::new();
     while let Some(mut line) = lexer.line() {
         let number = line.narrow("a face number")?;
         let condition = line.narrow("the number of a boundary condition")?;
         let name = text_of(line.rest(), notes);
-        if patches.iter().any(|patch| patch.number == number) {
+        if !numbers.insert(number) {
             return Err(line.error(format!("face number {number} appears twice")));
         }
         patches.push(Patch {

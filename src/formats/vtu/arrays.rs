@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::formats::names::text_of;
 use crate::mesh::{DataArray, Values};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The arrays that all pieces with nodes (or cells) have, of one type; a note on others.
 pub(super) fn data<'d, 'a: 'd>(
@@ -25,40 +26,49 @@ pub(super) fn data<'d, 'a: 'd>(
         return Ok(Vec::new());
     };
     let mut arrays: Vec<DataArray> = Vec::new();
-    let mut left_out: Vec<&String> = Vec::new();
+    let mut known: BTreeSet<&str> = BTreeSet::new();
+    let rest: Vec<_> = rest.iter().map(|(_, part)| by_name(part)).collect();
     for array in first.iter() {
-        let others = rest
-            .iter()
-            .map(|(_, part)| part.iter().find(|other| is_alike(array, other)));
+        let others = rest.iter().map(|part| {
+            let mut named = part.get(&*array.name)?.iter();
+            named.find(|other| is_alike(array, other)).copied()
+        });
         let Some(others) = others.collect::<Option<Vec<_>>>() else {
             continue;
         };
         let everywhere = std::iter::once(array).chain(others);
         let parts = parts.iter().map(|(n, _)| *n).zip(everywhere);
+        known.insert(&array.name);
         match joined(parts, layout, notes)? {
             Some(all) => arrays.push(all),
             None => {
                 let name = array.name.clone();
                 notes.push(ArrayRead::TooLong { what, name });
-                left_out.push(&array.name);
             }
         }
     }
     for array in parts.iter().flat_map(|(_, part)| part.iter()) {
-        let name = &array.name;
-        if !left_out.contains(&name) && !arrays.iter().any(|kept| kept.name == *name) {
-            let name = name.clone();
+        if !known.contains(&*array.name) {
+            let name = array.name.clone();
             notes.push(ArrayRead::NotAlike { what, name });
         }
     }
     Ok(arrays)
 }
 
-/// Whether arrays of two pieces have the same name, type and number of components.
+/// The arrays of a piece by name.
+fn by_name<'d, 'a>(part: &'d [Array<'a>]) -> BTreeMap<&'d str, Vec<&'d Array<'a>>> {
+    let mut named: BTreeMap<&str, Vec<&Array>> = BTreeMap::new();
+    for array in part {
+        named.entry(&array.name).or_default().push(array);
+    }
+    named
+}
+
+/// Whether arrays of two pieces have the same type and number of components.
 fn is_alike(one: &Array, other: &Array) -> bool {
     let (a, b) = (one, other);
     (a.element, a.is_bits, a.n_components) == (b.element, b.is_bits, b.n_components)
-        && a.name == b.name
 }
 
 /// The values of one array of all pieces, of which each has so many tuples; `None` where one has more.

@@ -6,6 +6,7 @@ use super::Tolerance;
 use super::partners::{Partners, in_chunks};
 use crate::diagnostic::short;
 use crate::error::counted;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// A sentence for each array that differs: of `pairs`, the first are nodes, the second cells. Arrays
@@ -26,9 +27,10 @@ pub fn compare(
     let mut found = Vec::new();
     for (place, ours, theirs, partners) in places {
         let same_length = in_order || place == "field";
+        let [of_ours, of_theirs] = [ours, theirs].map(|arrays| by_name(arrays));
         for array in ours {
             let name = &array.name;
-            let what = match theirs.iter().find(|other| other.name == *name) {
+            let what = match of_theirs.get(&**name) {
                 None => Some("is only in the first mesh".to_owned()),
                 Some(other) if same_length && !same_shape(array, other) => {
                     Some(different_shape(array, other))
@@ -38,7 +40,7 @@ pub fn compare(
             found.extend(what.map(|what| format!("{place} array \"{name}\" {what}")));
         }
         for array in theirs {
-            if !ours.iter().any(|other| other.name == array.name) {
+            if !of_ours.contains_key(&*array.name) {
                 let name = &array.name;
                 found.push(format!(
                     "{place} array \"{name}\" is only in the second mesh"
@@ -47,6 +49,11 @@ pub fn compare(
         }
     }
     found
+}
+
+fn by_name(arrays: &[DataArray]) -> BTreeMap<&str, &DataArray> {
+    let named = arrays.iter().map(|array| (&*array.name, array));
+    named.collect()
 }
 
 fn same_shape(a: &DataArray, b: &DataArray) -> bool {
