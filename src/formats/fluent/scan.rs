@@ -39,15 +39,27 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// The index of the next section; `None` at the end of the file.
+    /// The index of the next section; `None` at the end of the file. Sections with a word as index, as Fluent Meshing
+    /// has them for its own settings, are passed.
     pub fn section(&mut self) -> Result<Option<u32>> {
-        self.blanks();
-        match self.peek() {
-            None => return Ok(None),
-            Some(b'(') => self.at += 1,
-            Some(_) => return Err(self.expected("a section, which starts with \"(\"")),
+        loop {
+            self.blanks();
+            match self.peek() {
+                None => return Ok(None),
+                Some(b'(') => self.at += 1,
+                Some(_) => return Err(self.expected("a section, which starts with \"(\"")),
+            }
+            self.blanks();
+            if !self.peek().is_some_and(|byte| byte.is_ascii_alphabetic()) {
+                return self.index().map(Some);
+            }
+            let word = String::from_utf8_lossy(self.word());
+            self.pass_text(&word, false)?;
         }
-        self.blanks();
+    }
+
+    /// The number that a section begins with.
+    fn index(&mut self) -> Result<u32> {
         let start = self.at;
         let digits = self.rest().iter().take_while(|b| b.is_ascii_digit());
         let n = digits.count();
@@ -60,7 +72,7 @@ impl<'a> Scanner<'a> {
         if number >= 2000 {
             self.first_binary = self.first_binary.min(self.at);
         }
-        Ok(Some(number))
+        Ok(number)
     }
 
     /// The next `(number ...)`, of hexadecimal numbers.
@@ -158,6 +170,11 @@ impl<'a> Scanner<'a> {
             self.blanks();
             self.peek() != Some(b'"')
         };
+        self.pass_text(&index.to_string(), is_free)
+    }
+
+    /// Passes over a section of text whose index was read. In free text quotes and backslashes mean nothing.
+    fn pass_text(&mut self, index: &str, is_free: bool) -> Result<()> {
         let start = self.at;
         let mut depth = 1_usize;
         while depth > 0 {
@@ -285,6 +302,22 @@ mod tests {
         assert_eq!(scanner.word(), b"3");
         scanner.need(b')', "the end").expect("it ends");
         assert_eq!(scanner.section().expect("the end"), None);
+    }
+
+    #[test]
+    fn sections_with_a_word_as_index_are_passed() {
+        let text = b"(cad/adv-options ((unit \"m)m\") (on . #t)))\n(meshing-data)(2 3)";
+        let mut scanner = Scanner::new(text);
+        assert_eq!(scanner.section().expect("a section"), Some(2));
+        let mut scanner = Scanner::new(b"\n(cad/options (1 2)\n(2 3)");
+        let error = scanner.section().expect_err("no end").to_string();
+        assert!(
+            error.contains("line 2: section cad/options has no end"),
+            "{error}"
+        );
+        let mut scanner = Scanner::new(b"(+ 3)");
+        let error = scanner.section().expect_err("no index").to_string();
+        assert!(error.contains("expected the index of a section"), "{error}");
     }
 
     #[test]
