@@ -181,19 +181,74 @@ fn a_neutral_map_file_of_two_planes_names_the_edges_of_a_grid_in_one() {
     assert_says(&run.out, &["imin", "jmax"]);
 }
 
+/// The map that Construct2D writes of an O-grid of 4 x 4 nodes in a plane.
+const OF_ONE_PLANE: &str = "1\n\n1 4 4 1\n\nONE_TO_ONE 1 1 1 4 1 1 1 2 1 4 1 1 FALSE\n\
+    VISCOUS 1 3 1 4 1 1 TRUE\nFARFIELD 1 4 1 4 1 1\n";
+
+#[test]
+fn a_neutral_map_file_of_one_plane_names_the_edges_of_its_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("grid.p2dfmt"), file(TEXT, false, 2)).unwrap();
+    std::fs::write(at.join("grid.nmf"), OF_ONE_PLANE).unwrap();
+    let mesh = Mesh::read(at.join("grid.p2dfmt")).unwrap();
+    let tags: Vec<_> = mesh
+        .tags()
+        .map(|tag| (tag.name.as_str(), mesh.tag_nodes(&tag.name).unwrap()))
+        .collect();
+    let expected = [
+        ("VISCOUS", vec![0, 1, 2, 3]),
+        ("FARFIELD", vec![12, 13, 14, 15]),
+    ];
+    assert_eq!(tags, expected);
+    for (old, new, says) in [
+        (
+            "FARFIELD 1 4",
+            "FARFIELD 1 5",
+            "there is no side 5; it must be 1 to 4",
+        ),
+        (
+            "1 4 1 4 1 1\n",
+            "1 4 1 3 1 1\n",
+            "cover 11 faces of block 1",
+        ),
+    ] {
+        let map = OF_ONE_PLANE.replace(old, new);
+        assert_ne!(map, OF_ONE_PLANE);
+        std::fs::write(at.join("grid.nmf"), map).unwrap();
+        assert_says(&succeed(at, &["info", "grid.p2dfmt"]).err, &[says]);
+    }
+}
+
+#[test]
+fn an_interface_may_be_spelled_with_underscores() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("grid.p3dfmt"), file(TEXT, true, 3)).unwrap();
+    let tags = |map: &str| {
+        std::fs::write(at.join("grid.nmf"), map).unwrap();
+        json(at, &["info", "grid.p3dfmt"])["boundary_tags"].clone()
+    };
+    let other = NEUTRAL.replace("'one-to-one'", "ONE_TO_ONE");
+    assert_eq!(tags(&other), tags(NEUTRAL));
+}
+
 #[test]
 fn a_neutral_map_file_of_another_grid_is_not_used_and_told() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     std::fs::write(at.join("grid.p2dfmt"), file(TEXT, false, 2)).unwrap();
     for (sizes, says) in [
-        ("4 4 1", "block 1 has no cells in space"),
-        ("2 5 4", "block 1 of the grid has 4 x 4 x 1"),
+        ("4 4 1", "grid.nmf:3: the range 1 to 4 does not fit 1 nodes"),
+        (
+            "2 5 4",
+            "grid.nmf:2: block 1 has 2 x 5 x 4 nodes; block 1 of the grid has 4 x 4 x 1",
+        ),
     ] {
         let map = OF_TWO_PLANES.replace("2 4 4\n", &format!("{sizes}\n"));
         std::fs::write(at.join("grid.nmf"), map).unwrap();
         let run = succeed(at, &["info", "grid.p2dfmt"]);
-        assert_says(&run.err, &["grid.nmf:2", says]);
+        assert_says(&run.err, &[says]);
         assert_says(&run.out, &["imin", "jmax"]);
     }
 }

@@ -1,5 +1,6 @@
 //! Neutral map files (.nmf): the sizes of the blocks, then a line for each part of a side with its type, and for
-//! interfaces the part that it lies on. A grid in a plane has the map of two such planes.
+//! interfaces the part that it lies on. A grid in a plane has the map of two such planes, or, from Construct2D, one of a
+//! single plane with sides 1 to 4.
 
 use super::super::lexer::{Fields, Lexer};
 use super::blocks::Block;
@@ -17,8 +18,13 @@ pub(super) struct Entry {
 }
 
 /// Across which index a side of this number lies, whether at its end, and the indices along which its ranges run.
-fn side(number: i64) -> Option<(usize, bool, [usize; 2])> {
+fn side(number: i64, map: Map) -> Option<(usize, bool, [usize; 2])> {
     Some(match number {
+        1..=4 if map == Map::OnePlane => {
+            let across = usize::from(number > 2);
+            (across, number % 2 == 0, [1 - across, 2])
+        }
+        _ if map == Map::OnePlane => return None,
         1 => (2, false, [0, 1]),
         2 => (2, true, [0, 1]),
         3 => (0, false, [1, 2]),
@@ -32,17 +38,18 @@ fn side(number: i64) -> Option<(usize, bool, [usize; 2])> {
 /// The parts of the sides of these blocks.
 pub(super) fn parse(bytes: &[u8], blocks: &[Block]) -> Result<Vec<Entry>> {
     let mut lexer = Lexer::new(bytes, Some(b'#'));
-    check_sizes(&mut lexer, blocks)?;
+    let maps = check_sizes(&mut lexer, blocks)?;
+    let blocks: Vec<(&Block, Map)> = blocks.iter().zip(maps).collect();
     let mut entries = Vec::new();
     while let Some(mut line) = next_line(&mut lexer) {
         let name = name(&mut line)?;
-        let is_interface = name.eq_ignore_ascii_case("one-to-one");
+        let is_interface = name.replace('_', "-").eq_ignore_ascii_case("one-to-one");
         entries.push(Entry {
             name: (!is_interface).then_some(name),
-            ..part(&mut line, blocks)?
+            ..part(&mut line, &blocks)?
         });
         if is_interface {
-            let other = part(&mut line, blocks)?;
+            let other = part(&mut line, &blocks)?;
             entries.push(other);
         }
     }
@@ -70,7 +77,8 @@ fn name(line: &mut Fields) -> Result<String> {
     }
 }
 
-fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<()> {
+/// The map that the file has of each block; refuses one of other blocks.
+fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<Vec<Map>> {
     let ended = |lexer: &Lexer| lexer.error("the file ends before the sizes of its blocks do");
     let mut line = next_line(lexer).ok_or_else(|| ended(lexer))?;
     let n: usize = line.narrow("the number of blocks")?;
@@ -80,6 +88,7 @@ fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<()> {
             blocks.len()
         )));
     }
+    let mut maps = Vec::with_capacity(n);
     for (i, block) in blocks.iter().enumerate() {
         let mut line = next_line(lexer).ok_or_else(|| ended(lexer))?;
         let number: usize = line.narrow("the number of a block")?;
@@ -87,8 +96,15 @@ fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<()> {
         for size in &mut sizes {
             *size = line.narrow("a number of nodes")?;
         }
-        if number != i + 1 || (sizes != block.grid.nodes && sizes != nodes_of_map(block)) {
-            let [a, b, c] = block.grid.nodes;
+        let of_plane = || [Map::OnePlane, Map::TwoPlanes].into_iter();
+        let map = match block.grid.n_indices {
+            3 => Some(Map::Space),
+            2 if block.has_sides() => of_plane().find(|map| map.nodes(block) == sizes),
+            _ => None,
+        };
+        let [a, b, c] = block.grid.nodes;
+        let is_same = map.is_some_and(|map| map.nodes(block) == sizes);
+        if number != i + 1 || !(is_same || sizes == block.grid.nodes) {
             return Err(line.error(format!(
                 "block {number} has {} x {} x {} nodes; block {} of the grid has {a} x {b} x {c}",
                 sizes[0],
@@ -97,44 +113,53 @@ fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<()> {
                 i + 1
             )));
         }
-        if sizes != nodes_of_map(block) || nodes_of_map(block).contains(&1) {
-            return Err(line.error(format!(
+        maps.push(map.ok_or_else(|| {
+            line.error(format!(
                 "block {number} has no cells in space; only sides of such blocks are named"
-            )));
-        }
+            ))
+        })?);
     }
-    Ok(())
+    Ok(maps)
 }
 
-/// Whether a block is a plane that a map has twice, as its first and second nodes along i: then its own indices
-/// are j and k of the map.
-fn is_plane(block: &Block) -> bool {
-    block.has_sides() && block.grid.n_indices == 2
+/// The blocks that a map describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Map {
+    /// Those of the grid.
+    Space,
+    /// The grid's plane twice, as the first and second nodes along i: indices of the grid are j and k of the map.
+    TwoPlanes,
+    /// The grid's plane, with one node along k.
+    OnePlane,
 }
 
-/// Nodes of a block along the indices of the map.
-fn nodes_of_map(block: &Block) -> [usize; 3] {
-    let [i, j, k] = block.grid.nodes;
-    match is_plane(block) {
-        true => [2, i, j],
-        false => [i, j, k],
+impl Map {
+    /// Nodes of a block along the indices of the map.
+    fn nodes(self, block: &Block) -> [usize; 3] {
+        let [i, j, k] = block.grid.nodes;
+        match self {
+            Self::TwoPlanes => [2, i, j],
+            Self::Space | Self::OnePlane => [i, j, k],
+        }
     }
 }
 
 /// Block, side and ranges.
-fn part(line: &mut Fields, blocks: &[Block]) -> Result<Entry> {
+fn part(line: &mut Fields, blocks: &[(&Block, Map)]) -> Result<Entry> {
     let number: usize = line.narrow("the number of a block")?;
     let block = number
         .checked_sub(1)
         .and_then(|i| Some((i, blocks.get(i)?)));
-    let Some((i, block)) = block else {
+    let Some((i, &(block, map))) = block else {
         let n = blocks.len();
         return Err(line.error(format!("there is no block {number}; the grid has {n}")));
     };
     let number = line.integer("the number of a side")?;
-    let (across, is_end, along) = side(number)
-        .ok_or_else(|| line.error(format!("there is no side {number}; it must be 1 to 6")))?;
-    let nodes = nodes_of_map(block);
+    let (across, is_end, along) = side(number, map).ok_or_else(|| {
+        let most = if map == Map::OnePlane { 4 } else { 6 };
+        line.error(format!("there is no side {number}; it must be 1 to {most}"))
+    })?;
+    let nodes = map.nodes(block);
     let mut ranges: [Range<usize>; 3] = [0..1, 0..1, 0..1];
     ranges[across] = match is_end {
         true => nodes[across] - 1..nodes[across],
@@ -143,21 +168,22 @@ fn part(line: &mut Fields, blocks: &[Block]) -> Result<Entry> {
     for index in along {
         let ends: [usize; 2] = [line.narrow("an index")?, line.narrow("an index")?];
         let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-        if low < 1 || high > nodes[index] || low == high {
+        let is_plane = nodes[index] == 1;
+        if low < 1 || high > nodes[index] || (low == high) != is_plane {
             return Err(line.error(format!(
                 "the range {} to {} does not fit {} nodes",
                 ends[0], ends[1], nodes[index]
             )));
         }
-        ranges[index] = low - 1..high - 1;
+        ranges[index] = low - 1..(high - 1).max(low);
     }
     Ok(Entry {
         name: None,
         block: i,
-        faces: match (is_plane(block), across) {
-            (false, _) => block.faces(across, ranges),
-            (true, 0) => Cells::new(),
-            (true, _) => {
+        faces: match (map, across) {
+            (Map::Space | Map::OnePlane, _) => block.faces(across, ranges),
+            (Map::TwoPlanes, 0) => Cells::new(),
+            (Map::TwoPlanes, _) => {
                 let [_, i, j] = ranges;
                 block.faces(across - 1, [i, j, 0..1])
             }
