@@ -176,16 +176,25 @@ fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {
-    let change = plan.first_cells.change_in_f32(&plan.mesh);
-    if plan.schedule.output.precision == Precision::F32
-        && plan.schedule.output.rounds()?
-        && change > F32_CHANGE
-    {
-        return Err(Error::input(format!(
-            "output.precision = \"f32\" would change the height of a first cell by {:.1}%; use \"f64\"",
-            100.0 * change
-        ))
-        .file(&plan.schedule.path));
+    let output = &plan.schedule.output;
+    if !output.rounds()? {
+        return Ok(());
     }
-    Ok(())
+    let change = plan.first_cells.change_in_f32(&plan.mesh);
+    if change <= F32_CHANGE {
+        return Ok(());
+    }
+    // UGRID has other formats for 64 bits.
+    let (key, remedy) = match formats::by_name(&output.format)?.rounds(Precision::F64) {
+        true => (
+            format!("output.format = \"{}\", of 32 bits,", output.format),
+            "a format of 64 bits, such as \"ugrid-b8\"",
+        ),
+        false => ("output.precision = \"f32\"".to_owned(), "\"f64\""),
+    };
+    Err(Error::input(format!(
+        "{key} would change the height of a first cell by {:.1}%; use {remedy}",
+        100.0 * change
+    ))
+    .file(&plan.schedule.path))
 }

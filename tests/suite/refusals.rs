@@ -277,6 +277,17 @@ fn f32_is_refused_where_it_would_change_a_first_cell() {
     let args = ["deform", "fine.vtu", "s.toml", "-q", "-o", "out"];
     refused(folder, &args, &["\"f32\"", "first", "\"f64\""]);
     succeed(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "coarse"]);
+    // A format of 32 bits alone is no other way round it.
+    let extrude = ["-q", "convert", "--extrude", "0.1", "fine.vtu", "deep.vtu"];
+    succeed(folder, &extrude);
+    let tags = "[\"farfield\", \"front\", \"back\"]";
+    let changes = [
+        ("[\"farfield\"]", tags),
+        ("precision = \"f32\"", "format = \"ugrid-b4\""),
+    ];
+    rewrite(folder, "s.toml", "b4.toml", &changes);
+    let args = ["deform", "deep.vtu", "b4.toml", "-q", "-o", "out"];
+    refused(folder, &args, &["\"ugrid-b4\"", "first", "\"ugrid-b8\""]);
 }
 
 #[test]
