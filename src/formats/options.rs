@@ -1,6 +1,8 @@
 //! Options of readers and writers.
 
 use super::Format;
+use super::rounding::flattened;
+use crate::diagnostic::formats::Written;
 use crate::error::Result;
 use crate::mesh::{MeshView, check_in_32_bits};
 use std::num::NonZeroUsize;
@@ -71,13 +73,14 @@ impl WriteOptions {
         dropped.map(|(option, _)| option).collect()
     }
 
-    /// Refuses coordinates that the wanted precision cannot hold.
-    pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<()> {
+    /// Refuses coordinates that the wanted precision cannot hold; a note on cells that become flat in it.
+    pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<Option<Written>> {
         // Other ranks look at what they write.
         if self.precision == Precision::F64 || mesh.points_apart.is_some() {
-            return Ok(());
+            return Ok(None);
         }
-        check_in_32_bits(mesh.points, 0)
+        check_in_32_bits(mesh.points, 0)?;
+        Ok(flattened(mesh))
     }
 }
 

@@ -315,3 +315,56 @@ fn of_conversions_to_one_new_name_at_once_one_succeeds() {
         std::fs::remove_file(folder.path().join("out.vtu")).unwrap();
     }
 }
+
+/// A row of squares of 0.1 m at the coordinates of a map, where 32 bits tell half a metre apart.
+fn far_squares() -> String {
+    let mut text = "NDIME= 2\nNELEM= 4\n".to_owned();
+    for i in 0..4 {
+        text += &format!("9 {i} {} {} {}\n", i + 1, i + 6, i + 5);
+    }
+    text += "NPOIN= 10\n";
+    for i in 0..10 {
+        text += &format!(
+            "{} {}\n",
+            0.1 * f64::from(i % 5),
+            5_846_925.0 + 0.1 * f64::from(i / 5)
+        );
+    }
+    text + "NMARK= 0\n"
+}
+
+#[test]
+fn cells_that_become_flat_in_32_bits_are_counted_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("far.su2"), far_squares()).unwrap();
+    let all = "4 of 4 (the first is cell 0)";
+    for name in ["f.vtu", "f.vtk", "f.vtkhdf", "f.cgns", "f.pvd", "f.vtp"] {
+        let run = succeed(folder, &["convert", "far.su2", name, "--precision", "f32"]);
+        assert_says(&run.err, &["become flat", all]);
+    }
+    let pieces = [
+        "convert",
+        "far.su2",
+        "f.pvtu",
+        "--pieces",
+        "2",
+        "--precision",
+        "f32",
+    ];
+    assert_says(&succeed(folder, &pieces).err, &["become flat", all]);
+    let run = succeed(folder, &["convert", "far.su2", "f.stl"]);
+    assert_says(&run.err, &["become flat", "8 of 8"]);
+    let run = succeed(
+        folder,
+        &["convert", "--extrude", "1", "far.su2", "f.b4.ugrid"],
+    );
+    assert_says(&run.err, &["become flat", all]);
+    for (name, precision) in [("g.vtu", "f64"), ("g.su2", "f64"), ("g.msh", "f32")] {
+        let run = succeed(
+            folder,
+            &["convert", "far.su2", name, "--precision", precision],
+        );
+        assert!(!run.err.contains("become flat"), "{run:?}");
+    }
+}

@@ -16,7 +16,7 @@ use crate::formats::{self, Loaded, Staged};
 use crate::mesh::{Mesh, Reordering};
 use changes::Changes;
 pub(super) use changes::patch_type;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -69,6 +69,8 @@ struct Run<'a> {
     context: &'a Context,
     /// Remarks that have been made: one on every mesh of a sequence is made once.
     told: RefCell<BTreeSet<String>>,
+    /// Whether it has told of cells that become flat in 32 bits.
+    is_flat_told: Cell<bool>,
     written: RefCell<Vec<Written>>,
     /// Files that get their names when all are whole.
     waiting: RefCell<Vec<Staged>>,
@@ -82,6 +84,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         args,
         context,
         told: RefCell::default(),
+        is_flat_told: Cell::default(),
         written: RefCell::default(),
         waiting: RefCell::default(),
         order: RefCell::default(),

@@ -4,8 +4,8 @@ use super::{Input, Run};
 use crate::diagnostic::short;
 use crate::error::{Error, Result, counted};
 use crate::formats::{
-    self, Format, SequenceFile, Staged, WriteOptions, check_listed, is_series, pvd, refuse_special,
-    stage_bytes, vtk_series,
+    self, Format, Notes, SequenceFile, Staged, WriteOptions, check_listed, is_flattened, is_series,
+    pvd, refuse_special, stage_bytes, vtk_series,
 };
 use crate::mesh::Mesh;
 use serde_json::{Value, json};
@@ -160,10 +160,17 @@ impl Run<'_> {
             self.note_written(&mesh, path, format, Some(time));
         }
         self.remark_on_options(format);
-        for dropped in file.notes().iter() {
-            self.tell(format!("{}: {dropped}", format.title()));
-        }
+        self.tell_dropped(file.notes(), format);
         Ok(())
+    }
+
+    /// Tells what a format cannot hold; of cells that become flat once for all meshes of a sequence.
+    fn tell_dropped(&self, notes: &Notes, format: &dyn Format) {
+        for dropped in notes.iter() {
+            if !is_flattened(dropped) || !self.is_flat_told.replace(true) {
+                self.tell(format!("{}: {dropped}", format.title()));
+            }
+        }
     }
 
     fn remark_on_options(&self, format: &dyn Format) {
@@ -228,10 +235,7 @@ impl Run<'_> {
         let write = || formats::stage(&mesh.view(), path, written_as, &options, commit);
         let (notes, files) = self.context.stage("writing", write)?;
         self.wait(files);
-        for dropped in notes.iter() {
-            // Said once for all meshes of a sequence.
-            self.tell(format!("{}: {dropped}", format.title()));
-        }
+        self.tell_dropped(&notes, format);
         self.tell_of_zones_apart(mesh, &notes);
         self.note_written(mesh, path, format, None);
         Ok(())

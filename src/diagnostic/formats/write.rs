@@ -208,6 +208,10 @@ Written {
     CoordinatesIn64 { format: &'static str } => ("{}", coordinates_in_64(format))
     /// Coordinates lose digits.
     CoordinatesRounded => ("coordinates are rounded to 32 bits")
+    /// Cells lose their volume with those digits.
+    Flattened { n: usize, of: usize, first: usize } => (
+        "cells become flat or fold in coordinates of 32 bits: {n} of {of} (the first is cell {first}); 64 bits keep them"
+    )
     /// The height of a plane mesh.
     HeightLeftOut { z: f64 } => ("SU2 holds no z coordinate for a plane mesh; z = {z} is left out")
     /// Cells of lower dimension.

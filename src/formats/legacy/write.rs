@@ -35,14 +35,15 @@ pub(super) fn write(
     options: &WriteOptions,
     version: Version,
 ) -> Result<Notes> {
-    options.check_coordinates(mesh)?;
+    let flattened = options.check_coordinates(mesh)?;
     if version == Version::V42 && mesh.points.len() > i32::MAX as usize {
         let n = mesh.points.len();
         let message =
             format!("{n} nodes are too many for the 32-bit indices of VTK 4.2; write VTK 5.1");
         return Err(Error::input(message));
     }
-    let plan = VtkArrays::new(mesh, options, &NAMES);
+    let mut plan = VtkArrays::new(mesh, options, &NAMES);
+    plan.notes.extend(flattened);
     let mut out = BufWriter::with_capacity(BUFFER, out);
     let mut writer = Writer {
         out: &mut out,

@@ -1,5 +1,6 @@
 //! Writes a mesh as pieces, each in a file, and the list of them.
 
+use super::super::rounding::is_flattened;
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
@@ -30,7 +31,9 @@ pub(super) fn write(
     check_listed(stem).map_err(|error| error.file(&path))?;
     let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(&path))?;
     let names: Vec<String> = (0..n).map(|i| format!("{stem}_{i}.vtu")).collect();
-    let (notes, arrays) = write_all(mesh, &of_cells, &names, out, options)?;
+    let flattened = options.check_coordinates(mesh)?;
+    let (mut notes, arrays) = write_all(mesh, &of_cells, &names, out, options)?;
+    notes.extend(flattened);
     let list = list(stem, &names, &arrays);
     out.main(|out| {
         let written = out.write_all(list.as_bytes());
@@ -69,7 +72,9 @@ fn write_all(
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
         let part = part.view();
         let write = |out: &mut dyn Out| Vtu.write_file(&part, out, options);
-        notes.extend(out.in_folder(&folder, name, write)?);
+        let of_piece = out.in_folder(&folder, name, write)?.into_iter();
+        // Flat cells are counted in the whole mesh.
+        notes.extend(of_piece.filter(|note| !is_flattened(note)));
         if piece == 0 {
             arrays = declared(&VtkArrays::new(&part, options, &NAMES));
         }

@@ -8,6 +8,7 @@ use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::formats::names::Rule;
+use crate::formats::rounding::loses_digits;
 use crate::geometry::vector::{Vector, cross, norm, scale, sub};
 use crate::mesh::MeshView;
 use std::collections::BTreeMap;
@@ -42,7 +43,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
                 precision: Precision::F32,
                 ..options.clone()
             };
-            single.check_coordinates(mesh)?;
+            notes.extend(single.check_coordinates(mesh)?);
             binary(mesh, out, &mut notes)?;
         }
     }
@@ -134,8 +135,7 @@ fn binary(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()>
     if !names.is_empty() {
         notes.push(GroupWritten::NamesInText { names });
     }
-    let is_rounded = |x: &f64| f64::from(*x as f32) != *x;
-    if mesh.points.as_flattened().iter().any(is_rounded) {
+    if loses_digits(mesh) {
         notes.push(Written::CoordinatesRounded);
     }
     let n = mesh.cells.len();

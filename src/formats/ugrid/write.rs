@@ -9,6 +9,7 @@ use super::mapbc;
 use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result};
 use crate::formats::portable::remedy;
+use crate::formats::rounding::{flattened, loses_digits};
 use crate::formats::{Notes, Out};
 use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
 
@@ -34,7 +35,9 @@ pub(super) fn write(
     if precision == Precision::F32 && !is_single {
         notes.push(Written::CoordinatesIn64 { format: "UGRID" });
     }
-    notes.extend(rounding(mesh, layout)?);
+    if is_single {
+        note_rounding(mesh, &mut notes)?;
+    }
     note_dropped(mesh, &mut notes);
     note_faces(&numbers, &tags, &mut notes);
     mapbc::note_changes(mesh, &tags, &mut notes);
@@ -115,11 +118,8 @@ fn runs<'a>(mesh: &MeshView<'a>, kind: CellKind) -> impl Iterator<Item = CellRun
     mesh.cells.runs().filter(move |run| run.kind == kind)
 }
 
-/// A sentence about coordinates that lose digits; refuses those that do not fit 32 bits.
-fn rounding(mesh: &MeshView, layout: &Layout) -> Result<Option<Written>> {
-    if !matches!(layout, Layout::Binary(binary) if binary.real == 4) {
-        return Ok(None);
-    }
+/// Notes on coordinates that lose digits; refuses those that do not fit 32 bits.
+fn note_rounding(mesh: &MeshView, notes: &mut Notes) -> Result<()> {
     let values = mesh.points.as_flattened();
     let too_large = |x: &f64| !(*x as f32).is_finite();
     if let Some(at) = first_where(values, too_large) {
@@ -128,8 +128,11 @@ fn rounding(mesh: &MeshView, layout: &Layout) -> Result<Option<Written>> {
             "the coordinate {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
         )));
     }
-    let is_rounded = |x: &f64| f64::from(*x as f32) != *x;
-    Ok(first_where(values, is_rounded).map(|_| Written::CoordinatesRounded))
+    if loses_digits(mesh) {
+        notes.push(Written::CoordinatesRounded);
+    }
+    notes.extend(flattened(mesh));
+    Ok(())
 }
 
 /// Notes on cells and groups that are not written.

@@ -66,7 +66,7 @@ impl Sequence {
 
 impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
-        self.options.check_coordinates(mesh)?;
+        let flattened = self.options.check_coordinates(mesh)?;
         let options = self.options.clone();
         let plan = VtkArrays::new(mesh, &options, &NAMES);
         let blocks = Blocks::new(mesh, &plan);
@@ -79,6 +79,7 @@ impl SequenceFile for Sequence {
             self.notes.clone_from(&blocks.notes);
             self.notes.extend(not_taken(mesh, "vtkhdf"));
         }
+        self.notes.extend(flattened);
         self.n_steps += 1;
         self.check_complete()?;
         self.append_columns(time)?;

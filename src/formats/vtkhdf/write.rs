@@ -13,10 +13,11 @@ use std::collections::BTreeMap;
 
 /// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
-    options.check_coordinates(mesh)?;
+    let flattened = options.check_coordinates(mesh)?;
     let plan = VtkArrays::new(mesh, options, &NAMES);
     let blocks = Blocks::new(mesh, &plan);
-    let notes = blocks.notes;
+    let mut notes = blocks.notes;
+    notes.extend(flattened);
     let version = match mesh.cells.has_polyhedra() {
         true => POLYHEDRA,
         false => ONE_MESH,

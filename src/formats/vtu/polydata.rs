@@ -75,8 +75,8 @@ impl Format for Vtp {
         out: &mut dyn Out,
         options: &WriteOptions,
     ) -> Result<Notes> {
-        options.check_coordinates(mesh)?;
         let (surface, mut notes) = surface_of(mesh, "VTP", OuterFaces::All);
+        notes.extend(options.check_coordinates(&surface.view())?);
         let surface = with_faces_apart(surface);
         let view = surface.view();
         let plan = VtkArrays::new(&view, options, &NAMES);

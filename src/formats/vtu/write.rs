@@ -15,8 +15,9 @@ const BUFFER: usize = 1 << 20;
 
 /// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
-    options.check_coordinates(mesh)?;
-    let plan = VtkArrays::new(mesh, options, &NAMES);
+    let flattened = options.check_coordinates(mesh)?;
+    let mut plan = VtkArrays::new(mesh, options, &NAMES);
+    plan.notes.extend(flattened);
     let file = File {
         sections: plan.sections(),
         n_points: mesh.points.len(),

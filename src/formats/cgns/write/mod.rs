@@ -53,6 +53,7 @@ const BLOCK: usize = 1 << 18;
 /// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
     let from_adf = mesh.origin.get::<FromAdf>();
+    let flattened = options.check_coordinates(mesh)?;
     let sorted = plan::sorted(mesh)?;
     let sorted_view = sorted
         .as_ref()
@@ -63,10 +64,10 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     let is_flat = || mesh.points.iter().all(|point| point[2] == 0.0);
     let mut static_part = Static::new(mesh, (&numbering, &faces), is_flat)?;
     let (draft, zone) = (&mut static_part.draft, static_part.zone);
-    options.check_coordinates(mesh)?;
     let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
     add_coordinates(draft, grid, mesh, options, static_part.n_axes);
     let mut notes = static_part.notes;
+    notes.extend(flattened);
     notes.extend(from_adf.map(|_| Written::Hdf5ForAdf));
     notes.extend(sorted.iter().map(|_| Written::CellsByType));
     fields::add(draft, static_part.base, &mesh.field_arrays, &mut notes);

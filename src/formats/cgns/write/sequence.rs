@@ -210,7 +210,7 @@ impl Steps {
 
 impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
-        self.options.check_coordinates(mesh)?;
+        let flattened = self.options.check_coordinates(mesh)?;
         let mut notes = Notes::default();
         notes.extend(mesh.origin.get::<FromAdf>().map(|_| Written::Hdf5ForAdf));
         let sorted = plan::sorted(mesh)?;
@@ -228,6 +228,7 @@ impl SequenceFile for Sequence {
             self.notes.extend(notes);
             self.notes.extend(not_taken(mesh, "cgns"));
         }
+        self.notes.extend(flattened);
         steps.n += 1;
         steps.times.push(&[time]);
         steps.store(file)?;
