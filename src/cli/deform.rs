@@ -99,6 +99,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let stop = Arc::new(Stop::default());
     #[cfg(unix)]
     super::signals::listen(&stop)?;
+    let _kept = formats::KeptInputs::begin();
     let mut schedule = Schedule::read(&args.schedule)?;
     if let Some(name) = &context.common.format {
         schedule.output.format = formats::to_write(formats::by_name(name)?)?

@@ -107,7 +107,11 @@ impl Input {
         context: &Context,
     ) -> Result<Self> {
         let meshes = match formats::is_series(path) && !path.is_dir() {
-            true => Meshes::Listed(formats::read_series(path)?),
+            true => {
+                let list = formats::read_series(path)?;
+                formats::note_inputs(list.iter().map(|entry| &entry.path));
+                Meshes::Listed(list)
+            }
             false => {
                 let location = context.open(path)?;
                 if location.file().is_err() && formats::recognize(&location).is_none() {

@@ -4,6 +4,7 @@ use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::diagnostic::{short, with_verb};
 use crate::error::{Error, Result, counted};
+use crate::formats::guard_inputs;
 use crate::geometry::vector::{distance, norm, sub};
 use crate::mesh::facets::facets;
 use crate::mesh::{Adjacency, Mesh, in_32_bits};
@@ -65,6 +66,7 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
         )));
     }
     context.check_json_beside(&args.output)?;
+    guard_inputs(std::iter::once(&args.mesh).chain(&args.reference));
     args.write.check(&args.output)?;
     let formats = output::Formats::of(&args.output, context)?;
     let mut mesh = context.read_mesh_as(&args.mesh, formats.input)?;

@@ -37,6 +37,9 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
         ));
     }
     let commit = Commit::with_force(args.force);
+    let records = formats::records_in(&args.folder);
+    let records = records.as_deref().unwrap_or(&args.folder);
+    formats::guard_inputs(["steps.csv", "run.json"].map(|name| records.join(name)));
     commit.check(&output)?;
     let unfinished = unfinished(&args.folder);
     let page = context.stage("reading", || {

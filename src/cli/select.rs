@@ -6,7 +6,7 @@ use crate::deform::{
 };
 use crate::diagnostic::in_digits;
 use crate::error::{Error, Result, path_in_line};
-use crate::formats::{Commit, refuse_special};
+use crate::formats::{Commit, guard_inputs, refuse_special};
 use crate::motion::Schedule;
 use crate::rbf::select::Selection;
 use crate::run::base_file;
@@ -30,6 +30,8 @@ pub struct SelectArgs {
 
 pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
+    guard_inputs([&args.mesh, &args.schedule]);
+    guard_inputs(schedule.files());
     let commit = Commit::with_force(args.force);
     commit.check(&args.output)?;
     let picture = base_file::picture_of(&args.output);

@@ -4,11 +4,22 @@
 use super::{Begin, Commit, Location, Notes, OutputSet, Staged, WriteOptions};
 use crate::error::Result;
 use crate::mesh::MeshView;
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
 /// Name of the point array that is the displacement of the nodes.
 pub const DISPLACEMENT: &str = "Displacement";
+
+/// The mesh that all steps share, as it is in the case.
+pub struct Begun {
+    /// Notes of the writer.
+    pub notes: Notes,
+    /// Hashes of its files but the points, by their paths from the case on.
+    pub files: BTreeMap<String, blake3::Hash>,
+    /// The files that are to be put in place.
+    pub staged: Staged,
+}
 
 /// A format with such sequences.
 pub trait CaseFormat: Sync {
@@ -28,8 +39,8 @@ pub trait CaseFormat: Sync {
     fn is_shared(&self, file: &str) -> bool;
 
     /// Stages what all steps share, and copies what belongs to the case that the mesh was read from. What is there
-    /// already stays as it is; a mesh that is there is replaced with [`Begin::Create`], kept where it is this one, and
-    /// replaced with [`Begin::Resume`] where it is not whole.
+    /// already stays as it is; a mesh that is there is replaced with [`Begin::Create`]. With [`Begin::Resume`] it is kept where it is
+    /// this one; where a file is missing or another, all but its points are written again.
     ///
     /// # Errors
     /// Where the mesh that is there is another one.
@@ -40,7 +51,7 @@ pub trait CaseFormat: Sync {
         options: &WriteOptions,
         begin: Begin,
         commit: Commit,
-    ) -> Result<(Notes, Staged)>;
+    ) -> Result<Begun>;
 
     /// Refuses to write the sequence of a mesh to a case.
     fn check(&self, case: &Path, mesh: &MeshView) -> Result<()>;

@@ -1,5 +1,6 @@
 //! Hashes of files and folders on the disk.
 
+use super::opened::hash_of_read;
 use super::openfoam::hash_of_origin;
 use super::output_set::{hash_of_folder, hash_of_names};
 use super::pvtu;
@@ -28,13 +29,20 @@ pub fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
     }
 }
 
-/// The hash of a mesh that was read from `path`: of the file, or of what a case holds of the mesh.
+/// The hash of a mesh that was read from `path`, of the bytes that were read: of the file, or of what a case holds of the mesh.
 pub fn hash_of_input(path: &Path, mesh: &Mesh) -> std::io::Result<blake3::Hash> {
-    hash_of_origin(mesh).map_or_else(|| hash_of_mesh_file(path), Ok)
+    hash_of_origin(mesh).map_or_else(|| hash_of_pieces(path, &hash_of_read), Ok)
 }
 
 /// The hash of a file or folder with a mesh; of a list of pieces (.pvtu, not compressed) that of these too.
 pub fn hash_of_mesh_file(path: &Path) -> std::io::Result<blake3::Hash> {
+    hash_of_pieces(path, &hash_of)
+}
+
+fn hash_of_pieces(
+    path: &Path,
+    hash_of: &dyn Fn(&Path) -> std::io::Result<blake3::Hash>,
+) -> std::io::Result<blake3::Hash> {
     let pieces = match path.is_file() {
         true => pvtu::pieces_of(path)?,
         false => Vec::new(),
@@ -83,7 +91,11 @@ pub(crate) fn hash_of_share(path: &Path, rank: usize, n: usize) -> Result<Vec<Ha
 /// The hash of some bytes of a file.
 pub fn hash_of_range(path: &Path, bytes: Range<u64>) -> std::io::Result<blake3::Hash> {
     check_file(path)?;
-    let mut file = File::open(path)?;
+    hash_of_file(&mut File::open(path)?, bytes)
+}
+
+/// The hash of some bytes of an open file.
+pub(super) fn hash_of_file(file: &mut File, bytes: Range<u64>) -> std::io::Result<blake3::Hash> {
     file.seek(SeekFrom::Start(bytes.start))?;
     let mut file = file.take(bytes.end.saturating_sub(bytes.start));
     let mut hasher = blake3::Hasher::new();

@@ -21,6 +21,7 @@ mod grid;
 mod growing;
 mod hash;
 mod hdf5;
+mod inputs;
 pub mod legacy;
 mod lexer;
 mod listing;
@@ -30,6 +31,7 @@ mod mesh_file;
 mod names;
 mod netcdf;
 mod notes;
+mod opened;
 pub mod openfoam;
 mod options;
 mod out;
@@ -61,7 +63,7 @@ pub mod vtkhdf;
 pub mod vtkio;
 pub mod vtu;
 
-pub use case::{CaseFormat, DISPLACEMENT};
+pub use case::{Begun, CaseFormat, DISPLACEMENT};
 use choice::read_only;
 pub use choice::{
     by_extension, by_name, case_name, in_pieces, is_only_read, of, recognize, to_write,
@@ -69,12 +71,13 @@ pub use choice::{
 pub use embed::embedded;
 #[cfg(test)]
 pub use embed::unembedded;
-pub(crate) use hash::hash_of_share;
 pub use hash::{hash_of, hash_of_input, hash_of_mesh_file, hash_of_range};
+pub use inputs::{Inputs, guard_inputs, note_inputs, replaced};
 pub(crate) use listing::list_nodes;
 pub use location::Location;
 pub use mesh_file::{save, stage, stage_sequence};
 pub use notes::Notes;
+pub use opened::{KeptInputs, hash_of_read};
 pub use options::{Compression, Encoding, Precision, ReadOptions, WriteOptions};
 pub use out::Out;
 pub use output_set::{Output, OutputSet};
@@ -87,7 +90,8 @@ pub(crate) use shared_file::reason;
 pub use shared_file::{Shared, SharedFile, read_parts};
 pub use sink::refuse_special;
 pub use source::{
-    SHORTER, Source, check_file, check_no_device, read_file, release_mapped, with_mapped_at,
+    SHORTER, Source, check_file, check_no_device, read_file, read_input, release_mapped,
+    with_mapped_at,
 };
 pub use staged::{
     Commit, clear_left, end_staged, end_staged_soon, folder_of, is_same, register_temporary,

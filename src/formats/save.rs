@@ -1,5 +1,6 @@
 //! Writes a file completely or not at all: it is staged under a temporary name and renamed when it is complete.
 
+use super::inputs::refuse_guarded;
 use super::out::Out;
 use super::sink::{Sink, name_of};
 use super::staged::{Commit, Temporary, folder_of, sync_folder};
@@ -137,9 +138,13 @@ fn staged(mut temporary: Temporary, path: &Path, target: PathBuf, commit: Commit
 
 impl Commit {
     /// Refuses an existing file, or a symbolic link to a file that does not exist, unless it is to be replaced.
-    /// Standard output, devices and pipes are accepted.
+    /// Standard output, devices and pipes are accepted. A guarded input is refused always.
     pub fn check(self, path: &Path) -> Result<()> {
-        if self.replace || path.as_os_str() == "-" {
+        if path.as_os_str() == "-" {
+            return Ok(());
+        }
+        refuse_guarded(path)?;
+        if self.replace {
             return Ok(());
         }
         match std::fs::metadata(path) {

@@ -1,10 +1,12 @@
 //! Files of which each of several ranks reads its own slab, so that no rank has the whole mesh.
 
+use super::hash::hash_of_share;
 use super::slabs::{Refusal, Slabs};
 use super::{Format, Loaded, Location, Notes, ReadOptions, Source, by_name, of};
 use crate::error::{Error, Result};
 use crate::mesh::{Doubled, Mesh, from_slabs};
 use crate::ranks::Ranks;
+use crate::ranks::hash::HashedBytes;
 use serde::{Deserialize, Serialize};
 use std::fs::Metadata;
 use std::ops::Range;
@@ -89,6 +91,23 @@ impl SharedFile {
     /// Its path.
     pub fn path(&self) -> &Path {
         Path::new(&self.path)
+    }
+
+    /// What this rank tells of its share of the bytes.
+    ///
+    /// # Errors
+    /// Where the file has changed since it was read.
+    pub(crate) fn hash_of_share(&self, ranks: &Ranks) -> Result<Vec<HashedBytes>> {
+        let path = self.path();
+        let told = hash_of_share(path, ranks.rank(), ranks.n())?;
+        let found = std::fs::metadata(path).map_err(|error| Error::io(path, &error))?;
+        match Stamp::of(&found) == self.stamp {
+            true => Ok(told),
+            false => {
+                let message = "this input was changed while it was read; start again";
+                Err(Error::input(message).file(path))
+            }
+        }
     }
 
     /// Opens the same file on any rank.

@@ -1,7 +1,9 @@
 //! The bytes of an input: a mapped file, a decompressed one, or standard input.
 
 use super::decompress::{decompress, is_compressed};
+use super::inputs::note_inputs;
 use super::memory_limit::MemoryLimit;
+use super::opened::note_opened;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -150,6 +152,8 @@ impl Source {
         if file.metadata().map_err(io)?.is_dir() {
             return Err(Error::input("this is a folder, not a mesh file").file(path));
         }
+        note_inputs([path]);
+        note_opened(path, &file);
         let bytes = match map(&file, 0) {
             Some(map) => Bytes::mapped(map, path),
             None => Arc::new(Bytes::Owned(read_all(&file, limit).map_err(io)?)),
@@ -295,7 +299,19 @@ pub fn check_file(path: &Path) -> io::Result<()> {
 /// The content of a small file that lies beside others, which must be one: a pipe would be waited for.
 pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     check_file(path)?;
+    note_inputs([path]);
     std::fs::read(path)
+}
+
+/// The content of a small input, which may be a pipe.
+pub fn read_input(path: &Path) -> io::Result<Vec<u8>> {
+    check_no_device(path)?;
+    let mut file = File::open(path)?;
+    note_inputs([path]);
+    note_opened(path, &file);
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 fn read_all(from: impl Read, limit: MemoryLimit) -> io::Result<Vec<u8>> {

@@ -1,6 +1,7 @@
 //! A staged folder: files that are moved to their folder when all are complete. The folder may exist and hold other
 //! files; what is new in it moves in one piece.
 
+use super::inputs::refuse_guarded;
 use super::output_set::files_in;
 use super::save::{Staged, exists};
 use super::staged::{Commit, Temporary, folder_of, sync_file, sync_folder};
@@ -66,6 +67,7 @@ impl Folder {
         if !commit.replace && target.exists() {
             return Err(exists(target));
         }
+        refuse_inputs_in(target)?;
         let temporary = Temporary::folder_for(target).map_err(|error| Error::io(target, &error))?;
         Ok(Self {
             temporary,
@@ -89,6 +91,8 @@ impl Folder {
         if target.is_file() {
             return Err(Error::input("this is a file, not a folder").file(target));
         }
+        let mut owned_there = owned.iter().map(|name| target.join(name.as_ref()));
+        owned_there.try_for_each(|folder| refuse_inputs_in(&folder))?;
         let inside = target.is_dir().then(|| target.join("files"));
         let beside = inside.as_deref().unwrap_or(target);
         let temporary = Temporary::folder_for(beside).map_err(|error| Error::io(target, &error))?;
@@ -201,6 +205,13 @@ impl Folder {
         let first = folders.iter().rev().find(is_new);
         Some(first.map_or(path, |piece| piece).to_path_buf())
     }
+}
+
+/// Refuses to replace a folder that is a guarded input or has one in it.
+fn refuse_inputs_in(folder: &Path) -> Result<()> {
+    refuse_guarded(folder)?;
+    let mut files = fs::read_dir(folder).into_iter().flatten().flatten();
+    files.try_for_each(|file| refuse_guarded(&file.path()))
 }
 
 /// Renamed files and folders, to be renamed back after an error.

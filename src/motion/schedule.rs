@@ -11,7 +11,7 @@ use super::rotor::{Frame, Rotor};
 use super::steps::{Step, Steps};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
-use crate::formats::check_no_device;
+use crate::formats::read_input;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
@@ -63,8 +63,7 @@ impl Schedule {
     /// Reads a schedule file.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
-        let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+        let bytes = read_input(path).map_err(|error| Error::io(path, &error))?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let line = 1 + bytes[..error.valid_up_to()]
                 .iter()

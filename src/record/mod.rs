@@ -17,4 +17,4 @@ pub use run::{
     BodyRecord, EndRecord, FunctionRecord, InputRecord, LayerRecord, MotionRecord, OptionsRecord,
     PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings,
 };
-pub use steps::{COLUMNS, Row, Rows, lines, parse, text};
+pub use steps::{CHECKSUM, COLUMNS, Row, Rows, lines, parse, text};

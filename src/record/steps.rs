@@ -124,9 +124,11 @@ columns! {
 }
 
 impl Row {
-    /// The row as a line of the file, with its end.
+    /// The row as a line of the file, with its checksum and its end.
     pub fn line(&self) -> String {
-        joined(self.texts().iter().map(String::as_str))
+        let texts = self.texts();
+        let checksum = checksum(&texts);
+        joined(texts.iter().chain([&checksum]).map(String::as_str))
     }
 }
 
@@ -223,30 +225,53 @@ fn names() -> [&'static str; COLUMNS.len()] {
     COLUMNS.map(|column| column.name)
 }
 
+/// The last column of the file, which is no value of a step: a checksum of the row.
+pub const CHECKSUM: &str = "checksum";
+
+/// The first 16 hexadecimal digits of the BLAKE3 hash of the values of a row but its seconds, each with a comma behind it.
+fn checksum(texts: &[String]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let columns = names().into_iter().zip(texts);
+    for (_, text) in columns.filter(|(name, _)| *name != "seconds") {
+        hasher.update(text.as_bytes());
+        hasher.update(b",");
+    }
+    hasher.finalize().to_hex()[..16].to_owned()
+}
+
+/// The header of a file.
+fn header() -> Vec<&'static str> {
+    names().into_iter().chain([CHECKSUM]).collect()
+}
+
 /// The text of a table.
 pub fn text(rows: &Rows) -> String {
     rows.values()
-        .fold(joined(names()), |text, row| text + &row.line())
+        .fold(joined(header()), |text, row| text + &row.line())
 }
 
 /// The rows in the bytes of a table. A row that a killed run left cut is none; nor is one that is no row,
-/// as a power cut may leave it.
+/// as a power cut may leave it, or one that is not as it was written.
 ///
 /// # Errors
 /// Where the table has other columns.
 pub fn parse(bytes: &[u8]) -> Result<Rows> {
     let mut lines = lines(bytes);
-    if let Some((line, Some(header))) = lines.next()
-        && header != names()
+    if let Some((line, Some(found))) = lines.next()
+        && found != header()
     {
         return Err(Error::input(format!(
             "the columns are \"{}\"; this version has \"{}\"",
-            header.join(","),
-            names().join(",")
+            found.join(","),
+            header().join(",")
         ))
         .line(line));
     }
-    let rows = lines.filter_map(|(_, values)| Row::of_texts(&values?));
+    let rows = lines.filter_map(|(_, values)| {
+        let mut values = values?;
+        let is_as_written = values.pop()? == checksum(&values);
+        Row::of_texts(&values).filter(|_| is_as_written)
+    });
     Ok(rows.map(|row| (row.step, row)).collect())
 }
 
@@ -321,10 +346,20 @@ mod tests {
         let line = row.line();
         assert_eq!(
             line,
-            "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250,,,,,,\n"
+            format!(
+                "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250,,,,,,,{}\n",
+                checksum(&row.texts())
+            )
         );
         let table = text(&[(3, row.clone())].into());
         assert_eq!(parse(table.as_bytes()).expect("it is whole")[&3], row);
+        let changed = text(&[(3, row.clone())].into()).replace(",0.25", ",0.75");
+        assert_eq!(
+            parse(changed.as_bytes()).expect("seconds may differ").len(),
+            1
+        );
+        let changed = changed.replace("inf", "1e9");
+        assert_eq!(parse(changed.as_bytes()).expect("it is a table").len(), 0);
         let of = |column: &str| {
             let numbers = row.numbers();
             let found = numbers.into_iter().find(|(name, _)| *name == column);

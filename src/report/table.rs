@@ -3,7 +3,7 @@
 use super::columns;
 use crate::error::{Error, Result};
 use crate::formats::read_file;
-use crate::record::lines;
+use crate::record::{CHECKSUM, lines};
 use std::path::PathBuf;
 
 /// The rows of one table or of the tables of several parts.
@@ -43,11 +43,24 @@ impl Table {
         if !header.iter().any(|name| name == "step") {
             return Err(Error::input("has no column `step`: this is no table of steps").line(1));
         }
-        if !self.columns.is_empty() && self.columns != header {
+        let n_columns = header.len();
+        let checksum = header.iter().position(|name| name == CHECKSUM);
+        let without_checksum = |mut row: Vec<String>| {
+            checksum.map(|at| row.remove(at));
+            row
+        };
+        let columns = without_checksum(header);
+        if !self.columns.is_empty() && self.columns != columns {
             return Err(Error::input("its columns are not those of the other parts").line(1));
         }
-        self.columns = header;
+        self.columns = columns;
         for (line, row) in rows {
+            if row.len() != n_columns {
+                let n = row.len();
+                let message = format!("a row of {n} values under {n_columns} columns");
+                return Err(Error::input(message).line(line));
+            }
+            let row = without_checksum(row);
             self.check(&row).map_err(|error| error.line(line))?;
             self.rows.push(row);
         }
@@ -55,13 +68,6 @@ impl Table {
     }
 
     fn check(&self, row: &[String]) -> Result<()> {
-        if row.len() != self.columns.len() {
-            return Err(Error::input(format!(
-                "a row of {} values under {} columns",
-                row.len(),
-                self.columns.len()
-            )));
-        }
         for (name, value) in self.columns.iter().zip(row) {
             let needed = name == "step" && value.is_empty();
             let wrong = !value.is_empty() && value.parse::<f64>().is_err();

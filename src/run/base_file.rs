@@ -2,7 +2,7 @@
 
 use crate::deform::{BasePoints, LayerKind, Plan, from_nodes};
 use crate::error::{Error, Result};
-use crate::formats::{Commit, check_no_device, save_text};
+use crate::formats::{Commit, read_input, save_text};
 use crate::mesh::Coordinates;
 use crate::rbf::select::Selection;
 use crate::record::BaseFile;
@@ -83,8 +83,7 @@ pub(super) fn load_for(
 }
 
 fn read(path: &Path) -> Result<BaseFile> {
-    let bytes = check_no_device(path).and_then(|()| std::fs::read(path));
-    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+    let bytes = read_input(path).map_err(|error| Error::io(path, &error))?;
     BaseFile::parse(&bytes).map_err(|error| error.file(path))
 }
 

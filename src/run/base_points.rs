@@ -176,14 +176,15 @@ impl<'a> BasePointStore<'a> {
             interval,
             &selections,
         ));
-        base_file::save(
-            self.deformation.plan(),
-            &selections,
-            path,
-            self.names.commit,
-        )?;
+        let (plan, picture) = (self.deformation.plan(), base_file::picture_of(path));
+        let is_given = |path: &Path| self.names.given.find(path).is_some();
+        match is_given(path) {
+            false => base_file::save(plan, &selections, path, self.names.commit)?,
+            true if is_given(&picture) => {}
+            true => base_file::save_picture(plan, &selections, &picture, self.names.commit)?,
+        }
         self.note_file(path)?;
-        self.note_file(&base_file::picture_of(path))?;
+        self.note_file(&picture)?;
         Ok(selections)
     }
 }

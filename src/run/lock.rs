@@ -18,7 +18,7 @@ const EXTENSION: &str = "lock";
 /// The steps of a folder, held by this process until it is dropped.
 pub(super) struct Lock {
     /// Locked as long as it is open.
-    _file: File,
+    file: File,
     path: PathBuf,
     /// The folders that were made for this run, innermost first.
     made: Vec<PathBuf>,
@@ -35,12 +35,13 @@ impl Lock {
         }
         let made = new_folders(folder).map(Path::to_path_buf).collect();
         make_folder(folder).map_err(|error| Error::io(folder, &error))?;
+        check_listed(folder)?;
         let steps = names.steps();
         let path = folder.join(file_name(STEM, Some(&steps), EXTENSION));
         let (file, warning) = own(&path, folder, &steps)?;
         register_temporary(&path);
         let lock = Self {
-            _file: file,
+            file,
             path,
             made,
             warning,
@@ -53,12 +54,19 @@ impl Lock {
         }
         Ok(lock)
     }
+
+    /// Whether the folder is still the one that was locked.
+    pub fn holds(&self) -> bool {
+        is_same(&self.file, &self.path)
+    }
 }
 
 impl Drop for Lock {
     fn drop(&mut self) {
         // An unlocked file left behind stops nobody, and a folder with something in it is kept.
-        let _ = fs::remove_file(&self.path);
+        if self.holds() {
+            let _ = fs::remove_file(&self.path);
+        }
         unregister_temporary(&self.path);
         for folder in &self.made {
             let _ = fs::remove_dir(folder);
@@ -78,6 +86,18 @@ fn make_folder(folder: &Path) -> std::io::Result<()> {
     fs::create_dir_all(folder)?;
     let above = |path: &&Path| sync_folder(folder_of(path));
     new.iter().try_for_each(above)
+}
+
+/// Refuses a folder that cannot be listed: files of an earlier run in it, and other runs, would not be seen.
+fn check_listed(folder: &Path) -> Result<()> {
+    match fs::read_dir(folder) {
+        Ok(_) => Ok(()),
+        Err(error) => {
+            let mut error = Error::io(folder, &error);
+            error.message += "; the output folder must be readable, for a run looks there for files of earlier ones";
+            Err(error)
+        }
+    }
 }
 
 /// Removes the lock files of killed runs.
@@ -203,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_a_killed_run_left_stops_nobody() {
+    fn afile_that_a_killed_run_left_stops_nobody() {
         let folder = tempfile::tempdir().expect("a folder");
         let left = folder.path().join(".azimesh_0-10.lock");
         fs::write(&left, "").expect("it can be written");

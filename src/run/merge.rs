@@ -10,9 +10,12 @@ use super::parts::{PartRun, damaged};
 use super::record::{self, Clock};
 use super::table;
 use crate::error::{Error, Result};
-use crate::formats::{self, Format, clear_left, records_in, save_text};
+use crate::formats::{
+    self, Format, Inputs, case_name, clear_left, folder_of, hash_of, records_in, replaced,
+    save_text,
+};
 use crate::progress::Progress;
-use crate::record::{Rows, RunRecord, file_name, parts_in};
+use crate::record::{RunRecord, file_name, parts_in};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -30,6 +33,7 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     let folder = in_case.as_deref().unwrap_or(folder);
     let records = records(folder)?;
     let (names, format) = sequence(folder, &records[0])?;
+    refuse_inputs(&names, &records)?;
     let _lock = Lock::take(&names)?;
     names::refuse_special(&names)?;
     let first = records[0].record.clone();
@@ -39,6 +43,7 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
         .collect::<Result<_>>()?;
     check_steps(&names, &parts)?;
     check_files(&names, &parts, progress)?;
+    parts.iter().try_for_each(check_companions)?;
     let standing = match force {
         true => Standing::default(),
         false => Standing::find(&names, format, &parts, progress)?,
@@ -113,6 +118,23 @@ fn lost(record: &Path, steps: &Range<usize>) -> Error {
     .file(record)
 }
 
+/// Refuses to put the joined sequence in the place of an input: one that is found by its path or, where the path was given
+/// from another folder, a mesh that is found by its hash.
+fn refuse_inputs(names: &Names, records: &[Found]) -> Result<()> {
+    let all = || records.iter().flat_map(|found| &found.record.inputs);
+    let read = all().filter(|input| input.what != "base");
+    names::refuse_inputs(names, &Inputs::of(read.map(|input| &input.file)))?;
+    let joined = names.path(&names.mesh(0));
+    if names.is_in_one() && joined.is_file() {
+        let hash = hash_of(&joined).map_err(|error| Error::io(&joined, &error))?;
+        let hash = Some(hash.to_string());
+        if let Some(mesh) = all().find(|input| input.what == "mesh" && input.blake3 == hash) {
+            return Err(replaced(&joined, Path::new(&mesh.file)));
+        }
+    }
+    Ok(())
+}
+
 /// What all parts have in common, by the first of them: the names of the whole sequence and its format.
 fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static dyn Format)> {
     let Found { path, record, .. } = first;
@@ -143,10 +165,7 @@ fn part(names: &Names, first: &RunRecord, found: Found) -> Result<PartRun> {
     let part = RunSteps::new(Some(steps.clone()), n_steps).map_err(|error| error.file(&path))?;
     let names = names.part(part);
     let table = names.table();
-    let rows = match table.exists() {
-        true => table::read(&table)?,
-        false => Rows::new(),
-    };
+    let rows = table::of_run(&names, Some(&record))?;
     if let Some(step) = rows.keys().find(|step| !steps.contains(step)) {
         return Err(Error::input(format!("step {step} is not one of this part")).file(&table));
     }
@@ -275,6 +294,41 @@ fn check_files(names: &Names, parts: &[PartRun], progress: &dyn Progress) -> Res
         told(&wrong)
     ))
     .file(&names.folder))
+}
+
+/// The files beside the meshes of a part, and those of its base points, are as they were written.
+fn check_companions(part: &PartRun) -> Result<()> {
+    let record = &part.record;
+    for (name, hash) in record.companions.iter().chain(&record.base_files) {
+        let paths: Vec<PathBuf> = match name.strip_prefix("*.") {
+            Some(ending) => {
+                let rows = part.rows.values();
+                rows.map(|row| companion(&part.names.path(&row.file), ending))
+                    .collect()
+            }
+            None => vec![match name.strip_prefix("../") {
+                Some(inside) => folder_of(&part.names.folder).join(inside),
+                None => part.names.path(name),
+            }],
+        };
+        let is_as_written =
+            |path: &&PathBuf| hash_of(path).is_ok_and(|own| own.to_string() == *hash);
+        if let Some(path) = paths.iter().find(|path| !is_as_written(path)) {
+            let Range { start, end } = part.steps;
+            return Err(Error::input(format!(
+                "this file is missing, or does not have the hash in run_{start}-{end}.json; `azimesh deform --steps {start}..{end} \
+                 --resume` writes it again"
+            ))
+            .file(path));
+        }
+    }
+    Ok(())
+}
+
+/// The file with another ending beside a mesh, whose own ending may have dots.
+fn companion(mesh: &Path, ending: &str) -> PathBuf {
+    let name = mesh.file_name().unwrap_or_default().to_string_lossy();
+    mesh.with_file_name(format!("{}.{ending}", case_name(&name)))
 }
 
 /// Where each step ends in the file of a part; empty where each step has a file of its own.

@@ -3,12 +3,13 @@
 use super::case::{Case, steps_in_case};
 use crate::error::{Error, Result, counted};
 use crate::formats::{
-    self, Begin, CaseFormat, Commit, Format, Notes, Staged, WriteOptions, case_name, hash_of, pvd,
-    vtk_series,
+    self, Begin, Begun, CaseFormat, Commit, Format, Inputs, Notes, Staged, WriteOptions, case_name,
+    hash_of, pvd, vtk_series,
 };
 use crate::mesh::MeshView;
 use crate::motion::Step;
 use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -55,6 +56,8 @@ pub struct Names {
     case: Option<Case>,
     /// How files take these names.
     pub commit: Commit,
+    /// Files of base points that the run was given, which are of no earlier run.
+    pub given: Inputs,
 }
 
 impl Names {
@@ -93,6 +96,7 @@ impl Names {
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
             part,
             commit: Commit::REPLACE,
+            given: Inputs::default(),
         }
     }
 
@@ -150,9 +154,13 @@ impl Names {
         mesh: &MeshView,
         options: &WriteOptions,
         begin: Begin,
-    ) -> Result<(Notes, Staged)> {
+    ) -> Result<Begun> {
         let Some(case) = &self.case else {
-            return Ok((Notes::default(), Staged::all(Vec::new())));
+            return Ok(Begun {
+                notes: Notes::default(),
+                files: BTreeMap::new(),
+                staged: Staged::all(Vec::new()),
+            });
         };
         // Parts come to a case in any order.
         let begin = if self.is_part() { Begin::Resume } else { begin };
@@ -217,6 +225,53 @@ impl Names {
         file_name(stem, part, extension)
     }
 
+    /// Names in the folder of the files that an earlier run has left. The mesh that all steps of a case share is none of them.
+    pub fn replaced(&self) -> Vec<String> {
+        let existing = existing_outputs(self).into_iter();
+        let name = |path: PathBuf| Some(path.strip_prefix(&self.folder).ok()?.to_str()?.to_owned());
+        existing.filter_map(name).collect()
+    }
+
+    /// Whether a name that a record gives is that of a file of such a sequence.
+    fn is_replaceable(&self, name: &str) -> bool {
+        match &self.case {
+            Some(_) if name.starts_with("../") => !name[3..].contains(".."),
+            _ => self.is_ours(name),
+        }
+    }
+
+    /// All files of steps in a case.
+    pub(super) fn files_in_case(&self, rows: &Rows) -> Vec<PathBuf> {
+        let format = self.case.iter().map(|case| case.format);
+        let of = |format: &'static dyn CaseFormat| {
+            rows.values()
+                .flat_map(move |row| format.files_of(&self.path(&row.file)))
+        };
+        format.flat_map(of).collect()
+    }
+
+    /// Paths of the lists of the meshes.
+    pub fn lists(&self) -> Vec<PathBuf> {
+        let beside = self
+            .list_ending
+            .map(|ending| format!("{}.{ending}", self.stem));
+        let beside = beside.map(|name| self.path(&name));
+        let series = self.series();
+        let beside = beside.filter(|_| series.is_some());
+        series.into_iter().chain(beside).collect()
+    }
+
+    /// The files of these rows, and of all that is written beside the meshes.
+    pub fn written(&self, rows: &Rows, base_files: &BTreeMap<String, String>) -> BTreeSet<PathBuf> {
+        let meshes = rows.values().map(|row| self.path(&row.file));
+        let bases = base_files.keys().map(|name| self.path(name));
+        meshes
+            .chain(bases)
+            .chain(self.lists())
+            .chain([self.table(), self.record()])
+            .collect()
+    }
+
     /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
         let mesh = step_of(name, &self.stem, self.extension)
@@ -251,6 +306,7 @@ fn is_base(name: &str) -> bool {
 /// Files of an earlier run that stand in the folder.
 pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     let mut found = files(names, |name| names.is_ours(name));
+    found.retain(|path| names.given.find(path).is_none());
     if let Some(case) = &names.case {
         // A part minds its own steps; the others share the rest of the case with it.
         let shared = case.folder.join(&case.shared);
@@ -317,19 +373,31 @@ pub(super) fn refuse_special(names: &Names) -> Result<()> {
     all.try_for_each(|path| formats::refuse_special(&path))
 }
 
-/// Removes every file of an earlier run.
-pub fn remove_existing(names: &Names) -> Result<()> {
-    remove(existing_outputs(names), names)
+/// Refuses a folder in which an input has the name of a file of the sequence, which this run or `finish` would replace.
+pub fn refuse_inputs(names: &Names, inputs: &Inputs) -> Result<()> {
+    let whole = names.part(RunSteps {
+        steps: names.steps(),
+        whole: true,
+    });
+    let outputs = existing_outputs(&whole);
+    outputs.iter().try_for_each(|path| inputs.refuse(path))
 }
 
-fn remove(files: Vec<PathBuf>, names: &Names) -> Result<()> {
-    let mut files = files.iter();
-    files.try_for_each(|path| {
+/// Removes files that an earlier run has left, by their names in the folder, but for those in `written`.
+pub fn remove_replaced(
+    names: &Names,
+    replaced: &[String],
+    written: &BTreeSet<PathBuf>,
+) -> Result<()> {
+    let paths = replaced.iter().filter(|name| names.is_replaceable(name));
+    let paths = paths.map(|name| names.path(name));
+    let mut paths = paths.filter(|path| !written.contains(path) && path.exists());
+    paths.try_for_each(|path| {
         let removed = match names.of_folders && path.is_dir() {
-            true => std::fs::remove_dir_all(path),
-            false => std::fs::remove_file(path),
+            true => std::fs::remove_dir_all(&path),
+            false => std::fs::remove_file(&path),
         };
-        removed.map_err(|error| Error::io(path, &error))?;
+        removed.map_err(|error| Error::io(&path, &error))?;
         // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
         if names.case.is_some() {
             let above = path

@@ -6,7 +6,9 @@ use super::request::Request;
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result, counted};
-use crate::formats::{Commit, Precision, Reserve, hash_of, hash_of_input, read_file, save_text};
+use crate::formats::{
+    self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, save_text,
+};
 use crate::motion::SurfaceOutput;
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
@@ -55,13 +57,13 @@ impl RecordFile {
         };
         let mut inputs = vec![
             input("mesh", &request.mesh, hash_of_mesh)?,
-            input("schedule", &plan.schedule.path, hash_of)?,
+            input("schedule", &plan.schedule.path, hash_of_read)?,
         ];
         for file in plan.schedule.files() {
-            inputs.push(input("file", &file, hash_of)?);
+            inputs.push(input("file", &file, hash_of_read)?);
         }
         if let Some(base) = &request.base {
-            inputs.push(input("base", base, hash_of)?);
+            inputs.push(input("base", base, hash_of_read)?);
         }
         let content = RunRecord {
             version: 1,
@@ -82,6 +84,7 @@ impl RecordFile {
             modes: Some(plan.n_modes()),
             mode_truncation: Some(plan.truncation()),
             motion: Some(body_motion(plan)),
+            companions: companions(names, plan)?,
             ..RunRecord::default()
         };
         Ok(Self::of(names, content))
@@ -162,6 +165,22 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
         tag_array: request.tag_array.clone(),
         surface: (output.surface == SurfaceOutput::Su2).then(|| "su2".to_owned()),
     }
+}
+
+/// The files beside the mesh of each step, which do not depend on the step: by their endings, with their hashes.
+fn companions(names: &Names, plan: &Plan) -> Result<BTreeMap<String, String>> {
+    let format = formats::by_name(&plan.schedule.output.format)?;
+    let mesh = names.path(&format!("no mesh.{}", format.extensions()[0]));
+    let files = format.companion_files(&plan.mesh.view(), &mesh).into_iter();
+    let named = files.map(|(path, content)| {
+        let ending = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        (format!("*.{ending}"), blake3::hash(&content).to_string())
+    });
+    Ok(named.collect())
 }
 
 fn functions(plan: &Plan) -> Vec<FunctionRecord> {

@@ -11,18 +11,20 @@ use super::record::{Clock, RecordFile, sentences};
 use super::request::Request;
 use super::resume::Earlier;
 use super::surface::SurfaceFiles;
+use super::table;
 use super::writer::Writer;
 use crate::deform::{Deformation, Plan, missed_at_step};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::RunNote;
-use crate::error::{ErrorKind, Result};
-use crate::formats::{self, Begin, Format, Notes};
+use crate::error::{Error, ErrorKind, Result, counted};
+use crate::formats::{self, Begin, Format, Inputs, Notes};
 use crate::geometry::vector::Vector;
 use crate::motion::Step;
 use crate::preflight::{self, Demand, before_work, check_disk, check_surface_files};
 use crate::quality::Criterion;
-use crate::record::Rows;
+use crate::record::{Row, Rows};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder. A tolerance that cannot be
 /// met (base points are saved, no mesh is written) and `on_inverted = "stop"` end it early, with
@@ -42,6 +44,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     let mut record = RecordFile::new(&names, plan, request)?;
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
+    names::refuse_inputs(&names, &inputs_of(plan, request))?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
     let mut earlier = earlier_run(deformation, &names, format, &record, request)?;
@@ -57,13 +60,13 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         let room = (freed, request.bytes_in_files);
         warnings.extend(check_disk(plan, &names.folder, &demand, room)?);
     }
-    if request.force {
-        names::remove_existing(&names)?;
-    }
     names::refuse_special(&names)?;
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record.content);
+    if request.force {
+        record.content.replaced = names.replaced();
+    }
     let base_files = earlier.bases.clone();
     let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
@@ -85,6 +88,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
         first_inverted: BTreeMap::new(),
         warnings,
         seconds: (0.0, 0.0),
+        lock,
         displaced_from: None,
     };
     run.save_record()?;
@@ -108,12 +112,20 @@ fn warnings_before(
     Ok((warnings, mesh_bytes))
 }
 
+/// The files that the run reads, but for base points, which may lie among its outputs.
+fn inputs_of(plan: &Plan, request: &Request) -> Inputs {
+    let own = [&request.mesh, &plan.schedule.path].map(PathBuf::clone);
+    Inputs::of(own.into_iter().chain(plan.schedule.files()))
+}
+
 /// The names of the files that the request is for.
 fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names> {
     let n_steps = plan.motion.steps.len();
     let part = RunSteps::new(request.steps.clone(), n_steps)?;
     let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
     names.commit.sync = !request.no_sync;
+    let picture = request.base.as_deref().map(base_file::picture_of);
+    names.given = Inputs::of(request.base.iter().chain(&picture));
     names.place_steps(&plan.mesh.view(), &plan.motion.steps)?;
     Ok(names)
 }
@@ -168,6 +180,7 @@ pub(super) struct Run<'a> {
     pub warnings: Vec<Diagnostic>,
     /// Of positions and quality, and of writing.
     pub seconds: (f64, f64),
+    lock: Lock,
     /// Positions that displacements are measured from, where they are not those of the mesh that was read.
     pub displaced_from: Option<Vec<Vector>>,
 }
@@ -201,6 +214,10 @@ impl Run<'_> {
                 self.deformation.stop(),
                 begin,
             )?;
+            if !self.record.content.replaced.is_empty() {
+                writer.replaced_lists = self.names.lists();
+            }
+            self.note_table()?;
             let pass = self.step_loop(&mut writer, base_points);
             let settled = writer.settle();
             self.seconds.1 += writer.seconds;
@@ -238,13 +255,16 @@ impl Run<'_> {
     fn begin_case(&mut self) -> Result<()> {
         let options = self.plan.schedule.output.write_options();
         // What is copied may be large: until it gets its names, a request to stop ends the run.
-        let (notes, files) = self
+        let begun = self
             .names
             .begin(&self.plan.mesh.view(), &options, self.begin())?;
         self.check_stop(!self.rows.is_empty())?;
         let _held = self.deformation.stop().hold();
-        files.keep()?;
-        self.take_notes(&notes);
+        begun.staged.keep()?;
+        self.take_notes(&begun.notes);
+        let files = begun.files.into_iter();
+        let named = files.map(|(file, hash)| (format!("../{file}"), hash.to_string()));
+        self.record.content.companions.extend(named);
         Ok(())
     }
 
@@ -348,6 +368,62 @@ impl Run<'_> {
         }
     }
 
+    /// Refuses to end well where another program has replaced the folder, or removed files from it.
+    fn check_folder(&self) -> Result<()> {
+        let names = self.names;
+        let table = names.table();
+        let there = table::read(&table).unwrap_or_default();
+        let is_there = |(step, row): (&usize, &Row)| {
+            there.get(step).is_some_and(|own| own.line() == row.line())
+        };
+        let mut gone: Vec<PathBuf> = Vec::new();
+        if !self.rows.iter().all(is_there) {
+            gone.push(table.clone());
+        }
+        let files = self.rows.values().map(|row| names.path(&row.file));
+        let bases = self.record.content.base_files.keys();
+        let files = files.chain(bases.map(|name| names.path(name)));
+        gone.extend(files.filter(|path| !path.exists()));
+        let message = match (self.lock.holds(), gone.first()) {
+            (true, None) => return Ok(()),
+            (false, _) => "another program has replaced this folder during the run".to_owned(),
+            (true, Some(first)) => format!(
+                "another program has removed or changed {} of this run, such as {}",
+                counted(gone.len(), "file"),
+                first.file_name().unwrap_or_default().display()
+            ),
+        };
+        let message = format!("{message}; --resume writes again what is missing");
+        Err(Error::system(message).file(&names.folder))
+    }
+
+    /// Writes down that the table is that of this run now.
+    fn note_table(&mut self) -> Result<()> {
+        let table = self.names.table();
+        if !self.record.content.replaces(&table) {
+            return Ok(());
+        }
+        let replaced = &mut self.record.content.replaced;
+        replaced.retain(|name| self.names.path(name) != table);
+        self.save_record()
+    }
+
+    /// Removes what is left of an earlier run that this one has replaced.
+    fn remove_replaced(&mut self) -> Result<()> {
+        let content = &mut self.record.content;
+        let mut written = self.names.written(&self.rows, &content.base_files);
+        if SurfaceFiles::of(self.plan)?.is_some() {
+            let steps = self.rows.keys();
+            written.extend(steps.map(|step| self.names.path(&self.names.surface(*step))));
+        }
+        if self.plan.schedule.output.displacement {
+            written.extend(self.names.files_in_case(&self.rows));
+        }
+        names::remove_replaced(self.names, &content.replaced, &written)?;
+        content.replaced.clear();
+        Ok(())
+    }
+
     /// Writes what closes a run, whether it went well or not.
     fn close(
         mut self,
@@ -390,11 +466,12 @@ impl Run<'_> {
         if self.earlier.is_unverified {
             return result.map(|()| finished);
         }
+        let result = result.and_then(|()| self.check_folder());
         let lists = names::series(self.names, &self.rows);
         let mut lists = lists.iter();
         let saved =
             lists.try_for_each(|(path, text)| formats::save_text(text, path, self.names.commit));
-        let result = result.and(saved);
+        let result = result.and(saved).and_then(|()| self.remove_replaced());
         self.record.close(&finished, result.as_ref().err());
         finished.outcome.clone_from(&self.record.content.outcome);
         let saved = self.record.save_last();

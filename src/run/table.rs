@@ -1,8 +1,9 @@
 //! steps.csv: a row a step, on disk as soon as the step is finished, and read back by later runs.
 
+use super::names::Names;
 use crate::error::{Error, Result};
 use crate::formats::{Commit, read_file, save_text};
-use crate::record::{Row, Rows, parse, text};
+use crate::record::{Row, Rows, RunRecord, parse, text};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -62,6 +63,16 @@ impl Table {
     /// The rows so far.
     pub fn rows(&self) -> &Rows {
         &self.rows
+    }
+}
+
+/// The rows of a run: none where it has no table yet, also where the table that is there is still that of a run which it replaces.
+pub(super) fn of_run(names: &Names, record: Option<&RunRecord>) -> Result<Rows> {
+    let table = names.table();
+    let is_replaced = record.is_some_and(|record| record.replaces(&table));
+    match table.exists() && !is_replaced {
+        true => read(&table),
+        false => Ok(Rows::new()),
     }
 }
 

@@ -44,21 +44,13 @@ fn a_format_that_nothing_is_written_in_is_refused() {
 fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
     let folder = seven_steps();
     let folder = folder.path();
-    let ascii = [
-        "-q",
-        "convert",
-        "n.vtu",
-        "n.vtu",
-        "--force",
-        "--encoding",
-        "ascii",
-    ];
+    let ascii = ["-q", "convert", "n.vtu", "text.vtu", "--encoding", "ascii"];
     succeed(folder, &ascii);
     let names = [
         ("\"BoundaryTag\"", "\"Face\""),
         ("\"BoundaryTagNames\"", "\"Other\""),
     ];
-    rewrite(folder, "n.vtu", "n.vtu", &names);
+    rewrite(folder, "text.vtu", "n.vtu", &names);
     let tags = [("\"airfoil\"", "\"1\""), ("\"farfield\"", "\"2\"")];
     rewrite(folder, "case.toml", "case.toml", &tags);
     for part in PARTS {

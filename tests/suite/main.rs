@@ -22,6 +22,7 @@ mod finish;
 mod fluent;
 mod format_pairs;
 mod inertial;
+mod inputs;
 mod layering;
 mod manners;
 #[cfg(target_os = "linux")]

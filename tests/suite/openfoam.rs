@@ -261,7 +261,7 @@ fn what_a_case_cannot_take_is_refused() {
     );
     refused(
         &["convert", "in", "in", "--format", "openfoam"],
-        &["constant/polyMesh", "exists already"],
+        &["in: this is an input, which the output would replace"],
     );
     let plane = Path::new("testdata/naca0012.vtu").canonicalize().unwrap();
     refused(
@@ -368,9 +368,9 @@ fn what_is_copied_is_staged_until_all_of_it_is_there() {
     let case = formats::by_name("openfoam").unwrap().case().unwrap();
     let options = WriteOptions::default();
     let begin = || case.begin(&out, &mesh.view(), &options, Begin::Create, Commit::REPLACE);
-    drop(begin().unwrap().1);
+    drop(begin().unwrap().staged);
     assert!(!out.exists());
-    let (_, files) = begin().unwrap();
+    let files = begin().unwrap().staged;
     assert!(!out.exists());
     files.keep().unwrap();
     assert!(out.join("constant/transportProperties").exists());

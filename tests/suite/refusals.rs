@@ -187,9 +187,10 @@ fn outputs_are_kept_unless_forced() {
     let folder = airfoil();
     let folder = folder.path();
     succeed(folder, &["select", "n.vtu", "n.toml", "-q", "-o", "b.toml"]);
+    std::fs::copy(folder.join("n.vtu"), folder.join("other.vtu")).unwrap();
     for args in [
         &["select", "n.vtu", "n.toml", "-o", "b.toml"][..],
-        &["convert", "n.vtu", "n.vtu"],
+        &["convert", "n.vtu", "other.vtu"],
         &["sample", "block", "-o", "n.vtu"],
     ] {
         refused(folder, args, &[args[args.len() - 1], "--force"]);

@@ -92,6 +92,11 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     run.check_pieces()?;
     let target = args.target();
     let (Target::Folder(output) | Target::File(output, _)) = target;
+    let inputs = match target {
+        Target::File(_, inputs) => inputs,
+        Target::Folder(_) => &args.paths,
+    };
+    formats::guard_inputs(inputs);
     context.keep_in_files(output);
     let (new_folder, done) = match target {
         Target::Folder(folder) => (

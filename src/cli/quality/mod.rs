@@ -8,7 +8,7 @@ use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::diagnostic::with_verb;
 use crate::error::{Error, Result};
-use crate::formats::{Format, SharedFile};
+use crate::formats::{Format, SharedFile, guard_inputs};
 use crate::mesh::{Cells, Mesh, Part, in_32_bits};
 use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, remarks, statistics};
 use std::collections::BTreeSet;
@@ -132,6 +132,7 @@ impl Formats {
             });
         };
         context.check_json_beside(path)?;
+        guard_inputs(std::iter::once(&args.mesh).chain(&args.reference));
         args.write.check(path)?;
         let both = output::Formats::of(path, context)?;
         Ok(Self {

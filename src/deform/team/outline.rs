@@ -10,7 +10,7 @@ use super::work::{Work, cells_among};
 use crate::deform::first_cells::{self, Edge};
 use crate::deform::sharing::Holder;
 use crate::error::{Error, Result};
-use crate::formats::{self, Loaded, SharedFile};
+use crate::formats::{Loaded, SharedFile};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Doubled, Mesh, OneLayer, faces_on_no_cell};
 use crate::motion::{QualityOutput, Schedule};
@@ -133,7 +133,7 @@ impl Holder for Team {
 
 /// What a rank tells of its share of a file.
 pub(super) fn hash_of_share(file: &SharedFile, ranks: &Ranks) -> Result<Vec<HashedBytes>> {
-    ranks.together(|| formats::hash_of_share(file.path(), ranks.rank(), ranks.n()))
+    ranks.together(|| file.hash_of_share(ranks))
 }
 
 /// Reads the part of a rank, and tells the first of it where that `tells`.

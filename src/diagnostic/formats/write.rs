@@ -246,6 +246,14 @@ Written {
         "cells are listed in the other orientation, with a negative volume ({n}); they are turned round, for faces of OpenFOAM \
          point out of their cells"
     )
+    /// The mesh that all steps share was not as it was written, and is written again.
+    MeshAgain {
+        /// Its folders.
+        folders: Vec<String>,
+    } => (
+        "{}: a file is missing or not as it was written; all files there but the points are written again",
+        folders.join(", ")
+    )
     /// A mesh that was joined from the pieces of a decomposed case.
     AsOne => (
         "the mesh is written as one: its cells or tags are not those of the pieces that it was read from; decomposePar cuts it again"

@@ -9,8 +9,9 @@ use super::times::TimeNames;
 use super::topology::Topology;
 use super::write::{check, points, topology};
 use super::{OpenFoam, beside};
+use crate::diagnostic::formats::Written;
 use crate::error::{Error, Result};
-use crate::formats::case::CaseFormat;
+use crate::formats::case::{Begun, CaseFormat};
 use crate::formats::hash::hash_of;
 use crate::formats::output_set::hash_of_names;
 use crate::formats::{
@@ -19,6 +20,7 @@ use crate::formats::{
 };
 use crate::mesh::MeshView;
 use std::collections::BTreeMap;
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -75,7 +77,7 @@ impl CaseFormat for OpenFoam {
         options: &WriteOptions,
         begin: Begin,
         commit: Commit,
-    ) -> Result<(Notes, Staged)> {
+    ) -> Result<Begun> {
         let place = Place::of(case, mesh);
         let owned = place.owned();
         let write = |out: &mut OutputSet| -> Result<Notes> {
@@ -83,28 +85,48 @@ impl CaseFormat for OpenFoam {
             topology(mesh, out, &place, options)
         };
         let is_there_already = owned.iter().any(|own| place.case.join(own).exists());
+        let own = place.folders(CONSTANT);
+        let mut has_points = false;
         if begin == Begin::Resume && is_there_already {
             let mut wanted = OutputSet::nowhere(&place.case).hashed();
             let notes = write(&mut wanted)?;
-            let own = place.folders(CONSTANT);
-            let mut folders = own.iter().map(|own| place.case.join(own));
-            if is_there(&place.case, &wanted.finish().of_folder)
-                && folders.all(|folder| has_points(&folder))
-            {
-                return Ok((notes, Staged::all(Vec::new())));
+            let files = wanted.finish().of_folder;
+            has_points = own.iter().all(|own| points_in(&place, own).1.is_file());
+            if has_points && is_there(&place.case, &files) {
+                return Ok(Begun {
+                    notes,
+                    files,
+                    staged: Staged::all(Vec::new()),
+                });
             }
         }
         // Of several runs that find none, each a part of the sequence, one puts its mesh in place.
         let replace = is_there_already || begin != Begin::Resume;
-        let mut out = OutputSet::new(&place.case, Commit { replace, ..commit });
-        let notes = write(&mut out)?;
-        points(mesh.points, &mut out, &place, CONSTANT, options)?;
+        let mut out = OutputSet::new(&place.case, Commit { replace, ..commit }).hashed();
+        let mut notes = write(&mut out)?;
+        match has_points {
+            // They may be those of a step.
+            true => {
+                own.iter()
+                    .try_for_each(|own| keep_points(&place, own, &mut out))?;
+                notes.push(Written::MeshAgain { folders: own });
+            }
+            false => points(mesh.points, &mut out, &place, CONSTANT, options)?,
+        }
         beside::copy(mesh, &place, &mut out)?;
         let foam = foam_file(case);
         if !place.case.join(&foam).exists() {
             out.in_folder(&place.case, &foam, |_| Ok(()))?;
         }
-        Ok((notes, out.finish().files))
+        let written = out.finish();
+        let mut files = written.of_folder;
+        let is_own = |name: &str| owned.iter().any(|own| Path::new(name).starts_with(own));
+        files.retain(|name, _| is_own(name) && !name.ends_with("/points"));
+        Ok(Begun {
+            notes,
+            files,
+            staged: written.files,
+        })
     }
 
     fn write_step(
@@ -243,8 +265,21 @@ fn is_there(case: &Path, files: &BTreeMap<String, blake3::Hash>) -> bool {
     files.iter().all(is_same)
 }
 
-fn has_points(folder: &Path) -> bool {
-    folder.join("points").is_file()
+/// The points in a folder of a mesh: from the case on, and as a path.
+fn points_in(place: &Place, folder: &str) -> (String, PathBuf) {
+    let name = format!("{folder}/points");
+    let path = place.case.join(&name);
+    (name, path)
+}
+
+/// Copies points that are there, since their folder is replaced as a whole.
+fn keep_points(place: &Place, folder: &str, out: &mut OutputSet) -> Result<()> {
+    let (name, path) = points_in(place, folder);
+    let io = |error: io::Error| Error::io(&path, &error);
+    let mut points = fs::File::open(&path).map_err(io)?;
+    out.in_folder(&place.case, &name, |out| {
+        io::copy(&mut points, out).map(|_| ()).map_err(io)
+    })
 }
 
 /// A case that takes one mesh after another, as a whole.

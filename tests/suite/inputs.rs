@@ -1,0 +1,364 @@
+//! Inputs are never lost: no output takes their place, and a run records what it has read of them.
+
+use crate::support::{airfoil, assert_says, azimesh, files, rewrite, short, succeed};
+use std::fs;
+use std::path::Path;
+
+/// Runs a command that must be refused since `input` would be replaced, and changes no file of the folder.
+fn assert_refused(folder: &Path, args: &[&str], input: &str) {
+    let before = files(folder);
+    let run = azimesh(folder, args);
+    assert_eq!(run.code, 2, "{args:?}: {run:?}");
+    assert_says(&run.err, &[input, "input", "would replace"]);
+    assert!(files(folder) == before, "{args:?}: {run:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn no_command_replaces_a_file_that_it_reads() {
+    let folder = short();
+    let folder = folder.path();
+    std::os::unix::fs::symlink("n.vtu", folder.join("link.vtu")).unwrap();
+    fs::hard_link(folder.join("n.vtu"), folder.join("second.vtu")).unwrap();
+    succeed(folder, &["deform", "n.vtu", "few.toml", "-o", "out"]);
+    for out in ["n.vtu", "link.vtu", "second.vtu", "./n.vtu"] {
+        assert_refused(folder, &["convert", "n.vtu", out, "--force"], out);
+        assert_refused(folder, &["repair", "n.vtu", "-o", out, "--force"], out);
+        assert_refused(folder, &["quality", "n.vtu", "-o", out, "--force"], out);
+    }
+    let of_reference = ["out/n_0000.vtu", "--reference", "n.vtu", "-o", "n.vtu"];
+    for command in ["repair", "quality"] {
+        let args = [&[command][..], &of_reference, &["--force"]].concat();
+        assert_refused(folder, &args, "n.vtu");
+    }
+    for out in ["few.toml", "n.vtu"] {
+        let select = ["select", "n.vtu", "few.toml", "-o", out, "--force"];
+        assert_refused(folder, &select, out);
+    }
+    let out = folder.join("out");
+    for page in ["steps.csv", "run.json", "n_0001.vtu"] {
+        assert_refused(&out, &["report", ".", "-o", page, "--force"], page);
+    }
+    assert_refused(&out, &["convert", "n.pvd", "n.pvd", "--force"], "n.pvd");
+    let same = ["convert", "n.pvd", "-o", ".", "--format", "vtu", "--force"];
+    assert_refused(&out, &same, "n_0000.vtu");
+}
+
+/// A schedule of few steps whose motion is in a table, `table.toml` and the table at this path.
+fn with_table(folder: &Path, table: &str) {
+    let text = fs::read_to_string(folder.join("few.toml")).unwrap();
+    let start = text.find("[body.cyclic]").unwrap();
+    let rest = &text[start + 1..];
+    let end = rest.find("\n[").map_or(text.len(), |at| start + 1 + at);
+    let body = format!("[body.table]\nfile = \"{table}\"\n");
+    let text = format!("{}{body}{}", &text[..start], &text[end..]);
+    fs::write(folder.join("table.toml"), text).unwrap();
+    let rows = "azimuth_deg,dx,dy\n0,0,0\n180,0.01,0.02\n360,0,0\n";
+    fs::write(folder.join(table), rows).unwrap();
+}
+
+#[test]
+fn a_run_never_takes_an_input_for_a_file_of_an_earlier_run() {
+    let folder = short();
+    let folder = folder.path();
+    succeed(folder, &["-q", "convert", "n.vtu", "n.cgns"]);
+    let deform = |mesh, schedule, more: &[&str]| {
+        let args = [&["deform", mesh, schedule, "-o", "."], more].concat();
+        for force in [&["--force"][..], &[], &["--steps", "0..2"]] {
+            assert_refused(folder, &[&args[..], force].concat(), "input");
+        }
+    };
+    deform("n.cgns", "few.toml", &["--format", "cgns"]);
+    fs::copy(folder.join("few.toml"), folder.join("base.toml")).unwrap();
+    deform("n.vtu", "base.toml", &[]);
+    fs::remove_file(folder.join("base.toml")).unwrap();
+    with_table(folder, "steps.csv");
+    deform("n.vtu", "table.toml", &[]);
+}
+
+#[test]
+fn finish_does_not_replace_the_mesh_of_its_parts() {
+    let folder = short();
+    let folder = folder.path();
+    succeed(folder, &["-q", "convert", "n.vtu", "n.cgns"]);
+    for part in ["0..2", "2..5"] {
+        let args = [
+            "deform", "n.cgns", "few.toml", "-o", "out", "--format", "cgns",
+        ];
+        succeed(folder, &[&args[..], &["-q", "--steps", part]].concat());
+    }
+    // A mesh that has come to the folder since: known by its hash, whatever the path in the records.
+    let mesh = fs::read(folder.join("n.cgns")).unwrap();
+    fs::rename(folder.join("n.cgns"), folder.join("out/n.cgns")).unwrap();
+    for force in [&[][..], &["--force"]] {
+        let run = azimesh(folder, &[&["finish", "out"], force].concat());
+        assert_eq!(run.code, 2, "{run:?}");
+        assert_says(&run.err, &["n.cgns", "input", "would replace"]);
+        assert!(fs::read(folder.join("out/n.cgns")).unwrap() == mesh);
+    }
+}
+
+#[test]
+fn base_points_that_lie_among_the_outputs_stay_as_they_are() {
+    let folder = short();
+    let folder = folder.path();
+    fs::create_dir(folder.join("out")).unwrap();
+    succeed(
+        folder,
+        &["-q", "select", "n.vtu", "few.toml", "-o", "out/base.toml"],
+    );
+    let mut base = fs::read_to_string(folder.join("out/base.toml")).unwrap();
+    base += "# mine\n";
+    fs::write(folder.join("out/base.toml"), &base).unwrap();
+    let deform = [
+        "deform",
+        "n.vtu",
+        "few.toml",
+        "-o",
+        "out",
+        "--base",
+        "out/base.toml",
+    ];
+    succeed(folder, &deform);
+    succeed(folder, &[&deform[..], &["--resume"]].concat());
+    succeed(folder, &[&deform[..], &["--force"]].concat());
+    assert!(fs::read_to_string(folder.join("out/base.toml")).unwrap() == base);
+}
+
+#[test]
+fn force_removes_the_old_files_only_once_the_new_ones_are_complete() {
+    let folder = short();
+    let folder = folder.path();
+    rewrite(
+        folder,
+        "n.toml",
+        "many.toml",
+        &[("step = 10.0", "step = 45.0")],
+    );
+    let deform = |schedule, more: &[&str]| {
+        let args = [&["deform", "n.vtu", schedule, "-o", "out"], more].concat();
+        azimesh(folder, &args)
+    };
+    assert_eq!(deform("many.toml", &[]).code, 0);
+    let out = folder.join("out");
+    let old = files(&out);
+    // Base points are not enough: no mesh is written.
+    rewrite(
+        folder,
+        "few.toml",
+        "bad.toml",
+        &[("tolerance = 1e-4", "max_points = 3\ntolerance = 1e-9")],
+    );
+    assert_eq!(deform("bad.toml", &["--force"]).code, 1);
+    let left = files(&out);
+    assert!((0..9).all(|i| left[&format!("n_000{i}.vtu")] == old[&format!("n_000{i}.vtu")]));
+    assert!(left["n.pvd"] == old["n.pvd"]);
+    // Its steps are none of the run that has replaced its record.
+    assert_eq!(deform("bad.toml", &["--resume"]).code, 1);
+    assert!(files(&out)["steps.csv"] == old["steps.csv"]);
+    // What only the old run has goes at the end.
+    assert_eq!(
+        deform("few.toml", &["--force", "--fail-on", "step<0"]).code,
+        0
+    );
+    let new = files(&out);
+    let meshes = new.keys().filter(|name| name.starts_with("n_")).count();
+    assert_eq!(meshes, 5, "{:?}", new.keys());
+    assert!(!String::from_utf8_lossy(&new["run.json"]).contains("\"replaced\""));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_schedule_that_is_edited_during_a_run_is_not_taken_for_the_one_that_was_read() {
+    use std::io::Write;
+    let folder = airfoil();
+    let folder = folder.path();
+    // The table comes from a pipe, so that the run waits for it after it has read the schedule.
+    with_table_in(folder);
+    let status = std::process::Command::new("mkfifo")
+        .arg(folder.join("t.csv"))
+        .status();
+    assert!(status.unwrap().success());
+    let schedule = folder.join("table.toml");
+    let first = fs::read_to_string(&schedule).unwrap();
+    let child = std::process::Command::new(assert_cmd::cargo::cargo_bin("azimesh"))
+        .current_dir(folder)
+        .args(["deform", "n.vtu", "table.toml", "-q", "-o", "out"])
+        .spawn();
+    let mut pipe = fs::OpenOptions::new()
+        .write(true)
+        .open(folder.join("t.csv"))
+        .unwrap();
+    fs::write(
+        folder.join("new.toml"),
+        first.replace("step = 90", "step = 45"),
+    )
+    .unwrap();
+    fs::rename(folder.join("new.toml"), &schedule).unwrap();
+    pipe.write_all(b"azimuth_deg,dx,dy\n0,0,0\n180,0.01,0.02\n360,0,0\n")
+        .unwrap();
+    drop(pipe);
+    assert!(child.unwrap().wait().unwrap().success());
+    let record = fs::read(folder.join("out/run.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_slice(&record).unwrap();
+    let hash = blake3::hash(first.as_bytes()).to_string();
+    assert_eq!(record["inputs"][1]["blake3"], hash.as_str());
+}
+
+/// `table.toml`, a schedule of few steps whose motion is in `t.csv`.
+#[cfg(unix)]
+fn with_table_in(folder: &Path) {
+    rewrite(
+        folder,
+        "n.toml",
+        "few.toml",
+        &[("step = 10.0", "step = 90.0")],
+    );
+    with_table(folder, "t.csv");
+    fs::remove_file(folder.join("t.csv")).unwrap();
+}
+
+/// A folder with the mesh `sphere.vtu` and `few.toml`, a schedule of four steps of which the first moves it.
+fn sphere() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "testdata/sphere_in_box_raw.vtu";
+    fs::copy(mesh, folder.path().join("sphere.vtu")).unwrap();
+    let schedule = "azimuth.values = [0, 30, 60, 90]\nboundaries.fixed = [\"inlet\", \"outlet\", \"walls\"]\n\
+        rbf.support_radius = 3.0\n[[body]]\nname = \"sphere\"\ntags = [\"sphere\"]\n\
+        rigid = { translate = { vector = [0.1, 0, 0], harmonics = [{ cos = 1.0 }] } }\n";
+    fs::write(folder.path().join("few.toml"), schedule).unwrap();
+    folder
+}
+
+#[test]
+fn topology_of_a_case_is_restored_without_its_points() {
+    let folder = sphere();
+    let folder = folder.path();
+    let deform = [
+        "deform",
+        "sphere.vtu",
+        "few.toml",
+        "-o",
+        "c",
+        "--format",
+        "openfoam",
+    ];
+    azimesh(folder, &[&deform[..], &["-q"]].concat());
+    let mesh = folder.join("c/constant/polyMesh");
+    let wanted = files(&mesh);
+    for (name, content) in [
+        ("owner", None),
+        ("faces", Some("x")),
+        ("boundary", Some("")),
+    ] {
+        match content {
+            None => fs::remove_file(mesh.join(name)).unwrap(),
+            Some(content) => fs::write(mesh.join(name), content).unwrap(),
+        }
+        let run = azimesh(folder, &[&deform[..], &["--resume"]].concat());
+        assert_says(&run.err, &["constant/polyMesh", "written again"]);
+        assert!(files(&mesh) == wanted, "{name}: {run:?}");
+    }
+}
+
+#[test]
+fn finish_wants_the_files_beside_meshes_as_they_were_written() {
+    let folder = sphere();
+    let folder = folder.path();
+    for (format, wanted) in [
+        (
+            "openfoam",
+            [
+                "constant/polyMesh/owner",
+                "azimesh/base.vtp",
+                "azimesh/steps_0-2.csv",
+            ],
+        ),
+        (
+            "ugrid-b8",
+            ["sphere_0001.mapbc", "base.toml", "steps_2-4.csv"],
+        ),
+    ] {
+        for part in ["0..2", "2..4"] {
+            let deform = [
+                "deform",
+                "sphere.vtu",
+                "few.toml",
+                "-o",
+                "c",
+                "--format",
+                format,
+            ];
+            azimesh(folder, &[&deform[..], &["-q", "--steps", part]].concat());
+        }
+        for name in wanted {
+            let path = folder.join("c").join(name);
+            let content = fs::read(&path).unwrap();
+            let mut changed = content.clone();
+            // A digit of a row, or any byte.
+            let digit = changed
+                .windows(2)
+                .rposition(|two| two[0] == b',' && two[1].is_ascii_digit());
+            let at = digit.map_or(content.len() / 2, |at| at + 1);
+            changed[at] = if changed[at] == b'1' { b'2' } else { b'1' };
+            fs::write(&path, changed).unwrap();
+            let run = azimesh(folder, &["finish", "c"]);
+            assert_eq!(run.code, 2, "{format} {name}: {run:?}");
+            assert_says(&run.err, &["--resume"]);
+            if !name.ends_with(".csv") {
+                fs::remove_file(&path).unwrap();
+                assert_eq!(azimesh(folder, &["finish", "c"]).code, 2, "{name}");
+            }
+            fs::write(&path, content).unwrap();
+        }
+        assert!(azimesh(folder, &["finish", "c"]).code < 2);
+        fs::remove_dir_all(folder.join("c")).unwrap();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_whose_files_go_while_it_writes_does_not_end_well() {
+    let folder = airfoil();
+    let folder = folder.path();
+    rewrite(
+        folder,
+        "n.toml",
+        "many.toml",
+        &[("step = 10.0", "step = 0.5")],
+    );
+    let out = folder.join("out");
+    for how in ["folder", "mesh", "table"] {
+        let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("azimesh"))
+            .current_dir(folder)
+            .args([
+                "deform",
+                "n.vtu",
+                "many.toml",
+                "-q",
+                "-o",
+                "out",
+                "--no-sync",
+            ])
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        while !out.join("n_0002.vtu").exists() {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        match how {
+            "folder" => {
+                fs::rename(&out, folder.join("old")).unwrap();
+                fs::create_dir(&out).unwrap();
+            }
+            "mesh" => fs::remove_file(out.join("n_0001.vtu")).unwrap(),
+            _ => fs::remove_file(out.join("steps.csv")).unwrap(),
+        }
+        let status = child.wait().unwrap();
+        let mut told = String::new();
+        std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut told).unwrap();
+        assert_eq!(status.code(), Some(3), "{how}: {told}");
+        assert_says(&told, &["another program", "--resume"]);
+        fs::remove_dir_all(&out).unwrap();
+    }
+}
