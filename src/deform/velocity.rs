@@ -5,8 +5,8 @@
 //! x = X + Phi_vb Phi_bb^-1 d(t),   v = Phi_vb Phi_bb^-1 d'(t)
 //! ```
 //!
-//! The base points are those of the displacements; where these are not enough for the velocities (a body
-//! that passes its position at rest), further ones are added.
+//! With the base points and the fade radius of the displacements this is the derivative of the positions. Further base points
+//! are added only where a body with a speed is at rest at all steps of an interval: displacements have none near it.
 
 use super::fields::{Chosen, Fields, MeshState};
 use super::layer::{Free, Layer, Method};
@@ -14,7 +14,7 @@ use super::plan::Plan;
 use super::team::Rates;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Result;
-use crate::geometry::vector::{Vector, norm};
+use crate::geometry::vector::{Vector, distance, norm};
 use crate::geometry::{Moving, Transform};
 use crate::mesh::Slots;
 use crate::motion::{BodyVelocity, Role, Step};
@@ -26,8 +26,10 @@ use std::ops::Range;
 
 /// Part of the largest velocity that the modes of velocities may be off by.
 const ACCURACY: f64 = 1e-6;
-/// Part of the largest velocity of an interval that its base points may be off by, before the correction.
+/// Part of the largest velocity of an interval that base points may be off by where they are chosen for velocities.
 const SERVES: f64 = 2e-3;
+/// Part of the diagonal of the mesh by which round-off moves a body at rest.
+const AT_REST: f64 = 1e-12;
 
 /// Velocities of the surface points at every step as a layer.
 pub(super) fn layer(plan: &Plan) -> Result<Layer> {
@@ -159,8 +161,8 @@ impl IntoInertial {
     }
 }
 
-/// The interpolant of the velocities of an interval from base points that are there, and from further ones
-/// where these leave too large an error.
+/// The interpolant of the velocities of an interval from the base points of its displacements, and from further ones where a
+/// body passes its place of rest.
 fn select_for(
     plan: &Plan,
     layer: &Layer,
@@ -185,7 +187,7 @@ fn select_for(
     let most = plan.schedule.selection.max_points.max(base.len());
     let limits = Limits::in_rounds(allowed, most, plan.surface.nodes.len());
     let given = select::from_base(space, targets, base, Measure::Max)?;
-    if given.error <= allowed {
+    if given.error <= allowed || !passes_rest(plan, layer, interval, allowed) {
         return Ok((given, None));
     }
     let own = select::extend(space, targets, given.base, limits)?;
@@ -195,6 +197,32 @@ fn select_for(
         speed,
     });
     Ok((own, warning))
+}
+
+/// Whether a body that is faster than `least` at a step of an interval is at rest at all of them.
+fn passes_rest(plan: &Plan, layer: &Layer, interval: &Range<usize>, least: f64) -> bool {
+    let surface = &plan.surface;
+    let still = AT_REST * plan.mesh.extent().diagonal();
+    let n_bodies = plan.motion.bodies.len();
+    let (mut moves, mut is_fast) = (vec![false; n_bodies], vec![false; n_bodies]);
+    for step in &plan.motion.steps[interval.clone()] {
+        let poses = plan.motion.poses(step, 1.0);
+        for (at, body) in surface.body.iter().enumerate() {
+            let Some(body) = body.map(usize::from) else {
+                continue;
+            };
+            let x = surface.points[at];
+            moves[body] |= distance(poses[body].place(surface.nodes[at], x), x) > still;
+            is_fast[body] |= norm(layer.modes.displacement(at, step.index)) > least;
+        }
+        if moves.iter().all(|moves| *moves) {
+            return false;
+        }
+    }
+    moves
+        .iter()
+        .zip(is_fast)
+        .any(|(moves, is_fast)| is_fast && !moves)
 }
 
 /// Surface nodes with the velocities of the motion itself, fixed ones at rest.
@@ -219,32 +247,61 @@ fn set_surface_velocities(plan: &Plan, step: &Step, (slots, out): (Slots<'_>, &m
 #[cfg(test)]
 mod tests {
     use crate::deform::{Interval, Plan, choose};
-    use crate::geometry::vector::{Vector, distance, norm};
+    use crate::geometry::vector::{Vector, distance, norm, sub};
     use crate::mesh::Mesh;
     use crate::motion::Schedule;
     use crate::progress::Silent;
     use std::path::Path;
     use std::sync::Arc;
 
-    /// Velocities of all nodes at the first of some times, by a method, of an airfoil that pitches.
-    fn at_first(times: &str, selection: &str) -> Vec<Vector> {
+    /// Positions and velocities of all nodes at the steps of the first interval of some times, by a method, of an airfoil that
+    /// moves.
+    fn moved(times: &str, selection: &str, cyclic: &str) -> Vec<(Vec<Vector>, Vec<Vector>)> {
         let mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
         let text = format!(
             "time = {{ values = {times}, frequency = 1.0 }}\noutput.velocity = true\n\
              selection = {{ {selection} }}\nboundaries.fixed = [\"farfield\"]\nrbf.support_radius = 10.0\n\
-             body = [ {{ name = \"a\", tags = [\"airfoil\"], cyclic = {{ pitch = [ {{ sin = 5.0 }} ] }} }} ]\n"
+             body = [ {{ name = \"a\", tags = [\"airfoil\"], cyclic = {{ {cyclic} }} }} ]\n"
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
         let plan = Arc::new(Plan::new(mesh, schedule).expect("they fit"));
-        let interval = plan.selection_intervals()[0].clone();
-        let selections = choose(&plan, &interval, &Silent).expect("there are base points");
-        let interval =
-            Interval::new(&plan, selections, &interval, &Silent).expect("it can be made");
-        let step = &plan.motion.steps[0];
-        let mut points = plan.mesh.points.clone();
-        interval.points_at(step, &mut points).expect("it deforms");
-        let velocities = interval.velocities_at(step, false, &points);
-        velocities.expect("they are asked for")
+        let steps = plan.selection_intervals()[0].clone();
+        let selections = choose(&plan, &steps, &Silent).expect("there are base points");
+        let interval = Interval::new(&plan, selections, &steps, &Silent).expect("it can be made");
+        let at = |step| {
+            let mut points = plan.mesh.points.clone();
+            interval.points_at(step, &mut points).expect("it deforms");
+            let velocities = interval.velocities_at(step, false, &points);
+            (points, velocities.expect("they are asked for"))
+        };
+        plan.motion.steps[steps].iter().map(at).collect()
+    }
+
+    /// Velocities at the first of some times of an airfoil that pitches.
+    fn at_first(times: &str, selection: &str) -> Vec<Vector> {
+        moved(times, selection, "pitch = [ { sin = 5.0 } ]")
+            .swap_remove(0)
+            .1
+    }
+
+    #[test]
+    fn velocities_are_the_derivative_of_the_positions_however_loose_the_tolerance() {
+        const H: f64 = 1e-5;
+        let times = format!("[{}, 0.13, {}]", 0.13 - H, 0.13 + H);
+        for selection in [
+            "tolerance = 2e-2",
+            "tolerance = 2e-2, correction = false",
+            "tolerance = 1e-4",
+        ] {
+            let pitch = "collective = 10.0, pitch = [ { sin = -7.0, cos = -1.0 }, { sin = 3.0 } ]";
+            let steps = moved(&times, selection, pitch);
+            let way = steps[2].0.iter().zip(&steps[0].0);
+            let rate = way.map(|(b, a)| sub(*b, *a).map(|x| x / (2.0 * H)));
+            let off = rate.zip(&steps[1].1).map(|(rate, v)| distance(rate, *v));
+            let off = off.fold(0.0, f64::max);
+            let largest = steps[1].1.iter().copied().map(norm).fold(0.0, f64::max);
+            assert!(off < 1e-6 * largest, "{selection}: {off} of {largest}");
+        }
     }
 
     #[test]

@@ -117,7 +117,7 @@ DeformNote as Deform {
         percent(noise / first_cell), in_digits(*first_cell, 3), short(*radius), less_round_off(works, *first_cell)
     )
 
-    /// Base points leave too large an error in the velocities.
+    /// Base points that were added for the velocities of a body at rest leave too large an error.
     Velocities {
         /// How many there are.
         base_points: usize,
