@@ -57,7 +57,7 @@ enum Way {
 
 /// The largest error before the correction at each step.
 enum Errors {
-    /// As measured over all steps.
+    /// As measured over all steps, of displacements that the modes reproduce exactly.
     ByStep(Vec<f64>),
     /// From the values that the layers have at the surface points before the correction.
     Uncorrected(Vec<Vec<f64>>),
@@ -137,8 +137,8 @@ impl Interval {
         }
         self.warn_of_narrow(&fields);
         let errors = match by_step.len() {
-            1 => Errors::ByStep(by_step.concat()),
-            _ => Errors::Uncorrected(uncorrected(plan, &selections)),
+            1 if plan.modes_are_exact() => Errors::ByStep(by_step.concat()),
+            _ => Errors::Uncorrected(uncorrected(&plan.layers, &selections)),
         };
         Ok(Way::AtOnce { fields, errors })
     }
@@ -440,8 +440,8 @@ fn distinct_points(selections: &[Selection]) -> usize {
 }
 
 /// Values of the layers at the surface points as the base points give them.
-fn uncorrected(plan: &Plan, selections: &[Selection]) -> Vec<Vec<f64>> {
-    let layers = plan.layers.iter().zip(selections);
+pub(super) fn uncorrected(layers: &[Layer], selections: &[Selection]) -> Vec<Vec<f64>> {
+    let layers = layers.iter().zip(selections);
     layers
         .map(|(layer, selection)| {
             let (values, residuals) = (&layer.modes.values, &selection.residuals);
@@ -450,28 +450,39 @@ fn uncorrected(plan: &Plan, selections: &[Selection]) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Largest distance of the surface from `poses`, where it is moved from `points` at a step of the layers, which have these
+/// values there.
+pub(super) fn largest_error(
+    plan: &Plan,
+    points: &[Vector],
+    poses: &[BodyMap<'_>],
+    (layers, values): (&[Layer], &[Vec<f64>]),
+    step: usize,
+) -> f64 {
+    let surface = &plan.surface;
+    parallel::largest(points.len(), |at| {
+        let x = points[at];
+        let wanted = surface.body[at].map_or(x, |body| {
+            poses[usize::from(body)].place(surface.nodes[at], surface.points[at])
+        });
+        let layers = layers.iter().zip(values);
+        let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
+            let r = layer.modes.n_modes;
+            let row = &values[at * r..(at + 1) * r];
+            add(sum, layer.displacement(x, row, step))
+        });
+        distance(sub(wanted, x), moved)
+    })
+}
+
 impl Errors {
     fn at(&self, plan: &Plan, step: &Step) -> f64 {
-        let values = match self {
-            Self::ByStep(errors) => return errors[step.index],
-            Self::Uncorrected(values) => values,
-        };
-        let poses = plan.motion.poses(step, 1.0);
-        let surface = &plan.surface;
-        parallel::largest(surface.points.len(), |at| {
-            let x = surface.points[at];
-            let exact = surface.body[at].map_or(x, |body| {
-                poses[usize::from(body)].place(surface.nodes[at], x)
-            });
-            let layers = plan.layers.iter().zip(values);
-            let moved = layers.fold([0.0; 3], |sum, (layer, values)| {
-                let r = layer.modes.n_modes;
-                add(
-                    sum,
-                    layer.displacement(x, &values[at * r..(at + 1) * r], step.index),
-                )
-            });
-            distance(sub(exact, x), moved)
-        })
+        match self {
+            Self::ByStep(errors) => errors[step.index],
+            Self::Uncorrected(values) => {
+                let (points, poses) = (&plan.surface.points, plan.motion.poses(step, 1.0));
+                largest_error(plan, points, &poses, (&plan.layers, values), step.index)
+            }
+        }
     }
 }

@@ -132,6 +132,11 @@ impl Plan {
         self.layers.iter().map(|layer| layer.modes.n_modes).sum()
     }
 
+    /// Whether the modes reproduce the motion but for round-off: that of rigid bodies.
+    pub fn modes_are_exact(&self) -> bool {
+        (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body))
+    }
+
     /// Largest error of the modes at any node and step, in mesh units.
     pub fn truncation(&self) -> f64 {
         self.layers.iter().map(|layer| layer.modes.truncation).sum()

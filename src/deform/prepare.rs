@@ -123,9 +123,8 @@ impl Plan {
 
     /// Finds what is interpolated, over all steps.
     fn find_layers(&mut self) -> Result<()> {
-        let all_rigid = (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body));
         let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
-        self.layers = if twist && !all_rigid {
+        self.layers = if twist && !self.modes_are_exact() {
             sections::layers(self, &self.method)?
         } else {
             layer::layers(

@@ -2,7 +2,7 @@
 //! part before gave.
 
 use super::fields::{Chosen, Fields, MeshState, RankPlaces};
-use super::interval::{Interval, displace};
+use super::interval::{Interval, displace, largest_error, uncorrected};
 use super::layer;
 use super::sliding;
 use crate::error::Result;
@@ -134,6 +134,11 @@ impl Interval {
         let fields = Fields::new(state, &layers, &chosen, correct, &Silent, plan.team());
         displace(&fields, &layers, 0, (state, known), out);
         self.place_surface_nodes(step, to, (state, known), &fields, out);
+        if !plan.modes_are_exact() {
+            let values = uncorrected(&layers, &selections);
+            let poses = plan.motion.poses(step, to);
+            return Ok(largest_error(plan, &surface, &poses, (&layers, &values), 0));
+        }
         Ok(selections.iter().map(|selection| selection.error).sum())
     }
 }

@@ -141,6 +141,38 @@ fn substeps_report_the_error_that_has_added_up() {
 }
 
 #[test]
+fn the_error_that_is_reported_has_what_dropped_modes_add() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("u.csv");
+    let nodes = airfoil().tag_nodes("airfoil").expect("it has the tag");
+    let mut rows = "step,node,dx,dy\n".to_owned();
+    for step in 0..6 {
+        for node in &nodes {
+            // Noise below a hundredth of the smallest first cell.
+            let noise = (12.9898 * f64::from(step) + 78.233 * f64::from(*node)).sin() * 43758.5453;
+            let (dx, dy) = (0.02 * f64::from(step), 5e-8 * noise.fract());
+            rows += &format!("{step},{node},{dx},{dy}\n");
+        }
+    }
+    std::fs::write(&path, rows).expect("it can be written");
+    for (substeps, correction) in [(1, false), (1, true), (3, false), (3, true)] {
+        let plan = plan(&format!(
+            "azimuth = {{ stop = 5, step = 1 }}\n{WALLS}rbf = {{ support_radius = 10.0, substeps = {substeps} }}\n\
+             selection = {{ method = \"all\", tolerance = 0.5, correction = {correction} }}\n\
+             body = [ {{ name = \"a\", tags = [\"airfoil\"], surface.file = {path:?} }} ]\n"
+        ));
+        let truncation = plan.truncation();
+        assert!(truncation > 1e-8, "{truncation:e}");
+        let (reported, error) = errors(&plan)[5];
+        let is_right = match correction {
+            true => error == 0.0 && reported > 1e-9,
+            false => error > 1e-8 && (reported - error).abs() < 1e-14,
+        };
+        assert!(is_right, "{substeps} {correction}: {reported:e} {error:e}");
+    }
+}
+
+#[test]
 fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
     let missed = |selection: &str, n_base: usize| {
         let schedule = moved("rigid.translate = [0.1, 0, 0]", selection);

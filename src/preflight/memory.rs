@@ -116,6 +116,14 @@ fn residuals(plan: &Plan) -> usize {
     8 * plan.surface.nodes.len() * plan.n_modes()
 }
 
+/// Values at the surface that errors before the correction are found from.
+fn uncorrected(plan: &Plan) -> usize {
+    match plan.layers.len() == 1 && plan.modes_are_exact() {
+        true => 0,
+        false => residuals(plan),
+    }
+}
+
 fn fields(plan: &Plan) -> usize {
     let n = n_deforming(plan);
     let numbers = if plan.motion.zone.is_some() { 4 * n } else { 0 };
@@ -162,5 +170,5 @@ fn writing(plan: &Plan) -> usize {
         Compression::None => 0,
         _ => 24 * n + plan.mesh.cells.memory_bytes() + displacement + metrics / 2,
     };
-    fields(plan) + 48 * n + judge + velocity + displacement + metrics + packed
+    fields(plan) + uncorrected(plan) + 48 * n + judge + velocity + displacement + metrics + packed
 }
