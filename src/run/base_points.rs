@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::formats::hash_of;
-use crate::motion::Step;
+use crate::motion::{SelectionMethod, Step};
 use crate::progress::{Progress, Silent};
 use crate::rbf::select::Selection;
 use crate::record::SelectionRecord;
@@ -146,7 +146,8 @@ impl<'a> BasePointStore<'a> {
     }
 
     fn path_of(&self, interval: &Range<usize>) -> PathBuf {
-        let first = (self.ranges.len() > 1).then_some(interval.start);
+        let method = self.deformation.plan().schedule.selection.method;
+        let first = (method == SelectionMethod::Real).then_some(interval.start);
         self.names.base(first)
     }
 

@@ -165,3 +165,27 @@ fn a_selection_at_every_step_has_its_own_base_points_and_keeps_the_tolerance() {
     counts.dedup();
     assert!(counts.len() > 3, "{counts:?}");
 }
+
+#[test]
+fn base_points_of_a_selection_at_its_only_step_are_named_after_that_step() {
+    let folder = airfoil();
+    let path = folder.path();
+    let real = ("[selection]", "[selection]\nmethod = \"real\"");
+    rewrite(
+        path,
+        "n.toml",
+        "one.toml",
+        &[real, ("step = 10.0", "step = 400.0")],
+    );
+    let run = ["-q", "deform", "n.vtu", "one.toml", "-o", "out"];
+    crate::support::succeed(path, &run);
+    let names = crate::support::names(&path.join("out"));
+    for (name, is_there) in [
+        ("base_0000.toml", true),
+        ("base_0000.vtp", true),
+        ("base.toml", false),
+    ] {
+        assert_eq!(names.contains(&name.to_owned()), is_there, "{names:?}");
+    }
+    crate::support::succeed(path, &[&run[..], &["--resume"]].concat());
+}
