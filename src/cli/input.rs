@@ -363,19 +363,29 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
         files.push(entry.map_err(|error| Error::io(folder, &error))?.path());
     }
     files.sort();
-    let visible = |path: &&PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let is_mesh = |path: &&PathBuf| {
         let is_folder = || formats::by_extension(path).is_ok_and(|format| format.is_folder());
-        !name.starts_with('.') && (path.is_file() || path.is_dir() && is_folder())
+        path.is_file() || path.is_dir() && is_folder()
     };
     let ending = |path: &PathBuf| path.extension().map(|e| e.to_ascii_lowercase());
     let in_one = formats::FORMATS.iter();
     let in_one = in_one.filter(|format| format.sequence().is_some());
     let in_one: Vec<&str> = in_one.map(|format| format.extensions()[0]).collect();
-    for wanted in [&["pvd"][..], &in_one] {
-        let is_wanted =
-            |path: &&PathBuf| wanted.iter().any(|w| ending(path).is_some_and(|e| e == *w));
-        let found: Vec<&PathBuf> = files.iter().filter(visible).filter(is_wanted).collect();
+    // Of a mesh with a hidden name the sequence is hidden too.
+    let (pvd, visible, hidden) = (&["pvd"][..], false, true);
+    let orders = [
+        (visible, pvd),
+        (visible, &in_one),
+        (hidden, pvd),
+        (hidden, &in_one),
+    ];
+    for (is_hidden, wanted) in orders {
+        let is_wanted = |path: &&PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            name.starts_with('.') == is_hidden
+                && wanted.iter().any(|w| ending(path).is_some_and(|e| e == *w))
+        };
+        let found: Vec<&PathBuf> = files.iter().filter(is_wanted).filter(is_mesh).collect();
         // Parts are joined in a file that has their name without the steps.
         let is_joined =
             |path: &&PathBuf| whole_of(path).is_none_or(|whole| !found.contains(&&whole));

@@ -582,3 +582,26 @@ fn tens_of_thousands_of_tags_and_arrays_take_seconds() {
     within(&["-q", "diff", "tags.su2", "again.msh"]);
     within(&["-q", "diff", "arrays.vtu", "arrays.msh"]);
 }
+
+#[test]
+fn the_sequence_of_a_mesh_with_a_hidden_name_is_found() {
+    let folder = crate::support::short();
+    let folder = folder.path();
+    std::fs::rename(folder.join("n.vtu"), folder.join(".h.vtu")).unwrap();
+    for format in ["vtu", "vtkhdf"] {
+        let run = [
+            "-q", "deform", ".h.vtu", "few.toml", "-o", format, "--format", format,
+        ];
+        succeed(folder, &run);
+        let found = succeed(folder, &["info", format]);
+        assert!(found.out.contains("steps"), "{found:?}");
+        succeed(folder, &["quality", format]);
+        succeed(folder, &["diff", format, "vtu"]);
+        succeed(
+            folder,
+            &[
+                "-q", "convert", format, "--step", "2", "-o", "one.vtk", "--force",
+            ],
+        );
+    }
+}
