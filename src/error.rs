@@ -101,14 +101,16 @@ impl Error {
         Self::new(ErrorKind::Interrupted { signal }, message)
     }
 
-    /// An input or output error on `path`. A file that is missing or is no file is wrong input,
-    /// anything else is the system's failure.
+    /// An input or output error on `path`. A file that is missing or is no file, and a name that is too long, are wrong
+    /// input, anything else is the system's failure.
     pub fn io(path: &Path, source: &std::io::Error) -> Self {
         use std::io::ErrorKind as Io;
         let kind = match source.kind() {
-            Io::NotFound | Io::IsADirectory | Io::NotADirectory | Io::InvalidInput => {
-                ErrorKind::Input
-            }
+            Io::NotFound
+            | Io::IsADirectory
+            | Io::NotADirectory
+            | Io::InvalidInput
+            | Io::InvalidFilename => ErrorKind::Input,
             _ => ErrorKind::System,
         };
         let folder = path
@@ -119,6 +121,9 @@ impl Error {
                 format!("there is no folder {}", folder.display())
             }
             (Io::NotFound, _) => "there is no such file".to_owned(),
+            (Io::InvalidFilename, _) => {
+                "the name is longer than this file system allows".to_owned()
+            }
             _ => source.to_string(),
         };
         Self::new(kind, message).file(path)

@@ -34,7 +34,7 @@ impl Sink {
                 Ok(Self::Stream(Box::new(device)))
             }
             Err(error) if error.kind() == ErrorKind::InvalidFilename => {
-                Err(Error::input("the name is longer than this file system allows").file(path))
+                Err(Error::io(path, &error))
             }
             _ => Ok(Self::File(target)),
         }

@@ -8,8 +8,10 @@ use crate::formats::{
 };
 use crate::mesh::MeshView;
 use crate::motion::Step;
+use crate::preflight::existing_folder;
 use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -185,6 +187,34 @@ impl Names {
     pub fn series(&self) -> Option<PathBuf> {
         let wanted = !self.in_one && self.case.is_none() && !self.is_part();
         wanted.then(|| self.folder.join(format!("{}.pvd", self.stem)))
+    }
+
+    /// Refuses a mesh whose name makes names of files that the file system does not take.
+    ///
+    /// # Errors
+    /// Of kind `Input`, with the path.
+    pub fn check_lengths(&self, has_surfaces: bool) -> Result<()> {
+        let first = self.part.steps.start;
+        let lists = self.series().into_iter().flat_map(|series| {
+            let list = self.list_ending.map(|ending| series.with_extension(ending));
+            std::iter::once(series).chain(list)
+        });
+        let surface = has_surfaces.then(|| self.surface(first));
+        let files = std::iter::once(self.mesh(first)).chain(surface);
+        let there = existing_folder(&self.folder);
+        for path in files.map(|name| self.path(&name)).chain(lists) {
+            let name = path.file_name().unwrap_or_default();
+            // Of a path through a folder that is not there yet, names are not looked at.
+            for path in [&path, &there.join(name)] {
+                match std::fs::symlink_metadata(path) {
+                    Err(error) if error.kind() == ErrorKind::InvalidFilename => {
+                        return Err(Error::io(path, &error));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Path of a file of the folder.

@@ -19,7 +19,7 @@ use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result, counted};
 use crate::formats::{self, Begin, Format, Inputs, Notes};
 use crate::geometry::vector::Vector;
-use crate::motion::Step;
+use crate::motion::{Step, SurfaceOutput};
 use crate::preflight::{self, Demand, before_work, check_disk, check_surface_files};
 use crate::quality::Criterion;
 use crate::record::{Row, Rows};
@@ -127,6 +127,7 @@ fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names
     let picture = request.base.as_deref().map(base_file::picture_of);
     names.given = Inputs::of(request.base.iter().chain(&picture));
     names.place_steps(&plan.mesh.view(), &plan.motion.steps)?;
+    names.check_lengths(plan.schedule.output.surface != SurfaceOutput::None)?;
     Ok(names)
 }
 

@@ -416,3 +416,21 @@ fn an_output_folder_that_cannot_be_is_refused_in_a_sentence() {
     refused(folder, &["convert", "n.vtu", "n.vtu/o.vtu"], &["o.vtu: "]);
     refused(folder, &["convert", "n.vtu", "no/o.vtu"], &["no/o.vtu: "]);
 }
+
+#[test]
+fn a_name_that_is_too_long_for_files_of_steps_is_refused_before_the_work() {
+    let folder = airfoil();
+    let path = folder.path();
+    let mesh = format!("{}.vtu", "x".repeat(251));
+    std::fs::rename(path.join("n.vtu"), path.join(&mesh)).unwrap();
+    for format in ["vtu", "vtkhdf", "cgns", "vtk"] {
+        let args = [
+            "-q", "deform", &mesh, "n.toml", "-o", "out", "--format", format,
+        ];
+        refused(
+            path,
+            &args,
+            &["name is longer than this file system allows"],
+        );
+    }
+}
