@@ -141,6 +141,7 @@ class Deformation:
         force: bool = False,
         resume: bool = False,
         keep_going: bool = False,
+        allow_outside: bool = False,
         no_sync: bool = False,
         fail_on: Sequence[str] = (),
     ) -> dict[str, Any]: ...

@@ -171,7 +171,7 @@ impl PyDeformation {
     ///
     /// `format` replaces that of the schedule; `steps` is (first, end), counted from 0, for a part; the other options are those of
     /// the command. Raises `Error` of kind ``check`` where the command exits with 1, after the files are written.
-    #[pyo3(signature = (folder, *, format=None, steps=None, force=false, resume=false, keep_going=false, no_sync=false, fail_on=Vec::new()))]
+    #[pyo3(signature = (folder, *, format=None, steps=None, force=false, resume=false, keep_going=false, allow_outside=false, no_sync=false, fail_on=Vec::new()))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn write<'py>(
         &self,
@@ -182,6 +182,7 @@ impl PyDeformation {
         force: bool,
         resume: bool,
         keep_going: bool,
+        allow_outside: bool,
         no_sync: bool,
         fail_on: Vec<String>,
     ) -> PyResult<Bound<'py, PyDict>> {
@@ -208,6 +209,7 @@ impl PyDeformation {
             force,
             resume,
             keep_going,
+            allow_outside,
             no_sync,
             fail_on: conditions.map_err(|error| input(py, error.to_string()))?,
             ..Request::default()

@@ -9,8 +9,8 @@ use crate::formats::by_name;
 use crate::motion::{Frame, Role, Schedule, Step, TagRole};
 use crate::parallel;
 use crate::preflight::{
-    self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, conflicts,
-    estimate_bytes, estimate_memory,
+    self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, estimate_bytes,
+    estimate_memory, evenly,
 };
 use serde_json::{Value, json};
 use std::fmt::{Display, Write};
@@ -18,8 +18,6 @@ use std::path::PathBuf;
 
 /// Steps that are listed one by one; of more, some evenly spaced.
 const LISTED: usize = 12;
-/// Steps at which surfaces are looked at for meeting others.
-const LOOKED_AT: usize = 72;
 
 /// Arguments of `azimesh check`.
 #[derive(Debug, clap::Args)]
@@ -40,9 +38,8 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let plan = context.plan(&args.mesh, schedule, enough)?;
     check_surface_files(&plan, &args.mesh)?;
     let n_bytes = estimate_bytes(&plan)?;
-    let mut warnings = preflight::warnings(&plan)?;
     let extremes = LargestDisplacements::new(&plan);
-    warnings.extend(conflicts(&plan, &evenly(&plan, LOOKED_AT), &extremes));
+    let warnings = preflight::warnings(&plan, &extremes)?;
     for warning in &warnings {
         context.warn(&warning.to_string());
     }
@@ -231,12 +228,6 @@ impl Lines {
 /// The steps that are listed: all, or of many some evenly spaced.
 fn listed(plan: &Plan) -> Vec<&Step> {
     evenly(plan, LISTED)
-}
-
-/// All steps, or of many some evenly spaced.
-fn evenly(plan: &Plan, most: usize) -> Vec<&Step> {
-    let steps = &plan.motion.steps;
-    steps.iter().step_by(steps.len().div_ceil(most)).collect()
 }
 
 fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {

@@ -13,7 +13,7 @@ use crate::motion::Schedule;
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::progress::Stop;
 use crate::quality::Criterion;
-use crate::run::{Finished, Request, run};
+use crate::run::{Finished, Request, run_after};
 use serde_json::{Value, json};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -58,6 +58,9 @@ pub struct DeformArgs {
     /// the exit code is 1
     #[arg(long)]
     keep_going: bool,
+    /// Start even if a body leaves the bounding box of the mesh
+    #[arg(long)]
+    allow_outside: bool,
     /// Start even if the disk has no room for all steps
     #[arg(long)]
     no_space_check: bool,
@@ -87,6 +90,7 @@ impl DeformArgs {
             force: self.force,
             resume: self.resume,
             keep_going: self.keep_going,
+            allow_outside: self.allow_outside,
             no_space_check: self.no_space_check,
             no_sync: self.no_sync,
             bytes_in_files: 0,
@@ -140,13 +144,19 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         context.note(&choice.to_string());
     }
     request.bytes_in_files = in_files;
-    let finished = run(&deformation, &request)?;
+    let mut n_told = 0;
+    let finished = run_after(&deformation, &request, &mut |warnings| {
+        if !context.common.quiet {
+            complain_of_some(warnings, context);
+        }
+        n_told = warnings.len();
+    })?;
     let why_later = || deformation.why_whole().map(str::to_owned);
     if let Some(reason) = deformation.why_cut().or(why_whole).or_else(why_later) {
         context.tell_why_whole(&args.mesh, &reason);
     }
     context.tell_of_files();
-    report(&args.output, finished, context)
+    report(&args.output, finished, n_told, context)
 }
 
 /// The outline of the mesh, where ranks read it by parts and the first needs no more.
@@ -211,11 +221,16 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
     })
 }
 
-/// Tells what a sequence came to.
+/// Tells what a sequence came to; the first `n_told` warnings have been printed.
 ///
 /// # Errors
 /// The failed check that ended it early, after its JSON.
-pub(super) fn report(folder: &Path, finished: Finished, context: &Context) -> Result<Outcome> {
+pub(super) fn report(
+    folder: &Path,
+    finished: Finished,
+    n_told: usize,
+    context: &Context,
+) -> Result<Outcome> {
     if context.common.json {
         context.print_json(as_json(folder, &finished))?;
     }
@@ -225,7 +240,7 @@ pub(super) fn report(folder: &Path, finished: Finished, context: &Context) -> Re
     if context.common.quiet {
         complain_of_some(&finished.inverted, context);
     } else {
-        complain_of_some(&finished.warnings, context);
+        complain_of_some(&finished.warnings[n_told..], context);
     }
     complain_of_some(&finished.skipped, context);
     complain_of_some(&finished.failures, context);

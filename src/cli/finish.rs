@@ -25,5 +25,5 @@ pub(super) fn run(args: &FinishArgs, context: &Context) -> Result<Outcome> {
     #[cfg(unix)]
     super::signals::end("interrupted; files that are complete are kept")?;
     let finished = finish(&args.folder, args.force, &*context.progress())?;
-    report(&args.folder, finished, context)
+    report(&args.folder, finished, 0, context)
 }

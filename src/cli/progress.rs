@@ -1,24 +1,31 @@
-//! Progress: bars, on a terminal only, and the stage that is named where memory runs out.
+//! Progress: bars on a terminal, a line now and then of what takes long elsewhere, and the stage that is named where memory runs
+//! out.
 
 use super::{Context, heap};
 use crate::progress::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::Write;
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// Least time between two lines of what takes long, where there is no terminal.
+const SILENT: Duration = Duration::from_secs(10);
 
 /// A bar for the stage that is running, unless nothing is to be shown.
-#[derive(Default)]
 pub struct Bars {
     bar: Mutex<Option<ProgressBar>>,
     is_quiet: bool,
+    /// When it printed a line last.
+    told: Mutex<Instant>,
 }
 
 impl Context {
-    /// Bars on a terminal, nothing when quiet; elsewhere nothing is drawn.
+    /// Bars on a terminal, nothing when quiet; elsewhere lines of what takes long.
     pub fn progress(&self) -> Box<dyn Progress> {
         Box::new(Bars {
+            bar: Mutex::default(),
             is_quiet: self.common.quiet || !self.ranks.is_first(),
-            ..Bars::default()
+            told: Mutex::new(Instant::now()),
         })
     }
 }
@@ -44,7 +51,7 @@ impl Progress for Bars {
             None => ProgressBar::new_spinner(),
         };
         let template = match total {
-            Some(_) => "{prefix:>10} {wide_bar} {human_pos}/{human_len} {eta}",
+            Some(_) => "{prefix:>10} {wide_bar} {human_pos}/{human_len} {eta} {msg}",
             None => "{prefix:>10} {spinner} {msg} {elapsed}",
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
@@ -63,7 +70,15 @@ impl Progress for Bars {
     }
 
     fn say(&self, text: &str) {
-        self.with(|bar| bar.set_message(text.to_owned()));
+        self.with(|bar| {
+            bar.set_message(text.to_owned());
+            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            if bar.is_hidden() && !text.is_empty() && told.elapsed() >= SILENT {
+                *told = Instant::now();
+                // Nobody is left to tell when stderr is gone.
+                let _ = writeln!(std::io::stderr(), "{}: {text}", bar.prefix());
+            }
+        });
     }
 
     fn finish(&self) {

@@ -371,6 +371,7 @@ impl Deformation {
             rounding,
             known,
             stop: &self.stop,
+            progress: &*self.progress,
         }
     }
 

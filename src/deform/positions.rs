@@ -12,11 +12,11 @@ use super::step_memory::{RepairedStep, Rounding, StepMemory};
 use super::substeps::Parts;
 use super::untangle::StepFreedom;
 use super::window::{Window, folded_around, steps_around};
-use crate::error::Result;
+use crate::error::{Result, counted};
 use crate::geometry::vector::Vector;
 use crate::motion::{OnInverted, Step};
 use crate::parallel;
-use crate::progress::Stop;
+use crate::progress::{Progress, Stop};
 use crate::quality::Summary;
 use crate::repair::{Area, FoldedCells, Limits, Repaired, refused};
 use std::sync::Arc;
@@ -48,6 +48,8 @@ pub(super) struct Stepper<'a> {
     /// The nodes whose positions are wanted here, where the others may stay with the ranks that move them.
     pub known: Option<&'a [u32]>,
     pub stop: &'a Stop,
+    /// Hears what is done about folded cells, which may take long.
+    pub progress: &'a dyn Progress,
 }
 
 impl Stepper<'_> {
@@ -55,7 +57,9 @@ impl Stepper<'_> {
     pub fn at(&self, step: &Step, judges: bool, points: &mut [Vector]) -> Result<Positions> {
         let repairs = self.plan.schedule.output.on_inverted == OnInverted::Repair;
         if judges && repairs && refused(&self.plan.mesh).is_none() {
-            return self.in_windows(step, points);
+            let found = self.in_windows(step, points)?;
+            self.say_no_more(&found);
+            return Ok(found);
         }
         let selection_error = self.plain(step, points)?;
         let cells = judges.then(|| self.judge_plain(step, points));
@@ -66,7 +70,19 @@ impl Stepper<'_> {
             is_apart: self.known.is_some(),
         };
         self.alone(step, points, &mut found)?;
+        self.say_no_more(&found);
         Ok(found)
+    }
+
+    fn say_moves(&self, step: &Step) {
+        self.progress
+            .say(&format!("{step}: nodes near folded cells are moved"));
+    }
+
+    fn say_no_more(&self, found: &Positions) {
+        if found.repair.is_some() {
+            self.progress.say("");
+        }
     }
 
     /// A step by itself: in substeps, where the schedule wants that and cells are folded.
@@ -82,6 +98,7 @@ impl Stepper<'_> {
         let mut done = self.try_substeps(step, points, cells, &mut found.selection_error)?;
         if self.plan.schedule.output.on_inverted == OnInverted::Repair && n_not_valid(cells) > 0 {
             let freedom = StepFreedom::of(self.plan, (self.measures)(), step);
+            self.say_moves(step);
             let repaired = freedom.untangle(points, Limits::default(), self.stop)?;
             done.untangled(repaired, n_not_valid(cells));
         }
@@ -96,10 +113,21 @@ impl Stepper<'_> {
         cells: &mut Summary,
         error: &mut f64,
     ) -> Result<Repair> {
-        repair::try_substeps(self.plan, points, cells, error, |parts, points| {
-            let error = self.through(step, parts, points)?;
-            Ok((error, self.judge_plain(step, points)))
-        })
+        repair::try_substeps(
+            self.plan,
+            points,
+            cells,
+            error,
+            |parts, n_inverted, points| {
+                let inverted = counted(n_inverted, "inverted cell");
+                self.progress.say(&format!(
+                    "{step} has {inverted}, and is computed in {} substeps",
+                    parts.n
+                ));
+                let error = self.through(step, parts, points)?;
+                Ok((error, self.judge_plain(step, points)))
+            },
+        )
     }
 
     fn in_windows(&self, step: &Step, points: &mut [Vector]) -> Result<Positions> {
@@ -199,6 +227,7 @@ impl Stepper<'_> {
         if hardest.0 > 0 {
             self.kept_start(hardest.1, substeps, points)?;
             let freedom = StepFreedom::of(self.plan, (self.measures)(), hardest.1);
+            self.say_moves(hardest.1);
             let repaired = freedom.untangle(points, Limits::default(), self.stop)?;
             rings = rings_of(&repaired).max(rings);
         }
@@ -258,6 +287,7 @@ impl Stepper<'_> {
         }
         let freedom = StepFreedom::of(self.plan, (self.measures)(), step);
         let after = FoldedCells::default().add(freedom.task(), points);
+        self.say_moves(step);
         let (repaired, mut cells) = self.make_valid(&freedom, &window.area, points)?;
         let mut taken = 1.0;
         if let Some(plain) = plain {
@@ -345,6 +375,11 @@ impl Stepper<'_> {
 
     /// Where the motion puts the nodes; gives the largest error before the correction.
     pub fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
+        let n_substeps = self.plan.schedule.rbf.substeps;
+        if n_substeps > 1 {
+            self.progress
+                .say(&format!("{step} is computed in {n_substeps} substeps"));
+        }
         let error = (self.interval).known_points_at(step, self.known, points)?;
         self.end_move(step, (self.known, false), points);
         Ok(error)

@@ -96,13 +96,13 @@ fn tries(plan: &Plan) -> Vec<Parts> {
 
 /// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
 /// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
-/// step in parts.
+/// step, which has so many inverted cells, in parts.
 pub(super) fn try_substeps(
     plan: &Plan,
     points: &mut [Vector],
     summary: &mut Summary,
     error: &mut f64,
-    attempt: impl Fn(Parts, &mut [Vector]) -> Result<(f64, Summary)>,
+    attempt: impl Fn(Parts, usize, &mut [Vector]) -> Result<(f64, Summary)>,
 ) -> Result<Repair> {
     let before = count(summary);
     let mut substeps = None;
@@ -111,7 +111,7 @@ pub(super) fn try_substeps(
         if summary.inverted == 0 {
             break;
         }
-        let (found_error, found) = match attempt(parts, &mut trial) {
+        let (found_error, found) = match attempt(parts, summary.inverted, &mut trial) {
             Ok(found) => found,
             Err(error) if error.kind == ErrorKind::System => return Err(error),
             // A part that cannot be interpolated repairs nothing.

@@ -89,7 +89,11 @@ pub(super) fn of_several_blades(plan: &Plan) -> Vec<Diagnostic> {
 
 /// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
 /// steps or where they have gone farthest.
-pub fn conflicts(plan: &Plan, steps: &[&Step], extremes: &LargestDisplacements) -> Vec<Diagnostic> {
+pub(super) fn conflicts(
+    plan: &Plan,
+    steps: &[&Step],
+    extremes: &LargestDisplacements,
+) -> Vec<Diagnostic> {
     let facets = Facets::new(plan);
     let mut meeting: BTreeMap<(Owner, Owner), Vec<(usize, Vector)>> = BTreeMap::new();
     let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index))
@@ -172,6 +176,9 @@ impl Facets {
         for (i, one) in owners.iter().enumerate() {
             for other in &owners[i + 1..] {
                 let a = placed(&self.by_owner[one], places, &boxes[other]);
+                if a.is_empty() {
+                    continue;
+                }
                 let b = placed(&self.by_owner[other], places, &boxes[one]);
                 if let Some(place) = crossing(&a, &b, places) {
                     found.push(((*one, *other), place));

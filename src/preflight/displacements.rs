@@ -2,6 +2,9 @@
 
 use super::surface_points::{places_at, points_of};
 use crate::deform::Plan;
+use crate::diagnostic::preflight::PreflightNote;
+use crate::diagnostic::{Diagnostic, in_digits};
+use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, distance};
 use crate::parallel;
@@ -55,6 +58,31 @@ impl LargestDisplacements {
         extremes
     }
 
+    /// Refuses a body that leaves the region that deforms: cells are turned inside out there, or left far behind.
+    ///
+    /// # Errors
+    /// Of kind `Input`, with how far the body goes.
+    pub(crate) fn refuse_leaving(&self, plan: &Plan) -> Result<()> {
+        let Some((&body, steps)) = self.leaving.first_key_value() else {
+            return Ok(());
+        };
+        let (step, distance) = self.farthest[body];
+        let note = PreflightNote::LeavesBox {
+            body: plan.motion.bodies[body].name.clone(),
+            steps: steps.len(),
+            looked_at: self.n_steps,
+            first: steps[0],
+        };
+        Err(Error::input(format!(
+            "{}: it moves by up to {}, at step {step}, and the mesh is {} across; give the motion in mesh units, or allow this with \
+             --allow-outside",
+            Diagnostic::new(note),
+            in_digits(distance, 3),
+            in_digits(plan.mesh.extent().diagonal(), 3),
+        ))
+        .file(&plan.schedule.path))
+    }
+
     /// The step at which a point of any body is farthest from its place, and how far that is.
     pub fn largest(&self) -> (usize, f64) {
         let bodies = self.farthest.iter().copied();
@@ -96,20 +124,24 @@ impl Region {
         }
     }
 
-    /// The bodies that have a point past a side that they do not touch in the reference mesh.
+    /// The bodies that have a point past a side that they do not touch in the reference mesh, and past all other surfaces: the
+    /// boundary may have moved with them.
     fn left_by(&self, plan: &Plan, places: &[Vector]) -> Vec<usize> {
         let slack = OUTSIDE * self.bounds.diagonal();
-        let mut left = vec![false; self.held.len()];
+        // Of each body, and at last of what is on none.
+        let mut bounds = vec![Bounds::EMPTY; self.held.len() + 1];
         for (place, body) in places.iter().zip(&plan.surface.body) {
-            let Some(body) = body.map(usize::from) else {
-                continue;
-            };
-            let [low, high] = &self.held[body];
-            left[body] |= (0..3).any(|i| {
-                low[i] && place[i] < self.bounds.low[i] - slack
-                    || high[i] && place[i] > self.bounds.high[i] + slack
-            });
+            bounds[body.map_or(self.held.len(), usize::from)].include(place);
         }
-        (0..left.len()).filter(|&body| left[body]).collect()
+        let leaves = |body: &usize| {
+            let [low, high] = &self.held[*body];
+            let others = bounds.iter().enumerate().filter(|(other, _)| other != body);
+            let others = others.fold(self.bounds, |all, (_, of)| all.union(of));
+            (0..3).any(|i| {
+                low[i] && bounds[*body].low[i] < others.low[i] - slack
+                    || high[i] && bounds[*body].high[i] > others.high[i] + slack
+            })
+        };
+        (0..self.held.len()).filter(leaves).collect()
     }
 }

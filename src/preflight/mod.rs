@@ -15,7 +15,7 @@ mod surface_files;
 mod surface_points;
 mod tags;
 
-pub use bodies::{BodyAtStep, bodies_at, conflicts};
+pub use bodies::{BodyAtStep, bodies_at};
 pub(crate) use body_motion::body_motion;
 pub use disk::existing_folder;
 pub(crate) use disk::{Demand, check_disk};
@@ -29,13 +29,16 @@ use crate::deform::{Layer, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::error::Result;
-use crate::motion::Frame;
+use crate::motion::{Frame, Step};
+
+/// Steps at which surfaces are looked at for meeting others.
+const LOOKED_AT: usize = 72;
 
 /// What the user should know of the motion before it is interpolated.
 ///
 /// # Errors
 /// Where the mesh has to be read for that, and is not.
-pub fn warnings(plan: &Plan) -> Result<Vec<Diagnostic>> {
+pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Result<Vec<Diagnostic>> {
     let diagonal = plan.mesh.extent().diagonal();
     let mut warnings = plan.motion.shared_nodes(&plan.mesh, diagonal);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
@@ -53,5 +56,12 @@ pub fn warnings(plan: &Plan) -> Result<Vec<Diagnostic>> {
     if plan.velocity.as_ref().is_some_and(no_velocity) {
         warnings.push(PreflightNote::NoVelocity.into());
     }
+    warnings.extend(bodies::conflicts(plan, &evenly(plan, LOOKED_AT), extremes));
     Ok(warnings)
+}
+
+/// All steps, or of many some evenly spaced.
+pub fn evenly(plan: &Plan, most: usize) -> Vec<&Step> {
+    let steps = &plan.motion.steps;
+    steps.iter().step_by(steps.len().div_ceil(most)).collect()
 }

@@ -29,7 +29,7 @@ mod writer;
 pub use finished::Finished;
 pub use merge::finish;
 pub use request::Request;
-pub use run::run;
+pub use run::{run, run_after};
 
 #[cfg(test)]
 mod tests;

@@ -23,6 +23,8 @@ pub struct Request {
     pub resume: bool,
     /// Whether a step that cannot be written is skipped and the run continues.
     pub keep_going: bool,
+    /// Whether bodies may leave the mesh.
+    pub allow_outside: bool,
     /// Whether a disk without room for all steps is written to nevertheless.
     pub no_space_check: bool,
     /// Whether steps need not outlive a power cut.

@@ -20,7 +20,9 @@ use crate::error::{Error, ErrorKind, Result, counted};
 use crate::formats::{self, Begin, Format, Inputs, Notes};
 use crate::geometry::vector::Vector;
 use crate::motion::{Step, SurfaceOutput};
-use crate::preflight::{self, Demand, before_work, check_disk, check_surface_files};
+use crate::preflight::{
+    self, Demand, LargestDisplacements, before_work, check_disk, check_surface_files,
+};
 use crate::quality::Criterion;
 use crate::record::{Row, Rows};
 use std::collections::BTreeMap;
@@ -33,14 +35,26 @@ use std::path::PathBuf;
 /// # Errors
 /// For inputs that do not fit and failures of the system; [`ErrorKind::Interrupted`] between two steps when `stop` was asked to.
 pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
+    run_after(deformation, request, &mut |_| {})
+}
+
+/// As [`run`]; `warn` gets the first of its warnings before the work starts.
+///
+/// # Errors
+/// As of [`run`].
+pub fn run_after(
+    deformation: &Deformation,
+    request: &Request,
+    warn: &mut dyn FnMut(&[Diagnostic]),
+) -> Result<Finished> {
     // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
     // folder is locked before its files are read. An earlier run and the free disk are checked before anything
     // is removed, and run.json is written before the first mesh.
     let clock = Clock::start();
     let plan = deformation.plan();
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let (mut warnings, mesh_bytes) = warnings_before(plan, format, request)?;
     let names = names_of(plan, format, request)?;
+    let (mut warnings, mesh_bytes) = warnings_before(plan, format, &names, request)?;
     let mut record = RecordFile::new(&names, plan, request)?;
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
@@ -67,6 +81,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     if request.force {
         record.content.replaced = names.replaced();
     }
+    warn(&warnings);
     let base_files = earlier.bases.clone();
     let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
@@ -101,11 +116,18 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
 fn warnings_before(
     plan: &Plan,
     format: &dyn Format,
+    names: &Names,
     request: &Request,
 ) -> Result<(Vec<Diagnostic>, u64)> {
     let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
     check_surface_files(plan, &request.mesh)?;
-    warnings.extend(preflight::warnings(plan)?);
+    let extremes = LargestDisplacements::new(plan);
+    // What a run was started with it is resumed with.
+    let is_resumed = request.resume && names.record().is_file();
+    if !request.allow_outside && !is_resumed {
+        extremes.refuse_leaving(plan)?;
+    }
+    warnings.extend(preflight::warnings(plan, &extremes)?);
     if plan.without_boxes {
         warnings.push(RunNote::NoBoxes.into());
     }

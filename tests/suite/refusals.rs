@@ -418,6 +418,51 @@ fn an_output_folder_that_cannot_be_is_refused_in_a_sentence() {
 }
 
 #[test]
+fn a_body_that_leaves_the_mesh_is_refused_unless_it_is_allowed_and_warned_of_before_the_work() {
+    let folder = airfoil();
+    let path = folder.path();
+    let schedule = "azimuth.values = [0, 90]\nboundaries.others = \"fixed\"\noutput.on_inverted = \"stop\"\n\
+                    body = [ { name = \"a\", tags = [\"airfoil\"], rigid = { translate = [300, 0, 0], ramp = true } } ]\n";
+    std::fs::write(path.join("far.toml"), schedule).unwrap();
+    let args = ["-q", "deform", "n.vtu", "far.toml", "-o", "out"];
+    let parts = [
+        "far.toml: body \"a\" leaves the bounding box of the mesh at 1 of the 2 steps",
+        "moves by up to 300",
+        "--allow-outside",
+    ];
+    refused(path, &args, &parts);
+    let run = azimesh(path, &[&args[1..], &["--allow-outside"]].concat());
+    assert_eq!(run.code, 1, "{run:?}");
+    // The inverted cells of the first step that moves end the run.
+    let at = |part: &str| {
+        run.err
+            .find(part)
+            .unwrap_or_else(|| panic!("{part}: {run:?}"))
+    };
+    assert!(at("leaves the bounding box") < at("error: "), "{run:?}");
+    assert_eq!(run.err.matches("leaves the bounding box").count(), 1);
+    // What was allowed once is not asked for again.
+    let again = azimesh(path, &[&args[..], &["--resume"]].concat());
+    assert_eq!(again.code, 1, "{again:?}");
+}
+
+#[test]
+fn a_body_may_leave_the_place_of_a_boundary_that_moves_along() {
+    let folder = airfoil();
+    let path = folder.path();
+    let body = |name: &str| {
+        format!("[[body]]\nname = \"{name}\"\ntags = [\"{name}\"]\nrigid.translate = [300, 0, 0]\n")
+    };
+    let schedule = format!(
+        "azimuth.values = [0, 90]\n{}{}",
+        body("airfoil"),
+        body("farfield")
+    );
+    std::fs::write(path.join("far.toml"), schedule).unwrap();
+    succeed(path, &["deform", "n.vtu", "far.toml", "-o", "out"]);
+}
+
+#[test]
 fn a_name_that_is_too_long_for_files_of_steps_is_refused_before_the_work() {
     let folder = airfoil();
     let path = folder.path();

@@ -28,6 +28,8 @@ fn deform(way: f64, keys: &str) -> Finished {
         mesh: MESH.into(),
         folder: folder.path().join("out"),
         keep_going: true,
+        // A step with inverted cells is wanted.
+        allow_outside: true,
         no_sync: true,
         ..Request::default()
     };
