@@ -28,7 +28,7 @@ const SHOWN: usize = 5;
     after_help = "The format of the mesh is recognised by its content; --format replaces output.format of the schedule: a \
 format of whole meshes, not stl or vtp (`azimesh convert DIR -o OUT --format stl` writes the surface of each step).\n\n\
 In ParaView open the .pvd (VTU files), the .vtk.series (vtk) or the .cgns, in any version; a .vtkhdf \
-needs 5.12 or later."
+needs 5.12 or later. Of an OpenFOAM case it lists time 0 only if there is a folder 0 and \"Skip Zero Time\" is off."
 )]
 pub struct DeformArgs {
     /// Mesh with boundary tags; `-` reads standard input

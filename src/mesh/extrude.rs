@@ -1,18 +1,52 @@
 //! One layer of solid cells from a mesh in a plane.
 
-use super::{CellKind, CellSet, Cells, DataArray, EMPTY, Group, Mesh, too_many};
+use super::{CellKind, CellSet, Cells, DataArray, EMPTY, Group, Mesh, MeshView, too_many};
 use crate::error::{Error, Result, option};
-use crate::geometry::vector::Vector;
+use crate::geometry::vector::{Vector, sub};
 
-/// How a mesh with these bounds comes to lie at one z, as the end of a sentence; empty where no quarter turn does it.
-pub(crate) fn turned_flat([low, high]: [Vector; 2]) -> String {
-    let extent = [0, 1, 2].map(|i| high[i] - low[i]);
-    let size = extent.into_iter().fold(0.0, f64::max);
-    let flat = (0..2).find(|i| extent[*i] <= 1e-12 * size);
-    flat.map_or_else(String::new, |i| {
-        let axis = ["y", "x"][i];
-        format!("; {} {axis},90 turns it into one", option("rotate"))
-    })
+impl MeshView<'_> {
+    /// The quarter turn that brings the mesh to one z, with areas that are positive for the most part: the end of a sentence,
+    /// empty if there is none.
+    pub(crate) fn turned_flat(&self) -> String {
+        let Some([low, high]) = self.bounds() else {
+            return String::new();
+        };
+        let extent = [0, 1, 2].map(|i| high[i] - low[i]);
+        let size = extent.into_iter().fold(0.0, f64::max);
+        let flat = (0..2).find(|i| extent[*i] <= 1e-12 * size);
+        flat.map_or_else(String::new, |i| {
+            // Normals along y come to +z by a turn about x, those against x by one about y.
+            let is_along = self.areas_along(i).map(|(_, area)| area).sum::<f64>() > 0.0;
+            let (axis, is_positive) = [("y", !is_along), ("x", is_along)][i];
+            let angle = if is_positive { 90 } else { -90 };
+            format!("; {} {axis},{angle} turns it into one", option("rotate"))
+        })
+    }
+
+    /// Number of plane cells whose nodes turn clockwise, seen from +z, and the first of them.
+    pub(crate) fn clockwise(&self) -> (usize, Option<usize>) {
+        let mut cells = self.areas_along(2).filter(|(_, area)| *area < 0.0);
+        let first = cells.next().map(|(cell, _)| cell);
+        (cells.count() + usize::from(first.is_some()), first)
+    }
+
+    /// Plane cells with their areas as seen from the positive side of an axis.
+    fn areas_along(&self, axis: usize) -> impl Iterator<Item = (usize, f64)> {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let runs = self.cells.runs().filter(|run| run.kind.dimension() == 2);
+        runs.flat_map(|run| run.cell_refs()).map(move |cell| {
+            let nodes = &cell.nodes[..cell.kind.n_corners(cell.nodes.len())];
+            let from = |i: usize| {
+                sub(
+                    self.points[nodes[i] as usize],
+                    self.points[nodes[0] as usize],
+                )
+            };
+            let cross = |[a, b]: [Vector; 2]| a[u] * b[v] - a[v] * b[u];
+            let twice = (2..nodes.len()).map(|i| cross([from(i - 1), from(i)]));
+            (cell.index, 0.5 * twice.sum::<f64>())
+        })
+    }
 }
 
 /// The tags of the two sides.
@@ -65,7 +99,7 @@ impl Mesh {
             return Err(Error::input(format!(
                 "{} is for meshes of plane cells at one z, and this one is not{}",
                 option("extrude"),
-                self.bounds().map_or_else(String::new, turned_flat)
+                self.view().turned_flat()
             )));
         }
         match self.cells.runs().find(|run| run.kind.is_curved()) {

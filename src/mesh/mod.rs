@@ -53,7 +53,6 @@ pub(crate) use cells::mirror_wedges;
 pub use cells::{CellRef, CellRun, Cells};
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use doubled::Doubled;
-pub(crate) use extrude::turned_flat;
 pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;

@@ -206,10 +206,15 @@ fn refusals_name_the_option_that_helps() {
         assert_says(&run.err, &["cannot hold; --split-polyhedra makes"]);
         succeed(path, &["convert", &mesh, out, "--split-polyhedra"]);
     }
-    // A quarter turn twice lays the plane flat again.
-    for turn in ["x,90", "y,90"] {
+    // The turn back lays the plane flat again, with positive areas.
+    for [away, turn] in [
+        ["x,90", "x,-90"],
+        ["x,-90", "x,90"],
+        ["y,90", "y,-90"],
+        ["y,-90", "y,90"],
+    ] {
         let turned = |args: &[&str]| azimesh(path, &[args, &["--force"]].concat());
-        let run = turned(&["convert", "n.vtu", "t.vtu", "--rotate", turn]);
+        let run = turned(&["convert", "n.vtu", "t.vtu", "--rotate", away]);
         assert_eq!(run.code, 0, "{run:?}");
         let told = format!("; --rotate {turn} turns it into one");
         let run = turned(&["convert", "t.vtu", "t.su2"]);
@@ -221,6 +226,14 @@ fn refusals_name_the_option_that_helps() {
         assert_eq!(turned(&[&extrude[..], &rotate].concat()).code, 0);
         let run = turned(&[&["convert", "t.vtu", "t.su2"][..], &rotate].concat());
         assert_eq!(run.code, 0, "{run:?}");
+        assert!(!run.err.contains("negative"), "{run:?}");
+        let over = format!(
+            "{},{}",
+            &turn[..1],
+            if turn.contains('-') { 90 } else { -90 }
+        );
+        let run = turned(&["convert", "t.vtu", "t.su2", "--rotate", &over]);
+        assert_says(&run.err, &["cells have a negative area", "clockwise"]);
     }
 }
 

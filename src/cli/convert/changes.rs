@@ -214,6 +214,7 @@ impl Changes {
         if self.volume_only {
             mesh.keep_volume();
         }
+        remarks.extend(negative_areas(mesh));
         Ok(remarks)
     }
 
@@ -288,6 +289,19 @@ fn split(mesh: &mut Mesh) -> Result<Vec<String>> {
         ));
     }
     Ok(remarks)
+}
+
+/// A remark on cells of a mesh at one z whose nodes turn clockwise.
+fn negative_areas(mesh: &Mesh) -> Option<String> {
+    if mesh.dimension() != 2 || mesh.space_dimension() != 2 {
+        return None;
+    }
+    let (n, first) = mesh.view().clockwise();
+    let first = first?;
+    Some(format!(
+        "{} a negative area (the first is cell {first}): their nodes turn clockwise, seen from +z",
+        with_verb(n, "cell", "has")
+    ))
 }
 
 /// Takes away what holds places as text, which would be wrong now.

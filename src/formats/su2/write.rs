@@ -11,7 +11,7 @@ use crate::diagnostic::formats::{GroupWritten, Written};
 use crate::error::{Error, Result};
 use crate::formats::Notes;
 use crate::formats::portable::remedy;
-use crate::mesh::{CellRun, Group, MeshView, turned_flat};
+use crate::mesh::{CellRun, Group, MeshView};
 use std::io::Write;
 
 /// Writes the mesh; returns a note for each thing that is left out.
@@ -156,7 +156,7 @@ fn height(mesh: &MeshView) -> Result<Option<Written>> {
             "z goes from {} to {}; SU2 holds meshes of dimension 2 only in a plane of constant z{}",
             low[2],
             high[2],
-            turned_flat([low, high])
+            mesh.turned_flat()
         )));
     }
     let lies_flat = low[2] == 0.0 && high[2] == 0.0;
