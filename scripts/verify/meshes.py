@@ -39,9 +39,8 @@ GMSH_IN_VTK_ORDER = {
     32: [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
     27: [0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
 }  # fmt: skip
-# meshio swaps the triangles' nodes when it reads a wedge from VTU, by the figure in VTK's file format
-# booklet. VTK itself (cell quality, gmsh's and SU2's VTK writers) does not: undone here.
-MESHIO_VTU_WEDGE = [0, 2, 1, 3, 5, 4]
+# Nodes of a wedge in the order of VTK up to 9.6, as positions in Gmsh's order, which is that of VTK 9.7.
+OUTWARD_WEDGE = [0, 2, 1, 3, 5, 4]
 
 
 @dataclass
@@ -82,6 +81,8 @@ def by_pyvista(path):
     mesh = Mesh(np.array(grid.points, np.float64))
     kinds, offsets, nodes = grid.celltypes, grid.cell_offsets, grid.cell_connectivity
     rows = [nodes[offsets[i] : offsets[i + 1]] for i in range(grid.n_cells)]
+    if has_outward_wedges(path):
+        rows = [row[OUTWARD_WEDGE] if kind == 13 else row for kind, row in zip(kinds, rows)]
     position = []
     for i, (kind, row) in enumerate(zip(kinds, rows)):
         cells = mesh.cells[KINDS[int(kind)][0]]
@@ -94,6 +95,12 @@ def by_pyvista(path):
     for name, members in named_cells(grid, "Zone", of_dimension == mesh.dimension):
         mesh.zones.setdefault(name, set()).update(position[i] for i in members)
     return mesh
+
+
+def has_outward_wedges(path):
+    """True for a VTU by azimesh that has wedges: it marks their order."""
+    with open(path, "rb") as file:
+        return b'wedges="outward"' in file.read(400)
 
 
 def faces_of(grid, cell):
@@ -179,8 +186,9 @@ def by_meshio(path):
     mesh = Mesh(points)
     for block in read.cells:
         kind = VTK_OF_MESHIO[block.type]
-        turned = block.type == "wedge" and Path(path).suffix == ".vtu"
-        data = block.data[:, MESHIO_VTU_WEDGE] if turned else block.data
+        # meshio takes the wedges of every VTU to be in the order of VTK up to 9.6.
+        turned = block.type == "wedge" and Path(path).suffix == ".vtu" and not has_outward_wedges(path)
+        data = block.data[:, OUTWARD_WEDGE] if turned else block.data
         rows = [(kind, tuple(int(n) for n in row)) for row in data]
         mesh.cells[KINDS[kind][0]].extend(rows)
     if Path(path).suffix == ".su2":
