@@ -7,7 +7,7 @@
 use super::nearby::Nearby;
 use super::newton::minimise;
 use super::regions::{self, Region};
-use super::solve::{Wishes, patch};
+use super::solve::{GROSS, Wishes, patch, start_from_rim};
 use super::{PatchLog, Repaired, Task, between_of, still_invalid};
 use crate::error::Result;
 use crate::geometry::vector::{Vector, distance};
@@ -147,6 +147,9 @@ impl Area {
         let first = first.or(region.seeds.first().copied());
         let (mut patch, _) = patch(task, region, points, wishes);
         let least_before = patch.state(1e-9, &patch.places).least;
+        if least_before < GROSS {
+            start_from_rim(task, &mut patch);
+        }
         let course = minimise(&mut patch, MOST_STEPS, Some(SETTLED), stop)?;
         let log = PatchLog {
             invalid_before: found.len(),

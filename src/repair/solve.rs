@@ -15,6 +15,10 @@ use crate::mesh::CellRef;
 use crate::progress::Stop;
 use std::collections::BTreeSet;
 
+/// A least determinant below which a patch starts from what follows from its fixed nodes, and not from where its nodes are:
+/// from there it takes many Newton steps, and mostly stays folded.
+pub(super) const GROSS: f64 = -1e3;
+
 /// Where the nodes of a region go.
 pub(super) struct Solved {
     /// Nodes that could move, with their places.
@@ -66,17 +70,31 @@ pub(super) fn solve(
     stop: &Stop,
 ) -> Result<Solved> {
     let (mut patch, stuck) = patch(task, region, points, wishes);
-    let least_before = patch.state(1e-9, &patch.places).least;
-    let mut course = minimise(&mut patch, most_steps, None, stop)?;
+    let before = patch.state(1e-9, &patch.places);
+    let mut course = match before.least < GROSS {
+        true => Course {
+            steps: 0,
+            iterations: 0,
+            state: before,
+        },
+        false => minimise(&mut patch, most_steps, None, stop)?,
+    };
     if course.state.least <= 0.0 {
         course = start_again(task, &mut patch, course, most_steps, stop)?;
     }
     Ok(Solved {
         moved: patch.moved_nodes().collect(),
         stuck,
-        least_before,
+        least_before: before.least,
         course,
     })
+}
+
+/// Has a patch that is grossly folded start from what follows from its fixed nodes.
+pub(super) fn start_from_rim(task: Task<'_>, patch: &mut Patch) {
+    let of_mesh = |&node: &u32| task.mesh.points[node as usize];
+    let reference: Vec<Vector> = patch.nodes.iter().map(of_mesh).collect();
+    relax(patch, &reference);
 }
 
 /// Takes a patch that stays folded from the start that follows from its fixed nodes; what has fewer folded simplices is
@@ -89,12 +107,7 @@ fn start_again(
     stop: &Stop,
 ) -> Result<Course> {
     let reached = patch.places.clone();
-    let reference = patch
-        .nodes
-        .iter()
-        .map(|&node| task.mesh.points[node as usize]);
-    let reference: Vec<Vector> = reference.collect();
-    relax(patch, &reference);
+    start_from_rim(task, patch);
     let mut course = minimise(patch, most_steps, None, stop)?;
     course.steps += first.steps;
     course.iterations += first.iterations;

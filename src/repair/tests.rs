@@ -286,3 +286,23 @@ fn a_grossly_folded_thin_layer_is_taken_from_its_rim() {
     assert_eq!(found.unrepaired, []);
     assert_eq!((found.patches.len(), found.patches[0].rings), (1, 1));
 }
+
+#[test]
+fn a_wall_that_went_through_all_of_its_layers_takes_few_steps() {
+    // Layers that grow by 1.3 from 1e-5 on; the wall bulges by 6,000 of the first.
+    let mut mesh = grid(CellKind::Quadrilateral, 40);
+    for x in &mut mesh.points {
+        x[1] = 1e-5 * (1.3f64.powf(40.0 * x[1]) - 1.0) / 0.3;
+    }
+    let mut points = mesh.points.clone();
+    for x in &mut points[..41] {
+        let from_middle = (x[0] - 0.5) / 0.15;
+        x[1] = match from_middle.abs() < 3.0 {
+            true => 0.06 * (-from_middle * from_middle).exp(),
+            false => 0.0,
+        };
+    }
+    let found = repaired(&mesh, &mut points);
+    assert_eq!(found.unrepaired, []);
+    assert!(found.patches[0].steps < 80, "{:?}", found.patches);
+}
