@@ -138,7 +138,7 @@ impl Polyhedra {
         let is_cell = self.is_cell(faces, named);
         if is_cell.iter().all(|is_cell| *is_cell) {
             for face in faces.faces.clone() {
-                found.cells.push(CellKind::Polygon, self.faces.get(face));
+                self.push_face(face, found);
             }
             let n = section.n_elements;
             return Ok(span(section.first, n, Cells::From(first_cell)));
@@ -147,10 +147,21 @@ impl Polyhedra {
         for (i, face) in faces.faces.clone().enumerate() {
             if is_cell[i] {
                 cells[i] = found.cells.len() as u32;
-                found.cells.push(CellKind::Polygon, self.faces.get(face));
+                self.push_face(face, found);
             }
         }
         Ok(span(section.first, section.n_elements, Cells::Each(cells)))
+    }
+
+    /// Appends a face as a cell: of solid cells a triangle or a quadrilateral where it has so many corners.
+    fn push_face(&self, face: usize, found: &mut MeshBuilder) {
+        let nodes = self.faces.get(face);
+        let kind = match nodes.len() {
+            3 if self.has_solids() => CellKind::Triangle,
+            4 if self.has_solids() => CellKind::Quadrilateral,
+            _ => CellKind::Polygon,
+        };
+        found.cells.push(kind, nodes);
     }
 
     fn is_cell(&self, section: &FaceSection, named: &[bool]) -> Vec<bool> {

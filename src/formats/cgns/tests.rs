@@ -285,7 +285,7 @@ fn long_names_curved_cells_groups_of_any_dimension_and_arrays_come_back() {
     assert_eq!(notes.len(), 3, "{notes:?}");
     let is_renamed = |note: &Diagnostic| match &note.kind {
         NoteKind::Format(FormatNote::GroupWritten(GroupWritten::Renamed { why, .. })) => {
-            *why == "names in CGNS have at most 32 bytes and no slash"
+            *why == "names in CGNS have at most 32 characters of ASCII and no slash"
         }
         _ => false,
     };

@@ -1,6 +1,7 @@
 //! The faces of all polyhedra, each once, with the element numbers that CGNS gives them.
 
 use super::numbering::Numbering;
+use super::plan::is_polygon;
 use crate::mesh::{CellKind, MeshView};
 use crate::parallel::{collect, sort};
 
@@ -62,10 +63,7 @@ impl FaceTable {
 
     /// All polygon cells, then the faces of all polyhedra.
     fn meet<'a>(&mut self, mesh: &'a MeshView<'a>, numbering: &'a Numbering) -> Vec<Met<'a>> {
-        let polygons = mesh
-            .cells
-            .runs()
-            .filter(|run| run.kind == CellKind::Polygon);
+        let polygons = mesh.cells.runs().filter(|run| is_polygon(mesh, run.kind));
         let polygons = polygons.flat_map(|run| {
             let cells = run.cells().enumerate();
             cells.map(move |(i, nodes)| (numbering.element(run.first_cell + i), nodes))

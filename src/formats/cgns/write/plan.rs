@@ -4,7 +4,7 @@
 use super::super::element::ElementType;
 use super::names::Names;
 use crate::error::{Error, Result, option};
-use crate::mesh::{CellKind, CellRun, Mesh, MeshView};
+use crate::mesh::{CellKind, CellRun, Group, Mesh, MeshView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -51,11 +51,10 @@ pub fn other_order(mesh: &MeshView) -> Result<Option<Vec<usize>>> {
     if stretches.len() <= MOST_SECTIONS {
         return Ok(None);
     }
-    let dimension = mesh.dimension();
     let mut kinds: Vec<(Form, u8)> = Vec::new();
     let mut ranks = Vec::with_capacity(mesh.cells.len());
     for run in mesh.cells.runs() {
-        let form = (form(&run, dimension)?, run.kind.dimension());
+        let form = (form(mesh, &run)?, run.kind.dimension());
         ranks.resize(ranks.len() + run.n_cells(), rank(&mut kinds, form));
     }
     let mut order: Vec<usize> = (0..ranks.len()).collect();
@@ -123,11 +122,10 @@ fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
 type Stretch = (Form, u8, Range<usize>);
 
 fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
-    let dimension = mesh.dimension();
     let mut stretches: Vec<Stretch> = Vec::new();
     for run in mesh.cells.runs() {
         let (form, range) = (
-            form(&run, dimension)?,
+            form(mesh, &run)?,
             run.first_cell..run.first_cell + run.n_cells(),
         );
         match stretches.last_mut() {
@@ -179,12 +177,12 @@ fn mixed(stretches: Vec<Stretch>) -> Vec<Stretch> {
     joined
 }
 
-/// The form of cells of a mesh of this dimension. VTK's reader counts edges and points of a solid mesh as cells
-/// unless they are in a MIXED section after all cells.
-fn form(run: &CellRun, dimension: u8) -> Result<Form> {
-    let is_far_below = run.kind.dimension() + 1 < dimension;
+/// The form of a run of cells. VTK's reader counts edges and points of a solid mesh as cells unless they are in a MIXED
+/// section after all cells.
+fn form(mesh: &MeshView, run: &CellRun) -> Result<Form> {
+    let is_far_below = run.kind.dimension() + 1 < mesh.dimension();
     match run.kind {
-        CellKind::Polygon => Ok(Form::Polygons),
+        kind if is_polygon(mesh, kind) => Ok(Form::Polygons),
         CellKind::Polyhedron => Ok(Form::Polyhedra),
         kind => ElementType::of(kind, run.n_nodes)
             .map(|element| match is_far_below {
@@ -203,11 +201,29 @@ fn form(run: &CellRun, dimension: u8) -> Result<Form> {
     }
 }
 
-/// Cells at which a group of the boundary or of lower dimension begins or ends.
+/// Whether cells of this kind are elements of NGON_n: beside polyhedra straight faces are, since readers of ParaView
+/// before 6 take no cells at all where these are of other types.
+pub(super) fn is_polygon(mesh: &MeshView, kind: CellKind) -> bool {
+    match kind {
+        CellKind::Polygon => true,
+        CellKind::Triangle | CellKind::Quadrilateral => mesh.cells.has_polyhedra(),
+        _ => false,
+    }
+}
+
+/// Cells at which a group begins or ends.
 fn cuts(mesh: &MeshView) -> BTreeSet<usize> {
     let dimension = mesh.dimension();
+    let (zones, others) = mesh.groups.iter().partition(|g| g.dimension == dimension);
+    let mut cuts = cuts_of(others);
+    cuts.extend(cuts_of(zones));
+    cuts
+}
+
+/// Cells at which one of some groups begins or ends; none where these are too many.
+fn cuts_of(groups: Vec<&Group>) -> BTreeSet<usize> {
     let mut cuts = BTreeSet::new();
-    for group in mesh.groups.iter().filter(|g| g.dimension < dimension) {
+    for group in groups {
         if group.cells.ranges().len() > MOST_CUTS {
             continue;
         }
@@ -226,11 +242,7 @@ fn cuts(mesh: &MeshView) -> BTreeSet<usize> {
 
 /// A section of the cells of one group is called by it, another by its type.
 fn name(mesh: &MeshView, form: Form, cells: Range<usize>) -> String {
-    let dimension = mesh.dimension();
-    let mut groups = mesh
-        .groups
-        .iter()
-        .filter(|group| group.dimension < dimension);
+    let mut groups = mesh.groups.iter();
     if let Some(group) = groups.find(|group| group.cells.contains_range(cells.clone())) {
         return group.name.clone();
     }
@@ -245,6 +257,8 @@ fn name(mesh: &MeshView, form: Form, cells: Range<usize>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::faces::FaceTable;
+    use super::super::numbering::Numbering;
     use super::*;
 
     /// A row of quadrilaterals, whose edges below and above take turns in `n` pieces of three tags.
@@ -297,5 +311,46 @@ mod tests {
     #[test]
     fn tags_in_few_pieces_keep_their_order() {
         assert!(sorted(&row(6).view()).expect("it can be written").is_none());
+    }
+
+    #[test]
+    fn sections_of_cells_are_cut_at_zones_and_named_after_them() {
+        let mut mesh = row(4);
+        for (name, cells) in [("left", 0..1), ("right", 1..4)] {
+            mesh.groups.push(Group {
+                dimension: 2,
+                name: name.into(),
+                number: None,
+                condition: None,
+                cells: cells.collect(),
+            });
+        }
+        assert_eq!(names(&mesh.view())[..2], ["left", "right"]);
+        mesh.groups.pop();
+        assert_eq!(names(&mesh.view())[..2], ["left", "QUAD_4"]);
+    }
+
+    #[test]
+    fn straight_faces_beside_polyhedra_are_polygons_and_faces_of_these() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            ..Mesh::default()
+        };
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+        let mut stream = vec![4];
+        for face in faces {
+            stream.push(3);
+            stream.extend(face);
+        }
+        mesh.cells.push_polyhedron(&stream).expect("a good stream");
+        mesh.cells.push(CellKind::Triangle, &faces[0]);
+        mesh.cells.push(CellKind::Triangle, &faces[1]);
+        let view = mesh.view();
+        let sections = sections(&view, &mut Names::default()).expect("it can be written");
+        let forms: Vec<Form> = sections.iter().map(|section| section.form).collect();
+        assert_eq!(forms, [Form::Polyhedra, Form::Polygons]);
+        let table = FaceTable::of(&view, &Numbering::of(&view));
+        assert_eq!(table.len(), 2);
+        assert_eq!(table.of_polyhedron(&view, 0), [2, 3, 4, 5]);
     }
 }
