@@ -605,3 +605,45 @@ fn the_sequence_of_a_mesh_with_a_hidden_name_is_found() {
         );
     }
 }
+
+#[test]
+fn names_of_nodes_in_cgns_and_of_solids_are_ascii_and_cgns_keeps_the_full_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let names = ["Fläche ä", "Fläche ö", "a=b c"].map(str::to_owned);
+    save(&cubes(&names), &folder.join("m.vtu"));
+    let run = succeed(folder, &["convert", "m.vtu", "m.cgns"]);
+    assert_says(
+        &run.err,
+        &["\"Fläche ä\"", "\"Fl_che _\"", "\"Fl_che __2\"", "ASCII"],
+    );
+    let bytes = std::fs::read(folder.join("m.cgns")).unwrap();
+    let has = |text: &[u8]| memchr::memmem::find(&bytes, text).is_some();
+    assert!(has(b"Fl_che __2") && has("Fläche ö".as_bytes()));
+    let tags = |mesh: &str| -> BTreeSet<String> {
+        let mesh = Mesh::read(folder.join(mesh)).unwrap();
+        mesh.boundary_tags().map(|tag| tag.name.clone()).collect()
+    };
+    assert_eq!(tags("m.cgns"), names.iter().cloned().collect());
+    let run = succeed(
+        folder,
+        &["convert", "m.vtu", "m.stl", "--encoding", "ascii"],
+    );
+    assert_says(&run.err, &["\"a=b c\"", "\"a=b_c\"", "ASCII"]);
+    let text = std::fs::read_to_string(folder.join("m.stl")).unwrap();
+    assert!(
+        text.is_ascii() && text.contains("solid Fl_che__\n"),
+        "{text}"
+    );
+    // The last = ends the old name, as in --patch-type.
+    let rename = [
+        "-q",
+        "convert",
+        "m.vtu",
+        "r.vtu",
+        "--rename-tag",
+        "a=b c=wall",
+    ];
+    succeed(folder, &rename);
+    assert!(tags("r.vtu").contains("wall"));
+}

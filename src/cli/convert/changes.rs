@@ -38,17 +38,17 @@ pub struct Changes {
     /// first
     #[arg(long, value_name = "HOW")]
     tag_boundary: Option<TagBoundary>,
-    /// Make one boundary tag of several: wall=upper,lower; repeatable
+    /// Make one boundary tag, or one zone, of several: wall=upper,lower; repeatable
     #[arg(long, value_name = "NEW=A,B", value_parser = merging)]
     merge_tags: Vec<(String, Vec<String>)>,
-    /// Remove a boundary tag, and its faces that no other tag has; STL and VTP then hold the boundary faces that are left,
+    /// Remove a boundary tag, and its faces that no other tag has, or a zone with its cells; STL and VTP then hold the boundary faces that are left,
     /// and no other; repeatable
     #[arg(long, value_name = "TAG")]
     drop_tag: Vec<String>,
-    /// Remove all boundary tags but this one, as --drop-tag does; repeatable
+    /// Remove all boundary tags, or all zones, but this one, as --drop-tag does; repeatable
     #[arg(long, value_name = "TAG", conflicts_with = "drop_tag")]
     keep_tag: Vec<String>,
-    /// Rename a boundary tag or zone; repeatable
+    /// Rename a boundary tag or zone, which may have = in its name; repeatable
     #[arg(long, value_name = "OLD=NEW", value_parser = renaming)]
     rename_tag: Vec<(String, String)>,
     /// Type of the patch that a boundary tag becomes in OpenFOAM: patch, wall, symmetry, symmetryPlane,
@@ -70,14 +70,15 @@ pub enum TagBoundary {
     Connected,
 }
 
+/// Reads `wing=wall`. The last `=` counts, since names of tags may have others.
 fn renaming(text: &str) -> std::result::Result<(String, String), String> {
-    match text.split_once('=') {
+    match text.rsplit_once('=') {
         Some((old, new)) if !old.is_empty() && !new.is_empty() => Ok((old.into(), new.into())),
         _ => Err("write OLD=NEW".into()),
     }
 }
 
-/// Reads `wall=upper,lower`.
+/// Reads `wall=upper,lower`. The first `=` counts, since names of tags may have others.
 fn merging(text: &str) -> std::result::Result<(String, Vec<String>), String> {
     let wrong = || "write NEW=A,B, such as wall=upper,lower".to_owned();
     let (new, old) = text.split_once('=').ok_or_else(wrong)?;
@@ -237,11 +238,12 @@ impl Changes {
             true => mesh.drop_tags(&named),
             false => mesh.keep_tags(&named),
         };
-        let n = n.map_err(|error| of_option(option, error))?;
-        Ok(Some(format!(
-            "{option}: {} removed",
-            with_verb(n, "boundary face", "is")
-        )))
+        let [n_faces, n_cells] = n.map_err(|error| of_option(option, error))?;
+        let faces = with_verb(n_faces, "boundary face", "is");
+        Ok(Some(match n_cells {
+            0 => format!("{option}: {faces} removed"),
+            n => format!("{option}: {} and {faces} removed", counted(n, "cell")),
+        }))
     }
 }
 

@@ -80,7 +80,7 @@ fn text_has_a_solid_for_each_tag_and_reads_back_to_the_last_bit() {
     let tags: Vec<_> = tags
         .map(|tag| (tag.name.as_str(), tag.cells.len()))
         .collect();
-    assert_eq!(tags, [("floor and wall", 4), ("top", 2)]);
+    assert_eq!(tags, [("floor_and_wall", 4), ("top", 2)]);
     assert!((volume(&mesh) - 6e-3).abs() < 1e-15, "{}", volume(&mesh));
 }
 

@@ -14,17 +14,14 @@ use crate::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::io::Write;
 
-/// Names as the lines of text have them.
+/// Names as the lines of text have them: some programs end one at a blank, others refuse letters beyond ASCII.
 const RULE: Rule = Rule {
     longest: usize::MAX,
-    fit: |name, _| {
-        let text = name.replace(char::is_control, "_");
-        match text.trim() {
-            "" => "_".to_owned(),
-            text => text.to_owned(),
-        }
+    fit: |name, _| match name.trim() {
+        "" => "_".to_owned(),
+        name => name.replace(|c: char| !c.is_ascii_graphic(), "_"),
     },
-    why: "the name of a solid is one line",
+    why: "names of solids have characters of ASCII and no blanks",
 };
 
 /// Writes a mesh of triangles; returns a note for each thing that is left out.

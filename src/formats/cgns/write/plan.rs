@@ -51,10 +51,11 @@ pub fn other_order(mesh: &MeshView) -> Result<Option<Vec<usize>>> {
     if stretches.len() <= MOST_SECTIONS {
         return Ok(None);
     }
+    let dimension = mesh.dimension();
     let mut kinds: Vec<(Form, u8)> = Vec::new();
     let mut ranks = Vec::with_capacity(mesh.cells.len());
     for run in mesh.cells.runs() {
-        let form = (form(mesh, &run)?, run.kind.dimension());
+        let form = (form(mesh, &run, dimension)?, run.kind.dimension());
         ranks.resize(ranks.len() + run.n_cells(), rank(&mut kinds, form));
     }
     let mut order: Vec<usize> = (0..ranks.len()).collect();
@@ -122,10 +123,11 @@ fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
 type Stretch = (Form, u8, Range<usize>);
 
 fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
+    let dimension = mesh.dimension();
     let mut stretches: Vec<Stretch> = Vec::new();
     for run in mesh.cells.runs() {
         let (form, range) = (
-            form(mesh, &run)?,
+            form(mesh, &run, dimension)?,
             run.first_cell..run.first_cell + run.n_cells(),
         );
         match stretches.last_mut() {
@@ -177,10 +179,10 @@ fn mixed(stretches: Vec<Stretch>) -> Vec<Stretch> {
     joined
 }
 
-/// The form of a run of cells. VTK's reader counts edges and points of a solid mesh as cells unless they are in a MIXED
+/// The form of a run of cells of a mesh of this dimension. VTK's reader counts edges and points of a solid mesh as cells unless they are in a MIXED
 /// section after all cells.
-fn form(mesh: &MeshView, run: &CellRun) -> Result<Form> {
-    let is_far_below = run.kind.dimension() + 1 < mesh.dimension();
+fn form(mesh: &MeshView, run: &CellRun, dimension: u8) -> Result<Form> {
+    let is_far_below = run.kind.dimension() + 1 < dimension;
     match run.kind {
         kind if is_polygon(mesh, kind) => Ok(Form::Polygons),
         CellKind::Polyhedron => Ok(Form::Polyhedra),
