@@ -337,7 +337,15 @@ impl Input {
                 Meshes::Listed(list) => {
                     let entry = &list[step.unwrap_or(list.len() - 1)];
                     self.check_file(entry)?;
-                    formats::read(&context.open(&entry.path)?, &options)
+                    let location = context.open(&entry.path)?;
+                    // A list may name any file: nothing of the content of one that is no mesh is shown.
+                    if location.file().is_ok() && formats::of(&location).is_err() {
+                        let list = self.path.display();
+                        let message =
+                            format!("{list} lists this file, and it is no mesh of a known format");
+                        return Err(Error::input(message).file(&entry.path));
+                    }
+                    formats::read(&location, &options)
                 }
                 Meshes::Elsewhere(_) => Err(Error::system("another rank reads this file")),
             }

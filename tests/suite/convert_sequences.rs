@@ -231,3 +231,24 @@ fn a_signal_ends_a_conversion_and_leaves_no_hidden_file() {
         assert_eq!(names(path), expected, "{out:?}");
     }
 }
+
+#[test]
+fn nothing_is_shown_of_a_file_that_a_list_names_and_that_is_no_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("notes.txt"), "root:secret:words").unwrap();
+    let list = "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"notes.txt\"/></Collection></VTKFile>";
+    std::fs::write(folder.join("all.pvd"), list).unwrap();
+    for args in [&["info", "all.pvd"][..], &["convert", "all.pvd", "a.vtu"]] {
+        let run = azimesh(folder, args);
+        assert_eq!(run.code, 2, "{run:?}");
+        assert_says(
+            &run.err,
+            &[
+                "notes.txt: all.pvd lists this file",
+                "no mesh of a known format",
+            ],
+        );
+        assert!(!run.err.contains("secret"), "{run:?}");
+    }
+}
