@@ -61,8 +61,38 @@ pub fn distance(a: Vector, b: Vector) -> f64 {
     norm(sub(a, b))
 }
 
-/// `a` with length one; `None` for a vector of no length.
+/// `a` with length one; `None` for a vector of no length or of components that are not finite.
 pub fn unit(a: Vector) -> Option<Vector> {
-    let length = norm(a);
-    (length > 0.0 && length.is_finite()).then(|| scale(a, 1.0 / length))
+    let square = dot(a, a);
+    if square.is_normal() {
+        return Some(scale(a, 1.0 / square.sqrt()));
+    }
+    // Squares overflow or underflow: the largest component becomes one first.
+    let largest = a.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
+    let a = a.map(|x| x / largest);
+    let square = dot(a, a);
+    square.is_normal().then(|| scale(a, 1.0 / square.sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_of_any_length_has_a_unit_vector() {
+        for length in [1.0, 1e308, 1e155, 1e-155, 1e-300, 5e-324] {
+            assert_eq!(
+                unit([0.0, 0.0, -length]),
+                Some([0.0, 0.0, -1.0]),
+                "{length:e}"
+            );
+        }
+        for length in [1e308, 1e-300] {
+            let found = unit([length, length, 0.0]).expect("it has a direction");
+            assert!((found[0] - 0.5f64.sqrt()).abs() < 1e-15 && found[0] == found[1]);
+        }
+        for none in [[0.0; 3], [f64::NAN, 1.0, 0.0], [f64::INFINITY, 1.0, 0.0]] {
+            assert_eq!(unit(none), None, "{none:?}");
+        }
+    }
 }
