@@ -355,7 +355,7 @@ impl Values {
             return Err(places.error(&at("step"), message));
         }
         let last = (intervals + LANDING).floor();
-        let lands = (intervals - last).abs() <= LANDING;
+        let lands = last > 0.0 && (intervals - last).abs() <= LANDING;
         let steps = 0..=last as usize;
         let mut values: Vec<f64> = steps.map(|i| start + i as f64 * step).collect();
         if lands && let Some(value) = values.last_mut() {
@@ -379,4 +379,28 @@ pub(super) fn neighbours(steps: &[Step]) -> Vec<[u32; 2]> {
         [before, order.get(to).copied()].map(|other| other.unwrap_or(step as u32))
     };
     (0..steps.len()).map(beside).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Schedule;
+
+    #[test]
+    fn a_step_beyond_the_stop_leaves_the_start_alone() {
+        for (stop, step) in [(10.0, 1e300), (10.0, 1e8), (-10.0, -1e300)] {
+            let steps = Steps::azimuth_deg(3.0, 3.0 + stop, step);
+            let found = Schedule::new(steps.clone()).steps().expect("there is one");
+            assert_eq!(found.len(), 1);
+            assert_eq!(found[0].azimuth_deg(), Some(3.0));
+            let note = steps.short_of_stop().expect("it is not reached");
+            assert!(
+                note.to_string()
+                    .contains("the last step is at 3; `stop` = "),
+                "{note}"
+            );
+        }
+        let one = Steps::azimuth_deg(3.0, 3.0, 1.0);
+        assert_eq!(one.short_of_stop(), None);
+    }
 }
