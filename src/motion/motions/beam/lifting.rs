@@ -7,7 +7,7 @@ use crate::diagnostic::motion::MotionNote;
 use crate::diagnostic::short;
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
-use crate::geometry::vector::{Vector, distance, dot, sub};
+use crate::geometry::vector::{Vector, add, distance, dot, sub, unit};
 use crate::motion::motions::OnMesh;
 use crate::motion::table::Table;
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,8 @@ const INSIDE: f64 = 1e-3;
 const NEAR: f64 = 0.05;
 /// A lifting line whose distance from the blade is more than this fraction of the blade's extent gives a warning.
 const BESIDE: f64 = 0.5;
+/// Extents that differ by less than this part are equally long.
+const AS_LONG: f64 = 1e-6;
 /// Where the line lies between leading and trailing edge.
 const CHORDWISE: f64 = 0.25;
 
@@ -84,8 +86,8 @@ impl LiftingLine {
 
     /// A quarter of the chord behind the leading edge, at some stations and inside the rounded ends of the
     /// blade, and on straight through these.
-    /// The chord of a section is its longest extent; its leading edge is the end towards `e_y`, of a
-    /// clockwise rotor the other.
+    /// The chord of a section is its longest extent, of several as long the one between them; its leading edge is the end towards
+    /// `e_y`, of a clockwise rotor the other.
     pub fn quarter_chord(blade: &BladeEdges, stations: &[f64], body: &str) -> Result<Self> {
         let [low, high] = blade.span();
         let length = high - low;
@@ -237,8 +239,8 @@ fn in_blade(on: &OnMesh<'_>, x: Vector) -> Vector {
     [on.blade.e_x, on.blade.e_y, on.blade.e_z].map(|axis| dot(axis, from_hub))
 }
 
-/// The ends of the longest extent of a section, leading edge first, which is towards `e_y` times `sign`:
-/// from one point to the farthest, and on from there while the distance grows.
+/// The ends of the chord of a section, leading edge first, which is towards `e_y` times `sign`: of its longest extent, from one
+/// point to the farthest, and on from there while the distance grows.
 fn chord(cut: &[Vector], sign: f64) -> Option<[Vector; 2]> {
     let farthest = |from: &Vector| {
         let others = cut.iter();
@@ -258,7 +260,105 @@ fn chord(cut: &[Vector], sign: f64) -> Option<[Vector; 2]> {
         }
         ends = [ends[1], next];
     }
-    let [a, b] = ends;
-    let forward = sign * a[1] >= sign * b[1];
-    Some(if forward { [a, b] } else { [b, a] })
+    middles(cut, forward(ends, sign), sign)
+}
+
+/// The ends of an extent, the one towards `e_y` times `sign` first.
+fn forward([a, b]: [Vector; 2], sign: f64) -> [Vector; 2] {
+    match sign * a[1] >= sign * b[1] {
+        true => [a, b],
+        false => [b, a],
+    }
+}
+
+/// The ends of the chord of a section of which `ends` are a longest extent. Of a blunt section several are as long, from corner to
+/// corner: the chord is along their mean, between the middles of the edges at both ends.
+fn middles(cut: &[Vector], ends: [Vector; 2], sign: f64) -> Option<[Vector; 2]> {
+    let least = (1.0 - AS_LONG) * distance(ends[0], ends[1]);
+    let middle: Vector = std::array::from_fn(|i| 0.5 * (ends[0][i] + ends[1][i]));
+    let from_middle = |x: &Vector| distance(*x, middle);
+    let farthest = cut.iter().map(from_middle).fold(0.0, f64::max);
+    // No other point is the end of an extent as long.
+    let mut corners: Vec<Vector> = cut.to_vec();
+    corners.retain(|x| from_middle(x) + farthest >= least);
+    corners.sort_by(|a, b| a[1].total_cmp(&b[1]).then(a[2].total_cmp(&b[2])));
+    corners.dedup();
+    let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let pairs = pairs.map(|(i, j)| forward([corners[i], corners[j]], sign));
+    let (mut n, mut along) = (0, [0.0; 3]);
+    for [nose, tail] in pairs.filter(|[a, b]| distance(*a, *b) >= least) {
+        n += 1;
+        along = add(along, sub(nose, tail));
+    }
+    let Some(along) = unit(along).filter(|_| n > 1) else {
+        return Some(ends);
+    };
+    let across = [0.0, -along[2], along[1]];
+    let middle_of_edge = |sense: f64| {
+        let height = |x: &&Vector| sense * dot(along, **x);
+        let top = corners
+            .iter()
+            .map(|x| height(&x))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let edge = || {
+            corners
+                .iter()
+                .filter(|x| height(x) >= top - AS_LONG * least)
+        };
+        let side = |a: &&Vector, b: &&Vector| dot(across, **a).total_cmp(&dot(across, **b));
+        let (a, b) = (edge().min_by(side)?, edge().max_by(side)?);
+        Some(std::array::from_fn(|i| 0.5 * (a[i] + b[i])))
+    };
+    let found = [middle_of_edge(1.0)?, middle_of_edge(-1.0)?];
+    // Copies of one point that differ by round-off are no edge.
+    let is_same = |i: usize| distance(found[i], ends[i]) <= AS_LONG * least;
+    Some(if is_same(0) && is_same(1) {
+        ends
+    } else {
+        found
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn section(points: &[[f64; 2]]) -> Vec<Vector> {
+        points.iter().map(|[y, z]| [2.0, *y, *z]).collect()
+    }
+
+    #[test]
+    fn the_chord_of_a_blunt_section_is_between_the_middles_of_its_ends() {
+        let corners = [[0.5, 0.5], [0.5, -0.5], [-0.5, 0.5], [-0.5, -0.5]];
+        let between = [[0.5, 0.1], [-0.5, 0.3], [0.2, 0.5], [0.0, -0.5]];
+        let square = section(&[corners, between].concat());
+        assert_eq!(
+            chord(&square, 1.0),
+            Some([[2.0, 0.5, 0.0], [2.0, -0.5, 0.0]])
+        );
+        assert_eq!(
+            chord(&square, -1.0),
+            Some([[2.0, -0.5, 0.0], [2.0, 0.5, 0.0]])
+        );
+        // A blunt trailing edge below a round nose.
+        let blunt = section(&[
+            [1.0, 0.0],
+            [0.9, 0.06],
+            [0.9, -0.06],
+            [0.0, 0.01],
+            [0.0, -0.01],
+        ]);
+        assert_eq!(chord(&blunt, 1.0), Some([[2.0, 1.0, 0.0], [2.0, 0.0, 0.0]]));
+    }
+
+    #[test]
+    fn one_longest_extent_is_the_chord_to_the_last_bit() {
+        let sharp = section(&[[1.0, 0.1], [0.7, 0.2], [0.6, -0.1], [0.0, -0.03]]);
+        assert_eq!(chord(&sharp, 1.0), Some([sharp[0], sharp[3]]));
+        let mut again = sharp.clone();
+        again.push([2.0, 1.0 + f64::EPSILON, 0.1]);
+        let found = chord(&again, 1.0).expect("it has two ends");
+        assert_eq!(found[1], sharp[3]);
+        assert!(found[0] == sharp[0] || found[0] == again[4]);
+    }
 }
