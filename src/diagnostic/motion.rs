@@ -90,6 +90,22 @@ MotionNote as Motion {
         in_digits(*offset_deg, 6)
     )
 
+    /// A table over azimuth has no row at the end of its revolution, and a step is past its last row.
+    ClosedByStep {
+        /// Name of the body.
+        body: String,
+        /// The first and the last row, in words.
+        rows: [String; 2],
+        /// Where the revolution ends, in words.
+        end: String,
+        /// The first such step.
+        step: usize,
+    } => (
+        "body \"{body}\": the table goes from {} to {}, one step before {end}, and so repeats itself; the values of step {step} \
+         are between its last and its first row",
+        rows[0], rows[1]
+    )
+
     /// Where the line is that the sections of a beam turn about.
     BeamLine {
         /// Name of the body.

@@ -35,6 +35,23 @@ impl Clock<'_> {
         })
     }
 
+    /// By how much the key of a history grows in a second at a step; 0 where the schedule has no time. Of a linear
+    /// one over steps, whose rates are those after a row, from the step to the next.
+    pub fn rate_in(&self, history: &History, step: &Step) -> f64 {
+        match history.key() {
+            Key::Step if history.is_linear() => {
+                let [before, after] = self.beside(step);
+                let from = if after == step.index {
+                    before
+                } else {
+                    step.index
+                };
+                self.steps_between(from, after)
+            }
+            key => self.rate(key, step),
+        }
+    }
+
     /// By how much the key grows in a second at a step; 0 where the schedule has no time.
     pub fn rate(&self, key: Key, step: &Step) -> f64 {
         match key {
@@ -53,6 +70,10 @@ impl Clock<'_> {
     /// Steps a second, between the neighbours of a step in time; 0 where the schedule has no time.
     pub fn steps_a_second(&self, step: &Step) -> f64 {
         let [from, to] = self.beside(step);
+        self.steps_between(from, to)
+    }
+
+    fn steps_between(&self, from: usize, to: usize) -> f64 {
         match [from, to].map(|step| self.steps[step].time_s) {
             [Some(before), Some(after)] if after != before => {
                 (to as f64 - from as f64) / (after - before)
@@ -69,7 +90,7 @@ impl Clock<'_> {
     }
 
     /// Refuses a history that has no values at some step; its motion is under `place` in the schedule. A note
-    /// where the body has an azimuth offset that the history does not follow.
+    /// where the body has an azimuth offset that the history does not follow, or a step is past its last row.
     pub fn check(
         &self,
         history: &History,
@@ -77,29 +98,51 @@ impl Clock<'_> {
         place: &str,
     ) -> Result<Option<Diagnostic>> {
         let key = history.key();
-        let turns = key.revolution().is_some();
-        if turns && self.steps.iter().any(|step| !step.has_azimuth) {
-            let message = format!(
-                "the table has the column `{}`, but [time] has no `frequency` that gives an azimuth; add for \
-                 example  frequency = 2.0, or `azimuth_table` in [rotor], or give the table the column `time_s`",
-                key.name()
-            );
-            return Err(on.error(place, message));
-        }
+        self.check_azimuth(key, on, place)?;
+        let mut past_last_row = None;
         for step in self.steps {
             let Some(at) = Self::place(key, step, Self::offset(history, on)) else {
                 return Err(on.error(place, NO_TIME));
             };
-            history.locate(at)?;
+            if history.is_past_last_row(history.locate(at)?) {
+                past_last_row.get_or_insert(step);
+            }
         }
-        let differs = turns && on.offset != 0.0 && !history.repeats();
-        let note = || MotionNote::Transient {
+        let file = |note: MotionNote| Diagnostic::new(note).file(history.path());
+        if !history.repeats() {
+            return Ok(transient(key, on, &history.why_once()).map(file));
+        }
+        let closed = past_last_row.map(|step| MotionNote::ClosedByStep {
             body: on.body.name.clone(),
-            offset_deg: on.offset.to_degrees(),
-            why: history.why_once(),
-        };
-        Ok(differs.then(|| Diagnostic::new(note()).file(history.path())))
+            rows: <[f64; 2]>::from(history.range()).map(|at| key.place(at)),
+            end: key.place(history.end()),
+            step: step.index,
+        });
+        Ok(closed.map(file))
     }
+
+    /// Refuses a key of azimuth where steps have none.
+    pub fn check_azimuth(&self, key: Key, on: &OnMesh<'_>, place: &str) -> Result<()> {
+        if key.revolution().is_none() || self.steps.iter().all(|step| step.has_azimuth) {
+            return Ok(());
+        }
+        let message = format!(
+            "the table has the column `{}`, but [time] has no `frequency` that gives an azimuth; add for \
+             example  frequency = 2.0, or `azimuth_table` in [rotor], or give the table the column `time_s`",
+            key.name()
+        );
+        Err(on.error(place, message))
+    }
+}
+
+/// A note where a body has an azimuth offset that rows over azimuth do not follow, since they do not repeat themselves.
+pub(super) fn transient(key: Key, on: &OnMesh<'_>, why: &str) -> Option<MotionNote> {
+    let differs = key.revolution().is_some() && on.offset != 0.0;
+    differs.then(|| MotionNote::Transient {
+        body: on.body.name.clone(),
+        offset_deg: on.offset.to_degrees(),
+        why: why.to_owned(),
+    })
 }
 
 /// A history that has values at every step, for a body.
@@ -132,7 +175,7 @@ impl StepHistory {
 
     /// Their rates in a second; 0 where the schedule has no time.
     pub fn rates(&self, at: &At<'_>) -> Vec<f64> {
-        let each = at.clock.rate(self.history.key(), at.step);
+        let each = at.clock.rate_in(&self.history, at.step);
         let rates = self.history.rates_at(self.place(at.step)).expect(PROMISE);
         rates.into_iter().map(|rate| each * rate).collect()
     }

@@ -52,13 +52,8 @@ impl BodyMotion for Displacements {
         };
         let sets: Result<Vec<Vec<Vector>>> = on.clock.steps.iter().map(displaced).collect();
         let places = (0..on.clock.steps.len()).map(|step| step as f64);
-        let sets = SurfaceSets {
-            key: Some(Key::Step),
-            places: places.collect(),
-            sets: sets?,
-            lines: Vec::new(),
-            notes: Vec::new(),
-        };
+        let places = (Key::Step, places.collect());
+        let sets = SurfaceSets::at_places(places, sets?, Vec::new(), Vec::new());
         Ok(Arc::new(NodeSets::new(sets, on)))
     }
 }

@@ -1,6 +1,6 @@
 //! Sets of node displacements, one for each step or one for all: the set of a step and its rate of change.
 
-use super::clock::NO_TIME;
+use super::clock::{NO_TIME, transient};
 use super::link::{Link, NodeField, NodeLink};
 use super::nodes::BodyNodes;
 use super::{At, Clock, MapScope, OnMesh, ResolvedMotion};
@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, scale, sub};
 use crate::motion::steps::Step;
-use crate::motion::table::Key;
+use crate::motion::table::{Key, Period, why_once};
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
@@ -18,23 +18,24 @@ use std::sync::Arc;
 const SAME: f64 = 1e-4;
 /// Part of a place that is round-off.
 const ROUND_OFF: f64 = 1e-14;
-/// Sets close a revolution when the way from the last on to the first is no longer than this many times
-/// their largest gap.
-const GAP: f64 = 1.001;
+/// Part of the largest component by which the last of the sets of whole revolutions may differ from the first.
+const REPEATED: f64 = 1e-6;
 
 /// A set of displacements for every step, or one for all.
 #[derive(Debug, Clone)]
 pub(super) struct SurfaceSets {
     /// What the sets belong to; `None` is one for all steps.
-    pub(super) key: Option<Key>,
+    key: Option<Key>,
     /// Where the sets are, increasing.
-    pub(super) places: Vec<f64>,
+    places: Vec<f64>,
     /// Displacements of the body's nodes.
-    pub(super) sets: Vec<Vec<Vector>>,
+    sets: Vec<Vec<Vector>>,
     /// The last line of each set, in a table.
-    pub(super) lines: Vec<u64>,
+    lines: Vec<u64>,
+    /// The distance after which they repeat themselves, or the reason why they do not.
+    period: std::result::Result<Period, Option<String>>,
     /// What the user should know.
-    pub notes: Vec<Diagnostic>,
+    notes: Vec<Diagnostic>,
 }
 
 /// The sets with the nodes that they are for.
@@ -89,24 +90,64 @@ impl SurfaceSets {
             places: vec![0.0],
             sets,
             lines: Vec::new(),
+            period: Err(None),
             notes,
         }
+    }
+
+    /// Sets at increasing places of a key; `lines` are the last ones of each in a table.
+    pub(super) fn at_places(
+        (key, places): (Key, Vec<f64>),
+        sets: Vec<Vec<Vector>>,
+        lines: Vec<u64>,
+        notes: Vec<Diagnostic>,
+    ) -> Self {
+        Self {
+            period: Period::of(key, &places, || last_differs(&sets)),
+            key: Some(key),
+            places,
+            sets,
+            lines,
+            notes,
+        }
+    }
+
+    /// Gives the place of a body among the sets at a step: ahead by its azimuth offset (radians) where they repeat themselves.
+    fn place(&self, key: Key, step: &Step, offset: f64) -> Option<f64> {
+        let offset = if self.period.is_ok() { offset } else { 0.0 };
+        Clock::place(key, step, offset)
     }
 
     /// The set of a step.
     fn find(&self, step: &Step, offset: f64) -> Option<usize> {
         let Some(key) = self.key else { return Some(0) };
-        let at = Clock::place(key, step, offset)?;
-        let turned = || self.nearest_turned(at, key.revolution()?);
+        let at = self.place(key, step, offset)?;
+        let turned = || self.nearest_turned(at, self.period.as_ref().ok()?.length);
         self.nearest(at).or_else(turned)
     }
 
+    /// Refuses steps without a set, and adds a note where the body has an azimuth offset that the sets do not follow.
+    pub(super) fn check(&mut self, on: &OnMesh<'_>, path: &Path) -> Result<()> {
+        let Some(key) = self.key else { return Ok(()) };
+        on.clock.check_azimuth(key, on, "surface")?;
+        let steps = on.clock.steps.iter();
+        steps
+            .map(|step| self.check_step(step, on, path))
+            .collect::<Result<()>>()?;
+        if let Err(open) = &self.period {
+            let note = transient(key, on, &why_once(open.as_deref()));
+            self.notes
+                .extend(note.map(|note| Diagnostic::new(note).file(path)));
+        }
+        Ok(())
+    }
+
     /// Refuses a step without a set. Where rows are missing, the error is at the last row before them.
-    pub(super) fn check(&self, step: &Step, on: &OnMesh<'_>, path: &Path) -> Result<()> {
+    fn check_step(&self, step: &Step, on: &OnMesh<'_>, path: &Path) -> Result<()> {
         let (Some(key), None) = (self.key, self.find(step, on.offset)) else {
             return Ok(());
         };
-        let Some(at) = Clock::place(key, step, on.offset) else {
+        let Some(at) = self.place(key, step, on.offset) else {
             return Err(on.error("surface", NO_TIME));
         };
         let before = self.places.partition_point(|place| *place < at);
@@ -175,17 +216,18 @@ impl SurfaceSets {
             let sets = (self.find(before, offset)?, self.find(after, offset)?);
             return (seconds > 0.0).then_some((sets.0, sets.1, 1.0 / seconds));
         }
-        let [before, after] = self.beside(self.find(step, offset)?, key);
+        let [before, after] = self.beside(self.find(step, offset)?);
         let way = after.1 - before.1;
         (way > 0.0).then(|| (before.0, after.0, clock.rate(key, step) / way))
     }
 
     /// The sets before and after one with their places, round a revolution where they close it; the set
     /// itself at an end.
-    fn beside(&self, set: usize, key: Key) -> [(usize, f64); 2] {
+    fn beside(&self, set: usize) -> [(usize, f64); 2] {
         let places = &self.places;
         let last = places.len() - 1;
-        let (n, period) = self.period(key).unwrap_or((0, 0.0));
+        let period = self.period.as_ref();
+        let (n, period) = period.map_or((0, 0.0), |period| (period.n_rows, period.length));
         let before = match set {
             0 if n > 0 => (n - 1, places[n - 1] - period),
             _ => (set.saturating_sub(1), places[set.saturating_sub(1)]),
@@ -197,20 +239,15 @@ impl SurfaceSets {
         };
         [before, after]
     }
+}
 
-    /// After how many sets and how long they repeat themselves: by a last set that is the first again, or
-    /// without one where the way on to the first is no longer than others.
-    fn period(&self, key: Key) -> Option<(usize, f64)> {
-        let turn = key.revolution()?;
-        let gaps = self.places.windows(2).map(|pair| pair[1] - pair[0]);
-        let gap = gaps.fold(0.0, f64::max);
-        let n = self.places.len();
-        let extent = self.places[n - 1] - self.places[0];
-        let whole = (extent / turn).round() * turn;
-        if whole > 0.0 && (extent - whole).abs() <= SAME * gap {
-            return Some((n - 1, extent));
-        }
-        let next = (extent / turn).ceil() * turn;
-        (next - extent <= GAP * gap).then_some((n, next))
-    }
+/// Tells if the last set is not the first again.
+fn last_differs(sets: &[Vec<Vector>]) -> bool {
+    let numbers = |set: usize| sets[set].as_flattened().iter();
+    let largest = sets
+        .iter()
+        .flat_map(|set| set.as_flattened())
+        .fold(0.0, |most, x| f64::max(most, x.abs()));
+    let mut pairs = numbers(0).zip(numbers(sets.len() - 1));
+    pairs.any(|(first, last)| (last - first).abs() > REPEATED * largest)
 }

@@ -90,7 +90,7 @@ impl BodyMotion for SurfaceMotion {
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let file = self.source.mesh_file();
         let path = file.map(|file| on.file(file, "surface")).transpose()?;
-        let (sets, path) = match path {
+        let (mut sets, path) = match path {
             Some(path) if is_positions(&path) => (self.of_positions(&path, on)?, path),
             Some(path) => (self.of_mesh(&path, on)?, path),
             None => {
@@ -98,9 +98,7 @@ impl BodyMotion for SurfaceMotion {
                 (self.of_table(&table, on)?, table.path().to_path_buf())
             }
         };
-        for step in on.clock.steps {
-            sets.check(step, on, &path)?;
-        }
+        sets.check(on, &path)?;
         Ok(Arc::new(NodeSets::new(sets, on)))
     }
 }
@@ -162,12 +160,10 @@ impl SurfaceMotion {
         };
         let (sets, others) =
             filling.finish(which, |_, row, message| table.error_at(row, message))?;
-        Ok(SurfaceSets {
-            sets,
-            key,
-            places,
-            lines,
-            notes: unused(others, table.path(), &on.body.name),
+        let notes = unused(others, table.path(), &on.body.name);
+        Ok(match key {
+            Some(key) => SurfaceSets::at_places((key, places), sets, lines, notes),
+            None => SurfaceSets::one(sets, notes),
         })
     }
 

@@ -1,18 +1,13 @@
 //! Values over azimuth, time or step, interpolated between the rows of a table.
 
-use super::{Column, Key, Table, spline};
+use super::{Column, Key, Period, Table, spline, why_once};
 use crate::error::{Error, Result};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Part of a revolution by which a table may miss closing it.
-const CLOSING: f64 = 1e-5;
 /// Part of a component's largest value by which the last row of whole revolutions may differ from
 /// the first.
 const REPEATED: f64 = 1e-6;
-/// A table without its last row closes a revolution when the way to its first row is no longer than
-/// this many times its largest gap.
-const GAP: f64 = 1.001;
 /// Part of the distance between the two rows at an end, or of the place of a single row, by which a step may lie
 /// outside of it: 0.1 is the end of a table to 0.0999999.
 const ROUNDED: f64 = 1e-4;
@@ -29,8 +24,7 @@ pub enum Interpolation {
 
 /// Rows of `n` values over increasing knots.
 ///
-/// Over azimuth it repeats itself where it covers whole revolutions: by a last row that repeats the
-/// first, or without one where the step from the last row on to the first is no larger than others.
+/// Over azimuth it repeats itself where it covers whole revolutions, by the rule of [`Period`].
 /// Elsewhere there are no values outside of its range. One row alone holds everywhere, or at its own
 /// place if it was given one.
 #[derive(Debug, Clone)]
@@ -47,6 +41,8 @@ pub struct History {
     n_values: usize,
     /// What it repeats itself after.
     period: Option<f64>,
+    /// True if it has no row at the end of that.
+    fills_gap: bool,
     /// Whether there are no values outside of the range when that is one row.
     is_held: bool,
     /// What the table lacks to repeat itself, in words.
@@ -87,12 +83,11 @@ impl History {
             slopes: None,
             n_values,
             period: None,
+            fills_gap: false,
             is_held: false,
             open: None,
         };
-        if let Some(revolution) = key.revolution() {
-            history.close(revolution);
-        }
+        history.close();
         if interpolation == Interpolation::Cubic {
             let (knots, values) = (&history.knots, &history.values);
             history.slopes = Some(match history.period {
@@ -151,33 +146,15 @@ impl History {
     }
 
     /// Finds out whether the table repeats itself; a last row that repeats the first goes.
-    fn close(&mut self, revolution: f64) {
-        let (knots, n) = (&self.knots, self.n_values);
-        let [first, .., last] = knots[..] else { return };
-        let turns = (last - first) / revolution;
-        let whole = turns.round();
-        if whole >= 1.0 && (turns - whole).abs() <= CLOSING {
-            let end = (knots.len() - 1) * n;
-            if self.last_row_differs() {
-                let (first, last) = (self.key.place(first), self.key.place(last));
-                self.open = Some(format!(
-                    "its values at {last} differ from those at {first}, so it is not periodic"
-                ));
-                return;
+    fn close(&mut self) {
+        match Period::of(self.key, &self.knots, || self.last_row_differs()) {
+            Ok(period) => {
+                self.fills_gap = period.n_rows == self.knots.len();
+                self.knots.truncate(period.n_rows);
+                self.values.truncate(period.n_rows * self.n_values);
+                self.period = Some(period.length);
             }
-            self.values.truncate(end);
-            self.knots.pop();
-            self.period = Some(whole * revolution);
-            return;
-        }
-        let period = (turns + CLOSING).ceil() * revolution;
-        let gaps = knots.windows(2).map(|pair| pair[1] - pair[0]);
-        let largest = gaps.fold(0.0, f64::max);
-        if first + period - last <= GAP * largest {
-            self.period = Some(period);
-        } else {
-            self.open =
-                Some("it does not cover a full revolution: add the missing rows".to_owned());
+            Err(open) => self.open = open,
         }
     }
 
@@ -211,10 +188,20 @@ impl History {
         self.period.is_some()
     }
 
+    /// Tells if a place is past the last row of a revolution that has no row at its end.
+    pub fn is_past_last_row(&self, place: Place) -> bool {
+        let inside = ROUNDED..=1.0 - ROUNDED;
+        self.fills_gap && place.knots[1] == 0 && inside.contains(&place.part)
+    }
+
+    /// Tells if values between rows are on straight lines.
+    pub fn is_linear(&self) -> bool {
+        self.slopes.is_none()
+    }
+
     /// Why it does not repeat itself, in words.
     pub fn why_once(&self) -> String {
-        let why = self.open.as_deref().unwrap_or("it has one row");
-        why.split(':').next().unwrap_or(why).to_owned()
+        why_once(self.open.as_deref())
     }
 
     /// The file.
@@ -230,6 +217,12 @@ impl History {
     /// First and last knot; a last row that repeats the first is not one.
     pub fn range(&self) -> (f64, f64) {
         (self.knots[0], self.knots[self.knots.len() - 1])
+    }
+
+    /// Gives the place where it begins again, if it repeats itself, else its last knot.
+    pub fn end(&self) -> f64 {
+        let (first, last) = self.range();
+        self.period.map_or(last, |period| first + period)
     }
 
     /// Where `at` lies among the knots, in the unit of the key; an error outside of a table that

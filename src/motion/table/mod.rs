@@ -12,6 +12,7 @@ mod columns;
 mod history;
 mod key;
 mod naming;
+mod period;
 mod span;
 mod spline;
 mod text;
@@ -20,6 +21,7 @@ pub use columns::{Column, Columns};
 pub use history::{History, Interpolation};
 pub use key::Key;
 pub use naming::{ColumnNames, Naming, Scales};
+pub use period::{Period, why as why_once};
 pub use span::{SpanHistory, SpanValues};
 
 use crate::error::{Error, Result};

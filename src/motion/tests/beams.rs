@@ -250,7 +250,8 @@ struct Case {
 impl Case {
     fn motion(&self) -> Motion {
         let mut table = format!("azimuth_deg,{BEAM}");
-        for ((psi, r), row) in [(0, 0), (0, 2), (180, 0), (180, 2)].iter().zip(&self.rows) {
+        let places = [(0, 0), (0, 2), (180, 0), (180, 2), (360, 0), (360, 2)];
+        for ((psi, r), row) in places.iter().zip(self.rows.iter().cycle()) {
             let row = row.map(|value| format!("{value:?}")).join(",");
             writeln!(table, "{psi},{r},{row}").expect("a string grows");
         }

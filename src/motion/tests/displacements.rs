@@ -78,13 +78,46 @@ fn surface_positions_of_su2_are_read() {
 #[test]
 fn every_step_has_a_set_of_its_own() {
     let file = "azimuth_deg,node,dx,dy\n0,0,0,0\n0,1,0,0\n30,1,0,0.5\n30,0,0.25,0\n";
-    let head = "azimuth.values = [30, 0, 390]";
+    let head = "azimuth.values = [30, 0]";
     let motion = surface(true, head, SURFACE, file).expect("it is good");
-    for (step, x) in [(0, [0.25, 0.0, 0.0]), (1, [0.0; 3]), (2, [0.25, 0.0, 0.0])] {
+    for (step, x) in [(0, [0.25, 0.0, 0.0]), (1, [0.0; 3])] {
         assert_near(place(&motion, step, 0), x);
     }
     let none = surface(true, "azimuth.values = [0, 15]", SURFACE, file).expect_err("15 is missing");
     assert!(none.to_string().ends_with("s.csv:3: there are no rows for azimuth 15 deg (step 1); every step needs rows of its own, and the file has them from azimuth 0 deg to azimuth 30 deg"), "{none}");
+}
+
+#[test]
+fn sets_over_azimuth_repeat_themselves_and_are_shifted_as_tables_are() {
+    let rows = |azimuths: &[f64]| {
+        let rows = azimuths.iter().flat_map(|at| [0, 1].map(|node| (at, node)));
+        let rows = rows.map(|(at, node)| format!("{at},{node},{},0\n", at.rem_euclid(360.0)));
+        format!("azimuth_deg,node,dx,dy\n{}", rows.collect::<String>())
+    };
+    let ahead = format!("azimuth_offset = 90\n{SURFACE}");
+    for round in [
+        &[0.0, 90.0, 180.0, 270.0][..],
+        &[0.0, 90.0, 180.0, 270.0, 360.0],
+    ] {
+        let head = "azimuth.values = [0, 270, 540]";
+        let motion = surface(true, head, &ahead, &rows(round)).expect("it is good");
+        for (step, x) in [(0, 90.0), (1, 0.0), (2, 270.0)] {
+            assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
+        }
+        assert!(motion.notes().is_empty());
+    }
+    // A part of a revolution is of events, as a table of them is.
+    let part = rows(&[0.0, 90.0, 180.0]);
+    let motion = surface(true, "azimuth.values = [0, 90]", &ahead, &part).expect("it is good");
+    assert_near(place(&motion, 1, 0), [90.0, 0.0, 0.0]);
+    let note = motion.notes()[0].kind.to_string();
+    assert!(note.starts_with("body \"blade\": the table does not repeat itself (its last row is neither at azimuth 360 deg nor one step before it), so it is taken at the azimuth of the rotor"), "{note}");
+    let later = surface(true, "azimuth.values = [0, 450]", SURFACE, &part);
+    let later = later.expect_err("nothing repeats").to_string();
+    assert!(
+        later.contains("there are no rows for azimuth 450 deg (step 1)"),
+        "{later}"
+    );
 }
 
 #[test]
@@ -369,7 +402,7 @@ fn the_nearest_set_is_taken_however_close_they_are() {
 
 #[test]
 fn a_set_may_be_off_its_step_by_rounding_and_a_turn_away() {
-    let file = "azimuth_deg,node,dx,dy\n0,0,0,0\n0,1,0,0\n33.3333,0,0.25,0\n33.3333,1,0,0\n";
+    let file = "azimuth_deg,node,dx,dy\n0,0,0,0\n0,1,0,0\n33.3333,0,0.25,0\n33.3333,1,0,0\n360,0,0,0\n360,1,0,0\n";
     let head = "azimuth.values = [33.333333333, 393.333333333, -360]";
     let motion = surface(true, head, SURFACE, file).expect("it is good");
     for (step, x) in [(0, 0.25), (1, 0.25), (2, 0.0)] {

@@ -105,7 +105,7 @@ fn the_angle_of_a_rotation_comes_from_a_table() {
 fn pitch_flap_and_lag_come_from_a_table_or_on_top_of_series() {
     let trim = (
         "trim.csv",
-        "azimuth_deg,flap_deg,pitch_deg\n0,1,4\n180,3,-4\n",
+        "azimuth_deg,flap_deg,pitch_deg\n0,1,4\n180,3,-4\n360,1,4\n",
     );
     let head = "azimuth.values = [0, 90]\nrotor.flap_sign = -1";
     let with = |cyclic: &str| {

@@ -20,7 +20,7 @@ fn a_rotor_speeds_up_by_a_table() {
             "azimuth.csv",
             "time_s,azimuth_deg\n0,0\n1,30\n2,120\n3,270\n",
         ),
-        ("m.csv", "azimuth_deg,dz\n0,0\n180,1\n"),
+        ("m.csv", "azimuth_deg,dz\n0,0\n180,1\n360,0\n"),
     ];
     let head = "time.values = [0, 1.5, 3]\nrotor = { azimuth_table = \"azimuth.csv\", frame = \"inertial\" }";
     let body = "cyclic = { pitch = [ { sin = 5 } ] }\ntable.file = \"m.csv\"";

@@ -142,6 +142,49 @@ fn a_table_over_azimuth_repeats_itself_and_is_shifted_by_the_offset() {
 }
 
 #[test]
+fn a_step_between_the_last_row_and_the_next_revolution_is_told_of() {
+    let rows = (0..6).map(|i| format!("{},{}\n", 60 * i, i));
+    let table = format!("azimuth_deg,dx\n{}", rows.collect::<String>());
+    let notes = |azimuths: &str| {
+        let head = format!("azimuth.values = [{azimuths}]");
+        let body = "table.file = \"m.csv\"";
+        let motion = resolve(false, &head, body, &[("m.csv", &table)]).expect("it is good");
+        let notes = motion.notes();
+        notes
+            .iter()
+            .map(|note| note.kind.to_string())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        notes("0, 300, 690"),
+        [
+            "body \"blade\": the table goes from azimuth 0 deg to azimuth 300 deg, one step before azimuth 360 deg, and so repeats itself; the values of step 2 are between its last and its first row"
+        ]
+    );
+    assert!(notes("0, 30, 300, 360, 410").is_empty());
+    for (rows, missing) in [
+        ("0,0\n170,1\n190,2\n", "azimuth 275 deg"),
+        ("0,0\n180,1\n", "azimuth 275 deg"),
+    ] {
+        let table = format!("azimuth_deg,dx\n{rows}");
+        let found = resolve(
+            false,
+            "azimuth.values = [0, 275]",
+            "table.file = \"m.csv\"",
+            &[("m.csv", &table)],
+        );
+        let error = found.expect_err("it is half a revolution").to_string();
+        assert!(
+            error.contains(&format!(
+                "the motion needs {missing}, but the table goes from azimuth 0 deg to"
+            )),
+            "{error}"
+        );
+        assert!(error.ends_with("add the missing rows"), "{error}");
+    }
+}
+
+#[test]
 fn a_wrong_table_is_told_its_line() {
     for (plane, body, table, expected) in [
         (

@@ -99,6 +99,24 @@ fn bending_blades_are_differentiated() {
 }
 
 #[test]
+fn a_linear_table_over_steps_has_the_rate_of_the_interval_after_each_step() {
+    let head = "time.values = [0, 0.1, 0.3, 0.6, 1]";
+    let rows = "0,0\n1,0.1\n2,0.1\n3,0.3\n4,0.2\n";
+    let table = format!("step,dx\n{rows}");
+    let beam = format!("step,station,dx\n{}", rows.replace(',', ",0,"));
+    for (body, file) in [
+        ("table.file = \"m.csv\"", &table),
+        ("beam = { table = \"m.csv\", hold_ends = true }", &beam),
+    ] {
+        let motion = resolve(false, head, body, &[("m.csv", file)]).expect("it is good");
+        for (step, rate) in motion.steps.iter().zip([1.0, 0.0, 0.2 / 0.3, -0.25, -0.25]) {
+            let found = motion.velocities(step)[0].velocity(0, [0.2, 0.0, 0.0]);
+            assert!((found[0] - rate).abs() < 1e-12, "{body}: {step}: {found:?}");
+        }
+    }
+}
+
+#[test]
 fn a_ramp_grows_over_the_steps() {
     let ramp = "rigid = { ramp = true, translate = [0.1, 0.2, 0.3], rotate = { axis = [1, 2, 2], origin = [1, 0, 0], angle = 0.01 } }";
     assert_differentiated(&motion("linear", ramp));

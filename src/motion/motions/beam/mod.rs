@@ -258,7 +258,7 @@ impl ResolvedMotion for BendingBlade {
             line: &self.line,
             blade: self.blade,
             part: at.part,
-            key_rate: at.clock.rate(key, at.step),
+            key_rate: at.clock.rate_in(self.span.history(), at.step),
             hinges,
             after,
         })))

@@ -258,7 +258,14 @@ fn a_table_repeats_itself_where_it_goes_round() {
         (by(10.0, 37), Some(360.0)),
         (by(10.0, 108), Some(1080.0)),
         (by(10.0, 73), Some(720.0)),
-        (vec![-90.0, 90.0], Some(360.0)),
+        (by(120.0, 3), Some(360.0)),
+        (vec![0.0, 100.0, 170.0, 265.0], Some(360.0)),
+        (vec![0.0, 360.0], Some(360.0)),
+        // Two rows have one step, and uneven ones none that goes on to the first.
+        (vec![-90.0, 90.0], None),
+        (vec![0.0, 170.0, 190.0], None),
+        (vec![0.0, 170.0, 340.0], None),
+        (vec![0.0, 50.0, 300.0], None),
         (by(10.0, 35), None),
         (by(90.0, 3), None),
         (vec![0.0, 90.0], None),
@@ -274,7 +281,7 @@ fn a_place_outside_of_a_table_is_refused_with_its_range() {
     let quarter = azimuths(&[0.0, 45.0, 90.0], 0.0);
     assert_eq!(
         refusal(quarter.at(120.0)),
-        "q.csv: the motion needs azimuth 120 deg, but the table goes from azimuth 0 deg to azimuth 90 deg; it does not cover a full revolution: add the missing rows"
+        "q.csv: the motion needs azimuth 120 deg, but the table goes from azimuth 0 deg to azimuth 90 deg; its last row is neither at azimuth 360 deg nor one step before it: add the missing rows"
     );
     let changed = azimuths(&[0.0, 90.0, 180.0, 270.0, 360.0], 1.5);
     assert_eq!(
@@ -333,7 +340,7 @@ fn span(text: &str, cubic: bool) -> Result<SpanHistory> {
     SpanHistory::from_table(&table, key, station, &[Some(dz)], interpolation)
 }
 
-const GRID: &str = "azimuth_deg,station,dz\n180,2,8\n0,1,1\n0,2,2\n180,1,5\n";
+const GRID: &str = "azimuth_deg,station,dz\n180,2,8\n0,1,1\n360,2,2\n0,2,2\n180,1,5\n360,1,1\n";
 
 #[test]
 fn a_grid_in_any_order_is_bilinear_and_held_past_its_ends() {

@@ -1,0 +1,69 @@
+//! The rule by which rows over azimuth repeat themselves, in all tables and in sets of displacements.
+
+use super::Key;
+
+/// Part of a revolution by which a last row may miss whole revolutions after the first.
+const CLOSING: f64 = 1e-5;
+/// Part of the last step by which the way on to the first row may differ from it.
+const SAME_STEP: f64 = 1e-3;
+
+/// The distance after which rows repeat themselves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Period {
+    /// Whole revolutions, in the unit of the key.
+    pub length: f64,
+    /// Number of rows in it: all, or all but the last where that is the first again.
+    pub n_rows: usize,
+}
+
+impl Period {
+    /// Finds the period of rows at increasing places. They repeat themselves where the last row is whole revolutions after the first
+    /// and has its values, or is one step before that place, as long as the step to it. Two rows need the first again.
+    ///
+    /// # Errors
+    /// Why they do not repeat themselves, in words; nothing for one row, and for times and steps.
+    pub fn of(
+        key: Key,
+        places: &[f64],
+        last_differs: impl FnOnce() -> bool,
+    ) -> Result<Self, Option<String>> {
+        let (Some(revolution), [first, .., last]) = (key.revolution(), places) else {
+            return Err(None);
+        };
+        let n_rows = places.len();
+        let turns = (last - first) / revolution;
+        let whole = turns.round();
+        if whole >= 1.0 && (turns - whole).abs() <= CLOSING {
+            if last_differs() {
+                return Err(Some(format!(
+                    "its values at {} differ from those at {}, so it is not periodic",
+                    key.place(*last),
+                    key.place(*first)
+                )));
+            }
+            return Ok(Self {
+                length: whole * revolution,
+                n_rows: n_rows - 1,
+            });
+        }
+        let length = turns.ceil() * revolution;
+        let end = first + length;
+        let step = last - places[n_rows - 2];
+        if n_rows > 2 && (end - last - step).abs() <= SAME_STEP * step {
+            return Ok(Self { length, n_rows });
+        }
+        let end = key.place(end);
+        Err(Some(match n_rows {
+            2 => format!("it has two rows, and the last is not at {end}: add the missing rows"),
+            _ => format!(
+                "its last row is neither at {end} nor one step before it: add the missing rows"
+            ),
+        }))
+    }
+}
+
+/// Gives the reason why rows do not repeat themselves, without the remedy.
+pub fn why(open: Option<&str>) -> String {
+    let why = open.unwrap_or("it has one row");
+    why.split(':').next().unwrap_or(why).to_owned()
+}
