@@ -83,6 +83,8 @@ impl TagRoles {
         check_free(mesh, tags, &free.collect::<Vec<usize>>())
             .map_err(|error| error.at(schedule.places.of("boundaries.free")))?;
         unnamed.iter().for_each(|&i| named[i] = others);
+        check_wedges(tags, &named)
+            .map_err(|error| error.at(schedule.places.of("boundaries.slide")))?;
         let role = |i: usize| match named[i] {
             Some(Named::Role(role)) => Some(role),
             Some(Named::Periodic(..) | Named::Free) | None => None,
@@ -209,6 +211,7 @@ fn offers(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> String {
             (Some("cyclic"), Some(partner)) if tag.name < partner => offers.push(format!(
                 "periodic = [{{ pair = [\"{}\", \"{partner}\"] }}] suits the cyclic patches {} and {partner}", tag.name, tag.name
             )),
+            (Some(WEDGE), _) => offers.extend(offer_of_wedge(tags, i, unnamed)),
             (Some(kind), _) if is_interface(kind) => {
                 offers.push(format!("fixed = [\"{}\"] suits the {kind} {}", tag.name, tag.name));
             }
@@ -219,6 +222,42 @@ fn offers(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> String {
         }
     }
     offers.iter().map(|offer| format!("; {offer}")).collect()
+}
+
+/// The type of the two sides of an axisymmetric case.
+const WEDGE: &str = "wedge";
+
+/// The pair that suits the sides of a wedge, once for both where both are unnamed.
+fn offer_of_wedge(tags: &[&Group], side: usize, unnamed: &[usize]) -> Option<String> {
+    let is_other = |i: &usize| *i != side && tags[*i].condition.as_deref() == Some(WEDGE);
+    let others: Vec<usize> = (0..tags.len()).filter(is_other).collect();
+    let name = &tags[side].name;
+    match others[..] {
+        [other] if other < side && unnamed.contains(&other) => None,
+        [other] => Some(format!(
+            "periodic = [{{ pair = [\"{name}\", \"{0}\"] }}] suits the wedge patches {name} and {0}",
+            tags[other].name
+        )),
+        _ => Some(format!(
+            "`periodic` with the side across from it suits the wedge patch {name}"
+        )),
+    }
+}
+
+/// Refuses sliding sides of a wedge: each node would move on its own side, and the solver takes the sides for images of each other.
+fn check_wedges(tags: &[&Group], named: &[Option<Named>]) -> Result<()> {
+    let slides = |i: &usize| {
+        named[*i] == Some(Named::Role(Role::Sliding))
+            && tags[*i].condition.as_deref() == Some(WEDGE)
+    };
+    match (0..tags.len()).find(slides) {
+        None => Ok(()),
+        Some(i) => Err(Error::input(format!(
+            "tag \"{}\" is of type wedge and would slide; its nodes have to move with those of the other side of the wedge: {}",
+            tags[i].name,
+            offer_of_wedge(tags, i, &[]).unwrap_or_default()
+        ))),
+    }
 }
 
 /// Refuses to let tags go free that the solver would no longer take: its pairs have to match, and its planes to stay

@@ -7,7 +7,7 @@ use crate::geometry::vector::{Vector, cross, distance, norm};
 use crate::geometry::{Bounds, Transform};
 
 /// More images than this are refused.
-const MOST_IMAGES: usize = 200;
+const MOST_IMAGES: usize = 360;
 /// An angle must be this near to a whole part of a circle; relative.
 const PART_OF_CIRCLE: f64 = 1e-6;
 /// Maps of two pairs that differ by this part of the extent are one.
@@ -23,7 +23,7 @@ const SAME: f64 = 1e-6;
 /// Pairs with the same map count once; those with different ones are combined.
 ///
 /// # Errors
-/// More than 200 images; an angle that does not divide the circle; maps of several pairs that do not
+/// More than 360 images; an angle that does not divide the circle; maps of several pairs that do not
 /// commute.
 pub fn images(pairs: &[Periodic], radius: f64, bounds: &Bounds) -> Result<Vec<Transform>> {
     let symmetries = distinct(pairs, bounds)?.symmetries;

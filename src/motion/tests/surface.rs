@@ -405,3 +405,40 @@ fn a_mesh_that_cannot_deform_is_said_in_one_sentence() {
         assert_eq!(resolve(mesh, tail).err().as_deref(), Some(expected));
     }
 }
+
+#[test]
+fn the_sides_of_a_wedge_are_offered_as_a_pair_and_do_not_slide() {
+    let mut mesh = periodic_cubes();
+    for tag in [3, 6] {
+        mesh.groups[tag].condition = Some("wedge".into());
+    }
+    let told = |boundaries: &str| {
+        let found = resolve(&mesh, &format!("{BLADE}[boundaries]\n{boundaries}"));
+        found.expect_err("it is wrong")
+    };
+    let offer = "periodic = [{ pair = [\"hub\", \"hub_image\"] }] suits the wedge patches hub and hub_image";
+    let others = "fixed = [\"side\", \"side_image\", \"farfield\"]";
+    assert!(
+        told(others).ends_with(&format!("in [boundaries]; {offer}")),
+        "{}",
+        told(others)
+    );
+    let free = told("others = \"free\"");
+    assert!(
+        free.contains("tag \"hub\" is of type wedge") && free.ends_with(offer),
+        "{free}"
+    );
+    for sliding in [
+        "slide = [\"hub\"]\nothers = \"fixed\"",
+        "others = \"slide\"",
+    ] {
+        let error = told(sliding);
+        assert!(
+            error.contains("tag \"hub\" is of type wedge and would slide; "),
+            "{error}"
+        );
+        assert!(error.ends_with(offer), "{error}");
+    }
+    let fixed = resolve(&mesh, &format!("{BLADE}[boundaries]\nothers = \"fixed\""));
+    assert!(fixed.is_ok());
+}
