@@ -1,14 +1,16 @@
 //! Periodic pairs of the mesh of a schedule: images of base points, and nodes that follow their partners
 //! to the last bit.
 
+use super::sharing::Holder;
 use super::surface::SurfacePoints;
 use crate::diagnostic::Diagnostic;
-use crate::diagnostic::deform::{DeformNote, PeriodicMap};
+use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, Result};
-use crate::geometry::vector::{Vector, add, distance, sub};
+use crate::geometry::vector::{Vector, add, cross, distance, dot, scale, sub, unit};
 use crate::geometry::{Bounds, Transform};
-use crate::mesh::{Mesh, Slots};
-use crate::motion::periodic::{Axis, Follower, Periodic, Side, Symmetry, followers, images};
+use crate::mesh::sides::for_each_side;
+use crate::mesh::{Mesh, Numbering, Slots};
+use crate::motion::periodic::{Axis, Follower, Periodic, Side, followers, images};
 use crate::motion::{Motion, Role};
 use std::sync::Arc;
 
@@ -29,12 +31,14 @@ pub struct PeriodicNodes {
 }
 
 impl PeriodicNodes {
-    /// Finds the pairs of a motion on its mesh, with the images within `radius`.
-    pub fn find(
+    /// Finds the pairs of a motion on its mesh, with the images within `radius`; `holder` has the mesh where this is its
+    /// outline.
+    pub(crate) fn find(
         mesh: &Mesh,
         motion: &Motion,
         surface: &SurfacePoints,
         radius: f64,
+        holder: Option<&dyn Holder>,
     ) -> Result<Self> {
         let tags = &motion.periodic;
         if tags.is_empty() {
@@ -43,21 +47,28 @@ impl PeriodicNodes {
         let bounds = mesh.extent();
         let axis = Axis {
             origin: motion.rotor.hub,
-            direction: motion.rotor.e_z,
+            direction: motion.rotor.axis_of_sectors(),
         };
         let mut pairs = Vec::new();
         let mut found = Vec::new();
         for pair in tags {
             let [nodes_a, nodes_b] = motion.periodic_nodes(pair, mesh);
             let [name_a, name_b] = [&pair.a, &pair.b].map(|tags| names(motion, tags));
-            let [a, b] = [(&name_a, &nodes_a), (&name_b, &nodes_b)]
-                .map(|(name, nodes)| Side { name, nodes });
+            let inward_a = inward(mesh, &nodes_a, holder)?;
+            let inward_b = inward(mesh, &nodes_b, holder)?;
+            let side = |name, nodes, inward| Side {
+                name,
+                nodes,
+                inward,
+            };
+            let a = side(&name_a, &nodes_a, &inward_a);
+            let b = side(&name_b, &nodes_b, &inward_b);
             let periodic = Periodic::find(&|node| mesh.place(node), a, b, Some(axis))
                 .map_err(|error| error.at(pair.place.clone()))?;
             let note = DeformNote::PeriodicPair {
                 sides: [name_a, name_b],
                 pairs: periodic.pairs.len(),
-                map: periodic_map(&periodic.symmetry),
+                map: (&periodic.symmetry).into(),
                 distance: periodic.mismatch,
             };
             found.push(note.into());
@@ -155,15 +166,73 @@ impl PeriodicNodes {
     }
 }
 
-fn periodic_map(symmetry: &Symmetry) -> PeriodicMap {
-    match symmetry {
-        Symmetry::Translation(by) => PeriodicMap::Translation(*by),
-        Symmetry::Rotation { axis, angle } => PeriodicMap::Rotation {
-            angle_deg: angle.to_degrees(),
-            direction: axis.direction,
-            origin: axis.origin,
-        },
+/// Gives the direction into the mesh, normal to its faces, at each of the nodes of a side, which are ascending; zero where the side has
+/// no face.
+///
+/// # Errors
+/// Of the holder, which has the mesh where this is its outline.
+pub(super) fn inward(
+    mesh: &Mesh,
+    nodes: &[u32],
+    holder: Option<&dyn Holder>,
+) -> Result<Vec<Vector>> {
+    let numbers = Numbering::new(nodes);
+    let is_on = |node: &u32| numbers.place(*node).is_some();
+    let mut inward = vec![[0.0; 3]; nodes.len()];
+    let mut take = |corners: &[u32], inside: Vector| {
+        let places: Vec<Vector> = corners.iter().map(|&node| mesh.place(node)).collect();
+        let normal = normal_towards(inside, &places);
+        for at in corners.iter().filter_map(|&node| numbers.place(node)) {
+            inward[at] = add(inward[at], normal);
+        }
+    };
+    if let (Some(holder), Some(_)) = (holder, &mesh.outline) {
+        // Edges that leave the side go into the mesh.
+        let (edges, ends) = holder.edges_off_walls(nodes)?;
+        let mut off = vec![[0.0; 3]; nodes.len()];
+        for ((node, ..), end) in edges.into_iter().zip(ends) {
+            off[numbers.of(node) as usize] = sub(end, mesh.place(node));
+        }
+        let dimension = mesh.dimension();
+        let faces = mesh
+            .cells
+            .runs()
+            .filter(|run| run.kind.dimension() + 1 == dimension);
+        for face in faces.flat_map(|run| {
+            run.cells()
+                .map(move |nodes| &nodes[..run.kind.n_corners(run.n_nodes)])
+        }) {
+            if face.iter().all(is_on) {
+                let ends = face.iter().map(|&node| off[numbers.of(node) as usize]);
+                take(face, ends.fold([0.0; 3], add));
+            }
+        }
+        return Ok(inward);
     }
+    for cell in mesh.volume_runs().flat_map(|run| run.cell_refs()) {
+        if cell.nodes.iter().any(is_on) {
+            let places = cell.nodes.iter().map(|&node| mesh.place(node));
+            let middle = scale(places.fold([0.0; 3], add), 1.0 / cell.nodes.len() as f64);
+            for_each_side(&mesh.cells, &cell, |_, corners| {
+                if corners.iter().all(is_on) {
+                    take(corners, sub(middle, mesh.place(corners[0])));
+                }
+            });
+        }
+    }
+    Ok(inward)
+}
+
+/// The normal of a face between these corners, as long as twice its area, or of an edge of a plane mesh, on the side of a direction.
+fn normal_towards(inside: Vector, corners: &[Vector]) -> Vector {
+    if let [a, b] = corners {
+        let along = unit(sub(*b, *a)).unwrap_or_default();
+        return sub(inside, scale(along, dot(along, inside)));
+    }
+    let from_first = |at: usize| sub(corners[at], corners[0]);
+    let parts = (2..corners.len()).map(|at| cross(from_first(at - 1), from_first(at)));
+    let area = parts.fold([0.0; 3], add);
+    scale(area, dot(area, inside).signum())
 }
 
 fn names(motion: &Motion, tags: &[usize]) -> String {

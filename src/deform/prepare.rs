@@ -87,7 +87,8 @@ impl Plan {
         choices.extend(unused(&schedule));
         choices.extend(repeated_time(&motion.steps));
         let periodic =
-            PeriodicNodes::find(&mesh, &motion, &surface, basis.radius).map_err(in_schedule)?;
+            PeriodicNodes::find(&mesh, &motion, &surface, basis.radius, sharing.holder())
+                .map_err(in_schedule)?;
         choices.extend(periodic.found.iter().cloned());
         check_combination(&schedule, &motion, &surface, &periodic).map_err(in_schedule)?;
         let one_layer = OneLayer::find(&mesh)?;

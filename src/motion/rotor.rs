@@ -323,6 +323,14 @@ impl RotorAxes {
         self.in_plane && self.e_z[2] != 0.0
     }
 
+    /// The axis about which a sector of the mesh may be repeated: the shaft, of a plane mesh the normal of its plane.
+    pub fn axis_of_sectors(&self) -> Vector {
+        match self.in_plane && !self.is_upright() {
+            true => [0.0, 0.0, 1.0],
+            false => self.e_z,
+        }
+    }
+
     /// The frame of a blade: these axes turned by its azimuth offset (radians) about the shaft. A 2D mesh
     /// with the shaft in its plane has one frame; there an offset shifts the azimuth alone.
     pub(super) fn blade(&self, azimuth_offset: f64) -> Self {

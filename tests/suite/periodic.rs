@@ -4,7 +4,7 @@ use crate::support::sequence::{
     Sequence, Vector, diagonal, distance, nodes_of, read, same, testdata, write,
 };
 use crate::support::{rewrite, succeed};
-use azimesh::mesh::Mesh;
+use azimesh::mesh::{CellKind, Mesh};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -305,6 +305,95 @@ fn a_sector_with_periodic_sides_moves_as_in_the_whole_annulus() {
         largest = largest.max(distance(*x, sector.reference.points[node]));
     }
     assert!(largest > 0.05);
+}
+
+/// A sector of 60 degrees with even spacing: in the plane, or with layers in z.
+fn even_sector(n_layers: usize) -> Mesh {
+    let (n, m) = (6, 9);
+    let mut mesh = Mesh::default();
+    let node = |i: usize, j: usize, k: usize| (((k * m) + j) * n + i) as u32;
+    for k in 0..=n_layers {
+        for j in 0..m {
+            for i in 0..n {
+                let angle = std::f64::consts::FRAC_PI_3 * j as f64 / (m - 1) as f64;
+                let radius = 1.0 + i as f64 / (n - 1) as f64;
+                mesh.points
+                    .push([radius * angle.cos(), radius * angle.sin(), 0.2 * k as f64]);
+            }
+        }
+    }
+    let square = |i: usize, j: usize, k: usize| {
+        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| node(i, j, k))
+    };
+    let mut sides: BTreeMap<&str, Vec<Vec<u32>>> = BTreeMap::new();
+    let squares = (0..m - 1).flat_map(|j| (0..n - 1).map(move |i| (i, j)));
+    for (i, j) in squares.clone() {
+        match n_layers {
+            0 => mesh.cells.push(CellKind::Quadrilateral, &square(i, j, 0)),
+            _ => {
+                for k in 0..n_layers {
+                    let nodes = [square(i, j, k), square(i, j, k + 1)].concat();
+                    mesh.cells.push(CellKind::Hexahedron, &nodes);
+                }
+                sides
+                    .entry("ends")
+                    .or_default()
+                    .push(square(i, j, 0).to_vec());
+                let top = square(i, j, n_layers).to_vec();
+                sides.entry("ends").or_default().push(top);
+            }
+        }
+    }
+    let mut edge = |name: &'static str, (i, j): (usize, usize), (p, q): (usize, usize)| {
+        let side = sides.entry(name).or_default();
+        match n_layers {
+            0 => side.push(vec![node(i, j, 0), node(p, q, 0)]),
+            _ => side.extend((0..n_layers).map(|k| {
+                vec![
+                    node(i, j, k),
+                    node(p, q, k),
+                    node(p, q, k + 1),
+                    node(i, j, k + 1),
+                ]
+            })),
+        }
+    };
+    for i in 0..n - 1 {
+        edge("side_a", (i, 0), (i + 1, 0));
+        edge("side_b", (i, m - 1), (i + 1, m - 1));
+    }
+    for j in 0..m - 1 {
+        edge("hub", (0, j), (0, j + 1));
+        edge("outer", (n - 1, j), (n - 1, j + 1));
+    }
+    for (name, faces) in sides {
+        let first = mesh.cells.len();
+        for nodes in faces {
+            let kind = if nodes.len() == 2 {
+                CellKind::Line
+            } else {
+                CellKind::Quadrilateral
+            };
+            mesh.cells.push(kind, &nodes);
+        }
+        mesh.add_tag(name, first..mesh.cells.len()).unwrap();
+    }
+    mesh
+}
+
+#[test]
+fn even_sides_of_a_sector_are_turned_about_the_hub_and_not_onto_the_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let schedule = "azimuth.values = [0]\nbody = [ { name = \"hub\", tags = [\"hub\"], rigid.rotate = { axis = [0, 0, 1], angle = 9 } } ]\n\
+                    boundaries = { others = \"fixed\", periodic = [ { pair = [\"side_a\", \"side_b\"] } ] }\n";
+    for (n_layers, others) in [(0, "fixed"), (3, "slide")] {
+        write(&even_sector(n_layers), &path.join("m.vtu"));
+        std::fs::write(path.join("s.toml"), schedule.replace("fixed", others)).unwrap();
+        let run = succeed(path, &["check", "m.vtu", "s.toml"]);
+        let map = "by a rotation by 60 degrees about the direction (0, 0, 1) through (0, 0, 0)";
+        assert!(run.out.contains(map), "{}", run.out);
+    }
 }
 
 #[test]

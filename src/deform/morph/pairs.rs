@@ -1,7 +1,7 @@
 //! Periodic pairs of a morph: nodes that follow their partners, and images of base points.
 
 use super::options::Nodes;
-use crate::deform::periodic::is_image;
+use crate::deform::periodic::{inward, is_image};
 use crate::deform::surface::SurfacePoints;
 use crate::error::{Error, Result};
 use crate::geometry::transform::Matrix;
@@ -38,11 +38,17 @@ impl Pairs {
         }
         let bounds = Bounds::around(&mesh.points);
         let find = |[a, b]: &[Nodes; 2]| {
-            let nodes = [a.find("periodic", mesh)?, b.find("periodic", mesh)?];
+            let mut nodes = [a.find("periodic", mesh)?, b.find("periodic", mesh)?];
+            nodes.iter_mut().for_each(|side| side.sort_unstable());
             let names = [a.name(), b.name()];
+            let directions = [
+                inward(mesh, &nodes[0], None)?,
+                inward(mesh, &nodes[1], None)?,
+            ];
             let [a, b] = [0, 1].map(|side: usize| Side {
                 name: &names[side],
                 nodes: &nodes[side],
+                inward: &directions[side],
             });
             Periodic::find(&|node| mesh.place(node), a, b, None)
         };

@@ -2,24 +2,19 @@
 //! nodes alone.
 
 use super::{Axis, SNAP, Sides, Symmetry};
-use crate::geometry::Bounds;
 use crate::geometry::vector::{Vector, add, cross, distance, dot, norm, scale, sub, unit};
 
-/// Sides whose nodes leave a common plane by less than this part of their extent lie in one plane.
-const IN_PLANE: f64 = 1e-6;
-/// An axis is along a plane when its sine with it is below this.
-const ALONG_PLANE: f64 = 1e-3;
 /// Rotations found from the nodes that are tried.
 const MOST_TRIED: usize = 64;
 /// An angle this near to a part of a circle is that part; relative.
 const PART_OF_CIRCLE: f64 = 1e-6;
 
 impl Sides {
-    /// The maps to try, the likeliest first.
+    /// The maps to try: a translation, and rotations about `axis` and about axes found from the nodes.
     pub(super) fn candidates(&self, axis: Option<Axis>) -> Vec<Symmetry> {
         let mut candidates = Vec::new();
         let by = sub(self.b.centre(), self.a.centre());
-        if norm(by) > self.tolerance && self.common_plane().is_none() {
+        if norm(by) > self.tolerance {
             let size = by.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
             let by = by.map(|x| if x.abs() <= SNAP * size { 0.0 } else { x });
             candidates.push(Symmetry::Translation(by));
@@ -29,49 +24,8 @@ impl Sides {
         candidates
     }
 
-    /// The normal of the plane in which all nodes lie, of a plane mesh of the line (then zero). Such
-    /// sides are the halves of a cut, half a turn apart: along a translation nothing lies between
-    /// them.
-    fn common_plane(&self) -> Option<Vector> {
-        let all = || self.a.at.iter().chain(&self.b.at);
-        let limit = IN_PLANE * self.tolerance / super::TOLERANCE;
-        let first = self.a.at[0];
-        let from_first: Vec<Vector> = all().map(|x| sub(*x, first)).collect();
-        let Some(along) = unit(farthest(&from_first, norm)) else {
-            return Some([0.0; 3]);
-        };
-        let across = |v: Vector| sub(v, scale(along, dot(along, v)));
-        let beside = across(farthest(&from_first, |v| norm(across(v))));
-        if norm(beside) <= limit {
-            return Some([0.0; 3]);
-        }
-        let bounds = Bounds::around(all());
-        if bounds.high[2] - bounds.low[2] <= limit {
-            return None;
-        }
-        let normal = unit(cross(along, beside))?;
-        let height = |v: &Vector| dot(normal, *v).abs();
-        from_first
-            .iter()
-            .all(|v| height(v) <= limit)
-            .then_some(normal)
-    }
-
-    /// Whether a rotation found from the nodes alone can be meant: half a turn only between the
-    /// halves of a cut along the axis. Sides across from each other with a mesh between them match
-    /// under half a turn when they are symmetric.
-    fn is_plausible(&self, direction: Vector, angle: f64) -> bool {
-        let half = angle.abs() > std::f64::consts::PI * (1.0 - PART_OF_CIRCLE);
-        let plane = if half {
-            self.common_plane()
-        } else {
-            Some([0.0; 3])
-        };
-        plane.is_some_and(|normal| dot(normal, direction).abs() < ALONG_PLANE)
-    }
-
     /// The rotation about an axis that brings the centre of one side to that of the other.
-    fn about(&self, axis: Axis) -> Option<Symmetry> {
+    pub(super) fn about(&self, axis: Axis) -> Option<Symmetry> {
         let (a, b) = (self.a.centre(), self.b.centre());
         let near = |x: Vector| norm(from_axis(&axis, x)) <= self.tolerance;
         let angle = part_of_circle(angle_about(&axis, a, b));
@@ -99,18 +53,18 @@ impl Sides {
                 for q in counterparts {
                     let angle = cross(first, *q)[2].atan2(dot(first, *q));
                     let turned = in_the_plane(angle, centre_a, centre_b);
-                    let turned =
-                        turned.filter(|(axis, angle)| self.is_plausible(axis.direction, *angle));
                     found.extend(turned.map(|(axis, angle)| Symmetry::Rotation { axis, angle }));
                 }
             }
             return found;
         }
         let frame_a = frame(first, second);
+        let as_far = |p: &&Vector| near(norm(**p), norm(second));
+        let as_far: Vec<Vector> = to_b.iter().filter(as_far).copied().collect();
         for q in counterparts {
-            let others = to_b.iter().filter(|p| {
-                near(norm(**p), norm(second)) && near(distance(**p, *q), distance(second, first))
-            });
+            let others = as_far
+                .iter()
+                .filter(|p| near(distance(**p, *q), distance(second, first)));
             for p in others {
                 if found.len() == MOST_TRIED {
                     return found;
@@ -140,9 +94,7 @@ impl Sides {
         let direction = unit(direction.map(|x| if x.abs() < SNAP { 0.0 } else { x }))?;
         let angle = part_of_circle(angle);
         let shift = sub(centre_b, centre_a);
-        if dot(direction, shift).abs() > 2.0 * self.tolerance
-            || !self.is_plausible(direction, angle)
-        {
+        if dot(direction, shift).abs() > 2.0 * self.tolerance {
             return None;
         }
         let axis = Axis {

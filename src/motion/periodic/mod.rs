@@ -1,9 +1,9 @@
 //! Periodic pairs of sides: the rigid map from one side to the other, the partner of every node, and
 //! the images that the interpolation needs.
 //!
-//! The map is a translation, a rotation about a given axis, or a rotation about an axis found from
-//! the nodes, whichever first brings every node of the one side to a node of the other. Leaves to
-//! others to move paired nodes alike.
+//! The map is a rotation about a given axis, a translation, or a rotation about an axis found from the
+//! nodes. It brings every node of the one side to a node of the other, and the normals into the mesh at
+//! the one side to those out of it at the other. Leaves to others to move paired nodes alike.
 
 mod fit;
 mod followers;
@@ -12,11 +12,13 @@ mod images;
 pub use followers::{Follower, followers};
 pub use images::images;
 
+use crate::diagnostic::deform::PeriodicMap;
 use crate::diagnostic::{in_digits, point, short};
 use crate::error::{Error, Result};
 use crate::geometry::closest::ClosestSurface;
-use crate::geometry::vector::{Vector, add, scale, sub};
+use crate::geometry::vector::{Vector, add, dot, scale, sub};
 use crate::geometry::{Bounds, Transform};
+use std::collections::BTreeMap;
 
 /// Partners may be this part of the extent of both sides apart.
 const TOLERANCE: f64 = 1e-6;
@@ -30,6 +32,8 @@ pub struct Side<'a> {
     pub name: &'a str,
     /// Nodes of the mesh, in any order; one may be named more than once.
     pub nodes: &'a [u32],
+    /// The direction into the mesh at each of them, normal to the side, of any length; zero where it is not known.
+    pub inward: &'a [Vector],
 }
 
 /// A line about which a side may turn.
@@ -79,6 +83,19 @@ impl Symmetry {
     }
 }
 
+impl From<&Symmetry> for PeriodicMap {
+    fn from(symmetry: &Symmetry) -> Self {
+        match symmetry {
+            Symmetry::Translation(by) => Self::Translation(*by),
+            Symmetry::Rotation { axis, angle } => Self::Rotation {
+                angle_deg: angle.to_degrees(),
+                direction: axis.direction,
+                origin: axis.origin,
+            },
+        }
+    }
+}
+
 /// An entry of a rotation, with -1, 0 and 1 exact.
 fn snapped(entry: f64) -> f64 {
     let whole = entry.round() + 0.0;
@@ -104,19 +121,19 @@ pub struct Periodic {
 }
 
 impl Periodic {
-    /// Pairs the nodes of side `a` with those of side `b`. `axis` is tried before an axis found from
-    /// the nodes.
+    /// Pairs the nodes of side `a` with those of side `b`. A rotation about `axis` is preferred.
     ///
     /// # Errors
-    /// Where a side has no nodes, the sides differ in their number, lie at the same place, or no map
-    /// brings every node of `a` within 1e-6 of the extent of a node of `b`.
+    /// Where a side has no nodes, the sides differ in their number or have the same nodes; where no map
+    /// brings every node of `a` within 1e-6 of the extent of a node of `b` with the mesh on the other side
+    /// of it, or several maps do.
     pub fn find(
         place: &dyn Fn(u32) -> Vector,
         a: Side<'_>,
         b: Side<'_>,
         axis: Option<Axis>,
     ) -> Result<Self> {
-        let [places_a, places_b] = [&a, &b].map(|side| Places::new(place, side.nodes));
+        let [places_a, places_b] = [&a, &b].map(|side| Places::new(place, side));
         let sides = Sides {
             tolerance: TOLERANCE
                 * Bounds::around(places_a.at.iter().chain(&places_b.at)).diagonal(),
@@ -125,24 +142,46 @@ impl Periodic {
             b: places_b,
         };
         sides.check(&a, &b)?;
+        if let Some(rough) = axis.and_then(|axis| sides.about(axis)) {
+            let (found, symmetry) = sides.refined(rough);
+            if found.n_apart == 0 && sides.face_each_other(&found, &symmetry) {
+                return Ok(sides.paired(&found, symmetry));
+            }
+        }
         let mut nearest: Option<(Match, Symmetry)> = None;
+        let mut right: Option<(Match, Symmetry)> = None;
+        let mut turned_in: Option<Symmetry> = None;
         for rough in sides.candidates(axis) {
             let (found, symmetry) = sides.refined(rough);
             if found.n_apart == 0 {
-                return Ok(Self {
-                    pairs: sides.node_pairs(&found),
-                    symmetry,
-                    transform: symmetry.transform(),
-                    mismatch: found.mismatch,
-                });
+                match &right {
+                    _ if !sides.face_each_other(&found, &symmetry) => turned_in = Some(symmetry),
+                    None => right = Some((found, symmetry)),
+                    Some((same, _)) if same.pairs_as(&found) => {}
+                    Some((_, other)) => return Err(several(&a, &b, [other, &symmetry])),
+                }
+                continue;
             }
             let better = |(best, _): &(Match, Symmetry)| found.n_apart < best.n_apart;
             if nearest.as_ref().is_none_or(better) {
                 nearest = Some((found, symmetry));
             }
         }
-        Err(sides.no_map(&a, &b, nearest))
+        match right {
+            Some((found, symmetry)) => Ok(sides.paired(&found, symmetry)),
+            None => Err(sides.no_map(&a, &b, nearest, turned_in)),
+        }
     }
+}
+
+/// The error of two maps that both bring the one side to the other.
+fn several(a: &Side<'_>, b: &Side<'_>, maps: [&Symmetry; 2]) -> Error {
+    let [first, second] = maps.map(PeriodicMap::from);
+    Error::input(format!(
+        "the periodic sides \"{}\" and \"{}\" match by {first} and by {second}; set rotor.hub and rotor.shaft_axis to \
+         the axis of the rotation that is meant, or name sides that match in one way",
+        a.name, b.name
+    ))
 }
 
 /// The distinct places of a side.
@@ -150,12 +189,20 @@ struct Places {
     at: Vec<Vector>,
     /// Nodes of each, ascending.
     nodes: Vec<Vec<u32>>,
+    /// The direction into the mesh at each, of any length.
+    inward: Vec<Vector>,
 }
 
 impl Places {
-    fn new(place: &dyn Fn(u32) -> Vector, nodes: &[u32]) -> Self {
+    fn new(place: &dyn Fn(u32) -> Vector, side: &Side<'_>) -> Self {
         let key = |node: u32| place(node).map(|x| (x + 0.0).to_bits());
-        let mut sorted = nodes.to_vec();
+        let nodes = side.nodes.iter().copied();
+        let directions: BTreeMap<u32, Vector> = nodes.zip(side.inward.iter().copied()).collect();
+        let inward = |nodes: &Vec<u32>| {
+            let of_nodes = nodes.iter().filter_map(|node| directions.get(node));
+            of_nodes.fold([0.0; 3], |sum, direction| add(sum, *direction))
+        };
+        let mut sorted = side.nodes.to_vec();
         sorted.sort_unstable_by_key(|&node| (key(node), node));
         sorted.dedup();
         let mut groups: Vec<Vec<u32>> = sorted
@@ -165,6 +212,7 @@ impl Places {
         groups.sort_unstable();
         Self {
             at: groups.iter().map(|nodes| place(nodes[0])).collect(),
+            inward: groups.iter().map(inward).collect(),
             nodes: groups,
         }
     }
@@ -198,6 +246,18 @@ struct Match {
     /// The first of them.
     first_apart: Option<usize>,
     mismatch: f64,
+}
+
+impl Match {
+    fn pairs_as(&self, other: &Self) -> bool {
+        let partners = |of: &Self| {
+            of.partners
+                .iter()
+                .map(|(partner, _)| *partner)
+                .collect::<Vec<_>>()
+        };
+        partners(self) == partners(other)
+    }
 }
 
 impl Sides {
@@ -292,6 +352,23 @@ impl Sides {
         }
     }
 
+    /// Tells if a map brings normals into the mesh at the first side to normals out of it at the second. True where none is known.
+    fn face_each_other(&self, found: &Match, symmetry: &Symmetry) -> bool {
+        let map = symmetry.transform();
+        let inward = self.a.inward.iter().zip(&found.partners);
+        let along = inward.map(|(a, (b, _))| dot(map.turn(*a), self.b.inward[*b as usize]));
+        along.sum::<f64>() <= 0.0
+    }
+
+    fn paired(&self, found: &Match, symmetry: Symmetry) -> Periodic {
+        Periodic {
+            pairs: self.node_pairs(found),
+            symmetry,
+            transform: symmetry.transform(),
+            mismatch: found.mismatch,
+        }
+    }
+
     fn node_pairs(&self, found: &Match) -> Vec<(u32, u32)> {
         let mut pairs = Vec::new();
         for (own, (partner, _)) in self.a.nodes.iter().zip(&found.partners) {
@@ -305,10 +382,20 @@ impl Sides {
         pairs
     }
 
-    fn no_map(&self, a: &Side<'_>, b: &Side<'_>, nearest: Option<(Match, Symmetry)>) -> Error {
+    fn no_map(
+        &self,
+        a: &Side<'_>,
+        b: &Side<'_>,
+        nearest: Option<(Match, Symmetry)>,
+        turned_in: Option<Symmetry>,
+    ) -> Error {
+        let turned_in = turned_in.map_or(String::new(), |symmetry| {
+            let map = PeriodicMap::from(&symmetry);
+            format!("; {map} matches their nodes, but leaves the mesh on the same side of both")
+        });
         let Some((found, symmetry)) = nearest else {
             return Error::input(format!(
-                "the periodic sides \"{}\" and \"{}\" do not match by a translation or a rotation",
+                "the periodic sides \"{}\" and \"{}\" do not match by a translation or a rotation{turned_in}",
                 a.name, b.name
             ));
         };
@@ -327,7 +414,7 @@ impl Sides {
         };
         Error::input(format!(
             "node {} of the periodic side \"{}\" has no partner on \"{}\": {map}, it is {} from the \
-             nearest node there, {}{taken}; at most {} is allowed",
+             nearest node there, {}{taken}; at most {} is allowed{turned_in}",
             self.a.nodes[apart][0],
             a.name,
             b.name,

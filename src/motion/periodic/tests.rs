@@ -30,7 +30,22 @@ fn joined(a: &[Vector], map: impl Fn(Vector) -> Vector) -> (Vec<Vector>, Vec<u32
 }
 
 fn find(points: &[Vector], a: &[u32], b: &[u32], axis: Option<Axis>) -> Result<Periodic> {
-    let side = |name, nodes| Side { name, nodes };
+    let none = vec![[0.0; 3]; a.len().max(b.len())];
+    find_between(points, (a, &none), (b, &none), axis)
+}
+
+/// The pairs of two sides with the directions into the mesh at their nodes.
+fn find_between(
+    points: &[Vector],
+    a: (&[u32], &[Vector]),
+    b: (&[u32], &[Vector]),
+    axis: Option<Axis>,
+) -> Result<Periodic> {
+    let side = |name, (nodes, inward)| Side {
+        name,
+        nodes,
+        inward,
+    };
     Periodic::find(
         &|node| points[node as usize],
         side("left", a),
@@ -132,8 +147,10 @@ fn the_halves_of_a_cut_are_half_a_turn_apart_and_no_translation() {
         .map(|i| [1.0 + f64::from(i % 5), 0.0, f64::from(i / 5)])
         .collect();
     let (points, a, b) = joined(&half, |x| [-x[0], 0.0, x[2]]);
+    let up = [[0.0, 1.0, 0.0]; 20];
     for axis in [Some(Z), None] {
-        let periodic = find(&points, &a, &b, axis).expect("it is half a turn");
+        let periodic =
+            find_between(&points, (&a, &up), (&b, &up), axis).expect("it is half a turn");
         let Symmetry::Rotation { axis, angle } = periodic.symmetry else {
             panic!("{periodic:?}");
         };
@@ -147,8 +164,65 @@ fn the_halves_of_a_cut_are_half_a_turn_apart_and_no_translation() {
 fn sides_across_from_each_other_do_not_match_by_half_a_turn() {
     let graded: Vec<Vector> = (0..10).map(|i| [0.0, f64::from(i * i), 0.0]).collect();
     let (points, a, b) = joined(&graded, |x| [50.0, 81.0 - x[1], 0.0]);
-    let error = find(&points, &a, &b, None).expect_err("they are graded the other way");
+    let (right, left) = ([[1.0, 0.0, 0.0]; 10], [[-1.0, 0.0, 0.0]; 10]);
+    let error = find_between(&points, (&a, &right), (&b, &left), None);
+    let error = error.expect_err("they are graded the other way");
     assert!(error.message.contains("moved by (50, "), "{error}");
+    assert!(
+        error.message.contains(
+            "a rotation by -180 degrees about the direction (0, 0, 1) through (25, 40.5, 0) matches their nodes, but leaves the mesh on the same side of both"
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn of_the_maps_between_even_sides_the_one_with_the_mesh_between_them_is_taken() {
+    let turn = Transform::rotation(Z.direction, Z.origin, TAU / 6.0);
+    for heights in [1, 4] {
+        let even: Vec<Vector> = (0..9 * heights)
+            .map(|i| [1.0 + f64::from(i % 9) / 8.0, 0.0, f64::from(i / 9)])
+            .collect();
+        let (points, a, b) = joined(&even, |x| turn.apply(x));
+        let into = [0.0, 1.0, 0.0];
+        let of_a = vec![into; even.len()];
+        let of_b = vec![turn.turn(scale(into, -1.0)); even.len()];
+        for axis in [Some(Z), None] {
+            let periodic = find_between(&points, (&a, &of_a), (&b, &of_b), axis);
+            let periodic = periodic.expect("one is right");
+            check_pairs(&periodic, &points, even.len());
+            for x in [[0.0; 3], [1.0, 0.0, 0.0], [1.5, 0.3, 0.2]] {
+                let off = distance(periodic.transform.apply(x), turn.apply(x));
+                assert!(off < 1e-9, "{heights} {axis:?}: {off:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn two_maps_that_remain_are_both_named() {
+    // The rim of a disk and a hole of the same size.
+    let rim: Vec<Vector> = (0..6)
+        .map(|i| (f64::from(i) * TAU / 6.0).sin_cos())
+        .map(|(sin, cos)| [cos, sin, 0.0])
+        .collect();
+    let (points, a, b) = joined(&rim, |x| [x[0] + 5.0, x[1], 0.0]);
+    let of_a: Vec<Vector> = a.iter().map(|&i| scale(points[i as usize], -1.0)).collect();
+    let of_b: Vec<Vector> = b
+        .iter()
+        .map(|&i| sub(points[i as usize], [5.0, 0.0, 0.0]))
+        .collect();
+    let error = find_between(&points, (&a, &of_a), (&b, &of_b), None).expect_err("there are six");
+    assert!(
+        error.message.starts_with(
+            "the periodic sides \"left\" and \"right\" match by a translation by (5, 0, 0) and by a rotation by "
+        ),
+        "{error}"
+    );
+    assert!(
+        error.message.contains("set rotor.hub and rotor.shaft_axis"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -259,9 +333,13 @@ fn a_corner_between_two_pairs_has_one_leader_and_combined_images() {
             }
         }
     }
+    let between = |a: &[u32], b: &[u32], into: Vector| {
+        let (of_a, of_b) = (vec![into; a.len()], vec![scale(into, -1.0); b.len()]);
+        find_between(&points, (a, &of_a), (b, &of_b), None)
+    };
     let pairs = [
-        find(&points, &sides[0], &sides[1], None).expect("along x"),
-        find(&points, &sides[2], &sides[3], None).expect("along y"),
+        between(&sides[0], &sides[1], [1.0, 0.0, 0.0]).expect("along x"),
+        between(&sides[2], &sides[3], [0.0, 1.0, 0.0]).expect("along y"),
     ];
     let bounds = Bounds::around(&points);
     let last = points.len() as u32 - 1;
