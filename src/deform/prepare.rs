@@ -62,9 +62,11 @@ impl Plan {
             let sides = &zone.sides;
             Arc::make_mut(&mut mesh).take_places(&sides.interface_nodes, &sides.interface_places);
         }
+        let mut turning: Option<Diagnostic> = None;
         if motion.to_inertial(&motion.steps[0]).is_some() {
             let mesh = Arc::make_mut(&mut mesh);
-            if let Some(doubled) = zone::detach(mesh, &mut motion)? {
+            if let Some((doubled, tags)) = zone::detach(mesh, &mut motion)? {
+                turning = Some(DeformNote::Interface { tags }.into());
                 sharing = sharing.doubled(doubled, mesh)?;
             }
         }
@@ -76,6 +78,7 @@ impl Plan {
         choices.extend(schedule.note());
         choices.extend(remarks(&mesh));
         choices.extend(format);
+        choices.extend(turning);
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mut mesh, &motion, sharing.holder())?;

@@ -1,13 +1,13 @@
 //! Cuts the deforming zone from the rest of the mesh where it is to turn: interface nodes are
 //! duplicated, and the zone's cells take the copies.
 
-use crate::error::Result;
+use crate::error::{Result, counted};
 use crate::mesh::{Doubled, Mesh};
-use crate::motion::Motion;
+use crate::motion::{Motion, Role, TagRole};
 
-/// Duplicates the interface nodes of the motion's zone in `mesh`, or in its outline, and makes the motion speak of the
-/// copies.
-pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<Option<Doubled>> {
+/// Duplicates the interface nodes of the motion's zone in `mesh`, or in its outline, with faces and tags on both sides, and makes the
+/// motion speak of the copies. Gives the tags too, each with the number of its faces.
+pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<Option<(Doubled, Vec<String>)>> {
     let Some(zone) = &mut motion.zone else {
         return Ok(None);
     };
@@ -34,5 +34,21 @@ pub fn detach(mesh: &mut Mesh, motion: &mut Motion) -> Result<Option<Doubled>> {
     roles.sort_unstable_by_key(|entry| entry.0);
     (surface.nodes, surface.roles) = roles.into_iter().unzip();
     drop(copy);
-    Ok(Some(doubled))
+    // Tags of the interface have other names, and new ones come last.
+    let tags = &mut motion.surface.tags;
+    let mut changed = Vec::new();
+    for (at, group) in mesh.boundary_tags().enumerate() {
+        let name = &group.name;
+        match tags.get_mut(at) {
+            Some(tag) if tag.tag == *name => continue,
+            Some(tag) => tag.tag.clone_from(name),
+            None => tags.push(TagRole {
+                tag: name.clone(),
+                role: Some(Role::Fixed),
+                periodic: false,
+            }),
+        }
+        changed.push(format!("{name} ({})", counted(group.cells.len(), "face")));
+    }
+    Ok(Some((doubled, changed)))
 }

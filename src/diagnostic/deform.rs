@@ -14,6 +14,19 @@ DeformNote as Deform {
         radius: f64,
     } => ("support_radius = {} (chosen)", short(*radius))
 
+    /// Where zones turn, both sides of their interface are boundaries.
+    Interface {
+        /// The tags of these, each with the number of its faces.
+        tags: Vec<String>,
+    } => (
+        "{}",
+        match tags.is_empty() {
+            true => "the interface of the turning zones has no tags, since their cells are curved (convert --linearize makes them \
+                     linear)".to_owned(),
+            false => format!("the interface of the turning zones has the tags {}", tags.join(", ")),
+        }
+    )
+
     /// The tolerance that was chosen.
     Tolerance {
         /// In mesh units.

@@ -190,18 +190,20 @@ impl SharedFile {
             }
             Ok(points)
         };
+        let n_cells = slabs.n_cells();
         let cells = |cells: Range<usize>| {
-            let first = cells.start;
-            let mut cells = released(source, slabs.cells(cells))?;
+            let in_file = cells.start.min(n_cells)..cells.end.min(n_cells);
+            let mut read = released(source, slabs.cells(in_file))?;
             if let Some(doubled) = &self.doubled {
-                doubled.give(&mut cells, first);
+                doubled.give(&mut read, cells.start);
+                read.append(&doubled.faces_among(&cells));
             }
-            Ok(cells)
+            Ok(read)
         };
         let doubled = self.doubled.as_ref();
         act(&from_slabs::MeshByRanges {
             n_nodes: doubled.map_or(n_nodes, |doubled| doubled.n_nodes()),
-            n_cells: slabs.n_cells(),
+            n_cells: doubled.map_or(n_cells, |doubled| doubled.n_cells()),
             space: slabs.space(),
             points: &points,
             cells: &cells,

@@ -47,17 +47,19 @@ impl MeshByRanges<'_> {
         })?;
         let is_on = |node: &u32| inside.has(*node) && outside.has(*node);
         let (mut near, mut rim, mut rim_faces) = (Cells::new(), Cells::new(), Vec::new());
+        let mut near_cells: Vec<u32> = Vec::new();
         self.each_cells(&mut |first, cells| {
             let of_rim = faces_of_nodes(cells, 3, is_on);
             rim.append(&cells.select(of_rim.iter().map(|&face| face as usize)));
             rim_faces.extend(of_rim.iter().map(|face| face + first as u32));
-            let touching = parallel::concat_blocks(cells.len(), SLAB, &|range| {
+            let touching: Vec<usize> = parallel::concat_blocks(cells.len(), SLAB, &|range| {
                 let touches = |cell: &usize| cells.get(*cell).nodes.iter().any(is_on);
                 let touching = range.filter(touches);
                 touching
                     .filter(|cell| marked.contains(first + cell))
                     .collect()
             });
+            near_cells.extend(touching.iter().map(|cell| (first + cell) as u32));
             near.append(&cells.select(touching));
             Ok(())
         })?;
@@ -67,7 +69,8 @@ impl MeshByRanges<'_> {
         let origin = vec![[0.0; 3]; of_near.len()];
         let near = mesh_of(origin, near, 3, part::Part::default());
         let on_interface = |node: &u32| is_on(&of_near[*node as usize]);
-        let mut interface_faces = faces_between(&near, |_| true, on_interface);
+        let (mut interface_faces, cells) = faces_between(&near, |_| true, on_interface);
+        let interface_cells = cells.iter().map(|&cell| near_cells[cell as usize]);
         interface_faces.renumber_nodes_by(|node| of_near[node as usize]);
         let interface_nodes: Vec<u32> = of_near.iter().copied().filter(is_on).collect();
         let (mut bounds, mut interface_places) = (Bounds::EMPTY, Vec::new());
@@ -96,6 +99,7 @@ impl MeshByRanges<'_> {
             interface_places,
             interface_nodes,
             interface_faces,
+            interface_cells: interface_cells.collect(),
             rim_faces,
         })
     }

@@ -1,9 +1,10 @@
 //! Nodes of a mesh of which some cells get copies, so that these cells share no node with the others: what a zone needs to turn
-//! against the rest.
+//! against the rest. Both sides of the interface get boundary faces with tags of their own.
 
+use super::interface::{Interface, NewFaces};
 use super::numbering::Numbering;
 use super::zone_sides::ZoneSides;
-use super::{CellRef, CellSet, Cells, Mesh};
+use super::{CellRef, CellSet, Cells, Group, Mesh};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::ranks::raw;
@@ -22,6 +23,12 @@ pub struct Doubled {
     places: Vec<Vector>,
     /// The cells that have the copies.
     cells: CellSet,
+    /// How many cells the mesh has without the faces that are added.
+    n_cells: usize,
+    /// Faces of both sides of the interface, which follow all other cells.
+    faces: NewFaces,
+    /// Groups that change, by their places, and those that are added.
+    groups: Vec<(Option<usize>, Group)>,
 }
 
 impl Doubled {
@@ -60,12 +67,31 @@ impl Doubled {
                 .ranges_in(own)
                 .for_each(|range| cells.push_range(range));
         }
-        Ok(Self {
+        let mut doubled = Self {
             n_nodes,
             nodes: sides.interface_nodes.clone(),
             places: sides.interface_places.clone(),
             cells,
-        })
+            n_cells: mesh.cells.len(),
+            faces: NewFaces::default(),
+            groups: Vec::new(),
+        };
+        let interface = Interface::of(mesh, marked, sides);
+        (doubled.faces, doubled.groups) = interface.tagged(&doubled.copies());
+        Ok(doubled)
+    }
+
+    /// How many cells there are with the faces that are added.
+    pub fn n_cells(&self) -> usize {
+        self.n_cells + self.faces.cells.len()
+    }
+
+    /// The faces of some cells that are added.
+    pub fn faces_among(&self, cells: &Range<usize>) -> Cells {
+        let place = |cell: usize| cell.saturating_sub(self.n_cells);
+        self.faces
+            .cells
+            .select(place(cells.start)..place(cells.end))
     }
 
     /// How many nodes there are with the copies.
@@ -106,6 +132,7 @@ impl Doubled {
         if mesh.outline.is_none() {
             self.give(&mut mesh.cells, 0);
             mesh.points.extend_from_slice(&self.places);
+            self.add_faces(mesh);
             return;
         }
         mesh.add_unknown_nodes(self.nodes.len());
@@ -122,5 +149,133 @@ impl Doubled {
         for range in faces.into_iter().flat_map(|run| self.cells.ranges_in(run)) {
             mesh.cells.renumber_nodes_of(range, &copy);
         }
+        self.add_faces(mesh);
+    }
+
+    /// Adds the faces of the interface, with the values of the marked cells that they bound, and their tags.
+    fn add_faces(&self, mesh: &mut Mesh) {
+        mesh.cells.append(&self.faces.cells);
+        let bounded: Vec<usize> = self
+            .faces
+            .bounded
+            .iter()
+            .map(|cell| *cell as usize)
+            .collect();
+        for array in &mut mesh.cell_arrays {
+            let values = array.values.select(array.n_components, &bounded);
+            array.values.append(&values);
+        }
+        for (at, group) in &self.groups {
+            match at {
+                Some(at) => mesh.groups[*at] = group.clone(),
+                None => mesh.groups.push(group.clone()),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{CellKind, DataArray, Values};
+
+    /// Two cubes on one another, `rotor` below `stator`, with two faces of `wall` below and, where `tagged`, one of `itf` between them.
+    fn cubes(tagged: bool) -> Mesh {
+        let mut mesh = Mesh::default();
+        for z in [0.0, 1.0, 2.0] {
+            let corners = [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]];
+            mesh.points.extend(corners);
+        }
+        for first in [0, 4] {
+            let nodes: Vec<u32> = (first..first + 8).collect();
+            mesh.cells.push(CellKind::Hexahedron, &nodes);
+        }
+        for face in [[0, 1, 2, 3], [0, 3, 7, 4]] {
+            mesh.cells.push(CellKind::Quadrilateral, &face);
+        }
+        let between = [5, 4, 7, 6];
+        let mut group = |dimension: u8, name: &str, cells: &[usize]| {
+            mesh.groups.push(Group {
+                dimension,
+                name: name.into(),
+                number: Some(7),
+                condition: None,
+                cells: cells.iter().copied().collect(),
+            });
+        };
+        group(3, "rotor", &[0]);
+        group(3, "stator", &[1]);
+        group(2, "wall", &[2, 3]);
+        if tagged {
+            group(2, "itf", &[4]);
+            mesh.cells.push(CellKind::Quadrilateral, &between);
+        }
+        let numbers = (0..mesh.cells.len() as i32).collect();
+        mesh.cell_arrays = vec![DataArray::scalar("number", Values::I32(numbers))];
+        mesh.validate().expect("it is good");
+        mesh
+    }
+
+    fn doubled(mut mesh: Mesh) -> Mesh {
+        let marked = [0].into_iter().collect();
+        let sides = ZoneSides::of(&mesh, &marked);
+        let doubled = Doubled::between(&mesh, &marked, &sides).expect("there is room");
+        doubled.apply(&mut mesh);
+        assert_eq!(mesh.cells.len(), doubled.n_cells());
+        assert_eq!(mesh.points.len(), doubled.n_nodes());
+        mesh.validate().expect("it is good");
+        mesh
+    }
+
+    /// Nodes of the faces of a tag, each face ascending.
+    fn faces(mesh: &Mesh, tag: &str) -> Vec<Vec<u32>> {
+        let group = mesh.groups.iter().find(|group| group.name == tag);
+        let cells = group.expect("it is there").cells.iter();
+        let nodes = |cell: usize| {
+            let mut nodes = mesh.cells.get(cell).nodes.to_vec();
+            nodes.sort_unstable();
+            nodes
+        };
+        cells.map(nodes).collect()
+    }
+
+    #[test]
+    fn each_side_of_an_interface_has_a_tag_of_its_own() {
+        let mesh = doubled(cubes(true));
+        let names: Vec<&str> = mesh
+            .groups
+            .iter()
+            .map(|group| group.name.as_str())
+            .collect();
+        assert_eq!(
+            names,
+            ["rotor", "stator", "wall", "itf_stator", "itf_rotor"]
+        );
+        assert_eq!(faces(&mesh, "itf_rotor"), [[12, 13, 14, 15]]);
+        assert_eq!(faces(&mesh, "itf_stator"), [[4, 5, 6, 7]]);
+        assert_eq!(
+            mesh.cell_arrays[0].values,
+            Values::I32(vec![0, 1, 2, 3, 4, 0])
+        );
+    }
+
+    #[test]
+    fn an_interface_without_a_tag_gets_two() {
+        let mesh = doubled(cubes(false));
+        assert_eq!(faces(&mesh, "inner_interface"), [[12, 13, 14, 15]]);
+        assert_eq!(faces(&mesh, "outer_interface"), [[4, 5, 6, 7]]);
+        assert_eq!(mesh.cells.len(), 6);
+    }
+
+    #[test]
+    fn a_tag_that_is_partly_on_the_interface_keeps_the_rest() {
+        let mut mesh = cubes(true);
+        mesh.groups[3].cells = [3, 4].into_iter().collect();
+        mesh.groups[2].cells = [2].into_iter().collect();
+        mesh.groups[2].name = "itf_rotor".into();
+        let mesh = doubled(mesh);
+        assert_eq!(mesh.groups[3].cells.iter().collect::<Vec<_>>(), [3]);
+        assert_eq!(faces(&mesh, "itf_rotor_2"), [[12, 13, 14, 15]]);
+        assert_eq!(faces(&mesh, "itf_stator"), [[4, 5, 6, 7]]);
     }
 }

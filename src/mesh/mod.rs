@@ -19,6 +19,7 @@ pub mod faces;
 pub mod facets;
 pub mod from_slabs;
 pub mod groups;
+mod interface;
 pub mod join;
 mod kind;
 pub mod lagrange;

@@ -18,6 +18,8 @@ pub struct ZoneSides {
     pub interface_places: Vec<Vector>,
     /// Linear faces whose nodes are all on the interface and that only one of the cells has, in the order of their nodes.
     pub interface_faces: Cells,
+    /// The marked cell of each of them.
+    pub interface_cells: Vec<u32>,
     /// Boundary faces whose nodes are all on the interface and that lie on marked cells alone, ascending.
     pub rim_faces: Vec<u32>,
 }
@@ -36,10 +38,13 @@ impl ZoneSides {
         let numbers = 0..mesh.points.len() as u32;
         let interface_nodes: Vec<u32> = numbers.filter(on_interface).collect();
         let place = |&node: &u32| mesh.points[node as usize];
+        let (interface_faces, interface_cells) =
+            faces_between(mesh, |cell| marked.contains(cell), on_interface);
         Self {
             bounds: Bounds::around(inside),
             interface_places: interface_nodes.iter().map(place).collect(),
-            interface_faces: faces_between(mesh, |cell| marked.contains(cell), on_interface),
+            interface_faces,
+            interface_cells,
             rim_faces: faces_on_rim(mesh, marked, on_interface),
             interface_nodes,
             nodes,
@@ -110,29 +115,29 @@ pub(super) fn faces_of_nodes(
     on.map(|(cell, _)| cell).collect()
 }
 
-/// Faces of one of the marked cells only, all on the interface, in the order of their nodes.
+/// Faces of one of the marked cells only, all on the interface, in the order of their nodes, and that cell of each.
 pub(super) fn faces_between(
     mesh: &Mesh,
     is_marked: impl Fn(usize) -> bool + Sync,
     is_on: impl Fn(&u32) -> bool + Sync,
-) -> Cells {
+) -> (Cells, Vec<u32>) {
     let faces = Faces::of_cells(mesh, |cell| {
         cell.nodes.iter().any(&is_on) && is_marked(cell.index)
     });
-    let mut found: Vec<(Vec<u32>, Vec<u32>)> = Vec::new();
+    let mut found: Vec<(Vec<u32>, Vec<u32>, u32)> = Vec::new();
     for outer in &faces.outer {
         let cell = mesh.cells.get(outer.cell as usize);
         for_each_side(&mesh.cells, &cell, |face, corners| {
             if face == outer.face as usize && corners.iter().all(&is_on) {
                 let mut key = corners.to_vec();
                 key.sort_unstable();
-                found.push((key, corners.to_vec()));
+                found.push((key, corners.to_vec(), outer.cell));
             }
         });
     }
     found.sort_unstable();
     let mut single = Cells::new();
-    for (_, face) in found {
+    for (_, face, _) in &found {
         let kind = match face.len() {
             1 => CellKind::Vertex,
             2 => CellKind::Line,
@@ -140,9 +145,9 @@ pub(super) fn faces_between(
             4 => CellKind::Quadrilateral,
             _ => CellKind::Polygon,
         };
-        single.push(kind, &face);
+        single.push(kind, face);
     }
-    single
+    (single, found.iter().map(|of| of.2).collect())
 }
 
 #[cfg(test)]

@@ -89,12 +89,34 @@ fn a_turning_zone_is_the_rotating_frame_turned_and_the_background_stays() {
 }
 
 #[test]
-fn cutting_a_zone_out_keeps_cells_tags_and_zones() {
+fn cutting_a_zone_out_keeps_cells_tags_and_zones_and_tags_both_sides() {
     let folder = runs();
     let source = read(&folder.path().join("r.vtu"));
     let inertial = read(&folder.path().join("inertial/r_0001.vtu"));
-    assert_eq!(inertial.groups, source.groups);
-    assert_eq!(inertial.cells.len(), source.cells.len());
+    assert!(
+        source
+            .groups
+            .iter()
+            .all(|group| inertial.groups.contains(group))
+    );
+    let new = inertial.groups.iter();
+    let new: Vec<_> = new.filter(|group| !source.groups.contains(group)).collect();
+    let names: Vec<&str> = new.iter().map(|group| group.name.as_str()).collect();
+    assert_eq!(names, ["inner_interface", "outer_interface"]);
+    assert_eq!(new[0].cells.len(), new[1].cells.len());
+    assert!(new[0].cells.len() > 10);
+    let n_new = new[0].cells.len() + new[1].cells.len();
+    assert_eq!(inertial.cells.len(), source.cells.len() + n_new);
+    for (group, zone) in new.iter().zip(["rotor", "background"]) {
+        let zone = nodes_of(&inertial, zone);
+        let faces = group.cells.iter().map(|cell| inertial.cells.get(cell));
+        let mut nodes = faces.flat_map(|face| face.nodes);
+        assert!(
+            nodes.all(|&node| zone.contains(&(node as usize))),
+            "{}",
+            group.name
+        );
+    }
     let mut original = BTreeMap::new();
     for (cut, whole) in inertial.cells.iter().zip(source.cells.iter()) {
         assert_eq!((cut.kind, cut.nodes.len()), (whole.kind, whole.nodes.len()));
