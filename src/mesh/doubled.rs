@@ -77,7 +77,7 @@ impl Doubled {
             groups: Vec::new(),
         };
         let interface = Interface::of(mesh, marked, sides);
-        (doubled.faces, doubled.groups) = interface.tagged(&doubled.copies());
+        (doubled.faces, doubled.groups) = interface.tagged(doubled.copies());
         Ok(doubled)
     }
 

@@ -130,10 +130,8 @@ impl SurfaceSets {
     pub(super) fn check(&mut self, on: &OnMesh<'_>, path: &Path) -> Result<()> {
         let Some(key) = self.key else { return Ok(()) };
         on.clock.check_azimuth(key, on, "surface")?;
-        let steps = on.clock.steps.iter();
-        steps
-            .map(|step| self.check_step(step, on, path))
-            .collect::<Result<()>>()?;
+        let mut steps = on.clock.steps.iter();
+        steps.try_for_each(|step| self.check_step(step, on, path))?;
         if let Err(open) = &self.period {
             let note = transient(key, on, &why_once(open.as_deref()));
             self.notes
