@@ -9,7 +9,7 @@ Run from the repository root, in the environment of scripts/requirements.txt:
 | mixed_cells_by_vtk.vtkhdf | mixed_cells_inline.vtu, by VTK's writer: small chunks, packed |
 | polyhedra_by_vtk.vtkhdf | polyhedra_ascii.vtu, by VTK's writer |
 | moving_by_vtk.vtkhdf | one cell of twenty of polyhedra_ascii.vtu, three steps by VTK's writer, everything again at each step |
-| moving_parts_by_h5py.vtkhdf | mixed_cells_inline.vtu twice, as two parts, three steps with the topology once, packed, big endian |
+| moving_parts_by_h5py.vtkhdf | mixed_cells_inline.vtu twice, as two parts, three steps with the topology once, packed, big endian; wedges in the order of VTK up to 9.6, marked |
 
 At step k, of time k / 2, every y is larger by k / 2; the array "radius" is larger by k, "x" is x plus k.
 """
@@ -117,12 +117,16 @@ def by_h5py():
     cells = grid.GetCells()
     n_points, n_cells = grid.GetNumberOfPoints(), grid.GetNumberOfCells()
     entries = vtk_to_numpy(cells.GetConnectivityArray()).astype(">i4")
+    starts = vtk_to_numpy(cells.GetOffsetsArray())[:-1]
+    for start in starts[vtk_to_numpy(grid.GetCellTypes()) == vtk.VTK_WEDGE]:
+        entries[start : start + 6] = entries[start + np.array([0, 2, 1, 3, 5, 4])]
     twice = lambda array: np.concatenate([array, array])  # noqa: E731
     packed = dict(compression="gzip", shuffle=True)
     with h5py.File(FOLDER / "moving_parts_by_h5py.vtkhdf", "w") as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = (2, 0)
         root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
+        root.attrs.create("wedges", np.bytes_("outward"))
         root["NumberOfPoints"] = [n_points, n_points]
         root["NumberOfCells"] = [n_cells, n_cells]
         root["NumberOfConnectivityIds"] = [len(entries), len(entries)]

@@ -122,7 +122,7 @@ def mixed():
     makers = [
         (vtk.VTK_HEXAHEDRON, range(8)),
         (vtk.VTK_VOXEL, pixel + [node + 4 for node in pixel]),
-        (vtk.VTK_WEDGE, [0, 1, 3, 4, 5, 7]),
+        (vtk.VTK_WEDGE, [0, 3, 1, 4, 7, 5]),
         (vtk.VTK_PYRAMID, [0, 1, 2, 3, 4]),
         (vtk.VTK_TETRA, [0, 1, 3, 4]),
         (vtk.VTK_QUAD, [0, 1, 2, 3]),

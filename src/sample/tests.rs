@@ -48,12 +48,7 @@ fn assert_closed(mesh: &Mesh) {
     for cell in mesh.cells.iter() {
         if cell.kind.dimension() == dimension {
             for face in cell.kind.faces() {
-                // VTK lists a wedge's faces inside out.
-                let mut face: Vec<u32> = face.iter().map(|&i| cell.nodes[i as usize]).collect();
-                if cell.kind == CellKind::Wedge {
-                    face.reverse();
-                }
-                count(face);
+                count(face.iter().map(|&i| cell.nodes[i as usize]).collect());
             }
         } else {
             let mut nodes = cell.nodes.to_vec();

