@@ -81,7 +81,7 @@ def check_step(driver, row):
     shown = values(driver)
     largest, n = 0.0, 0
     for column, text in row.items():
-        if text == "" and column not in shown:
+        if (text == "" and column not in shown) or column == "checksum":
             continue
         short, full = shown[column]
         assert full == text, f"{column}: {full!r} on the page, {text!r} in steps.csv"

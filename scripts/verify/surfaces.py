@@ -102,7 +102,8 @@ def written(name, folder):
     wanted = corners(found.points, triangles)
     if name in SOLIDS:
         solid = pyvista.read(folder / "all.vtu").extract_cells_by_type([10, 12, 13, 14, 42])
-        volume = solid.compute_cell_sizes(length=False, area=False)["Volume"].sum()
+        # VTK 9.7 has negative volumes for wedges in the order of VTK up to 9.6.
+        volume = np.abs(solid.compute_cell_sizes(length=False, area=False)["Volume"]).sum()
         # Warped faces have no one volume behind them.
         assert abs(enclosed(found.points, triangles) - volume) < 1e-3 * volume, f"{name}: {enclosed(found.points, triangles)}, {volume}"
     for encoding in ("raw", "ascii"):
