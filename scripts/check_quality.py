@@ -109,20 +109,23 @@ def tet_min_angle(points):
 
 
 def pyramid_shape(points):
-    """The shape, and VTK's with the shorter of the first two edges."""
+    """The shape, and VTK's with the shorter of the first two edges and the normal at the first corner of the base."""
     base = pv.UnstructuredGrid({pv.CellType.QUAD: np.arange(4 * len(points)).reshape(-1, 4)}, points[:, :4].reshape(-1, 3))
     shape = by_vtk(base, "Shape")
     a, b, c, d, apex = points.transpose(1, 0, 2)
-    normal = np.cross(b - a, d - a)
     up = apex - (a + b + c + d) / 4
-    height = (up * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
+    base_corners = ((a, b, d), (b, c, a), (c, d, b), (d, a, c))
+    jacobians = [(np.cross(second - at, last - at) * (apex - at)).sum(axis=1) for at, second, last in base_corners]
+    folded = np.min(jacobians, axis=0) <= 0
     edges = lengths(points, PYRAMID_EDGES)
     vtk_edge = np.maximum(edges[:, :2].min(axis=1), edges[:, 2:].max(axis=1))
     values = []
-    for edge in (edges.max(axis=1), vtk_edge):
+    ways = ((np.cross(c - a, d - b), edges.max(axis=1), folded), (np.cross(b - a, d - a), vtk_edge, False))
+    for normal, edge, is_zero in ways:
+        height = (up * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
         ideal = edge / np.sqrt(2)
         value = shape * height / np.linalg.norm(up, axis=1) * np.minimum(height / ideal, ideal / height)
-        values.append(np.where(height > 0, value, 0))
+        values.append(np.where((height > 0) & ~np.asarray(is_zero), value, 0))
     return tuple(values)
 
 
