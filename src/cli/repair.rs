@@ -73,7 +73,7 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
     let given = match &args.reference {
         Some(path) => {
             let given = context.read_mesh_as(path, formats.input)?;
-            if given.cells != mesh.cells {
+            if !mesh.cells.follow(&given.cells) {
                 let message = "its cells are not those of the reference mesh, which must have the same cells in the same order";
                 return Err(Error::input(message).file(&args.mesh));
             }

@@ -341,6 +341,22 @@ impl Cells {
         }
     }
 
+    /// Lists the wedges in the other order if these are then the cells of a reference; true if they are its cells.
+    ///
+    /// A file may not name the order of its wedges, and volumes do not show it if most wedges are inverted.
+    pub(crate) fn follow(&mut self, reference: &Cells) -> bool {
+        if self == reference {
+            return true;
+        }
+        let mut mirrored = self.clone();
+        mirrored.mirror_wedges();
+        let is_same = mirrored == *reference;
+        if is_same {
+            *self = mirrored;
+        }
+        is_same
+    }
+
     /// Where the nodes of a cell begin; of one after the last where they end.
     fn first_entry(&self, cell: usize) -> usize {
         if cell == self.len() {

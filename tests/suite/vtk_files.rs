@@ -1,6 +1,7 @@
 //! Legacy, structured and partitioned files written by VTK (`testdata/vtk/`): files of one grid are one mesh.
 
 use crate::support::sequence::{read, testdata};
+use crate::support::{azimesh, json};
 use azimesh::geometry::vector::{cross, dot, sub};
 use azimesh::mesh::difference::{Difference, Tolerance};
 use azimesh::{CellKind, Encoding, Mesh, WriteOptions};
@@ -196,4 +197,24 @@ fn wedges_of_other_programs_are_read_with_the_order_in_which_most_are_positive()
             "{notes}"
         );
     }
+}
+
+#[test]
+fn wedges_that_are_all_inverted_are_listed_as_those_of_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (name, z) in [("reference.vtk", 1.0), ("inverted.vtk", -1.0)] {
+        let text = format!(
+            "# vtk DataFile Version 3.0\nby others\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 6 double\n\
+             0 0 0\n1 0 0\n0 1 0\n0 0 {z}\n1 0 {z}\n0 1 {z}\nCELLS 1 7\n6 0 2 1 3 5 4\nCELL_TYPES 1\n13\n"
+        );
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let args = ["quality", "inverted.vtk", "--reference", "reference.vtk"];
+    let found = json(folder, &args);
+    let cells = &found["inverted"];
+    assert_eq!(cells, 1, "{found}");
+    let repair = ["repair", "inverted.vtk", "--reference", "reference.vtk"];
+    let run = azimesh(folder, &[&repair[..], &["-o", "out.vtk"]].concat());
+    assert!(run.out.contains("invalid cells before        1"), "{run:?}");
 }
