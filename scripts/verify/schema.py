@@ -27,7 +27,7 @@ TYPES = {
 NOT_SHOWN = {
     ("info", ".zones[].condition"), ("info", ".other_groups[].condition"),
     ("run", ".functions"), ("run", ".functions[].body"), ("run", ".functions[].name"),
-    ("run", ".repairs[].unproven_before"), ("run", ".replaced"), ("run", ".companions"),
+    ("run", ".repairs[].unproven_before"), ("run", ".companions"),
 }  # fmt: skip
 
 

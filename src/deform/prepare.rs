@@ -65,8 +65,10 @@ impl Plan {
         let mut turning: Option<Diagnostic> = None;
         if motion.to_inertial(&motion.steps[0]).is_some() {
             let mesh = Arc::make_mut(&mut mesh);
+            let zone = motion.zone.as_ref();
+            let is_joined = zone.is_some_and(|zone| !zone.sides.interface_faces.is_empty());
             if let Some((doubled, tags)) = zone::detach(mesh, &mut motion)? {
-                turning = Some(DeformNote::Interface { tags }.into());
+                turning = is_joined.then(|| DeformNote::Interface { tags }.into());
                 sharing = sharing.doubled(doubled, mesh)?;
             }
         }

@@ -58,12 +58,16 @@ impl LargestDisplacements {
         extremes
     }
 
-    /// Refuses a body that leaves the region that deforms: cells are turned inside out there, or left far behind.
+    /// Refuses a body that leaves the region that deforms: cells are turned inside out there, or left far behind. Boundaries that are
+    /// free or periodic follow the body, and are not refused.
     ///
     /// # Errors
     /// Of kind `Input`, with how far the body goes.
     pub(crate) fn refuse_leaving(&self, plan: &Plan) -> Result<()> {
-        let Some((&body, steps)) = self.leaving.first_key_value() else {
+        let motion = &plan.motion;
+        let follow =
+            !motion.periodic.is_empty() || motion.surface.tags.iter().any(|tag| tag.role.is_none());
+        let Some((&body, steps)) = self.leaving.first_key_value().filter(|_| !follow) else {
             return Ok(());
         };
         let (step, distance) = self.farthest[body];

@@ -9,7 +9,6 @@ use crate::geometry::vector::Vector;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// A run; written at its start and completed at its end.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -60,9 +59,6 @@ pub struct RunRecord {
     /// Steps that were finished before the last time; none for joined parts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_kept: Option<usize>,
-    /// Files of an earlier run that this one replaces: those that it does not write itself are removed once it is complete.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub replaced: Vec<String>,
     /// Files beside the meshes and their hashes: `*.mapbc` is the file of each step with that ending; the files of a case that
     /// all its steps share have their paths from the folder on.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -338,12 +334,6 @@ impl RunRecord {
     pub fn text(&self) -> String {
         let text = serde_json::to_string_pretty(self);
         text.expect("its keys are text, and numbers that are not finite are null") + "\n"
-    }
-
-    /// Whether a file is still that of an earlier run, which this one replaces.
-    pub fn replaces(&self, path: &Path) -> bool {
-        let name = path.file_name().and_then(|name| name.to_str());
-        name.is_some_and(|name| self.replaced.iter().any(|own| own == name))
     }
 
     /// Whether it says what a run was given, as every run does that writes one.

@@ -165,7 +165,7 @@ fn part(names: &Names, first: &RunRecord, found: Found) -> Result<PartRun> {
     let part = RunSteps::new(Some(steps.clone()), n_steps).map_err(|error| error.file(&path))?;
     let names = names.part(part);
     let table = names.table();
-    let rows = table::of_run(&names, Some(&record))?;
+    let rows = table::of_run(&names)?;
     if let Some(step) = rows.keys().find(|step| !steps.contains(step)) {
         return Err(Error::input(format!("step {step} is not one of this part")).file(&table));
     }

@@ -10,7 +10,7 @@ use crate::mesh::MeshView;
 use crate::motion::Step;
 use crate::preflight::existing_folder;
 use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -255,53 +255,6 @@ impl Names {
         file_name(stem, part, extension)
     }
 
-    /// Names in the folder of the files that an earlier run has left. The mesh that all steps of a case share is none of them.
-    pub fn replaced(&self) -> Vec<String> {
-        let existing = existing_outputs(self).into_iter();
-        let name = |path: PathBuf| Some(path.strip_prefix(&self.folder).ok()?.to_str()?.to_owned());
-        existing.filter_map(name).collect()
-    }
-
-    /// Whether a name that a record gives is that of a file of such a sequence.
-    fn is_replaceable(&self, name: &str) -> bool {
-        match &self.case {
-            Some(_) if name.starts_with("../") => !name[3..].contains(".."),
-            _ => self.is_ours(name),
-        }
-    }
-
-    /// All files of steps in a case.
-    pub(super) fn files_in_case(&self, rows: &Rows) -> Vec<PathBuf> {
-        let format = self.case.iter().map(|case| case.format);
-        let of = |format: &'static dyn CaseFormat| {
-            rows.values()
-                .flat_map(move |row| format.files_of(&self.path(&row.file)))
-        };
-        format.flat_map(of).collect()
-    }
-
-    /// Paths of the lists of the meshes.
-    pub fn lists(&self) -> Vec<PathBuf> {
-        let beside = self
-            .list_ending
-            .map(|ending| format!("{}.{ending}", self.stem));
-        let beside = beside.map(|name| self.path(&name));
-        let series = self.series();
-        let beside = beside.filter(|_| series.is_some());
-        series.into_iter().chain(beside).collect()
-    }
-
-    /// The files of these rows, and of all that is written beside the meshes.
-    pub fn written(&self, rows: &Rows, base_files: &BTreeMap<String, String>) -> BTreeSet<PathBuf> {
-        let meshes = rows.values().map(|row| self.path(&row.file));
-        let bases = base_files.keys().map(|name| self.path(name));
-        meshes
-            .chain(bases)
-            .chain(self.lists())
-            .chain([self.table(), self.record()])
-            .collect()
-    }
-
     /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
         let mesh = step_of(name, &self.stem, self.extension)
@@ -413,21 +366,14 @@ pub fn refuse_inputs(names: &Names, inputs: &Inputs) -> Result<()> {
     outputs.iter().try_for_each(|path| inputs.refuse(path))
 }
 
-/// Removes files that an earlier run has left, by their names in the folder, but for those in `written`.
-pub fn remove_replaced(
-    names: &Names,
-    replaced: &[String],
-    written: &BTreeSet<PathBuf>,
-) -> Result<()> {
-    let paths = replaced.iter().filter(|name| names.is_replaceable(name));
-    let paths = paths.map(|name| names.path(name));
-    let mut paths = paths.filter(|path| !written.contains(path) && path.exists());
-    paths.try_for_each(|path| {
+/// Removes every file of an earlier run.
+pub fn remove_existing(names: &Names) -> Result<()> {
+    existing_outputs(names).iter().try_for_each(|path| {
         let removed = match names.of_folders && path.is_dir() {
-            true => std::fs::remove_dir_all(&path),
-            false => std::fs::remove_file(&path),
+            true => std::fs::remove_dir_all(path),
+            false => std::fs::remove_file(path),
         };
-        removed.map_err(|error| Error::io(&path, &error))?;
+        removed.map_err(|error| Error::io(path, &error))?;
         // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
         if names.case.is_some() {
             let above = path

@@ -43,8 +43,6 @@ pub(super) struct Earlier {
     pub notes: Vec<Diagnostic>,
     /// Parts that were joined to it.
     parts: Option<Vec<String>>,
-    /// Files of a run before it that it replaces.
-    replaced: Vec<String>,
     /// Whether its record is lost: rows count then where the same step gives the same bytes.
     pub is_unverified: bool,
 }
@@ -71,7 +69,7 @@ impl Earlier {
             None if existing_outputs(names).is_empty() => return Ok(Self::default()),
             None => Self::without_record(names)?,
         };
-        earlier.rows = table::of_run(names, then.as_ref())?;
+        earlier.rows = table::of_run(names)?;
         check_names(&earlier.rows, then.as_ref(), names)?;
         if then.is_none() {
             check_azimuths(&earlier.rows, plan, names)?;
@@ -114,7 +112,6 @@ impl Earlier {
             timings: then.seconds.unwrap_or_default(),
             n_before: then.resumed.unwrap_or(0) + 1,
             parts: then.parts,
-            replaced: then.replaced,
             ..Self::default()
         }
     }
@@ -128,7 +125,6 @@ impl Earlier {
         record.fail_on = self.fail_on.iter().map(Criterion::to_string).collect();
         record.seconds = Some(self.timings);
         record.parts.clone_from(&self.parts);
-        record.replaced.clone_from(&self.replaced);
         record.repairs = self.all_repairs();
     }
 

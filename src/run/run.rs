@@ -78,10 +78,10 @@ pub fn run_after(
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.take_conditions(&request.fail_on);
     earlier.note_in(&mut record.content);
-    if request.force {
-        record.content.replaced = names.replaced();
-    }
     warn(&warnings);
+    if request.force {
+        names::remove_existing(&names)?;
+    }
     let base_files = earlier.bases.clone();
     let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
@@ -237,10 +237,6 @@ impl Run<'_> {
                 self.deformation.stop(),
                 begin,
             )?;
-            if !self.record.content.replaced.is_empty() {
-                writer.replaced_lists = self.names.lists();
-            }
-            self.note_table()?;
             let pass = self.step_loop(&mut writer, base_points);
             let settled = writer.settle();
             self.seconds.1 += writer.seconds;
@@ -420,33 +416,6 @@ impl Run<'_> {
         Err(Error::system(message).file(&names.folder))
     }
 
-    /// Writes down that the table is that of this run now.
-    fn note_table(&mut self) -> Result<()> {
-        let table = self.names.table();
-        if !self.record.content.replaces(&table) {
-            return Ok(());
-        }
-        let replaced = &mut self.record.content.replaced;
-        replaced.retain(|name| self.names.path(name) != table);
-        self.save_record()
-    }
-
-    /// Removes what is left of an earlier run that this one has replaced.
-    fn remove_replaced(&mut self) -> Result<()> {
-        let content = &mut self.record.content;
-        let mut written = self.names.written(&self.rows, &content.base_files);
-        if SurfaceFiles::of(self.plan)?.is_some() {
-            let steps = self.rows.keys();
-            written.extend(steps.map(|step| self.names.path(&self.names.surface(*step))));
-        }
-        if self.plan.schedule.output.displacement {
-            written.extend(self.names.files_in_case(&self.rows));
-        }
-        names::remove_replaced(self.names, &content.replaced, &written)?;
-        content.replaced.clear();
-        Ok(())
-    }
-
     /// Writes what closes a run, whether it went well or not.
     fn close(
         mut self,
@@ -494,7 +463,7 @@ impl Run<'_> {
         let mut lists = lists.iter();
         let saved =
             lists.try_for_each(|(path, text)| formats::save_text(text, path, self.names.commit));
-        let result = result.and(saved).and_then(|()| self.remove_replaced());
+        let result = result.and(saved);
         self.record.close(&finished, result.as_ref().err());
         finished.outcome.clone_from(&self.record.content.outcome);
         let saved = self.record.save_last();

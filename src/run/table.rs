@@ -3,7 +3,7 @@
 use super::names::Names;
 use crate::error::{Error, Result};
 use crate::formats::{Commit, read_file, save_text};
-use crate::record::{Row, Rows, RunRecord, parse, text};
+use crate::record::{Row, Rows, parse, text};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -66,11 +66,10 @@ impl Table {
     }
 }
 
-/// The rows of a run: none where it has no table yet, also where the table that is there is still that of a run which it replaces.
-pub(super) fn of_run(names: &Names, record: Option<&RunRecord>) -> Result<Rows> {
+/// The rows of a run; none if it has no table yet.
+pub(super) fn of_run(names: &Names) -> Result<Rows> {
     let table = names.table();
-    let is_replaced = record.is_some_and(|record| record.replaces(&table));
-    match table.exists() && !is_replaced {
+    match table.exists() {
         true => read(&table),
         false => Ok(Rows::new()),
     }

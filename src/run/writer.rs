@@ -13,9 +13,7 @@ use crate::mesh::MeshView;
 use crate::motion::Step;
 use crate::progress::Stop;
 use crate::record::{Row, Rows};
-use std::fs;
 use std::panic::resume_unwind;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
@@ -27,8 +25,6 @@ pub(super) struct Writer<'a> {
     stop: &'a Arc<Stop>,
     /// The step that is written and waits for the disk.
     under_way: Option<JoinHandle<Result<()>>>,
-    /// Lists of the meshes of an earlier run, which go before the first mesh of this one is among them.
-    pub replaced_lists: Vec<PathBuf>,
     /// Seconds of writing.
     pub seconds: f64,
 }
@@ -51,7 +47,6 @@ impl<'a> Writer<'a> {
             table: Arc::new(Mutex::new(table)),
             stop,
             under_way: None,
-            replaced_lists: Vec::new(),
             seconds: 0.0,
         })
     }
@@ -79,14 +74,9 @@ impl<'a> Writer<'a> {
         row.blake3 = hash.to_string();
         row.seconds = ((seconds + clock.seconds()) * 1e3).round() / 1e3;
         let table = Arc::clone(&self.table);
-        let lists = std::mem::take(&mut self.replaced_lists);
         self.finish(move || {
             let _held = held;
             team.map_or(Ok(()), |team| team.settle())?;
-            let mut lists = lists.iter().filter(|list| list.exists());
-            lists.try_for_each(|list| {
-                fs::remove_file(list).map_err(|error| Error::io(list, &error))
-            })?;
             written.keep()?;
             lock(&table).add(row)
         })

@@ -1,5 +1,6 @@
 //! Inputs are never lost: no output takes their place, and a run records what it has read of them.
 
+use crate::support::sequence::testdata;
 use crate::support::{airfoil, assert_says, azimesh, files, rewrite, short, succeed};
 use std::fs;
 use std::path::Path;
@@ -126,7 +127,7 @@ fn base_points_that_lie_among_the_outputs_stay_as_they_are() {
 }
 
 #[test]
-fn force_removes_the_old_files_only_once_the_new_ones_are_complete() {
+fn force_leaves_the_files_of_the_new_run_alone() {
     let folder = short();
     let folder = folder.path();
     rewrite(
@@ -135,36 +136,44 @@ fn force_removes_the_old_files_only_once_the_new_ones_are_complete() {
         "many.toml",
         &[("step = 10.0", "step = 45.0")],
     );
-    let deform = |schedule, more: &[&str]| {
-        let args = [&["deform", "n.vtu", schedule, "-o", "out"], more].concat();
-        azimesh(folder, &args)
+    let deform = |schedule: &str, out: &str| {
+        let args = ["deform", "n.vtu", schedule, "-o", out, "--force"];
+        succeed(folder, &args);
     };
-    assert_eq!(deform("many.toml", &[]).code, 0);
-    let out = folder.join("out");
-    let old = files(&out);
-    // Base points are not enough: no mesh is written.
-    rewrite(
-        folder,
-        "few.toml",
-        "bad.toml",
-        &[("tolerance = 1e-4", "max_points = 3\ntolerance = 1e-9")],
-    );
-    assert_eq!(deform("bad.toml", &["--force"]).code, 1);
-    let left = files(&out);
-    assert!((0..9).all(|i| left[&format!("n_000{i}.vtu")] == old[&format!("n_000{i}.vtu")]));
-    assert!(left["n.pvd"] == old["n.pvd"]);
-    // Its steps are none of the run that has replaced its record.
-    assert_eq!(deform("bad.toml", &["--resume"]).code, 1);
-    assert!(files(&out)["steps.csv"] == old["steps.csv"]);
-    // What only the old run has goes at the end.
-    assert_eq!(
-        deform("few.toml", &["--force", "--fail-on", "step<0"]).code,
-        0
-    );
-    let new = files(&out);
-    let meshes = new.keys().filter(|name| name.starts_with("n_")).count();
-    assert_eq!(meshes, 5, "{:?}", new.keys());
-    assert!(!String::from_utf8_lossy(&new["run.json"]).contains("\"replaced\""));
+    deform("many.toml", "out");
+    deform("few.toml", "out");
+    deform("few.toml", "alone");
+    let names = |out: &str| files(&folder.join(out)).into_keys().collect::<Vec<_>>();
+    assert_eq!(names("out"), names("alone"));
+}
+
+#[test]
+fn force_over_a_decomposed_case_keeps_every_piece_of_the_new_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let case = testdata("openfoam/decomposed");
+    fs::write(
+        folder.join("s.toml"),
+        "[azimuth]\nvalues = [0, 90]\n[[body]]\nname = \"b\"\ntags = [\"inlet\"]\n\
+         rigid = { ramp = true, translate = [1e-3, 0, 0] }\n[boundaries]\nothers = \"fixed\"\n",
+    )
+    .unwrap();
+    let case = case.to_str().unwrap();
+    let deform = ["deform", case, "s.toml", "-o", "out", "--force", "-q"];
+    let pieces = || {
+        let has_points = |piece: &str| {
+            folder
+                .join("out")
+                .join(piece)
+                .join("90/polyMesh/points")
+                .is_file()
+        };
+        ["processor0", "processor1"].map(has_points)
+    };
+    for _ in 0..2 {
+        azimesh(folder, &deform);
+        assert_eq!(pieces(), [true, true]);
+    }
 }
 
 #[cfg(unix)]

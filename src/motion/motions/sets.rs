@@ -19,7 +19,7 @@ const SAME: f64 = 1e-4;
 /// Part of a place that is round-off.
 const ROUND_OFF: f64 = 1e-14;
 /// Part of the largest component by which the last of the sets of whole revolutions may differ from the first.
-const REPEATED: f64 = 1e-6;
+const REPEATED: f64 = 1e-3;
 
 /// A set of displacements for every step, or one for all.
 #[derive(Debug, Clone)]

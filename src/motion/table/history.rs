@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// Part of a component's largest value by which the last row of whole revolutions may differ from
 /// the first.
-const REPEATED: f64 = 1e-6;
+const REPEATED: f64 = 1e-3;
 /// Part of the distance between the two rows at an end, or of the place of a single row, by which a step may lie
 /// outside of it: 0.1 is the end of a table to 0.0999999.
 const ROUNDED: f64 = 1e-4;
@@ -231,7 +231,7 @@ impl History {
         let (first, last) = self.range();
         let n = self.knots.len();
         if n == 1 {
-            if self.is_held && (at - first).abs() > ROUNDED * first.abs() {
+            if self.is_held && self.period.is_none() && (at - first).abs() > ROUNDED * first.abs() {
                 return Err(self.outside(at));
             }
             let (step, part) = (1.0, 0.0);

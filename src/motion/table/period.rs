@@ -3,9 +3,9 @@
 use super::Key;
 
 /// Part of a revolution by which a last row may miss whole revolutions after the first.
-const CLOSING: f64 = 1e-5;
-/// Part of the last step by which the way on to the first row may differ from it.
-const SAME_STEP: f64 = 1e-3;
+const CLOSING: f64 = 1e-4;
+/// Part of the last step by which the way on to the first row may differ from it: places may be printed with one decimal.
+const SAME_STEP: f64 = 0.03;
 
 /// The distance after which rows repeat themselves.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -286,7 +286,10 @@ fn middles(cut: &[Vector], ends: [Vector; 2], sign: f64) -> Option<[Vector; 2]> 
     let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let pairs = pairs.map(|(i, j)| forward([corners[i], corners[j]], sign));
     let (mut n, mut along) = (0, [0.0; 3]);
-    for [nose, tail] in pairs.filter(|[a, b]| distance(*a, *b) >= least) {
+    // A pair straight across has no end that is the nose.
+    let is_end =
+        |[a, b]: &[Vector; 2]| distance(*a, *b) >= least && (a[1] - b[1]).abs() > AS_LONG * least;
+    for [nose, tail] in pairs.filter(is_end) {
         n += 1;
         along = add(along, sub(nose, tail));
     }
