@@ -4,6 +4,7 @@
 use super::out::Out;
 use super::save::{PIECE, Staged, stage_bytes, stage_whole};
 use super::sink::refuse_special;
+use super::source::read_file;
 use super::staged::{Commit, folder_of};
 use super::staged_folder::Folder;
 use crate::error::{Error, Result};
@@ -117,9 +118,10 @@ impl<'a> OutputSet<'a> {
         Ok(written)
     }
 
-    /// Writes a small companion file, which is not part of the hash.
+    /// Writes a small companion file, which is not part of the hash. One that has these bytes stays: it may be that of the input too.
     pub fn companion(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
-        if let Some(commit) = self.commit {
+        let is_there = || read_file(path).is_ok_and(|there| there == bytes);
+        if let Some(commit) = self.commit.filter(|_| !is_there()) {
             refuse_special(path)?;
             self.files.push(stage_bytes(bytes, path, commit)?);
         }

@@ -371,3 +371,13 @@ fn a_run_whose_files_go_while_it_writes_does_not_end_well() {
         fs::remove_dir_all(&out).unwrap();
     }
 }
+
+#[test]
+fn two_flavours_of_ugrid_share_their_boundary_conditions() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let solid = testdata("mixed_cells_v41_binary.msh");
+    succeed(folder, &["convert", solid.to_str().unwrap(), "m.b8.ugrid"]);
+    succeed(folder, &["convert", "m.b8.ugrid", "m.lb8.ugrid"]);
+    succeed(folder, &["diff", "m.b8.ugrid", "m.lb8.ugrid"]);
+}
