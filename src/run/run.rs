@@ -458,7 +458,11 @@ impl Run<'_> {
         if self.earlier.is_unverified {
             return result.map(|()| finished);
         }
-        let result = result.and_then(|()| self.check_folder());
+        // Without its folder a run fails in many ways, for one reason.
+        let result = match self.lock.holds() {
+            true => result.and_then(|()| self.check_folder()),
+            false => self.check_folder(),
+        };
         let lists = names::series(self.names, &self.rows);
         let mut lists = lists.iter();
         let saved =
