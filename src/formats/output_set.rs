@@ -4,7 +4,6 @@
 use super::out::Out;
 use super::save::{PIECE, Staged, stage_bytes, stage_whole};
 use super::sink::refuse_special;
-use super::source::read_file;
 use super::staged::{Commit, folder_of};
 use super::staged_folder::Folder;
 use crate::error::{Error, Result};
@@ -118,10 +117,11 @@ impl<'a> OutputSet<'a> {
         Ok(written)
     }
 
-    /// Writes a small companion file, which is not part of the hash. One that has these bytes stays: it may be that of the input too.
+    /// Writes a small companion file, which is not part of the hash. One that may be replaced and has these bytes stays: it may be that of
+    /// the input too.
     pub fn companion(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
-        let is_there = || read_file(path).is_ok_and(|there| there == bytes);
-        if let Some(commit) = self.commit.filter(|_| !is_there()) {
+        let is_there = || path.is_file() && fs::read(path).is_ok_and(|there| there == bytes);
+        if let Some(commit) = self.commit.filter(|own| !(own.replace && is_there())) {
             refuse_special(path)?;
             self.files.push(stage_bytes(bytes, path, commit)?);
         }

@@ -378,6 +378,6 @@ fn two_flavours_of_ugrid_share_their_boundary_conditions() {
     let folder = folder.path();
     let solid = testdata("mixed_cells_v41_binary.msh");
     succeed(folder, &["convert", solid.to_str().unwrap(), "m.b8.ugrid"]);
-    succeed(folder, &["convert", "m.b8.ugrid", "m.lb8.ugrid"]);
+    succeed(folder, &["convert", "m.b8.ugrid", "m.lb8.ugrid", "--force"]);
     succeed(folder, &["diff", "m.b8.ugrid", "m.lb8.ugrid"]);
 }
