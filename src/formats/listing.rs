@@ -1,9 +1,10 @@
 //! The nodes of cells as files list them, for ranks that write those of their own cells.
 
 use super::hdf5::Sink;
+use super::vtk::order;
 use super::{cgns, ugrid};
 use crate::error::Result;
-use crate::mesh::{CellKind, Cells, Listing, NodesOfCells, mirror_wedges, turn};
+use crate::mesh::{Cells, Listing, NodesOfCells, turn};
 use std::ops::Range;
 
 /// Numbers made at a time: so few that no loop over them starts threads.
@@ -36,10 +37,7 @@ pub(crate) fn list_nodes(
             match wanted.listing {
                 Listing::Vtk => {
                     for nodes in cells.runs_in(some) {
-                        let mut nodes = nodes.connectivity.to_vec();
-                        if run.kind == CellKind::Wedge {
-                            mirror_wedges(&mut nodes);
-                        }
+                        let nodes = order::listed(nodes.kind, nodes.connectivity);
                         as_integers(&nodes, is_wide, number, sink)?;
                     }
                 }

@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn afile_that_a_killed_run_left_stops_nobody() {
+    fn a_file_that_a_killed_run_left_stops_nobody() {
         let folder = tempfile::tempdir().expect("a folder");
         let left = folder.path().join(".azimesh_0-10.lock");
         fs::write(&left, "").expect("it can be written");

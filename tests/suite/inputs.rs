@@ -126,16 +126,17 @@ fn base_points_that_lie_among_the_outputs_stay_as_they_are() {
     assert!(fs::read_to_string(folder.join("out/base.toml")).unwrap() == base);
 }
 
+/// Writes the schedule with another step as many.toml.
+fn with_step(folder: &Path, step: &str) {
+    let changes = [("step = 10.0", &*format!("step = {step}"))];
+    rewrite(folder, "n.toml", "many.toml", &changes);
+}
+
 #[test]
 fn force_leaves_the_files_of_the_new_run_alone() {
     let folder = short();
     let folder = folder.path();
-    rewrite(
-        folder,
-        "n.toml",
-        "many.toml",
-        &[("step = 10.0", "step = 45.0")],
-    );
+    with_step(folder, "45.0");
     let deform = |schedule: &str, out: &str| {
         let args = ["deform", "n.vtu", schedule, "-o", out, "--force"];
         succeed(folder, &args);
@@ -330,12 +331,7 @@ fn finish_wants_the_files_beside_meshes_as_they_were_written() {
 fn a_run_whose_files_go_while_it_writes_does_not_end_well() {
     let folder = airfoil();
     let folder = folder.path();
-    rewrite(
-        folder,
-        "n.toml",
-        "many.toml",
-        &[("step = 10.0", "step = 0.5")],
-    );
+    with_step(folder, "0.5");
     let out = folder.join("out");
     for how in ["folder", "mesh", "table"] {
         let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("azimesh"))

@@ -226,7 +226,9 @@ impl Writer<'_> {
             for cell in cells.iter().chain(repeated()) {
                 let entries = entries(cells, &cell);
                 out.push(entries.len() as u64)?;
-                in_order(cell.kind, entries).try_for_each(|node| out.push(node.into()))?;
+                order::listed(cell.kind, entries)
+                    .iter()
+                    .try_for_each(|node| out.push((*node).into()))?;
                 out.end_line()?;
             }
             return out.finish();
@@ -247,7 +249,9 @@ impl Writer<'_> {
         let mut out = Integers::new(self.out, self.binary, 8);
         for cell in cells.iter().chain(repeated()) {
             let entries = entries(cells, &cell);
-            in_order(cell.kind, entries).try_for_each(|node| out.push(node.into()))?;
+            order::listed(cell.kind, entries)
+                .iter()
+                .try_for_each(|node| out.push((*node).into()))?;
         }
         out.finish()
     }
@@ -278,15 +282,6 @@ fn entries<'c>(cells: &'c Cells, cell: &CellRef<'c>) -> &'c [u32] {
         CellKind::Polyhedron => cells.face_stream(cell.index).unwrap_or(&[]),
         _ => cell.nodes,
     }
-}
-
-/// The entries of a cell in the order of VTK's files.
-fn in_order(kind: CellKind, entries: &[u32]) -> impl Iterator<Item = u32> {
-    const WEDGE: [usize; 6] = [0, 2, 1, 3, 5, 4];
-    (0..entries.len()).map(move |i| match kind {
-        CellKind::Wedge => entries[WEDGE[i]],
-        _ => entries[i],
-    })
 }
 
 fn n_entries(cells: &Cells, run: CellRun) -> usize {

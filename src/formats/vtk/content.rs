@@ -3,7 +3,7 @@
 use super::number::Element;
 use super::order;
 use crate::error::Result;
-use crate::mesh::{CellKind, Cells, NumbersApart, Values, arrays::with_numbers, mirror_wedges};
+use crate::mesh::{CellKind, Cells, NumbersApart, Values, arrays::with_numbers};
 use std::borrow::Cow;
 
 /// Values made at a time where an array is not in memory.
@@ -163,11 +163,7 @@ fn nodes(cells: &Cells, sink: Sink) -> Result<()> {
             .connectivity
             .chunks(CHUNK / run.n_nodes.max(1) * run.n_nodes.max(1))
         {
-            let start = values.len();
-            values.extend_from_slice(some);
-            if run.kind == CellKind::Wedge {
-                mirror_wedges(&mut values[start..]);
-            }
+            values.extend_from_slice(&order::listed(run.kind, some));
             flush_full(&mut values, sink)?;
         }
     }

@@ -9,8 +9,9 @@
 use crate::diagnostic::formats::Read;
 use crate::formats::Notes;
 use crate::mesh::sides::six_volumes;
-use crate::mesh::{CellKind, Cells, DataArray, Mesh, MeshView, Values};
+use crate::mesh::{CellKind, Cells, DataArray, Mesh, MeshView, Values, mirror_wedges};
 use crate::parallel::{BLOCK, map_blocks};
+use std::borrow::Cow;
 
 /// Name of the mark of files that have wedges in the order of VTK up to 9.6.
 pub const WEDGES: &str = "wedges";
@@ -23,6 +24,15 @@ pub const TITLE: &str = "written by azimesh, wedges outward";
 /// Whether a file of these cells is marked.
 pub fn has_wedges(cells: &Cells) -> bool {
     cells.runs().any(|run| run.kind == CellKind::Wedge)
+}
+
+/// Lists the nodes of cells of one kind as files do.
+pub fn listed(kind: CellKind, nodes: &[u32]) -> Cow<'_, [u32]> {
+    let mut nodes = Cow::Borrowed(nodes);
+    if kind == CellKind::Wedge {
+        mirror_wedges(nodes.to_mut());
+    }
+    nodes
 }
 
 /// Lists the wedges of a file as a mesh does. In a file that is not marked, the sign of most volumes says which order it has;
