@@ -76,6 +76,7 @@ pub use zone_sides::ZoneSides;
 
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
+use crate::geometry::Bounds;
 use crate::parallel::map_blocks;
 use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
@@ -298,13 +299,8 @@ impl Mesh {
 }
 
 fn bounds(points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
-    let first = *points.first()?;
-    Some(points.iter().fold([first, first], |[lo, hi], p| {
-        [
-            std::array::from_fn(|i| lo[i].min(p[i])),
-            std::array::from_fn(|i| hi[i].max(p[i])),
-        ]
-    }))
+    let bounds = Bounds::around(points);
+    (!points.is_empty()).then_some([bounds.low, bounds.high])
 }
 
 /// Refuses more nodes or cells than indices of 32 bits can tell apart.

@@ -2,7 +2,6 @@
 
 use super::lagrange::{self, LatticePoint};
 use super::{CellKind, CellRef, Cells};
-use crate::geometry::vector::{Vector, cross, dot, sub};
 use CellKind::*;
 
 /// Calls `visit(face, corners)` for each face of a cell: an edge of a cell in the plane, an end of
@@ -31,30 +30,6 @@ pub fn for_each_side(cells: &Cells, cell: &CellRef<'_>, mut visit: impl FnMut(us
             }
         }
     }
-}
-
-/// Six times the volume inside the sides of a solid cell, those that are `turned` taken the other way round.
-pub fn six_volumes(
-    cells: &Cells,
-    points: &[Vector],
-    cell: &CellRef<'_>,
-    turned: impl Fn(usize) -> bool,
-) -> f64 {
-    let Some(&first) = cell.nodes.first() else {
-        return 0.0;
-    };
-    let origin = points[first as usize];
-    let at = |node: u32| -> Vector { sub(points[node as usize], origin) };
-    let mut sum = 0.0;
-    for_each_side(cells, cell, |side, corners| {
-        let mut own = 0.0;
-        for i in 2..corners.len() {
-            let [a, b, c] = [corners[0], corners[i - 1], corners[i]].map(at);
-            own += dot(a, cross(b, c));
-        }
-        sum += if turned(side) { -own } else { own };
-    });
-    sum
 }
 
 /// What `read` makes of the corners of one face of a cell; of none where there is no such face.

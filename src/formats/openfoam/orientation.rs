@@ -4,7 +4,8 @@
 //! A cell that a motion has turned inside out keeps the orientation of its kind: faces of neighbouring cells have to
 //! agree, and a checker of meshes is to find the negative volume.
 
-use crate::mesh::sides::six_volumes;
+use crate::geometry::vector::{Vector, cross, dot, sub};
+use crate::mesh::sides::for_each_side;
 use crate::mesh::{CellKind, CellRef, CellRun, MeshView};
 use crate::parallel::{BLOCK, map_blocks};
 use std::collections::{BTreeMap, BTreeSet};
@@ -73,15 +74,34 @@ fn judge(mesh: &MeshView, cell: &CellRef<'_>, found: &mut (i64, Vec<(u32, Vec<bo
     if cell.kind == CellKind::Polyhedron {
         let faces: Vec<&[u32]> = mesh.cells.polyhedron_faces(cell.index).collect();
         if let Some(mut turned) = disagreeing(&faces) {
-            if six_volumes(mesh.cells, mesh.points, cell, |side| turned[side]) < 0.0 {
+            if volume(mesh, cell, |side| turned[side]) < 0.0 {
                 turned.iter_mut().for_each(|turned| *turned = !*turned);
             }
             found.1.push((cell.index as u32, turned));
             return;
         }
     }
-    let volume = six_volumes(mesh.cells, mesh.points, cell, |_| false);
+    let volume = volume(mesh, cell, |_| false);
     found.0 += i64::from(volume > 0.0) - i64::from(volume < 0.0);
+}
+
+/// Six times the volume inside the sides of a cell, those that are `turned` taken the other way round.
+fn volume(mesh: &MeshView, cell: &CellRef<'_>, turned: impl Fn(usize) -> bool) -> f64 {
+    let Some(&first) = cell.nodes.first() else {
+        return 0.0;
+    };
+    let origin = mesh.points[first as usize];
+    let at = |node: u32| -> Vector { sub(mesh.points[node as usize], origin) };
+    let mut sum = 0.0;
+    for_each_side(mesh.cells, cell, |side, corners| {
+        let mut own = 0.0;
+        for i in 2..corners.len() {
+            let [a, b, c] = [corners[0], corners[i - 1], corners[i]].map(at);
+            own += dot(a, cross(b, c));
+        }
+        sum += if turned(side) { -own } else { own };
+    });
+    sum
 }
 
 /// For each face of a polyhedron whether it turns against the first; `None` where no face does. Faces that share
