@@ -49,7 +49,7 @@ fn main() {
     })
     .expect("it can be made");
     let schedule = Schedule::parse(&sample.schedule, Path::new("blade.toml")).expect("it is good");
-    let plan = Plan::new(sample.mesh, schedule).expect("it fits");
+    let (plan, part) = Plan::new(sample.mesh, schedule).expect("it fits");
     let (surface, n_modes) = (&plan.surface, plan.n_modes());
     let error = plan.tolerance;
     let residuals: Vec<f64> = (0..surface.points.len() * n_modes)
@@ -57,7 +57,7 @@ fn main() {
         .collect();
     println!(
         "{} nodes, {} facets, {n_modes} modes, fade radius {:.2e}, {} threads",
-        plan.mesh.points.len(),
+        part.mesh.points.len(),
         surface.facets.len(),
         FADE_RADIUS_PER_ERROR * error,
         rayon::current_num_threads()
@@ -70,12 +70,12 @@ fn main() {
     let empty = || Field {
         nodes: None,
         n_modes,
-        values: vec![0.0; plan.mesh.points.len() * n_modes],
+        values: vec![0.0; part.mesh.points.len() * n_modes],
     };
     let (_, zeros) = timed(empty);
     let (field, added) = timed(|| {
         let mut field = empty();
-        correction.add_to(&mut field, &plan.mesh.points);
+        correction.add_to(&mut field, &part.mesh.points);
         field
     });
     let rows = field.values.chunks_exact(n_modes);

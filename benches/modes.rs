@@ -6,6 +6,7 @@
 #![allow(clippy::print_stdout)] // a benchmark prints its table
 
 use azimesh::geometry::vector::{Vector, sub};
+use azimesh::mesh::{Boundary, ZoneSides};
 use azimesh::modes::{Form, Modes};
 use azimesh::motion::{Motion, Schedule};
 use azimesh::sample::{BladeOptions, SizeOptions, blade};
@@ -54,7 +55,9 @@ fn motion(n_surface: usize, n_steps: usize) -> (Motion, Vec<(u32, Vector)>) {
         ..BladeOptions::default()
     });
     let mesh = sample.expect("it can be made").mesh;
-    let motion = Schedule::read(&path).and_then(|schedule| schedule.resolve(&mesh));
+    let sides_of = |cells: &_| Ok(ZoneSides::of(&mesh, cells));
+    let motion = Schedule::read(&path)
+        .and_then(|schedule| schedule.resolve(&Boundary::of(&mesh), &sides_of));
     // The blade's nodes are the first layer.
     let n_wall = mesh.points.len() / 5;
     let nodes = (0..n_wall as u32).zip(mesh.points[..n_wall].iter().copied());

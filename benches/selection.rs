@@ -40,7 +40,7 @@ fn main() {
     })
     .expect("it can be made");
     let schedule = Schedule::parse(&sample.schedule, Path::new("blade.toml")).expect("it is good");
-    let plan = Plan::new(sample.mesh, schedule).expect("it fits");
+    let (plan, _) = Plan::new(sample.mesh, schedule).expect("it fits");
     let tolerance = plan.tolerance * relative / 1e-4;
     println!(
         "{} surface nodes, {} modes, tolerance {tolerance:.2e}",

@@ -32,27 +32,6 @@ pub fn start(n_threads: usize) -> Result<()> {
         .map_err(|error| cannot_start(n_threads, &error))
 }
 
-/// Threads beside those of [`start`], for work that is to leave processors to others.
-pub struct Pool(rayon::ThreadPool);
-
-impl Pool {
-    /// So many threads.
-    ///
-    /// # Errors
-    /// Where the system does not start them.
-    pub fn new(n_threads: usize) -> Result<Self> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads);
-        let pool = pool.build();
-        pool.map(Self)
-            .map_err(|error| cannot_start(n_threads, &error))
-    }
-
-    /// Does `work`, whose loops run on these threads.
-    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        self.0.install(work)
-    }
-}
-
 fn cannot_start(n_threads: usize, error: &rayon::ThreadPoolBuildError) -> Error {
     Error::system(format!("cannot start {n_threads} threads: {error}"))
 }
@@ -221,20 +200,6 @@ pub fn with_own_thread(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send))
     if !is_started {
         beside();
     }
-}
-
-/// What `act` and `beside` give, as [`with_own_thread`] calls them.
-pub fn join_with_own_thread<A, B: Send>(
-    act: impl FnOnce() -> A,
-    beside: impl FnOnce() -> B + Send,
-) -> (A, B) {
-    const CALLED: &str = "both were called once";
-    let (mut a, mut b) = (None, None);
-    let (mut act, mut beside) = (Some(act), Some(beside));
-    with_own_thread(&mut || a = act.take().map(|act| act()), &mut || {
-        b = beside.take().map(|beside| beside())
-    });
-    (a.expect(CALLED), b.expect(CALLED))
 }
 
 /// Block `i` of `size` of the numbers below `n`.

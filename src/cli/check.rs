@@ -1,11 +1,9 @@
 //! `azimesh check`: a dry run that says what `deform` would do.
 
-use super::outline::why_not_run;
 use super::{Context, Outcome, memory};
 use crate::deform::Plan;
 use crate::diagnostic::{Diagnostic, amount, in_digits, short};
 use crate::error::{Result, counted, one_line};
-use crate::formats::by_name;
 use crate::motion::{Frame, Role, Schedule, Step, TagRole};
 use crate::parallel;
 use crate::preflight::{
@@ -30,25 +28,33 @@ pub struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     let schedule = Schedule::read(&args.schedule)?;
-    // It asks the format what that cannot hold.
-    let enough = match why_not_run(&schedule) {
-        None => Ok(Some(by_name(&schedule.output.format)?)),
-        Some(reason) => Err(reason.to_owned()),
-    };
-    let plan = context.plan(&args.mesh, schedule, enough)?;
-    check_surface_files(&plan, &args.mesh)?;
-    let n_bytes = estimate_bytes(&plan)?;
+    let (plan, mesh) = context.plan(&args.mesh, schedule)?;
+    check_surface_files(&plan, &mesh.view(), &args.mesh)?;
+    let n_bytes = estimate_bytes(&plan, &mesh.view())?;
     let extremes = LargestDisplacements::new(&plan);
-    let warnings = preflight::warnings(&plan, &extremes)?;
+    let warnings = preflight::warnings(&plan, &extremes);
     for warning in &warnings {
         context.warn(&warning.to_string());
     }
-    let mapped = memory::mapped_bytes(&args.mesh);
+    let bytes = Bytes {
+        memory: estimate_memory(&plan, &mesh),
+        mapped: memory::mapped_bytes(&args.mesh),
+        output: n_bytes,
+    };
     match context.common.json {
-        true => context.print_json(as_json(&plan, &extremes, (mapped, n_bytes), &warnings))?,
-        false => context.print_result(&as_text(&plan, &extremes, (mapped, n_bytes)))?,
+        true => context.print_json(as_json(&plan, &extremes, bytes, &warnings))?,
+        false => context.print_result(&as_text(&plan, &extremes, bytes))?,
     }
     Ok(Outcome::Fine)
+}
+
+/// Bytes that a run takes.
+#[derive(Clone, Copy)]
+struct Bytes {
+    memory: u64,
+    /// Of the mapped input.
+    mapped: u64,
+    output: u64,
 }
 
 fn role_name(plan: &Plan, tag: &TagRole) -> String {
@@ -69,9 +75,12 @@ fn is_outside(plan: &Plan, tag: &TagRole) -> bool {
     let Some(zone) = &plan.motion.zone else {
         return false;
     };
-    let mut own = plan.mesh.boundary_tags().filter(|own| own.name == tag.tag);
+    let mut own = plan
+        .boundary
+        .boundary_tags()
+        .filter(|own| own.name == tag.tag);
     let is_inside = |cell: usize| {
-        let nodes = plan.mesh.cells.get(cell).nodes;
+        let nodes = plan.boundary.face(cell).nodes;
         nodes.iter().all(|&node| zone.sides.nodes.has(node))
     };
     !own.any(|own| own.cells.iter().any(is_inside))
@@ -81,20 +90,20 @@ fn is_outside(plan: &Plan, tag: &TagRole) -> bool {
 /// a second and thread, a gigabyte a second to disk. Order of magnitude only.
 fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
     let threads = parallel::n_threads() as f64;
-    let evaluations = 1e3 * (plan.mesh.points.len() + 10 * plan.surface.nodes.len()) as f64;
+    let evaluations = 1e3 * (plan.boundary.n_nodes + 10 * plan.surface.nodes.len()) as f64;
     evaluations / (1e9 * threads) + n_bytes as f64 / 1e9
 }
 
 fn as_json(
     plan: &Plan,
     extremes: &LargestDisplacements,
-    (mapped, n_bytes): (u64, u64),
+    bytes: Bytes,
     warnings: &[Diagnostic],
 ) -> Value {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     json!({
-        "nodes": plan.mesh.points.len(),
+        "nodes": plan.boundary.n_nodes,
         "surface_points": plan.surface.nodes.len(),
         "coincident_surface_nodes": plan.surface.n_coincident,
         "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag) })).collect::<Vec<_>>(),
@@ -104,12 +113,12 @@ fn as_json(
         "chosen": plan.choices,
         "modes": plan.n_modes(),
         "mode_truncation": plan.truncation(),
-        "smallest_first_cell": plan.first_cells.smallest(),
-        "memory_bytes": estimate_memory(plan),
-        "mapped_bytes": mapped,
+        "smallest_first_cell": plan.smallest_first_cell,
+        "memory_bytes": bytes.memory,
+        "mapped_bytes": bytes.mapped,
         "conventions": plan.motion.rotor.conventions(),
-        "seconds": seconds(plan, n_bytes),
-        "output_bytes": n_bytes,
+        "seconds": seconds(plan, bytes.output),
+        "output_bytes": bytes.output,
         "warnings": warnings,
         "max_displacement": extremes.largest().1,
         "max_displacement_step": extremes.largest().0,
@@ -123,7 +132,7 @@ fn as_json(
     })
 }
 
-fn as_text(plan: &Plan, extremes: &LargestDisplacements, (mapped, n_bytes): (u64, u64)) -> String {
+fn as_text(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> String {
     let mut lines = Lines(String::new());
     lines.surface(plan);
     lines.interpolation(plan);
@@ -132,12 +141,12 @@ fn as_text(plan: &Plan, extremes: &LargestDisplacements, (mapped, n_bytes): (u64
         "memory",
         format!(
             "about {}, and the mapped input, {}",
-            amount(estimate_memory(plan)),
-            amount(mapped)
+            amount(bytes.memory),
+            amount(bytes.mapped)
         ),
     );
-    lines.push("meshes", format!("about {}", amount(n_bytes)));
-    let time = match seconds(plan, n_bytes) {
+    lines.push("meshes", format!("about {}", amount(bytes.output)));
+    let time = match seconds(plan, bytes.output) {
         seconds if seconds < 1.0 => "about a second or less".to_owned(),
         seconds => format!("about {} s", in_digits(seconds, 1)),
     };
@@ -170,7 +179,7 @@ impl Lines {
     }
 
     fn surface(&mut self, plan: &Plan) {
-        self.push("nodes", plan.mesh.points.len());
+        self.push("nodes", plan.boundary.n_nodes);
         let n = plan.surface.nodes.len();
         let all = n + plan.surface.n_coincident;
         self.push(
@@ -194,7 +203,7 @@ impl Lines {
         }
         let (n, off) = (plan.n_modes(), plan.truncation());
         self.push("modes", format!("{n}, error at most {}", in_digits(off, 2)));
-        if let Some(height) = plan.first_cells.smallest() {
+        if let Some(height) = plan.smallest_first_cell {
             self.push("smallest first cell", in_digits(height, 4));
         }
     }

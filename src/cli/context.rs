@@ -2,23 +2,25 @@
 
 use super::threads::Threads;
 use super::{Common, scratch};
+use crate::deform::Plan;
 use crate::diagnostic::amount;
 use crate::error::{Error, Result, is_unseen, lines, one_line};
+use crate::mesh::Mesh;
+use crate::motion::Schedule;
 use crate::parallel;
 use crate::preflight::existing_folder;
 use crate::ranks::Ranks;
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// The common options, and printing: results to stdout, everything else to stderr.
 pub struct Context {
     /// The common options as given.
     pub common: Common,
-    /// The ranks that run the command alike; the first prints for all.
+    /// The ranks; the first prints for all.
     pub ranks: Ranks,
-    /// Ranks that do what this one orders.
-    pub team: Ranks,
     /// Ranks on this machine, which share its processors.
     n_on_node: usize,
 }
@@ -29,13 +31,12 @@ impl Context {
         Self {
             common,
             ranks: Ranks::alone(),
-            team: Ranks::alone(),
             n_on_node: 1,
         }
     }
 
-    /// For one of several ranks, of which `n_on_node` are on this machine, that run the command alike.
-    pub fn alike(self, ranks: &Ranks, n_on_node: usize) -> Self {
+    /// For one of several ranks, of which `n_on_node` are on this machine.
+    pub fn on_ranks(self, ranks: &Ranks, n_on_node: usize) -> Self {
         Self {
             ranks: ranks.clone(),
             n_on_node,
@@ -43,30 +44,23 @@ impl Context {
         }
     }
 
-    /// For the first rank, which runs the command alone, and orders others.
-    pub fn with_team(self, team: &Ranks, n_on_node: usize) -> Self {
-        Self {
-            team: team.clone(),
-            n_on_node,
-            ..self
-        }
+    /// Starts as many threads as are asked for or granted.
+    pub fn start_threads(&self) -> Result<()> {
+        let Threads { n, by } = Threads::granted(self.common.threads, self.n_on_node);
+        self.detail(&format!("threads: {n} ({by})"));
+        parallel::start(n)
     }
 
-    /// Starts as many threads as are asked for or granted. The first rank has those of the machine for what it does while
-    /// others wait.
-    pub fn start_threads(&mut self) -> Result<()> {
-        let Threads { n, alone, by } = Threads::granted(self.common.threads, self.n_on_node);
-        self.detail(&format!("threads: {n} ({by})"));
-        if self.team.n() == 1 || alone == n {
-            return parallel::start(n);
-        }
-        self.team = self.team.with_threads(n)?;
-        parallel::start(alone)
+    /// Plans a schedule on the mesh in a file; gives the mesh too.
+    pub fn plan(&self, path: &Path, schedule: Schedule) -> Result<(Plan, Arc<Mesh>)> {
+        let mesh = self.read_any(path)?;
+        let (plan, part) = Plan::new(mesh, schedule).map_err(|error| error.file(path))?;
+        Ok((plan, part.mesh))
     }
 
     /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.
     pub fn stage<T>(&self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
-        self.ranks.is_for(name);
+        self.ranks.set_label(name);
         let progress = self.progress();
         progress.start(name, None);
         let start = Instant::now();

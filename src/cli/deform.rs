@@ -1,20 +1,23 @@
 //! `azimesh deform`: one deformed mesh per azimuth step.
 
 use super::convert::patch_type;
-use super::outline::why_not_run;
+use super::shared::why_not_run;
 use super::{Context, Outcome, heap, memory};
-use crate::deform::{Deformation, Plan, Team};
+use crate::deform::{Deformation, ReadWhole};
 use crate::diagnostic::run::RunNote;
 use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
-use crate::error::{Result, counted, path_in_line};
+use crate::error::{Error, Result, counted, path_in_line};
 use crate::formats::openfoam::set_patch_types;
-use crate::formats::{self, Loaded, SharedFile};
-use crate::motion::Schedule;
+use crate::formats::{self, SharedFile};
+use crate::mesh::{Mesh, OneLayer};
+use crate::motion::{QualityOutput, Schedule};
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::progress::Stop;
 use crate::quality::Criterion;
+use crate::ranks::Ranks;
 use crate::run::{Finished, Request, run_after};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -99,76 +102,158 @@ impl DeformArgs {
     }
 }
 
+/// The mesh of a rank, and how the first rank gets the rest.
+struct RankMesh {
+    /// All of it on one rank; else the part of this rank.
+    mesh: Mesh,
+    /// On the first of several ranks, reads the whole mesh.
+    whole: Option<ReadWhole>,
+    /// On the first rank, where all ranks write the mesh together: the kinds of all cells, the groups and the arrays.
+    layout: Option<Mesh>,
+    /// Why the first rank has read the whole mesh.
+    why_whole: Option<String>,
+}
+
 pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcome> {
+    let ranks = &context.ranks;
     let stop = Arc::new(Stop::default());
     #[cfg(unix)]
-    super::signals::listen(&stop)?;
-    let _kept = formats::KeptInputs::begin();
-    let mut schedule = Schedule::read(&args.schedule)?;
+    ranks.all_ok(match ranks.is_first() {
+        true => super::signals::listen(&stop),
+        false => Ok(()),
+    })?;
+    let kept = formats::KeptInputs::begin();
+    let mut schedule = ranks.all_ok(Schedule::read(&args.schedule))?;
+    check_same_on_ranks(&kept, ranks)?;
     if let Some(name) = &context.common.format {
         schedule.output.format = formats::to_write(formats::by_name(name)?)?
             .name()
             .to_owned();
         schedule.output.format_given = true;
     }
+    if let Some(kinds) = ranks.kinds_of_processors() {
+        return Err(Error::input(format!(
+            "ranks run on processors of several kinds ({kinds}), which round sums in different ways; start them on machines of \
+             one kind"
+        )));
+    }
     let with_files = args.keep_in_files(context);
-    let mut request = args.request(context);
-    // Before it is read: ranks see by that whether it is the same file.
-    let file = SharedFile::new(&args.mesh, None, &context.read_options());
-    let team = Team::of(&context.team, file);
-    let outline = team
-        .as_ref()
-        .map(|team| outline(team, &schedule, args, context));
-    let (outline, why_whole) = match outline {
-        Some(Ok(outline)) => (Some(outline), None),
-        Some(Err(reason)) => (None, Some(reason)),
-        None => (None, None),
+    let Some(read) = read(args, &schedule, context)? else {
+        return Ok(Outcome::Fine);
     };
-    let mut mesh = match outline {
-        Some(outline) => context.with_notes(outline, &args.mesh),
-        None => context.read_any(&args.mesh)?,
-    };
-    set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
-    let deformation = Deformation::builder(mesh, schedule)
+    let planned = Deformation::builder(read.mesh, schedule)
         .progress(context.progress().into())
         .stop(Arc::clone(&stop))
-        .team(team)
-        .plan()
-        .map_err(|error| error.file(&args.mesh))?;
+        .on_ranks(read.whole, read.layout)
+        .plan();
+    let mut deformation = planned.map_err(|error| error.file(&args.mesh))?;
+    check_same_on_ranks(&kept, ranks)?;
+    if !ranks.is_first() {
+        deformation.follow();
+        return Ok(Outcome::Fine);
+    }
+    deformation.lead();
+    let outcome = run_first(args, &deformation, with_files, context);
+    deformation.end();
+    let why_whole = read.why_whole.or_else(|| deformation.why_whole());
+    if let Some(reason) = why_whole {
+        context.tell_why_whole(&args.mesh, &reason);
+    }
+    outcome
+}
+
+/// Refuses input files of which ranks see different versions, as a network disk may show them: ranks would compute different motions.
+fn check_same_on_ranks(kept: &formats::KeptInputs, ranks: &Ranks) -> Result<()> {
+    let mut seen = BTreeMap::new();
+    for (path, size, modified) in ranks.allgather(kept.stamps()).concat() {
+        let first = *seen.entry(path.clone()).or_insert((size, modified));
+        if first != (size, modified) {
+            let reason = "ranks see different versions of it; wait until the disk shows all of them the same, and start again";
+            return Err(Error::input(reason).file(&path));
+        }
+    }
+    Ok(())
+}
+
+/// The run, which the first rank writes; the others follow.
+fn run_first(
+    args: &DeformArgs,
+    deformation: &Deformation,
+    with_files: bool,
+    context: &Context,
+) -> Result<Outcome> {
+    let mut request = args.request(context);
     let plan = deformation.plan();
-    let in_files = match context.common.max_memory {
-        Some(limit) => fit_into_memory(plan, limit, with_files, &request, context)?,
-        None => 0,
-    };
+    if let Some(limit) = context.common.max_memory {
+        request.bytes_in_files =
+            fit_into_memory(deformation, limit, with_files, &request, context)?;
+    }
     for choice in &plan.choices {
         context.note(&choice.to_string());
     }
-    request.bytes_in_files = in_files;
-    let mut n_told = 0;
-    let finished = run_after(&deformation, &request, &mut |warnings| {
+    let mut n_printed = 0;
+    let finished = run_after(deformation, &request, &mut |warnings| {
         if !context.common.quiet {
             complain_of_some(warnings, context);
         }
-        n_told = warnings.len();
+        n_printed = warnings.len();
     })?;
-    let why_later = || deformation.why_whole().map(str::to_owned);
-    if let Some(reason) = deformation.why_cut().or(why_whole).or_else(why_later) {
-        context.tell_why_whole(&args.mesh, &reason);
-    }
     context.tell_of_files();
-    report(&args.output, finished, n_told, context)
+    report(&args.output, finished, n_printed, context)
 }
 
-/// The outline of the mesh, where ranks read it by parts and the first needs no more.
+/// Reads the mesh of each rank; `None` on ranks that the run does not need.
+fn read(args: &DeformArgs, schedule: &Schedule, context: &Context) -> Result<Option<RankMesh>> {
+    let ranks = &context.ranks;
+    let whole = || {
+        let mut mesh = context.read_any(&args.mesh)?;
+        set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
+        Ok(mesh)
+    };
+    if ranks.n() == 1 {
+        return Ok(Some(RankMesh::of_one(whole()?)));
+    }
+    let reason = match read_together(args, schedule, context) {
+        Ok(read) => return Ok(Some(read)),
+        Err(reason) => reason,
+    };
+    let mesh = ranks.all_ok(ranks.is_first().then(whole).transpose())?;
+    if ranks.broadcast(mesh.as_ref().map(OneLayer::has_sides)) {
+        let reason = "it is one layer of cells; the first rank works alone";
+        return Ok(mesh.map(|mesh| RankMesh {
+            why_whole: Some(reason.to_owned()),
+            ..RankMesh::of_one(mesh)
+        }));
+    }
+    let mut part = Mesh::shared_of(mesh.as_ref(), ranks);
+    if let Some(mesh) = &mesh {
+        part.origin = mesh.origin.clone();
+        part.field_arrays.clone_from(&mesh.field_arrays);
+    }
+    let read = mesh.map(|mesh| -> ReadWhole {
+        let mesh = Arc::new(mesh);
+        Box::new(move || Ok(Arc::clone(&mesh)))
+    });
+    Ok(Some(RankMesh {
+        mesh: part,
+        whole: read,
+        layout: None,
+        why_whole: Some(reason),
+    }))
+}
+
+/// The mesh of each rank, where all ranks read it and write it together.
 ///
 /// # Errors
-/// Why it reads the whole, to go with [`Context::tell_why_whole`].
-fn outline(
-    team: &Arc<Team>,
-    schedule: &Schedule,
+/// On all ranks, why the first rank has to read the mesh as a whole.
+fn read_together(
     args: &DeformArgs,
+    schedule: &Schedule,
     context: &Context,
-) -> std::result::Result<Loaded, String> {
+) -> std::result::Result<RankMesh, String> {
+    if schedule.output.quality == QualityOutput::Cells {
+        return Err("it makes arrays of all cells (quality = \"cells\")".to_owned());
+    }
     if let Some(reason) = why_not_run(schedule) {
         return Err(reason.to_owned());
     }
@@ -176,20 +261,51 @@ fn outline(
         return Err("--patch-type may make it one layer of cells".to_owned());
     }
     let format = formats::by_name(&schedule.output.format).map_err(|error| error.message)?;
-    let read = || team.outline_for(schedule);
-    context.outline(&args.mesh, Some(format), read, |found| found)
+    // Before it is read: ranks see by that whether it is the same file.
+    let file = SharedFile::new(&args.mesh, None, &context.read_options());
+    let shared = context.read_together(|| file.clone(), format)?;
+    if OneLayer::has_sides(&shared.part) {
+        return Err("it is one layer of cells".to_owned());
+    }
+    let file = file.ok().filter(|_| context.ranks.is_first());
+    Ok(RankMesh {
+        mesh: shared.part,
+        whole: file.map(|file| -> ReadWhole { Box::new(move || file.read_whole().map(Arc::new)) }),
+        layout: shared
+            .layout
+            .map(|layout| context.with_notes(layout, &args.mesh)),
+        why_whole: None,
+    })
+}
+
+impl RankMesh {
+    /// Of one rank that has all of it.
+    fn of_one(mesh: Mesh) -> Self {
+        Self {
+            mesh,
+            whole: None,
+            layout: None,
+            why_whole: None,
+        }
+    }
 }
 
 /// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.
 fn fit_into_memory(
-    plan: &Plan,
+    deformation: &Deformation,
     limit: u64,
     with_files: bool,
     request: &Request,
     context: &Context,
 ) -> Result<u64> {
     let mapped = memory::mapped_bytes(&request.mesh);
-    match check_memory(plan, limit, with_files, mapped)? {
+    match check_memory(
+        deformation.plan(),
+        deformation.mesh_to_write()?,
+        limit,
+        with_files,
+        mapped,
+    )? {
         Fits::InMemory => {
             heap::keep_in_memory(limit);
             Ok(0)

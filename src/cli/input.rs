@@ -142,7 +142,7 @@ impl Input {
             true => Some(Self::open(path, format, context)).transpose(),
             false => Ok(None),
         };
-        let opened = context.ranks.agree(opened)?;
+        let opened = context.ranks.all_ok(opened)?;
         let times = context.ranks.broadcast(opened.as_ref().map(Self::times));
         Ok(opened.unwrap_or_else(|| Self {
             path: path.to_path_buf(),

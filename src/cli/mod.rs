@@ -12,7 +12,6 @@ mod info;
 mod input;
 mod man;
 mod memory;
-mod outline;
 mod output;
 mod progress;
 mod quality;
@@ -110,10 +109,11 @@ enum Command {
 }
 
 impl Command {
-    /// Whether all ranks run the command alike; else the first runs it, and the others do what it orders.
+    /// Whether all ranks run the command.
     fn is_shared(&self) -> bool {
         match self {
             Self::Quality(args) => args.is_shared(),
+            Self::Deform(_) | Self::Convert(_) => true,
             _ => false,
         }
     }
@@ -192,12 +192,10 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     if let Some(limit) = cli.common.max_memory {
         heap::allow(limit);
     }
-    let context = Context::new(cli.common);
-    let is_alike = cli.command.is_shared();
-    let mut context = match is_alike || !ranks.is_first() {
-        true => context.alike(&ranks, n_on_node),
-        false => context.with_team(&ranks, n_on_node),
-    };
+    let is_shared = cli.command.is_shared();
+    // The processors of the machine are for the ranks that work.
+    let n_on_node = if is_shared { n_on_node } else { 1 };
+    let mut context = Context::new(cli.common).on_ranks(&ranks, n_on_node);
     let heard = match ranks.is_first() {
         true => listen(&cli.command),
         false => ignore(),
@@ -216,19 +214,15 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     }
     let possible = cli.command.takes(&context.common);
     let ready = possible.and(heard).and_then(|()| context.start_threads());
-    let ready = ranks.agree(ready);
-    let code = match (ready, is_alike || ranks.is_first()) {
-        (Err(error), _) => failed(&error, &context),
-        (Ok(()), true) => execute(cli.command, &context),
-        (Ok(()), false) => {
-            if let Command::Deform(args) = &cli.command {
-                args.keep_in_files(&context);
-            }
-            crate::deform::serve(&ranks);
-            0
-        }
+    let ready = ranks.all_ok(ready);
+    if !is_shared && ranks.is_first() {
+        context = context.on_ranks(&Ranks::alone(), n_on_node);
+    }
+    let code = match ready {
+        Err(error) => failed(&error, &context),
+        Ok(()) if is_shared || ranks.is_first() => execute(cli.command, &context),
+        Ok(()) => 0,
     };
-    crate::deform::dismiss(&context.team);
     tell_of_messages(&ranks, &context);
     ranks.broadcast(ranks.is_first().then_some(code))
 }

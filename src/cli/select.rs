@@ -8,6 +8,7 @@ use crate::diagnostic::in_digits;
 use crate::error::{Error, Result, path_in_line};
 use crate::formats::{Commit, guard_inputs, refuse_special};
 use crate::motion::Schedule;
+use crate::ranks::Ranks;
 use crate::rbf::select::Selection;
 use crate::run::base_file;
 use serde_json::{Value, json};
@@ -37,7 +38,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     let picture = base_file::picture_of(&args.output);
     refuse_special(&picture)?;
     commit.check(&picture)?;
-    let plan = context.plan(&args.mesh, schedule, Ok(None))?;
+    let (plan, _) = context.plan(&args.mesh, schedule)?;
     for choice in &plan.choices {
         context.note(&choice.to_string());
     }
@@ -50,7 +51,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
         ))
         .file(&args.schedule));
     }
-    let selections = choose(&plan, &intervals[0], &*context.progress())?;
+    let selections = choose(&plan, &intervals[0], &Ranks::alone(), &*context.progress())?;
     base_file::save(&plan, &selections, &args.output, commit)?;
     report(args, &plan, &selections, context)
 }

@@ -2,9 +2,39 @@
 
 use super::Context;
 use crate::error::Result;
-use crate::formats::{Shared, SharedFile, read_parts};
+use crate::formats::{
+    Format, Shared, SharedFile, SharedMesh, WriteOptions, by_name, read_parts, read_together,
+};
 use crate::mesh::Mesh;
+use crate::motion::{Schedule, SurfaceOutput};
 use std::path::Path;
+
+/// Why ranks do not write a file together.
+pub(super) fn why_not_written(format: &dyn Format, options: &WriteOptions) -> Option<&'static str> {
+    let is_written = format.takes_numbers_apart(options);
+    (!is_written).then_some("ranks do not write this format together")
+}
+
+/// Why ranks do not write the meshes of a schedule together.
+pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
+    let output = &schedule.output;
+    let Ok(format) = by_name(&output.format) else {
+        return Some("its format is not known");
+    };
+    let surfaces = (output.surface != SurfaceOutput::None).then_some("it writes surfaces");
+    why_not_written(format, &output.write_options()).or(surfaces)
+}
+
+/// Why ranks do not write a mesh with this layout together.
+pub(super) fn why_not_cells(format: &dyn Format, layout: &Mesh) -> std::result::Result<(), String> {
+    if layout.dimension() != 3 {
+        Err("it has no solid cells".to_owned())
+    } else if format.takes_cells_apart(&layout.view()) {
+        Ok(())
+    } else {
+        Err("ranks do not write its cells, or arrays at them, together".to_owned())
+    }
+}
 
 impl Context {
     /// The part of each rank of the mesh in the file that `of_first` gives on the first rank. Where parts cannot be read alone, that
@@ -28,6 +58,22 @@ impl Context {
         }
     }
 
+    /// The part of each rank of the mesh in the file that `of_first` gives on the first rank, which ranks write to `format`.
+    ///
+    /// # Errors
+    /// On all ranks, why the first rank has to read the mesh as a whole.
+    pub fn read_together(
+        &self,
+        of_first: impl FnOnce() -> Shared,
+        format: &dyn Format,
+    ) -> std::result::Result<SharedMesh, String> {
+        let file = self.ranks.broadcast(self.ranks.is_first().then(of_first))?;
+        let allows = |layout: &Mesh| why_not_cells(format, layout);
+        let read = || Ok(read_together(&file, &self.ranks, allows));
+        let read = self.reading(file.path(), read);
+        read.unwrap_or_else(|error| Err(error.to_string()))
+    }
+
     /// Tells with `-v` why one rank has read a whole mesh.
     pub fn tell_why_whole(&self, path: &Path, reason: &str) {
         self.detail(&format!(
@@ -37,7 +83,7 @@ impl Context {
     }
 
     /// Of the mesh that `read` gives on the first rank each rank gets its part.
-    fn share(&self, read: impl FnOnce() -> Result<Mesh>) -> Result<Mesh> {
+    pub fn share(&self, read: impl FnOnce() -> Result<Mesh>) -> Result<Mesh> {
         let of_first = match self.ranks.is_first() {
             true => read(),
             false => Ok(Mesh::default()),

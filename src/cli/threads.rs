@@ -24,8 +24,6 @@ const SHARED: &str = "machine, shared by ranks";
 pub struct Threads {
     /// The number.
     pub n: usize,
-    /// How many a rank may have while the others wait for it.
-    pub alone: usize,
     /// What decided it.
     pub by: &'static str,
 }
@@ -41,13 +39,12 @@ impl Threads {
 
     /// What one of some ranks on a machine gets of it: all, where it is bound to processors of its own.
     fn shared(self, n_ranks: usize, is_bound: bool) -> Self {
-        match self.by == MACHINE && n_ranks > 1 && !is_bound {
-            true => Self {
-                n: (self.n / n_ranks).max(1),
-                by: SHARED,
-                ..self
-            },
-            false => self,
+        if self.by != MACHINE || n_ranks == 1 || is_bound {
+            return self;
+        }
+        Self {
+            n: (self.n / n_ranks).max(1),
+            by: SHARED,
         }
     }
 
@@ -76,7 +73,7 @@ impl Threads {
     }
 
     fn of(n: usize, by: &'static str) -> Self {
-        Self { n, alone: n, by }
+        Self { n, by }
     }
 }
 
@@ -158,7 +155,6 @@ mod tests {
     fn ranks_that_are_not_bound_share_the_machine() {
         let shared = |n_ranks, is_bound| {
             let shared = Threads::of(8, MACHINE).shared(n_ranks, is_bound);
-            assert_eq!(shared.alone, 8);
             shared.n
         };
         assert_eq!(

@@ -1,21 +1,24 @@
 //! The [`Deformation`] of a mesh by a schedule: the public value with positions, velocities and quality.
 
-use super::base_points::BasePoints;
-use super::checks::check_length;
-use super::choose::{choose, from_nodes};
-use super::interval::Interval;
-use super::layer::LayerKind;
-use super::measures::Measures;
+use super::base::base_points::BasePoints;
+use super::base::choose::{choose, from_nodes};
+use super::base::tolerance::{BaseOrigin, check_tolerance};
+use super::follow::Call;
+use super::part::Part;
 use super::plan::Plan;
-use super::positions::{Positions, Stepper};
-use super::repair::Repair;
-use super::sharing::Sharing;
-use super::step_memory::{Rounding, StepMemory};
-use super::team::Team;
-use super::tolerance::{BaseOrigin, check_tolerance};
+use super::plan::checks::check_length;
+use super::plan::layer::LayerKind;
+use super::plan::prepare::leave_out_boxes;
+use super::step::evaluator::StepEvaluator;
+use super::step::measures::Measures;
+use super::step::positions::{Positions, Stepper};
+use super::step::repair::Repair;
+use super::step::step_memory::{Rounding, StepMemory};
+use super::whole::{ReadWhole, Whole};
+use super::write::Nowhere;
 use crate::error::{Error, Result, counted};
 use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, Mesh};
+use crate::mesh::{ByRanks, DataArray, Mesh, MeshView};
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
 use crate::progress::{Progress, Silent, Stop};
 use crate::quality::{Assessment, Quality};
@@ -53,15 +56,20 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// # }
 /// ```
 pub struct Deformation {
-    plan: Arc<Plan>,
+    pub(super) plan: Arc<Plan>,
+    /// The part of the mesh of this rank; on one rank, all of it.
+    pub(super) part: Arc<Part>,
+    whole: Whole,
+    /// On the first of several ranks that write one file together: the kinds of all cells, the groups and the arrays.
+    layout: Option<Mesh>,
+    /// Whether other ranks follow this one.
+    pub(super) is_leading: bool,
     measures: OnceLock<Measures>,
     base: Option<BasePoints>,
     /// The interval that was entered last.
-    current: Mutex<Option<Arc<Interval>>>,
-    /// What is known of the steps, without rounding of coordinates and with it.
+    current: Mutex<Option<Arc<StepEvaluator>>>,
+    /// Results of steps, without rounding of coordinates and with it.
     known: [StepMemory; 2],
-    /// The nodes whose positions are wanted here, once others stay with their ranks; none where all are.
-    divided: OnceLock<Option<Vec<u32>>>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
 }
@@ -88,8 +96,12 @@ pub struct DeformationBuilder {
     base: Option<BasePoints>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
-    team: Option<Arc<Team>>,
+    whole: Option<ReadWhole>,
+    layout: Option<Mesh>,
 }
+
+/// Gives the base points of each layer for some steps, and where they are from.
+type Select<'a> = dyn FnMut(&Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> + 'a;
 
 impl DeformationBuilder {
     /// Uses these base points instead of choosing them.
@@ -113,11 +125,12 @@ impl DeformationBuilder {
         self
     }
 
-    /// Shares the work with other ranks, which serve this one, the first.
+    /// Has the first of several ranks, each with a part of the mesh, read the whole of it by `read` when it is needed. Where all ranks
+    /// write one file together, it is written as `layout` says: the kinds of all cells, the groups and the arrays of the mesh.
     #[doc(hidden)]
     #[must_use]
-    pub fn team(mut self, team: Option<Arc<Team>>) -> Self {
-        self.team = team;
+    pub fn on_ranks(mut self, read: Option<ReadWhole>, layout: Option<Mesh>) -> Self {
+        (self.whole, self.layout) = (read, layout);
         self
     }
 
@@ -142,15 +155,24 @@ impl DeformationBuilder {
     /// are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
-        let sharing = self.team.map_or(Sharing::Alone, Sharing::Ranks);
-        let plan = Plan::with(self.mesh, self.schedule, sharing)?;
+        let (mut plan, part) = Plan::new(self.mesh, self.schedule)?;
+        let mut layout = self.layout;
+        if let Some(layout) = &mut layout {
+            plan.without_boxes = leave_out_boxes(layout);
+            if let Some(doubled) = &part.doubled {
+                doubled.apply_to_layout(layout);
+            }
+        }
         Ok(Deformation {
             plan: Arc::new(plan),
+            part: Arc::new(part),
+            whole: Whole::new(self.whole),
+            layout,
+            is_leading: false,
             measures: OnceLock::new(),
             base: self.base,
             current: Mutex::new(None),
             known: Default::default(),
-            divided: OnceLock::new(),
             progress: self.progress,
             stop: self.stop,
         })
@@ -176,14 +198,15 @@ impl Deformation {
             base: None,
             progress: Arc::new(Silent),
             stop: Arc::default(),
-            team: None,
+            whole: None,
+            layout: None,
         }
     }
 
     /// The mesh before it deforms, in its final order: where a zone turns, nodes of its interface are
-    /// there twice.
+    /// there twice. On one of several ranks, its part of the mesh.
     pub fn mesh(&self) -> &Arc<Mesh> {
-        &self.plan.mesh
+        &self.part.mesh
     }
 
     /// The steps of the schedule, at least one.
@@ -197,7 +220,7 @@ impl Deformation {
     /// Where the step is none of this schedule, where an interval of method `real` misses the
     /// tolerance, and with `on_inverted = "stop"` where a cell is inverted.
     pub fn points_at(&self, step: &Step) -> Result<Vec<Vector>> {
-        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
+        let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
         self.points_into(step, &mut points)?;
         Ok(points)
     }
@@ -237,10 +260,9 @@ impl Deformation {
         self.check_step(step)?;
         self.stop.check()?;
         let interval = self.interval(step)?;
-        let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
+        let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
         let found = self.position(&interval, step, &mut points)?;
-        let measures = || self.measures();
-        let stepper = self.stepper(&interval, (Rounding::None, None), &measures);
+        let stepper = self.stepper(&interval, Rounding::None, self.repairs());
         let velocities = stepper.velocities(step, &found, &points)?;
         Ok(velocities.expect("the schedule asks for them"))
     }
@@ -251,17 +273,20 @@ impl Deformation {
     /// Where `points` has another length than the mesh has nodes.
     pub fn quality_of(&self, points: &[Vector]) -> Result<Quality> {
         self.check_length(points)?;
-        Ok(self.measures().quality(&self.plan, points))
+        Ok(self.measures().quality(&self.part, points))
     }
 
     /// The base points of the interval that was entered last; none before the first.
     pub fn base_points(&self) -> BasePoints {
         let current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let bases = current.as_ref().map(|interval| &interval.bases[..]);
+        self.base_nodes(bases.unwrap_or_default())
+    }
+
+    /// Base points of each layer, by their mesh nodes.
+    fn base_nodes(&self, bases: &[Vec<usize>]) -> BasePoints {
         let mut base = BasePoints::default();
-        let Some(interval) = &*current else {
-            return base;
-        };
-        for (layer, points) in self.plan.layers.iter().zip(&interval.bases) {
+        for (layer, points) in self.plan.layers.iter().zip(bases) {
             let nodes = points
                 .iter()
                 .map(|&at| self.plan.surface.nodes[at])
@@ -275,7 +300,7 @@ impl Deformation {
     }
 
     fn check_length(&self, points: &[Vector]) -> Result<()> {
-        check_length("point", points.len(), self.plan.mesh.points.len())
+        check_length("point", points.len(), self.part.mesh.points.len())
     }
 
     fn check_step(&self, step: &Step) -> Result<()> {
@@ -288,39 +313,96 @@ impl Deformation {
         }
     }
 
-    fn interval(&self, step: &Step) -> Result<Arc<Interval>> {
+    fn interval(&self, step: &Step) -> Result<Arc<StepEvaluator>> {
         self.enter(step, &*self.progress, &mut |steps| {
             if let Some(base) = &self.base {
-                return from_nodes(&self.plan, steps, base);
+                let selections = from_nodes(&self.plan, steps, base)?;
+                return Ok((BaseOrigin::Given, selections));
             }
-            let selections = choose(&self.plan, steps, &*self.progress)?;
+            let selections = self.choose(steps, &*self.progress)?;
             check_tolerance(&self.plan, &selections, BaseOrigin::Chosen)?;
-            Ok(selections)
+            Ok((BaseOrigin::Chosen, selections))
         })
     }
 }
 
-/// What rooms above need beyond the public methods.
+/// Functions for runs. On several ranks, all of them call each.
 impl Deformation {
     /// Everything that was decided before base points are chosen.
     pub(crate) fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// Why the first rank has cut the mesh into parts for the others, where it has.
-    #[doc(hidden)]
-    pub fn why_cut(&self) -> Option<String> {
-        self.plan.team()?.why_cut()
+    /// The mesh that is written: of several ranks on the first, where all write it together only its layout.
+    ///
+    /// # Errors
+    /// Where the first rank cannot read it.
+    pub(crate) fn mesh_to_write(&self) -> Result<&Mesh> {
+        match &self.layout {
+            Some(layout) => Ok(layout),
+            None => Ok(self.whole.mesh(&self.part)?),
+        }
     }
 
-    /// Why the first rank has read the whole mesh, where the outline was not enough.
-    pub(crate) fn why_whole(&self) -> Option<&'static str> {
-        self.plan.whole.get().map(|whole| whole.1)
+    /// The same, to be looked at.
+    ///
+    /// # Errors
+    /// As of [`mesh_to_write`](Self::mesh_to_write).
+    pub(crate) fn view_to_write(&self) -> Result<MeshView<'_>> {
+        let view = self.mesh_to_write()?.view();
+        if self.layout.is_none() {
+            return Ok(view);
+        }
+        Ok(view.by_ranks(ByRanks {
+            by: &Nowhere,
+            displacement: None,
+            velocity: None,
+        }))
+    }
+
+    /// Why the first rank has read the whole mesh, where all ranks write it together.
+    pub(crate) fn why_whole(&self) -> Option<String> {
+        let is_read = self.layout.is_some() && self.whole.is_read();
+        is_read.then(|| "folded cells are repaired".to_owned())
+    }
+
+    /// Whether all ranks write the mesh together.
+    pub(crate) fn is_written_together(&self) -> bool {
+        self.layout.is_some()
     }
 
     /// Quality measures of the reference mesh, made on first use.
     pub(crate) fn measures(&self) -> &Measures {
-        self.measures.get_or_init(|| Measures::new(&self.plan))
+        debug_assert!(
+            !self.is_leading || self.measures.get().is_some(),
+            "all ranks make them together"
+        );
+        let made = || Measures::new(&self.plan, &self.part.mesh);
+        self.measures.get_or_init(made)
+    }
+
+    /// Makes the quality measures, where there are none yet.
+    pub(crate) fn prepare_measures(&self) {
+        if self.measures.get().is_none() {
+            self.announce(Call::Measures);
+            let made = Measures::new(&self.plan, &self.part.mesh);
+            self.measures.get_or_init(|| made);
+        }
+    }
+
+    /// The same where they are needed for positions.
+    fn repairs(&self) -> Option<&Measures> {
+        let output = &self.plan.schedule.output;
+        let repairs =
+            output.quality != QualityOutput::None && output.on_inverted != OnInverted::Warn;
+        repairs.then(|| self.measures())
+    }
+
+    /// Every metric as a cell array of the mesh that is written.
+    pub(crate) fn cell_arrays(&self, points: &[Vector]) -> Result<Vec<DataArray>> {
+        self.prepare_measures();
+        let judge = self.whole.judge(&self.part, &self.measures().judge)?;
+        Ok(judge.arrays(self.whole.mesh(&self.part)?, points))
     }
 
     /// Its stop request.
@@ -333,13 +415,23 @@ impl Deformation {
         &*self.progress
     }
 
+    /// Chooses the base points of every layer for the steps of an interval.
+    pub(crate) fn choose(
+        &self,
+        steps: &Range<usize>,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Selection>> {
+        self.announce(Call::Choose(steps.clone()));
+        choose(&self.plan, steps, &self.part.ranks(), progress)
+    }
+
     /// The interval of a step, with base points by `select` where it is entered.
     pub(crate) fn enter(
         &self,
         step: &Step,
         progress: &dyn Progress,
-        select: &mut dyn FnMut(&Range<usize>) -> Result<Vec<Selection>>,
-    ) -> Result<Arc<Interval>> {
+        select: &mut Select<'_>,
+    ) -> Result<Arc<StepEvaluator>> {
         let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(interval) = &*current
             && interval.steps().contains(&step.index)
@@ -351,116 +443,92 @@ impl Deformation {
         let mut intervals = self.plan.selection_intervals().into_iter();
         let steps = intervals.find(|steps| steps.contains(&step.index));
         let steps = steps.expect("every step is in an interval");
-        let selections = select(&steps)?;
-        let interval = Interval::new(&self.plan, selections, &steps, progress)?;
+        let (origin, selections) = select(&steps)?;
+        let bases: Vec<Vec<usize>> = selections.iter().map(|own| own.base.clone()).collect();
+        let given = (origin == BaseOrigin::Given).then(|| self.base_nodes(&bases));
+        self.announce(Call::Enter(step.index, given));
+        let interval = StepEvaluator::new(&self.plan, &self.part, selections, &steps, progress)?;
         Ok(Arc::clone(current.insert(Arc::new(interval))))
     }
 
-    /// What gives positions at the steps of an interval, of the nodes that have to be `known` or of all.
+    /// Forgets the interval that was entered last.
+    pub(super) fn leave(&self) {
+        *self.current.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
     fn stepper<'a>(
         &'a self,
-        interval: &'a Interval,
-        (rounding, known): (Rounding, Option<&'a [u32]>),
-        measures: &'a dyn Fn() -> &'a Measures,
+        interval: &'a StepEvaluator,
+        rounding: Rounding,
+        measures: Option<&'a Measures>,
     ) -> Stepper<'a> {
         Stepper {
             plan: &self.plan,
+            part: &self.part,
+            whole: &self.whole,
             interval,
             measures,
             memory: &self.known[usize::from(rounding == Rounding::Single)],
             rounding,
-            known,
             stop: &self.stop,
             progress: &*self.progress,
         }
     }
 
-    /// Positions of a step as they are, judged where something depends on it.
+    /// Positions of a step, with folded cells repaired.
     fn position(
         &self,
-        interval: &Interval,
+        interval: &StepEvaluator,
         step: &Step,
         points: &mut [Vector],
     ) -> Result<Positions> {
-        let output = &self.plan.schedule.output;
-        let judges =
-            output.quality != QualityOutput::None && output.on_inverted != OnInverted::Warn;
-        let measures = || self.measures();
-        let stepper = self.stepper(interval, (Rounding::None, None), &measures);
-        stepper.at(step, judges, points)
+        let stepper = self.stepper(interval, Rounding::None, self.repairs());
+        stepper.at(step, points)
     }
 
-    /// Writes to `points` where the motion puts the nodes at a step, without a repair. Those of most nodes may stay `apart`, as
-    /// for [`evaluate`](Self::evaluate). Gives whether they do, and the velocities.
+    /// Writes to `points` the positions that the motion gives the nodes at a step, without a repair; returns the velocities.
     pub(crate) fn place(
         &self,
-        interval: &Interval,
+        interval: &StepEvaluator,
         step: &Step,
         rounding: Rounding,
-        apart: bool,
         points: &mut [Vector],
     ) -> Result<Evaluated> {
-        let measures = || self.measures();
-        let known = apart.then(|| self.known_nodes()).flatten();
-        let stepper = self.stepper(interval, (rounding, known), &measures);
-        stepper.plain(step, points)?;
+        self.announce(Call::Place(step.index, rounding));
+        self.stepper(interval, rounding, None).plain(step, points)?;
         Ok(Evaluated {
-            is_apart: known.is_some(),
-            velocities: interval.velocities_at(step, known.is_some(), points),
+            velocities: interval.velocities_at(step, points),
             ..Evaluated::default()
         })
     }
 
-    /// The nodes whose positions have to be known here where the others may stay elsewhere; none where all are.
-    fn known_nodes(&self) -> Option<&[u32]> {
-        self.divided.get_or_init(|| self.plan.divide()).as_deref()
-    }
-
-    /// Everything about a step but its arrays at cells; positions go to `points`. Those of most nodes may stay `apart`, with
-    /// the ranks that move them: [`keep`](Self::keep) gives them.
+    /// Everything about a step but its arrays at cells; positions go to `points`.
     pub(crate) fn evaluate(
         &self,
-        interval: &Interval,
+        interval: &StepEvaluator,
         step: &Step,
         rounding: Rounding,
-        apart: bool,
         points: &mut [Vector],
     ) -> Result<Evaluated> {
-        let plan = self.plan();
-        let measures = || self.measures();
-        let known = apart.then(|| self.known_nodes()).flatten();
-        let stepper = self.stepper(interval, (rounding, known), &measures);
-        if stepper.known.is_none() {
-            plan.take_whole("steps are computed again")?;
-        }
-        let judges = plan.schedule.output.quality != QualityOutput::None;
-        let found = stepper.at(step, judges, points)?;
+        self.announce(Call::Evaluate(step.index, rounding));
+        let (plan, mesh) = (&self.plan, &self.part.mesh);
+        let measures = plan.has_quality().then(|| self.measures());
+        let stepper = self.stepper(interval, rounding, measures);
+        let found = stepper.at(step, points)?;
         let velocities = stepper.velocities(step, &found, points)?;
-        let measures = found.cells.is_some().then(|| self.measures());
-        let by_fields = found.repair.is_none().then_some(step.index);
-        let slots = plan.slots(found.is_apart);
         Ok(Evaluated {
             quality: measures
                 .zip(found.cells)
-                .map(|(by, cells)| by.complete(plan, cells, points, by_fields)),
-            normal_change: measures.and_then(|by| by.normal_change(plan, points, by_fields)),
-            first_cell_ratio: plan.first_cells.smallest_ratio((slots, points), &plan.mesh),
+                .map(|(by, cells)| by.complete(cells, mesh, points)),
+            normal_change: measures.and_then(|by| by.normal_change(mesh, points)),
+            first_cell_ratio: self.part.first_cells.smallest_ratio(mesh, points),
             selection_error: found.selection_error,
-            surface_error: interval.surface_error(step, (slots, points)),
+            surface_error: interval.surface_error(step, points),
             largest_displacement: plan.largest_displacement(step.index),
             velocities,
             n_base: interval.n_base,
             repair: found.repair,
-            is_apart: found.is_apart,
         })
-    }
-}
-
-impl Deformation {
-    /// The positions of the step that was evaluated last, which are apart.
-    pub(crate) fn keep(&self, points: &[Vector]) -> Option<Box<dyn Apart>> {
-        let team = self.plan.team()?;
-        Some(Box::new(team.keep(points)))
     }
 }
 
@@ -485,8 +553,6 @@ pub(crate) struct Evaluated {
     pub n_base: usize,
     /// What was done about folded cells, where something was.
     pub repair: Option<Repair>,
-    /// Whether most positions are with the ranks that moved them.
-    pub is_apart: bool,
 }
 
 impl Evaluated {

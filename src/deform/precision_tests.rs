@@ -1,14 +1,15 @@
 //! What double precision can do, and what is said where it cannot: method `all`, large support radii, surfaces
 //! that nearly touch, tolerances near round-off.
 
-use super::{BaseOrigin, Interval, Plan, check_tolerance, choose};
+use super::{BaseOrigin, Part, Plan, StepEvaluator, check_tolerance, choose};
 use crate::diagnostic::NoteKind;
 use crate::diagnostic::deform::DeformNote;
 use crate::error::{Error, ErrorKind};
 use crate::geometry::vector::Vector;
-use crate::mesh::{CellKind, Mesh, Slots};
+use crate::mesh::{CellKind, Mesh};
 use crate::motion::Schedule;
 use crate::progress::Silent;
+use crate::ranks::Ranks;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,37 +20,39 @@ fn airfoil() -> Mesh {
     Mesh::read("testdata/naca0012.vtu").expect("it is good")
 }
 
-fn plan(mesh: Mesh, rbf: &str, selection: &str) -> Result<Arc<Plan>, Error> {
+type Planned = (Arc<Plan>, Arc<Part>);
+
+fn planned(mesh: Mesh, schedule: Schedule) -> Result<Planned, Error> {
+    let (plan, part) = Plan::new(mesh, schedule)?;
+    Ok((Arc::new(plan), Arc::new(part)))
+}
+
+fn plan(mesh: Mesh, rbf: &str, selection: &str) -> Result<Planned, Error> {
     let text = format!(
         "azimuth.values = [0, 90]\nboundaries.others = \"fixed\"\nrbf = {{ {rbf} }}\nselection = {{ {selection} }}\n{PITCH}\n"
     );
-    Plan::new(mesh, Schedule::parse(&text, Path::new("s.toml"))?).map(Arc::new)
+    planned(mesh, Schedule::parse(&text, Path::new("s.toml"))?)
 }
 
 /// The interval of both steps, after its tolerance was checked.
-fn interval(plan: &Arc<Plan>) -> Result<Interval, Error> {
-    let selections = choose(plan, &(0..2), &Silent)?;
+fn interval((plan, part): &Planned) -> Result<StepEvaluator, Error> {
+    let selections = choose(plan, &(0..2), &Ranks::alone(), &Silent)?;
     check_tolerance(plan, &selections, BaseOrigin::Chosen)?;
-    Interval::new(plan, selections, &(0..2), &Silent)
+    StepEvaluator::new(plan, part, selections, &(0..2), &Silent)
 }
 
 #[test]
 fn every_surface_node_with_smooth_kernels_is_solved_as_far_as_it_can_be_and_that_is_told() {
     for (kernel, takes_all) in [("c0", true), ("c2", true), ("c4", false), ("c6", false)] {
         let rbf = format!("kernel = \"wendland-{kernel}\", support_radius = 10.0");
-        let plan = plan(airfoil(), &rbf, "method = \"all\"").expect("they fit");
-        let interval = interval(&plan).unwrap_or_else(|error| panic!("{kernel}: {error}"));
-        let mut points = plan.mesh.points.clone();
+        let planned = plan(airfoil(), &rbf, "method = \"all\"").expect("they fit");
+        let (plan, part) = &planned;
+        let interval = interval(&planned).unwrap_or_else(|error| panic!("{kernel}: {error}"));
+        let mut points = part.mesh.points.clone();
         let step = &plan.motion.steps[1];
         interval.points_at(step, &mut points).expect("it deforms");
-        assert_eq!(
-            interval.surface_error(step, (Slots::All, &points)).0,
-            0.0,
-            "{kernel}"
-        );
-        let ratio = plan
-            .first_cells
-            .smallest_ratio((Slots::All, &points), &plan.mesh);
+        assert_eq!(interval.surface_error(step, &points).0, 0.0, "{kernel}");
+        let ratio = part.first_cells.smallest_ratio(&part.mesh, &points);
         assert!(
             ratio.expect("it has first cells") > 0.93,
             "{kernel}: {ratio:?}"
@@ -76,7 +79,8 @@ fn every_surface_node_with_smooth_kernels_is_solved_as_far_as_it_can_be_and_that
 fn round_off_of_a_large_support_radius_is_told_or_refused_with_a_radius_that_works() {
     let mut mesh = airfoil();
     // First cells of 1e-6 where they were 1e-4 or more: towards the wall along their edges.
-    let firsts = plan(airfoil(), "support_radius = 10.0", "tolerance = 1e-4").expect("they fit");
+    let (_, firsts) =
+        plan(airfoil(), "support_radius = 10.0", "tolerance = 1e-4").expect("they fit");
     let height = firsts.first_cells.smallest().expect("it has first cells");
     let scale = 1e-6 / height;
     for edge in firsts.first_cells.edges() {
@@ -85,13 +89,12 @@ fn round_off_of_a_large_support_radius_is_told_or_refused_with_a_radius_that_wor
     }
     let of_radius = |radius: f64, selection: &str| {
         let rbf = format!("support_radius = {radius:?}");
-        let plan = plan(mesh.clone(), &rbf, selection).expect("they fit");
-        let interval = interval(&plan)?;
-        let mut points = plan.mesh.points.clone();
+        let planned = plan(mesh.clone(), &rbf, selection).expect("they fit");
+        let (plan, part) = &planned;
+        let interval = interval(&planned)?;
+        let mut points = part.mesh.points.clone();
         interval.points_at(&plan.motion.steps[1], &mut points)?;
-        let ratio = plan
-            .first_cells
-            .smallest_ratio((Slots::All, &points), &plan.mesh);
+        let ratio = part.first_cells.smallest_ratio(&part.mesh, &points);
         let notes = interval
             .warnings
             .iter()
@@ -190,7 +193,7 @@ fn surfaces_that_nearly_touch_and_move_apart_miss_the_tolerance_with_any_method(
     };
     let run = |gap: f64, method: &str, body: &str| {
         let schedule = Schedule::parse(&schedule(method, body), Path::new("s.toml"))?;
-        interval(&Arc::new(Plan::new(with_slit(gap), schedule)?)).map(|_| ())
+        interval(&planned(with_slit(gap), schedule)?).map(|_| ())
     };
     for method in ["all", "sequence"] {
         for gap in [1e-15, 1e-9] {
@@ -246,7 +249,7 @@ fn a_missed_tolerance_is_told_with_what_would_meet_it() {
 
 #[test]
 fn given_base_points_that_miss_the_tolerance_are_told_to_be_chosen_anew() {
-    let plan = plan(airfoil(), "support_radius = 10.0", "tolerance = 1e-5").expect("they fit");
+    let (plan, _) = plan(airfoil(), "support_radius = 10.0", "tolerance = 1e-5").expect("they fit");
     let base = super::BasePoints::from(plan.surface.nodes[..5].to_vec());
     let given = super::from_nodes(&plan, &(0..2), &base).expect("they are surface nodes");
     let error = check_tolerance(&plan, &given, BaseOrigin::Given).expect_err("5 are too few");

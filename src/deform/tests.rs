@@ -1,15 +1,18 @@
 //! Plans and deformers on the airfoil of testdata: tolerances, methods, refusals.
 
-use super::{BaseOrigin, Interval, Plan, check_tolerance, choose, missed_at_step};
+use super::{BaseOrigin, Part, Plan, StepEvaluator, check_tolerance, choose, missed_at_step};
 use crate::diagnostic::deform::DeformNote;
 use crate::error::Error;
 use crate::formats::{self, Precision};
 use crate::geometry::vector::Vector;
-use crate::mesh::{CellSet, Mesh, Slots};
-use crate::motion::Schedule;
+use crate::mesh::{CellSet, Mesh};
+use crate::motion::{Role, Schedule};
 use crate::progress::Silent;
+use crate::ranks::Ranks;
 use std::path::Path;
 use std::sync::Arc;
+
+type Planned = (Arc<Plan>, Arc<Part>);
 
 const WALLS: &str = "boundaries.fixed = [\"farfield\"]\n";
 
@@ -37,11 +40,12 @@ fn with_flap() -> Mesh {
     mesh
 }
 
-fn plan_on(mesh: Mesh, schedule: &str) -> Result<Arc<Plan>, Error> {
-    Plan::new(mesh, Schedule::parse(schedule, Path::new("s.toml"))?).map(Arc::new)
+fn plan_on(mesh: Mesh, schedule: &str) -> Result<Planned, Error> {
+    let (plan, part) = Plan::new(mesh, Schedule::parse(schedule, Path::new("s.toml"))?)?;
+    Ok((Arc::new(plan), Arc::new(part)))
 }
 
-fn plan(schedule: &str) -> Arc<Plan> {
+fn plan(schedule: &str) -> Planned {
     plan_on(airfoil(), schedule).expect("they fit")
 }
 
@@ -51,19 +55,17 @@ fn told(schedule: &str) -> String {
 }
 
 /// The error that each step reports and the one that its surface has.
-fn errors(plan: &Arc<Plan>) -> Vec<(f64, f64)> {
+fn errors((plan, part): &Planned) -> Vec<(f64, f64)> {
     let all = 0..plan.motion.steps.len();
-    let selections = choose(plan, &all, &Silent).expect("there are base points");
+    let selections = choose(plan, &all, &Ranks::alone(), &Silent).expect("there are base points");
     check_tolerance(plan, &selections, BaseOrigin::Chosen).expect("the tolerance is met");
-    let deformer = Interval::new(plan, selections, &all, &Silent).expect("it can be made");
-    let mut points: Vec<Vector> = plan.mesh.points.clone();
+    let deformer =
+        StepEvaluator::new(plan, part, selections, &all, &Silent).expect("it can be made");
+    let mut points: Vec<Vector> = part.mesh.points.clone();
     let steps = plan.motion.steps.iter();
     let errors = steps.map(|step| {
         let reported = deformer.points_at(step, &mut points).expect("it deforms");
-        (
-            reported,
-            deformer.surface_error(step, (Slots::All, &points)).0,
-        )
+        (reported, deformer.surface_error(step, &points).0)
     });
     errors.collect()
 }
@@ -126,15 +128,15 @@ fn substeps_report_the_error_that_has_added_up() {
     let (reported, error) = errors(&without)[1];
     assert!(error > 1e-4);
     assert!((reported - error).abs() <= 1e-14, "{reported:e} {error:e}");
+    let (without, with) = (&without.0, plan(&schedule(true)));
     let step = &without.motion.steps[1];
     assert_eq!(
-        missed_at_step(&without, step, (9, false), 0.02).map(|found| found.1),
+        missed_at_step(without, step, 9, false, 0.02).map(|found| found.1),
         Some(true)
     );
-    assert_eq!(missed_at_step(&without, step, (9, false), 0.009), None);
-    let with = plan(&schedule(true));
+    assert_eq!(missed_at_step(without, step, 9, false, 0.009), None);
     assert_eq!(
-        missed_at_step(&with, step, (9, false), 0.02).map(|found| found.1),
+        missed_at_step(&with.0, step, 9, false, 0.02).map(|found| found.1),
         Some(false)
     );
     assert_eq!(errors(&with)[1].1, 0.0);
@@ -161,7 +163,7 @@ fn the_error_that_is_reported_has_what_dropped_modes_add() {
              selection = {{ method = \"all\", tolerance = 0.5, correction = {correction} }}\n\
              body = [ {{ name = \"a\", tags = [\"airfoil\"], surface.file = {path:?} }} ]\n"
         ));
-        let truncation = plan.truncation();
+        let truncation = plan.0.truncation();
         assert!(truncation > 1e-8, "{truncation:e}");
         let (reported, error) = errors(&plan)[5];
         let is_right = match correction {
@@ -176,8 +178,8 @@ fn the_error_that_is_reported_has_what_dropped_modes_add() {
 fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
     let missed = |selection: &str, n_base: usize| {
         let schedule = moved("rigid.translate = [0.1, 0, 0]", selection);
-        let plan = plan(&schedule);
-        let found = missed_at_step(&plan, &plan.motion.steps[1], (n_base, false), 0.02);
+        let (plan, _) = plan(&schedule);
+        let found = missed_at_step(&plan, &plan.motion.steps[1], n_base, false, 0.02);
         found.map(|found| found.1)
     };
     for (method, without, with) in [
@@ -195,8 +197,8 @@ fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
     // A step whose folded cells made it one of several substeps has an error of its own, which the correction takes off.
     for (correction, expected) in [(true, false), (false, true)] {
         let selection = format!("selection = {{ tolerance = 1e-3, correction = {correction} }}");
-        let plan = plan(&moved("rigid.translate = [0.1, 0, 0]", &selection));
-        let found = missed_at_step(&plan, &plan.motion.steps[1], (9, true), 0.02);
+        let (plan, _) = plan(&moved("rigid.translate = [0.1, 0, 0]", &selection));
+        let found = missed_at_step(&plan, &plan.motion.steps[1], 9, true, 0.02);
         assert_eq!(found.map(|found| found.1), Some(expected), "{selection}");
     }
     // Where it ends at max_points.
@@ -213,15 +215,25 @@ fn sliding_nodes_stay_on_a_curved_boundary_without_the_correction() {
              selection = {{ tolerance = 1e-3, correction = false }}\n\
              body = [ {{ name = \"a\", tags = [\"airfoil\"], rigid = {{ ramp = true, translate = [0.8, 0.3, 0] }} }} ]\n"
         );
-        let plan = plan(&schedule);
+        let (plan, part) = plan(&schedule);
         let all = 0..2;
-        let selections = choose(&plan, &all, &Silent).expect("there are base points");
-        let deformer = Interval::new(&plan, selections, &all, &Silent).expect("it can be made");
-        let mut points = plan.mesh.points.clone();
+        let selections =
+            choose(&plan, &all, &Ranks::alone(), &Silent).expect("there are base points");
+        let deformer =
+            StepEvaluator::new(&plan, &part, selections, &all, &Silent).expect("it can be made");
+        let mut points = part.mesh.points.clone();
         let step = &plan.motion.steps[1];
         deformer.points_at(step, &mut points).expect("it deforms");
-        let (off, _) =
-            super::sliding::off_boundary(&plan.motion, &plan.surface, None, (Slots::All, &points));
+        let roles = plan.motion.surface.nodes.roles.iter();
+        let sliding = roles.zip(&plan.motion.surface.nodes.nodes);
+        let sliding = sliding.filter(|(role, _)| **role == Role::Sliding);
+        let off = sliding.map(|(_, &node)| {
+            let at = plan.motion.surface.nodes.nodes.binary_search(&node);
+            let point = plan.surface.point_of[at.expect("it is on the surface")] as usize;
+            let sliding = plan.surface.sliding.as_ref().expect("nodes slide");
+            super::fields::sliding::off_boundary(sliding, point, None, points[node as usize])
+        });
+        let off = off.fold(0.0, f64::max);
         assert!(off < 1e-12, "{substeps}: {off:e}");
     }
 }
@@ -314,7 +326,7 @@ fn a_constant_below_the_tolerance_is_refused() {
 fn keys_without_effect_on_method_all_are_told() {
     let selection =
         "selection = { tolerance = 1e-3, method = \"all\", max_points = 5, criterion = \"mean\" }";
-    let plan = plan(&moved("rigid = { translate = [0.1, 0, 0] }", selection));
+    let (plan, _) = plan(&moved("rigid = { translate = [0.1, 0, 0] }", selection));
     for key in ["max_points", "criterion"] {
         let note = DeformNote::UnusedKey { key }.into();
         assert!(plan.choices.contains(&note), "{:?}", plan.choices);
@@ -346,15 +358,17 @@ fn a_plane_mesh_keeps_its_plane_to_the_last_bit() {
             "azimuth = {{ start = 0.0, stop = 90.0, step = 15.0 }}\nrotor.hub = [0.1, 0.2, {z}]\n\
              body = [ {{ name = \"a\", tags = [\"airfoil\"], {cyclic} }} ]\n{WALLS}"
         );
-        let plan = plan_on(mesh, &schedule).expect("they fit");
+        let (plan, part) = plan_on(mesh, &schedule).expect("they fit");
         let all = 0..plan.motion.steps.len();
-        let selections = choose(&plan, &all, &Silent).expect("there are base points");
-        let deformer = Interval::new(&plan, selections, &all, &Silent).expect("it can be made");
-        let mut points = plan.mesh.points.clone();
+        let selections =
+            choose(&plan, &all, &Ranks::alone(), &Silent).expect("there are base points");
+        let deformer =
+            StepEvaluator::new(&plan, &part, selections, &all, &Silent).expect("it can be made");
+        let mut points = part.mesh.points.clone();
         for step in &plan.motion.steps {
             deformer.points_at(step, &mut points).expect("it deforms");
             let moved = |(x, at_rest): (&Vector, &Vector)| x[..2] != at_rest[..2];
-            assert!(points.iter().zip(&plan.mesh.points).any(moved));
+            assert!(points.iter().zip(&part.mesh.points).any(moved));
             assert!(points.iter().all(|x| x[2] == z), "step {}", step.index);
         }
     }

@@ -5,10 +5,7 @@ use super::openfoam::hash_of_origin;
 use super::output_set::{hash_of_folder, hash_of_names};
 use super::pvtu;
 use super::source::check_file;
-use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use crate::parallel::try_map;
-use crate::ranks::hash::{HashedBytes, PartHasher};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -17,8 +14,6 @@ use std::path::Path;
 
 /// Bytes that are read at once.
 const PIECE: usize = 4 << 20;
-/// Bytes that one thread of a rank hashes.
-const SHARE: u64 = 64 << 20;
 
 /// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, that of
 /// its files.
@@ -60,32 +55,6 @@ fn hash_of_pieces(
         .collect::<std::io::Result<BTreeMap<_, _>>>()?;
     named.insert(String::new(), hash_of(path)?);
     Ok(hash_of_names(&named))
-}
-
-/// What one of `n` ranks tells of its share of the bytes of a file, piece after piece.
-pub(crate) fn hash_of_share(path: &Path, rank: usize, n: usize) -> Result<Vec<HashedBytes>> {
-    let failed = |error: std::io::Error| Error::io(path, &error);
-    let n_bytes = std::fs::metadata(path).map_err(failed)?.len();
-    let n_shares = n_bytes.div_ceil(SHARE);
-    let start = |rank: usize| rank as u64 * n_shares / n as u64;
-    let first = start(rank);
-    let hash = |i: usize| {
-        let at = (first + i as u64) * SHARE;
-        let mut left = SHARE.min(n_bytes - at);
-        let mut hasher = PartHasher::new(at, left);
-        let mut file = File::open(path)?;
-        file.seek(SeekFrom::Start(at))?;
-        let mut piece = vec![0; PIECE];
-        while left > 0 {
-            let piece = &mut piece[..left.min(PIECE as u64) as usize];
-            file.read_exact(piece)?;
-            hasher.update(piece);
-            left -= piece.len() as u64;
-        }
-        Ok(hasher.finish())
-    };
-    let n_own = (start(rank + 1) - first) as usize;
-    try_map(n_own, &|i| hash(i).map_err(failed))
 }
 
 /// The hash of some bytes of a file.

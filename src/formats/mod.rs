@@ -86,8 +86,7 @@ pub use rounding::is_flattened;
 pub use save::{Staged, save_text, stage_bytes};
 pub use sequence::{Begin, CreateSequence, SequenceFile, StepBytes, StepSize};
 pub use series::{Listed, check_listed, is_series, pvd, read_series, vtk_series};
-pub(crate) use shared_file::reason;
-pub use shared_file::{Shared, SharedFile, read_parts};
+pub use shared_file::{Shared, SharedFile, SharedMesh, read_parts, read_together};
 pub use sink::refuse_special;
 pub use source::{
     SHORTER, Source, check_file, check_no_device, read_file, read_input, release_mapped,

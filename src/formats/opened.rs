@@ -51,6 +51,16 @@ impl KeptInputs {
         *opened() = Some(BTreeMap::new());
         Self(())
     }
+
+    /// The files that are kept, their sizes and the times of their last change.
+    pub fn stamps(&self) -> Vec<(PathBuf, u64, Option<SystemTime>)> {
+        let opened = opened();
+        let files = opened.iter().flatten();
+        let stamp = |(path, file): (&PathBuf, &Opened)| {
+            (path.clone(), file.stamp.n_bytes, file.stamp.modified)
+        };
+        files.map(stamp).collect()
+    }
 }
 
 impl Drop for KeptInputs {

@@ -76,7 +76,7 @@ impl WriteOptions {
     /// Refuses coordinates that the wanted precision cannot hold; a note on cells that become flat in it.
     pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<Option<Written>> {
         // Other ranks look at what they write.
-        if self.precision == Precision::F64 || mesh.points_apart.is_some() {
+        if self.precision == Precision::F64 || mesh.by_ranks.is_some() {
             return Ok(None);
         }
         check_in_32_bits(mesh.points, 0)?;

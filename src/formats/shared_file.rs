@@ -1,15 +1,13 @@
 //! Files of which each of several ranks reads its own slab, so that no rank has the whole mesh.
 
-use super::hash::hash_of_share;
 use super::slabs::{Refusal, Slabs};
 use super::{Format, Loaded, Location, Notes, ReadOptions, Source, by_name, of};
 use crate::error::{Error, Result};
-use crate::mesh::{Doubled, Mesh, from_slabs};
+use crate::mesh::Mesh;
+use crate::mesh::from_slabs::MeshByRanges;
 use crate::ranks::Ranks;
-use crate::ranks::hash::HashedBytes;
 use serde::{Deserialize, Serialize};
 use std::fs::Metadata;
-use std::ops::Range;
 use std::path::{Path, absolute};
 use std::time::UNIX_EPOCH;
 
@@ -24,8 +22,6 @@ pub struct SharedFile {
     step: Option<usize>,
     tag_array: Option<String>,
     stamp: Stamp,
-    /// Nodes of which some cells get copies when it is read.
-    doubled: Option<Box<Doubled>>,
 }
 
 /// A file of which each rank can read its part, or why it has to be read as a whole.
@@ -76,38 +72,12 @@ impl SharedFile {
             step: options.step,
             tag_array: options.tag_array.clone(),
             stamp,
-            doubled: None,
         })
-    }
-
-    /// The same file, read with copies of some nodes.
-    pub(crate) fn doubled(&self, doubled: Doubled) -> Self {
-        Self {
-            doubled: Some(doubled.into()),
-            ..self.clone()
-        }
     }
 
     /// Its path.
     pub fn path(&self) -> &Path {
         Path::new(&self.path)
-    }
-
-    /// What this rank tells of its share of the bytes.
-    ///
-    /// # Errors
-    /// Where the file has changed since it was read.
-    pub(crate) fn hash_of_share(&self, ranks: &Ranks) -> Result<Vec<HashedBytes>> {
-        let path = self.path();
-        let told = hash_of_share(path, ranks.rank(), ranks.n())?;
-        let found = std::fs::metadata(path).map_err(|error| Error::io(path, &error))?;
-        match Stamp::of(&found) == self.stamp {
-            true => Ok(told),
-            false => {
-                let message = "this input was changed while it was read; start again";
-                Err(Error::input(message).file(path))
-            }
-        }
     }
 
     /// Opens the same file on any rank.
@@ -150,7 +120,7 @@ fn open(path: &Path) -> Result<(Location, Stamp)> {
 /// # Errors
 /// On all ranks, why the file has to be read as a whole: in words that complete "read whole by one rank: ...".
 pub fn read_parts(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh, String> {
-    let opened = ranks.agree(file.open()).map_err(reason)?;
+    let opened = ranks.all_ok(file.open()).map_err(reason)?;
     parts(opened, file, ranks).map_err(reason)
 }
 
@@ -160,108 +130,81 @@ fn parts(
     ranks: &Ranks,
 ) -> Result<Mesh> {
     let source = location.file()?;
-    let slabs = ranks.agree(by_slabs(format, source, &file.options()))?;
+    let slabs = ranks.all_ok(by_slabs(format, source, &file.options()))?;
     let (n_nodes, n_cells, space) = (slabs.n_nodes(), slabs.n_cells(), slabs.space());
-    let counts = ranks.all((n_nodes, n_cells, space));
+    let counts = ranks.allgather((n_nodes, n_cells, space));
     if counts.windows(2).any(|pair| pair[0] != pair[1]) {
         return Err(Error::input(DIFFERENT));
     }
-    file.with_slabs(source, &*slabs, |slabs| {
-        Mesh::from_slabs(slabs, format.lists_faces_again(), ranks)
-    })
+    let slabs = MeshByRanges {
+        n_nodes,
+        n_cells,
+        space,
+        points: &|nodes| released(source, slabs.points(nodes)),
+        cells: &|cells| released(source, slabs.cells(cells)),
+    };
+    Mesh::from_slabs(&slabs, format.lists_faces_again(), ranks)
+}
+
+/// A mesh that all ranks read, and write, together.
+pub struct SharedMesh {
+    /// The part of this rank.
+    pub part: Mesh,
+    /// On the first rank the kinds of all cells, the groups and the arrays, with the notes of the reader.
+    pub layout: Option<Loaded>,
+}
+
+/// The parts of all ranks as [`read_parts`] gives them, with groups, where `allows` accepts the layout of the mesh on the first
+/// rank. All ranks call it with the same file.
+///
+/// # Errors
+/// On all ranks, why the mesh has to be read as a whole, as for [`read_parts`].
+pub fn read_together(
+    file: &SharedFile,
+    ranks: &Ranks,
+    allows: impl FnOnce(&Mesh) -> std::result::Result<(), String>,
+) -> std::result::Result<SharedMesh, String> {
+    let mut part = read_parts(file, ranks)?;
+    let layout = Mesh::layout_of(&part).map(|layout| {
+        let loaded = file.complete(layout)?;
+        allows(&loaded.mesh)?;
+        Ok::<_, String>(loaded)
+    });
+    let of_first = layout.as_ref().map(|layout| match layout {
+        Ok(loaded) => Ok(loaded.mesh.groups.clone()),
+        Err(reason) => Err(reason.clone()),
+    });
+    part.set_whole_groups(ranks.broadcast(of_first)?);
+    let layout = layout.transpose()?;
+    Ok(SharedMesh { part, layout })
 }
 
 impl SharedFile {
-    /// Passes the mesh, of which slabs are read from the file as it is mapped.
-    fn with_slabs<T>(
-        &self,
-        source: &Source,
-        slabs: &dyn Slabs,
-        act: impl FnOnce(&from_slabs::MeshByRanges) -> T,
-    ) -> T {
-        let n_nodes = slabs.n_nodes();
-        let points = |nodes: Range<usize>| {
-            let in_file = nodes.start.min(n_nodes)..nodes.end.min(n_nodes);
-            let mut points = released(source, slabs.points(in_file))?;
-            let copies = self.doubled.iter().map(|doubled| doubled.places(&nodes));
-            for places in copies {
-                points.reserve_exact(places.len());
-                points.extend_from_slice(places);
-            }
-            Ok(points)
-        };
-        let n_cells = slabs.n_cells();
-        let cells = |cells: Range<usize>| {
-            let in_file = cells.start.min(n_cells)..cells.end.min(n_cells);
-            let mut read = released(source, slabs.cells(in_file))?;
-            if let Some(doubled) = &self.doubled {
-                doubled.give(&mut read, cells.start);
-                read.append(&doubled.faces_among(&cells));
-            }
-            Ok(read)
-        };
-        let doubled = self.doubled.as_ref();
-        act(&from_slabs::MeshByRanges {
-            n_nodes: doubled.map_or(n_nodes, |doubled| doubled.n_nodes()),
-            n_cells: doubled.map_or(n_cells, |doubled| doubled.n_cells()),
-            space: slabs.space(),
-            points: &points,
-            cells: &cells,
-        })
-    }
-
-    /// Gives the outline of the mesh its groups and arrays, with the notes of its reader.
+    /// Gives the layout of the mesh its groups and arrays, with the notes of its reader.
     ///
     /// # Errors
     /// Why the file has to be read as a whole, as for [`read_parts`].
-    pub fn complete(&self, mut outline: Mesh) -> std::result::Result<Loaded, String> {
+    fn complete(&self, mut layout: Mesh) -> std::result::Result<Loaded, String> {
         let (location, format) = self.open().map_err(reason)?;
         let source = location.file().map_err(reason)?;
         let slabs = by_slabs(format, source, &self.options()).map_err(reason)?;
         // A part knows the dimension of the whole from there; of the whole its cells tell it.
-        outline.space = slabs.space();
+        layout.space = slabs.space();
         let mut notes = Notes::default();
         super::note_steps(format, &location, &self.options(), &mut notes);
-        let completed = slabs.complete(&mut outline, &mut notes);
+        let completed = slabs.complete(&mut layout, &mut notes);
         completed.map_err(|refusal| match refusal {
             Refusal::Whole(why) => why,
             Refusal::Damaged(error) => reason(error),
         })?;
-        outline.validate_arrays().map_err(reason)?;
-        outline.validate_groups().map_err(reason)?;
-        super::names::check(&mut outline, &mut notes);
+        layout.validate_arrays().map_err(reason)?;
+        layout.validate_groups().map_err(reason)?;
+        super::names::check(&mut layout, &mut notes);
         notes.close();
         Ok(Loaded {
-            mesh: outline,
+            mesh: layout,
             notes,
             format,
-        })
-    }
-
-    /// How many nodes are read where one is.
-    ///
-    /// # Errors
-    /// Where the file cannot be read by slabs.
-    pub fn nodes_at_once(&self) -> Result<usize> {
-        let (location, format) = self.open()?;
-        Ok(by_slabs(format, location.file()?, &self.options())?.nodes_at_once())
-    }
-
-    /// Passes the mesh, of which some nodes or cells are read at a time, and whether boundary faces that have the same nodes are
-    /// one face in its format.
-    ///
-    /// # Errors
-    /// Of `act`, and where the file cannot be read by slabs.
-    pub fn by_pieces<T>(
-        &self,
-        act: impl FnOnce(&from_slabs::MeshByRanges, bool) -> Result<T>,
-    ) -> Result<T> {
-        let named = |error: Error| error.file(self.path());
-        let (location, format) = self.open().map_err(|_| named(changed()))?;
-        let source = location.file()?;
-        let slabs = by_slabs(format, source, &self.options()).map_err(named)?;
-        self.with_slabs(source, &*slabs, |slabs| {
-            act(slabs, format.lists_faces_again())
         })
     }
 
@@ -278,11 +221,7 @@ impl SharedFile {
         }
         let (location, format) = self.open().map_err(named)?;
         let read = super::read_as(format, &location, &self.options());
-        let mut mesh = read.map_err(named)?.mesh;
-        if let Some(doubled) = &self.doubled {
-            doubled.apply(&mut mesh);
-        }
-        Ok(mesh)
+        Ok(read.map_err(named)?.mesh)
     }
 }
 

@@ -17,24 +17,16 @@ pub trait Slabs: Send + Sync {
     fn space(&self) -> Option<u8> {
         None
     }
-    /// How many nodes are read where one is, such as those of a chunk.
-    fn nodes_at_once(&self) -> usize {
-        1
-    }
     /// The coordinates of some nodes.
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>>;
     /// Some cells, in memory of about their size; each of their nodes is one of the mesh.
     fn cells(&self, cells: Range<usize>) -> Result<Cells>;
-    /// Gives the outline of the mesh, which knows the kinds of all cells, its groups and its arrays, which are read as a whole;
+    /// Gives the layout of the mesh, which has the kinds of all cells, its groups and its arrays, which are read as a whole;
     /// notes what a reader of the whole notes.
     ///
     /// # Errors
     /// Why that is not all that the mesh has, as for [`Opened`].
-    fn complete(
-        &self,
-        _outline: &mut Mesh,
-        _notes: &mut Notes,
-    ) -> std::result::Result<(), Refusal> {
+    fn complete(&self, _mesh: &mut Mesh, _notes: &mut Notes) -> std::result::Result<(), Refusal> {
         Err(whole("its groups are not read by themselves"))
     }
 }

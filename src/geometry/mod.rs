@@ -1,7 +1,6 @@
 //! Vectors, rigid transforms, rotation vectors, boxes and space-filling order. Knows nothing of meshes.
 
 pub mod bounds;
-pub mod boxes;
 pub mod closest;
 pub mod crossing;
 pub mod curve;

@@ -1,6 +1,6 @@
 //! Nodes and cells that lie with several ranks, each of which writes its own.
 
-use super::{CellKind, CellSet, Cells, ZoneSides};
+use super::{CellKind, Cells};
 use crate::diagnostic::point;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
@@ -20,14 +20,6 @@ pub trait Apart: Debug + Send + Sync {
         numbers: &Numbers,
         hash_from: u64,
     ) -> Result<Vec<HashedBytes>>;
-
-    /// The sides of the volume cells that are marked.
-    ///
-    /// # Errors
-    /// Where the mesh cannot be read, and of those that know positions alone.
-    fn zone_sides(&self, _marked: &CellSet) -> Result<ZoneSides> {
-        Err(Error::system("zones are not found from positions"))
-    }
 }
 
 /// Which numbers are written, and how.

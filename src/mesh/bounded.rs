@@ -2,7 +2,7 @@
 
 use super::arrays::with_numbers;
 use super::faces::{Entry, entries, for_each_face};
-use super::{CellRef, DataArray, Mesh, MeshView, Values};
+use super::{CellRef, DataArray, Mesh, MeshView, NodeBits, Values};
 
 /// Boundary faces that lie between two cells of the mesh or more, ascending.
 pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
@@ -27,26 +27,52 @@ pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
     inner
 }
 
-/// Those of some boundary faces, ascending cell indices, that are a side of no cell of the mesh. Cells that touch none of
-/// their nodes are passed over.
+/// Finds the boundary faces, among some with ascending numbers, that are a side of no cell of the mesh. Of a part all numbers are
+/// those of the whole mesh, the faces are the same on all ranks, and all ranks call it.
 pub fn faces_on_no_cell(mesh: &Mesh, faces: &[u32]) -> Vec<u32> {
-    let dimension = mesh.dimension();
+    let on_cells = faces_on_cells(mesh, faces, |_| true);
+    let all = (0..).zip(faces);
+    let loose = all.filter(|(at, _)| !on_cells.has(*at));
+    loose.map(|(_, face)| *face).collect()
+}
+
+/// Finds the boundary faces, by their places among some, that are a side of a cell that is `wanted`; as
+/// [`faces_on_no_cell`]. Cells that touch none of their nodes are passed over.
+pub(super) fn faces_on_cells(
+    mesh: &Mesh,
+    faces: &[u32],
+    wanted: impl Fn(u32) -> bool + Sync,
+) -> NodeBits {
+    let mut found = NodeBits::new(&(0..faces.len()));
+    if faces.is_empty() {
+        return found;
+    }
+    // A rank has all boundary faces at its own cells.
+    let here = faces.iter().filter_map(|&face| mesh.cell_here(face));
+    let here: Vec<u32> = here.collect();
     let mut touched = vec![false; mesh.points.len()];
-    for &face in faces {
+    for &face in &here {
         let nodes = mesh.cells.get(face as usize).nodes;
         nodes.iter().for_each(|&node| touched[node as usize] = true);
     }
-    let touches = |cell: &CellRef<'_>| cell.nodes.iter().any(|&node| touched[node as usize]);
-    let mut entries = entries(&mesh.cells, mesh.points.len(), dimension, touches);
-    let mut loose = Vec::new();
+    let own = mesh.own_cells();
+    let is_wanted = |cell: &CellRef<'_>| {
+        own.contains(&cell.index)
+            && cell.nodes.iter().any(|&node| touched[node as usize])
+            && wanted(mesh.number_of_cell(cell.index as u32))
+    };
+    let dimension = mesh.dimension();
+    let mut entries = entries(&mesh.cells, mesh.points.len(), dimension, is_wanted);
     for_each_face(&mesh.cells, &mut entries, |same| {
-        if same.iter().all(Entry::is_boundary) {
-            let own = same.iter().map(|entry| entry.cell);
-            loose.extend(own.filter(|cell| faces.binary_search(cell).is_ok()));
+        if !same.iter().all(Entry::is_boundary) {
+            let on_cell = same.iter().filter(|entry| entry.is_boundary());
+            let numbers = on_cell.map(|entry| mesh.number_of_cell(entry.cell));
+            let places = numbers.filter_map(|face| faces.binary_search(&face).ok());
+            places.for_each(|at| found.add(&[at as u32]));
         }
     });
-    loose.sort_unstable();
-    loose
+    found.unite(&mesh.ranks());
+    found
 }
 
 /// The cell that each boundary face bounds: of a face between two cells the one that comes first in the

@@ -202,23 +202,6 @@ impl Cells {
         cells
     }
 
-    /// Sets the nodes of all cells of less than this dimension, in their order.
-    pub(super) fn set_nodes_below(&mut self, dimension: u8, mut nodes: impl Iterator<Item = u32>) {
-        for run in self
-            .runs
-            .iter()
-            .filter(|run| run.kind.dimension() < dimension)
-        {
-            let n = run.n_nodes as usize * run.n_cells as usize;
-            for (to, node) in self.connectivity[run.first_entry..][..n]
-                .iter_mut()
-                .zip(&mut nodes)
-            {
-                *to = node;
-            }
-        }
-    }
-
     /// Appends a polyhedron given as its face stream `n_faces, (n_nodes, node...)...`.
     ///
     /// Its nodes are listed once each, in order of first appearance.

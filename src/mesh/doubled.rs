@@ -1,15 +1,16 @@
 //! Nodes of a mesh of which some cells get copies, so that these cells share no node with the others: what a zone needs to turn
 //! against the rest. Both sides of the interface get boundary faces with tags of their own.
 
+use super::from_slabs::{Owners, mesh_of};
 use super::interface::{Interface, NewFaces};
 use super::numbering::Numbering;
 use super::zone_sides::ZoneSides;
-use super::{CellRef, CellSet, Cells, Group, Mesh};
+use super::{CellRef, CellSet, Cells, Group, Mesh, RankPart};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
 use crate::ranks::raw;
+use crate::sparse;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Nodes with copies, which follow all other nodes in the order of their originals.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,46 +34,52 @@ pub struct Doubled {
 
 impl Doubled {
     /// The nodes between the volume cells of a mesh that are marked and the others. Marked cells get the copies, and so do boundary
-    /// faces that have a node inside or lie on marked cells alone.
+    /// faces that have a node inside or lie on marked cells alone. All numbers are those of the whole mesh, and all ranks that have
+    /// parts of it call it and get the same.
     ///
     /// # Errors
     /// Where there would be too many nodes.
     pub fn between(mesh: &Mesh, marked: &CellSet, sides: &ZoneSides) -> Result<Self> {
-        let n_nodes = mesh.points.len();
+        let n_nodes = mesh.n_nodes_of_all();
         if n_nodes + sides.interface_nodes.len() > u32::MAX as usize {
             return Err(Error::input(
                 "the mesh would have more than 4294967295 nodes",
             ));
         }
         let interface = Numbering::new(&sides.interface_nodes);
+        let number = |node: &u32| mesh.number_of_node(*node);
         let is_inside = |nodes: &[u32]| {
-            nodes.iter().all(|&node| sides.nodes.has(node))
-                && nodes.iter().any(|&node| interface.place(node).is_none())
+            let mut numbers = nodes.iter().map(number);
+            numbers.clone().all(|node| sides.nodes.has(node))
+                && numbers.any(|node| interface.place(node).is_none())
         };
         let dimension = mesh.dimension();
-        let mut cells = CellSet::new();
+        let first = mesh.own_offset();
+        let mut own = CellSet::new();
         let goes = |cell: &CellRef<'_>| {
-            let is_on_rim = || sides.rim_faces.binary_search(&(cell.index as u32)).is_ok();
-            is_inside(cell.nodes) || is_on_rim()
+            let face = (first + cell.index) as u32;
+            is_inside(cell.nodes) || sides.rim_faces.binary_search(&face).is_ok()
         };
-        for run in mesh.cells.runs() {
-            // An outline does not know the nodes of volume cells.
+        for run in mesh.cells.runs_in(mesh.own_cells()) {
             if run.kind.dimension() < dimension {
                 let faces = run.cell_refs().filter(goes);
-                faces.for_each(|face| cells.push(face.index));
+                faces.for_each(|face| own.push(first + face.index));
                 continue;
             }
-            let own = run.first_cell..run.first_cell + run.n_cells();
-            marked
-                .ranges_in(own)
-                .for_each(|range| cells.push_range(range));
+            let start = first + run.first_cell;
+            let marked = marked.ranges_in(start..start + run.n_cells());
+            marked.for_each(|range| own.push_range(range));
+        }
+        let mut cells = CellSet::new();
+        for of_rank in mesh.ranks().allgather(own) {
+            of_rank.ranges().for_each(|range| cells.push_range(range));
         }
         let mut doubled = Self {
             n_nodes,
             nodes: sides.interface_nodes.clone(),
             places: sides.interface_places.clone(),
             cells,
-            n_cells: mesh.cells.len(),
+            n_cells: mesh.n_cells_of_all(),
             faces: NewFaces::default(),
             groups: Vec::new(),
         };
@@ -84,14 +91,6 @@ impl Doubled {
     /// How many cells there are with the faces that are added.
     pub fn n_cells(&self) -> usize {
         self.n_cells + self.faces.cells.len()
-    }
-
-    /// The faces of some cells that are added.
-    pub fn faces_among(&self, cells: &Range<usize>) -> Cells {
-        let place = |cell: usize| cell.saturating_sub(self.n_cells);
-        self.faces
-            .cells
-            .select(place(cells.start)..place(cells.end))
     }
 
     /// How many nodes there are with the copies.
@@ -108,12 +107,6 @@ impl Doubled {
         }
     }
 
-    /// Where the copies are that are among some nodes.
-    pub fn places(&self, nodes: &Range<usize>) -> &[Vector] {
-        let place = |node: usize| node.saturating_sub(self.n_nodes).min(self.places.len());
-        &self.places[place(nodes.start)..place(nodes.end)]
-    }
-
     /// Gives consecutive cells of the mesh, of which the first has the number `first`, their copies.
     pub fn give(&self, cells: &mut Cells, first: usize) {
         let copy = self.copies();
@@ -122,34 +115,71 @@ impl Doubled {
         }
     }
 
-    /// Gives a whole mesh the copies, or an outline those that it knows of.
+    /// Gives a mesh the copies. The last rank owns the copies and the new faces; all ranks that
+    /// have parts of the mesh call it.
     pub fn apply(&self, mesh: &mut Mesh) {
+        if let Some(part) = mesh.part.take() {
+            self.apply_to_part(mesh, &part);
+            return;
+        }
+        self.add_copies_to_arrays(mesh);
+        self.give(&mut mesh.cells, 0);
+        mesh.points.extend_from_slice(&self.places);
+        self.add_faces(mesh);
+    }
+
+    /// Gives the layout of a mesh room for the copies, and the new faces.
+    pub fn apply_to_layout(&self, layout: &mut Mesh) {
+        layout.points = sparse::zeros(self.n_nodes(), [0.0; 3]);
+        self.add_copies_to_arrays(layout);
+        self.add_faces(layout);
+    }
+
+    fn add_copies_to_arrays(&self, mesh: &mut Mesh) {
         let nodes: Vec<usize> = self.nodes.iter().map(|node| *node as usize).collect();
         for array in &mut mesh.point_arrays {
             let copies = array.values.select(array.n_components, &nodes);
             array.values.append(&copies);
         }
-        if mesh.outline.is_none() {
-            self.give(&mut mesh.cells, 0);
-            mesh.points.extend_from_slice(&self.places);
-            self.add_faces(mesh);
-            return;
+    }
+
+    /// Makes a part again from its own cells, which have other neighbours now. It has no arrays.
+    fn apply_to_part(&self, mesh: &mut Mesh, part: &RankPart) {
+        let (ranks, dimension) = (&part.ranks, mesh.dimension());
+        let all = std::mem::take(&mut mesh.cells);
+        let mut cells = all.select(part.own_cells.clone());
+        drop(all);
+        cells.renumber_nodes_by(|node| part.nodes[node as usize]);
+        let numbers = &part.cells[part.own_cells.clone()];
+        let first = numbers.first().map_or(0, |first| *first as usize);
+        self.give(&mut cells, first);
+        let mut points = mesh.points[part.own_nodes.clone()].to_vec();
+        let mut owners = part.owners.clone();
+        if let Some(last) = owners.last_mut() {
+            last.end = self.n_nodes();
         }
-        mesh.add_unknown_nodes(self.nodes.len());
-        mesh.take_places(&self.nodes, &self.places);
-        let copies: Vec<u32> = (self.n_nodes as u32..self.n_nodes() as u32).collect();
-        mesh.take_places(&copies, &self.places);
-        let dimension = mesh.dimension();
-        let runs = mesh.cells.runs();
-        let faces = runs.filter(|run| run.kind.dimension() < dimension);
-        let faces: Vec<Range<usize>> = faces
-            .map(|run| run.first_cell..run.first_cell + run.n_cells())
-            .collect();
-        let copy = self.copies();
-        for range in faces.into_iter().flat_map(|run| self.cells.ranges_in(run)) {
-            mesh.cells.renumber_nodes_of(range, &copy);
+        if ranks.rank() + 1 == ranks.n() {
+            points.extend_from_slice(&self.places);
+            cells.append(&self.faces.cells);
         }
-        self.add_faces(mesh);
+        let own = first..first + cells.len();
+        let owners = Owners::new(owners, ranks);
+        let (cells, new) = owners.part(cells, own, dimension, self.n_cells());
+        let (points, is_level) = owners.points(points, &new.nodes);
+        *mesh = mesh_of(points, cells, dimension, RankPart { is_level, ..new });
+        let mut groups = part.groups.clone();
+        self.change(&mut groups);
+        mesh.set_whole_groups(groups);
+    }
+
+    /// Changes the groups of the whole mesh and adds new ones.
+    fn change(&self, groups: &mut Vec<Group>) {
+        for (at, group) in &self.groups {
+            match at {
+                Some(at) => groups[*at] = group.clone(),
+                None => groups.push(group.clone()),
+            }
+        }
     }
 
     /// Adds the faces of the interface, with the values of the marked cells that they bound, and their tags.
@@ -165,12 +195,7 @@ impl Doubled {
             let values = array.values.select(array.n_components, &bounded);
             array.values.append(&values);
         }
-        for (at, group) in &self.groups {
-            match at {
-                Some(at) => mesh.groups[*at] = group.clone(),
-                None => mesh.groups.push(group.clone()),
-            }
-        }
+        self.change(&mut mesh.groups);
     }
 }
 

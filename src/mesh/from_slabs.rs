@@ -5,7 +5,7 @@
 
 use super::node_bits::NodeBits;
 use super::numbering::Numbering;
-use super::part::{self, Part, SLAB};
+use super::part::{self, RankPart, SLAB};
 use super::{Cells, Mesh, first_where};
 use crate::error::{Error, Result};
 use crate::parallel;
@@ -43,55 +43,28 @@ impl Mesh {
     /// On all ranks, where one cannot read, a mesh of these nodes and cells would not be [valid](Mesh::validate) or, with
     /// `faces_once`, boundary faces have the same nodes.
     pub fn from_slabs(slabs: &MeshByRanges, faces_once: bool, ranks: &Ranks) -> Result<Self> {
-        let owners = Owners::new(slabs.n_nodes, ranks);
+        let owners = Owners::new(part::node_slabs(slabs.n_nodes, ranks.n()), ranks);
         let own = part::slab(slabs.n_cells, ranks.rank(), ranks.n());
-        let cells = ranks.agree(own_cells(slabs, own.clone()))?;
+        let cells = ranks.all_ok(own_cells(slabs, own.clone()))?;
         let here = cells.dimension().max(slabs.space.unwrap_or(0));
-        let dimension = ranks.all(here).into_iter().max().unwrap_or(0);
+        let dimension = ranks.allgather(here).into_iter().max().unwrap_or(0);
         if faces_once {
             owners.check_faces(&cells, dimension)?;
         }
-        let others = owners.others(nodes_of(&cells, 0..0));
-        let needed = needed(&cells, dimension, &others, ranks.n());
-        drop(others);
-        let (numbers, own_cells, mut cells) = with_needed(cells, own, needed, ranks);
-        let own_nodes = owners.nodes_of(ranks.rank());
-        let numbered = (numbers, own_cells);
-        let part = part_of(&mut cells, numbered, own_nodes, slabs.n_nodes, ranks);
-        let (points, is_level) = owners.points(slabs, &part.nodes)?;
-        Ok(mesh_of(points, cells, dimension, Part { is_level, ..part }))
-    }
-}
-
-/// What a part knows of the whole, from its cells with their numbers and the own ones among them; their nodes get the numbers
-/// that they have in the part.
-pub(super) fn part_of(
-    cells: &mut Cells,
-    (numbers, own_cells): (Vec<u32>, Range<usize>),
-    own_nodes: Range<usize>,
-    n_nodes: usize,
-    ranks: &Ranks,
-) -> Part {
-    let nodes = nodes_of(cells, own_nodes.clone());
-    let numbering = Numbering::new(&nodes);
-    let (first, own_places) = (own_nodes.start as u32, part::places_of(&own_nodes, &nodes));
-    cells.renumber_nodes_by(|node| match own_nodes.contains(&(node as usize)) {
-        true => own_places.start as u32 + (node - first),
-        false => numbering.of(node),
-    });
-    Part {
-        ranks: ranks.clone(),
-        n_nodes,
-        is_level: false,
-        own_nodes: own_places,
-        nodes,
-        cells: numbers,
-        own_cells,
+        let (cells, part) = owners.part(cells, own, dimension, slabs.n_cells);
+        let points = ranks.all_ok(own_points(slabs, owners.own()))?;
+        let (points, is_level) = owners.points(points, &part.nodes);
+        Ok(mesh_of(
+            points,
+            cells,
+            dimension,
+            RankPart { is_level, ..part },
+        ))
     }
 }
 
 /// The part of a mesh of this dimension.
-pub(super) fn mesh_of(points: Vec<[f64; 3]>, cells: Cells, dimension: u8, part: Part) -> Mesh {
+pub(super) fn mesh_of(points: Vec<[f64; 3]>, cells: Cells, dimension: u8, part: RankPart) -> Mesh {
     Mesh {
         points,
         cells,
@@ -101,7 +74,7 @@ pub(super) fn mesh_of(points: Vec<[f64; 3]>, cells: Cells, dimension: u8, part: 
     }
 }
 
-pub(super) fn own_cells(slabs: &MeshByRanges, own: Range<usize>) -> Result<Cells> {
+fn own_cells(slabs: &MeshByRanges, own: Range<usize>) -> Result<Cells> {
     let cells = (slabs.cells)(own.clone())?;
     let wrong = |message: String| Err(Error::input(message));
     if cells.len() != own.len() {
@@ -116,7 +89,7 @@ pub(super) fn own_cells(slabs: &MeshByRanges, own: Range<usize>) -> Result<Cells
 }
 
 /// The nodes of cells and those of a range, each once, ascending.
-pub(super) fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
+fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
     let listed = cells.connectivity();
     let ends = parallel::map_blocks(listed.len(), SLAB, &|block| {
         let (mut low, mut high) = (u32::MAX, 0);
@@ -143,26 +116,62 @@ pub(super) fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
     bits.take()
 }
 
-/// Which rank owns each node: consecutive nodes have one owner.
-struct Owners<'a> {
+/// The own nodes of each rank, which are consecutive.
+pub(super) struct Owners<'a> {
     ranks: &'a Ranks,
-    n_nodes: usize,
+    nodes: Vec<Range<usize>>,
 }
 
 impl<'a> Owners<'a> {
-    fn new(n_nodes: usize, ranks: &'a Ranks) -> Self {
-        Self { ranks, n_nodes }
+    pub fn new(nodes: Vec<Range<usize>>, ranks: &'a Ranks) -> Self {
+        Self { ranks, nodes }
     }
 
-    fn nodes_of(&self, rank: usize) -> Range<usize> {
-        part::node_slab(self.n_nodes, rank, self.ranks.n())
+    fn own(&self) -> Range<usize> {
+        self.nodes[self.ranks.rank()].clone()
+    }
+
+    /// Gives the cells of a part and what it knows of the whole, from its own cells: consecutive ones of a mesh of this dimension
+    /// with `n_cells`, with the numbers of nodes of that mesh. All ranks call it.
+    pub fn part(
+        &self,
+        cells: Cells,
+        own: Range<usize>,
+        dimension: u8,
+        n_cells: usize,
+    ) -> (Cells, RankPart) {
+        let others = self.others(nodes_of(&cells, 0..0));
+        let needed = needed(&cells, dimension, &others, self.ranks.n());
+        drop(others);
+        let (numbers, own_cells, mut cells) = with_needed(cells, own, needed, self.ranks);
+        let own_nodes = self.own();
+        let nodes = nodes_of(&cells, own_nodes.clone());
+        let numbering = Numbering::new(&nodes);
+        let (first, own_places) = (own_nodes.start as u32, part::places_of(&own_nodes, &nodes));
+        cells.renumber_nodes_by(|node| match own_nodes.contains(&(node as usize)) {
+            true => own_places.start as u32 + (node - first),
+            false => numbering.of(node),
+        });
+        let part = RankPart {
+            ranks: self.ranks.clone(),
+            n_nodes: self.nodes.last().map_or(0, |last| last.end),
+            n_cells,
+            groups: Vec::new(),
+            owners: self.nodes.clone(),
+            is_level: false,
+            own_nodes: own_places,
+            nodes,
+            cells: numbers,
+            own_cells,
+        };
+        (cells, part)
     }
 
     /// Nodes, ascending, by their owners.
     fn split(&self, nodes: &[u32]) -> Vec<Vec<u32>> {
         let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
         let of_rank = |rank: usize| {
-            let Range { start, end } = self.nodes_of(rank);
+            let Range { start, end } = self.nodes[rank];
             nodes[before(start)..before(end)].to_vec()
         };
         (0..self.ranks.n()).map(of_rank).collect()
@@ -172,8 +181,8 @@ impl<'a> Owners<'a> {
     fn others(&self, nodes: Vec<u32>) -> Vec<[u32; 2]> {
         let of_owners = self.split(&nodes);
         drop(nodes);
-        let asked = self.ranks.exchange(of_owners);
-        let own = self.nodes_of(self.ranks.rank());
+        let asked = self.ranks.alltoallv(of_owners);
+        let own = self.own();
         let mut n_ranks = vec![0u32; own.len()];
         for &node in asked.iter().flatten() {
             n_ranks[node as usize - own.start] += 1;
@@ -192,34 +201,36 @@ impl<'a> Owners<'a> {
                 answers[rank as usize].extend(others);
             }
         }
-        self.ranks.exchange(answers).concat()
+        self.ranks.alltoallv(answers).concat()
     }
 
-    /// The coordinates of nodes, ascending, the own ones among them, and whether all nodes of the mesh have the same z.
-    fn points(&self, slabs: &MeshByRanges, nodes: &[u32]) -> Result<(Vec<[f64; 3]>, bool)> {
-        let own = self.nodes_of(self.ranks.rank());
-        let mut points = self.ranks.agree(own_points(slabs, own.clone()))?;
+    /// Gives the coordinates of nodes, ascending, the own ones among them, and whether all nodes of the mesh have the same z.
+    /// `points` are those of the own nodes.
+    pub fn points(&self, mut points: Vec<[f64; 3]>, nodes: &[u32]) -> (Vec<[f64; 3]>, bool) {
+        let own = self.own();
         let is_level = points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
-        let of_ranks = self.ranks.all((points.first().map(|x| x[2]), is_level));
+        let of_ranks = self
+            .ranks
+            .allgather((points.first().map(|x| x[2]), is_level));
         let heights: Vec<f64> = of_ranks.iter().filter_map(|(z, _)| *z).collect();
         let is_level = of_ranks.iter().all(|(_, is_level)| *is_level)
             && heights.windows(2).all(|pair| pair[0] == pair[1]);
         let mut of_others = self.split(nodes);
         of_others[self.ranks.rank()] = Vec::new();
-        let asked = self.ranks.exchange(of_others);
+        let asked = self.ranks.alltoallv(of_others);
         let places = |nodes: Vec<u32>| {
             let place = |i: usize| points[nodes[i] as usize - own.start];
             parallel::collect(nodes.len(), place)
         };
         let answers = asked.into_iter().map(places).collect();
-        let answers = self.ranks.exchange(answers);
+        let answers = self.ranks.alltoallv(answers);
         let (below, above) = answers.split_at(self.ranks.rank());
         // The others, whose memory is small, go around the own ones, which stay where they are.
         let n_others: usize = answers.iter().map(Vec::len).sum();
         points.reserve_exact(n_others);
         points.splice(0..0, below.concat());
         above.iter().for_each(|above| points.extend(above));
-        Ok((points, is_level))
+        (points, is_level)
     }
 
     /// Refuses boundary faces that have the same nodes. They meet at the owner of their lowest node, as numbers that differ where
@@ -227,11 +238,11 @@ impl<'a> Owners<'a> {
     fn check_faces(&self, cells: &Cells, dimension: u8) -> Result<()> {
         let mut to_each = vec![Vec::new(); self.ranks.n()];
         number_faces(cells, dimension, |lowest, number| {
-            let owner = part::rank_of_node(self.n_nodes, lowest, self.ranks.n());
+            let owner = part::owner_of(lowest, &self.nodes);
             to_each[owner].push(number);
         });
-        let faces = self.ranks.exchange(to_each).concat();
-        self.ranks.agree(check_once(faces))
+        let faces = self.ranks.alltoallv(to_each).concat();
+        self.ranks.all_ok(check_once(faces))
     }
 }
 
@@ -259,17 +270,6 @@ fn check_once(mut faces: Vec<u64>) -> Result<()> {
     }
 }
 
-impl Mesh {
-    /// Refuses boundary faces that have the same nodes, as [`from_slabs`](Self::from_slabs) does.
-    pub(super) fn check_faces_once(&self) -> Result<()> {
-        let mut numbers = Vec::new();
-        number_faces(&self.cells, self.dimension(), |_, number| {
-            numbers.push(number)
-        });
-        check_once(numbers)
-    }
-}
-
 /// A number of 64 bits that all bits of both depend on.
 fn mixed(hash: u64, node: u32) -> u64 {
     let mut x = (hash ^ u64::from(node)).wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -278,7 +278,7 @@ fn mixed(hash: u64, node: u32) -> u64 {
     x ^ (x >> 31)
 }
 
-pub(super) fn own_points(slabs: &MeshByRanges, own: Range<usize>) -> Result<Vec<[f64; 3]>> {
+fn own_points(slabs: &MeshByRanges, own: Range<usize>) -> Result<Vec<[f64; 3]>> {
     let points = (slabs.points)(own.clone())?;
     let wrong = |message: String| Err(Error::input(message));
     if points.len() != own.len() {
@@ -345,7 +345,7 @@ fn with_needed(
         numbers: places.iter().map(|at| at + own.start as u32).collect(),
     };
     let parcels = needed.into_iter().map(parcel).collect();
-    let of_others = ranks.exchange_values(parcels);
+    let of_others = ranks.alltoall_values(parcels);
     let mut numbers: Vec<u32> = (own.start as u32..own.end as u32).collect();
     let mut all = cells;
     let (before, after) = of_others.split_at(ranks.rank());

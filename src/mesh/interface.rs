@@ -1,7 +1,8 @@
 //! Boundary faces and tags for both sides of the interface of a zone that is cut from the rest of a mesh.
 
+use super::groups::zones;
 use super::numbering::Numbering;
-use super::zone_sides::{ZoneSides, faces_of_nodes};
+use super::zone_sides::{ZoneSides, own_faces_of_nodes};
 use super::{CellSet, Cells, Group, Mesh};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,18 +34,27 @@ impl<'a> Interface<'a> {
     /// Of the marked volume cells, which have these sides. Curved cells have no faces here: a face of corners would not be a side of
     /// them.
     pub fn of(mesh: &'a Mesh, marked: &CellSet, sides: &'a ZoneSides) -> Self {
+        let ranks = mesh.ranks();
         let is_curved = mesh.volume_runs().any(|run| run.kind.is_curved());
-        let key = |nodes: &[u32]| {
-            let mut key = nodes.to_vec();
+        let is_curved = ranks.allgather(is_curved).contains(&true);
+        let key = |mut key: Vec<u32>| {
             key.sort_unstable();
             key
         };
         let on_interface = Numbering::new(&sides.interface_nodes);
-        let is_on = |node: &u32| on_interface.place(*node).is_some();
+        let number = |node: &u32| mesh.number_of_node(*node);
+        let is_on = |node: &u32| on_interface.place(number(node)).is_some();
+        let keyed = |face: u32| {
+            let nodes = mesh.cells.get(face as usize).nodes.iter();
+            (key(nodes.map(number).collect()), mesh.number_of_cell(face))
+        };
+        let own: Vec<(Vec<u32>, u32)> = own_faces_of_nodes(mesh, is_on)
+            .into_iter()
+            .map(keyed)
+            .collect();
         let mut there: BTreeMap<Vec<u32>, u32> = BTreeMap::new();
-        for face in faces_of_nodes(&mesh.cells, mesh.dimension(), is_on) {
-            let nodes = mesh.cells.get(face as usize).nodes;
-            there.entry(key(nodes)).or_insert(face);
+        for (key, face) in ranks.allgather(own).into_iter().flatten() {
+            there.entry(key).or_insert(face);
         }
         // Sides of the mesh whose nodes are all on the interface are not between two cells.
         let is_inner = |face: &Option<u32>| {
@@ -55,7 +65,7 @@ impl<'a> Interface<'a> {
             (
                 at,
                 there
-                    .get(&key(sides.interface_faces.get(at).nodes))
+                    .get(&key(sides.interface_faces.get(at).nodes.to_vec()))
                     .copied(),
             )
         });
@@ -73,7 +83,7 @@ impl<'a> Interface<'a> {
     /// interface becomes two, and faces without a tag get two.
     pub fn tagged(&self, copy: impl Fn(u32) -> u32) -> (NewFaces, Vec<(Option<usize>, Group)>) {
         let mut new = NewFaces::default();
-        let first = self.mesh.cells.len();
+        let first = self.mesh.n_cells_of_all();
         let mut add = |nodes: &[u32], at: usize| {
             let kind = self.sides.interface_faces.get(self.faces[at]).kind;
             new.cells.push(kind, nodes);
@@ -107,13 +117,13 @@ impl<'a> Interface<'a> {
         let dimension = self.mesh.dimension().saturating_sub(1);
         let mut taken: BTreeSet<String> = self
             .mesh
-            .groups
+            .groups_of_all()
             .iter()
             .map(|group| group.name.clone())
             .collect();
         let mut is_tagged = vec![false; outer.len()];
         let (mut changed, mut added) = (Vec::new(), Vec::new());
-        let groups = self.mesh.groups.iter().enumerate();
+        let groups = self.mesh.groups_of_all().iter().enumerate();
         for (at, group) in groups.filter(|(_, group)| group.dimension == dimension) {
             let own = (0..outer.len())
                 .filter(|&face| self.there[face].is_some() && group.cells.contains(outer[face]));
@@ -189,8 +199,7 @@ fn names(mesh: &Mesh, marked: &CellSet) -> [String; 2] {
             .is_some_and(|cell| marked.contains(cell))
     };
     [true, false].map(|side| {
-        let mut zones = mesh
-            .zones()
+        let mut zones = zones(mesh.groups_of_all(), mesh.dimension())
             .filter(|group| !group.cells.is_empty() && is_marked(group) == side);
         match (zones.next(), zones.next()) {
             (Some(one), None) => one.name.clone(),

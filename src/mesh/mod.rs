@@ -6,12 +6,15 @@
 pub mod adjacency;
 mod apart;
 pub mod arrays;
+mod boundary;
 mod bounded;
 mod build;
-mod by_pieces;
 pub mod cells;
+mod collective;
 mod connected;
 pub mod corners;
+#[cfg(test)]
+pub(crate) mod cubes;
 pub mod difference;
 mod doubled;
 mod extrude;
@@ -23,6 +26,7 @@ mod interface;
 pub mod join;
 mod kind;
 pub mod lagrange;
+mod layout;
 mod linearize;
 mod node_bits;
 mod nodes;
@@ -30,7 +34,6 @@ mod numbering;
 mod one_layer;
 mod orientations;
 mod origin;
-mod outline;
 mod outward;
 mod part;
 mod reorder;
@@ -49,6 +52,7 @@ pub use apart::{
     turn,
 };
 pub use arrays::{DataArray, Values};
+pub use boundary::Boundary;
 pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};
 pub(crate) use cells::mirror_wedges;
 pub use cells::{CellRef, CellRun, Cells};
@@ -59,19 +63,16 @@ pub use groups::{CellSet, Group};
 pub use kind::CellKind;
 pub use node_bits::NodeBits;
 pub(crate) use nodes::for_each_shared_place;
-pub(crate) use numbering::{Numbering, among, among_by};
+pub(crate) use numbering::{Numbering, among};
 pub use one_layer::{EMPTY, OneLayer};
 pub use orientations::orientations;
 pub use origin::Origin;
-pub use outline::Outline;
-pub(crate) use outline::Slots;
 pub(crate) use outward::turn_outward;
-pub use part::Part;
-pub(crate) use part::node_slab;
+pub use part::RankPart;
 pub use reorder::Reordering;
 pub use skin::Skin;
 pub use split::SplitCounts;
-pub use view::{MeshView, PointsApart};
+pub use view::{ByRanks, MeshView};
 pub use zone_sides::ZoneSides;
 
 use crate::diagnostic::point;
@@ -104,7 +105,6 @@ use std::sync::Arc;
 pub struct Mesh {
     /// Node coordinates, in the mesh's own unit. In 2D the third is zero unless the file says
     /// otherwise.
-    // Of an outline those that are known, and nothing: see `outline`.
     #[serde(with = "raw")]
     pub points: Vec<[f64; 3]>,
     /// Cells of every dimension, in file order.
@@ -127,11 +127,7 @@ pub struct Mesh {
     /// What it knows of the whole mesh, where it is a part of one.
     #[doc(hidden)]
     #[serde(skip)]
-    pub part: Option<Arc<Part>>,
-    /// What is known of a mesh that lies with several ranks, where this is its outline.
-    #[doc(hidden)]
-    #[serde(skip)]
-    pub outline: Option<Outline>,
+    pub part: Option<Arc<RankPart>>,
 }
 
 impl Mesh {
@@ -146,7 +142,7 @@ impl Mesh {
     pub fn space_dimension(&self) -> u8 {
         match self.dimension() {
             3 => 3,
-            _ if is_flat(&self.points) => 2,
+            _ if is_flat(&Bounds::around(&self.points)) => 2,
             _ => 3,
         }
     }
@@ -181,10 +177,7 @@ impl Mesh {
 
     /// Smallest and largest coordinates; `None` without nodes.
     pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
-        match &self.outline {
-            Some(outline) => Some([outline.bounds.low, outline.bounds.high]),
-            None => bounds(&self.points),
-        }
+        bounds(&self.points)
     }
 
     /// Removes the field arrays of these names; gives the names of those that were there.
@@ -312,12 +305,9 @@ pub(crate) fn too_many(what: &str) -> String {
 /// Extent in z, relative to the diagonal, above which nodes do not lie in a plane.
 const FLAT: f64 = 1e-6;
 
-/// Whether nodes lie in a plane of constant z.
-fn is_flat(points: &[[f64; 3]]) -> bool {
-    let Some([low, high]) = bounds(points) else {
-        return true;
-    };
-    let size = |k: usize| high[k] - low[k];
+/// Returns true if nodes with these bounds are in a plane of constant z.
+fn is_flat(extent: &Bounds) -> bool {
+    let size = |k: usize| extent.high[k] - extent.low[k];
     let diagonal = (0..3).map(|k| size(k).powi(2)).sum::<f64>().sqrt();
     size(2) <= FLAT * diagonal
 }

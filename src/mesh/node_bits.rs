@@ -3,6 +3,8 @@
 use super::Cells;
 use super::part::SLAB;
 use crate::parallel;
+use crate::ranks::Ranks;
+use crate::ranks::raw::List;
 use std::ops::Range;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
@@ -97,6 +99,31 @@ impl NodeBits {
         let n_words = nodes.end.saturating_sub(self.first).div_ceil(WORD);
         self.words.resize_with(n_words, AtomicU64::default);
         self.add_all(&nodes);
+    }
+
+    /// Takes in the nodes of all ranks, on all ranks. Each rank has bits of the same range.
+    pub fn unite(&mut self, ranks: &Ranks) {
+        let n = ranks.n();
+        if n == 1 {
+            return;
+        }
+        // Each rank unites the same share of the words of all.
+        let share = self.words.len().div_ceil(n).max(1);
+        let mut to_each: Vec<Vec<[u64; 2]>> = vec![Vec::new(); n];
+        for (words, to) in self.words.chunks_mut(share).zip(&mut to_each) {
+            let words = (0..).zip(words).map(|(at, word)| [at, *word.get_mut()]);
+            to.extend(words.filter(|[_, word]| *word != 0));
+        }
+        let first = (ranks.rank() * share).min(self.words.len());
+        let mut own = vec![0; share.min(self.words.len() - first)];
+        for [at, word] in ranks.alltoallv(to_each).into_iter().flatten() {
+            own[at as usize] |= word;
+        }
+        let all = ranks
+            .allgather(List(own))
+            .into_iter()
+            .flat_map(|List(own)| own);
+        self.words = all.map(AtomicU64::new).collect();
     }
 
     /// Takes a node out.

@@ -1,7 +1,7 @@
 //! Meshes of one layer of cells between two sides that solvers call `empty`: which nodes lie over one another.
 
 use super::sides::for_each_side;
-use super::{Group, Mesh};
+use super::{Boundary, Group, Mesh};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vector, cross, sub};
 
@@ -21,27 +21,34 @@ pub struct OneLayer {
 }
 
 /// The sides of a mesh that are called `empty` and have faces.
-fn sides(mesh: &Mesh) -> Vec<&Group> {
+fn sides(boundary: &Boundary) -> Vec<&Group> {
     let is_side = |tag: &&Group| tag.condition.as_deref() == Some(EMPTY) && !tag.cells.is_empty();
-    match mesh.dimension() {
-        3 => mesh.boundary_tags().filter(is_side).collect(),
+    match boundary.dimension() {
+        3 => boundary.boundary_tags().filter(is_side).collect(),
         _ => Vec::new(),
     }
 }
 
 impl OneLayer {
+    /// Whether any side of a mesh is called `empty`, of a part any side of the whole mesh.
+    pub fn has_sides(mesh: &Mesh) -> bool {
+        let groups = mesh.groups_of_all();
+        let is_side = |of: &Group| of.condition.as_deref() == Some(EMPTY) && !of.cells.is_empty();
+        mesh.dimension() == 3 && groups.iter().any(is_side)
+    }
+
     /// The axis that the sides called `empty` are normal to; `None` where the mesh has no such sides.
     ///
     /// # Errors
     /// Where they are not normal to one axis of coordinates.
-    pub fn axis_of(mesh: &Mesh) -> Result<Option<usize>> {
-        let sides = sides(mesh);
+    pub fn axis_of(boundary: &Boundary) -> Result<Option<usize>> {
+        let sides = sides(boundary);
         if sides.is_empty() {
             return Ok(None);
         }
         let mut sum = [0.0; 3];
         for cell in sides.iter().flat_map(|side| side.cells.iter()) {
-            let area = area(mesh, mesh.cells.get(cell).nodes);
+            let area = area(boundary, boundary.face(cell).nodes);
             sum = [0, 1, 2].map(|k| sum[k] + area[k].abs());
         }
         let total = sum[0] + sum[1] + sum[2];
@@ -62,7 +69,8 @@ impl OneLayer {
     /// # Errors
     /// Where there is not one layer of cells between the sides.
     pub fn find(mesh: &Mesh) -> Result<Option<Self>> {
-        let Some(axis) = Self::axis_of(mesh)? else {
+        let boundary = Boundary::of(mesh);
+        let Some(axis) = Self::axis_of(&boundary)? else {
             return Ok(None);
         };
         let used = mesh.cells.used_nodes(mesh.points.len());
@@ -99,7 +107,7 @@ impl OneLayer {
             }
         }
         let nodes = || (0..mesh.points.len() as u32).filter(|node| used[*node as usize]);
-        let sides = sides(mesh);
+        let sides = sides(&boundary);
         if !is_one || nodes().any(|node| over[node as usize] == NONE) || !covers(mesh, &sides) {
             return Err(Error::input(format!(
                 "{} called empty, but the mesh is not one layer of cells between two such sides",
@@ -168,8 +176,8 @@ fn covers(mesh: &Mesh, sides: &[&Group]) -> bool {
 }
 
 /// Twice the area vector of a face.
-fn area(mesh: &Mesh, nodes: &[u32]) -> Vector {
-    let at = |i: usize| mesh.place(nodes[i]);
+fn area(boundary: &Boundary, nodes: &[u32]) -> Vector {
+    let at = |i: usize| boundary.position(nodes[i]);
     let mut sum = [0.0; 3];
     for i in 2..nodes.len() {
         let part = cross(sub(at(i - 1), at(0)), sub(at(i), at(0)));

@@ -7,8 +7,7 @@
 //!
 //! Each rank also answers for consecutive nodes of the whole mesh. It holds these whether or not a cell of its part has them.
 //!
-//! Groups of a part are there where it was cut from a whole mesh. A part that was read by slabs ([`Mesh::from_slabs`]) has none:
-//! no measure asks for them, but the list of the worst cells names the tags near them.
+//! A part that was read by slabs ([`Mesh::from_slabs`]) has no groups until it gets them by [`Mesh::set_whole_groups`].
 
 use super::node_bits::NodeBits;
 use super::{CellKind, CellSet, Group, Mesh, Origin};
@@ -29,12 +28,18 @@ const NODE_SLAB: usize = 256;
 
 /// What a part of a mesh knows of the whole.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Part {
+pub struct RankPart {
     /// All ranks; each has a part.
     #[serde(skip)]
     pub ranks: Ranks,
     /// How many nodes the whole mesh has.
     pub n_nodes: usize,
+    /// How many cells the whole mesh has.
+    pub n_cells: usize,
+    /// The groups of the whole mesh, with its numbers of cells.
+    pub groups: Vec<Group>,
+    /// For each rank its own nodes, by their numbers in the whole mesh.
+    pub owners: Vec<Range<usize>>,
     /// Whether all nodes of the whole mesh have the same z.
     pub is_level: bool,
     /// For each node here its number in the whole mesh, ascending.
@@ -49,7 +54,7 @@ pub struct Part {
     pub own_nodes: Range<usize>,
 }
 
-impl PartialEq for Part {
+impl PartialEq for RankPart {
     fn eq(&self, other: &Self) -> bool {
         self.own_cells == other.own_cells
             && self.own_nodes == other.own_nodes
@@ -64,10 +69,14 @@ pub(crate) fn node_slab(n_nodes: usize, rank: usize, n: usize) -> Range<usize> {
     start(rank)..start(rank + 1)
 }
 
-/// The rank that a node belongs to.
-pub(crate) fn rank_of_node(n_nodes: usize, node: u32, n: usize) -> usize {
-    let n_blocks = n_nodes.div_ceil(NODE_SLAB);
-    ((node as usize / NODE_SLAB + 1) * n - 1) / n_blocks
+/// The own nodes of all of `n` ranks.
+pub(super) fn node_slabs(n_nodes: usize, n: usize) -> Vec<Range<usize>> {
+    (0..n).map(|rank| node_slab(n_nodes, rank, n)).collect()
+}
+
+/// The rank that owns a node of the whole mesh.
+pub(super) fn owner_of(node: u32, owners: &[Range<usize>]) -> usize {
+    owners.partition_point(|own| own.end <= node as usize)
 }
 
 /// Where consecutive nodes of the whole mesh are among `nodes`, which are ascending and have all of them.
@@ -128,6 +137,92 @@ impl Mesh {
             .map_or(0, |&number| number as usize - first)
     }
 
+    /// How many cells there are, in the whole mesh where this is a part.
+    pub fn n_cells_of_all(&self) -> usize {
+        let part = self.part.as_ref();
+        part.map_or(self.cells.len(), |part| part.n_cells)
+    }
+
+    /// The groups of the whole mesh, with its numbers of cells.
+    pub fn groups_of_all(&self) -> &[Group] {
+        let part = self.part.as_ref();
+        part.map_or(&self.groups, |part| &part.groups)
+    }
+
+    /// Sets the groups of the whole mesh. A part also gets the cells of each group that it has.
+    pub fn set_whole_groups(&mut self, groups: Vec<Group>) {
+        let Some(part) = &mut self.part else {
+            self.groups = groups;
+            return;
+        };
+        let place = |cell: usize| part.cells.partition_point(|&here| (here as usize) < cell);
+        let here = |group: &Group| {
+            let mut cells = CellSet::new();
+            for range in group.cells.ranges() {
+                cells.push_range(place(range.start)..place(range.end));
+            }
+            Group {
+                cells,
+                ..group.clone()
+            }
+        };
+        self.groups = groups.iter().map(here).collect();
+        Arc::make_mut(part).groups = groups;
+    }
+
+    /// The nodes that this rank owns: all, or the own nodes of its part.
+    pub fn own_nodes(&self) -> Range<usize> {
+        match &self.part {
+            None => 0..self.points.len(),
+            Some(part) => part.own_nodes.clone(),
+        }
+    }
+
+    /// The number of the first own node in the whole mesh.
+    pub fn first_own_node(&self) -> usize {
+        let part = self.part.as_ref();
+        part.map_or(0, |part| part.owners[part.ranks.rank()].start)
+    }
+
+    /// Reports if this rank owns a node.
+    pub fn owns_node(&self, node: u32) -> bool {
+        self.own_nodes().contains(&(node as usize))
+    }
+
+    /// The number of a node in the whole mesh.
+    #[inline]
+    pub fn number_of_node(&self, node: u32) -> u32 {
+        match &self.part {
+            None => node,
+            Some(part) => part.nodes[node as usize],
+        }
+    }
+
+    /// The node here that has this number in the whole mesh.
+    pub fn node_here(&self, number: u32) -> Option<u32> {
+        match &self.part {
+            None => ((number as usize) < self.points.len()).then_some(number),
+            Some(part) => place_in(&part.nodes, &part.own_nodes, number),
+        }
+    }
+
+    /// The number of a cell in the whole mesh.
+    #[inline]
+    pub fn number_of_cell(&self, cell: u32) -> u32 {
+        match &self.part {
+            None => cell,
+            Some(part) => part.cells[cell as usize],
+        }
+    }
+
+    /// The cell here that has this number in the whole mesh.
+    pub fn cell_here(&self, number: u32) -> Option<u32> {
+        match &self.part {
+            None => ((number as usize) < self.cells.len()).then_some(number),
+            Some(part) => place_in(&part.cells, &part.own_cells, number),
+        }
+    }
+
     /// Gives each rank a part of the mesh that rank 0 has.
     ///
     /// # Errors
@@ -140,7 +235,7 @@ impl Mesh {
             true => of_first.map(Some),
             false => Ok(None),
         };
-        let whole = ranks.agree(of_first)?;
+        let whole = ranks.all_ok(of_first)?;
         Ok(Self::shared_of(whole.as_ref(), ranks))
     }
 
@@ -148,8 +243,21 @@ impl Mesh {
     pub(crate) fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> Self {
         let mut cut = whole.map(|whole| Cut::new(whole, ranks.n()));
         let mut parcel = |rank: usize| Some(cut.as_mut()?.parcel(rank));
-        ranks.scatter(&mut parcel).opened(ranks)
+        let mut part = ranks.scatter(&mut parcel).opened(ranks);
+        part.set_whole_groups(ranks.broadcast(whole.map(|whole| whole.groups.clone())));
+        part
     }
+}
+
+/// The place of a number among ascending ones, of which those in `own` have no gaps.
+fn place_in(numbers: &[u32], own: &Range<usize>, number: u32) -> Option<u32> {
+    if let Some(first) = numbers[own.clone()].first()
+        && let Some(at) = number.checked_sub(*first)
+        && (at as usize) < own.len()
+    {
+        return Some(own.start as u32 + at);
+    }
+    numbers.binary_search(&number).ok().map(|at| at as u32)
 }
 
 /// No rank.
@@ -220,18 +328,9 @@ impl<'a> Cut<'a> {
         let nodes = self.number(&runs, &own_nodes);
         let mut cells_here = mesh.cells.select_runs(&runs);
         cells_here.renumber_nodes(&self.numbers);
-        let place = |cell: usize| cells.partition_point(|&here| (here as usize) < cell);
-        let group = |group: &Group| Group {
-            cells: group
-                .cells
-                .ranges()
-                .flat_map(|range| place(range.start)..place(range.end))
-                .collect::<CellSet>(),
-            ..group.clone()
-        };
         let here = Mesh {
             points: parallel::collect(nodes.len(), |i| mesh.points[nodes[i] as usize]),
-            groups: mesh.groups.iter().map(group).collect(),
+            groups: Vec::new(),
             point_arrays: Vec::new(),
             cell_arrays: Vec::new(),
             field_arrays: Vec::new(),
@@ -239,12 +338,14 @@ impl<'a> Cut<'a> {
             space: (mesh.dimension() > 0).then(|| mesh.dimension()),
             origin: Origin::default(),
             part: None,
-            outline: None,
             cells: cells_here,
         };
-        let part = Part {
+        let part = RankPart {
             ranks: Ranks::alone(),
             n_nodes: mesh.points.len(),
+            n_cells: mesh.cells.len(),
+            groups: Vec::new(),
+            owners: node_slabs(mesh.points.len(), self.n_ranks),
             is_level: self.is_level,
             own_cells: before.len()..before.len() + own.len(),
             own_nodes: places_of(&own_nodes, &nodes),
@@ -372,7 +473,7 @@ impl Touching {
 #[derive(Serialize, Deserialize)]
 struct Parcel {
     mesh: Mesh,
-    part: Part,
+    part: RankPart,
 }
 
 impl Parcel {
@@ -398,7 +499,8 @@ mod tests {
                     let slab = node_slab(n_nodes, rank, n);
                     assert_eq!(slab.start, end);
                     end = slab.end;
-                    let rank_of = |node: usize| rank_of_node(n_nodes, node as u32, n);
+                    let slabs = node_slabs(n_nodes, n);
+                    let rank_of = |node: usize| owner_of(node as u32, &slabs);
                     assert!(slab.into_iter().all(|node| rank_of(node) == rank));
                 }
                 assert_eq!(end, n_nodes);

@@ -181,7 +181,6 @@ impl MeshView<'_> {
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
             space: self.space,
             part: None,
-            outline: None,
             origin: Origin::default(),
         }
     }

@@ -147,7 +147,6 @@ impl MeshView<'_> {
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
             cells,
             part: None,
-            outline: None,
             space: self.space.or((self.dimension() == 3).then_some(3)),
             origin: Origin::default(),
         };

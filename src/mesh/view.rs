@@ -37,26 +37,23 @@ pub struct MeshView<'a> {
     pub origin: &'a Origin,
     /// The mesh itself, whatever positions and arrays it is viewed with.
     pub(crate) rest: &'a Mesh,
-    /// Where the coordinates are, where `points` has only some of them.
-    pub(crate) points_apart: Option<PointsApart<'a>>,
-    /// Where the nodes of the cells are, where `cells` has only some of them.
-    pub(crate) cells_apart: Option<&'a dyn Apart>,
+    /// The ranks that write coordinates, nodes of cells and some arrays, whose values are not here.
+    pub(crate) by_ranks: Option<ByRanks<'a>>,
 }
 
-/// Coordinates of nodes that are elsewhere.
+/// Values of nodes and cells that every rank writes.
 #[derive(Debug, Clone, Copy)]
-pub struct PointsApart<'a> {
+pub struct ByRanks<'a> {
     pub by: &'a dyn Apart,
-    /// The name of the array at the nodes that says how far they are from where they are at rest, which is elsewhere too.
+    /// The name of the array of displacements at the nodes, which ranks write too.
     pub displacement: Option<&'a str>,
-    /// The same of the array of their velocities.
+    /// The name of the array of velocities at the nodes, which ranks write too.
     pub velocity: Option<&'a str>,
 }
 
 impl Mesh {
     /// The mesh as it is, to write.
     pub fn view(&self) -> MeshView<'_> {
-        let apart = self.outline.as_ref().map(|outline| &*outline.by);
         MeshView {
             points: &self.points,
             cells: &self.cells,
@@ -67,12 +64,7 @@ impl Mesh {
             space: self.space,
             origin: &self.origin,
             rest: self,
-            points_apart: apart.map(|by| PointsApart {
-                by,
-                displacement: None,
-                velocity: None,
-            }),
-            cells_apart: apart,
+            by_ranks: None,
         }
     }
 }
@@ -85,35 +77,31 @@ impl<'a> MeshView<'a> {
     #[must_use]
     pub fn with_points(self, points: &'a [[f64; 3]]) -> Self {
         assert_eq!(points.len(), self.points.len(), "one position a node");
-        Self {
-            points,
-            points_apart: None,
-            ..self
-        }
+        Self { points, ..self }
     }
 
-    /// With the coordinates of most nodes elsewhere: for formats that take them from there
+    /// With values that ranks write: for formats that allow that
     /// ([`Format::takes_numbers_apart`](crate::formats::Format::takes_numbers_apart)).
     #[must_use]
-    pub(crate) fn with_points_apart(self, apart: Option<PointsApart<'a>>) -> Self {
+    pub(crate) fn by_ranks(self, by: ByRanks<'a>) -> Self {
         Self {
-            points_apart: apart,
+            by_ranks: Some(by),
             ..self
         }
     }
 
-    /// Coordinates that are elsewhere; none where they are here.
+    /// Coordinates that ranks write; `None` where they are here.
     pub(crate) fn coordinates_apart(&self, numbers: Coordinates) -> Option<NumbersApart<'a>> {
         self.of_nodes_apart(numbers, Numbers::Coordinates)
     }
 
-    /// Values of an array of this view that are elsewhere, of a component or of all; none where they are here.
+    /// Values of an array of this view that ranks write, of a component or of all; `None` where they are here.
     pub(crate) fn values_apart(
         &self,
         array: &DataArray,
         component: Option<usize>,
     ) -> Option<NumbersApart<'a>> {
-        let apart = self.points_apart?;
+        let apart = self.by_ranks?;
         let of: fn(Coordinates) -> Numbers = match Some(&*array.name) {
             name if name == apart.displacement => Numbers::Displacements,
             name if name == apart.velocity => Numbers::Velocities,
@@ -131,15 +119,15 @@ impl<'a> MeshView<'a> {
         of: fn(Coordinates) -> Numbers,
     ) -> Option<NumbersApart<'a>> {
         Some(NumbersApart {
-            by: self.points_apart?.by,
+            by: self.by_ranks?.by,
             n_bytes: (self.points.len() * numbers.size()) as u64,
             numbers: of(numbers),
         })
     }
 
-    /// The nodes of cells that are elsewhere; none where they are here.
+    /// The nodes of cells that ranks write; `None` where they are here.
     pub(crate) fn nodes_apart(&self, numbers: NodesOfCells) -> Option<NumbersApart<'a>> {
-        let by = self.cells_apart?;
+        let by = self.by_ranks?.by;
         let n_numbers = numbers.n_numbers(self.cells, numbers.cells.clone());
         Some(NumbersApart {
             by,

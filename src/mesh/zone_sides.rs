@@ -1,9 +1,11 @@
 //! The nodes of some volume cells of a mesh, and where these cells meet the others.
 
+use super::bounded::faces_on_cells;
 use super::sides::for_each_side;
 use super::{CellKind, CellRun, CellSet, Cells, Faces, Mesh, NodeBits};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
+use crate::ranks::raw::List;
 use std::ops::Range;
 
 /// What some volume cells of a mesh have.
@@ -25,27 +27,31 @@ pub struct ZoneSides {
 }
 
 impl ZoneSides {
-    /// Of the volume cells that are marked.
+    /// Finds the sides of the volume cells that are marked. Of a part all numbers are those of the whole mesh, and all ranks call it
+    /// and get the same.
     pub fn of(mesh: &Mesh, marked: &CellSet) -> Self {
+        let first = mesh.own_offset();
         let [nodes, outside] = [true, false].map(|side| {
             let nodes = NodeBits::new(&(0..mesh.points.len()));
-            nodes.add_nodes_of(&mesh.cells, &runs_of(mesh.volume_runs(), 0, marked, side));
-            nodes
+            let own = mesh.volume_runs_in(mesh.own_cells());
+            nodes.add_nodes_of(&mesh.cells, &runs_of(own, first, marked, side));
+            mesh.bits_of_all(nodes)
         });
-        let of_cells = (0..).zip(&mesh.points);
-        let inside = of_cells.filter(|of| nodes.has(of.0)).map(|of| of.1);
-        let on_interface = |node: &u32| nodes.has(*node) && outside.has(*node);
-        let numbers = 0..mesh.points.len() as u32;
-        let interface_nodes: Vec<u32> = numbers.filter(on_interface).collect();
-        let place = |&node: &u32| mesh.points[node as usize];
-        let (interface_faces, interface_cells) =
-            faces_between(mesh, |cell| marked.contains(cell), on_interface);
+        let is_inside = |node: &usize| nodes.has(mesh.number_of_node(*node as u32));
+        let inside = mesh.own_nodes().filter(is_inside);
+        let bounds = Bounds::around(inside.map(|node| &mesh.points[node]));
+        let is_shared = |number: u32| nodes.has(number) && outside.has(number);
+        let on_interface = |node: &u32| is_shared(mesh.number_of_node(*node));
+        let numbers = 0..mesh.n_nodes_of_all() as u32;
+        let interface_nodes: Vec<u32> = numbers.filter(|number| is_shared(*number)).collect();
+        let is_marked = |cell: u32| marked.contains(cell as usize);
+        let (interface_faces, interface_cells) = faces_between(mesh, is_marked, on_interface);
         Self {
-            bounds: Bounds::around(inside),
-            interface_places: interface_nodes.iter().map(place).collect(),
+            bounds: mesh.united(bounds),
+            interface_places: mesh.values_of_nodes(&interface_nodes, |node| mesh.points[node]),
             interface_faces,
             interface_cells,
-            rim_faces: faces_on_rim(mesh, marked, on_interface),
+            rim_faces: faces_on_rim(mesh, is_marked, on_interface),
             interface_nodes,
             nodes,
         }
@@ -83,21 +89,27 @@ pub(super) fn runs_of<'a>(
 /// Boundary faces whose nodes are all on the interface and that a marked cell has but none of the others, ascending.
 fn faces_on_rim(
     mesh: &Mesh,
-    marked: &CellSet,
-    is_on: impl Fn(&u32) -> bool + Copy + Sync,
+    is_marked: impl Fn(u32) -> bool + Sync,
+    is_on: impl Fn(&u32) -> bool,
 ) -> Vec<u32> {
-    let mut found = faces_of_nodes(&mesh.cells, mesh.dimension(), is_on);
-    if found.is_empty() {
-        return found;
-    }
-    let [outside, inside] = [false, true].map(|side| {
-        Faces::of_cells(mesh, |cell| {
-            cell.nodes.iter().any(is_on) && marked.contains(cell.index) == side
-        })
-    });
-    let has = |faces: &Faces, cell: u32| faces.dangling.binary_search(&cell).is_err();
-    found.retain(|&cell| has(&inside, cell) && !has(&outside, cell));
+    let own = own_faces_of_nodes(mesh, is_on).into_iter();
+    let own = own.map(|face| mesh.number_of_cell(face)).collect();
+    let found = mesh.ranks().allgather(List(own)).into_iter();
+    let mut found: Vec<u32> = found.flat_map(|List(own)| own).collect();
+    let [outside, inside] =
+        [false, true].map(|side| faces_on_cells(mesh, &found, |cell| is_marked(cell) == side));
+    let mut at = 0..;
+    let mut is_on_rim = |at: u32| inside.has(at) && !outside.has(at);
+    found.retain(|_| at.next().is_some_and(&mut is_on_rim));
     found
+}
+
+/// Own boundary faces that have none but these nodes, ascending.
+pub(super) fn own_faces_of_nodes(mesh: &Mesh, is_on: impl Fn(&u32) -> bool) -> Vec<u32> {
+    let own = mesh.own_cells();
+    let mut faces = faces_of_nodes(&mesh.cells, mesh.dimension(), is_on);
+    faces.retain(|&face| own.contains(&(face as usize)));
+    faces
 }
 
 /// Boundary faces that have none but these nodes, ascending.
@@ -115,26 +127,34 @@ pub(super) fn faces_of_nodes(
     on.map(|(cell, _)| cell).collect()
 }
 
-/// Faces of one of the marked cells only, all on the interface, in the order of their nodes, and that cell of each.
+/// Faces of one of the marked cells only, all on the interface, in the order of their nodes, and that cell of each, with the numbers
+/// of the whole mesh. Cells are marked by their numbers there.
 pub(super) fn faces_between(
     mesh: &Mesh,
-    is_marked: impl Fn(usize) -> bool + Sync,
+    is_marked: impl Fn(u32) -> bool + Sync,
     is_on: impl Fn(&u32) -> bool + Sync,
 ) -> (Cells, Vec<u32>) {
     let faces = Faces::of_cells(mesh, |cell| {
-        cell.nodes.iter().any(&is_on) && is_marked(cell.index)
+        cell.nodes.iter().any(&is_on) && is_marked(mesh.number_of_cell(cell.index as u32))
     });
+    let own = mesh.own_cells();
     let mut found: Vec<(Vec<u32>, Vec<u32>, u32)> = Vec::new();
     for outer in &faces.outer {
+        if !own.contains(&(outer.cell as usize)) {
+            continue;
+        }
         let cell = mesh.cells.get(outer.cell as usize);
         for_each_side(&mesh.cells, &cell, |face, corners| {
             if face == outer.face as usize && corners.iter().all(&is_on) {
-                let mut key = corners.to_vec();
+                let numbers = corners.iter().map(|&node| mesh.number_of_node(node));
+                let corners: Vec<u32> = numbers.collect();
+                let mut key = corners.clone();
                 key.sort_unstable();
-                found.push((key, corners.to_vec(), outer.cell));
+                found.push((key, corners, mesh.number_of_cell(outer.cell)));
             }
         });
     }
+    let mut found = mesh.ranks().allgather(found).concat();
     found.sort_unstable();
     let mut single = Cells::new();
     for (_, face, _) in &found {

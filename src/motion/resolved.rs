@@ -9,10 +9,10 @@ use super::schedule::Schedule;
 use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, TagRole, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRoles};
-use super::zones::DeformingZone;
+use super::zones::{DeformingZone, SidesOf};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Position, Result};
-use crate::mesh::{Group, Mesh, OneLayer};
+use crate::mesh::{Boundary, Group, OneLayer};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -51,35 +51,39 @@ pub struct MovingBody {
 }
 
 impl Schedule {
-    /// What the schedule means on this mesh: axes, motions, and the role of every surface node.
+    /// Finds axes, motions and the role of every surface node on the mesh with this boundary. `sides_of` is called
+    /// if the schedule names zones.
     ///
     /// # Errors
-    /// When the schedule does not hold together, names what the mesh does not have, or a file of it is wrong.
-    pub fn resolve(&self, mesh: &Mesh) -> Result<Motion> {
-        let motion = self.check().and_then(|()| Motion::new(self, mesh));
+    /// When the schedule does not hold together, names what the mesh does not have, or a file of it is wrong;
+    /// if `sides_of` fails.
+    pub fn resolve(&self, boundary: &Boundary, sides_of: &SidesOf<'_>) -> Result<Motion> {
+        let motion = self
+            .check()
+            .and_then(|()| Motion::new(self, boundary, sides_of));
         motion.map_err(|error| error.file(&self.path))
     }
 }
 
 impl Motion {
-    fn new(schedule: &Schedule, mesh: &Mesh) -> Result<Self> {
-        if mesh.cells.is_empty() {
+    fn new(schedule: &Schedule, boundary: &Boundary, sides_of: &SidesOf<'_>) -> Result<Self> {
+        if boundary.n_cells == 0 {
             return Err(Error::input(
                 "the mesh has no cells; there is nothing to deform",
             ));
         }
-        let dimension = mesh.space_dimension();
+        let dimension = boundary.space_dimension();
         // A mesh of one layer in the plane of x and y moves as one in that plane does.
-        let is_plane = dimension == 2 || OneLayer::axis_of(mesh)? == Some(2);
+        let is_plane = dimension == 2 || OneLayer::axis_of(boundary)? == Some(2);
         if is_plane {
             check_plane(&schedule.bodies, schedule.rotor.is_upright())?;
         }
         let rotor = schedule
             .rotor
             .axes(if is_plane { 2 } else { dimension }, &schedule.places)?;
-        let zone = DeformingZone::find(&schedule.boundaries.zones, mesh)?;
-        let tags: Vec<&Group> = mesh.boundary_tags().collect();
-        let named = TagRoles::find(&tags, schedule, zone.as_ref(), mesh)?;
+        let zone = DeformingZone::find(&schedule.boundaries.zones, boundary, sides_of)?;
+        let tags: Vec<&Group> = boundary.boundary_tags().collect();
+        let named = TagRoles::find(&tags, schedule, zone.as_ref(), boundary)?;
         check_sliding(&tags, &named.tags, dimension)?;
         let steps = schedule.steps()?;
         let mut motion = Self {
@@ -87,12 +91,12 @@ impl Motion {
             steps,
             rotor,
             bodies: Vec::new(),
-            surface: Surface::find(&tags, named.tags, zone.as_ref(), mesh),
+            surface: Surface::find(&tags, named.tags, zone.as_ref(), boundary),
             periodic: named.periodic,
             zone,
         };
         for body in &schedule.bodies {
-            let body = motion.resolve(body, schedule, mesh)?;
+            let body = motion.resolve(body, schedule, boundary)?;
             motion.bodies.push(body);
         }
         motion.check_parents(schedule)?;
@@ -100,13 +104,13 @@ impl Motion {
     }
 
     /// The next body: its motions on the mesh.
-    fn resolve(&self, body: &Body, schedule: &Schedule, mesh: &Mesh) -> Result<MovingBody> {
+    fn resolve(&self, body: &Body, schedule: &Schedule, boundary: &Boundary) -> Result<MovingBody> {
         let is_parent = |other: &MovingBody| Some(&other.name) == body.parent.as_ref();
         let parent = self.bodies.iter().position(is_parent);
         let inherited = parent.map_or(0.0, |parent| self.bodies[parent].azimuth_offset);
         let azimuth_offset = body.azimuth_offset.unwrap_or(inherited);
         let on = OnMesh {
-            mesh,
+            boundary,
             faces: &self.surface.faces,
             surface_nodes: &self.surface.nodes,
             role: Role::Moving(self.bodies.len() as u16),
@@ -174,8 +178,8 @@ impl Motion {
     }
 
     /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
-    pub fn periodic_nodes(&self, pair: &PeriodicTags, mesh: &Mesh) -> [Vec<u32>; 2] {
-        [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), mesh))
+    pub fn periodic_nodes(&self, pair: &PeriodicTags, boundary: &Boundary) -> [Vec<u32>; 2] {
+        [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), boundary))
     }
 }
 

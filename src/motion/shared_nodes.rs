@@ -7,7 +7,7 @@ use super::surface::Role;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::motion::MotionNote;
 use crate::geometry::vector::distance;
-use crate::mesh::Mesh;
+use crate::mesh::Boundary;
 use std::collections::BTreeMap;
 
 /// Part of the extent that two bodies may be apart at a node that they share.
@@ -24,9 +24,8 @@ struct Shared {
 }
 
 impl Motion {
-    /// A note for each pair of bodies that move the nodes they share apart; the extent of the
-    /// `reference` mesh is `diagonal`.
-    pub fn shared_nodes(&self, reference: &Mesh, diagonal: f64) -> Vec<Diagnostic> {
+    /// A note for each pair of bodies that move the nodes they share apart.
+    pub fn shared_nodes(&self, boundary: &Boundary) -> Vec<Diagnostic> {
         let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
         if self.surface.shared.is_empty() {
             return Vec::new();
@@ -38,7 +37,7 @@ impl Motion {
                     continue;
                 };
                 let pair = shared.entry((own, other)).or_default();
-                let place = |pose: &BodyMap<'_>| pose.place(node, reference.place(node));
+                let place = |pose: &BodyMap<'_>| pose.place(node, boundary.position(node));
                 let gap = distance(
                     place(&poses[usize::from(own)]),
                     place(&poses[usize::from(other)]),
@@ -49,9 +48,8 @@ impl Motion {
                 }
             }
         }
-        let apart = shared
-            .into_iter()
-            .filter(|(_, pair)| pair.gap > ALIKE * diagonal);
+        let least = ALIKE * boundary.extent.diagonal();
+        let apart = shared.into_iter().filter(|(_, pair)| pair.gap > least);
         let note = |((own, other), pair): ((u16, u16), Shared)| MotionNote::SharedNodes {
             nodes: pair.n_nodes,
             bodies: [own, other].map(|body| self.bodies[usize::from(body)].name.clone()),

@@ -1,7 +1,7 @@
 //! The role of every surface node: with which body it moves, or that it stays.
 
 use super::zones::DeformingZone;
-use crate::mesh::{Group, Mesh};
+use crate::mesh::{Boundary, Group};
 use crate::parallel;
 
 /// What a surface node does. In the order of strength: a node on two tags takes the first of their
@@ -67,34 +67,29 @@ impl Surface {
         tags: &[&Group],
         named: Vec<TagRole>,
         zone: Option<&DeformingZone>,
-        mesh: &Mesh,
+        boundary: &Boundary,
     ) -> Self {
         let roles: Vec<Option<Role>> = named.iter().map(|tag| tag.role).collect();
-        let nodes = surface_nodes(tags, &roles, zone, mesh);
+        let nodes = surface_nodes(tags, &roles, zone, boundary);
         Self {
-            shared: shared_nodes(tags, &roles, &nodes, mesh),
+            shared: shared_nodes(tags, &roles, &nodes, boundary),
             nodes,
-            faces: surface_faces(tags, &roles, zone, mesh),
+            faces: surface_faces(tags, &roles, zone, boundary),
             tags: named,
         }
     }
 }
 
-/// Nodes of the faces of a tag, a node once for each face.
-pub(super) fn nodes_of<'m>(tag: &'m Group, mesh: &'m Mesh) -> impl Iterator<Item = u32> + 'm {
-    let runs = tag
-        .cells
-        .ranges()
-        .flat_map(|range| mesh.cells.runs_in(range));
-    runs.flat_map(|run| run.connectivity.iter().copied())
-}
-
 /// Nodes of the boundary tags at these places in file order, ascending; with zones, those in the
 /// zones.
-pub(super) fn nodes_of_tags(tags: &[usize], zone: Option<&DeformingZone>, mesh: &Mesh) -> Vec<u32> {
-    let wanted = mesh.boundary_tags().enumerate();
+pub(super) fn nodes_of_tags(
+    tags: &[usize],
+    zone: Option<&DeformingZone>,
+    boundary: &Boundary,
+) -> Vec<u32> {
+    let wanted = boundary.boundary_tags().enumerate();
     let wanted = wanted.filter(|(i, _)| tags.contains(i));
-    let mut nodes: Vec<u32> = wanted.flat_map(|(_, tag)| nodes_of(tag, mesh)).collect();
+    let mut nodes: Vec<u32> = wanted.flat_map(|(_, tag)| boundary.nodes_of(tag)).collect();
     nodes.retain(|&node| is_in(zone, node));
     nodes.sort_unstable();
     nodes.dedup();
@@ -109,13 +104,13 @@ fn surface_nodes(
     tags: &[&Group],
     roles: &[Option<Role>],
     zone: Option<&DeformingZone>,
-    mesh: &Mesh,
+    boundary: &Boundary,
 ) -> SurfaceNodes {
     let interface = zone.iter().flat_map(|zone| &zone.sides.interface_nodes);
     let mut all: Vec<(u32, Role)> = interface.map(|&node| (node, Role::Fixed)).collect();
     for (tag, role) in tags.iter().zip(roles) {
         let Some(role) = *role else { continue };
-        let nodes = nodes_of(tag, mesh).filter(|&node| is_in(zone, node));
+        let nodes = boundary.nodes_of(tag).filter(|&node| is_in(zone, node));
         all.extend(nodes.map(|node| (node, role)));
     }
     // The strongest role of a node comes first.
@@ -130,7 +125,7 @@ fn shared_nodes(
     tags: &[&Group],
     roles: &[Option<Role>],
     nodes: &SurfaceNodes,
-    mesh: &Mesh,
+    boundary: &Boundary,
 ) -> Vec<(u32, u16)> {
     let mut shared = Vec::new();
     for (tag, role) in tags.iter().zip(roles) {
@@ -142,7 +137,7 @@ fn shared_nodes(
             let at = nodes.nodes.binary_search(node);
             at.is_ok_and(|at| nodes.roles[at] == Role::Moving(body))
         };
-        let others = nodes_of(tag, mesh).filter(|node| !own(node));
+        let others = boundary.nodes_of(tag).filter(|node| !own(node));
         shared.extend(others.map(|node| (node, body)));
     }
     shared.sort_unstable();
@@ -155,13 +150,13 @@ fn surface_faces(
     tags: &[&Group],
     roles: &[Option<Role>],
     zone: Option<&DeformingZone>,
-    mesh: &Mesh,
+    boundary: &Boundary,
 ) -> SurfaceFaces {
     let mut faces: Vec<(u32, Role, u32)> = Vec::new();
     for ((tag, role), index) in tags.iter().zip(roles).zip(0..) {
         let Some(role) = *role else { continue };
         for cell in tag.cells.iter() {
-            let nodes = mesh.cells.get(cell).nodes;
+            let nodes = boundary.face(cell).nodes;
             if nodes.iter().all(|&node| is_in(zone, node)) {
                 faces.push((cell as u32, role, index));
             }

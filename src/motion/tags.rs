@@ -4,11 +4,11 @@ use super::body::Body;
 use super::boundaries::{Boundaries, Others};
 use super::names::{Pattern, list};
 use super::schedule::Schedule;
-use super::surface::{Role, TagRole, nodes_of};
+use super::surface::{Role, TagRole};
 use super::zones::DeformingZone;
 use crate::error::{Error, Position, Result};
 use crate::formats::openfoam::neighbour_patch;
-use crate::mesh::{EMPTY, Group, Mesh};
+use crate::mesh::{Boundary, EMPTY, Group};
 
 /// A periodic pair on a mesh: the tags of its sides, as places in
 /// [`Surface::tags`](super::Surface::tags), ascending and at least one on each side.
@@ -42,7 +42,7 @@ impl TagRoles {
         tags: &[&Group],
         schedule: &Schedule,
         zone: Option<&DeformingZone>,
-        mesh: &Mesh,
+        boundary: &Boundary,
     ) -> Result<Self> {
         let (bodies, boundaries) = (&schedule.bodies, &schedule.boundaries);
         if tags.is_empty() {
@@ -58,11 +58,11 @@ impl TagRoles {
         }
         let names: Vec<&str> = tags.iter().map(|tag| tag.name.as_str()).collect();
         let mut named = named_tags(&names, bodies, boundaries)?;
-        let is_side = |i: usize| is_empty_side(mesh, tags[i]);
+        let is_side = |i: usize| is_empty_side(boundary, tags[i]);
         check_sides(&names, &named, is_side)
             .map_err(|error| error.at(schedule.places.of("boundaries")))?;
         let unnamed: Vec<usize> = (0..tags.len())
-            .filter(|&i| named[i].is_none() && !is_side(i) && touches(tags[i], zone, mesh))
+            .filter(|&i| named[i].is_none() && !is_side(i) && touches(tags[i], zone, boundary))
             .collect();
         let others = match boundaries.others {
             Some(Others::Free) => None,
@@ -71,16 +71,16 @@ impl TagRoles {
             None if unnamed.is_empty() => None,
             None => {
                 let mut error = not_named(&names, &unnamed);
-                error.message += &offers(mesh, tags, &unnamed);
+                error.message += &offers(boundary, tags, &unnamed);
                 return Err(error.at(schedule.places.of("boundaries")));
             }
         };
         if boundaries.others == Some(Others::Free) {
-            check_free(mesh, tags, &unnamed)
+            check_free(boundary, tags, &unnamed)
                 .map_err(|error| error.at(schedule.places.of("boundaries.others")))?;
         }
         let free = (0..tags.len()).filter(|&i| named[i] == Some(Named::Free));
-        check_free(mesh, tags, &free.collect::<Vec<usize>>())
+        check_free(boundary, tags, &free.collect::<Vec<usize>>())
             .map_err(|error| error.at(schedule.places.of("boundaries.free")))?;
         unnamed.iter().for_each(|&i| named[i] = others);
         check_wedges(tags, &named)
@@ -95,7 +95,7 @@ impl TagRoles {
             periodic: matches!(named[i], Some(Named::Periodic(..))),
         });
         let roles: Vec<TagRole> = roles.collect();
-        check_bodies(tags, &roles, bodies, zone, mesh)?;
+        check_bodies(tags, &roles, bodies, zone, boundary)?;
         Ok(Self {
             tags: roles,
             periodic: periodic_tags(&named, boundaries),
@@ -181,8 +181,8 @@ fn not_named(names: &[&str], unnamed: &[usize]) -> Error {
 }
 
 /// Whether a tag is a side of a mesh of one layer.
-fn is_empty_side(mesh: &Mesh, tag: &Group) -> bool {
-    mesh.dimension() == 3 && tag.condition.as_deref() == Some(EMPTY)
+fn is_empty_side(boundary: &Boundary, tag: &Group) -> bool {
+    boundary.dimension() == 3 && tag.condition.as_deref() == Some(EMPTY)
 }
 
 /// Refuses a role for the sides of a mesh of one layer.
@@ -202,11 +202,11 @@ fn check_sides(
 }
 
 /// What suits tags that the mesh says more of: pairs of periodic sides, and planes.
-fn offers(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> String {
+fn offers(boundary: &Boundary, tags: &[&Group], unnamed: &[usize]) -> String {
     let mut offers = Vec::new();
     for &i in unnamed {
         let tag = tags[i];
-        let partner = neighbour_patch(mesh, &tag.name);
+        let partner = neighbour_patch(&boundary.origin, &tag.name);
         match (tag.condition.as_deref(), partner) {
             (Some("cyclic"), Some(partner)) if tag.name < partner => offers.push(format!(
                 "periodic = [{{ pair = [\"{}\", \"{partner}\"] }}] suits the cyclic patches {} and {partner}", tag.name, tag.name
@@ -262,7 +262,7 @@ fn check_wedges(tags: &[&Group], named: &[Option<Named>]) -> Result<()> {
 
 /// Refuses to let tags go free that the solver would no longer take: its pairs have to match, and its planes to stay
 /// planes.
-fn check_free(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> Result<()> {
+fn check_free(boundary: &Boundary, tags: &[&Group], unnamed: &[usize]) -> Result<()> {
     let is_bound = |kind: &str| {
         is_plane(kind) || kind.starts_with("cyclic") || kind.starts_with("nonConformal")
     };
@@ -276,7 +276,7 @@ fn check_free(mesh: &Mesh, tags: &[&Group], unnamed: &[usize]) -> Result<()> {
              `periodic`{}",
             tags[i].name,
             tags[i].condition.as_deref().unwrap_or_default(),
-            offers(mesh, tags, &[i])
+            offers(boundary, tags, &[i])
         ))),
     }
 }
@@ -307,8 +307,9 @@ fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<Period
 }
 
 /// Whether a tag has a node in the zone that its interface does not hold fixed anyway.
-fn touches(tag: &Group, zone: Option<&DeformingZone>, mesh: &Mesh) -> bool {
-    nodes_of(tag, mesh)
+fn touches(tag: &Group, zone: Option<&DeformingZone>, boundary: &Boundary) -> bool {
+    boundary
+        .nodes_of(tag)
         .any(|node| zone.is_none_or(|zone| zone.sides.nodes.has(node) && !zone.is_interface(node)))
 }
 
@@ -318,7 +319,7 @@ fn check_bodies(
     roles: &[TagRole],
     bodies: &[Body],
     zone: Option<&DeformingZone>,
-    mesh: &Mesh,
+    boundary: &Boundary,
 ) -> Result<()> {
     for (i, body) in bodies.iter().enumerate() {
         let role = Some(Role::Moving(i as u16));
@@ -333,7 +334,10 @@ fn check_bodies(
         let Some(zone) = zone else { continue };
         for tag in own() {
             let free_to_move = |node: u32| zone.sides.nodes.has(node) && !zone.is_interface(node);
-            if let Some(node) = nodes_of(tags[tag], mesh).find(|&node| !free_to_move(node)) {
+            if let Some(node) = boundary
+                .nodes_of(tags[tag])
+                .find(|&node| !free_to_move(node))
+            {
                 let place = if zone.sides.nodes.has(node) {
                     "on the interface to the other zones, which stays fixed; name those zones as well"
                 } else {

@@ -2,7 +2,10 @@
 
 use super::names::Pattern;
 use crate::error::Result;
-use crate::mesh::{CellSet, Mesh, ZoneSides};
+use crate::mesh::{Boundary, CellSet, ZoneSides};
+
+/// Finds the sides of some volume cells of the mesh.
+pub type SidesOf<'a> = dyn Fn(&CellSet) -> Result<ZoneSides> + 'a;
 
 /// The part of the mesh that deforms when the schedule names zones.
 #[derive(Debug, Clone)]
@@ -20,11 +23,15 @@ impl DeformingZone {
     }
 
     /// The zones that `patterns` name; `None` when there are no patterns.
-    pub(super) fn find(patterns: &[Pattern], mesh: &Mesh) -> Result<Option<Self>> {
+    pub(super) fn find(
+        patterns: &[Pattern],
+        boundary: &Boundary,
+        sides_of: &SidesOf<'_>,
+    ) -> Result<Option<Self>> {
         if patterns.is_empty() {
             return Ok(None);
         }
-        let zones: Vec<_> = mesh.zones().collect();
+        let zones: Vec<_> = boundary.zones().collect();
         let names: Vec<&str> = zones.iter().map(|zone| zone.name.as_str()).collect();
         let mut ranges = Vec::new();
         for pattern in patterns {
@@ -39,10 +46,7 @@ impl DeformingZone {
             cells.push_range(range.start.max(end)..range.end.max(end));
             end = end.max(range.end);
         }
-        let sides = match &mesh.outline {
-            None => ZoneSides::of(mesh, &cells),
-            Some(outline) => outline.by.zone_sides(&cells)?,
-        };
+        let sides = sides_of(&cells)?;
         Ok(Some(Self { cells, sides }))
     }
 }

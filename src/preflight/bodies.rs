@@ -243,7 +243,7 @@ mod tests {
     fn plan(mesh: &str, schedule: &str) -> Plan {
         let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
         let mesh = Mesh::read(mesh).expect("it is good");
-        Plan::new(mesh, schedule).expect("they fit")
+        Plan::new(mesh, schedule).expect("they fit").0
     }
 
     fn told(mesh: &str, tag: &str, by: &str) -> Vec<Diagnostic> {

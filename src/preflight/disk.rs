@@ -5,6 +5,7 @@ use crate::diagnostic::preflight::PreflightNote;
 use crate::diagnostic::{Diagnostic, amount, with_verb};
 use crate::error::{Error, Result};
 use crate::formats::{Compression, Format, Precision, StepSize};
+use crate::mesh::MeshView;
 use crate::motion::{QualityOutput, Role, SurfaceOutput};
 use std::path::{Path, PathBuf};
 
@@ -35,11 +36,12 @@ impl Demand {
     /// written once.
     pub fn of(
         plan: &Plan,
+        mesh: &MeshView<'_>,
         format: &dyn Format,
         (n_steps, n_kept): (usize, usize),
         mesh_bytes: u64,
     ) -> Self {
-        let step = step_size(plan, format, n_steps);
+        let step = step_size(plan, mesh, format, n_steps);
         let whole = mesh_bytes + (step.n_vectors + step.at_cells.0) * DESCRIPTION;
         let (first, others) = match (format.sequence(), format.holds_arrays()) {
             (Some(_), _) => {
@@ -83,8 +85,8 @@ fn surface_bytes(plan: &Plan) -> u64 {
 }
 
 /// What each mesh has of its own.
-fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
-    let (output, mesh) = (&plan.schedule.output, &plan.mesh);
+fn step_size(plan: &Plan, mesh: &MeshView<'_>, format: &dyn Format, n_steps: usize) -> StepSize {
+    let (output, boundary) = (&plan.schedule.output, &plan.boundary);
     let at_nodes = u64::from(output.displacement) + u64::from(output.velocity);
     let (n_vectors, at_cells) = match (format.holds_arrays(), output.quality) {
         (true, QualityOutput::Cells) => (at_nodes, QUALITY),
@@ -94,19 +96,16 @@ fn step_size(plan: &Plan, format: &dyn Format, n_steps: usize) -> StepSize {
             (0, 0),
         ),
     };
-    let n_volume: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     StepSize {
-        n_nodes: plan.mesh.points.len() as u64,
-        is_plane: [plan.mesh.extent()]
-            .iter()
-            .all(|all| all.low[2] == 0.0 && all.high[2] == 0.0),
+        n_nodes: boundary.n_nodes as u64,
+        is_plane: boundary.extent.low[2] == 0.0 && boundary.extent.high[2] == 0.0,
         number: match output.precision {
             Precision::F64 => 8,
             Precision::F32 => 4,
         },
         n_vectors,
         at_cells,
-        n_cells: (mesh.cells.len() as u64, n_volume as u64),
+        n_cells: (boundary.n_cells as u64, boundary.n_volume_cells() as u64),
         n_still: (mesh.point_arrays.len() + mesh.cell_arrays.len()) as u64,
         n_steps: n_steps as u64,
     }

@@ -82,7 +82,7 @@ impl LargestDisplacements {
              --allow-outside",
             Diagnostic::new(note),
             in_digits(distance, 3),
-            in_digits(plan.mesh.extent().diagonal(), 3),
+            in_digits(plan.boundary.extent.diagonal(), 3),
         ))
         .file(&plan.schedule.path))
     }
@@ -103,16 +103,7 @@ struct Region {
 
 impl Region {
     fn new(plan: &Plan) -> Self {
-        let of_nodes = |nodes: Vec<u32>| {
-            let slots = plan.mesh.slots();
-            Bounds::around(nodes.iter().map(|&node| &plan.mesh.points[slots.of(node)]))
-        };
-        let bounds = match &plan.motion.zone {
-            Some(zone) if plan.one_layer.is_none() => zone.sides.bounds,
-            _ => plan
-                .deforming_nodes()
-                .map_or_else(|| plan.mesh.extent(), of_nodes),
-        };
+        let bounds = plan.region;
         let slack = OUTSIDE * bounds.diagonal();
         let held = |body: usize| {
             let points = points_of(plan, body);

@@ -28,7 +28,7 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<Diagnostic> {
         .filter_map(|&(at, normal)| Some((at as usize, surface.body[at as usize]?, normal)))
         .collect();
     let [of_way, of_mesh] = ROUND_OFF;
-    let least = of_mesh * plan.mesh.extent().diagonal();
+    let least = of_mesh * plan.boundary.extent.diagonal();
     // For each body the points that leave, how far at most, and the step of that.
     let mut left: BTreeMap<u16, (BTreeSet<usize>, f64, usize)> = BTreeMap::new();
     for step in plan.motion.steps.iter().filter(|_| !held.is_empty()) {
@@ -97,7 +97,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
     };
     let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
     let nodes = zone.sides.interface_nodes.iter();
-    let points: Vec<Vector> = nodes.map(|&node| plan.mesh.place(node)).collect();
+    let points: Vec<Vector> = nodes.map(|&node| plan.boundary.position(node)).collect();
     if turned.is_empty() || points.is_empty() {
         return None;
     }
@@ -157,7 +157,7 @@ mod tests {
 
     fn plan(mesh: Mesh, schedule: &str) -> Plan {
         let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
-        Plan::new(mesh, schedule).expect("they fit")
+        Plan::new(mesh, schedule).expect("they fit").0
     }
 
     /// The wing with a motion, its root in a plane that slides.

@@ -7,6 +7,7 @@ use crate::deform::Plan;
 use crate::diagnostic::amount;
 use crate::error::{Error, Result};
 use crate::formats::{Compression, by_name};
+use crate::mesh::Mesh;
 use crate::motion::{QualityOutput, Step};
 use crate::quality::Judge;
 
@@ -21,8 +22,8 @@ const LEAST_WITH_FILES: u64 = 64 << 20;
 
 /// Bytes of memory that a run takes from the system, beside the mapped input: the sum and a tenth, for
 /// what comes and goes within a stage.
-pub fn estimate_memory(plan: &Plan) -> u64 {
-    let stages = by_stage(plan);
+pub fn estimate_memory(plan: &Plan, mesh: &Mesh) -> u64 {
+    let stages = by_stage(plan, mesh);
     stages
         .into_iter()
         .map(|(_, bytes)| bytes)
@@ -31,15 +32,15 @@ pub fn estimate_memory(plan: &Plan) -> u64 {
 }
 
 /// The same for each stage of a run, with its name in a sentence.
-fn by_stage(plan: &Plan) -> [(&'static str, u64); 3] {
+fn by_stage(plan: &Plan, mesh: &Mesh) -> [(&'static str, u64); 3] {
     let whole = |stage: usize| {
-        let sum = PROGRAM + held(plan) + stage;
+        let sum = PROGRAM + held(plan, mesh) + stage;
         (sum + sum / 10) as u64
     };
     [
         ("base points", whole(selecting(plan))),
         ("modes", whole(evaluating(plan))),
-        ("steps", whole(writing(plan))),
+        ("steps", whole(writing(plan, mesh))),
     ]
 }
 
@@ -57,15 +58,21 @@ pub enum Fits {
 ///
 /// # Errors
 /// Where it would take more.
-pub fn check_memory(plan: &Plan, limit: u64, with_files: bool, mapped: u64) -> Result<Fits> {
-    let needed = estimate_memory(plan);
+pub fn check_memory(
+    plan: &Plan,
+    mesh: &Mesh,
+    limit: u64,
+    with_files: bool,
+    mapped: u64,
+) -> Result<Fits> {
+    let needed = estimate_memory(plan, mesh);
     if needed <= limit {
         return Ok(Fits::InMemory);
     }
     if with_files && limit >= LEAST_WITH_FILES {
         return Ok(Fits::InFiles(needed));
     }
-    let stages = by_stage(plan).map(|(name, bytes)| format!("{name} {}", amount(bytes)));
+    let stages = by_stage(plan, mesh).map(|(name, bytes)| format!("{name} {}", amount(bytes)));
     let remedy = match with_files {
         true => format!(
             "from {} on, arrays that do not fit lie in files on the disk of the output",
@@ -85,7 +92,7 @@ pub fn check_memory(plan: &Plan, limit: u64, with_files: bool, mapped: u64) -> R
 
 /// What is there from the plan to the end: cells, groups, arrays, the reference, the surface, modes, and the
 /// displacements of nodes that a function or a file gives.
-fn held(plan: &Plan) -> usize {
+fn held(plan: &Plan, mesh: &Mesh) -> usize {
     let n_surface = plan.surface.nodes.len();
     let layers = plan.layers.iter().chain(&plan.velocity);
     let modes: usize = layers
@@ -93,13 +100,13 @@ fn held(plan: &Plan) -> usize {
         .sum();
     // Coefficients of the modes, in the modes and in their criterion; each step twice.
     let coefficients = plan.motion.steps.len() * (48 * plan.n_modes() + 2 * size_of::<Step>());
-    plan.mesh.memory_bytes() + 80 * n_surface + modes + coefficients + plan.motion.memory_bytes()
+    mesh.memory_bytes() + 80 * n_surface + modes + coefficients + plan.motion.memory_bytes()
 }
 
 fn n_deforming(plan: &Plan) -> usize {
     match &plan.motion.zone {
         Some(zone) => zone.sides.nodes.count(),
-        None => plan.mesh.points.len(),
+        None => plan.boundary.n_nodes,
     }
 }
 
@@ -144,9 +151,9 @@ fn evaluating(plan: &Plan) -> usize {
 
 /// Fields, positions of this step and the next, orientations of cells, arrays that are added, and
 /// what is packed before it is written.
-fn writing(plan: &Plan) -> usize {
+fn writing(plan: &Plan, mesh: &Mesh) -> usize {
     let output = &plan.schedule.output;
-    let (n, n_cells) = (plan.mesh.points.len(), plan.mesh.cells.len());
+    let (n, n_cells) = (plan.boundary.n_nodes, plan.boundary.n_cells);
     let velocity = plan.velocity.as_ref().map_or(0, |layer| {
         48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
     });
@@ -159,7 +166,7 @@ fn writing(plan: &Plan) -> usize {
     };
     let judge = match output.quality {
         QualityOutput::None => 0,
-        QualityOutput::Summary | QualityOutput::Cells => Judge::estimate_bytes(&plan.mesh),
+        QualityOutput::Summary | QualityOutput::Cells => Judge::estimate_bytes(mesh),
     };
     // Those of the step that is written, and of the next beside it.
     let metrics = match output.quality {
@@ -168,7 +175,7 @@ fn writing(plan: &Plan) -> usize {
     };
     let packed = match output.compression {
         Compression::None => 0,
-        _ => 24 * n + plan.mesh.cells.memory_bytes() + displacement + metrics / 2,
+        _ => 24 * n + mesh.cells.memory_bytes() + displacement + metrics / 2,
     };
     fields(plan) + uncorrected(plan) + 48 * n + judge + velocity + displacement + metrics + packed
 }

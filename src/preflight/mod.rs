@@ -28,22 +28,17 @@ pub use surface_files::check_surface_files;
 use crate::deform::{Layer, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
-use crate::error::Result;
 use crate::motion::{Frame, Step};
 
 /// Steps at which surfaces are looked at for meeting others.
 const LOOKED_AT: usize = 72;
 
 /// What the user should know of the motion before it is interpolated.
-///
-/// # Errors
-/// Where the mesh has to be read for that, and is not.
-pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Result<Vec<Diagnostic>> {
-    let diagonal = plan.mesh.extent().diagonal();
-    let mut warnings = plan.motion.shared_nodes(&plan.mesh, diagonal);
+pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Diagnostic> {
+    let mut warnings = plan.motion.shared_nodes(&plan.boundary);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(tags::fixed_that_move(plan));
-    warnings.extend(tags::on_no_cell(plan)?);
+    warnings.extend(tags::on_no_cell(plan));
     warnings.extend(radius::small(plan));
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
@@ -57,7 +52,7 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Result<Vec<Diag
         warnings.push(PreflightNote::NoVelocity.into());
     }
     warnings.extend(bodies::conflicts(plan, &evenly(plan, LOOKED_AT), extremes));
-    Ok(warnings)
+    warnings
 }
 
 /// All steps, or of many some evenly spaced.

@@ -8,6 +8,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions};
 use crate::geometry::Bounds;
 use crate::geometry::vector::Vector;
+use crate::mesh::MeshView;
 use crate::motion::{QualityOutput, SelectionMethod};
 use crate::parallel;
 use crate::quality::{Assessment, Criterion};
@@ -22,24 +23,25 @@ const MOST_DENSE: usize = 40_000;
 /// bytes of one mesh in it, neither packed nor as text.
 pub(crate) fn before_work(
     plan: &Plan,
+    mesh: &MeshView<'_>,
     format: &dyn Format,
     fail_on: &[Criterion],
 ) -> Result<(Vec<Diagnostic>, u64)> {
     check_precision(plan)?;
     check_columns(plan, fail_on)?;
     check_dense(plan)?;
-    format_holds(plan, format)
+    format_holds(plan, mesh, format)
 }
 
 /// Bytes that the meshes of a sequence take before they are packed.
 ///
 /// # Errors
 /// Where the format cannot hold the mesh.
-pub fn estimate_bytes(plan: &Plan) -> Result<u64> {
+pub fn estimate_bytes(plan: &Plan, mesh: &MeshView<'_>) -> Result<u64> {
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let (_, mesh_bytes) = format_holds(plan, format)?;
+    let (_, mesh_bytes) = format_holds(plan, mesh, format)?;
     let n_steps = plan.motion.steps.len();
-    Ok(Demand::of(plan, format, (n_steps, 0), mesh_bytes).bytes())
+    Ok(Demand::of(plan, mesh, format, (n_steps, 0), mesh_bytes).bytes())
 }
 
 /// Refuses a dense matrix that no workstation holds.
@@ -71,7 +73,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
             "azimuth_deg" if plan.motion.steps[0].azimuth_deg().is_none() => {
                 "the schedule has times alone, without frequency or azimuth_table"
             }
-            "min_first_cell_ratio" if plan.first_cells.smallest().is_none() => {
+            "min_first_cell_ratio" if plan.smallest_first_cell.is_none() => {
                 "no moving wall has first cells of known height"
             }
             column if skipped && (column == "max_normal_change_deg" || is_quality(column)) => {
@@ -90,7 +92,11 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
 /// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
 /// step then, however few digits those of the mesh have.
-fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u64)> {
+fn format_holds(
+    plan: &Plan,
+    mesh: &MeshView<'_>,
+    format: &dyn Format,
+) -> Result<(Vec<Diagnostic>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         ErrorKind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
@@ -113,9 +119,9 @@ fn format_holds(plan: &Plan, format: &dyn Format) -> Result<(Vec<Diagnostic>, u6
         compression: Compression::None,
         ..plan.schedule.output.write_options()
     };
-    let mut mesh = plan.mesh.view();
-    // What ranks write does not depend on where it is.
-    let points = (plan.mesh.outline.is_none()).then(|| moved_a_little(&plan.mesh.points));
+    let mut mesh = mesh.clone();
+    // Ranks write as many bytes whatever the positions are.
+    let points = (mesh.by_ranks.is_none()).then(|| moved_a_little(mesh.points));
     if let Some(points) = &points {
         mesh = mesh.with_points(points);
     }
@@ -180,7 +186,7 @@ fn check_precision(plan: &Plan) -> Result<()> {
     if !output.rounds()? {
         return Ok(());
     }
-    let change = plan.first_cells.change_in_f32(&plan.mesh);
+    let change = plan.first_cell_change_in_f32;
     if change <= F32_CHANGE {
         return Ok(());
     }

@@ -84,7 +84,7 @@ mod tests {
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
         let mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
-        let plan = Plan::new(mesh, schedule).expect("they fit");
+        let plan = Plan::new(mesh, schedule).expect("they fit").0;
         small(&plan).map(|note| match note.kind {
             NoteKind::Preflight(PreflightNote::SmallRadius { needed, .. }) => needed,
             other => panic!("{other}"),

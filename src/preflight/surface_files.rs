@@ -5,6 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
 use crate::error::{Error, Result};
 use crate::formats::{by_extension, by_name, n_su2_zones, without_compression};
+use crate::mesh::MeshView;
 use crate::motion::{Step, SurfaceOutput};
 use std::path::Path;
 
@@ -12,11 +13,11 @@ use std::path::Path;
 const UNEVEN: f64 = 1e-6;
 
 /// Refuses surface files whose node numbers are not those of the mesh that SU2 has, or whose steps are not its
-/// iterations; `mesh` is the file that the mesh was read from.
+/// iterations; `path` is the file that the mesh was read from.
 ///
 /// # Errors
 /// Where SU2 would move other nodes, or at other times.
-pub fn check_surface_files(plan: &Plan, mesh: &Path) -> Result<()> {
+pub fn check_surface_files(plan: &Plan, mesh: &MeshView<'_>, path: &Path) -> Result<()> {
     if plan.schedule.output.surface == SurfaceOutput::None {
         return Ok(());
     }
@@ -24,7 +25,7 @@ pub fn check_surface_files(plan: &Plan, mesh: &Path) -> Result<()> {
         let message = format!("output.surface = \"su2\": {message}");
         Err(Error::input(message).file(&plan.schedule.path))
     };
-    let name = mesh.to_string_lossy();
+    let name = path.to_string_lossy();
     let is_su2 = by_extension(Path::new(without_compression(&name)));
     let is_su2 = is_su2.is_ok_and(|format| format.name() == "su2");
     if !is_su2 && plan.schedule.output.format != "su2" {
@@ -39,7 +40,7 @@ pub fn check_surface_files(plan: &Plan, mesh: &Path) -> Result<()> {
             plan.schedule.output.format
         ));
     }
-    let n_zones = n_su2_zones(&plan.mesh.view());
+    let n_zones = n_su2_zones(mesh);
     if n_zones > 1 {
         return refused(format!(
             "the mesh has {n_zones} SU2 zones, each with node numbers of its own; one zone is possible"

@@ -4,7 +4,6 @@
 use crate::deform::Plan;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::preflight::PreflightNote;
-use crate::error::Result;
 use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
 use crate::mesh::{Group, Numbering};
 use crate::motion::{BodyMap, Role};
@@ -28,7 +27,7 @@ struct Moved {
 /// A warning for each fixed tag and body that moves nodes of it.
 pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
     let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
-    let tags: Vec<(&Group, Option<Role>)> = plan.mesh.boundary_tags().zip(roles).collect();
+    let tags: Vec<(&Group, Option<Role>)> = plan.boundary.boundary_tags().zip(roles).collect();
     let (nodes, bodies) = moving_nodes(plan);
     let numbering = Numbering::new(&nodes);
     let body_of = |node: u32| Some(bodies[numbering.place(node)?]);
@@ -39,7 +38,7 @@ pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
     });
     let mut moving: Vec<(usize, u16)> = moving.flatten().collect();
     moving.sort_unstable();
-    let least = ROUND_OFF * plan.mesh.extent().diagonal();
+    let least = ROUND_OFF * plan.boundary.extent.diagonal();
     let mut notes = Vec::new();
     for (tag, _) in fixed {
         let (all_nodes, mut found) = moved_nodes(plan, tag, &body_of, &moving);
@@ -86,7 +85,7 @@ fn moved_nodes(
     let mut found: BTreeMap<u16, Moved> = BTreeMap::new();
     let mut nodes = Vec::new();
     for cell in tag.cells.iter() {
-        let face = plan.mesh.cells.get(cell).nodes;
+        let face = plan.boundary.face(cell).nodes;
         nodes.extend_from_slice(face);
         let body = body_of(face[0]);
         if let Some(body) = body.filter(|_| face.iter().all(|&node| body_of(node) == body)) {
@@ -116,7 +115,7 @@ fn measure(plan: &Plan, tag: &Group, least: f64, found: &mut BTreeMap<u16, Moved
         let poses: Vec<BodyMap<'_>> = plan.motion.poses(step, 1.0);
         for (body, moved) in &mut *found {
             for &node in &moved.nodes {
-                let x = plan.mesh.place(node);
+                let x = plan.boundary.position(node);
                 let by = sub(poses[usize::from(*body)].place(node, x), x);
                 if norm(by) > moved.distance {
                     (moved.distance, moved.step) = (norm(by), step.index);
@@ -130,19 +129,14 @@ fn measure(plan: &Plan, tag: &Group, least: f64, found: &mut BTreeMap<u16, Moved
 
 /// The normal of the plane that the faces of a tag lie in, to `least`, in space; `None` where they lie in none.
 fn plane_of(plan: &Plan, tag: &Group, least: f64) -> Option<Vector> {
-    let nodes = || {
-        tag.cells
-            .iter()
-            .flat_map(|cell| plan.mesh.cells.get(cell).nodes)
-    };
-    let place = |node: &u32| plan.mesh.place(*node);
-    let origin = place(nodes().next()?);
-    let along = |node: &u32| sub(place(node), origin);
+    let nodes = || plan.boundary.nodes_of(tag);
+    let origin = plan.boundary.position(nodes().next()?);
+    let along = |node: u32| sub(plan.boundary.position(node), origin);
     let far = nodes()
         .map(along)
         .reduce(|a, b| if norm(b) > norm(a) { b } else { a })?;
     let areas = nodes().map(|node| cross(far, along(node)));
-    let normal = if plan.mesh.dimension() == 3 {
+    let normal = if plan.boundary.dimension() == 3 {
         areas.reduce(|a, b| if norm(b) > norm(a) { b } else { a })?
     } else {
         [-far[1], far[0], 0.0]
@@ -154,19 +148,13 @@ fn plane_of(plan: &Plan, tag: &Group, least: f64) -> Option<Vector> {
 }
 
 /// A warning for each moving tag with faces on no cell, where the mesh has cells.
-pub(super) fn on_no_cell(plan: &Plan) -> Result<Vec<Diagnostic>> {
-    let mesh = &plan.mesh;
-    let dimension = mesh.dimension();
-    if !mesh
-        .cells
-        .runs()
-        .any(|run| run.kind.dimension() == dimension)
-    {
-        return Ok(Vec::new());
+pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
+    if plan.boundary.n_volume_cells() == 0 {
+        return Vec::new();
     }
-    let loose = plan.moving_faces_on_no_cell()?;
+    let loose = &plan.loose_faces;
     let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
-    let moving = mesh.boundary_tags().zip(roles);
+    let moving = plan.boundary.boundary_tags().zip(roles);
     let moving = moving.filter(|(_, role)| matches!(role, Some(Role::Moving(_))));
     let notes = moving.filter_map(|(tag, _)| {
         let own = loose
@@ -181,7 +169,7 @@ pub(super) fn on_no_cell(plan: &Plan) -> Result<Vec<Diagnostic>> {
         };
         Some(Diagnostic::from(note))
     });
-    Ok(notes.collect())
+    notes.collect()
 }
 
 #[cfg(test)]
@@ -198,7 +186,7 @@ mod tests {
              body = [ {{ name = \"it\", tags = [{tags}], rigid.translate = [0.1, 0, 0] }} ]\n"
         );
         let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
-        Plan::new(mesh, schedule).expect("they fit")
+        Plan::new(mesh, schedule).expect("they fit").0
     }
 
     /// The airfoil with its faces behind x = 0.45 in the tag "flap" too, or only there.
@@ -312,11 +300,8 @@ mod tests {
     #[test]
     fn moving_faces_on_no_cell_are_told_of() {
         let mut mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
-        assert_eq!(
-            on_no_cell(&plan(mesh.clone(), "others = \"fixed\"", "\"airfoil\""))
-                .expect("it is here"),
-            []
-        );
+        let good = plan(mesh.clone(), "others = \"fixed\"", "\"airfoil\"");
+        assert_eq!(on_no_cell(&good), []);
         let face = mesh.cells.len();
         mesh.cells
             .push(CellKind::Line, &[0, mesh.points.len() as u32 - 1]);
@@ -324,8 +309,7 @@ mod tests {
         let at = mesh.groups.iter().position(|group| group.name == "airfoil");
         mesh.groups[at.expect("it has the tag")].cells.push(face);
         let n = mesh.groups[at.expect("it has the tag")].cells.len();
-        let notes =
-            on_no_cell(&plan(mesh, "others = \"fixed\"", "\"airfoil\"")).expect("it is here");
+        let notes = on_no_cell(&plan(mesh, "others = \"fixed\"", "\"airfoil\""));
         let note = PreflightNote::FacesOnNoCell {
             tag: "airfoil".to_owned(),
             faces: [1, n],

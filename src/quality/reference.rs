@@ -79,7 +79,7 @@ impl Reference {
             count(&|sign| sign < 0),
         ];
         let [n_invalid, n_mirrored, n_positive, n_negative] =
-            mesh.ranks().fold([0; 4], counts, |sum, own| {
+            mesh.ranks().ordered_fold([0; 4], counts, |sum, own| {
                 (0..4).for_each(|i| sum[i] += own[i]);
             });
         let n_reversed = if solid { n_mirrored } else { 0 };

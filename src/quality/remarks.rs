@@ -17,7 +17,7 @@ pub fn remarks(mesh: &Mesh) -> Vec<Diagnostic> {
     let n_own: usize = curved.map(|run| run.n_cells()).sum();
     let own = (n_own, mesh.bounds());
     let nothing = (0, None::<[[f64; 3]; 2]>);
-    let (cells, bounds) = mesh.ranks().fold(nothing, own, |all, own| {
+    let (cells, bounds) = mesh.ranks().ordered_fold(nothing, own, |all, own| {
         all.0 += own.0;
         all.1 = match (all.1, own.1) {
             (Some([low, high]), Some(own)) => Some([

@@ -55,7 +55,7 @@ pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<
         tallies
     });
     let nothing = vec![Tally::EMPTY; N_METRICS];
-    let whole = mesh.ranks().fold(nothing, chunks, |whole, chunks| {
+    let whole = mesh.ranks().ordered_fold(nothing, chunks, |whole, chunks| {
         for chunk in &chunks {
             for (tally, next) in whole.iter_mut().zip(chunk) {
                 tally.append(next);

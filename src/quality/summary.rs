@@ -70,7 +70,7 @@ impl Summary {
             named.collect::<Vec<_>>(),
         );
         let nothing = (0, 0, Vec::new());
-        let (unproven, inside, named) = mesh.ranks().fold(nothing, own, |all, own| {
+        let (unproven, inside, named) = mesh.ranks().ordered_fold(nothing, own, |all, own| {
             all.0 += own.0;
             all.1 += own.1;
             all.2.extend(own.2);
@@ -136,14 +136,14 @@ pub fn assess(
     for counts in histograms.into_all() {
         own.merge(&counts);
     }
-    let (whole, histogram) = mesh
-        .ranks()
-        .fold(nothing, (parts, own), |all, (parts, own)| {
-            for part in &parts {
-                all.0.append(part);
-            }
-            all.1.merge(&own);
-        });
+    let (whole, histogram) =
+        mesh.ranks()
+            .ordered_fold(nothing, (parts, own), |all, (parts, own)| {
+                for part in &parts {
+                    all.0.append(part);
+                }
+                all.1.merge(&own);
+            });
     whole.finish(reference, &histogram)
 }
 

@@ -59,7 +59,7 @@ pub fn worst(mesh: &Mesh, points: &[Vector], reference: &Reference, n: usize) ->
     });
     let mut found = found.concat();
     keep(&mut found, n);
-    let mut found = mesh.ranks().all(found).concat();
+    let mut found = mesh.ranks().allgather(found).concat();
     keep(&mut found, n);
     found
 }

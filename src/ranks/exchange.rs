@@ -12,7 +12,7 @@ impl Ranks {
     ///
     /// # Panics
     /// When there is not one list for each rank.
-    pub fn exchange<T: Pod>(&self, to_each: Vec<Vec<T>>) -> Vec<Vec<T>> {
+    pub fn alltoallv<T: Pod>(&self, to_each: Vec<Vec<T>>) -> Vec<Vec<T>> {
         self.in_rounds(
             to_each,
             |numbers| Cow::Borrowed(bytemuck::cast_slice(numbers)),
@@ -20,15 +20,25 @@ impl Ranks {
         )
     }
 
-    /// As [`exchange`](Self::exchange), of any value.
+    /// As [`alltoallv`](Self::alltoallv), of any value.
     ///
     /// # Panics
     /// When there is not one value for each rank.
-    pub fn exchange_values<T: Serialize + DeserializeOwned + Default>(
+    pub fn alltoall_values<T: Serialize + DeserializeOwned + Default>(
         &self,
         to_each: Vec<T>,
     ) -> Vec<T> {
         self.in_rounds(to_each, |value| pack(value).into(), &|bytes| unpack(bytes))
+    }
+
+    /// The numbers of each rank, in the order of the ranks, one list after the other, on all ranks.
+    pub fn all_numbers<T: Pod>(&self, own: &[T]) -> Vec<T> {
+        let of_each: Vec<Cow<'_, [T]>> = self.in_rounds(
+            vec![Cow::Borrowed(own); self.n()],
+            |numbers| Cow::Borrowed(bytemuck::cast_slice(numbers)),
+            &|bytes| Cow::Owned(bytemuck::pod_collect_to_vec(bytes)),
+        );
+        of_each.concat()
     }
 
     /// In round `k` each rank sends to the one `k` after it, and receives from the one `k` before it. A send may wait until it is
@@ -69,9 +79,9 @@ mod tests {
         for n in 1..8 {
             let found = on_threads(n, |ranks| {
                 let of = |to: usize| vec![[ranks.rank() as u32, to as u32]; ranks.rank() + 2 * to];
-                let numbers = ranks.exchange((0..n).map(of).collect());
+                let numbers = ranks.alltoallv((0..n).map(of).collect());
                 let names = (0..n).map(|to| format!("{} to {to}", ranks.rank()));
-                (numbers, ranks.exchange_values(names.collect()))
+                (numbers, ranks.alltoall_values(names.collect()))
             });
             for (rank, (numbers, names)) in found.into_iter().enumerate() {
                 for from in 0..n {
@@ -84,10 +94,20 @@ mod tests {
     }
 
     #[test]
+    fn every_rank_gets_the_numbers_of_all_in_the_order_of_the_ranks() {
+        for n in 1..8 {
+            let of = |rank: usize| vec![0.1 + rank as f64; (rank * 5) % 3];
+            let wanted: Vec<f64> = (0..n).flat_map(of).collect();
+            let found = on_threads(n, |ranks| ranks.all_numbers(&of(ranks.rank())));
+            assert!(found.into_iter().all(|found| found == wanted));
+        }
+    }
+
+    #[test]
     fn what_is_exchanged_is_counted() {
         let sent = on_threads(3, |ranks| {
-            ranks.is_for("numbers");
-            ranks.exchange(vec![vec![7u64; 2]; 3]);
+            ranks.set_label("numbers");
+            ranks.alltoallv(vec![vec![7u64; 2]; 3]);
             ranks.sent_by_all()
         });
         let numbers = &sent[0][0];

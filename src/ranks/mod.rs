@@ -19,7 +19,6 @@ pub use mpi::start;
 pub use threads::on_threads;
 
 use crate::error::Result;
-use crate::parallel::Pool;
 use bytemuck::Pod;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -39,9 +38,9 @@ pub trait Network: Send + Sync {
     fn receive(&self, from: usize) -> Vec<u8>;
     /// Waits for the next bytes of another rank, of which there are as many as `bytes` takes.
     fn receive_into(&self, from: usize, bytes: &mut [u8]);
-    /// Whether ranks are threads of one process, for tests.
-    fn is_of_threads(&self) -> bool {
-        false
+    /// Whether this rank is on the machine of the first.
+    fn is_on_first_machine(&self) -> bool {
+        true
     }
 }
 
@@ -49,8 +48,6 @@ pub trait Network: Send + Sync {
 #[derive(Clone)]
 pub struct Ranks {
     network: Option<Arc<dyn Network>>,
-    /// Threads for work that all ranks do at once, where a rank that works alone has more.
-    pool: Option<Arc<Pool>>,
     sent: Arc<Mutex<Log>>,
 }
 
@@ -101,7 +98,6 @@ impl Ranks {
     pub fn alone() -> Self {
         Self {
             network: None,
-            pool: None,
             sent: Arc::default(),
         }
     }
@@ -111,25 +107,6 @@ impl Ranks {
         Self {
             network: Some(Arc::new(network)),
             ..Self::alone()
-        }
-    }
-
-    /// With so many threads for work that all ranks do at once.
-    ///
-    /// # Errors
-    /// Where the system does not start them.
-    pub fn with_threads(&self, n: usize) -> Result<Self> {
-        Ok(Self {
-            pool: Some(Arc::new(Pool::new(n)?)),
-            ..self.clone()
-        })
-    }
-
-    /// Does work that all ranks do at once.
-    pub fn together<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        match &self.pool {
-            Some(pool) => pool.run(work),
-            None => work(),
         }
     }
 
@@ -143,18 +120,19 @@ impl Ranks {
         self.network.as_ref().map_or(1, |network| network.n_ranks())
     }
 
-    /// Whether ranks are threads of one process, for tests.
-    pub fn are_threads(&self) -> bool {
-        (self.network.as_ref()).is_some_and(|network| network.is_of_threads())
-    }
-
     /// Whether this is the rank that speaks for all.
     pub fn is_first(&self) -> bool {
         self.rank() == 0
     }
 
+    /// Whether this rank is on the machine of the first.
+    pub fn is_on_first_machine(&self) -> bool {
+        let network = self.network.as_ref();
+        network.is_none_or(|network| network.is_on_first_machine())
+    }
+
     /// From here on what is sent counts as being for this.
-    pub fn is_for(&self, what: &str) {
+    pub fn set_label(&self, what: &str) {
         self.log().what = what.to_owned();
     }
 
@@ -162,7 +140,7 @@ impl Ranks {
     pub fn sent_by_all(&self) -> Vec<Sent> {
         let own = self.log().sent.clone();
         let mut all: BTreeMap<String, Sent> = BTreeMap::new();
-        for (what, [messages, bytes]) in self.all(own).into_iter().flatten() {
+        for (what, [messages, bytes]) in self.allgather(own).into_iter().flatten() {
             let sent = all.entry(what.clone()).or_default();
             sent.what = what;
             sent.messages += messages;
@@ -242,7 +220,7 @@ impl Ranks {
     }
 
     /// What each rank has, in their order, on all ranks. For what is small: it grows with the number of ranks.
-    pub fn all<T: Serialize + DeserializeOwned>(&self, own: T) -> Vec<T> {
+    pub fn allgather<T: Serialize + DeserializeOwned>(&self, own: T) -> Vec<T> {
         match self.n() {
             1 => vec![own],
             _ => {
@@ -254,7 +232,7 @@ impl Ranks {
 
     /// Adds up over all ranks in their order: rank 0 begins with `start`, and `append` adds what a rank has to what those before
     /// it have. The sum goes from rank to rank, so it is added up as one process would do it.
-    pub fn fold<T, P>(&self, start: T, own: P, append: impl Fn(&mut T, P)) -> T
+    pub fn ordered_fold<T, P>(&self, start: T, own: P, append: impl Fn(&mut T, P)) -> T
     where
         T: Serialize + DeserializeOwned,
         P: Serialize + DeserializeOwned,
@@ -333,7 +311,7 @@ impl Ranks {
     ///
     /// # Errors
     /// Where it failed on any rank.
-    pub fn agree<T>(&self, made: Result<T>) -> Result<T> {
+    pub fn all_ok<T>(&self, made: Result<T>) -> Result<T> {
         if self.n() == 1 {
             return made;
         }
@@ -341,7 +319,7 @@ impl Ranks {
             Ok(made) => (Some(made), None),
             Err(error) => (None, Some(error)),
         };
-        match self.all(error).into_iter().flatten().next() {
+        match self.allgather(error).into_iter().flatten().next() {
             Some(error) => Err(error),
             None => Ok(made.expect("no rank failed")),
         }
@@ -368,7 +346,7 @@ mod tests {
     fn every_rank_gets_what_all_have_in_their_order() {
         for n in 1..10 {
             let found = on_threads(n, |ranks| {
-                let all = ranks.all(10 * ranks.rank());
+                let all = ranks.allgather(10 * ranks.rank());
                 let first = ranks.broadcast(ranks.is_first().then(|| "from the first".to_owned()));
                 (all, first, ranks.n())
             });
@@ -390,7 +368,7 @@ mod tests {
             let sums = on_threads(n, |ranks| {
                 let own = &parts[64 * ranks.rank() / n..64 * (ranks.rank() + 1) / n];
                 let add = |sum: &mut f64, own: Vec<f64>| own.iter().for_each(|part| *sum += part);
-                ranks.fold(0.0, own.to_vec(), add)
+                ranks.ordered_fold(0.0, own.to_vec(), add)
             });
             assert!(sums.iter().all(|found| found.to_bits() == sum.to_bits()));
         }
@@ -402,11 +380,11 @@ mod tests {
             let lengths = [1, 2, 3, 4];
             let own = lengths[ranks.rank()];
             let mut numbers = vec![0u32; own];
-            ranks.is_for("there");
+            ranks.set_label("there");
             let fill = |rank: usize, numbers: &mut [u32]| numbers.fill(rank as u32);
             ranks.scatter_into(&fill, &mut numbers, &lengths);
             assert_eq!(numbers, vec![ranks.rank() as u32; own]);
-            ranks.is_for("back");
+            ranks.set_label("back");
             let mut all = [0u32; 10];
             if ranks.is_first() {
                 let (first, rest) = all.split_at_mut(1);
@@ -433,7 +411,7 @@ mod tests {
     #[test]
     fn the_first_rank_that_fails_gives_the_error_of_all() {
         let found = on_threads(4, |ranks| {
-            ranks.agree(match ranks.rank() {
+            ranks.all_ok(match ranks.rank() {
                 0 => Ok("good"),
                 rank => Err(Error::input(format!("of rank {rank}")).line(7)),
             })
@@ -444,7 +422,7 @@ mod tests {
                 "line 7: of rank 1"
             );
         }
-        let fine = on_threads(3, |ranks| ranks.agree(Ok(ranks.rank())));
+        let fine = on_threads(3, |ranks| ranks.all_ok(Ok(ranks.rank())));
         let fine: Vec<usize> = fine
             .into_iter()
             .map(|of| of.expect("none failed"))

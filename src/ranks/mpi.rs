@@ -3,6 +3,7 @@
 use super::{Network, Ranks};
 use crate::error::{Error, Result};
 use mpi::Threading;
+use mpi::collective::Root;
 use mpi::environment::Universe;
 use mpi::point_to_point::{Destination, Source};
 use mpi::topology::{Communicator, Process, SimpleCommunicator};
@@ -67,6 +68,8 @@ pub fn start() -> Result<Option<Session>> {
     }
     let world = universe.world();
     let node = world.split_shared(world.rank());
+    let mut first_on_node = world.rank();
+    node.process_at_rank(0).broadcast_into(&mut first_on_node);
     Ok(Some(Session {
         n_on_node: node.size() as usize,
         ranks: match world.size() {
@@ -74,6 +77,7 @@ pub fn start() -> Result<Option<Session>> {
             n => Ranks::new(World {
                 rank: world.rank() as usize,
                 n_ranks: n as usize,
+                is_on_first_machine: first_on_node == 0,
             }),
         },
         _universe: universe,
@@ -84,6 +88,7 @@ pub fn start() -> Result<Option<Session>> {
 struct World {
     rank: usize,
     n_ranks: usize,
+    is_on_first_machine: bool,
 }
 
 /// The pieces of a message: all but the last have `PIECE` bytes, the last has fewer.
@@ -110,6 +115,10 @@ impl Network for World {
 
     fn n_ranks(&self) -> usize {
         self.n_ranks
+    }
+
+    fn is_on_first_machine(&self) -> bool {
+        self.is_on_first_machine
     }
 
     fn send(&self, to: usize, bytes: &[u8]) {

@@ -19,7 +19,7 @@ fn kind() -> &'static str {
 impl Ranks {
     /// The kinds of processors that ranks run on, where there are several.
     pub fn kinds_of_processors(&self) -> Option<String> {
-        several(self.all(kind().to_owned()))
+        several(self.allgather(kind().to_owned()))
     }
 }
 

@@ -31,10 +31,6 @@ impl Network for Channels {
         receiver.recv().expect("the other rank is there")
     }
 
-    fn is_of_threads(&self) -> bool {
-        true
-    }
-
     fn receive_into(&self, from: usize, bytes: &mut [u8]) {
         bytes.copy_from_slice(&self.receive(from));
     }

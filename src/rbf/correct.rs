@@ -14,7 +14,7 @@
 use super::field::Field;
 use super::kernel::Kernel;
 use crate::geometry::closest::{ClosestSurface, Foot};
-use crate::geometry::{curve, vector::Vector};
+use crate::geometry::{Bounds, curve, vector::Vector};
 use crate::parallel::{self, SMALL_BLOCK, collect_in_blocks};
 use crate::ranks::raw;
 use serde::{Deserialize, Serialize};
@@ -26,6 +26,8 @@ pub const FADE_RADIUS_PER_ERROR: f64 = 30.0;
 /// theirs.
 const BLOCK: usize = 2048;
 const BLOCKS: usize = 256;
+/// Relative margin of the fade radius in a search for nodes near the surface: round-off leaves out no node.
+const MARGIN: f64 = 1e-9;
 
 /// A surface with residuals at its nodes.
 pub struct Correction<'a> {
@@ -82,22 +84,6 @@ impl<'a> Fading<'a> {
                 .min_by(|a, b| a.width.total_cmp(&b.width)),
             largest_fade_radius: fade_radius.iter().copied().fold(0.0, f64::max),
             surface,
-            fade_radius,
-        }
-    }
-
-    /// Some of the facets of a surface, in their order: at points that are nearer to them than `largest_fade_radius` and to no
-    /// other facet it gives what the whole surface does, whose fade radii these are.
-    pub fn of_some(
-        points: &'a [Vector],
-        facets: &[[u32; 3]],
-        fade_radius: Vec<f64>,
-        largest_fade_radius: f64,
-    ) -> Self {
-        Self {
-            surface: ClosestSurface::new(points, facets),
-            narrowest_gap: None,
-            largest_fade_radius,
             fade_radius,
         }
     }
@@ -184,23 +170,56 @@ impl<'a> Correction<'a> {
     /// Adds the correction to the field at `points`. `12 N` bytes on the way for the `N` nodes in the
     /// surface's box.
     pub fn add_to(&self, field: &mut Field, points: &[Vector]) {
-        if self.n_modes == 0 {
-            return;
-        }
         let Field { nodes, values, .. } = field;
         let nodes = nodes.as_deref();
         let place = |row: usize| points[nodes.map_or(row, |nodes| nodes[row] as usize)];
-        let order = self.fading.order(values.len() / self.n_modes, place);
+        let n_rows = nodes.map_or(points.len(), <[u32]>::len);
+        self.add_at(n_rows, place, values, |row| row);
+    }
+
+    /// Adds the correction at the `place` of each row to the row of `values` that `target` gives for it.
+    pub fn add_at(
+        &self,
+        n_rows: usize,
+        place: impl Fn(usize) -> Vector + Sync,
+        values: &mut [f64],
+        target: impl Fn(u32) -> u32,
+    ) {
+        if self.n_modes == 0 {
+            return;
+        }
+        let mut add = |found: &[Added]| {
+            for added in found {
+                added.add_to(values, self.n_modes, &target);
+            }
+        };
+        let order = self.fading.order(n_rows, &place);
         let mut found: Vec<Added> = Vec::new();
         for order in order.chunks(BLOCK * BLOCKS) {
             let mut next = Vec::new();
-            let near = |rows: Range<usize>| self.near(&order[rows], place);
-            parallel::with(&mut || self.add(&found, values), &mut || {
+            let near = |rows: Range<usize>| self.near(&order[rows], &place);
+            parallel::with(&mut || add(&found), &mut || {
                 next = parallel::map_blocks(order.len(), BLOCK, &near);
             });
             found = next;
         }
-        self.add(&found, values);
+        add(&found);
+    }
+
+    /// Checks if a point of the box may be within the fade radius. No is certain, yes is not.
+    pub fn may_reach(&self, block: &Bounds) -> bool {
+        let Fading {
+            surface,
+            largest_fade_radius: limit,
+            ..
+        } = &self.fading;
+        let is_any = self.n_modes > 0 && *limit > 0.0;
+        is_any && surface.may_be_within(limit * (1.0 + MARGIN), block)
+    }
+
+    /// Number of modes of the residuals.
+    pub fn n_modes(&self) -> usize {
+        self.n_modes
     }
 
     /// What is added at each of `points` that is within the fade radius.
@@ -215,12 +234,6 @@ impl<'a> Correction<'a> {
             all.added.extend(of_block.added);
         }
         all
-    }
-
-    fn add(&self, found: &[Added], values: &mut [f64]) {
-        for added in found {
-            added.add_to(values, self.n_modes, |row| row);
-        }
     }
 
     /// The values added at those of the rows that are within the fade radius.

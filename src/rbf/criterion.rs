@@ -182,9 +182,10 @@ impl Criterion {
     fn squared(&self, residual: &[f64], modes: Range<usize>, step: usize) -> f64 {
         let c = &self.coefficients[step * self.n_modes * 3..][3 * modes.start..3 * modes.end];
         let mut sum = [0.0; 3];
-        for (e, c) in residual[modes].iter().zip(c.as_chunks::<3>().0) {
+        let residual = &residual[modes];
+        for mode in 0..residual.len() {
             for axis in 0..3 {
-                sum[axis] += e * c[axis];
+                sum[axis] += residual[mode] * c[3 * mode + axis];
             }
         }
         sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]

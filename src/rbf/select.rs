@@ -13,7 +13,7 @@ use super::criterion::Criterion;
 use super::interpolant::Interpolant;
 use super::newton::Candidates;
 use super::space::Space;
-use super::sweeps::{Here, Over, Sweeps};
+use super::sweeps::{LocalSweeps, Over, Sweeps};
 use super::targets::{Chosen, Targets};
 use crate::error::Result;
 
@@ -76,22 +76,6 @@ pub struct Selection {
     pub skipped: usize,
 }
 
-impl Selection {
-    /// One that was made by another rank: for the values of its interpolant.
-    pub fn elsewhere(interpolant: Interpolant) -> Self {
-        Self {
-            base: Vec::new(),
-            interpolant,
-            residuals: Vec::new(),
-            error: 0.0,
-            measured: 0.0,
-            history: Vec::new(),
-            picked: Vec::new(),
-            skipped: 0,
-        }
-    }
-}
-
 /// Chooses base points until the error is at or below the tolerance, `max_points` is reached or
 /// nothing is left to add; `Selection::measured` is the error reached.
 ///
@@ -103,7 +87,7 @@ pub fn select(
     limits: Limits,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<Selection> {
-    let mut sweeps = Here::new(space, targets, limits.candidates);
+    let mut sweeps = LocalSweeps::new(space, targets, limits.candidates);
     select_by(&mut sweeps, space, targets, limits, progress)
 }
 
@@ -129,7 +113,7 @@ pub fn extend(
     limits: Limits,
 ) -> Result<Selection> {
     let chosen = Chosen::of_base(space, targets.points, base);
-    let mut sweeps = Here::new(space, targets, limits.candidates);
+    let mut sweeps = LocalSweeps::new(space, targets, limits.candidates);
     grow(&mut sweeps, space, targets, limits, chosen, &mut |_, _| {})
 }
 
@@ -217,7 +201,7 @@ pub fn from_base(
         base,
         ..Chosen::default()
     };
-    let mut sweeps = Here::new(space, targets, targets.points.len());
+    let mut sweeps = LocalSweeps::new(space, targets, targets.points.len());
     chosen.finish(&mut sweeps, space, targets, measure)
 }
 

@@ -41,7 +41,7 @@ pub fn run_length(n: usize, runs: usize) -> usize {
 }
 
 /// Sweeps that are made here.
-pub struct Here<'a> {
+pub struct LocalSweeps<'a> {
     space: &'a Space,
     targets: Targets<'a>,
     /// Nodes of a run.
@@ -49,7 +49,7 @@ pub struct Here<'a> {
     residuals: Vec<f64>,
 }
 
-impl<'a> Here<'a> {
+impl<'a> LocalSweeps<'a> {
     /// Over all points of the targets, with about `runs` candidates.
     pub fn new(space: &'a Space, targets: Targets<'a>, runs: usize) -> Self {
         Self::of_runs(space, targets, run_length(targets.points.len(), runs))
@@ -65,11 +65,6 @@ impl<'a> Here<'a> {
         }
     }
 
-    /// With the residuals of an earlier sweep.
-    pub fn after(self, residuals: Vec<f64>) -> Self {
-        Self { residuals, ..self }
-    }
-
     fn n_modes(&self) -> usize {
         self.targets.criterion.n_modes()
     }
@@ -80,7 +75,7 @@ impl<'a> Here<'a> {
     }
 }
 
-impl Sweeps for Here<'_> {
+impl Sweeps for LocalSweeps<'_> {
     /// `U - Phi W`; at sliding nodes the part along their normals.
     fn sweep(&mut self, interpolant: &Interpolant) {
         let (space, targets, r) = (self.space, self.targets, self.n_modes());

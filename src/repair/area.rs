@@ -14,6 +14,7 @@ use crate::geometry::vector::{Vector, distance};
 use crate::parallel;
 use crate::progress::Stop;
 use crate::quality::validity::{Proof, invalid};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Newton steps of a region.
@@ -28,7 +29,7 @@ pub struct FoldedCells {
 }
 
 /// How many cells are not valid at some positions.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Count {
     /// Cells with a Jacobian that is not positive.
     pub inverted: usize,

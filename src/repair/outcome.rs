@@ -1,6 +1,7 @@
 //! What is told of a repair: its patches, and cells that are left with the reason.
 
 use super::boundary::Overtaken;
+use serde::{Deserialize, Serialize};
 
 /// Why a cell is left as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +64,7 @@ pub struct Unrepaired {
 }
 
 /// What was done in one patch.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PatchLog {
     /// Cells that were not valid before.
     pub invalid_before: usize,

@@ -3,7 +3,6 @@
 use crate::deform::{BasePoints, LayerKind, Plan, from_nodes};
 use crate::error::{Error, Result};
 use crate::formats::{Commit, read_input, save_text};
-use crate::mesh::Coordinates;
 use crate::rbf::select::Selection;
 use crate::record::BaseFile;
 use std::ops::Range;
@@ -30,8 +29,8 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
             .iter()
             .map(|selection| selection.error)
             .fold(0.0, f64::max),
-        mesh_nodes: plan.mesh.points.len(),
-        mesh_points_blake3: points_hash(plan)?.to_owned(),
+        mesh_nodes: plan.boundary.n_nodes,
+        mesh_points_blake3: plan.points_hash.clone(),
         nodes: of("nodes").unwrap_or_default(),
         rotation_nodes: of("rotation_nodes"),
         rotation_radius: plan.schedule.rbf.rotation_radius,
@@ -94,14 +93,13 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
             file.version
         )));
     }
-    if file.mesh_nodes != plan.mesh.points.len() {
+    if file.mesh_nodes != plan.boundary.n_nodes {
         return Err(Error::input(format!(
             "the base points were chosen on another mesh, of {} nodes; this one has {}",
-            file.mesh_nodes,
-            plan.mesh.points.len()
+            file.mesh_nodes, plan.boundary.n_nodes
         )));
     }
-    if file.mesh_points_blake3 != points_hash(plan)? {
+    if file.mesh_points_blake3 != plan.points_hash {
         return Err(Error::input(
             "the base points were chosen on another mesh, with as many nodes at other places",
         ));
@@ -125,22 +123,6 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-fn points_hash(plan: &Plan) -> Result<&str> {
-    if let Some(known) = plan.points_hash.get() {
-        return Ok(known);
-    }
-    let mesh = plan.mesh.view();
-    let hash = match mesh.coordinates_apart(Coordinates::new(None, false)) {
-        Some(numbers) => numbers.hash()?,
-        None => {
-            let mut hasher = blake3::Hasher::new();
-            hasher.update_rayon(bytemuck::cast_slice(mesh.points));
-            hasher.finalize()
-        }
-    };
-    Ok(plan.points_hash.get_or_init(|| hash.to_string()))
 }
 
 /// The base points as VTK polydata: vertices in the order chosen, with that order, the mesh node and

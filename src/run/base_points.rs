@@ -3,7 +3,7 @@
 use super::base_file;
 use super::names::Names;
 use super::record::{Clock, selection_record, sentences};
-use crate::deform::{BaseOrigin, Deformation, Interval, check_tolerance, choose};
+use crate::deform::{BaseOrigin, Deformation, StepEvaluator, check_tolerance};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
@@ -57,7 +57,7 @@ impl<'a> BasePointStore<'a> {
     }
 
     /// The interval of a step; where it is entered, its base points are chosen and saved.
-    pub fn enter(&mut self, step: &Step) -> Result<Arc<Interval>> {
+    pub fn enter(&mut self, step: &Step) -> Result<Arc<StepEvaluator>> {
         let clock = Clock::start();
         let (deformation, progress) = (self.deformation, self.progress());
         let mut selecting = None;
@@ -67,7 +67,7 @@ impl<'a> BasePointStore<'a> {
                 None => BaseOrigin::Chosen,
             };
             let selections = self.base_points(steps)?;
-            check_tolerance(deformation.plan(), &selections, origin)?;
+            check_tolerance(deformation.plan(), &selections.1, origin)?;
             selecting = Some(clock.seconds());
             Ok(selections)
         })?;
@@ -84,13 +84,16 @@ impl<'a> BasePointStore<'a> {
         Ok(interval)
     }
 
-    /// Base points for an interval: given, as the file has them, or chosen and saved.
-    fn base_points(&mut self, interval: &Range<usize>) -> Result<Vec<Selection>> {
+    /// Base points for an interval: given, read from the file of an earlier run, or chosen and saved.
+    fn base_points(&mut self, interval: &Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> {
         let plan = self.deformation.plan();
         let path = self.path_of(interval);
         let progress = self.progress();
         match (self.loaded.take(), self.has_noted(&path)) {
-            (Some(loaded), _) => self.note(interval, loaded, &path),
+            (Some(loaded), _) => {
+                let given = self.note(interval, loaded, &path)?;
+                Ok((BaseOrigin::Given, given))
+            }
             (None, true) => {
                 let selections = base_file::load_for(plan, interval, &path)?;
                 let picture = base_file::picture_of(&path);
@@ -98,11 +101,12 @@ impl<'a> BasePointStore<'a> {
                     base_file::save_picture(plan, &selections, &picture, self.names.commit)?;
                     self.note_file(&picture)?;
                 }
-                Ok(selections)
+                Ok((BaseOrigin::Given, selections))
             }
             (None, false) => {
-                let chosen = choose(plan, interval, progress)?;
-                self.note(interval, chosen, &path)
+                let chosen = self.deformation.choose(interval, progress)?;
+                let chosen = self.note(interval, chosen, &path)?;
+                Ok((BaseOrigin::Chosen, chosen))
             }
         }
     }

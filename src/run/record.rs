@@ -3,7 +3,7 @@
 use super::finished::Finished;
 use super::names::Names;
 use super::request::Request;
-use crate::deform::Plan;
+use crate::deform::{Deformation, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result, counted};
 use crate::formats::{
@@ -49,12 +49,11 @@ impl Clock {
 }
 
 impl RecordFile {
-    /// The record of a run of `plan`, not yet written.
-    pub fn new(names: &Names, plan: &Plan, request: &Request) -> Result<Self> {
-        let hash_of_mesh = |path: &Path| match plan.hash_of_file() {
-            Some(hash) => hash.map_err(std::io::Error::other),
-            None => hash_of_input(path, &plan.mesh),
-        };
+    /// The record of a run, not yet written.
+    pub fn new(names: &Names, deformation: &Deformation, request: &Request) -> Result<Self> {
+        let plan = deformation.plan();
+        let mesh = deformation.mesh_to_write()?;
+        let hash_of_mesh = |path: &Path| hash_of_input(path, mesh);
         let mut inputs = vec![
             input("mesh", &request.mesh, hash_of_mesh)?,
             input("schedule", &plan.schedule.path, hash_of_read)?,
@@ -75,16 +74,16 @@ impl RecordFile {
             functions: functions(plan),
             options: options(plan, request),
             chosen: sentences(&plan.choices),
-            dimension: Some(plan.mesh.dimension().into()),
-            nodes: Some(plan.mesh.points.len()),
-            cells: Some(plan.mesh.cells.len()),
+            dimension: Some(plan.boundary.dimension().into()),
+            nodes: Some(plan.boundary.n_nodes),
+            cells: Some(plan.boundary.n_cells),
             surface_points: Some(plan.surface.nodes.len()),
             coincident_surface_nodes: Some(plan.surface.n_coincident),
             steps: Some(plan.motion.steps.len()),
             modes: Some(plan.n_modes()),
             mode_truncation: Some(plan.truncation()),
             motion: Some(body_motion(plan)),
-            companions: companions(names, plan)?,
+            companions: companions(names, deformation)?,
             ..RunRecord::default()
         };
         Ok(Self::of(names, content))
@@ -168,10 +167,12 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
 }
 
 /// The files beside the mesh of each step, which do not depend on the step: by their endings, with their hashes.
-fn companions(names: &Names, plan: &Plan) -> Result<BTreeMap<String, String>> {
-    let format = formats::by_name(&plan.schedule.output.format)?;
+fn companions(names: &Names, deformation: &Deformation) -> Result<BTreeMap<String, String>> {
+    let format = formats::by_name(&deformation.plan().schedule.output.format)?;
     let mesh = names.path(&format!("no mesh.{}", format.extensions()[0]));
-    let files = format.companion_files(&plan.mesh.view(), &mesh).into_iter();
+    let files = format
+        .companion_files(&deformation.view_to_write()?, &mesh)
+        .into_iter();
     let named = files.map(|(path, content)| {
         let ending = path
             .extension()

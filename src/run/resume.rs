@@ -12,7 +12,7 @@ use crate::diagnostic::Diagnostic;
 use crate::diagnostic::run::{FileFault, RunNote};
 use crate::error::{Error, Result};
 use crate::formats::{Format, read_file};
-use crate::progress::Progress;
+use crate::mesh::MeshView;
 use crate::quality::Criterion;
 use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings};
 use std::collections::BTreeMap;
@@ -76,7 +76,7 @@ impl Earlier {
         }
         earlier.check_rows(plan, names);
         if !names.is_in_one() {
-            earlier.check_files(plan, names, format, deformation.progress());
+            earlier.check_files(deformation, names, format)?;
         }
         earlier.is_unverified = then.is_none() && !earlier.rows.is_empty();
         Ok(earlier)
@@ -171,16 +171,16 @@ impl Earlier {
     /// Leaves out steps whose file is missing or another.
     fn check_files(
         &mut self,
-        plan: &Plan,
+        deformation: &Deformation,
         names: &Names,
         format: &dyn Format,
-        progress: &dyn Progress,
-    ) {
+    ) -> Result<()> {
+        let (progress, mesh) = (deformation.progress(), deformation.view_to_write()?);
         progress.start("verifying", Some(self.rows.len() as u64));
-        let surface = SurfaceFiles::of(plan).ok().flatten();
+        let surface = SurfaceFiles::of(deformation.plan()).ok().flatten();
         let mut wrong: Vec<Diagnostic> = Vec::new();
         self.rows.retain(|&step, row| {
-            let fault = fault_of(plan, names, format, row);
+            let fault = fault_of(&mesh, names, format, row);
             let is_there = |surface: &SurfaceFiles| surface.is_there(names, format, row);
             let lacks = || surface.as_ref().is_some_and(|surface| !is_there(surface));
             let fault = fault.or_else(|| lacks().then_some(FileFault::NoCompanion));
@@ -197,11 +197,17 @@ impl Earlier {
         if steps > 0 {
             self.notes.push(RunNote::MoreAgain { steps }.into());
         }
+        Ok(())
     }
 }
 
 /// What is wrong with the file of a row, or with what belongs beside it.
-fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Option<FileFault> {
+fn fault_of(
+    mesh: &MeshView<'_>,
+    names: &Names,
+    format: &dyn Format,
+    row: &Row,
+) -> Option<FileFault> {
     let path = names.path(&row.file);
     if !path.exists() {
         return Some(FileFault::Missing);
@@ -211,7 +217,7 @@ fn fault_of(plan: &Plan, names: &Names, format: &dyn Format, row: &Row) -> Optio
         Ok(false) => return Some(FileFault::OtherHash("steps.csv")),
         Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
-    let companions = format.companion_files(&plan.mesh.view(), &path);
+    let companions = format.companion_files(mesh, &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| read_file(path).ok().as_ref() != Some(content);
     companions

@@ -53,9 +53,9 @@ pub fn run_after(
     let clock = Clock::start();
     let plan = deformation.plan();
     let format = formats::by_name(&plan.schedule.output.format)?;
-    let names = names_of(plan, format, request)?;
-    let (mut warnings, mesh_bytes) = warnings_before(plan, format, &names, request)?;
-    let mut record = RecordFile::new(&names, plan, request)?;
+    let names = names_of(deformation, format, request)?;
+    let (mut warnings, mesh_bytes) = warnings_before(deformation, format, &names, request)?;
+    let mut record = RecordFile::new(&names, deformation, request)?;
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     names::refuse_inputs(&names, &inputs_of(plan, request))?;
@@ -65,7 +65,13 @@ pub fn run_after(
     formats::clear_left(&names.folder);
     if !request.no_space_check {
         let steps = (names.steps().len(), earlier.rows.len());
-        let demand = Demand::of(plan, format, steps, mesh_bytes);
+        let demand = Demand::of(
+            plan,
+            &deformation.view_to_write()?,
+            format,
+            steps,
+            mesh_bytes,
+        );
         let freed = if request.force {
             names::bytes_of_existing(&names)
         } else {
@@ -85,9 +91,6 @@ pub fn run_after(
     let base_files = earlier.bases.clone();
     let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
-    if let Some(team) = plan.team() {
-        team.set_sync(names.commit.sync);
-    }
     let mut run = Run {
         deformation,
         plan,
@@ -114,20 +117,21 @@ pub fn run_after(
 
 /// Refuses what can be refused without the folder; gives the warnings, and the bytes of one mesh.
 fn warnings_before(
-    plan: &Plan,
+    deformation: &Deformation,
     format: &dyn Format,
     names: &Names,
     request: &Request,
 ) -> Result<(Vec<Diagnostic>, u64)> {
-    let (mut warnings, mesh_bytes) = before_work(plan, format, &request.fail_on)?;
-    check_surface_files(plan, &request.mesh)?;
+    let (plan, mesh) = (deformation.plan(), deformation.view_to_write()?);
+    let (mut warnings, mesh_bytes) = before_work(plan, &mesh, format, &request.fail_on)?;
+    check_surface_files(plan, &mesh, &request.mesh)?;
     let extremes = LargestDisplacements::new(plan);
     // What a run was started with it is resumed with.
     let is_resumed = request.resume && names.record().is_file();
     if !request.allow_outside && !is_resumed {
         extremes.refuse_leaving(plan)?;
     }
-    warnings.extend(preflight::warnings(plan, &extremes)?);
+    warnings.extend(preflight::warnings(plan, &extremes));
     if plan.without_boxes {
         warnings.push(RunNote::NoBoxes.into());
     }
@@ -141,14 +145,15 @@ fn inputs_of(plan: &Plan, request: &Request) -> Inputs {
 }
 
 /// The names of the files that the request is for.
-fn names_of(plan: &Plan, format: &dyn Format, request: &Request) -> Result<Names> {
+fn names_of(deformation: &Deformation, format: &dyn Format, request: &Request) -> Result<Names> {
+    let plan = deformation.plan();
     let n_steps = plan.motion.steps.len();
     let part = RunSteps::new(request.steps.clone(), n_steps)?;
     let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
     names.commit.sync = !request.no_sync;
     let picture = request.base.as_deref().map(base_file::picture_of);
     names.given = Inputs::of(request.base.iter().chain(&picture));
-    names.place_steps(&plan.mesh.view(), &plan.motion.steps)?;
+    names.place_steps(&deformation.view_to_write()?, &plan.motion.steps)?;
     names.check_lengths(plan.schedule.output.surface != SurfaceOutput::None)?;
     Ok(names)
 }
@@ -276,7 +281,7 @@ impl Run<'_> {
         // What is copied may be large: until it gets its names, a request to stop ends the run.
         let begun = self
             .names
-            .begin(&self.plan.mesh.view(), &options, self.begin())?;
+            .begin(&self.deformation.view_to_write()?, &options, self.begin())?;
         self.check_stop(!self.rows.is_empty())?;
         let _held = self.deformation.stop().hold();
         begun.staged.keep()?;
@@ -378,8 +383,8 @@ impl Run<'_> {
             let step = &self.plan.motion.steps[*index];
             let repair = self.earlier.repairs.get(index);
             let in_substeps = repair.is_some_and(|repair| repair.substeps.is_some());
-            let chosen = (row.base_points, in_substeps);
-            match missed_at_step(self.plan, step, chosen, row.selection_error) {
+            let (n_base, error) = (row.base_points, row.selection_error);
+            match missed_at_step(self.plan, step, n_base, in_substeps, error) {
                 Some((note, true)) => finished.failures.push(note.into()),
                 Some((note, false)) => finished.warnings.push(note.into()),
                 None => {}

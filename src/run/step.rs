@@ -6,7 +6,7 @@ use crate::deform::{Deformation, Evaluated, Plan, Repair, Rounding};
 use crate::error::Result;
 use crate::formats::DISPLACEMENT;
 use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{Apart, DataArray, Mesh, MeshView, PointsApart, Values};
+use crate::mesh::{Apart, ByRanks, DataArray, Mesh, MeshView, Values};
 use crate::motion::{QualityOutput, Step};
 use crate::parallel;
 use crate::quality::{Assessment, Extreme};
@@ -23,39 +23,37 @@ pub(super) struct Computed {
     pub seconds: f64,
 }
 
-/// Positions and quality of one step; coordinates as they will be written. Most may stay `apart`, with the ranks that move them.
+/// Positions and quality of one step; coordinates as they will be written.
 pub(super) fn compute(
     base_points: &mut BasePointStore<'_>,
     step: &Step,
-    apart: bool,
     points: &mut [Vector],
 ) -> Result<Computed> {
     let interval = base_points.enter(step)?;
     let deformation = base_points.deformation;
     if deformation.plan().schedule.output.quality != QualityOutput::None {
         // Made once, in no step's time.
-        deformation.measures();
+        deformation.prepare_measures();
     }
     let clock = Clock::start();
     let rounding = rounding(deformation.plan())?;
     Ok(Computed {
-        found: deformation.evaluate(&interval, step, rounding, apart, points)?,
+        found: deformation.evaluate(&interval, step, rounding, points)?,
         seconds: clock.seconds(),
     })
 }
 
-/// Positions of a step that was computed before, most of which may stay `apart`, and its velocities: what its mesh consists of.
+/// Positions of a step that was computed before, and its velocities: what its mesh consists of.
 pub(super) fn recompute(
     base_points: &mut BasePointStore<'_>,
     step: &Step,
-    apart: bool,
     points: &mut [Vector],
 ) -> Result<Computed> {
     let interval = base_points.enter(step)?;
     let deformation = base_points.deformation;
     let rounding = rounding(deformation.plan())?;
     Ok(Computed {
-        found: deformation.place(&interval, step, rounding, apart, points)?,
+        found: deformation.place(&interval, step, rounding, points)?,
         seconds: 0.0,
     })
 }
@@ -68,84 +66,96 @@ pub(super) fn rounding(plan: &Plan) -> Result<Rounding> {
     })
 }
 
-/// The arrays of a step that the schedule asks for.
-#[derive(Default)]
-pub(super) struct StepArrays {
+/// The mesh of a step as it is written.
+pub(super) struct StepMesh<'a> {
+    mesh: &'a Mesh,
+    points: &'a [Vector],
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
-    /// Whether displacements and velocities stay where the positions are.
-    is_apart: bool,
-    /// Whether an array of the mesh that is called like the displacement is none of this run.
+    /// Whether an array of the mesh that has the name of the displacement is not of this run.
     hides_other: bool,
+    /// Whether all ranks write it together: then `points` and the arrays at nodes have the values of no node.
+    is_together: bool,
 }
 
-impl StepArrays {
-    /// Of a step with its nodes at `points`; takes the velocities that were found.
-    pub fn of(deformation: &Deformation, points: &[Vector], found: &mut Evaluated) -> Self {
-        let plan = deformation.plan();
-        let vectors = |name: &str, values: Vec<Vector>| {
-            DataArray::tuples(name, 3, Values::F64(values.into_flattened()))
-        };
-        let velocities = found.velocities.take();
-        let velocities = velocities.map(|values| vectors(VELOCITY, values));
-        let displacement = match found.is_apart {
-            false => displacement(plan, points, plan.points()),
-            true => plan.schedule.output.displacement.then(|| {
-                let nowhere = sparse::zeros(3 * points.len(), 0.0);
-                DataArray::tuples(DISPLACEMENT, 3, Values::F64(nowhere))
-            }),
-        };
-        Self {
-            at_points: velocities.into_iter().chain(displacement).collect(),
-            at_cells: match plan.schedule.output.quality {
-                QualityOutput::Cells => deformation.measures().arrays(plan, points),
-                QualityOutput::Summary | QualityOutput::None => Vec::new(),
-            },
-            is_apart: found.is_apart,
+impl<'a> StepMesh<'a> {
+    /// Of a step with its nodes at `points`, without arrays.
+    pub fn new(deformation: &'a Deformation, points: &'a [Vector]) -> Result<Self> {
+        Ok(Self {
+            mesh: deformation.mesh_to_write()?,
+            points,
+            at_points: Vec::new(),
+            at_cells: Vec::new(),
             hides_other: false,
+            is_together: deformation.is_written_together(),
+        })
+    }
+
+    /// With the arrays that the schedule asks for; takes the velocities of all nodes, where they are here.
+    pub fn with_arrays(
+        mut self,
+        deformation: &Deformation,
+        velocities: &mut Vec<Vector>,
+    ) -> Result<Self> {
+        let plan = deformation.plan();
+        let values = match self.is_together {
+            true => sparse::zeros(3 * self.mesh.points.len(), 0.0),
+            false => std::mem::take(velocities).into_flattened(),
+        };
+        if plan.velocity.is_some() && !values.is_empty() {
+            let array = DataArray::tuples(VELOCITY, 3, Values::F64(values));
+            self.at_points.push(array);
+        }
+        self.add_displacement(plan, &self.mesh.points);
+        if plan.schedule.output.quality == QualityOutput::Cells {
+            self.at_cells = deformation.cell_arrays(self.points)?;
+        }
+        Ok(self)
+    }
+
+    /// With the displacement alone, from other positions than those of the mesh that was read.
+    pub fn with_displacement(mut self, plan: &Plan, from: Option<&[Vector]>) -> Self {
+        self.add_displacement(plan, from.unwrap_or(&self.mesh.points));
+        self.hides_other = true;
+        self
+    }
+
+    fn add_displacement(&mut self, plan: &Plan, from: &[Vector]) {
+        if plan.schedule.output.displacement {
+            let values = match self.is_together {
+                true => sparse::zeros(3 * self.mesh.points.len(), 0.0),
+                false => {
+                    let moved = |i: usize| sub(self.points[i], from[i]);
+                    parallel::collect(self.points.len(), moved).into_flattened()
+                }
+            };
+            let array = DataArray::tuples(DISPLACEMENT, 3, Values::F64(values));
+            self.at_points.push(array);
         }
     }
 
-    /// The displacement alone, from other positions than those of the mesh that was read.
-    pub fn of_displacement(plan: &Plan, points: &[Vector], from: &[Vector]) -> Self {
-        Self {
-            at_points: displacement(plan, points, from).into_iter().collect(),
-            hides_other: true,
-            ..Self::default()
-        }
-    }
-
-    /// The mesh of the step, of which most positions may be `apart`.
-    pub fn view<'a>(
-        &'a self,
-        mesh: &'a Mesh,
-        points: &'a [Vector],
-        apart: Option<&'a dyn Apart>,
-    ) -> MeshView<'a> {
+    /// The mesh, of which `by` has the values of nodes and cells where all ranks write it together.
+    pub fn view<'b>(&'b self, by: Option<&'b dyn Apart>) -> MeshView<'b> {
         let made = |name| {
             let is_made = self.at_points.iter().any(|array| array.name == name);
-            (self.is_apart && is_made).then_some(name)
+            is_made.then_some(name)
         };
-        let apart = apart.map(|by| PointsApart {
+        let by_ranks = by.map(|by| ByRanks {
             by,
             displacement: made(DISPLACEMENT),
             velocity: made(VELOCITY),
         });
-        let mut view = mesh.view().with_points(points).with_points_apart(apart);
+        let view = self.mesh.view();
+        let mut view = match by_ranks {
+            Some(by_ranks) => view.by_ranks(by_ranks),
+            None => view.with_points(self.points),
+        };
         if self.hides_other {
             view.point_arrays.retain(|array| array.name != DISPLACEMENT);
         }
         let view = self.at_points.iter().fold(view, MeshView::with_point_array);
         self.at_cells.iter().fold(view, MeshView::with_cell_array)
     }
-}
-
-/// The displacement, where the schedule asks for it.
-fn displacement(plan: &Plan, points: &[Vector], from: &[Vector]) -> Option<DataArray> {
-    plan.schedule.output.displacement.then(|| {
-        let values = parallel::collect(points.len(), |i| sub(points[i], from[i]));
-        DataArray::tuples(DISPLACEMENT, 3, Values::F64(values.into_flattened()))
-    })
 }
 
 /// The row of a step but for what writing it tells.

@@ -4,18 +4,14 @@
 use super::base_points::BasePointStore;
 use super::finished::inverted;
 use super::run::{LoopEnd, Run};
-use super::step::{Computed, StepArrays, compute, recompute, row};
+use super::step::{Computed, StepMesh, compute, recompute, row};
 use super::writer::Writer;
-use crate::deform::{Evaluated, Team};
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
 use crate::formats::{self, CaseFormat, Location, ReadOptions};
 use crate::geometry::vector::Vector;
-use crate::mesh::MeshView;
-use crate::motion::{OnInverted, QualityOutput, Step, SurfaceOutput};
-use crate::parallel::join_with_own_thread;
-use crate::sparse;
-use std::sync::Arc;
+use crate::mesh::{Apart, MeshView};
+use crate::motion::{OnInverted, QualityOutput, Step};
 
 /// What is to be done for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,59 +43,46 @@ impl Run<'_> {
         let mut task = self.task(first);
         if task == Task::New && self.plan.schedule.output.quality != QualityOutput::None {
             progress.start("reference", None);
-            self.deformation.measures();
+            self.deformation.prepare_measures();
         }
         progress.start("steps", Some(todo.len() as u64));
         let (mut points, mut next) = (self.room_for_points(), self.room_for_points());
-        let may_be_apart = self.may_be_apart();
-        let mut computed = task.run(base_points, first, may_be_apart, &mut next);
+        let mut computed = task.run(base_points, first, &mut next);
         for (i, step) in todo.iter().enumerate() {
             self.check_stop(i > 0 || !self.rows.is_empty())?;
             if task == Task::New {
                 self.mark_verified()?;
             }
-            let is_apart = computed.as_ref().is_ok_and(|new| new.found.is_apart);
-            // What is apart is written from there: the few places that are here make room for those of the next step.
-            if !is_apart {
-                std::mem::swap(&mut points, &mut next);
-            }
-            if task == Task::ReadBack {
-                if !self.read_back(writer, step, &mut points) {
-                    return Ok(self.restart_from(step));
-                }
-                if self.plan.schedule.output.displacement {
-                    self.plan
-                        .take_whole("displacements of repaired steps are computed again")?;
-                }
+            std::mem::swap(&mut points, &mut next);
+            if task == Task::ReadBack && !self.read_back(writer, step, &mut points) {
+                return Ok(self.restart_from(step));
             }
             let mut ready = self.accept(step, computed, task)?;
-            let arrays = ready
-                .as_mut()
-                .map(|ready| self.arrays(&points, &mut ready.found));
-            let arrays = arrays.unwrap_or_default();
-            let kept = match is_apart && ready.is_some() {
-                true => self.deformation.keep(&next),
-                false => None,
-            };
-            let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming();
-            let is_by_ranks = kept.is_some() || mesh.cells_apart.is_some();
-            let team = self.plan.team().cloned().filter(|_| is_by_ranks);
-            let write = || write(writer, &mesh, step, ready, task, team);
-            let compute = || {
+            let mut compute = || {
                 let (step, task) = following?;
-                Some(task.run(base_points, step, may_be_apart, &mut next))
+                Some(task.run(base_points, step, &mut next))
             };
-            let (written, then) = match is_by_ranks {
-                false => rayon::join(write, compute),
-                // Writing waits for other ranks: none of the loops' threads may do that.
-                true => {
-                    let (then, written) = join_with_own_thread(compute, write);
-                    (written, then)
+            let (is_same, then) = match &mut ready {
+                None => (true, compute()),
+                Some(ready) => {
+                    let mut velocities = ready.found.velocities.take().unwrap_or_default();
+                    let all_points = self.deformation.gather(&points, &mut velocities);
+                    let mesh = self.step_mesh(&all_points, &mut velocities)?;
+                    let mut write =
+                        |by: Option<&dyn Apart>| write(writer, &mesh.view(by), step, ready, task);
+                    let (written, then) = match self.deformation.is_on_ranks() {
+                        false => rayon::join(|| write(None), &mut compute),
+                        // All ranks call both.
+                        true => {
+                            let written = self.write_on_ranks(&points, &velocities, &mut write);
+                            (written, compute())
+                        }
+                    };
+                    (written?, then)
                 }
             };
-            let is_same = written?;
             self.note_choices(base_points)?;
             if !is_same {
                 return Ok(self.restart_from(step));
@@ -117,35 +100,41 @@ impl Run<'_> {
         Ok(LoopEnd::Done)
     }
 
-    /// Room for the positions of a step.
+    /// Room for the positions of a step of the nodes of this rank.
     pub(super) fn room_for_points(&self) -> Vec<Vector> {
-        let n_nodes = self.plan.mesh.points.len();
-        match self.plan.mesh.outline {
-            // Of most nodes this process is not told.
-            Some(_) => sparse::zeros(n_nodes, [0.0; 3]),
-            None => vec![[0.0; 3]; n_nodes],
-        }
+        vec![[0.0; 3]; self.deformation.n_nodes_here()]
     }
 
-    /// Whether positions may stay elsewhere, from where they are written: where nothing else is made of them here.
-    pub(super) fn may_be_apart(&self) -> bool {
-        let output = &self.plan.schedule.output;
-        self.format.takes_numbers_apart(&output.write_options())
-            && output.quality != QualityOutput::Cells
-            && output.surface == SurfaceOutput::None
-            && self.names.in_case(0).is_none()
-    }
-
-    /// The arrays of a step that its format holds: it would say of each other one that it is left out, which is known
+    /// The mesh of a step with the arrays that its format holds: it would say of each other one that it is left out, which is known
     /// already.
-    pub(super) fn arrays(&self, points: &[Vector], found: &mut Evaluated) -> StepArrays {
-        let from = self.displaced_from.as_deref();
-        let from = from.unwrap_or(self.plan.points());
+    pub(super) fn step_mesh<'a>(
+        &'a self,
+        points: &'a [Vector],
+        velocities: &mut Vec<Vector>,
+    ) -> Result<StepMesh<'a>> {
+        let mesh = StepMesh::new(self.deformation, points)?;
         match (self.format.holds_arrays(), self.format.holds_displacement()) {
-            (true, _) => StepArrays::of(self.deformation, points, found),
-            (false, true) => StepArrays::of_displacement(self.plan, points, from),
-            (false, false) => StepArrays::default(),
+            (true, _) => mesh.with_arrays(self.deformation, velocities),
+            (false, true) => {
+                let from = self.displaced_from.as_deref();
+                Ok(mesh.with_displacement(self.plan, from))
+            }
+            (false, false) => Ok(mesh),
         }
+    }
+
+    /// Writes a step of which this rank has the positions and velocities `own`.
+    pub(super) fn write_on_ranks<T>(
+        &self,
+        points: &[Vector],
+        velocities: &[Vector],
+        write: &mut dyn FnMut(Option<&dyn Apart>) -> Result<T>,
+    ) -> Result<T> {
+        if !self.deformation.is_written_together() {
+            return write(None);
+        }
+        let sync = self.names.commit.sync;
+        (self.deformation).write_together(points, velocities, sync, &mut |by| write(Some(by)))
     }
 
     /// Finds where displacements begin: at the mesh that all steps share. That is the one of the first step where it is
@@ -158,9 +147,10 @@ impl Run<'_> {
             && is_moved
             && self.names.in_case(0).is_some_and(is_shared)
         {
-            let mut points = vec![[0.0; 3]; self.plan.mesh.points.len()];
-            compute(base_points, first, false, &mut points)?;
-            self.displaced_from = Some(points);
+            let mut points = self.room_for_points();
+            compute(base_points, first, &mut points)?;
+            let points = self.deformation.gather(&points, &mut Vec::new());
+            self.displaced_from = Some(points.into_owned());
         }
         Ok(())
     }
@@ -169,15 +159,17 @@ impl Run<'_> {
     fn task(&self, step: &Step) -> Task {
         let is_kept = self.earlier.rows.contains_key(&step.index);
         let is_repaired = self.earlier.repairs.contains_key(&step.index);
-        // What is read back is the whole mesh.
-        let has_whole = self.plan.mesh.outline.is_none();
-        let is_slow = self.plan.schedule.rbf.substeps > 1 && has_whole || is_repaired;
+        let is_slow = self.plan.schedule.rbf.substeps > 1 || is_repaired;
         match (is_kept, self.earlier.is_unverified, is_slow) {
             (false, _, _) => Task::New,
             (true, true, _) => Task::Verify,
             (true, false, false) => Task::Recompute,
-            // Velocities are not read back.
-            (true, false, true) if self.plan.velocity.is_some() => Task::Verify,
+            // Velocities are not read back, and a file has the positions of all ranks.
+            (true, false, true)
+                if self.plan.velocity.is_some() || self.deformation.is_on_ranks() =>
+            {
+                Task::Verify
+            }
             (true, false, true) => Task::ReadBack,
         }
     }
@@ -296,33 +288,28 @@ impl Task {
         self,
         base_points: &mut BasePointStore<'_>,
         step: &Step,
-        apart: bool,
         points: &mut [Vector],
     ) -> Result<Computed> {
         match self {
-            Task::New | Task::Verify => compute(base_points, step, apart, points),
-            Task::Recompute => recompute(base_points, step, apart, points),
+            Task::New | Task::Verify => compute(base_points, step, points),
+            Task::Recompute => recompute(base_points, step, points),
             Task::ReadBack => Ok(Computed::default()),
         }
     }
 }
 
-/// Writes a step, or verifies it; tells whether it is what the rows say.
+/// Writes a step, or verifies it; tells whether it agrees with the rows.
 fn write(
     writer: &mut Writer<'_>,
     mesh: &MeshView<'_>,
     step: &Step,
-    ready: Option<Computed>,
+    computed: &Computed,
     task: Task,
-    team: Option<Arc<Team>>,
 ) -> Result<bool> {
-    match (ready, task) {
-        (None, _) => Ok(true),
-        (Some(_), Task::Recompute | Task::Verify | Task::ReadBack) => writer.verify(mesh, step),
-        (Some(computed), Task::New) => {
-            let row = row(step, &computed.found);
-            writer.write(mesh, step, row, computed.seconds, team)?;
-            Ok(true)
-        }
+    if task != Task::New {
+        return writer.verify(mesh, step);
     }
+    let row = row(step, &computed.found);
+    writer.write(mesh, step, row, computed.seconds)?;
+    Ok(true)
 }

@@ -9,7 +9,7 @@ use crate::formats::{
     write_su2_surface,
 };
 use crate::mesh::{Mesh, MeshView};
-use crate::motion::{Role, SurfaceOutput, TagRole};
+use crate::motion::{Role, SurfaceOutput};
 use crate::record::Row;
 use std::path::Path;
 
@@ -25,11 +25,11 @@ impl SurfaceFiles {
         if plan.schedule.output.surface == SurfaceOutput::None {
             return Ok(None);
         }
-        let moves = |tag: &&TagRole| matches!(tag.role, Some(Role::Moving(_)));
-        let mut nodes = Vec::new();
-        for tag in plan.motion.surface.tags.iter().filter(moves) {
-            nodes.extend(plan.mesh.tag_nodes(&tag.tag)?);
-        }
+        let tags = plan.boundary.boundary_tags().zip(&plan.motion.surface.tags);
+        let moving = tags.filter(|(_, tag)| matches!(tag.role, Some(Role::Moving(_))));
+        let mut nodes: Vec<u32> = moving
+            .flat_map(|(tag, _)| plan.boundary.nodes_of(tag))
+            .collect();
         nodes.sort_unstable();
         nodes.dedup();
         Ok(Some(Self { nodes }))

@@ -41,15 +41,16 @@ impl Run<'_> {
     /// Whether a step, computed again, gives the bytes of its row.
     fn is_same(&mut self, step: &Step, base_points: &mut BasePointStore<'_>) -> Result<bool> {
         let mut points = self.room_for_points();
-        let computed = compute(base_points, step, self.may_be_apart(), &mut points)?;
-        let mut computed = self.judge(step, computed)?;
-        let arrays = self.arrays(&points, &mut computed.found);
-        let is_apart = computed.found.is_apart;
-        let kept = is_apart.then(|| self.deformation.keep(&points));
-        let kept = kept.flatten();
-        let mesh = arrays.view(&self.plan.mesh, &points, kept.as_deref());
+        let computed = compute(base_points, step, &mut points)?;
+        let computed = self.judge(step, computed)?;
+        let mut velocities = computed.found.velocities.unwrap_or_default();
+        let all_points = self.deformation.gather(&points, &mut velocities);
+        let mesh = self.step_mesh(&all_points, &mut velocities)?;
         let options = self.plan.schedule.output.write_options();
-        let hash = hash_of(&mesh, self.names, step.index, self.format, &options)?;
+        let hash = self.write_on_ranks(&points, &velocities, &mut |by| {
+            let mesh = mesh.view(by);
+            hash_of(&mesh, self.names, step.index, self.format, &options)
+        })?;
         Ok(self.earlier.rows[&step.index].blake3 == hash.to_string())
     }
 

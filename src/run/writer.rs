@@ -6,7 +6,6 @@ use super::names::Names;
 use super::record::Clock;
 use super::surface::SurfaceFiles;
 use super::table::Table;
-use crate::deform::Team;
 use crate::error::{Error, Result};
 use crate::formats::{Begin, Format, Notes, WriteOptions};
 use crate::mesh::MeshView;
@@ -51,8 +50,7 @@ impl<'a> Writer<'a> {
         })
     }
 
-    /// Writes a mesh, to which the ranks of a `team` or none write, then its row, which lacks what writing tells;
-    /// `seconds` is what it took before. Both
+    /// Writes a mesh, then its row, which lacks the file and its hash; `seconds` is what it took before. Both
     /// are on the disk when the next step is written, or after [`Writer::settle`].
     pub fn write(
         &mut self,
@@ -60,7 +58,6 @@ impl<'a> Writer<'a> {
         step: &Step,
         mut row: Row,
         seconds: f64,
-        team: Option<Arc<Team>>,
     ) -> Result<()> {
         let held = self.stop.hold();
         let clock = Clock::start();
@@ -76,7 +73,6 @@ impl<'a> Writer<'a> {
         let table = Arc::clone(&self.table);
         self.finish(move || {
             let _held = held;
-            team.map_or(Ok(()), |team| team.settle())?;
             written.keep()?;
             lock(&table).add(row)
         })

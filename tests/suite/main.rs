@@ -30,7 +30,6 @@ mod memory;
 mod mesh_commands;
 mod names;
 mod openfoam;
-mod outlines;
 mod parts;
 mod periodic;
 #[cfg(unix)]

@@ -1,15 +1,16 @@
 //! Parts of a mesh that several ranks hold are judged as the whole mesh is: to the last bit, and cell by cell.
 
 use crate::support::blade_of;
-use azimesh::deform::{Team, dismiss, serve};
-use azimesh::formats::SharedFile;
+use azimesh::deform::ReadWhole;
+use azimesh::formats::{SharedFile, read_together};
 use azimesh::mesh::{CellKind, Cells, Group, Mesh};
 use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
 use azimesh::ranks::{Ranks, on_threads};
 use azimesh::run::{Request, run};
 use azimesh::sample::{BladeOptions, CellShape, Naca0012Options, SizeOptions, blade, naca0012};
-use azimesh::{Deformation, ReadOptions, Schedule, Step};
+use azimesh::{Deformation, ReadOptions, Schedule};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Everything that is told of a mesh, judged by the mesh at rest.
 fn judged(mesh: &Mesh, moved: &[[f64; 3]]) -> (Assessment, Vec<Statistic>, String) {
@@ -179,13 +180,21 @@ fn a_large_airfoil_moves_alike() {
     std::fs::write(&path, text.replace("step = 10.0", "step = 130.0")).expect("it can be written");
     let of = |ranks: &Ranks| {
         let schedule = Schedule::read(&path).expect("a good schedule");
-        told(mesh.clone(), schedule, ranks)
+        found(mesh.clone(), schedule, ranks)
     };
     alike(&of);
 }
 
+/// Positions and velocities at some steps, and everything about quality.
+struct Found {
+    quality: Vec<String>,
+    values: Vec<Vec<[f64; 3]>>,
+    /// The numbers of the nodes of a rank in the whole mesh.
+    nodes: Vec<u32>,
+}
+
 /// Positions, velocities and quality at every step of a schedule in `testdata`.
-fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Vec<String> {
+fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Found {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata");
     let mesh = schedule.replace("_sliding", "").replace(".toml", ".vtu");
     let mesh = Mesh::read(folder.join(mesh)).expect("a mesh");
@@ -200,48 +209,63 @@ fn deformed(schedule: &str, changes: &[(&str, &str)], ranks: &Ranks) -> Vec<Stri
     let path = scratch.path().join(schedule);
     std::fs::write(&path, text).expect("it can be written");
     let schedule = Schedule::read(&path).expect("a good schedule");
-    told(mesh, schedule, ranks)
+    found(mesh, schedule, ranks)
+}
+
+/// The part of a rank; alone the whole mesh.
+fn part_of(mesh: Mesh, ranks: &Ranks) -> Mesh {
+    Mesh::shared(Ok(mesh), ranks).expect("rank 0 has it")
 }
 
 /// Quality before anything has moved; positions, velocities and quality at the first steps.
-fn told(mesh: Mesh, schedule: Schedule, ranks: &Ranks) -> Vec<String> {
-    let deformation = Deformation::builder(mesh, schedule)
-        .team(Team::of(ranks, Err("it is in memory".to_owned())))
-        .build();
-    let deformation = deformation.expect("base points");
-    let at = |step: &Step| {
-        let points = deformation.points_at(step).expect("positions");
-        let quality = deformation.quality_of(&points).expect("its own points");
-        let velocities = deformation.velocities_at(step).ok();
-        format!("{step}: {quality:?} {points:?} {velocities:?}")
+fn found(mesh: Mesh, schedule: Schedule, ranks: &Ranks) -> Found {
+    let whole = mesh.clone();
+    let deformation = Deformation::builder(part_of(mesh, ranks), schedule)
+        .on_ranks(
+            (ranks.n() > 1 && ranks.is_first())
+                .then(|| -> ReadWhole { Box::new(move || Ok(Arc::new(whole.clone()))) }),
+            None,
+        )
+        .build()
+        .expect("base points");
+    let mesh = deformation.mesh();
+    let quality = |points: &[[f64; 3]]| {
+        let quality = deformation.quality_of(points).expect("its own points");
+        format!("{quality:?}")
     };
-    let rest = deformation.mesh().points();
-    let at_rest = deformation.quality_of(rest).expect("its own points");
-    let mut all = vec![format!("at rest: {at_rest:?}")];
-    all.extend(deformation.steps().iter().take(5).map(at));
-    all
+    let all = 0..mesh.points.len() as u32;
+    let part = mesh.part.as_ref();
+    let mut found = Found {
+        quality: vec![quality(&mesh.points)],
+        values: Vec::new(),
+        nodes: part.map_or(all.collect(), |part| part.nodes.clone()),
+    };
+    for step in deformation.steps().iter().take(5) {
+        let points = deformation.points_at(step).expect("positions");
+        found.quality.push(quality(&points));
+        found.values.push(points);
+        found.values.extend(deformation.velocities_at(step).ok());
+    }
+    found
 }
 
 fn deforms_alike(schedule: &str, changes: &[(&str, &str)]) {
     alike(&|ranks| deformed(schedule, changes, ranks));
 }
 
-fn alike(of: &(dyn Fn(&Ranks) -> Vec<String> + Sync)) {
+fn alike(of: &(dyn Fn(&Ranks) -> Found + Sync)) {
     let alone = of(&Ranks::alone());
     for n in [2, 3, 7] {
-        let found = on_threads(n, |ranks| {
-            if !ranks.is_first() {
-                serve(&ranks);
-                return None;
+        for (rank, found) in on_threads(n, |ranks| of(&ranks)).iter().enumerate() {
+            assert_eq!(found.quality, alone.quality, "rank {rank} of {n}");
+            assert_eq!(found.values.len(), alone.values.len());
+            for (here, all) in found.values.iter().zip(&alone.values) {
+                for (x, &node) in here.iter().zip(&found.nodes) {
+                    let bits = |x: &[f64; 3]| x.map(f64::to_bits);
+                    let same = bits(x) == bits(&all[node as usize]);
+                    assert!(same, "rank {rank} of {n}: node {node} is at {x:?}");
+                }
             }
-            let found = of(&ranks);
-            dismiss(&ranks);
-            Some(found)
-        });
-        let found = found[0].as_ref().expect("the first rank has all");
-        assert_eq!(found.len(), alone.len());
-        for (found, alone) in found.iter().zip(&alone) {
-            assert!(found == alone, "{n} ranks: {:.300} {:.300}", found, alone);
         }
     }
 }
@@ -323,29 +347,37 @@ fn written(
         ..Request::default()
     };
     let file = folder.path().join("mesh.vtkhdf");
-    mesh.write(&file).expect("it can be written");
-    let shared = SharedFile::new(&file, None, &ReadOptions::default());
-    if ramp == "false" {
-        // Ranks see another file than the first did, and get their parts from it.
-        let mut bytes = std::fs::read(&file).expect("a file");
-        bytes.push(0);
-        std::fs::write(&file, bytes).expect("it can be written");
+    if ranks.is_first() {
+        mesh.write(&file).expect("it can be written");
     }
-    let team = Team::of(ranks, shared);
-    let outline = team.as_ref().filter(|_| way != "whole");
-    let outline = outline.map(|team| team.outline_for(&schedule).expect("ranks read it").mesh);
-    let mesh = outline.unwrap_or_else(|| mesh.clone());
-    let deformation = Deformation::builder(mesh, schedule).team(team);
-    let deformation = deformation.plan().expect("they fit");
-    let finished = run(&deformation, &request).expect("it runs");
+    let shared = SharedFile::new(&file, None, &ReadOptions::default());
+    let shared = ranks.broadcast(ranks.is_first().then_some(shared));
+    let (part, layout) = match (ranks.n(), way) {
+        (1, _) => (mesh.clone(), None),
+        (_, "whole") => (part_of(mesh.clone(), ranks), None),
+        _ => {
+            let shared = shared.clone().expect("a file");
+            let read = read_together(&shared, ranks, |_| Ok(())).expect("ranks read it");
+            (read.part, read.layout.map(|layout| layout.mesh))
+        }
+    };
+    let whole = mesh.clone();
+    let read = (ranks.n() > 1 && ranks.is_first())
+        .then(|| -> ReadWhole { Box::new(move || Ok(Arc::new(whole.clone()))) });
+    let deformation = Deformation::builder(part, schedule).on_ranks(read, layout);
+    let mut deformation = deformation.plan().expect("they fit");
+    if !ranks.is_first() {
+        deformation.follow();
+        return Vec::new();
+    }
+    deformation.lead();
+    let finished = run(&deformation, &request);
+    deformation.end();
+    let finished = finished.expect("it runs");
     // Of a zone that turns out of the mesh, and of what UGRID does not hold, there are others.
     let is_plain = !zone.starts_with("zones") && !format.starts_with("ugrid");
     let warns = !finished.warnings.is_empty();
     assert!(!is_plain || warns == way.ends_with("folds"), "{finished:?}");
-    assert_eq!(
-        deformation.why_cut().is_some(),
-        ranks.n() > 1 && ramp == "false"
-    );
     let files = std::fs::read_dir(&request.folder).expect("the folder is there");
     let names = files.map(|file| file.expect("it is listed").path());
     let mut names: Vec<_> = names
@@ -391,9 +423,9 @@ fn ranks_write_what_one_process_writes() {
         ["vtkhdf", "f32", "true", "whole"],
         ["vtkhdf", "f64", "false", "whole"],
         ["cgns", "f64", "true", "whole"],
-        ["vtu", "f32", "true", "outline"],
-        ["vtkhdf", "f64", "true", "outline"],
-        ["cgns", "f64", "true", "outline"],
+        ["vtu", "f32", "true", "together"],
+        ["vtkhdf", "f64", "true", "together"],
+        ["cgns", "f64", "true", "together"],
         ["vtkhdf", "f64", "true", "folds"],
         ["cgns", "f64", "true", "turns"],
         ["ugrid-b8", "f64", "true", "turns"],
@@ -401,64 +433,16 @@ fn ranks_write_what_one_process_writes() {
         ["vtkhdf", "f32", "true", "fast folds"],
         ["vtu", "f32", "true", "fast in a zone"],
         ["cgns", "f64", "true", "fast in a zone"],
-        ["ugrid-lb8l", "f64", "true", "outline"],
+        ["ugrid-lb8l", "f64", "true", "together"],
     ] {
         let alone = written(case, &mesh, &Ranks::alone());
         assert!(!alone.is_empty());
         for n in [2, 5] {
-            let found = on_threads(n, |ranks| {
-                if !ranks.is_first() {
-                    serve(&ranks);
-                    return None;
-                }
-                let found = written(case, &mesh, &ranks);
-                dismiss(&ranks);
-                Some(found)
-            });
-            let found = found[0].as_ref().expect("the first rank has all");
+            let found = on_threads(n, |ranks| written(case, &mesh, &ranks)).swap_remove(0);
             for (found, alone) in found.iter().zip(&alone) {
                 assert!(found == alone, "{case:?}, {n} ranks: {} differs", alone.0);
             }
             assert_eq!(found.len(), alone.len());
         }
-    }
-}
-
-#[test]
-fn what_takes_the_whole_mesh_gets_no_outline() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("mesh.vtkhdf");
-    let mesh = blade_of(4_000, 500, CellShape::Hex);
-    mesh.write(&file).expect("it can be written");
-    let text = "version = 1\nangle_unit = \"deg\"\n[azimuth]\nstart = 0.0\nstop = 60.0\nstep = 20.0\n\
-                [[body]]\nname = \"blade\"\ntags = [\"blade\"]\n[body.cyclic]\ncollective = 5.0\n[boundaries]\nfixed = [\"outer\"]\n";
-    for (more, reason) in [
-        ("", None),
-        ("zones = [\"near\"]\n", None),
-        ("[rbf]\nsubsteps = 2\n", None),
-        ("[output]\ndisplacement = true\n", None),
-        (
-            "[output]\nquality = \"cells\"\n",
-            Some("it makes arrays of all cells (quality = \"cells\")"),
-        ),
-        ("[output]\nvelocity = true\n[rotor]\nrpm = 300.0\n", None),
-        ("[rotor]\nframe = \"inertial\"\n", None),
-        ("zones = [\"near\"]\n[rotor]\nframe = \"inertial\"\n", None),
-    ] {
-        let path = folder.path().join("s.toml");
-        std::fs::write(&path, format!("{text}{more}")).expect("it can be written");
-        let schedule = Schedule::read(&path).expect("a good schedule");
-        let shared = SharedFile::new(&file, None, &ReadOptions::default());
-        let found = on_threads(2, |ranks| {
-            let Some(team) = Team::of(&ranks, shared.clone()) else {
-                serve(&ranks);
-                return None;
-            };
-            let found = team.outline_for(&schedule);
-            dismiss(&ranks);
-            Some(found.err())
-        });
-        let wanted = reason.map(str::to_owned);
-        assert_eq!(found[0], Some(wanted), "{more}");
     }
 }

@@ -5,6 +5,7 @@ use azimesh::deform::{Plan, choose};
 use azimesh::geometry::vector::{distance, sub};
 use azimesh::motion::{Role, Schedule};
 use azimesh::progress::Silent;
+use azimesh::ranks::Ranks;
 use azimesh::sample::{BladeOptions, Naca0012Options, SizeOptions, blade, naca0012};
 use proptest::prelude::*;
 use std::path::Path;
@@ -12,14 +13,19 @@ use std::path::Path;
 /// Largest distance between a prescribed displacement and the plain double sum over the base
 /// points, over all surface nodes and steps.
 fn true_error(plan: &Plan) -> (usize, f64) {
-    let selection =
-        &choose(plan, &plan.selection_intervals()[0], &Silent).expect("it can be solved")[0];
+    let selection = &choose(
+        plan,
+        &plan.selection_intervals()[0],
+        &Ranks::alone(),
+        &Silent,
+    )
+    .expect("it can be solved")[0];
     let layer_modes = &plan.layers[0].modes;
     let r = layer_modes.n_modes;
     let surface = &plan.motion.surface.nodes;
     let mut worst: f64 = 0.0;
     for (&node, role) in surface.nodes.iter().zip(&surface.roles) {
-        let x = plan.mesh.points[node as usize];
+        let x = plan.boundary.position(node);
         let mut modes = vec![0.0; r];
         for (j, &at) in selection.base.iter().enumerate() {
             let phi = plan.basis.between(&x, &plan.surface.points[at]);
@@ -64,7 +70,7 @@ fn size(nodes: usize) -> SizeOptions {
 
 fn plan(mesh: azimesh::mesh::Mesh, schedule: &str) -> Plan {
     let schedule = Schedule::parse(schedule, Path::new("random.toml")).expect("it is a schedule");
-    Plan::new(mesh, schedule).expect("it fits the mesh")
+    Plan::new(mesh, schedule).expect("it fits the mesh").0
 }
 
 proptest! {

@@ -1,48 +1,94 @@
 //! One mesh that several ranks read and write together.
 
-use super::super::outline::why_not_written;
+use super::super::Context;
+use super::super::shared::why_not_written;
 use super::{Changes, Input, Run};
-use crate::deform::Team;
+use crate::deform::{OwnValues, write_together};
 use crate::error::Result;
-use crate::formats::{Format, Loaded};
+use crate::formats::{Format, Shared, SharedFile, SharedMesh, by_name};
+use crate::mesh::{ByRanks, Mesh};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
-use std::sync::Arc;
+
+/// A mesh that all ranks convert.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Task {
+    file: SharedFile,
+    /// The name of the format that is written.
+    format: String,
+    sync: bool,
+}
+
+/// Converts with the first rank the meshes that it says, on another rank.
+pub(super) fn follow(context: &Context) {
+    while let Some(task) = context.ranks.broadcast::<Option<Task>>(None) {
+        if let Ok(format) = by_name(&task.format)
+            && let Ok(mesh) = context.read_together(|| Err(String::new()), format)
+        {
+            // The first rank has the error of any rank.
+            let _ = write_together::<()>(own_values(&mesh.part), task.sync, None);
+        }
+    }
+}
+
+/// Ends the work of the other ranks.
+pub(super) fn end(context: &Context) {
+    if context.ranks.n() > 1 {
+        context.ranks.broadcast(Some(None::<Task>));
+    }
+}
+
+fn own_values(part: &Mesh) -> OwnValues<'_> {
+    OwnValues {
+        mesh: part,
+        points: &part.points,
+        velocities: &[],
+    }
+}
 
 impl Run<'_> {
-    /// Writes the mesh of an input by all ranks, each its nodes and cells; tells whether they could. Where not, it says why with `-v`
-    /// and writes nothing.
+    /// Writes the mesh of an input by all ranks, each its nodes and cells; returns whether they could. Where not, it says why with
+    /// `-v` and writes nothing.
     pub(super) fn by_ranks(
         &self,
         input: &Input,
         path: &Path,
         format: &'static dyn Format,
     ) -> Result<bool> {
-        let file = input.shared(self.args.step, self.context);
-        let Some(team) = Team::of(&self.context.team, file) else {
+        if self.context.ranks.n() == 1 {
             return Ok(false);
-        };
-        let outline = match self.outline(&team, input, path, format) {
-            Ok(outline) => outline,
+        }
+        let mesh = match self.read_together(input, path, format) {
+            Ok(mesh) => mesh,
             Err(reason) => {
                 self.context.tell_why_whole(input.path(), &reason);
                 return Ok(false);
             }
         };
-        self.tell_notes(input, &outline);
-        team.set_sync(self.args.write.commit().sync);
-        self.save(&outline.mesh, path, format)?;
-        team.settle()?;
+        let layout = mesh.layout.expect("this is the first rank");
+        self.tell_notes(input, &layout);
+        let sync = self.args.write.commit().sync;
+        write_together(
+            own_values(&mesh.part),
+            sync,
+            Some(&mut |by| {
+                let by = ByRanks {
+                    by,
+                    displacement: None,
+                    velocity: None,
+                };
+                self.save(&layout.mesh, Some(by), path, format)
+            }),
+        )?;
         Ok(true)
     }
 
-    /// What the first rank knows of the mesh, once each has read its part.
-    fn outline(
+    fn read_together(
         &self,
-        team: &Arc<Team>,
         input: &Input,
         path: &Path,
         format: &'static dyn Format,
-    ) -> std::result::Result<Loaded, String> {
+    ) -> std::result::Result<SharedMesh, String> {
         let args = self.args;
         if args.changes != Changes::default() || args.reorder || args.portable {
             return Err("one rank changes it".to_owned());
@@ -52,10 +98,15 @@ impl Run<'_> {
         }
         let is_pipe = path.metadata().is_ok_and(|found| !found.is_file());
         if args.pieces.is_some() || path.as_os_str() == "-" || is_pipe {
-            return Err("what is written is not one file".to_owned());
+            return Err("the output is not one file".to_owned());
         }
-        let read = || team.outline();
-        self.context
-            .outline(input.path(), Some(format), read, |found| found)
+        let file: Shared = input.shared(args.step, self.context);
+        let task = Task {
+            file: file.clone()?,
+            format: format.name().to_owned(),
+            sync: args.write.commit().sync,
+        };
+        self.context.ranks.broadcast(Some(Some(task)));
+        self.context.read_together(|| file, format)
     }
 }

@@ -79,6 +79,16 @@ struct Run<'a> {
 }
 
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
+    if !context.ranks.is_first() {
+        by_ranks::follow(context);
+        return Ok(Outcome::Fine);
+    }
+    let outcome = run_first(args, context);
+    by_ranks::end(context);
+    outcome
+}
+
+fn run_first(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     args.changes.check()?;
     let run = Run {
         args,
@@ -311,7 +321,7 @@ impl Run<'_> {
             return Ok(());
         }
         let mesh = self.read(input, self.args.step)?;
-        self.save(&mesh, path, *format)
+        self.save(&mesh, None, path, *format)
     }
 
     /// The mesh of a step, changed as asked.

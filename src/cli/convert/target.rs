@@ -7,7 +7,7 @@ use crate::formats::{
     self, Format, Notes, SequenceFile, Staged, WriteOptions, check_listed, is_flattened, is_series,
     pvd, refuse_special, stage_bytes, vtk_series,
 };
-use crate::mesh::Mesh;
+use crate::mesh::{ByRanks, Mesh};
 use serde_json::{Value, json};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -130,7 +130,7 @@ impl Run<'_> {
             Place::File { path, format } => {
                 let (options, commit) = (self.options(), self.args.write.commit());
                 let write = |file: &mut dyn SequenceFile| {
-                    self.write_one_file(input, steps, (path, file), *format)
+                    self.write_one_file(input, steps, path, file, *format)
                 };
                 let ((), file) = formats::stage_sequence(path, *format, &options, commit, write)?;
                 self.wait(file);
@@ -149,7 +149,8 @@ impl Run<'_> {
         &self,
         input: &Input,
         steps: impl Iterator<Item = (Option<usize>, f64)>,
-        (path, file): (&Path, &mut dyn SequenceFile),
+        path: &Path,
+        file: &mut dyn SequenceFile,
         format: &'static dyn Format,
     ) -> Result<()> {
         for (step, time) in steps {
@@ -202,7 +203,7 @@ impl Run<'_> {
         for ((step, time), file) in &steps {
             let mesh = self.read(input, *step)?;
             let path = stem.with_file_name(file);
-            self.save(&mesh, &path, format)?;
+            self.save(&mesh, None, &path, format)?;
             if let Some(last) = self.written.borrow_mut().last_mut() {
                 last.time = Some(*time);
             }
@@ -223,7 +224,13 @@ impl Run<'_> {
     }
 
     /// Writes one mesh; remarks on what the format cannot hold.
-    pub(super) fn save(&self, mesh: &Mesh, path: &Path, format: &'static dyn Format) -> Result<()> {
+    pub(super) fn save(
+        &self,
+        mesh: &Mesh,
+        by_ranks: Option<ByRanks<'_>>,
+        path: &Path,
+        format: &'static dyn Format,
+    ) -> Result<()> {
         self.remark_on_options(format);
         let mesh = &*self.portable(mesh, format)?;
         let options = self.options();
@@ -232,7 +239,9 @@ impl Run<'_> {
             _ => format,
         };
         let commit = self.args.write.commit();
-        let write = || formats::stage(&mesh.view(), path, written_as, &options, commit);
+        let mut view = mesh.view();
+        view.by_ranks = by_ranks;
+        let write = || formats::stage(&view, path, written_as, &options, commit);
         let (notes, files) = self.context.stage("writing", write)?;
         self.wait(files);
         self.tell_dropped(&notes, format);

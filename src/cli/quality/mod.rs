@@ -9,7 +9,7 @@ use super::{Context, Outcome};
 use crate::diagnostic::with_verb;
 use crate::error::{Error, Result};
 use crate::formats::{Format, SharedFile, guard_inputs};
-use crate::mesh::{Cells, Mesh, Part, in_32_bits};
+use crate::mesh::{Cells, Mesh, RankPart, in_32_bits};
 use crate::quality::{Assessment, Criterion, Judge, Reference, Statistic, remarks, statistics};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -153,7 +153,7 @@ fn judge_mesh<'a>(
     drop(input);
     let given = given_reference(args, context, format)?;
     if let Some(given) = &given {
-        let checked = context.ranks.agree(given.check(&mut mesh));
+        let checked = context.ranks.all_ok(given.check(&mut mesh));
         checked.map_err(|error| error.file(&args.mesh))?;
     }
     let judge = match given {
@@ -216,7 +216,7 @@ fn judge_sequence<'a>(
     for (index, &time) in times.iter().enumerate() {
         let mut mesh = read(args, input, Some(index), context, &mut told)?;
         let given = given.get_or_insert_with(|| Given::new(&mesh));
-        let checked = context.ranks.agree(given.check(&mut mesh));
+        let checked = context.ranks.all_ok(given.check(&mut mesh));
         checked.map_err(|error| error.file(input.path_of(index)))?;
         for remark in remarks(&mesh).iter().map(ToString::to_string) {
             if told.insert(remark.clone()) {
@@ -263,7 +263,7 @@ fn read(
 struct Given {
     judge: Judge,
     cells: Cells,
-    part: Option<Arc<Part>>,
+    part: Option<Arc<RankPart>>,
 }
 
 fn given_reference(

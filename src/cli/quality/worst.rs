@@ -62,7 +62,7 @@ fn described(step: Option<Step>, mesh: &Mesh, candidates: &[Candidate]) -> Vec<W
     if candidates.is_empty() {
         return Vec::new();
     }
-    let mut of_ranks = mesh.ranks().all(seen_here(mesh, candidates));
+    let mut of_ranks = mesh.ranks().allgather(seen_here(mesh, candidates));
     let of_any = |i: usize| of_ranks.iter_mut().find_map(|of_rank| of_rank[i].take());
     let seen: Vec<Seen> = (0..candidates.len()).filter_map(of_any).collect();
     let tagged = TaggedSurface::new(mesh);
@@ -73,7 +73,7 @@ fn described(step: Option<Step>, mesh: &Mesh, candidates: &[Candidate]) -> Vec<W
     });
     let is_nearer =
         |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).is_lt();
-    let nearest = mesh.ranks().all(nearest_here.collect::<Vec<_>>());
+    let nearest = mesh.ranks().allgather(nearest_here.collect::<Vec<_>>());
     let nearest = |i: usize| {
         let of_ranks = nearest.iter().filter_map(|of_rank| of_rank[i]);
         of_ranks.reduce(|a, b| if is_nearer(&b, &a) { b } else { a })

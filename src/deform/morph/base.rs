@@ -2,8 +2,8 @@
 
 use super::options::MorphOptions;
 use super::surface::MorphSurface;
-use crate::deform::prepare::kernel;
-use crate::deform::surface::SurfacePoints;
+use crate::deform::plan::prepare::kernel;
+use crate::deform::plan::surface::SurfacePoints;
 use crate::error::{Error, Result};
 use crate::geometry::closest::ClosestSurface;
 use crate::geometry::vector::{Vector, norm};

@@ -17,7 +17,7 @@ mod surface;
 
 pub use options::{MorphOptions, Nodes};
 
-use super::checks::check_length;
+use crate::deform::plan::checks::check_length;
 use crate::error::Result;
 use crate::geometry::vector::{Vector, add, norm, scale, sub};
 use crate::geometry::{Bounds, curve};

@@ -1,8 +1,8 @@
 //! Periodic pairs of a morph: nodes that follow their partners, and images of base points.
 
 use super::options::Nodes;
-use crate::deform::periodic::{inward, is_image};
-use crate::deform::surface::SurfacePoints;
+use crate::deform::plan::periodic::{inward, is_image};
+use crate::deform::plan::surface::SurfacePoints;
 use crate::error::{Error, Result};
 use crate::geometry::transform::Matrix;
 use crate::geometry::vector::{Vector, add, sub};
@@ -41,16 +41,13 @@ impl Pairs {
             let mut nodes = [a.find("periodic", mesh)?, b.find("periodic", mesh)?];
             nodes.iter_mut().for_each(|side| side.sort_unstable());
             let names = [a.name(), b.name()];
-            let directions = [
-                inward(mesh, &nodes[0], None)?,
-                inward(mesh, &nodes[1], None)?,
-            ];
+            let directions = [inward(mesh, &nodes[0]), inward(mesh, &nodes[1])];
             let [a, b] = [0, 1].map(|side: usize| Side {
                 name: &names[side],
                 nodes: &nodes[side],
                 inward: &directions[side],
             });
-            Periodic::find(&|node| mesh.place(node), a, b, None)
+            Periodic::find(&|node| mesh.points[node as usize], a, b, None)
         };
         let periodic = sides.iter().map(find).collect::<Result<Vec<_>>>()?;
         let mut followers = followers(&periodic, &bounds)?;

@@ -3,14 +3,14 @@
 
 use super::options::{MorphOptions, Nodes};
 use super::pairs::Pairs;
-use crate::deform::checks::check_length;
-use crate::deform::surface::SurfacePoints;
+use crate::deform::plan::checks::check_length;
+use crate::deform::plan::surface::SurfacePoints;
 use crate::error::{Error, Result};
 use crate::geometry::transform::Matrix;
 use crate::geometry::vector::{Vector, add, distance};
 use crate::geometry::{Bounds, Transform};
 use crate::mesh::sides::side;
-use crate::mesh::{Cells, Faces, Mesh};
+use crate::mesh::{Boundary, Cells, Faces, Mesh};
 use crate::motion::{Role, Surface, SurfaceFaces, SurfaceNodes};
 use crate::rbf::constraint::Constraint;
 
@@ -57,7 +57,14 @@ impl MorphSurface {
         }
         let roles = roles(mesh, options, &moving)?;
         let (surface, bare) = surface(mesh, options, &roles)?;
-        let mut points = SurfacePoints::new(mesh, &surface, Some(&bare))?;
+        let mut boundary = Boundary::of(mesh);
+        let nodes = &surface.nodes.nodes;
+        let places: Vec<Vector> = nodes
+            .iter()
+            .map(|&node| mesh.points[node as usize])
+            .collect();
+        boundary.add_nodes(nodes, &places);
+        let mut points = SurfacePoints::new(&boundary, &surface, Some(&bare))?;
         check_sliding(&points, &surface.nodes, mesh.space_dimension() == 2)?;
         add_lone_points(&mut points);
         let SurfaceNodes { nodes, roles } = surface.nodes;

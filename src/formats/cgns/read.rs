@@ -42,24 +42,24 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     }
 }
 
-/// Gives the outline of a mesh of unstructured zones in HDF5, without arrays at cells, its groups and arrays.
+/// Gives the mesh of a mesh of unstructured zones in HDF5, without arrays at cells, its groups and arrays.
 pub(super) fn complete(
     source: &Source,
     options: &ReadOptions,
-    outline: &mut Mesh,
+    mesh: &mut Mesh,
     notes: &mut Notes,
 ) -> Result<()> {
     let (root, missing) = Node::root(source)?;
-    let cells = std::mem::take(&mut outline.cells);
+    let cells = std::mem::take(&mut mesh.cells);
     let read = read_bases(&root, options, Some(cells), notes)?;
     let files = missing.names();
     if !files.is_empty() {
         notes.push(Read::BrokenLinks { files });
     }
-    outline.cells = read.cells;
-    outline.groups = read.groups;
-    outline.point_arrays = read.point_arrays;
-    outline.field_arrays = read.field_arrays;
+    mesh.cells = read.cells;
+    mesh.groups = read.groups;
+    mesh.point_arrays = read.point_arrays;
+    mesh.field_arrays = read.field_arrays;
     Ok(())
 }
 

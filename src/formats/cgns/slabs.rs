@@ -303,12 +303,12 @@ impl Array {
 }
 
 impl Slabs for Zones<'_> {
-    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
+    fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
         if self.has_solutions_of_cells {
             // Boundary faces have the values of the cells that they bound.
             return Err(whole("it has arrays at cells"));
         }
-        Ok(read::complete(self.source, &self.options, outline, notes)?)
+        Ok(read::complete(self.source, &self.options, mesh, notes)?)
     }
 
     fn n_nodes(&self) -> usize {

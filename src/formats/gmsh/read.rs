@@ -50,11 +50,11 @@ fn read_sections(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Resu
     parts.mesh(&stream, options, notes)
 }
 
-/// Gives the outline of a mesh in binary MSH 4.1 its groups and arrays. Its nodes are known, and where their section ends.
+/// Gives the mesh of a mesh in binary MSH 4.1 its groups and arrays. Its nodes are known, and where their section ends.
 pub(super) fn complete(
     bytes: &[u8],
     (nodes, end): (Nodes, usize),
-    outline: &mut Mesh,
+    mesh: &mut Mesh,
     options: &ReadOptions,
     notes: &mut Notes,
 ) -> Result<()> {
@@ -86,7 +86,7 @@ pub(super) fn complete(
         };
         Ok(if is_read { Passed::Read } else { Passed::Over })
     })?;
-    parts.complete(nodes, outline, options, notes)
+    parts.complete(nodes, mesh, options, notes)
 }
 
 /// Times of the data, where some array is there more than once.

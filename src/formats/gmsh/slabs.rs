@@ -155,10 +155,10 @@ impl Slabs for Blocks<'_> {
         Ok(cells_of(&parts, &self.nodes.index())?.0)
     }
 
-    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
+    fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let nodes = &self.nodes;
         let known = nodes::Nodes::counting_up(nodes.first, nodes.len(), nodes.n_parametric);
         let known = (known, nodes.end);
-        Ok(complete(self.bytes, known, outline, &self.options, notes)?)
+        Ok(complete(self.bytes, known, mesh, &self.options, notes)?)
     }
 }

@@ -56,7 +56,7 @@ use super::{
     StepSize, WriteOptions,
 };
 use crate::error::Result;
-use crate::mesh::{Mesh, MeshView};
+use crate::mesh::{Mesh, MeshView, Origin};
 use std::path::Path;
 
 /// The hash of a mesh that was read from a case; `None` of others.
@@ -66,8 +66,8 @@ pub fn hash_of_origin(mesh: &Mesh) -> Option<blake3::Hash> {
 }
 
 /// The patch that a cyclic one is the image of, in a mesh that was read from a case.
-pub fn neighbour_patch(mesh: &Mesh, patch: &str) -> Option<String> {
-    let origin = mesh.origin.get::<topology::Topology>()?;
+pub fn neighbour_patch(origin: &Origin, patch: &str) -> Option<String> {
+    let origin = origin.get::<topology::Topology>()?;
     let own = origin.patches.iter().find(|own| own.name == patch)?;
     own.entry("neighbourPatch").map(str::to_owned)
 }

@@ -86,6 +86,12 @@ pub(super) fn condition_number(mesh: &MeshView, group: &Group) -> Option<i32> {
     kept.or_else(|| conditions::number(condition, normal(mesh, group)))
 }
 
+/// Whether FUN3D's number of a tag's condition depends on the positions of its nodes.
+pub(super) fn has_number_by_positions(mesh: &MeshView, group: &Group) -> bool {
+    let number = |axis: usize| conditions::number(group.condition.as_deref()?, axis);
+    number(0) != number(1) && kept_number(mesh, group.number).is_none()
+}
+
 /// The condition that the file had for this face number, where it has been kept.
 fn kept_number(mesh: &MeshView, number: Option<i32>) -> Option<i32> {
     let number = i64::from(number?);
@@ -103,7 +109,7 @@ fn normal(mesh: &MeshView, group: &Group) -> usize {
     let mut high = [f64::NEG_INFINITY; 3];
     let runs = group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r));
     for &node in runs.flat_map(|run| run.connectivity) {
-        let point = mesh.rest.place(node);
+        let point = mesh.rest.points[node as usize];
         for i in 0..3 {
             low[i] = low[i].min(point[i]);
             high[i] = high[i].max(point[i]);

@@ -10,6 +10,7 @@ use super::{Ugrid, case, faces, mapbc, read};
 use crate::error::Result;
 use crate::geometry::vector::Vector;
 use crate::mesh::{CellKind, Cells, Mesh};
+use crate::sparse;
 use std::ops::Range;
 
 type Found<T> = std::result::Result<T, Refusal>;
@@ -83,9 +84,21 @@ impl Slabs for Open<'_> {
         Ok(Cells::from_connectivity(connectivity, runs))
     }
 
-    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
+    fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let patches = mapbc::companion(&case(self.source.path()), notes)?;
-        faces::add_groups(outline, &self.stored.face_numbers()?, &patches);
+        // Numbers of symmetry planes depend on the positions of their nodes.
+        let mut boundary = Mesh {
+            points: sparse::zeros(self.n_nodes(), [0.0; 3]),
+            cells: self.cells(0..self.counts.n_faces())?,
+            ..Mesh::default()
+        };
+        for node in boundary.cells.connectivity() {
+            let node = *node as usize;
+            boundary.points[node] = self.stored.points(node..node + 1)[0];
+        }
+        faces::add_groups(&mut boundary, &self.stored.face_numbers()?, &patches);
+        mesh.groups.append(&mut boundary.groups);
+        mesh.field_arrays.append(&mut boundary.field_arrays);
         Ok(())
     }
 }

@@ -73,7 +73,9 @@ fn write_binary(
 
 /// Whether other ranks can write the nodes of the cells of a mesh.
 pub(super) fn takes_cells_apart(mesh: &MeshView, layout: &Layout) -> bool {
-    check(mesh).is_ok() && counts(mesh, layout).is_ok()
+    let mut tags = mesh.boundary_tags();
+    let needs_positions = tags.any(|tag| faces::has_number_by_positions(mesh, tag));
+    check(mesh).is_ok() && counts(mesh, layout).is_ok() && !needs_positions
 }
 
 /// Refuses what UGRID cannot hold.
@@ -215,9 +217,12 @@ fn write_body(
 }
 
 fn write_cells(mesh: &MeshView, kind: CellKind, layout: &Layout, out: &mut dyn Out) -> Result<()> {
-    let numbers = layout.binary().filter(|_| kind.dimension() == 3);
-    let numbers = numbers.map(|binary| binary.nodes_of(kind, mesh.cells.len()));
-    if let Some(apart) = numbers.and_then(|numbers| mesh.nodes_apart(numbers)) {
+    let nodes_of = |binary: &Binary| binary.nodes_of(kind, mesh.cells.len());
+    let apart = layout
+        .binary()
+        .map(nodes_of)
+        .and_then(|numbers| mesh.nodes_apart(numbers));
+    if let Some(apart) = apart {
         return match apart.n_bytes {
             0 => Ok(()),
             _ => out.apart(&apart, 0).map(drop),

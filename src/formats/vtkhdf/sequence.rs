@@ -354,7 +354,7 @@ fn hash_of(mesh: &MeshView) -> blake3::Hash {
     let cells = mesh.cells;
     let mut hasher = blake3::Hasher::new();
     // What lies with several ranks is the same mesh at every step.
-    if mesh.cells_apart.is_none() {
+    if mesh.by_ranks.is_none() {
         hasher.update_rayon(bytemuck::cast_slice(cells.connectivity()));
     }
     for run in cells.runs() {

@@ -174,10 +174,6 @@ impl Slabs for Open {
         (self.cells.end - self.cells.start) as usize
     }
 
-    fn nodes_at_once(&self) -> usize {
-        column(&self.grid, "Points").map_or(1, |points| points.whole_chunks(1) as usize)
-    }
-
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
         let first = self.points.start;
         let rows = first + nodes.start as u64..first + nodes.end as u64;
@@ -190,12 +186,12 @@ impl Slabs for Open {
         super::placed(self.some_cells(&rows))
     }
 
-    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
+    fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let (grid, extent) = (&self.grid, &self.extent);
-        outline.point_arrays = read::arrays(grid, extent, ("Point", "point"), &self.points, notes)?;
-        outline.cell_arrays = read::arrays(grid, extent, ("Cell", "cell"), &self.cells, notes)?;
-        outline.field_arrays = read::fields(grid, extent, notes)?;
-        Ok(tags::extract(outline, self.tag_array.as_deref())?)
+        mesh.point_arrays = read::arrays(grid, extent, ("Point", "point"), &self.points, notes)?;
+        mesh.cell_arrays = read::arrays(grid, extent, ("Cell", "cell"), &self.cells, notes)?;
+        mesh.field_arrays = read::fields(grid, extent, notes)?;
+        Ok(tags::extract(mesh, self.tag_array.as_deref())?)
     }
 }
 

@@ -269,15 +269,15 @@ fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
 }
 
 impl Slabs for Pieces<'_> {
-    fn complete(&self, outline: &mut Mesh, notes: &mut Notes) -> Found<()> {
+    fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
         let (pieces, layout) = (&self.document.pieces, &self.document.layout);
-        outline.point_arrays = data(pieces, layout, "point", read::point_data, notes)?;
-        outline.cell_arrays = data(pieces, layout, "cell", read::cell_data, notes)?;
+        mesh.point_arrays = data(pieces, layout, "point", read::point_data, notes)?;
+        mesh.cell_arrays = data(pieces, layout, "cell", read::cell_data, notes)?;
         for array in &self.document.field_data {
             let array = field(array, layout, notes)?;
-            outline.field_arrays.push(array);
+            mesh.field_arrays.push(array);
         }
-        Ok(tags::extract(outline, self.tag_array.as_deref())?)
+        Ok(tags::extract(mesh, self.tag_array.as_deref())?)
     }
 
     fn n_nodes(&self) -> usize {

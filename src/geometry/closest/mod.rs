@@ -12,7 +12,7 @@ use super::vector::{Vector, add, scale};
 use crate::parallel::{SMALL_BLOCK, block, collect, collect_in_blocks};
 use components::{components, owners};
 use front::Block;
-use search::{Front, Query, Stack, search};
+use search::{Front, Query, Stack, is_leaf_within, search};
 use std::borrow::Cow;
 
 /// Facets of a leaf.
@@ -34,6 +34,7 @@ pub struct ClosestSurface<'a> {
     components: Vec<u32>,
     /// The component of each box, by level; empty where there is one alone.
     owners: Vec<Vec<u32>>,
+    bounds: Bounds,
 }
 
 /// A point of the surface.
@@ -90,7 +91,9 @@ impl<'a> ClosestSurface<'a> {
         let leaves = of_groups(&facets, LEAF, |leaf| FacetPack::new(leaf, &points));
         let components = components(points.len(), &facets);
         let owners = owners(&facets, &components);
+        let bounds = Bounds::around(facets.iter().flatten().map(|&i| &points[i as usize]));
         Self {
+            bounds,
             points,
             facets,
             origin,
@@ -140,12 +143,13 @@ impl<'a> ClosestSurface<'a> {
 
     /// The box around the surface.
     pub fn bounds(&self) -> Bounds {
-        Bounds::around(
-            self.facets
-                .iter()
-                .flatten()
-                .map(|&i| &self.points[i as usize]),
-        )
+        self.bounds
+    }
+
+    /// Checks if the surface may be within `limit` of a point of the box. It compares boxes around facets, not the facets: no
+    /// is certain, yes is not.
+    pub fn may_be_within(&self, limit: f64, block: &Bounds) -> bool {
+        is_leaf_within(self, limit * limit, block)
     }
 
     fn query<'q>(&'q self, point: &'q Vector, apart: Option<u32>) -> Query<'q> {

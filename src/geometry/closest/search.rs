@@ -1,5 +1,6 @@
 //! The search for the facet closest to one point: boxes by their distance, the nearest first.
 
+use super::super::bounds::Bounds;
 use super::super::facet::ClosestPoints;
 use super::super::oriented::LANES;
 use super::super::vector::Vector;
@@ -63,6 +64,40 @@ pub(super) fn search(
         best.consider(query, node);
     }
     best.found
+}
+
+/// Checks if the box of a leaf is within a distance of `block`, of which `limit` is the square.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub(super) fn is_leaf_within(surface: &ClosestSurface<'_>, limit: f64, block: &Bounds) -> bool {
+    let Some(top) = surface.levels.len().checked_sub(1) else {
+        return false;
+    };
+    // Groups that wait, each with its level: three for each level, and the first.
+    let mut waiting = [(0u32, 0u32); 64];
+    waiting[0] = (top as u32, 0);
+    let mut n = 1;
+    while n > 0 {
+        n -= 1;
+        let (level, group) = (waiting[n].0 as usize, waiting[n].1 as usize);
+        let distances = surface.levels[level][group].distances_to(block);
+        let n_boxes = surface.n_boxes(level);
+        for lane in 0..LANES {
+            let node = LANES * group + lane;
+            if distances[lane] > limit || node >= n_boxes {
+                continue;
+            }
+            if level == 0 {
+                return true;
+            }
+            waiting[n] = (level as u32 - 1, node as u32);
+            n += 1;
+        }
+    }
+    false
 }
 
 /// What a search is for.

@@ -193,3 +193,35 @@ fn a_search_in_blocks_finds_what_asking_every_facet_finds() {
         }
     }
 }
+
+#[test]
+fn no_point_of_a_box_has_a_foot_where_the_surface_is_not_within_the_limit() {
+    let value = |i: usize| ((i as f64) * 12.9898).sin();
+    let points: Vec<Vector> = (0..600)
+        .map(|i| [value(3 * i), value(3 * i + 1), 0.1 * value(3 * i + 2)])
+        .collect();
+    let facets: Vec<[u32; 3]> = (0..199).map(|i| [3 * i, 3 * i + 1, 3 * i + 3]).collect();
+    for n in [0, 1, 9, 199] {
+        let surface = ClosestSurface::new(&points[..], &facets[..n]);
+        let mut n_far = 0;
+        for q in 0..200 {
+            let at = |i: usize| 2.0 * value(7000 + 3 * q + i);
+            let corners = [[at(0), at(1), at(2)], [at(0) + 0.1, at(1), at(2) - 0.2]];
+            let block = Bounds::around(&corners);
+            let one = Bounds::around(&corners[..1]);
+            for limit in [0.01, 0.3, 1.0] {
+                if surface.may_be_within(limit, &block) {
+                    continue;
+                }
+                n_far += 1;
+                assert!(!surface.may_be_within(limit, &one));
+                assert!(corners.iter().all(|p| surface.nearest(p, limit).is_none()));
+            }
+            if let Some(foot) = surface.nearest(&corners[0], f64::INFINITY) {
+                let distance = foot.distance_squared.sqrt();
+                assert!(surface.may_be_within(distance * (1.0 + 1e-12), &one));
+            }
+        }
+        assert!(n_far > 200, "{n_far}");
+    }
+}

@@ -5,7 +5,7 @@
 
 mod pair;
 
-use super::{CellKind, CellRun, Cells, Mesh, Part};
+use super::{CellKind, CellRun, Cells, Mesh, RankPart};
 use crate::parallel::map;
 use std::ops::Range;
 
@@ -28,7 +28,7 @@ pub struct Adjacency {
 struct Cuts(Vec<usize>);
 
 impl Cuts {
-    fn new(n_cells: usize, part: Option<&Part>) -> Self {
+    fn new(n_cells: usize, part: Option<&RankPart>) -> Self {
         let mut starts: Vec<usize> = match part {
             None => (0..n_cells).step_by(CHUNK).collect(),
             Some(part) => {
@@ -142,7 +142,7 @@ impl Adjacency {
         Self::with_own(cells, dimension, None)
     }
 
-    fn with_own(cells: &Cells, dimension: u8, part: Option<&Part>) -> Self {
+    fn with_own(cells: &Cells, dimension: u8, part: Option<&RankPart>) -> Self {
         let cuts = Cuts::new(cells.len(), part);
         if dimension < 2 {
             return Self {

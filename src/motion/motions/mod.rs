@@ -54,7 +54,7 @@ use super::table::{Interpolation, Table};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::Boundary;
 use nodes::BodyNodes;
 use std::any::Any;
 use std::cell::OnceCell;
@@ -194,10 +194,10 @@ pub(super) struct At<'a> {
     pub rates: bool,
 }
 
-/// What a motion is resolved on: the mesh, the steps, the blade.
+/// What a motion is resolved on: the boundary of the mesh, the steps, the blade.
 pub(super) struct OnMesh<'a> {
-    /// The mesh.
-    pub mesh: &'a Mesh,
+    /// The boundary of the mesh.
+    pub boundary: &'a Boundary,
     /// Faces with a role.
     pub faces: &'a SurfaceFaces,
     /// Nodes with a role.
@@ -221,7 +221,7 @@ pub(super) struct OnMesh<'a> {
 impl OnMesh<'_> {
     /// Whether the mesh is plane.
     pub fn in_plane(&self) -> bool {
-        self.blade.in_plane && self.mesh.dimension() < 3
+        self.blade.in_plane && self.boundary.dimension() < 3
     }
 
     /// The nodes of the body.

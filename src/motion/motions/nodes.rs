@@ -102,11 +102,11 @@ impl BodyNodes {
         let nodes = on.surface_nodes.nodes.iter().zip(&on.surface_nodes.roles);
         let own = nodes.filter(|(_, role)| **role == on.role);
         let nodes: Vec<u32> = own.map(|(node, _)| *node).collect();
-        let places = nodes.iter().map(|&node| on.mesh.place(node));
+        let places = nodes.iter().map(|&node| on.boundary.position(node));
         Self {
             places: places.collect(),
             nodes,
-            n_mesh: on.mesh.points.len(),
+            n_mesh: on.boundary.n_nodes,
         }
     }
 

@@ -5,7 +5,7 @@ use crate::diagnostic::NoteKind;
 use crate::diagnostic::motion::MotionNote;
 use crate::geometry::Transform;
 use crate::geometry::vector::{Vector, distance};
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{Boundary, CellKind, Mesh};
 use crate::motion::{Motion, Role};
 
 /// Two squares side by side under two others: tags wing and flap at the bottom share node 1, top.
@@ -38,7 +38,7 @@ fn motion(flap: &str) -> Motion {
     );
     let schedule = parse(&text).expect("a good schedule");
     schedule
-        .resolve(&wing_and_flap())
+        .resolve_on(&wing_and_flap())
         .expect("it fits the mesh")
 }
 
@@ -61,7 +61,11 @@ fn a_flap_turns_about_its_hinge_where_the_wing_has_taken_it() {
     assert_near(place(&motion, 1, [1.0, 0.0, 0.0]), hinge);
     // The flap goes up with the wing and then comes down by 90 degrees: it points to x again.
     assert_near(place(&motion, 1, [2.0, 0.0, 0.0]), [1.75, 0.75, 0.0]);
-    assert!(motion.shared_nodes(&wing_and_flap(), 2.0).is_empty());
+    assert!(
+        motion
+            .shared_nodes(&Boundary::of(&wing_and_flap()))
+            .is_empty()
+    );
 }
 
 #[test]
@@ -92,7 +96,7 @@ fn a_child_has_the_azimuth_offset_of_its_parent() {
         );
         let schedule = parse(&text).expect("a good schedule");
         let motion = schedule
-            .resolve(&wing_and_flap())
+            .resolve_on(&wing_and_flap())
             .expect("it fits the mesh");
         motion.bodies[1].azimuth_offset.to_degrees()
     };
@@ -110,7 +114,7 @@ fn a_shared_node_moves_with_the_body_named_first_and_a_gap_is_told() {
     };
     assert_eq!((at(1), at(2)), (Role::Moving(0), Role::Moving(1)));
     assert_eq!(motion.surface.shared, [(1, 1)]);
-    let told = motion.shared_nodes(&wing_and_flap(), 2.0);
+    let told = motion.shared_nodes(&Boundary::of(&wing_and_flap()));
     let NoteKind::Motion(MotionNote::SharedNodes {
         nodes,
         bodies,
@@ -156,7 +160,7 @@ fn times_need_a_frequency_only_where_the_azimuth_matters() {
         "hover.toml:2: `time` has no `frequency`, and the harmonics of body \"a\" need the azimuth; add for example  frequency = 2.0, or `azimuth_table` in [rotor]"
     );
     let listed = parse(&text(cyclic, "values = [0, 0.125, 1], frequency = 2")).expect("it is good");
-    let motion = listed.resolve(&two_squares()).expect("it fits the mesh");
+    let motion = listed.resolve_on(&two_squares()).expect("it fits the mesh");
     let azimuths: Vec<f64> = motion.steps.iter().map(|step| step.azimuth_deg).collect();
     assert_eq!(azimuths, [0.0, 90.0, 720.0]);
     let (sin, cos) = 10f64.to_radians().sin_cos();

@@ -18,8 +18,8 @@ fn one(body: Body) -> Schedule {
 #[track_caller]
 fn assert_same(made: &Schedule, text: &str) {
     let mesh = two_cubes();
-    let read = parse(text).and_then(|schedule| schedule.resolve(&mesh));
-    let (made, read) = (made.resolve(&mesh).expect("made"), read.expect("read"));
+    let read = parse(text).and_then(|schedule| schedule.resolve_on(&mesh));
+    let (made, read) = (made.resolve_on(&mesh).expect("made"), read.expect("read"));
     let places = |motion: &Motion| -> Vec<[u64; 3]> {
         let poses = motion.steps.iter().flat_map(|step| motion.poses(step, 1.0));
         let places = poses.flat_map(|pose| {
@@ -269,14 +269,14 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
             "boundaries: tag \"nowhere\" is not in the mesh; it has: blade_1, hub, side, farfield",
         ),
     ] {
-        let error = schedule.resolve(&two_cubes()).expect_err(expected);
+        let error = schedule.resolve_on(&two_cubes()).expect_err(expected);
         assert_eq!(error.to_string(), expected);
     }
     assert!(
         good()
             .interpolate(Interpolate::Twist)
             .rotation_radius(1.0)
-            .resolve(&two_cubes())
+            .resolve_on(&two_cubes())
             .is_ok()
     );
 }
@@ -285,7 +285,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
 fn a_body_that_leaves_the_plane_is_told_by_its_name() {
     let body = Body::new("a", ["blade_1"]).cyclic(Cyclic::new().coning_deg(1.0));
     let error = one(body)
-        .resolve(&two_squares())
+        .resolve_on(&two_squares())
         .expect_err("it flaps")
         .to_string();
     assert_eq!(

@@ -227,7 +227,7 @@ fn beside_mesh(body: &str, arrays: &[(&str, f64)], csv: &str) -> Result<Motion> 
     ] {
         std::fs::write(folder.path().join(name), bytes).expect("it can be written");
     }
-    crate::motion::Schedule::read(folder.path().join("hover.toml"))?.resolve(&two_cubes())
+    crate::motion::Schedule::read(folder.path().join("hover.toml"))?.resolve_on(&two_cubes())
 }
 
 #[test]
@@ -377,7 +377,7 @@ fn a_child_of_a_body_of_nodes_is_refused() {
     let schedule =
         crate::motion::Schedule::read(folder.path().join("hover.toml")).expect("it is good");
     let error = schedule
-        .resolve(&two_cubes())
+        .resolve_on(&two_cubes())
         .expect_err("it is refused")
         .to_string();
     assert!(error.ends_with("hover.toml:8: body \"flap\" cannot move with \"wing\", whose `surface` or `modes` are known only at its own nodes; give the child a motion of its own"), "{error}");

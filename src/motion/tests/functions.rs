@@ -19,7 +19,7 @@ fn bend(step: &Step, places: &[Vector], out: &mut [Vector]) {
 fn bent(steps: Steps) -> Motion {
     let body = Body::new("blade", ["blade_1"]).displacements(bend);
     schedule(steps, body)
-        .resolve(&two_cubes())
+        .resolve_on(&two_cubes())
         .expect("it fits the mesh")
 }
 
@@ -51,7 +51,7 @@ fn it_acts_before_the_other_motions_of_its_body() {
     let body = Body::new("blade", ["blade_1"])
         .displacements(bend)
         .cyclic(turning);
-    let motion = schedule(Steps::azimuths_deg([1.0]), body).resolve(&two_cubes());
+    let motion = schedule(Steps::azimuths_deg([1.0]), body).resolve_on(&two_cubes());
     let motion = motion.expect("it fits the mesh");
     // Nose up about x: what is up goes back.
     let place = motion.pose(0, &motion.steps[0]).place(1, [1.0, 0.0, 0.0]);
@@ -64,14 +64,14 @@ fn displacements_that_are_no_numbers_name_body_step_and_node() {
         out[2][1] = if step.index() == 1 { f64::NAN } else { 0.0 };
     };
     let body = Body::new("blade", ["blade_1"]).displacements(broken);
-    let found = schedule(Steps::azimuths_deg([0.0, 30.0]), body).resolve(&two_cubes());
+    let found = schedule(Steps::azimuths_deg([0.0, 30.0]), body).resolve_on(&two_cubes());
     assert_eq!(
         found.expect_err("it is no number").to_string(),
         "body \"blade\": the displacement of node 2 at step 1 (azimuth 30 degrees) is [0.0, NaN, 0.0]; displacements must be finite numbers"
     );
     let up = |_: &Step, _: &[Vector], out: &mut [Vector]| out[0] = [0.0, 0.0, 1.0];
     let body = Body::new("blade", ["blade_1"]).displacements(up);
-    let found = schedule(Steps::azimuths_deg([0.0]), body).resolve(&two_squares());
+    let found = schedule(Steps::azimuths_deg([0.0]), body).resolve_on(&two_squares());
     let told = found.expect_err("it leaves the plane").to_string();
     assert!(
         told.ends_with("displacements along z must be 0 in a 2D mesh"),
@@ -86,7 +86,7 @@ fn it_has_no_children() {
         .body(Body::new("hub", ["hub"]).parent("blade"));
     assert_eq!(
         schedule
-            .resolve(&two_cubes())
+            .resolve_on(&two_cubes())
             .expect_err("it is known at its nodes")
             .to_string(),
         "body \"hub\" cannot move with \"blade\", whose displacements are known only at its own nodes; give the child a motion of its own"

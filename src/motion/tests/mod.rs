@@ -19,10 +19,16 @@ mod twist;
 mod velocity;
 mod wrong_files;
 
-use super::Schedule;
+use super::{Motion, Schedule};
 use crate::error::Result;
-use crate::mesh::{CellKind, Group, Mesh};
+use crate::mesh::{Boundary, CellKind, Group, Mesh, ZoneSides};
 use std::path::Path;
+
+impl Schedule {
+    fn resolve_on(&self, mesh: &Mesh) -> Result<Motion> {
+        self.resolve(&Boundary::of(mesh), &|cells| Ok(ZoneSides::of(mesh, cells)))
+    }
+}
 
 /// A schedule named hover.toml.
 fn parse(text: &str) -> Result<Schedule> {

@@ -261,7 +261,9 @@ fn a_schedule_made_in_memory_swings_alike() {
         .cyclic(Cyclic::new().table(trim));
     let steps = Steps::azimuths_deg([0.0, 70.0]);
     let schedule = Schedule::new(steps).body(body).others(Others::Fixed);
-    let found = schedule.resolve(&super::two_cubes()).expect("it is good");
+    let found = schedule
+        .resolve_on(&super::two_cubes())
+        .expect("it is good");
     let files = [
         ("a.csv", "azimuth_deg,angle_deg\n0,1\n180,2\n"),
         ("t.csv", "azimuth_deg,pitch_deg\n0,1\n180,2\n"),

@@ -189,7 +189,7 @@ fn free_tags_are_named() {
         )
     };
     let mesh = super::two_cubes();
-    let resolve = |free: &str| super::parse(&text(free))?.resolve(&mesh);
+    let resolve = |free: &str| super::parse(&text(free))?.resolve_on(&mesh);
     let motion = resolve("[\"hub\", \"si*\"]").expect("it is good");
     let free = motion.surface.tags.iter().filter(|tag| tag.role.is_none());
     assert_eq!(
@@ -206,7 +206,7 @@ fn free_tags_are_named() {
     let mut bound = mesh.clone();
     bound.groups[4].condition = Some("symmetry".to_owned());
     let error =
-        super::parse(&text("[\"hub\", \"side\"]")).and_then(|schedule| schedule.resolve(&bound));
+        super::parse(&text("[\"hub\", \"side\"]")).and_then(|schedule| schedule.resolve_on(&bound));
     let error = error.expect_err("it would not be a plane").to_string();
     assert!(error.starts_with("hover.toml:8: tag \"side\" is of type symmetry, which it would not be any more with free nodes"), "{error}");
 }

@@ -2,14 +2,14 @@
 
 use super::{group, parse, two_cubes, two_squares};
 use crate::error::Position;
-use crate::mesh::{CellKind, Mesh};
+use crate::mesh::{Boundary, CellKind, Mesh};
 use crate::motion::{Motion, Role};
 use Role::{Fixed, Moving, Sliding};
 
 fn resolve(mesh: &Mesh, tail: &str) -> Result<Motion, String> {
     let text = format!("[azimuth]\nvalues = [0]\n{tail}");
     let schedule = parse(&text).map_err(|error| error.to_string())?;
-    schedule.resolve(mesh).map_err(|error| error.to_string())
+    schedule.resolve_on(mesh).map_err(|error| error.to_string())
 }
 
 const BLADE: &str =
@@ -145,11 +145,11 @@ fn periodic_tags_have_no_role_and_know_their_nodes() {
     assert_eq!(periodic, [false, true, false, false, true, false]);
     assert_eq!(motion.surface.tags[1].role, None);
     assert_eq!(motion.surface.faces.cells, [2, 4, 5, 7]);
-    let [a, b] = motion.periodic_nodes(&motion.periodic[0], &mesh);
+    let [a, b] = motion.periodic_nodes(&motion.periodic[0], &Boundary::of(&mesh));
     assert_eq!((a, b), (vec![0, 3, 4, 7], vec![1, 2, 5, 6]));
     let several = resolve(&mesh, &pair("side", "*_image")).expect("several tags on a side");
     assert_eq!(several.periodic[0].b, [4, 5]);
-    let [_, b] = several.periodic_nodes(&several.periodic[0], &mesh);
+    let [_, b] = several.periodic_nodes(&several.periodic[0], &Boundary::of(&mesh));
     assert_eq!(b, [1, 2, 5, 6, 9, 10]);
 }
 
@@ -160,7 +160,7 @@ fn periodic_nodes_are_those_of_the_zones_that_deform() {
         "{BLADE}[boundaries]\nzones = [\"rotor\"]\nfixed = [\"hub\", \"hub_image\"]\nperiodic = [ {{ pair = [\"side\", \"side_image\"] }} ]"
     );
     let motion = resolve(&mesh, &tail).expect("it fits");
-    let [a, b] = motion.periodic_nodes(&motion.periodic[0], &mesh);
+    let [a, b] = motion.periodic_nodes(&motion.periodic[0], &Boundary::of(&mesh));
     assert_eq!((a, b), (vec![4, 7], vec![5, 6]));
 }
 

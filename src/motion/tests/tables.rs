@@ -43,7 +43,7 @@ fn resolve_on(mesh: &Mesh, head: &str, body: &str, files: &[(&str, &str)]) -> Re
     let path = folder.path().join("hover.toml");
     std::fs::write(&path, text).expect("it can be written");
     let schedule = crate::motion::Schedule::read(&path)?;
-    schedule.resolve(mesh)
+    schedule.resolve_on(mesh)
 }
 
 /// What a wrong table is told, without its folder.

@@ -11,13 +11,13 @@ use proptest::prelude::*;
 
 fn cubes(head: &str, body: &str) -> Motion {
     one_body(head, body)
-        .resolve(&two_cubes())
+        .resolve_on(&two_cubes())
         .expect("it fits the mesh")
 }
 
 fn squares(body: &str) -> Motion {
     one_body("", body)
-        .resolve(&two_squares())
+        .resolve_on(&two_squares())
         .expect("it fits the mesh")
 }
 

@@ -102,7 +102,7 @@ pub fn assess(
         part.numbered(mesh.own_offset())
     });
     let own = ([adjacency.n_inner(), adjacency.n_outer()], parts);
-    let whole = (mesh.ranks()).fold(
+    let whole = (mesh.ranks()).ordered_fold(
         FaceTotals::default(),
         own,
         |whole, ([inner, outer], parts)| {

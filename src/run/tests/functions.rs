@@ -72,18 +72,18 @@ fn a_run_is_not_resumed_where_a_function_has_no_name() {
 fn the_memory_forecast_counts_the_displacements_that_a_function_gives() {
     let folder = tempfile::tempdir().expect("a folder");
     let deformation = deformation(folder.path(), sphere().displacements(bend));
-    let mut plan = Plan::new(
+    let (mut plan, part) = Plan::new(
         Mesh::read(MESH).expect("it is there"),
         deformation.plan().schedule.clone(),
     )
     .expect("they fit");
-    let counted = estimate_memory(&plan);
+    let counted = estimate_memory(&plan, &part.mesh);
     let roles = &plan.motion.surface.nodes.roles;
     let moving = |role: &&Role| matches!(role, Role::Moving(_));
     let n_nodes = roles.iter().filter(moving).count();
     let bytes = plan.motion.memory_bytes();
     assert_eq!(bytes, 2 * 24 * n_nodes);
     plan.motion.bodies.clear();
-    let without = estimate_memory(&plan);
+    let without = estimate_memory(&plan, &part.mesh);
     assert!(counted - without >= bytes as u64, "{counted} {without}");
 }

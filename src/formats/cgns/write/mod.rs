@@ -55,9 +55,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     let from_adf = mesh.origin.get::<FromAdf>();
     let flattened = options.check_coordinates(mesh)?;
     let sorted = plan::sorted(mesh)?;
-    let sorted_view = sorted
-        .as_ref()
-        .map(|sorted| sorted.view().with_points_apart(mesh.points_apart));
+    let sorted_view = sorted.as_ref().map(|sorted| sorted.view());
     let mesh = sorted_view.as_ref().unwrap_or(mesh);
     let numbering = Numbering::of(mesh);
     let faces = FaceTable::of(mesh, &numbering);

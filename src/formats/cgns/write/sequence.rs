@@ -214,9 +214,7 @@ impl SequenceFile for Sequence {
         let mut notes = Notes::default();
         notes.extend(mesh.origin.get::<FromAdf>().map(|_| Written::Hdf5ForAdf));
         let sorted = plan::sorted(mesh)?;
-        let sorted_view = sorted
-            .as_ref()
-            .map(|sorted| sorted.view().with_points_apart(mesh.points_apart));
+        let sorted_view = sorted.as_ref().map(|sorted| sorted.view());
         let mesh = sorted_view.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
         self.append_grid(mesh)?;
@@ -305,7 +303,7 @@ fn hash_of(mesh: &MeshView) -> blake3::Hash {
         hasher.update(&(run.n_cells() as u64).to_le_bytes());
     }
     // What lies with several ranks is the same mesh at every step.
-    if mesh.cells_apart.is_none() {
+    if mesh.by_ranks.is_none() {
         hasher.update_rayon(bytemuck::cast_slice(mesh.cells.connectivity()));
     }
     let polyhedra = mesh

@@ -204,8 +204,8 @@ impl BladeEdges {
         let mut edges = Vec::new();
         let faces = on.faces.cells.iter().zip(&on.faces.roles);
         for (&cell, _) in faces.filter(|(_, role)| **role == on.role) {
-            let cell = on.mesh.cells.get(cell as usize);
-            let place = |at: usize| in_blade(on, on.mesh.place(cell.nodes[at]));
+            let cell = on.boundary.face(cell as usize);
+            let place = |at: usize| in_blade(on, on.boundary.position(cell.nodes[at]));
             let pairs = cell.kind.edges();
             let n = cell.nodes.len();
             if pairs.is_empty() {
