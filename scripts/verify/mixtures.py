@@ -94,7 +94,7 @@ def schedule(chance, is_drum):
     written = one(["vtu", "vtkhdf", "cgns", "ugrid-b8", "ugrid-lb8l"])
     lines += ["[output]", f'format = "{written}"', f'on_inverted = "{one(["warn", "repair", "stop", "substeps"])}"']
     lines += ['precision = "f32"'] * (often(0.3) and "ugrid" not in written)
-    lines += ['quality = "none"'] * often(0.15) + ["velocity = true"] * often(0.35) + ["displacement = true"] * often(0.3)
+    lines += [f'quality = "{one(["none", "cells"])}"'] * often(0.25) + ["velocity = true"] * often(0.35) + ["displacement = true"] * often(0.3)
     return "\n".join(lines) + "\n"
 
 
