@@ -7,4 +7,4 @@
 #SBATCH --signal=TERM@60
 set -u
 # Without --mpi the processes of some sites do not find each other; `srun --mpi=list` names what there is.
-exec srun --mpi=pmix --cpus-per-task="$SLURM_CPUS_PER_TASK" azimesh deform "$1" "$2" -o "$3" --resume
+exec srun --kill-on-bad-exit=1 --mpi=pmix --cpus-per-task="$SLURM_CPUS_PER_TASK" azimesh deform "$1" "$2" -o "$3" --resume
