@@ -3,18 +3,20 @@
 use super::finished::Finished;
 use super::names::Names;
 use super::request::Request;
-use crate::deform::{Deformation, Plan};
+use crate::deform::{Deformation, Plan, Repair};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result, counted};
 use crate::formats::{
     self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, save_text,
 };
-use crate::motion::SurfaceOutput;
+use crate::motion::{Step, SurfaceOutput};
 use crate::preflight::body_motion;
 use crate::rbf::select::Selection;
 use crate::record::{
-    EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, RunRecord, SelectionRecord,
+    EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, PatchRecord, RepairRecord,
+    RunRecord, SelectionRecord,
 };
+use crate::repair::PatchLog;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -260,5 +262,59 @@ pub(super) fn selection_record(
         steps: interval.len(),
         layers: layers.collect(),
         warnings: None,
+    }
+}
+
+/// The repair of a step.
+pub(super) fn repair_record(repair: &Repair, step: &Step) -> RepairRecord {
+    let untangled = repair.untangled.as_ref();
+    let patch = |log: &PatchLog| PatchRecord {
+        first_cell: log.first_cell,
+        invalid_before: log.invalid_before,
+        invalid: log.invalid,
+        cells: log.n_cells,
+        nodes: log.n_nodes,
+        rings: log.rings,
+        min_jacobian_before: log.least_before,
+        min_jacobian: log.least,
+        largest_move: log.largest_move,
+    };
+    let window = repair.window.as_ref();
+    let kernel = repair.substeps.and_then(|parts| parts.kernel);
+    let mut record = RepairRecord {
+        step: step.index,
+        substeps: repair.substeps.map(|parts| parts.n),
+        kernel: kernel.map(|kernel| kernel.name().to_owned()),
+        inverted_before: repair.before.inverted,
+        inverted: repair.after.inverted,
+        unproven_before: (repair.before.unproven > 0).then_some(repair.before.unproven),
+        window: window.map(|part| [part.steps.start, part.steps.end]),
+        weight: window.map(|part| part.weight),
+        patches: untangled.map(|untangled| untangled.patches.iter().map(patch).collect()),
+        unrepaired: untangled.map(|untangled| untangled.left),
+        sentence: String::new(),
+    };
+    record.sentence = record.note(step.azimuth_deg(), step.time_s()).to_string();
+    record
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::{Schedule, Steps};
+
+    #[test]
+    fn a_repaired_step_without_an_azimuth_is_named_by_its_time() {
+        let steps = Schedule::new(Steps::times_s([0.25])).steps();
+        let record = RepairRecord {
+            substeps: Some(2),
+            inverted_before: 3,
+            ..RepairRecord::default()
+        };
+        let step = &steps.expect("they are good")[0];
+        assert_eq!(
+            record.note(step.azimuth_deg(), step.time_s()).to_string(),
+            "step 0 (0.25 s) had 3 inverted cells: 2 substeps leave none"
+        );
     }
 }

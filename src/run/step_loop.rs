@@ -3,6 +3,7 @@
 
 use super::base_points::BasePointStore;
 use super::finished::inverted;
+use super::record::repair_record;
 use super::run::{LoopEnd, Run};
 use super::step::{Computed, StepMesh, compute, recompute, row};
 use super::writer::Writer;
@@ -254,7 +255,8 @@ impl Run<'_> {
     pub(super) fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
         self.seconds.0 += computed.seconds;
         if let Some(repair) = &computed.found.repair {
-            self.earlier.repairs.insert(step.index, repair.record(step));
+            let record = repair_record(repair, step);
+            self.earlier.repairs.insert(step.index, record);
             self.note_repairs()?;
         }
         let Some(first) = computed.found.first_inverted() else {

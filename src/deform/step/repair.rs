@@ -6,10 +6,9 @@ use super::window::Window;
 use crate::deform::plan::Plan;
 use crate::error::{ErrorKind, Result};
 use crate::geometry::vector::Vector;
-use crate::motion::{Interpolate, OnInverted, Step};
+use crate::motion::{Interpolate, OnInverted};
 use crate::quality::Summary;
 use crate::rbf::Kernel;
-use crate::record::{PatchRecord, RepairRecord};
 use crate::repair::{Count, PatchLog};
 use std::ops::Range;
 
@@ -20,33 +19,33 @@ const TRIES: [usize; 3] = [2, 4, 8];
 /// where a smooth kernel moves the middle of the gap with one of its sides.
 const LAST_KERNEL: Kernel = Kernel::WendlandC0;
 
-/// What was done about the folded cells of a step.
+/// The repair of the folded cells of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Repair {
-    /// Substeps of the result; none where they did not help.
-    pub(crate) substeps: Option<Parts>,
-    /// Cells that are not valid without them.
-    before: Count,
-    /// And with them.
-    after: Count,
-    /// What was untangled then; none where that was not asked for.
-    untangled: Option<Untangled>,
-    window: Option<WindowPart>,
+    /// Substeps of the result; `None` where they did not help.
+    pub substeps: Option<Parts>,
+    /// Cells that are not valid without substeps.
+    pub before: Count,
+    /// Cells that are not valid with them.
+    pub after: Count,
+    /// Cells that were untangled after that; `None` where that was not requested.
+    pub untangled: Option<Untangled>,
+    pub window: Option<WindowPart>,
 }
 
 /// The cells of a step that were untangled.
 #[derive(Debug, Clone, PartialEq)]
-struct Untangled {
-    patches: Vec<PatchLog>,
+pub(crate) struct Untangled {
+    pub patches: Vec<PatchLog>,
     /// Inverted and unproven cells after it.
-    left: usize,
+    pub left: usize,
 }
 
-/// What a step takes of the repair of a window.
+/// The share of a step in the repair of a window.
 #[derive(Debug, Clone, PartialEq)]
-struct WindowPart {
-    steps: Range<usize>,
-    weight: f64,
+pub(crate) struct WindowPart {
+    pub steps: Range<usize>,
+    pub weight: f64,
 }
 
 /// Cells that are not valid or not proven to be so.
@@ -168,71 +167,5 @@ impl Repair {
         untangled.map_or(0, |untangled| {
             self.after.all().saturating_sub(untangled.left)
         })
-    }
-
-    /// What run.json holds.
-    pub fn record(&self, step: &Step) -> RepairRecord {
-        let window = self.window.as_ref();
-        let kernel = self.substeps.and_then(|parts| parts.kernel);
-        let mut record = RepairRecord {
-            step: step.index,
-            substeps: self.substeps.map(|parts| parts.n),
-            kernel: kernel.map(|kernel| kernel.name().to_owned()),
-            inverted_before: self.before.inverted,
-            inverted: self.after.inverted,
-            unproven_before: (self.before.unproven > 0).then_some(self.before.unproven),
-            window: window.map(|part| [part.steps.start, part.steps.end]),
-            weight: window.map(|part| part.weight),
-            patches: self.untangled.as_ref().map(Untangled::records),
-            unrepaired: self.untangled.as_ref().map(|untangled| untangled.left),
-            sentence: String::new(),
-        };
-        record.sentence = record.note(step.azimuth_deg(), step.time_s()).to_string();
-        record
-    }
-}
-
-impl Untangled {
-    fn records(&self) -> Vec<PatchRecord> {
-        let patches = self.patches.iter();
-        patches
-            .map(|log| PatchRecord {
-                first_cell: log.first_cell,
-                invalid_before: log.invalid_before,
-                invalid: log.invalid,
-                cells: log.n_cells,
-                nodes: log.n_nodes,
-                rings: log.rings,
-                min_jacobian_before: log.least_before,
-                min_jacobian: log.least,
-                largest_move: log.largest_move,
-            })
-            .collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::motion::{Schedule, Steps};
-
-    #[test]
-    fn a_repaired_step_without_an_azimuth_is_named_by_its_time() {
-        let steps = Schedule::new(Steps::times_s([0.25])).steps();
-        let repair = Repair {
-            substeps: Some(Parts { n: 2, kernel: None }),
-            before: Count {
-                inverted: 3,
-                unproven: 0,
-            },
-            after: Count::default(),
-            untangled: None,
-            window: None,
-        };
-        let record = repair.record(&steps.expect("they are good")[0]);
-        assert_eq!(
-            record.sentence,
-            "step 0 (0.25 s) had 3 inverted cells: 2 substeps leave none"
-        );
     }
 }
