@@ -72,11 +72,9 @@ impl<'a> Meshes<'a> {
     }
 
     fn write_mesh(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
-        if let Some(in_case) = self.names.in_case(step.index) {
-            let mut out = OutputSet::new(in_case.0, self.names.commit).hashed();
-            in_case
-                .1
-                .write_step(mesh, in_case.2, &mut out, &self.options)?;
+        if let Some(case) = self.names.in_case(step.index) {
+            let mut out = OutputSet::new(case.folder, self.names.commit).hashed();
+            (case.format).write_step(mesh, case.file, &mut out, &self.options)?;
             let written = out.finish();
             return Ok((hash_in_case(&written), written.files));
         }
@@ -120,9 +118,9 @@ pub(super) fn hash_of(
     format: &dyn Format,
     options: &WriteOptions,
 ) -> Result<blake3::Hash> {
-    if let Some((folder, case, file)) = names.in_case(step) {
-        let mut out = OutputSet::nowhere(folder).hashed();
-        case.write_step(mesh, file, &mut out, options)?;
+    if let Some(case) = names.in_case(step) {
+        let mut out = OutputSet::nowhere(case.folder).hashed();
+        (case.format).write_step(mesh, case.file, &mut out, options)?;
         return Ok(hash_in_case(&out.finish()));
     }
     let mut out = OutputSet::nowhere(Path::new("mesh")).hashed();

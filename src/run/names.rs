@@ -62,6 +62,13 @@ pub struct Names {
     pub given: Inputs,
 }
 
+/// A step in a case.
+pub(super) struct StepInCase<'a> {
+    pub folder: &'a Path,
+    pub format: &'static dyn CaseFormat,
+    pub file: &'a str,
+}
+
 impl Names {
     /// For a mesh of this name, in a format, with so many steps.
     pub fn new(
@@ -136,10 +143,14 @@ impl Names {
         Ok(())
     }
 
-    /// The case, its format, and the file of a step in it.
-    pub(super) fn in_case(&self, step: usize) -> Option<(&Path, &'static dyn CaseFormat, &str)> {
+    /// The file of a step in the case that has the meshes.
+    pub(super) fn in_case(&self, step: usize) -> Option<StepInCase<'_>> {
         let case = self.case.as_ref()?;
-        Some((&case.folder, case.format, case.files.get(step)?))
+        Some(StepInCase {
+            folder: &case.folder,
+            format: case.format,
+            file: case.files.get(step)?,
+        })
     }
 
     /// Whether a mesh on the disk has the hash of its row.

@@ -105,7 +105,8 @@ pub fn run_after(
         skipped: Vec::new(),
         first_inverted: BTreeMap::new(),
         warnings,
-        seconds: (0.0, 0.0),
+        seconds_steps: 0.0,
+        seconds_writing: 0.0,
         lock,
         displaced_from: None,
     };
@@ -206,8 +207,9 @@ pub(super) struct Run<'a> {
     pub skipped: Vec<Diagnostic>,
     pub first_inverted: BTreeMap<usize, usize>,
     pub warnings: Vec<Diagnostic>,
-    /// Of positions and quality, and of writing.
-    pub seconds: (f64, f64),
+    /// Seconds of positions and quality.
+    pub seconds_steps: f64,
+    pub seconds_writing: f64,
     lock: Lock,
     /// Positions that displacements are measured from, where they are not those of the mesh that was read.
     pub displaced_from: Option<Vec<Vector>>,
@@ -244,7 +246,7 @@ impl Run<'_> {
             )?;
             let pass = self.step_loop(&mut writer, base_points);
             let settled = writer.settle();
-            self.seconds.1 += writer.seconds;
+            self.seconds_writing += writer.seconds;
             if self.names.is_in_one() {
                 self.record.content.step_ends = Some(writer.ends().to_vec());
             }
@@ -458,7 +460,8 @@ impl Run<'_> {
         }
         finished.timings.selection = base_points.seconds_selection;
         finished.timings.modes = base_points.seconds_modes;
-        (finished.timings.steps, finished.timings.writing) = self.seconds;
+        finished.timings.steps = self.seconds_steps;
+        finished.timings.writing = self.seconds_writing;
         finished.timings.total = clock.seconds();
         if self.earlier.is_unverified {
             return result.map(|()| finished);

@@ -9,7 +9,7 @@ use super::step::{Computed, StepMesh, compute, recompute, row};
 use super::writer::Writer;
 use crate::diagnostic::run::RunNote;
 use crate::error::{Error, ErrorKind, Result};
-use crate::formats::{self, CaseFormat, Location, ReadOptions};
+use crate::formats::{self, Location, ReadOptions};
 use crate::geometry::vector::Vector;
 use crate::mesh::{Apart, MeshView};
 use crate::motion::{OnInverted, QualityOutput, Step};
@@ -142,11 +142,10 @@ impl Run<'_> {
     /// in the place of the mesh that was read.
     pub(super) fn find_start(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let first = &self.plan.motion.steps[0];
-        let is_shared = |(_, case, file): (_, &dyn CaseFormat, &str)| case.is_shared(file);
         let is_moved = self.plan.largest_displacement(0) > 0.0;
         if self.plan.schedule.output.displacement
             && is_moved
-            && self.names.in_case(0).is_some_and(is_shared)
+            && (self.names.in_case(0)).is_some_and(|case| case.format.is_shared(case.file))
         {
             let mut points = self.room_for_points();
             compute(base_points, first, &mut points)?;
@@ -253,7 +252,7 @@ impl Run<'_> {
 
     /// Keeps in mind what is wrong with a step; refuses it where the schedule says so.
     pub(super) fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
-        self.seconds.0 += computed.seconds;
+        self.seconds_steps += computed.seconds;
         if let Some(repair) = &computed.found.repair {
             let record = repair_record(repair, step);
             self.earlier.repairs.insert(step.index, record);
