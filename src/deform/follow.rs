@@ -33,7 +33,7 @@ pub(super) enum Call {
     Evaluate(usize, Rounding),
     /// [`Deformation::place`] at a step.
     Place(usize, Rounding),
-    /// [`Deformation::gather`] of the last step.
+    /// [`Deformation::positions_to_write`] of the last step.
     Gather,
     /// [`Deformation::write_together`] of the last step, with sync or without.
     Write(bool),
@@ -107,7 +107,7 @@ impl Deformation {
                     let found = self.place(interval, step, rounding, &mut points);
                     velocities = velocities_of(found);
                 }
-                Call::Gather => drop(self.gather(&points, &mut velocities)),
+                Call::Gather => drop(self.positions_to_write(&points, &mut velocities)),
                 Call::Write(sync) => {
                     // The first rank has the error of any rank.
                     let own = self.own_values(&points, &velocities);
@@ -132,8 +132,9 @@ impl Deformation {
         self.announce(Call::End);
     }
 
-    /// Positions of all nodes of the mesh that is written, on the first rank; `velocities` become those of all nodes too.
-    pub(crate) fn gather<'a>(
+    /// The positions of all nodes, on the first rank, which writes them; `velocities` become those of all nodes too. Where all ranks
+    /// write the mesh together, both stay those of this rank.
+    pub(crate) fn positions_to_write<'a>(
         &self,
         points: &'a [Vector],
         velocities: &mut Vec<Vector>,

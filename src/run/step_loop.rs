@@ -69,7 +69,9 @@ impl Run<'_> {
                 None => (true, compute()),
                 Some(ready) => {
                     let mut velocities = ready.found.velocities.take().unwrap_or_default();
-                    let all_points = self.deformation.gather(&points, &mut velocities);
+                    let all_points = self
+                        .deformation
+                        .positions_to_write(&points, &mut velocities);
                     let mesh = self.step_mesh(&all_points, &mut velocities)?;
                     let mut write =
                         |by: Option<&dyn Apart>| write(writer, &mesh.view(by), step, ready, task);
@@ -149,7 +151,9 @@ impl Run<'_> {
         {
             let mut points = self.room_for_points();
             compute(base_points, first, &mut points)?;
-            let points = self.deformation.gather(&points, &mut Vec::new());
+            let points = self
+                .deformation
+                .positions_to_write(&points, &mut Vec::new());
             self.displaced_from = Some(points.into_owned());
         }
         Ok(())

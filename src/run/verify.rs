@@ -44,7 +44,9 @@ impl Run<'_> {
         let computed = compute(base_points, step, &mut points)?;
         let computed = self.judge(step, computed)?;
         let mut velocities = computed.found.velocities.unwrap_or_default();
-        let all_points = self.deformation.gather(&points, &mut velocities);
+        let all_points = self
+            .deformation
+            .positions_to_write(&points, &mut velocities);
         let mesh = self.step_mesh(&all_points, &mut velocities)?;
         let options = self.plan.schedule.output.write_options();
         let hash = self.write_on_ranks(&points, &velocities, &mut |by| {
