@@ -115,7 +115,7 @@ def check_large(folder):
 
 
 def check_together(folder):
-    """Files that ranks read and write together: quality is that of one process, and a conversion has its bytes."""
+    """Files that ranks read and write together: one process gives the same quality and the same bytes."""
     for ending in ("vtkhdf", "vtu", "cgns", "msh", "lb8.ugrid"):
         mesh = folder / f"together.{ending}"
         azimesh("convert", folder / "b.vtu", mesh)
@@ -215,7 +215,7 @@ def check_kills(folder):
     schedule.write_text(schedule.read_text().replace("step = 130.0", "step = 30.0"))
     cells = folder / "cells.toml"
     cells.write_text(schedule.read_text().replace("[rbf]", "[output]\nquality = \"cells\"\n[rbf]"))
-    # A file for each step, and one for all, of which the last has arrays at cells.
+    # A file for each step; one file for all steps; one file with arrays at cells.
     runs = [(schedule, "vtu"), (schedule, "vtkhdf"), (cells, "vtkhdf")]
     wanted, longest, n_killed = [], 0.0, 0
     for number, (steps, form) in enumerate(runs):

@@ -35,7 +35,7 @@ impl Context {
         }
     }
 
-    /// For one of several ranks, of which `n_on_node` are on this machine.
+    /// Works as one of several ranks. `n_on_node` ranks are on this machine.
     pub fn on_ranks(self, ranks: &Ranks, n_on_node: usize) -> Self {
         Self {
             ranks: ranks.clone(),

@@ -162,7 +162,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     outcome
 }
 
-/// Refuses input files of which ranks see different versions, as a network disk may show them: ranks would compute different motions.
+/// Refuses input files that differ between ranks, as on a network disk that is not up to date: ranks would compute different motions.
 fn check_same_on_ranks(kept: &formats::KeptInputs, ranks: &Ranks) -> Result<()> {
     let mut seen = BTreeMap::new();
     for (path, size, modified) in ranks.allgather(kept.stamps()).concat() {

@@ -109,7 +109,7 @@ enum Command {
 }
 
 impl Command {
-    /// Whether all ranks run the command.
+    /// True if all ranks run the command.
     fn is_shared(&self) -> bool {
         match self {
             Self::Quality(args) => args.is_shared(),

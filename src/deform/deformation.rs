@@ -62,7 +62,7 @@ pub struct Deformation {
     whole: Whole,
     /// On the first of several ranks that write one file together: the kinds of all cells, the groups and the arrays.
     layout: Option<Mesh>,
-    /// Whether other ranks follow this one.
+    /// True if other ranks follow this one.
     pub(super) is_leading: bool,
     measures: OnceLock<Measures>,
     base: Option<BasePoints>,
@@ -336,7 +336,7 @@ impl Deformation {
     /// The mesh that is written: of several ranks on the first, where all write it together only its layout.
     ///
     /// # Errors
-    /// Where the first rank cannot read it.
+    /// If the first rank cannot read it.
     pub(crate) fn mesh_to_write(&self) -> Result<&Mesh> {
         match &self.layout {
             Some(layout) => Ok(layout),
@@ -366,7 +366,7 @@ impl Deformation {
         is_read.then(|| "folded cells are repaired".to_owned())
     }
 
-    /// Whether all ranks write the mesh together.
+    /// True if all ranks write the mesh together.
     pub(crate) fn is_written_together(&self) -> bool {
         self.layout.is_some()
     }

@@ -42,7 +42,7 @@ pub(super) enum Call {
 }
 
 impl Call {
-    /// What messages are counted as during the call.
+    /// Label under which messages of the call are counted.
     fn label(&self) -> &'static str {
         match self {
             Self::Choose(_) => "selection",
@@ -132,8 +132,8 @@ impl Deformation {
         self.announce(Call::End);
     }
 
-    /// The positions of all nodes, on the first rank, which writes them; `velocities` become those of all nodes too. Where all ranks
-    /// write the mesh together, both stay those of this rank.
+    /// Gathers the positions and velocities of all nodes on the first rank, which writes them. If all ranks write the mesh together, each
+    /// rank keeps its own.
     pub(crate) fn positions_to_write<'a>(
         &self,
         points: &'a [Vector],

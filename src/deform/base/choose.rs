@@ -33,7 +33,7 @@ const DISTINCT: f64 = 1e-7;
 /// The base points of every layer for the steps of an interval.
 ///
 /// # Errors
-/// Where no base points can be chosen. All ranks call it, and get the same.
+/// If no base points can be chosen. All ranks call it and get the same result.
 pub fn choose(
     plan: &Plan,
     interval: &Range<usize>,

@@ -130,7 +130,7 @@ fn evaluate(
     field
 }
 
-/// The narrower of a gap and that of another layer.
+/// Returns the narrower gap of two: one of this layer, one of an earlier layer.
 fn narrowest(before: Option<Narrow>, chosen: &Chosen<'_>, fading: &Fading<'_>) -> Option<Narrow> {
     let found = fading.narrowest_gap.map(|gap| Narrow {
         point: gap.node,

@@ -45,7 +45,7 @@ pub(crate) fn place(plan: &Plan, part: &Part, state: MeshState<'_>, out: &mut [V
     }
 }
 
-/// The changes (N_s, 3) at all surface points, from those of the sliding nodes of this rank; of several nodes at a point the last.
+/// The changes (N_s, 3) at all surface points, gathered from the sliding nodes of this rank. The last of several nodes at a point counts.
 fn changes(plan: &Plan, part: &Part, change: impl Fn(usize) -> Vector + Sync) -> Vec<f64> {
     let roles = &plan.motion.surface.nodes.roles;
     let of_nodes = part.surface_values(|node, at| match roles[at] {
