@@ -6,12 +6,12 @@
 
 #![allow(clippy::print_stdout)] // a benchmark prints its table
 
-use azimesh::deform::Plan;
-use azimesh::geometry::closest::ClosestSurface;
-use azimesh::motion::Schedule;
-use azimesh::rbf::correct::{Correction, FADE_RADIUS_PER_ERROR};
-use azimesh::rbf::field::Field;
 use azimesh::sample::{BladeOptions, SizeOptions, blade};
+use azimesh_core::geometry::closest::ClosestSurface;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::Schedule;
+use azimesh_rbf::correct::{Correction, FADE_RADIUS_PER_ERROR};
+use azimesh_rbf::field::Field;
 use std::path::Path;
 use std::time::Instant;
 

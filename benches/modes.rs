@@ -5,11 +5,11 @@
 
 #![allow(clippy::print_stdout)] // a benchmark prints its table
 
-use azimesh::geometry::vector::{Vector, sub};
-use azimesh::mesh::{Boundary, ZoneSides};
-use azimesh::modes::{Form, Modes};
-use azimesh::motion::{Motion, Schedule};
 use azimesh::sample::{BladeOptions, SizeOptions, blade};
+use azimesh_core::geometry::vector::{Vector, sub};
+use azimesh_deform::motion::{Motion, Schedule};
+use azimesh_io::mesh::{Boundary, ZoneSides};
+use azimesh_rbf::modes::{Form, Modes};
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::time::Instant;

@@ -6,10 +6,10 @@
 
 #![allow(clippy::print_stdout)] // a benchmark prints its table
 
-use azimesh::deform::Plan;
-use azimesh::motion::Schedule;
-use azimesh::rbf::select::{Limits, Selection, select};
 use azimesh::sample::{BladeOptions, SizeOptions, blade};
+use azimesh_deform::Plan;
+use azimesh_deform::motion::Schedule;
+use azimesh_rbf::select::{Limits, Selection, select};
 use std::path::Path;
 use std::time::Instant;
 

@@ -38,132 +38,38 @@
 //! Further reading in the repository: programs in `examples/`, `ARCHITECTURE.md`, and `docs/method.md` for
 //! the equations.
 
-// The library alone does without what the program takes from its rooms.
-#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
-
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod deform;
-#[cfg(not(feature = "internals"))]
-mod deform;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod diagnostic;
-#[cfg(not(feature = "internals"))]
-mod diagnostic;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod error;
-#[cfg(not(feature = "internals"))]
-mod error;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod formats;
-#[cfg(not(feature = "internals"))]
-mod formats;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod geometry;
-#[cfg(not(feature = "internals"))]
-mod geometry;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod linear;
-#[cfg(not(feature = "internals"))]
-mod linear;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod mesh;
-#[cfg(not(feature = "internals"))]
-mod mesh;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod modes;
-#[cfg(not(feature = "internals"))]
-mod modes;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod motion;
-#[cfg(not(feature = "internals"))]
-mod motion;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod parallel;
-#[cfg(not(feature = "internals"))]
-mod parallel;
-#[cfg(all(feature = "cli", feature = "internals"))]
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod preflight;
-#[cfg(all(feature = "cli", not(feature = "internals")))]
-mod preflight;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod progress;
-#[cfg(not(feature = "internals"))]
-mod progress;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod quality;
-#[cfg(not(feature = "internals"))]
-mod quality;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod ranks;
-#[cfg(not(feature = "internals"))]
-mod ranks;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod rbf;
-#[cfg(not(feature = "internals"))]
-mod rbf;
-#[cfg(feature = "internals")]
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod record;
-#[cfg(not(feature = "internals"))]
-mod record;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod repair;
-#[cfg(not(feature = "internals"))]
-mod repair;
-#[cfg(all(feature = "cli", feature = "internals"))]
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod report;
-#[cfg(all(feature = "cli", not(feature = "internals")))]
-mod report;
-#[cfg(all(feature = "cli", feature = "internals"))]
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod run;
-#[cfg(all(feature = "cli", not(feature = "internals")))]
-mod run;
-#[cfg(all(feature = "cli", feature = "internals"))]
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod sample;
-#[cfg(all(feature = "cli", not(feature = "internals")))]
-mod sample;
-#[doc(hidden)]
-pub mod sparse;
 
-pub use deform::{BasePoints, Deformation, DeformationBuilder};
-pub use deform::{Morph, MorphOptions, MorphReport, Nodes};
-pub use diagnostic::Diagnostic;
-pub use error::{Error, ErrorKind, Result};
-#[cfg(feature = "vtkio")]
-pub use formats::vtkio;
-pub use formats::{Compression, Encoding, Loaded, Notes, Precision, ReadOptions, WriteOptions};
-pub use mesh::{
-    CellKind, Cells, DataArray, DiffOptions, Difference, Group, Mesh, MeshView, SplitCounts,
-    Values, diff,
+#[doc(inline)]
+pub use azimesh_core::{Diagnostic, Error, ErrorKind, Progress, Result, Stop};
+#[doc(inline)]
+pub use azimesh_deform::{
+    AxisRotation, BasePoints, Beam, Body, Cyclic, Deformation, DeformationBuilder, Interpolate,
+    Kernel, Modes, Morph, MorphOptions, MorphReport, Nodes, OnInverted, Others, Polynomial,
+    QualityOutput, Rotor, Schedule, SelectionCriterion, SelectionMethod, Step, Steps,
+    SurfaceMotion, SurfaceOutput, Table, TableMotion, Translation,
 };
-pub use motion::{
-    AxisRotation, Beam, Body, Cyclic, Modes, SurfaceMotion, Table, TableMotion, Translation,
+#[doc(inline)]
+pub use azimesh_io::{
+    CellKind, Cells, Compression, DataArray, DiffOptions, Difference, Encoding, Group, Loaded,
+    Mesh, MeshView, Notes, Precision, ReadOptions, SplitCounts, Values, WriteOptions, diff,
 };
-pub use motion::{
-    Interpolate, KernelName as Kernel, OnInverted, Others, Polynomial, QualityOutput, Rotor,
-    Schedule, SelectionCriterion, SelectionMethod, Step, Steps, SurfaceOutput,
-};
-pub use progress::{Progress, Stop};
-pub use quality::{Quality, quality};
+#[doc(inline)]
+pub use azimesh_quality::{Quality, quality};

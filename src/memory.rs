@@ -145,7 +145,7 @@ fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
 fn advised(array: *mut u8, size: usize) -> *mut u8 {
     #[cfg(target_os = "linux")]
     if size >= LARGE {
-        let advice = match azimesh::sparse::is_asked() {
+        let advice = match azimesh_core::sparse::is_asked() {
             true => libc::MADV_NOHUGEPAGE,
             false => libc::MADV_HUGEPAGE,
         };

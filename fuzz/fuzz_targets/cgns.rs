@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use azimesh::formats::cgns::Cgns;
+use azimesh_io::formats::cgns::Cgns;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use azimesh::formats::fluent::Fluent;
+use azimesh_io::formats::fluent::Fluent;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 

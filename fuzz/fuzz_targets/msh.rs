@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use azimesh::formats::gmsh::MSH41;
+use azimesh_io::formats::gmsh::MSH41;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 

@@ -3,9 +3,9 @@
 
 #![no_main]
 
-use azimesh::Mesh;
-use azimesh::formats::openfoam::OpenFoam;
-use azimesh::formats::{Format, Location, Notes, OutputSet, ReadOptions, WriteOptions};
+use azimesh_io::Mesh;
+use azimesh_io::formats::openfoam::OpenFoam;
+use azimesh_io::formats::{Format, Location, Notes, OutputSet, ReadOptions, WriteOptions};
 use libfuzzer_sys::fuzz_target;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use azimesh::formats::plot3d;
+use azimesh_io::formats::plot3d;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 

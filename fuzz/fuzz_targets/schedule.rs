@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use azimesh::motion::Schedule;
+use azimesh_deform::motion::Schedule;
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use azimesh::formats::su2::Su2;
+use azimesh_io::formats::su2::Su2;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use azimesh::formats::vtkhdf::VtkHdf;
+use azimesh_io::formats::vtkhdf::VtkHdf;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 

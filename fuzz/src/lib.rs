@@ -1,6 +1,6 @@
 //! What every target asks of a reader.
 
-use azimesh::formats::{Format, Location, Notes, ReadOptions, Source, WriteOptions};
+use azimesh_io::formats::{Format, Location, Notes, ReadOptions, Source, WriteOptions};
 use std::path::Path;
 
 /// Any bytes are a mesh that can be written, or an error that says where.

@@ -2,8 +2,8 @@
 
 use crate::background::done;
 use crate::error::{input, raised};
-use azimesh::formats::{Commit, save_text};
 use azimesh::{ReadOptions, cli, report::page};
+use azimesh_io::formats::{Commit, save_text};
 use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::path::PathBuf;

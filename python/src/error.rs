@@ -1,7 +1,7 @@
 //! Errors and notes of the library as Python's.
 
-use azimesh::error::Position;
 use azimesh::{Error, ErrorKind, Notes};
+use azimesh_core::error::Position;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyTuple, PyType};

@@ -4,8 +4,8 @@ use crate::arguments;
 use crate::error::{input, raised};
 use crate::kinds;
 use crate::mesh::data_arrays;
-use azimesh::mesh::{CellSet, Group};
 use azimesh::{CellKind, Cells, Mesh};
+use azimesh_io::mesh::{CellSet, Group};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 

@@ -5,10 +5,10 @@ use crate::background::done;
 use crate::error::{input, raised, warn};
 use crate::make::{Parts, make};
 use crate::{arguments, kinds};
-use azimesh::formats::{self, Commit};
 use azimesh::{
     CellKind, Compression, DataArray, Encoding, Group, Mesh, Precision, ReadOptions, WriteOptions,
 };
+use azimesh_io::formats::{self, Commit};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyMappingProxy, PyTuple};
@@ -320,7 +320,7 @@ impl PyMesh {
         &self,
         kind: CellKind,
         n_nodes: usize,
-    ) -> impl Iterator<Item = azimesh::mesh::CellRun<'_>> + Clone {
+    ) -> impl Iterator<Item = azimesh_io::mesh::CellRun<'_>> + Clone {
         let runs = self.mesh.cells.runs();
         runs.filter(move |run| run.kind == kind && (n_nodes == 0 || run.n_nodes == n_nodes))
     }

@@ -1,15 +1,15 @@
 //! `azimesh check`: a dry run that says what `deform` would do.
 
 use super::{Context, Outcome, memory};
-use crate::deform::Plan;
-use crate::diagnostic::{Diagnostic, amount, in_digits, short};
-use crate::error::{Result, counted, one_line};
-use crate::motion::{Frame, Role, Schedule, Step, TagRole};
-use crate::parallel;
 use crate::preflight::{
     self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, estimate_bytes,
     estimate_memory, evenly,
 };
+use azimesh_core::diagnostic::{Diagnostic, amount, in_digits, short};
+use azimesh_core::error::{Result, counted, one_line};
+use azimesh_core::parallel;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{Frame, Role, Schedule, Step, TagRole};
 use serde_json::{Value, json};
 use std::fmt::{Display, Write};
 use std::path::PathBuf;
@@ -123,10 +123,10 @@ fn as_json(
         "max_displacement": extremes.largest().1,
         "max_displacement_step": extremes.largest().0,
         "steps": steps.map(|step| json!({
-            "step": step.index,
+            "step": step.index(),
             "azimuth_deg": step.azimuth_deg(),
-            "time_s": step.time_s,
-            "max_displacement": plan.largest_displacement(step.index),
+            "time_s": step.time_s(),
+            "max_displacement": plan.largest_displacement(step.index()),
             "bodies": bodies_at(plan, &[step]).iter().map(|body| body_as_json(plan, body)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
     })
@@ -228,7 +228,7 @@ impl Lines {
         };
         self.push(place_name(plan), format!("largest displacement{at_some}"));
         for step in steps {
-            let here = fixed(plan.largest_displacement(step.index), decimals(largest));
+            let here = fixed(plan.largest_displacement(step.index()), decimals(largest));
             self.push(&format!("{:>11}", place_of(step)), here);
         }
     }
@@ -294,10 +294,7 @@ fn place_name(plan: &Plan) -> &'static str {
 }
 
 fn place_of(step: &Step) -> String {
-    short(match step.time_s {
-        Some(time) if step.azimuth_deg().is_none() => time,
-        _ => step.azimuth_deg,
-    })
+    short(step.azimuth_deg().unwrap_or_else(|| step.time()))
 }
 
 /// Digits after the point with which numbers in a column have six digits, where `largest` is the largest of them.

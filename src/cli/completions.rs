@@ -1,7 +1,7 @@
 //! `azimesh completions`: what a shell needs to complete commands and options.
 
 use super::{Cli, Context, Outcome};
-use crate::error::Result;
+use azimesh_core::error::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
 use serde_json::json;

@@ -2,14 +2,14 @@
 
 use super::threads::Threads;
 use super::{Common, scratch};
-use crate::deform::Plan;
-use crate::diagnostic::amount;
-use crate::error::{Error, Result, is_unseen, lines, one_line};
-use crate::mesh::Mesh;
-use crate::motion::Schedule;
-use crate::parallel;
 use crate::preflight::existing_folder;
-use crate::ranks::Ranks;
+use azimesh_core::diagnostic::amount;
+use azimesh_core::error::{Error, Result, is_unseen, lines, one_line};
+use azimesh_core::parallel;
+use azimesh_core::ranks::Ranks;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::Schedule;
+use azimesh_io::mesh::Mesh;
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;

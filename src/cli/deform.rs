@@ -3,19 +3,19 @@
 use super::convert::patch_type;
 use super::shared::why_not_run;
 use super::{Context, Outcome, heap, memory};
-use crate::deform::{Deformation, ReadWhole};
-use crate::diagnostic::run::RunNote;
-use crate::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
-use crate::error::{Error, Result, counted, path_in_line};
-use crate::formats::openfoam::set_patch_types;
-use crate::formats::{self, SharedFile};
-use crate::mesh::{Mesh, OneLayer};
-use crate::motion::{QualityOutput, Schedule};
 use crate::preflight::{Fits, check_memory, existing_folder};
-use crate::progress::Stop;
-use crate::quality::Criterion;
-use crate::ranks::Ranks;
+use crate::record::Criterion;
 use crate::run::{Finished, Request, run_after};
+use azimesh_core::diagnostic::run::RunNote;
+use azimesh_core::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
+use azimesh_core::error::{Error, Result, counted, path_in_line};
+use azimesh_core::progress::Stop;
+use azimesh_core::ranks::Ranks;
+use azimesh_deform::motion::{QualityOutput, Schedule};
+use azimesh_deform::{Deformation, ReadWhole};
+use azimesh_io::formats::openfoam::set_patch_types;
+use azimesh_io::formats::{self, SharedFile};
+use azimesh_io::mesh::{Mesh, OneLayer};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -502,8 +502,8 @@ fn summary(folder: &Path, finished: &Finished) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::deform::DeformNote;
-    use crate::diagnostic::run::RunNote;
+    use azimesh_core::diagnostic::deform::DeformNote;
+    use azimesh_core::diagnostic::run::RunNote;
 
     #[test]
     fn notes_of_one_sort_stand_together_and_hide_no_other() {

@@ -2,8 +2,8 @@
 
 use super::deform::report;
 use super::{Context, Outcome};
-use crate::error::Result;
 use crate::run::finish;
+use azimesh_core::error::Result;
 use std::path::PathBuf;
 
 /// Arguments of `azimesh finish`.

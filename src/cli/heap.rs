@@ -2,7 +2,7 @@
 //! allocator counts here and ends here; nothing in this file takes memory once the end has begun.
 
 use super::scratch;
-use crate::formats::end_staged_soon;
+use azimesh_io::formats::end_staged_soon;
 use std::fmt;
 use std::io::{Cursor, Write};
 use std::path::Path;

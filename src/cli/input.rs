@@ -2,10 +2,12 @@
 
 use super::unfinished::unfinished;
 use super::{Context, heap};
-use crate::diagnostic::short;
-use crate::error::{Error, Position, Result};
-use crate::formats::{self, Format, Listed, Loaded, Location, ReadOptions, Shared, SharedFile};
-use crate::mesh::Mesh;
+use azimesh_core::diagnostic::short;
+use azimesh_core::error::{Error, Position, Result};
+use azimesh_io::formats::{
+    self, Format, Listed, Loaded, Location, ReadOptions, Shared, SharedFile,
+};
+use azimesh_io::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
 /// Opening meshes as the common options say.

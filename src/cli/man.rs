@@ -1,8 +1,8 @@
 //! `azimesh man`: manual pages, one for the program and one for each command.
 
 use super::{Cli, Context, Outcome};
-use crate::error::{Error, Result};
-use crate::formats::{Commit, save_text};
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::{Commit, save_text};
 use clap::{Command, CommandFactory};
 use serde_json::json;
 use std::path::PathBuf;

@@ -12,6 +12,8 @@ mod info;
 mod input;
 mod man;
 mod memory;
+#[cfg(feature = "mpi")]
+mod mpi;
 mod output;
 mod progress;
 mod quality;
@@ -28,11 +30,9 @@ mod unfinished;
 
 pub use context::Context;
 
-use crate::diagnostic::amount;
-use crate::error::{Error, ErrorKind, Result, counted};
-#[cfg(feature = "mpi")]
-use crate::ranks;
-use crate::ranks::Ranks;
+use azimesh_core::diagnostic::amount;
+use azimesh_core::error::{Error, ErrorKind, Result, counted, name_options_as_flags};
+use azimesh_core::ranks::Ranks;
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
@@ -160,8 +160,9 @@ fn launched() -> Option<usize> {
 /// of them prints.
 pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     heap::end_where_threads_fail();
+    name_options_as_flags();
     #[cfg(feature = "mpi")]
-    let session = match ranks::start() {
+    let session = match mpi::start() {
         Ok(session) => session,
         Err(error) => {
             Context::new(Common::default()).error(&error);

@@ -1,22 +1,23 @@
 //! What commands that write a mesh share: options of the file, and refusing to replace one.
 
 use super::Context;
-use crate::error::Result;
-use crate::formats::{self, Commit, Compression, Encoding, Format, Precision, WriteOptions};
-use crate::mesh::Mesh;
+use azimesh_core::error::Result;
+use azimesh_io::formats::{self, Commit, Compression, Encoding, Format, Precision, WriteOptions};
+use azimesh_io::mesh::Mesh;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::Path;
 
 /// How a mesh is written.
 #[derive(Debug, Clone, clap::Args)]
 pub struct OutputArgs {
     /// How the file stores numbers
-    #[arg(long, value_enum, default_value = "raw")]
+    #[arg(long, value_parser = one_of(Encoding::ALL), default_value = "raw")]
     pub encoding: Encoding,
     /// Compression of binary data, in formats that have it
-    #[arg(long, value_enum, default_value = "none")]
+    #[arg(long, value_parser = one_of(Compression::ALL), default_value = "none")]
     pub compression: Compression,
     /// Precision of coordinates
-    #[arg(long, value_enum, default_value = "f64")]
+    #[arg(long, value_parser = one_of(Precision::ALL), default_value = "f64")]
     pub precision: Precision,
     /// Write names of tags as string arrays (VTK formats); some readers refuse them
     #[arg(long, value_enum, default_value = "yes")]
@@ -33,6 +34,17 @@ pub enum TagNames {
     Yes,
     /// Numbers only
     None,
+}
+
+/// Reads one of these names; the help has what each means.
+fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
+    all: [(&'static str, T, &'static str); N],
+) -> impl TypedValueParser<Value = T> {
+    let names = all.map(|(name, _, meaning)| PossibleValue::new(name).help(meaning));
+    PossibleValuesParser::new(names).map(move |found| {
+        let known = all.iter().find(|(name, _, _)| *name == found);
+        known.expect("the parser takes these names alone").1
+    })
 }
 
 /// Formats that are known from the arguments of a command that reads a mesh and writes one.

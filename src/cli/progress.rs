@@ -2,7 +2,7 @@
 //! out.
 
 use super::{Context, heap};
-use crate::progress::Progress;
+use azimesh_core::progress::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};

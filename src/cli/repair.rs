@@ -2,18 +2,18 @@
 
 use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
-use crate::diagnostic::{short, with_verb};
-use crate::error::{Error, Result, counted};
-use crate::formats::guard_inputs;
-use crate::geometry::vector::{distance, norm, sub};
-use crate::mesh::facets::facets;
-use crate::mesh::{Adjacency, Mesh, in_32_bits};
-use crate::progress::Stop;
-use crate::quality::{Reference, assess};
-use crate::rbf::slide::Sliding;
-use crate::repair::{
+use azimesh_core::diagnostic::{short, with_verb};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::geometry::vector::{distance, norm, sub};
+use azimesh_core::progress::Stop;
+use azimesh_io::formats::guard_inputs;
+use azimesh_io::mesh::facets::facets;
+use azimesh_io::mesh::{Adjacency, Mesh, in_32_bits};
+use azimesh_quality::repair::{
     Freedom, Limits, Overtaken, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
 };
+use azimesh_quality::{Reference, assess};
+use azimesh_rbf::slide::Sliding;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;

@@ -2,10 +2,10 @@
 
 use super::unfinished::unfinished;
 use super::{Context, Outcome};
-use crate::diagnostic::amount;
-use crate::error::{Error, Result, counted, path_in_line};
-use crate::formats::{self, Commit};
 use crate::report;
+use azimesh_core::diagnostic::amount;
+use azimesh_core::error::{Error, Result, counted, path_in_line};
+use azimesh_io::formats::{self, Commit};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,12 @@
 //! `azimesh sample`: makes a mesh and its schedule, and says what they are.
 
 use super::{Context, Outcome};
-use crate::error::{Error, Result, path_in_line};
-use crate::formats::{self, Commit, WriteOptions, save_text};
-use crate::mesh::Mesh;
 use crate::sample::{
     self, BladeOptions, BladeShape, BlockOptions, CellShape, Naca0012Options, Sample, SizeOptions,
 };
+use azimesh_core::error::{Error, Result, path_in_line};
+use azimesh_io::formats::{self, Commit, WriteOptions, save_text};
+use azimesh_io::mesh::Mesh;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -274,7 +274,7 @@ fn cells_by_kind(mesh: &Mesh) -> Vec<(&'static str, usize)> {
     for run in mesh.cells.runs() {
         *counts.entry(run.kind).or_insert(0) += run.n_cells();
     }
-    let named = |(kind, n): (crate::mesh::CellKind, usize)| (kind.name(), n);
+    let named = |(kind, n): (azimesh_io::mesh::CellKind, usize)| (kind.name(), n);
     counts.into_iter().rev().map(named).collect()
 }
 

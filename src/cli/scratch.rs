@@ -81,7 +81,7 @@ pub fn give_back(at: *mut u8, size: usize) -> bool {
 
 #[cfg(target_os = "linux")]
 mod imp {
-    use crate::formats::release_mapped;
+    use azimesh_io::formats::release_mapped;
     use std::fs::File;
     use std::os::fd::IntoRawFd;
     use std::os::unix::fs::{FileExt, OpenOptionsExt};

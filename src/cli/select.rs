@@ -1,16 +1,16 @@
 //! `azimesh select`: base points chosen once and saved.
 
 use super::{Context, Outcome};
-use crate::deform::{
+use crate::run::base_file;
+use azimesh_core::diagnostic::in_digits;
+use azimesh_core::error::{Error, Result, path_in_line};
+use azimesh_core::ranks::Ranks;
+use azimesh_deform::motion::Schedule;
+use azimesh_deform::{
     BaseOrigin, Layer, LayerKind, Plan, choose, missed as missed_sentence, missed_layers,
 };
-use crate::diagnostic::in_digits;
-use crate::error::{Error, Result, path_in_line};
-use crate::formats::{Commit, guard_inputs, refuse_special};
-use crate::motion::Schedule;
-use crate::ranks::Ranks;
-use crate::rbf::select::Selection;
-use crate::run::base_file;
+use azimesh_io::formats::{Commit, guard_inputs, refuse_special};
+use azimesh_rbf::select::Selection;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 

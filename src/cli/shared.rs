@@ -1,12 +1,12 @@
 //! Reads meshes that several ranks share: each rank its part, or the first rank the whole, which it cuts.
 
 use super::Context;
-use crate::error::Result;
-use crate::formats::{
+use azimesh_core::error::Result;
+use azimesh_deform::motion::{Schedule, SurfaceOutput};
+use azimesh_io::formats::{
     Format, Shared, SharedFile, SharedMesh, WriteOptions, by_name, read_parts, read_together,
 };
-use crate::mesh::Mesh;
-use crate::motion::{Schedule, SurfaceOutput};
+use azimesh_io::mesh::Mesh;
 use std::path::Path;
 
 /// Why ranks do not write a file together.

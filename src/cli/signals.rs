@@ -4,9 +4,9 @@
 //! ignored from the start, as under `nohup`.
 
 use super::heap;
-use crate::error::{Error, Result};
-use crate::formats::{SHORTER, end_staged, with_mapped_at};
-use crate::progress::Stop;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::progress::Stop;
+use azimesh_io::formats::{SHORTER, end_staged, with_mapped_at};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::io::Write;

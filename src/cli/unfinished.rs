@@ -1,7 +1,7 @@
 //! Whether the run of a folder is finished, and how to go on with one that is not.
 
-use crate::formats::read_file;
 use crate::record::RunRecord;
+use azimesh_io::formats::read_file;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 

@@ -3,14 +3,14 @@
 
 use super::displacements::LargestDisplacements;
 use super::surface_points::{places_at, points_of, tip_of};
-use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::geometry::Bounds;
-use crate::geometry::crossing::{segments_cross, triangles_cross};
-use crate::geometry::vector::{Vector, dot, norm, sub};
-use crate::motion::{Role, Step};
-use crate::parallel;
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::geometry::Bounds;
+use azimesh_core::geometry::crossing::{segments_cross, triangles_cross};
+use azimesh_core::geometry::vector::{Vector, dot, norm, sub};
+use azimesh_core::parallel;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{Role, Step};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A body at a step.
@@ -43,7 +43,7 @@ pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
         for (body, points) in points.iter().enumerate() {
             found.push(BodyAtStep {
                 body,
-                step: step.index,
+                step: step.index(),
                 angles: plan.motion.cyclic_angles(body, step),
                 tip: tips[body].map(moved),
                 largest: parallel::largest(points.len(), |i| norm(moved(points[i]))),
@@ -96,14 +96,14 @@ pub(super) fn conflicts(
 ) -> Vec<Diagnostic> {
     let facets = Facets::new(plan);
     let mut meeting: BTreeMap<(Owner, Owner), Vec<(usize, Vector)>> = BTreeMap::new();
-    let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index))
+    let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index()))
         .chain(extremes.farthest.iter().map(|(step, _)| *step))
         .collect();
     for &step in &steps {
         let step = &plan.motion.steps[step];
         let places = places_at(plan, step);
         for (pair, place) in facets.meeting(&places) {
-            meeting.entry(pair).or_default().push((step.index, place));
+            meeting.entry(pair).or_default().push((step.index(), place));
         }
     }
     let bodies = &plan.motion.bodies;
@@ -235,9 +235,9 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::NoteKind;
-    use crate::mesh::Mesh;
-    use crate::motion::Schedule;
+    use azimesh_core::diagnostic::NoteKind;
+    use azimesh_deform::motion::Schedule;
+    use azimesh_io::mesh::Mesh;
     use std::path::Path;
 
     fn plan(mesh: &str, schedule: &str) -> Plan {

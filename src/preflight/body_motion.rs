@@ -1,11 +1,11 @@
 //! The motion of every body over the steps, as run.json keeps it for plots.
 
 use super::surface_points::{points_of, tip_of};
-use crate::deform::Plan;
-use crate::geometry::vector::{Vector, distance, scale, sub};
-use crate::motion::{Frame, Role, Step};
-use crate::parallel;
 use crate::record::{BodyRecord, MotionRecord};
+use azimesh_core::geometry::vector::{Vector, distance, scale, sub};
+use azimesh_core::parallel;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{Frame, Role, Step};
 
 /// Nodes of a body whose displacements are looked at, at most: the largest of so many, evenly taken,
 /// is close enough to draw, and a surface of a million nodes costs no more than a small one.

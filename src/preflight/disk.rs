@@ -1,12 +1,12 @@
 //! Whether the disk has room for what a run will write.
 
-use crate::deform::Plan;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::diagnostic::{Diagnostic, amount, with_verb};
-use crate::error::{Error, Result};
-use crate::formats::{Compression, Format, Precision, StepSize};
-use crate::mesh::MeshView;
-use crate::motion::{QualityOutput, Role, SurfaceOutput};
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::diagnostic::{Diagnostic, amount, with_verb};
+use azimesh_core::error::{Error, Result};
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{QualityOutput, Role, SurfaceOutput};
+use azimesh_io::formats::{Compression, Format, Precision, StepSize};
+use azimesh_io::mesh::MeshView;
 use std::path::{Path, PathBuf};
 
 /// The cell arrays of `quality = "cells"`, fifteen of numbers and a flag, and their bytes for one cell.

@@ -1,13 +1,13 @@
 //! The largest displacement of each body over the steps of a schedule, and whether it leaves the region that deforms.
 
 use super::surface_points::{places_at, points_of};
-use crate::deform::Plan;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::diagnostic::{Diagnostic, in_digits};
-use crate::error::{Error, Result};
-use crate::geometry::Bounds;
-use crate::geometry::vector::{Vector, distance};
-use crate::parallel;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::diagnostic::{Diagnostic, in_digits};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::Bounds;
+use azimesh_core::geometry::vector::{Vector, distance};
+use azimesh_core::parallel;
+use azimesh_deform::Plan;
 use std::collections::BTreeMap;
 
 /// Part of the extent of the region by which a point may lie outside of it.
@@ -48,11 +48,11 @@ impl LargestDisplacements {
                 let off = |at: usize| distance(places[at], plan.surface.points[at]);
                 let off = parallel::largest(points.len(), |i| off(points[i]));
                 if off > farthest.1 {
-                    *farthest = (step.index, off);
+                    *farthest = (step.index(), off);
                 }
             }
             for body in region.left_by(plan, &places) {
-                extremes.leaving.entry(body).or_default().push(step.index);
+                extremes.leaving.entry(body).or_default().push(step.index());
             }
         }
         extremes

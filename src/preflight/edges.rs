@@ -1,14 +1,14 @@
 //! What the user should know of bodies beside boundaries: those that leave a plane that they lie in, those
 //! that stay, and a zone that turns out of the rest of the mesh.
 
-use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::geometry::Bounds;
-use crate::geometry::closest::ClosestSurface;
-use crate::geometry::vector::{Vector, distance, dot, norm, scale, sub};
-use crate::mesh::facets::facets;
-use crate::motion::{DeformingZone, Step};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::geometry::Bounds;
+use azimesh_core::geometry::closest::ClosestSurface;
+use azimesh_core::geometry::vector::{Vector, distance, dot, norm, scale, sub};
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{DeformingZone, Step};
+use azimesh_io::mesh::facets::facets;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parts of a displacement, and of the extent of the mesh, by which a node may leave its plane.
@@ -41,7 +41,7 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<Diagnostic> {
                 let (points, most, worst) = left.entry(body).or_default();
                 points.insert(at);
                 if out > *most {
-                    (*most, *worst) = (out, step.index);
+                    (*most, *worst) = (out, step.index());
                 }
             }
         }
@@ -93,7 +93,11 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
     // A sector meets its own images there.
     let is_whole = plan.motion.periodic.is_empty();
     let is_turned = |step: &&Step| {
-        is_whole && plan.motion.to_inertial(step).is_some() && step.azimuth_deg % 360.0 != 0.0
+        is_whole
+            && plan.motion.to_inertial(step).is_some()
+            && step
+                .azimuth_deg()
+                .is_some_and(|degrees| degrees % 360.0 != 0.0)
     };
     let turned: Vec<&Step> = plan.motion.steps.iter().filter(is_turned).collect();
     let nodes = zone.sides.interface_nodes.iter();
@@ -108,7 +112,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
         for point in points.iter().step_by(points.len().div_ceil(NODES)) {
             let off = off_surface(plan, &points, &surface, turn.apply(*point));
             if off > worst.1 {
-                worst = (step.index, off);
+                worst = (step.index(), off);
             }
         }
     }
@@ -150,9 +154,9 @@ fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::NoteKind;
-    use crate::mesh::{CellKind, Group, Mesh};
-    use crate::motion::Schedule;
+    use azimesh_core::diagnostic::NoteKind;
+    use azimesh_deform::motion::Schedule;
+    use azimesh_io::mesh::{CellKind, Group, Mesh};
     use std::path::Path;
 
     fn plan(mesh: Mesh, schedule: &str) -> Plan {

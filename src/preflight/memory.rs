@@ -3,13 +3,13 @@
 //! Sums of the table in ARCHITECTURE.md. What a run holds changes with its stages: base points are
 //! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
 
-use crate::deform::Plan;
-use crate::diagnostic::amount;
-use crate::error::{Error, Result};
-use crate::formats::{Compression, by_name};
-use crate::mesh::Mesh;
-use crate::motion::{QualityOutput, Step};
-use crate::quality::Judge;
+use azimesh_core::diagnostic::amount;
+use azimesh_core::error::{Error, Result};
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{QualityOutput, Step};
+use azimesh_io::formats::{Compression, by_name};
+use azimesh_io::mesh::Mesh;
+use azimesh_quality::Judge;
 
 /// Base points that are reckoned with where none are chosen yet.
 const N_BASE: usize = 1000;

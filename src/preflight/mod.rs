@@ -25,10 +25,10 @@ pub(crate) use output::before_work;
 pub use output::estimate_bytes;
 pub use surface_files::check_surface_files;
 
-use crate::deform::{Layer, Plan};
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::motion::{Frame, Step};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_deform::motion::{Frame, Step};
+use azimesh_deform::{Layer, Plan};
 
 /// Steps at which surfaces are looked at for meeting others.
 const LOOKED_AT: usize = 72;

@@ -1,17 +1,20 @@
 //! What is refused before any file is written, and what is known to be lost.
 
 use super::disk::Demand;
-use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::error::{Error, ErrorKind, Result};
-use crate::formats::{self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions};
-use crate::geometry::Bounds;
-use crate::geometry::vector::Vector;
-use crate::mesh::MeshView;
-use crate::motion::{QualityOutput, SelectionMethod};
-use crate::parallel;
-use crate::quality::{Assessment, Criterion};
+use crate::record::Criterion;
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::error::{Error, ErrorKind, Result};
+use azimesh_core::geometry::Bounds;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::parallel;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{QualityOutput, SelectionMethod};
+use azimesh_io::formats::{
+    self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions,
+};
+use azimesh_io::mesh::MeshView;
+use azimesh_quality::Assessment;
 use std::path::Path;
 
 /// A first-cell height may change by this much when coordinates are rounded to 32 bits.
@@ -67,7 +70,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     for criterion in fail_on {
         criterion.check_column()?;
         let reason = match criterion.column() {
-            "time_s" if plan.motion.steps[0].time_s.is_none() => {
+            "time_s" if plan.motion.steps[0].time_s().is_none() => {
                 "the schedule has neither [time] nor rotor.rpm"
             }
             "azimuth_deg" if plan.motion.steps[0].azimuth_deg().is_none() => {

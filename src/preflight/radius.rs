@@ -1,10 +1,10 @@
 //! Whether the support radius is large enough for the motion to fade out within it.
 
-use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::geometry::vector::distance;
-use crate::motion::Interpolate;
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::geometry::vector::distance;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::Interpolate;
 
 /// Surface points times steps that are looked at, at most.
 const MOST: usize = 2_000_000;
@@ -43,7 +43,7 @@ pub(super) fn small(plan: &Plan) -> Option<Diagnostic> {
             let x = surface.points[at];
             let by = distance(poses[body].place(surface.nodes[at], x), x);
             if by > worst.0 {
-                worst = (by, body, step.index);
+                worst = (by, body, step.index());
             }
         }
     }
@@ -71,9 +71,9 @@ pub(super) fn small(plan: &Plan) -> Option<Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::NoteKind;
-    use crate::mesh::Mesh;
-    use crate::motion::Schedule;
+    use azimesh_core::diagnostic::NoteKind;
+    use azimesh_deform::motion::Schedule;
+    use azimesh_io::mesh::Mesh;
     use std::path::Path;
 
     /// The radius and the substeps that are advised, where the airfoil moves by 0.35.

@@ -1,12 +1,12 @@
 //! Surface files for a solver that moves its volume itself: whether the solver would take them for what they are.
 
-use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::error::{Error, Result};
-use crate::formats::{by_extension, by_name, n_su2_zones, without_compression};
-use crate::mesh::MeshView;
-use crate::motion::{Step, SurfaceOutput};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::error::{Error, Result};
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{Step, SurfaceOutput};
+use azimesh_io::formats::{by_extension, by_name, n_su2_zones, without_compression};
+use azimesh_io::mesh::MeshView;
 use std::path::Path;
 
 /// Differences of the steps' times that count as none: this part of their interval.
@@ -64,7 +64,7 @@ pub(super) fn begins_moved(plan: &Plan) -> Option<Diagnostic> {
 
 /// The first step whose interval differs from that of the first two; in time where it is known, else in azimuth.
 fn uneven(steps: &[Step]) -> Option<usize> {
-    let at = |step: &Step| step.time_s.unwrap_or(step.azimuth_deg);
+    let at = Step::time;
     let [first, second, ..] = steps else {
         return None;
     };
@@ -81,8 +81,8 @@ mod tests {
     use super::*;
 
     fn at(times: &[f64]) -> Vec<Step> {
-        let steps = crate::motion::Steps::times_s(times.iter().copied());
-        let schedule = crate::motion::Schedule::new(steps);
+        let steps = azimesh_deform::motion::Steps::times_s(times.iter().copied());
+        let schedule = azimesh_deform::motion::Schedule::new(steps);
         schedule.steps().expect("they are good")
     }
 

@@ -1,9 +1,9 @@
 //! The surface points of a body, and where all of them are at a step.
 
-use crate::deform::Plan;
-use crate::geometry::vector::{Vector, dot, sub};
-use crate::motion::Step;
-use crate::parallel;
+use azimesh_core::geometry::vector::{Vector, dot, sub};
+use azimesh_core::parallel;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::Step;
 
 /// The surface points that move with a body.
 pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {

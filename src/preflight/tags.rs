@@ -1,12 +1,12 @@
 //! Tags that are not what the schedule takes them for: fixed ones that move with a body, and moving ones that the
 //! mesh does not follow.
 
-use crate::deform::Plan;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::preflight::PreflightNote;
-use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
-use crate::mesh::{Group, Numbering};
-use crate::motion::{BodyMap, Role};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::geometry::vector::{Vector, cross, dot, norm, scale, sub};
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{BodyMap, Role};
+use azimesh_io::mesh::{Group, Numbering};
 use std::collections::BTreeMap;
 
 /// Displacements and distances from a plane below this part of the extent of the mesh are round-off.
@@ -118,7 +118,7 @@ fn measure(plan: &Plan, tag: &Group, least: f64, found: &mut BTreeMap<u16, Moved
                 let x = plan.boundary.position(node);
                 let by = sub(poses[usize::from(*body)].place(node, x), x);
                 if norm(by) > moved.distance {
-                    (moved.distance, moved.step) = (norm(by), step.index);
+                    (moved.distance, moved.step) = (norm(by), step.index());
                 }
                 let out = normal.map_or(f64::INFINITY, |normal| dot(by, normal).abs());
                 moved.out = moved.out.max(out);
@@ -175,9 +175,9 @@ pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::NoteKind;
-    use crate::mesh::{CellKind, CellSet, Mesh};
-    use crate::motion::Schedule;
+    use azimesh_core::diagnostic::NoteKind;
+    use azimesh_deform::motion::Schedule;
+    use azimesh_io::mesh::{CellKind, CellSet, Mesh};
     use std::path::Path;
 
     fn plan(mesh: Mesh, boundaries: &str, tags: &str) -> Plan {

@@ -1,6 +1,6 @@
 //! base.toml: which nodes of a mesh are base points, and what they were chosen for.
 
-use crate::error::{Error, Result};
+use azimesh_core::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// What base.toml holds.

@@ -5,6 +5,7 @@
 //! them.
 
 mod base;
+mod criterion;
 mod names;
 mod run;
 mod steps;
@@ -12,6 +13,7 @@ mod steps;
 mod tests;
 
 pub use base::BaseFile;
+pub use criterion::Criterion;
 pub use names::{file_name, numbered, part_of, parts_in, step_of};
 pub use run::{
     BodyRecord, EndRecord, FunctionRecord, InputRecord, LayerRecord, MotionRecord, OptionsRecord,

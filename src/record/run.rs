@@ -2,10 +2,10 @@
 //!
 //! What a run of another version does not say is left empty when it is read.
 
-use crate::diagnostic::deform::DeformNote;
-use crate::error::{Error, Result};
-use crate::geometry::Transform;
-use crate::geometry::vector::Vector;
+use azimesh_core::diagnostic::deform::DeformNote;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::Transform;
+use azimesh_core::geometry::vector::Vector;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;

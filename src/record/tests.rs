@@ -80,7 +80,7 @@ fn what_another_version_does_not_say_is_left_empty() {
         (None, None, None)
     );
     let error = RunRecord::parse(b"{\n\"steps\": \"all\"}").expect_err("it is no number");
-    assert_eq!(error.position, Some(crate::error::Position::Line(2)));
+    assert_eq!(error.position, Some(azimesh_core::error::Position::Line(2)));
 }
 
 #[test]
@@ -122,5 +122,5 @@ fn base_points_that_are_read_and_written_are_the_same_file() {
 #[test]
 fn base_points_that_are_none_are_told_with_their_line() {
     let error = BaseFile::parse(b"version = 1\nkernel = 3\n").expect_err("it is no text");
-    assert_eq!(error.position, Some(crate::error::Position::Line(2)));
+    assert_eq!(error.position, Some(azimesh_core::error::Position::Line(2)));
 }

@@ -2,10 +2,10 @@
 //! coordinates of the plane.
 
 use super::section::{Crossed, Scratch};
-use crate::geometry::Transform;
-use crate::geometry::vector::{Vector, add, dot, scale, sub};
-use crate::mesh::{CellRef, Mesh};
-use crate::parallel;
+use azimesh_core::geometry::Transform;
+use azimesh_core::geometry::vector::{Vector, add, dot, scale, sub};
+use azimesh_core::parallel;
+use azimesh_io::mesh::{CellRef, Mesh};
 use std::ops::Range;
 
 /// Cells looked at by one thread at a time.

@@ -12,7 +12,7 @@
 //! where a surface is flat, since it may bend later. Borders, and edges between triangles of different labels, are
 //! collapsed only along themselves. Ties go to the lower node, so that the same input gives the same triangles.
 
-use crate::geometry::vector::{Vector, cross, dot, norm, scale, sub};
+use azimesh_core::geometry::vector::{Vector, cross, dot, norm, scale, sub};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 

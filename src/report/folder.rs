@@ -2,9 +2,9 @@
 
 use super::columns::label_in;
 use super::table::Table;
-use crate::error::{Error, Result};
-use crate::formats::{read_file, records_in};
 use crate::record::{BodyRecord, EndRecord, RunRecord, file_name, parts_in};
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::{read_file, records_in};
 use std::path::{Path, PathBuf};
 
 /// Unit of lengths without another name.
@@ -201,7 +201,7 @@ impl Sequence {
     pub fn case(&self) -> String {
         let input = self.record.inputs.first().map_or("", |mesh| &mesh.file);
         let name = Path::new(input).file_name().unwrap_or_default();
-        match crate::formats::case_name(&name.to_string_lossy()) {
+        match azimesh_io::formats::case_name(&name.to_string_lossy()) {
             "" | "-" => "sequence".to_owned(),
             case => case.to_owned(),
         }

@@ -3,6 +3,7 @@
 
 use super::choose;
 use super::cut::{Cut, Flat};
+use super::embed::embedded;
 use super::folder::Sequence;
 use super::meshes::Meshes;
 use super::pack::Pose;
@@ -13,12 +14,12 @@ use super::slice::Slice;
 use super::stills::stills;
 use super::surface::{Corner, landmarks};
 use super::view::View;
-use crate::diagnostic::short;
-use crate::error::{Error, Result};
-use crate::formats::{ReadOptions, embedded};
-use crate::mesh::Mesh;
-use crate::quality::{Reference, scaled_jacobians};
 use crate::record::MotionRecord;
+use azimesh_core::diagnostic::short;
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::ReadOptions;
+use azimesh_io::mesh::Mesh;
+use azimesh_quality::{Reference, scaled_jacobians};
 
 /// Bars of the histogram.
 const BARS: usize = 40;

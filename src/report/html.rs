@@ -1,6 +1,6 @@
 //! Text for a page: escaping, and large counts.
 
-use crate::error::one_line;
+use azimesh_core::error::one_line;
 
 /// Text that stands for itself between tags and in attributes.
 pub fn escape(text: &str) -> String {

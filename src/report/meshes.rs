@@ -1,9 +1,9 @@
 //! The meshes of a sequence that the page needs: those of steps, and the one that was given.
 
 use super::folder::Sequence;
-use crate::error::{Error, Result};
-use crate::formats::{self, ReadOptions, check_file, hash_of_mesh_file};
-use crate::mesh::Mesh;
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::{self, ReadOptions, check_file, hash_of_mesh_file};
+use azimesh_io::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
 /// Where the meshes of a sequence are.

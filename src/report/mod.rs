@@ -17,6 +17,7 @@ mod choose;
 mod columns;
 mod cut;
 mod decimate;
+mod embed;
 mod folder;
 mod gallery;
 mod html;
@@ -41,8 +42,8 @@ mod tests;
 mod view;
 mod views;
 
-use crate::error::Result;
-use crate::formats::ReadOptions;
+use azimesh_core::error::Result;
+use azimesh_io::formats::ReadOptions;
 use std::path::Path;
 
 /// A page and what could not be put on it.

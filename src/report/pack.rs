@@ -4,9 +4,9 @@
 //! the frame before is stored, less that of the vertex before, which is near; then low and high bytes apart, which zlib
 //! compresses well. `unpackPositions` in `scene.js` is the inverse.
 
+use super::embed::embedded;
 use super::surface::Surface;
-use crate::formats::embedded;
-use crate::geometry::Bounds;
+use azimesh_core::geometry::Bounds;
 use serde_json::{Value, json};
 
 /// Steps between the ends of a box.
@@ -91,10 +91,10 @@ fn quantized(x: [f32; 3], (low, step): ([f64; 3], [f64; 3])) -> [u16; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::unembedded;
-    use crate::mesh::Mesh;
     use crate::record::BodyRecord;
+    use crate::report::embed::unembedded;
     use crate::report::surface::Surfaces;
+    use azimesh_io::mesh::Mesh;
     use std::path::Path;
 
     fn wing() -> Surface {

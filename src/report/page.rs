@@ -9,7 +9,7 @@ use super::html::{count, embedded, escape};
 use super::libraries::Libraries;
 use super::plot::Plot;
 use super::{selection, summary, views};
-use crate::diagnostic::short;
+use azimesh_core::diagnostic::short;
 use serde_json::{Value, json};
 
 const STYLE: &str = include_str!("style.css");

@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::html::{embedded, escape};
 use super::series::Series;
-use crate::diagnostic::short;
+use azimesh_core::diagnostic::short;
 use serde_json::{Value, json};
 use std::fmt::Write;
 

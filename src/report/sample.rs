@@ -1,7 +1,7 @@
 //! Quality of some cells of a mesh, without looking at the others.
 
-use crate::mesh::{Cells, Mesh};
-use crate::quality::{Reference, per_cell};
+use azimesh_io::mesh::{Cells, Mesh};
+use azimesh_quality::{Reference, per_cell};
 
 /// Scaled Jacobians of these cells of a mesh, oriented as in `before`, which has the same cells.
 pub fn scaled_jacobians(cells: &[usize], mesh: &Mesh, before: &Mesh) -> Vec<f64> {

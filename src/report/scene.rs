@@ -5,10 +5,10 @@ use super::html::count;
 use super::pack::{self, Pose};
 use super::shaded::{self, Camera, Face};
 use super::surface::{Surface, Surfaces, is_near};
-use crate::geometry::vector::{Vector, distance, sub};
-use crate::geometry::{Bounds, Transform};
-use crate::mesh::Mesh;
 use crate::record::MotionRecord;
+use azimesh_core::geometry::vector::{Vector, distance, sub};
+use azimesh_core::geometry::{Bounds, Transform};
+use azimesh_io::mesh::Mesh;
 use serde_json::{Value, json};
 
 /// Coordinates of all frames together, at most.

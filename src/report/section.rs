@@ -1,7 +1,7 @@
 //! Where a plane cuts single cells: polygons of any cell, segments of faces.
 
-use crate::mesh::sides::for_each_side;
-use crate::mesh::{CellRef, Cells};
+use azimesh_io::mesh::sides::for_each_side;
+use azimesh_io::mesh::{CellRef, Cells};
 
 /// An edge of the mesh that the plane crosses, its lower node first.
 pub type Crossed = (u32, u32);

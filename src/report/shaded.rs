@@ -1,7 +1,7 @@
 //! A still picture of surfaces in space: triangles in parallel projection, the far ones first, shaded by a light.
 
 use super::html::escape;
-use crate::geometry::vector::{Vector, cross, dot, norm, sub, unit};
+use azimesh_core::geometry::vector::{Vector, cross, dot, norm, sub, unit};
 use std::fmt::Write;
 
 /// Units across a picture, and its height.

@@ -2,8 +2,8 @@
 
 use super::choose;
 use super::folder::Sequence;
-use crate::diagnostic::{in_digits, short};
-use crate::error::counted;
+use azimesh_core::diagnostic::{in_digits, short};
+use azimesh_core::error::counted;
 
 /// Motions that have a sentence.
 const MOTIONS: usize = 4;

@@ -2,11 +2,11 @@
 //! triangles.
 
 use super::decimate::{Labelled, decimate};
-use crate::geometry::vector::{Vector, cross, dot, sub};
-use crate::geometry::{Bounds, curve};
-use crate::mesh::facets::facets;
-use crate::mesh::{CellKind, Mesh};
 use crate::record::BodyRecord;
+use azimesh_core::geometry::vector::{Vector, cross, dot, sub};
+use azimesh_core::geometry::{Bounds, curve};
+use azimesh_io::mesh::facets::facets;
+use azimesh_io::mesh::{CellKind, Mesh};
 use std::collections::BTreeMap;
 
 /// Triangles of a page, at most.

@@ -1,9 +1,9 @@
 //! steps.csv: the finished steps, one row each, in order.
 
 use super::columns;
-use crate::error::{Error, Result};
-use crate::formats::read_file;
 use crate::record::{CHECKSUM, lines};
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::read_file;
 use std::path::PathBuf;
 
 /// The rows of one table or of the tables of several parts.

@@ -7,11 +7,11 @@ use super::plot::Plot;
 use super::series::Series;
 use super::slice::Slice;
 use super::table::Table;
-use crate::formats::ReadOptions;
-use crate::geometry::Bounds;
-use crate::geometry::vector::{Vector, cross, dot, scale, unit};
-use crate::mesh::Mesh;
-use crate::quality::{Reference, per_cell};
+use azimesh_core::geometry::Bounds;
+use azimesh_core::geometry::vector::{Vector, cross, dot, scale, unit};
+use azimesh_io::formats::ReadOptions;
+use azimesh_io::mesh::Mesh;
+use azimesh_quality::{Reference, per_cell};
 use std::path::Path;
 
 fn mesh(name: &str) -> Mesh {

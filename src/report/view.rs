@@ -1,10 +1,10 @@
 //! Where to look: a plane through the first moving body, and a window around what it cuts.
 
 use super::cut::{Cut, Flat, Plane, Window};
-use crate::geometry::Bounds;
-use crate::geometry::vector::{Vector, dot, sub};
-use crate::mesh::Mesh;
 use crate::record::{BodyRecord, MotionRecord};
+use azimesh_core::geometry::Bounds;
+use azimesh_core::geometry::vector::{Vector, dot, sub};
+use azimesh_io::mesh::Mesh;
 
 /// Height of a picture in widths.
 pub const ASPECT: f64 = 0.7;
@@ -143,7 +143,7 @@ fn sentence(body: Option<&BodyRecord>, plane: &Plane, axis: Option<usize>, turns
         (None, Some(name)) => format!("The mesh around {name}."),
         (None, None) => "The mesh.".to_owned(),
         (Some(axis), _) => {
-            let place = crate::diagnostic::short(plane.origin[axis]);
+            let place = azimesh_core::diagnostic::short(plane.origin[axis]);
             let letter = ["x", "y", "z"][axis];
             let through = name.map_or_else(String::new, |name| format!(" through {name}"));
             let turning = match turns {

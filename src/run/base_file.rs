@@ -1,10 +1,10 @@
 //! Base points on disk: base.toml to resume from, base.vtp to look at.
 
-use crate::deform::{BasePoints, LayerKind, Plan, from_nodes};
-use crate::error::{Error, Result};
-use crate::formats::{Commit, read_input, save_text};
-use crate::rbf::select::Selection;
 use crate::record::BaseFile;
+use azimesh_core::error::{Error, Result};
+use azimesh_deform::{BasePoints, LayerKind, Plan, from_nodes};
+use azimesh_io::formats::{Commit, read_input, save_text};
+use azimesh_rbf::select::Selection;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 

@@ -2,8 +2,8 @@
 
 use super::names::Names;
 use super::table;
-use crate::formats::CaseFormat;
 use crate::record::{Row, file_name, parts_in};
+use azimesh_io::formats::CaseFormat;
 use std::path::{Path, PathBuf};
 
 /// A case that holds the steps of a sequence; the folder of [`Names`] lies in it.

@@ -1,11 +1,11 @@
 //! What a run came to: everything that its rows of steps.csv tell, and where the time went.
 
 use super::names::{Names, bytes_of};
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::run::RunNote;
-use crate::error::{Error, Result};
-use crate::quality::Criterion;
+use crate::record::Criterion;
 use crate::record::{Row, Rows, SelectionRecord, Timings};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::run::RunNote;
+use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
 
 /// What a run came to.

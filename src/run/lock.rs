@@ -2,11 +2,13 @@
 //! system, which lets go of it when the process ends, however it ends.
 
 use super::names::Names;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::run::RunNote;
-use crate::error::{Error, Result};
-use crate::formats::{folder_of, is_same, register_temporary, sync_folder, unregister_temporary};
 use crate::record::{file_name, parts_in};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::run::RunNote;
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::{
+    folder_of, is_same, register_temporary, sync_folder, unregister_temporary,
+};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::ops::Range;
@@ -188,7 +190,7 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path, steps: Option<Range<usize>>) -> Names {
-        let format = crate::formats::by_name("vtu").expect("it is known");
+        let format = azimesh_io::formats::by_name("vtu").expect("it is known");
         let part = RunSteps::new(steps, 10).expect("there are ten steps");
         Names::new(folder, Path::new("wing.su2"), format, 10, part)
     }

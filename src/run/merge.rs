@@ -9,13 +9,13 @@ use super::names::{self, Names, RunSteps};
 use super::parts::{PartRun, damaged};
 use super::record::{self, Clock};
 use super::table;
-use crate::error::{Error, Result};
-use crate::formats::{
+use crate::record::{RunRecord, file_name, parts_in};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::progress::Progress;
+use azimesh_io::formats::{
     self, Format, Inputs, case_name, clear_left, folder_of, hash_of, records_in, replaced,
     save_text,
 };
-use crate::progress::Progress;
-use crate::record::{RunRecord, file_name, parts_in};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 

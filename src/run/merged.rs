@@ -7,15 +7,15 @@ use super::names::{self, Names};
 use super::parts::{PartRun, damaged};
 use super::record::{self, RecordFile};
 use super::table;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::run::RunNote;
-use crate::error::{Error, Result};
-use crate::formats::{
+use crate::record::{Row, Rows, RunRecord, Timings};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::run::RunNote;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::progress::Progress;
+use azimesh_io::formats::{
     self, Encoding, Format, Location, Precision, ReadOptions, WriteOptions, read_file,
     stage_sequence,
 };
-use crate::progress::Progress;
-use crate::record::{Row, Rows, RunRecord, Timings};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;

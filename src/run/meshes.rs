@@ -2,10 +2,12 @@
 
 use super::names::Names;
 use super::surface::SurfaceFiles;
-use crate::error::Result;
-use crate::formats::{Begin, Format, Notes, Output, OutputSet, SequenceFile, Staged, WriteOptions};
-use crate::mesh::MeshView;
-use crate::motion::Step;
+use azimesh_core::error::Result;
+use azimesh_deform::motion::Step;
+use azimesh_io::formats::{
+    Begin, Format, Notes, Output, OutputSet, SequenceFile, Staged, WriteOptions,
+};
+use azimesh_io::mesh::MeshView;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -39,7 +41,7 @@ impl<'a> Meshes<'a> {
         begin: Begin,
     ) -> Result<Self> {
         let first = names.path(&names.mesh(names.steps().start));
-        let create = |create: crate::formats::CreateSequence| {
+        let create = |create: azimesh_io::formats::CreateSequence| {
             create(&first, &options, begin, names.commit.sync)
         };
         let sequence = format.sequence().filter(|_| names.is_in_one());
@@ -60,7 +62,7 @@ impl<'a> Meshes<'a> {
     /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
     pub fn write(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
         let surface = match &self.surface {
-            Some(surface) => Some(surface.stage(mesh, self.names, step.index)?),
+            Some(surface) => Some(surface.stage(mesh, self.names, step.index())?),
             None => None,
         };
         let (hash, written) = self.write_mesh(mesh, step)?;
@@ -72,13 +74,13 @@ impl<'a> Meshes<'a> {
     }
 
     fn write_mesh(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
-        if let Some(case) = self.names.in_case(step.index) {
+        if let Some(case) = self.names.in_case(step.index()) {
             let mut out = OutputSet::new(case.folder, self.names.commit).hashed();
             (case.format).write_step(mesh, case.file, &mut out, &self.options)?;
             let written = out.finish();
             return Ok((hash_in_case(&written), written.files));
         }
-        let path = self.names.path(&self.names.mesh(step.index));
+        let path = self.names.path(&self.names.mesh(step.index()));
         if let Some(sequence) = &self.sequence {
             let mut file = lock(sequence);
             let appended = file.append(step.time(), mesh);

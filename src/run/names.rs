@@ -1,15 +1,15 @@
 //! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
 
 use super::case::{Case, steps_in_case};
-use crate::error::{Error, Result, counted};
-use crate::formats::{
+use crate::preflight::existing_folder;
+use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_deform::motion::Step;
+use azimesh_io::formats::{
     self, Begin, Begun, CaseFormat, Commit, Format, Inputs, Notes, Staged, WriteOptions, case_name,
     hash_of, pvd, vtk_series,
 };
-use crate::mesh::MeshView;
-use crate::motion::Step;
-use crate::preflight::existing_folder;
-use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
+use azimesh_io::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::ops::Range;
@@ -50,8 +50,6 @@ pub struct Names {
     list_ending: Option<&'static str>,
     /// Whether one file holds all steps.
     in_one: bool,
-    /// Whether what holds a mesh is a folder.
-    of_folders: bool,
     digits: usize,
     part: RunSteps,
     /// The case that the steps are in, where the format has that.
@@ -101,7 +99,6 @@ impl Names {
             list_ending: format.list_ending(),
             in_one: format.sequence().is_some() && case.is_none(),
             case,
-            of_folders: format.is_folder(),
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
             part,
             commit: Commit::REPLACE,
@@ -380,11 +377,7 @@ pub fn refuse_inputs(names: &Names, inputs: &Inputs) -> Result<()> {
 /// Removes every file of an earlier run.
 pub fn remove_existing(names: &Names) -> Result<()> {
     existing_outputs(names).iter().try_for_each(|path| {
-        let removed = match names.of_folders && path.is_dir() {
-            true => std::fs::remove_dir_all(path),
-            false => std::fs::remove_file(path),
-        };
-        removed.map_err(|error| Error::io(path, &error))?;
+        std::fs::remove_file(path).map_err(|error| Error::io(path, &error))?;
         // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
         if names.case.is_some() {
             let above = path
@@ -427,7 +420,7 @@ mod tests {
 
     #[test]
     fn a_mesh_is_named_without_its_endings() {
-        let vtu = crate::formats::by_name("vtu").expect("it is known");
+        let vtu = azimesh_io::formats::by_name("vtu").expect("it is known");
         let name = |mesh: &str, n| {
             let part = RunSteps::new(None, n).expect("all of it");
             Names::new(Path::new("d"), Path::new(mesh), vtu, n, part).mesh(7)
@@ -438,24 +431,22 @@ mod tests {
     }
 
     #[test]
-    fn bytes_of_a_folder_are_those_of_its_files() {
+    fn bytes_of_an_earlier_run_are_those_of_its_files() {
         let folder = tempfile::tempdir().expect("a folder");
-        let inside = folder.path().join("wing.toy/constant");
-        std::fs::create_dir_all(&inside).expect("it can be made");
-        for (path, n) in [("wing.toy/points", 7), ("wing.toy/constant/faces", 30)] {
+        for (path, n) in [("wing_0000.vtu", 7), ("wing_0001.vtu", 30)] {
             std::fs::write(folder.path().join(path), vec![0; n]).expect("it can be written");
         }
         std::fs::write(folder.path().join("steps.csv"), "12345").expect("it can be written");
         std::fs::write(folder.path().join("another"), "12345").expect("it can be written");
         let names = Names {
             folder: folder.path().to_owned(),
-            ..names(None, "toy")
+            ..names(None, "vtu")
         };
         assert_eq!(bytes_of_existing(&names), 42);
     }
 
     fn names(steps: Option<Range<usize>>, format: &str) -> Names {
-        let format = crate::formats::by_name(format).expect("it is known");
+        let format = azimesh_io::formats::by_name(format).expect("it is known");
         let part = RunSteps::new(steps, 10).expect("there are ten steps");
         Names::new(Path::new("d"), Path::new("wing.su2"), format, 10, part)
     }

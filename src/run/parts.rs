@@ -1,10 +1,10 @@
 //! Parts of a sequence beside each other in a folder.
 
 use super::names::{Names, files};
-use crate::error::{Error, Result};
-use crate::formats::hash_of_range;
-use crate::progress::Progress;
 use crate::record::{Rows, RunRecord, part_of};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::progress::Progress;
+use azimesh_io::formats::hash_of_range;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 

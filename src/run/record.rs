@@ -3,20 +3,20 @@
 use super::finished::Finished;
 use super::names::Names;
 use super::request::Request;
-use crate::deform::{Deformation, Plan, Repair};
-use crate::diagnostic::Diagnostic;
-use crate::error::{Error, Result, counted};
-use crate::formats::{
-    self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, save_text,
-};
-use crate::motion::{Step, SurfaceOutput};
 use crate::preflight::body_motion;
-use crate::rbf::select::Selection;
 use crate::record::{
     EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, PatchRecord, RepairRecord,
     RunRecord, SelectionRecord,
 };
-use crate::repair::PatchLog;
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_deform::motion::{Step, SurfaceOutput};
+use azimesh_deform::{Deformation, Plan, Repair};
+use azimesh_io::formats::{
+    self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, save_text,
+};
+use azimesh_quality::repair::PatchLog;
+use azimesh_rbf::select::Selection;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -282,7 +282,7 @@ pub(super) fn repair_record(repair: &Repair, step: &Step) -> RepairRecord {
     let window = repair.window.as_ref();
     let kernel = repair.substeps.and_then(|parts| parts.kernel);
     let mut record = RepairRecord {
-        step: step.index,
+        step: step.index(),
         substeps: repair.substeps.map(|parts| parts.n),
         kernel: kernel.map(|kernel| kernel.name().to_owned()),
         inverted_before: repair.before.inverted,
@@ -301,7 +301,7 @@ pub(super) fn repair_record(repair: &Repair, step: &Step) -> RepairRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{Schedule, Steps};
+    use azimesh_deform::motion::{Schedule, Steps};
 
     #[test]
     fn a_repaired_step_without_an_azimuth_is_named_by_its_time() {

@@ -1,6 +1,6 @@
 //! What a run is asked for.
 
-use crate::quality::Criterion;
+use crate::record::Criterion;
 use std::ops::Range;
 use std::path::PathBuf;
 

@@ -7,14 +7,14 @@ use super::parts;
 use super::record::{self, merged};
 use super::surface::SurfaceFiles;
 use super::table;
-use crate::deform::{Deformation, Plan};
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::run::{FileFault, RunNote};
-use crate::error::{Error, Result};
-use crate::formats::{Format, read_file};
-use crate::mesh::MeshView;
-use crate::quality::Criterion;
+use crate::record::Criterion;
 use crate::record::{RepairRecord, Row, Rows, RunRecord, SelectionRecord, Timings};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::run::{FileFault, RunNote};
+use azimesh_core::error::{Error, Result};
+use azimesh_deform::{Deformation, Plan};
+use azimesh_io::formats::{Format, read_file};
+use azimesh_io::mesh::MeshView;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -268,12 +268,12 @@ fn check_names(rows: &Rows, then: Option<&RunRecord>, names: &Names) -> Result<(
 fn check_azimuths(rows: &Rows, plan: &Plan, names: &Names) -> Result<()> {
     let steps = &plan.motion.steps[names.steps()];
     let other = steps.iter().find_map(|step| {
-        let row = rows.get(&step.index)?;
+        let row = rows.get(&step.index())?;
         let (then, now) = (row.azimuth_deg, step.azimuth_deg());
-        let is_other = row.file == names.mesh(step.index) && then != now;
+        let is_other = row.file == names.mesh(step.index()) && then != now;
         let shown =
             |azimuth: Option<f64>| azimuth.map_or("none".to_owned(), |azimuth| azimuth.to_string());
-        is_other.then(|| (step.index, shown(then), shown(now)))
+        is_other.then(|| (step.index(), shown(then), shown(now)))
     });
     match other {
         None => Ok(()),

@@ -13,18 +13,18 @@ use super::resume::Earlier;
 use super::surface::SurfaceFiles;
 use super::table;
 use super::writer::Writer;
-use crate::deform::{Deformation, Plan, missed_at_step};
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::run::RunNote;
-use crate::error::{Error, ErrorKind, Result, counted};
-use crate::formats::{self, Begin, Format, Inputs, Notes};
-use crate::geometry::vector::Vector;
-use crate::motion::{Step, SurfaceOutput};
 use crate::preflight::{
     self, Demand, LargestDisplacements, before_work, check_disk, check_surface_files,
 };
-use crate::quality::Criterion;
+use crate::record::Criterion;
 use crate::record::{Row, Rows};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::run::RunNote;
+use azimesh_core::error::{Error, ErrorKind, Result, counted};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_deform::motion::{Step, SurfaceOutput};
+use azimesh_deform::{Deformation, Plan, missed_at_step};
+use azimesh_io::formats::{self, Begin, Format, Inputs, Notes};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -328,8 +328,9 @@ impl Run<'_> {
     /// The steps that have to be written or verified.
     pub(super) fn todo(&self) -> Vec<Step> {
         let steps = &self.plan.motion.steps[self.names.steps()];
-        let wanted =
-            |step: &&Step| self.is_to_be_verified() || !self.earlier.rows.contains_key(&step.index);
+        let wanted = |step: &&Step| {
+            self.is_to_be_verified() || !self.earlier.rows.contains_key(&step.index())
+        };
         steps.iter().filter(wanted).copied().collect()
     }
 
@@ -438,7 +439,7 @@ impl Run<'_> {
             ..Finished::default()
         };
         self.tell_repairs(&mut finished);
-        let has_azimuth = self.plan.motion.steps[0].has_azimuth;
+        let has_azimuth = self.plan.motion.steps[0].azimuth_deg().is_some();
         finished.take_rows(
             self.names,
             &self.rows,

@@ -2,16 +2,16 @@
 
 use super::base_points::BasePointStore;
 use super::record::Clock;
-use crate::deform::{Deformation, Evaluated, Plan, Repair, Rounding};
-use crate::error::Result;
-use crate::formats::DISPLACEMENT;
-use crate::geometry::vector::{Vector, sub};
-use crate::mesh::{Apart, ByRanks, DataArray, Mesh, MeshView, Values};
-use crate::motion::{QualityOutput, Step};
-use crate::parallel;
-use crate::quality::{Assessment, Extreme};
 use crate::record::Row;
-use crate::sparse;
+use azimesh_core::error::Result;
+use azimesh_core::geometry::vector::{Vector, sub};
+use azimesh_core::parallel;
+use azimesh_core::sparse;
+use azimesh_deform::motion::{QualityOutput, Step};
+use azimesh_deform::{Deformation, Evaluated, Plan, Repair, Rounding};
+use azimesh_io::formats::DISPLACEMENT;
+use azimesh_io::mesh::{Apart, ByRanks, DataArray, Mesh, MeshView, Values};
+use azimesh_quality::{Assessment, Extreme};
 
 /// The array of velocities.
 const VELOCITY: &str = "Velocity";
@@ -162,9 +162,9 @@ impl<'a> StepMesh<'a> {
 pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
     let value = |extreme: Option<Extreme>| extreme.map(|found| found.value);
     let mut row = Row {
-        step: step.index,
+        step: step.index(),
         azimuth_deg: step.azimuth_deg(),
-        time_s: step.time_s,
+        time_s: step.time_s(),
         base_points: computed.n_base,
         max_displacement: computed.largest_displacement,
         selection_error: computed.selection_error,

@@ -7,12 +7,12 @@ use super::record::repair_record;
 use super::run::{LoopEnd, Run};
 use super::step::{Computed, StepMesh, compute, recompute, row};
 use super::writer::Writer;
-use crate::diagnostic::run::RunNote;
-use crate::error::{Error, ErrorKind, Result};
-use crate::formats::{self, Location, ReadOptions};
-use crate::geometry::vector::Vector;
-use crate::mesh::{Apart, MeshView};
-use crate::motion::{OnInverted, QualityOutput, Step};
+use azimesh_core::diagnostic::run::RunNote;
+use azimesh_core::error::{Error, ErrorKind, Result};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_deform::motion::{OnInverted, QualityOutput, Step};
+use azimesh_io::formats::{self, Location, ReadOptions};
+use azimesh_io::mesh::{Apart, MeshView};
 
 /// What is to be done for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,8 +161,8 @@ impl Run<'_> {
 
     /// What is to be done for a step.
     fn task(&self, step: &Step) -> Task {
-        let is_kept = self.earlier.rows.contains_key(&step.index);
-        let is_repaired = self.earlier.repairs.contains_key(&step.index);
+        let is_kept = self.earlier.rows.contains_key(&step.index());
+        let is_repaired = self.earlier.repairs.contains_key(&step.index());
         let is_slow = self.plan.schedule.rbf.substeps > 1 || is_repaired;
         match (is_kept, self.earlier.is_unverified, is_slow) {
             (false, _, _) => Task::New,
@@ -180,7 +180,7 @@ impl Run<'_> {
 
     /// Takes the positions of a step from the file of all steps; tells whether they are there.
     fn read_back(&self, writer: &Writer<'_>, step: &Step, points: &mut Vec<Vector>) -> bool {
-        let path = self.names.path(&self.names.mesh(step.index));
+        let path = self.names.path(&self.names.mesh(step.index()));
         let options = ReadOptions {
             step: Some(writer.ends().len()),
             ..ReadOptions::default()
@@ -199,7 +199,7 @@ impl Run<'_> {
     /// Rows of the earlier run from a step on do not count any more.
     fn restart_from(&mut self, step: &Step) -> LoopEnd {
         self.warn_of_damage(step);
-        self.earlier.rows.split_off(&step.index);
+        self.earlier.rows.split_off(&step.index());
         self.n_kept = self.earlier.rows.len();
         LoopEnd::Restart
     }
@@ -211,8 +211,8 @@ impl Run<'_> {
 
     fn warn_of_damage(&mut self, step: &Step) {
         let note = RunNote::DiffersFrom {
-            file: self.names.mesh(step.index),
-            step: step.index,
+            file: self.names.mesh(step.index()),
+            step: step.index(),
         };
         let note = note.into();
         if !self.warnings.contains(&note) {
@@ -259,16 +259,16 @@ impl Run<'_> {
         self.seconds_steps += computed.seconds;
         if let Some(repair) = &computed.found.repair {
             let record = repair_record(repair, step);
-            self.earlier.repairs.insert(step.index, record);
+            self.earlier.repairs.insert(step.index(), record);
             self.note_repairs()?;
         }
         let Some(first) = computed.found.first_inverted() else {
             return Ok(computed);
         };
-        self.first_inverted.insert(step.index, first);
+        self.first_inverted.insert(step.index(), first);
         if self.plan.schedule.output.on_inverted == OnInverted::Stop {
             let row = row(step, &computed.found);
-            let note = inverted(&row, step.has_azimuth, Some(first));
+            let note = inverted(&row, step.azimuth_deg().is_some(), Some(first));
             return Err(Error::check(note.to_string()));
         }
         Ok(computed)

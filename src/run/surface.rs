@@ -2,15 +2,15 @@
 //! step, and whether they are still what the mesh says. Knows nothing of what a line looks like.
 
 use super::names::Names;
-use crate::deform::Plan;
-use crate::error::Result;
-use crate::formats::{
+use crate::record::Row;
+use azimesh_core::error::Result;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{Role, SurfaceOutput};
+use azimesh_io::formats::{
     Format, Location, OutputSet, ReadOptions, Staged, by_name, read_as, read_file,
     write_su2_surface,
 };
-use crate::mesh::{Mesh, MeshView};
-use crate::motion::{Role, SurfaceOutput};
-use crate::record::Row;
+use azimesh_io::mesh::{Mesh, MeshView};
 use std::path::Path;
 
 /// What is written of the moving surfaces.

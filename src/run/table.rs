@@ -1,9 +1,9 @@
 //! steps.csv: a row a step, on disk as soon as the step is finished, and read back by later runs.
 
 use super::names::Names;
-use crate::error::{Error, Result};
-use crate::formats::{Commit, read_file, save_text};
 use crate::record::{Row, Rows, parse, text};
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::{Commit, read_file, save_text};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};

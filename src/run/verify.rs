@@ -6,9 +6,9 @@ use super::base_points::BasePointStore;
 use super::meshes::hash_of;
 use super::run::Run;
 use super::step::compute;
-use crate::diagnostic::run::{FileFault, RunNote};
-use crate::error::{Error, Result};
-use crate::motion::Step;
+use azimesh_core::diagnostic::run::{FileFault, RunNote};
+use azimesh_core::error::{Error, Result};
+use azimesh_deform::motion::Step;
 
 impl Run<'_> {
     /// Computes the finished steps again, and leaves out those whose bytes differ.
@@ -51,9 +51,9 @@ impl Run<'_> {
         let options = self.plan.schedule.output.write_options();
         let hash = self.write_on_ranks(&points, &velocities, &mut |by| {
             let mesh = mesh.view(by);
-            hash_of(&mesh, self.names, step.index, self.format, &options)
+            hash_of(&mesh, self.names, step.index(), self.format, &options)
         })?;
-        Ok(self.earlier.rows[&step.index].blake3 == hash.to_string())
+        Ok(self.earlier.rows[&step.index()].blake3 == hash.to_string())
     }
 
     fn leave_out(&mut self, index: usize) {

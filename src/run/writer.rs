@@ -6,12 +6,12 @@ use super::names::Names;
 use super::record::Clock;
 use super::surface::SurfaceFiles;
 use super::table::Table;
-use crate::error::{Error, Result};
-use crate::formats::{Begin, Format, Notes, WriteOptions};
-use crate::mesh::MeshView;
-use crate::motion::Step;
-use crate::progress::Stop;
 use crate::record::{Row, Rows};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::progress::Stop;
+use azimesh_deform::motion::Step;
+use azimesh_io::formats::{Begin, Format, Notes, WriteOptions};
+use azimesh_io::mesh::MeshView;
 use std::panic::resume_unwind;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
@@ -67,7 +67,7 @@ impl<'a> Writer<'a> {
         let (hash, written) = self.meshes.write(mesh, step)?;
         self.settle()?;
         self.seconds += clock.seconds();
-        row.file = self.names.mesh(step.index);
+        row.file = self.names.mesh(step.index());
         row.blake3 = hash.to_string();
         row.seconds = ((seconds + clock.seconds()) * 1e3).round() / 1e3;
         let table = Arc::clone(&self.table);
@@ -110,7 +110,7 @@ impl<'a> Writer<'a> {
         written.keep()?;
         self.seconds += clock.seconds();
         let table = lock(&self.table);
-        let row = table.rows().get(&step.index);
+        let row = table.rows().get(&step.index());
         Ok(row.is_some_and(|row| row.blake3 == hash.to_string()))
     }
 

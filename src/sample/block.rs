@@ -4,8 +4,8 @@
 //! Tags `left`, `right`, `bottom`, `top` and `block`.
 
 use super::{Sample, tag};
-use crate::error::{Error, Result};
-use crate::mesh::{CellKind, Cells, Mesh};
+use azimesh_core::error::{Error, Result};
+use azimesh_io::mesh::{CellKind, Cells, Mesh};
 
 /// Cells along an edge of the square.
 const CELLS: usize = 25;

@@ -2,14 +2,13 @@
 
 use super::ray::Ray;
 use super::split::{WEDGE_TETRAHEDRA, tetrahedra, triangles};
-use crate::geometry::vector::Vector;
-use crate::mesh::{CellKind, Cells};
-use crate::parallel;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::parallel;
+use azimesh_io::mesh::{CellKind, Cells};
 use std::ops::Range;
 
 /// Shape of the cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum CellShape {
     /// Hexahedra.
     #[default]

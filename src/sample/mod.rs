@@ -19,7 +19,7 @@ pub use extrude::CellShape;
 pub use naca0012::{Naca0012Options, naca0012};
 pub use size::SizeOptions;
 
-use crate::mesh::{CellSet, Group, Mesh};
+use azimesh_io::mesh::{CellSet, Group, Mesh};
 use std::ops::Range;
 
 /// A mesh and a motion schedule for it.

@@ -7,9 +7,9 @@ use super::ray::Ray;
 use super::size::SizeOptions;
 use super::spacing::{LineEnd, graded_from_ends};
 use super::{Sample, tag};
-use crate::error::Result;
-use crate::geometry::vector::Vector;
-use crate::mesh::{CellKind, Cells, Mesh};
+use azimesh_core::error::Result;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_io::mesh::{CellKind, Cells, Mesh};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Radius of the outer circle, in chords.

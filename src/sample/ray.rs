@@ -1,7 +1,7 @@
 //! Lines of nodes from a wall to the outer boundary.
 
 use super::spacing::{growth, height};
-use crate::geometry::vector::{Vector, add, distance, norm, scale, sub};
+use azimesh_core::geometry::vector::{Vector, add, distance, norm, scale, sub};
 
 /// Part of the distance to the outer boundary that a ray starts with; a smaller one bends earlier.
 const START: f64 = 0.5;

@@ -1,6 +1,6 @@
 //! How large a sample is: what was asked for, checked once.
 
-use crate::error::{Error, Result};
+use azimesh_core::error::{Error, Result};
 
 /// Height of the wall cells, in chords, when none is given.
 pub const FIRST_CELL: f64 = 1e-5;

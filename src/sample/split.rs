@@ -31,7 +31,7 @@ pub fn tetrahedra(low: [u32; 3], high: [u32; 3]) -> [[u32; 4]; WEDGE_TETRAHEDRA]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vector::{Vector, cross, dot, sub};
+    use azimesh_core::geometry::vector::{Vector, cross, dot, sub};
 
     #[test]
     fn the_tetrahedra_fill_the_wedge_whatever_its_numbers() {

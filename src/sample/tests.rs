@@ -1,8 +1,8 @@
 //! Properties that every sample must have.
 
 use super::*;
-use crate::geometry::vector::{Vector, cross, distance, dot, norm, sub};
-use crate::mesh::{CellKind, corners};
+use azimesh_core::geometry::vector::{Vector, cross, distance, dot, norm, sub};
+use azimesh_io::mesh::{CellKind, corners};
 use std::collections::BTreeMap;
 
 /// Smallest corner Jacobian of a cell over the lengths of its edges: the corner's three edges (two

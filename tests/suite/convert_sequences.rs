@@ -212,6 +212,9 @@ fn a_signal_ends_a_conversion_and_leaves_no_hidden_file() {
         ("-HUP", 129, &["all.vtkhdf"], &[]),
         ("-TERM", 143, &["all.pvd"], &["all_0000.vtu"]),
     ] {
+        if signal == "-HUP" && is_hangup_ignored() {
+            continue;
+        }
         let mut child = Command::new(env!("CARGO_BIN_EXE_azimesh"))
             .current_dir(path)
             .args(["convert", "p_1.vtu", "late.vtu"])

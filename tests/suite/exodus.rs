@@ -4,10 +4,10 @@ use crate::support::exodus::{file, small};
 use crate::support::netcdf::{NetCdf, Numbers, text};
 use crate::support::sequence::testdata;
 use crate::support::{assert_says, azimesh, json, succeed};
-use azimesh::error::{Error, Position};
-use azimesh::formats::exodus::Exodus;
-use azimesh::formats::{ReadOptions, parse};
-use azimesh::mesh::{CellKind, Mesh, Values};
+use azimesh_core::error::{Error, Position};
+use azimesh_io::formats::exodus::Exodus;
+use azimesh_io::formats::{ReadOptions, parse};
+use azimesh_io::mesh::{CellKind, Mesh, Values};
 
 fn read_at(bytes: &[u8], step: Option<usize>) -> Result<Mesh, Error> {
     let options = ReadOptions {

@@ -1,12 +1,12 @@
 //! Slabs put together are the mesh that the whole file gives; damaged files give errors or sound slabs.
 
-use azimesh::error::Result;
-use azimesh::formats::slabs::{Opened, Slabs};
-use azimesh::formats::{
+use azimesh_core::error::Result;
+use azimesh_io::formats::slabs::{Opened, Slabs};
+use azimesh_io::formats::{
     Format, Location, Notes, Precision, ReadOptions, Source, WriteOptions, cgns, gmsh, of, ugrid,
     vtu,
 };
-use azimesh::mesh::{CellKind, Cells, Mesh};
+use azimesh_io::mesh::{CellKind, Cells, Mesh};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

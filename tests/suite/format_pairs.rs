@@ -1,8 +1,8 @@
 //! Round trips through every pair of formats, and `diff` as their judge.
 
-use azimesh::formats::{self, Commit, WriteOptions};
-use azimesh::mesh::{CellKind, Cells, DiffOptions, Difference, Group, Mesh, diff};
 use azimesh::sample::{self, BladeOptions, CellShape, Naca0012Options, SizeOptions};
+use azimesh_io::formats::{self, Commit, WriteOptions};
+use azimesh_io::mesh::{CellKind, Cells, DiffOptions, Difference, Group, Mesh, diff};
 use std::path::Path;
 
 const EXTENSIONS: [&str; 7] = ["vtu", "vtk", "vtkhdf", "cgns", "msh", "msh2", "su2"];

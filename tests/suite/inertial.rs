@@ -1,7 +1,7 @@
 //! The inertial frame: a zone that is carried round with the azimuth, cut from the rest of the mesh.
 
 use crate::support::{rewrite, succeed};
-use azimesh::mesh::Mesh;
+use azimesh_io::mesh::Mesh;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use tempfile::TempDir;

@@ -59,6 +59,4 @@ mod system;
 mod told;
 mod twist;
 mod vtk_files;
-#[cfg(feature = "vtkio")]
-mod vtkio;
 mod windows;

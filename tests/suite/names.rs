@@ -1,8 +1,8 @@
 //! Names of tags and arrays: written by every format and read back, each still another.
 
 use crate::support::{assert_says, succeed};
-use azimesh::formats::{self, ReadOptions, WriteOptions};
-use azimesh::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use azimesh_io::formats::{self, ReadOptions, WriteOptions};
+use azimesh_io::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use crate::support::{assert_says, azimesh, rewrite, succeed};
 use azimesh::Mesh;
-use azimesh::formats::{self, Begin, Commit, WriteOptions};
+use azimesh_io::formats::{self, Begin, Commit, WriteOptions};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

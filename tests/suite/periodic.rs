@@ -4,7 +4,7 @@ use crate::support::sequence::{
     Sequence, Vector, diagonal, distance, nodes_of, read, same, testdata, write,
 };
 use crate::support::{rewrite, succeed};
-use azimesh::mesh::{CellKind, Mesh};
+use azimesh_io::mesh::{CellKind, Mesh};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;

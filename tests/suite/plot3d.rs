@@ -2,9 +2,9 @@
 
 use crate::support::plot3d::{NEUTRAL, Stored, TEXT, blocks, every_way, file, nodes};
 use crate::support::{assert_says, azimesh, json, succeed};
-use azimesh::error::Position;
-use azimesh::formats::{self, Format, ReadOptions, Source, parse, plot3d};
-use azimesh::mesh::{CellKind, Mesh};
+use azimesh_core::error::Position;
+use azimesh_io::formats::{self, Format, ReadOptions, Source, parse, plot3d};
+use azimesh_io::mesh::{CellKind, Mesh};
 use std::path::Path;
 
 fn read(format: &dyn Format, bytes: &[u8]) -> azimesh::Result<Mesh> {

@@ -1,14 +1,14 @@
 //! Parts of a mesh that several ranks hold are judged as the whole mesh is: to the last bit, and cell by cell.
 
 use crate::support::blade_of;
-use azimesh::deform::ReadWhole;
-use azimesh::formats::{SharedFile, read_together};
-use azimesh::mesh::{CellKind, Cells, Group, Mesh};
-use azimesh::quality::{Assessment, Judge, Statistic, statistics, worst};
-use azimesh::ranks::{Ranks, on_threads};
 use azimesh::run::{Request, run};
 use azimesh::sample::{BladeOptions, CellShape, Naca0012Options, SizeOptions, blade, naca0012};
 use azimesh::{Deformation, ReadOptions, Schedule};
+use azimesh_core::ranks::{Ranks, on_threads};
+use azimesh_deform::ReadWhole;
+use azimesh_io::formats::{SharedFile, read_together};
+use azimesh_io::mesh::{CellKind, Cells, Group, Mesh};
+use azimesh_quality::{Assessment, Judge, Statistic, statistics, worst};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

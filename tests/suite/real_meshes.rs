@@ -2,7 +2,7 @@
 //! The motion is evaluated here once more, by plain trigonometry.
 
 use assert_cmd::Command;
-use azimesh::mesh::Mesh;
+use azimesh_io::mesh::Mesh;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;

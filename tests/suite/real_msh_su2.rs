@@ -1,7 +1,7 @@
 //! Real MSH and SU2 files, from the folder that AZIMESH_TESTDATA names.
 
-use azimesh::formats::{self, Encoding, Format, ReadOptions, Source, WriteOptions, gmsh, su2};
-use azimesh::mesh::{Group, Mesh};
+use azimesh_io::formats::{self, Encoding, Format, ReadOptions, Source, WriteOptions, gmsh, su2};
+use azimesh_io::mesh::{Group, Mesh};
 use std::path::{Path, PathBuf};
 
 fn files_below(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -2,8 +2,8 @@
 //! code, and no output file left behind.
 
 use crate::support::{airfoil, assert_says, azimesh, json, names, rewrite, succeed};
-use azimesh::formats::{self, Commit, WriteOptions};
-use azimesh::mesh::{CellKind, Group, Mesh};
+use azimesh_io::formats::{self, Commit, WriteOptions};
+use azimesh_io::mesh::{CellKind, Group, Mesh};
 use std::path::Path;
 
 /// The run is refused with exit code 2 and one sentence that says all of `parts`; no file is left.

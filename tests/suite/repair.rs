@@ -2,11 +2,11 @@
 //!
 //! `AZIMESH_REPAIR_MESHES=1000` tries so many of them instead of a few.
 
-use azimesh::mesh::Adjacency;
-use azimesh::quality::Reference;
-use azimesh::quality::validity::invalid;
-use azimesh::repair::{Freedom, Limits, Repaired, Task, untangle};
 use azimesh::{CellKind, Mesh, Stop};
+use azimesh_io::mesh::Adjacency;
+use azimesh_quality::Reference;
+use azimesh_quality::repair::{Freedom, Limits, Repaired, Task, untangle};
+use azimesh_quality::validity::invalid;
 
 type Vector = [f64; 3];
 

@@ -2,7 +2,7 @@
 
 use crate::support::sequence::{read, write};
 use crate::support::{assert_says, azimesh, json};
-use azimesh::mesh::{CellKind, CellSet, Group, Mesh};
+use azimesh_io::mesh::{CellKind, CellSet, Group, Mesh};
 use std::path::Path;
 
 /// A grid of squares in the unit square, its sides in the tags `lower` and `rest`.

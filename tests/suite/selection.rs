@@ -1,12 +1,12 @@
 //! What the selection promises, by brute force on random schedules: with `sequence` and a tolerance
 //! the interpolant is within it at every surface node at every step.
 
-use azimesh::deform::{Plan, choose};
-use azimesh::geometry::vector::{distance, sub};
-use azimesh::motion::{Role, Schedule};
-use azimesh::progress::Silent;
-use azimesh::ranks::Ranks;
 use azimesh::sample::{BladeOptions, Naca0012Options, SizeOptions, blade, naca0012};
+use azimesh_core::geometry::vector::{distance, sub};
+use azimesh_core::progress::Silent;
+use azimesh_core::ranks::Ranks;
+use azimesh_deform::motion::{Role, Schedule};
+use azimesh_deform::{Plan, choose};
 use proptest::prelude::*;
 use std::path::Path;
 
@@ -68,7 +68,7 @@ fn size(nodes: usize) -> SizeOptions {
     }
 }
 
-fn plan(mesh: azimesh::mesh::Mesh, schedule: &str) -> Plan {
+fn plan(mesh: azimesh_io::mesh::Mesh, schedule: &str) -> Plan {
     let schedule = Schedule::parse(schedule, Path::new("random.toml")).expect("it is a schedule");
     Plan::new(mesh, schedule).expect("it fits the mesh").0
 }

@@ -4,7 +4,7 @@ use crate::support::sequence::{
     Sequence, Vector, distance, nodes_of, read, same, testdata, write, write_as,
 };
 use crate::support::{assert_says, azimesh, json, succeed};
-use azimesh::mesh::{CellKind, CellSet, Group, Mesh};
+use azimesh_io::mesh::{CellKind, CellSet, Group, Mesh};
 use std::path::{Path, PathBuf};
 
 const SCHEDULE: &str = r#"

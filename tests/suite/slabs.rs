@@ -1,13 +1,13 @@
 //! Parts of a mesh that ranks read by slabs are those that are cut from the whole.
 
 use crate::support::blade_of;
-use azimesh::error::Position;
-use azimesh::formats::{self, Begin, Location, SharedFile, read_parts, read_together};
-use azimesh::mesh::from_slabs::MeshByRanges;
-use azimesh::mesh::{CellKind, Cells, Mesh};
-use azimesh::ranks::on_threads;
 use azimesh::sample::CellShape;
 use azimesh::{DataArray, Error, ReadOptions, Result, Values, WriteOptions};
+use azimesh_core::error::Position;
+use azimesh_core::ranks::on_threads;
+use azimesh_io::formats::{self, Begin, Location, SharedFile, read_parts, read_together};
+use azimesh_io::mesh::from_slabs::MeshByRanges;
+use azimesh_io::mesh::{CellKind, Cells, Mesh};
 use std::path::{Path, PathBuf};
 
 /// Formats that are read by slabs, with what a name ends with.

@@ -4,8 +4,8 @@
 use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
 use assert_cmd::Command;
 use azimesh::ErrorKind as AzimeshErrorKind;
-use azimesh::formats::{Compression, Encoding, Out, WriteOptions, written};
 use azimesh::sample::{self, BlockOptions};
+use azimesh_io::formats::{Compression, Encoding, Out, WriteOptions, written};
 use std::io::{Error, ErrorKind, Read, Write};
 use std::path::Path;
 use std::process::Stdio;

@@ -2,7 +2,7 @@
 
 use crate::support::sequence::{Sequence, distance, nodes_of, same, testdata, write};
 use crate::support::{azimesh, rewrite, succeed};
-use azimesh::mesh::{CellKind, Group, Mesh};
+use azimesh_io::mesh::{CellKind, Group, Mesh};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -2,9 +2,9 @@
 
 use crate::support::sequence::{read, testdata};
 use crate::support::{azimesh, json};
-use azimesh::geometry::vector::{cross, dot, sub};
-use azimesh::mesh::difference::{Difference, Tolerance};
 use azimesh::{CellKind, Encoding, Mesh, WriteOptions};
+use azimesh_core::geometry::vector::{cross, dot, sub};
+use azimesh_io::mesh::difference::{Difference, Tolerance};
 use std::path::Path;
 
 /// How the mesh of one file differs from that of another: at all, or where one is text by more than
@@ -56,14 +56,14 @@ fn pieces_are_joined_at_the_nodes_that_they_share() {
     let joined = read(&testdata("vtk").join("tetrahedra.pvtu"));
     assert_eq!(joined.points.len(), whole.points.len());
     assert_eq!(joined.cells.len(), whole.cells.len());
-    let place = |mesh: &azimesh::mesh::Mesh, cell: usize| -> Vec<[f64; 3]> {
+    let place = |mesh: &azimesh_io::mesh::Mesh, cell: usize| -> Vec<[f64; 3]> {
         let nodes = mesh.cells.get(cell).nodes.iter();
         nodes.map(|&node| mesh.points[node as usize]).collect()
     };
     for cell in 0..whole.cells.len() {
         assert_eq!(place(&joined, cell), place(&whole, cell), "cell {cell}");
     }
-    let faces = |mesh: &azimesh::mesh::Mesh| -> Vec<(String, usize)> {
+    let faces = |mesh: &azimesh_io::mesh::Mesh| -> Vec<(String, usize)> {
         let tags = mesh.boundary_tags();
         tags.map(|tag| (tag.name.clone(), tag.cells.len()))
             .collect()

@@ -3,10 +3,10 @@
 use super::super::Context;
 use super::super::shared::why_not_written;
 use super::{Changes, Input, Run};
-use crate::deform::{OwnValues, write_together};
-use crate::error::Result;
-use crate::formats::{Format, Shared, SharedFile, SharedMesh, by_name};
-use crate::mesh::{ByRanks, Mesh};
+use azimesh_core::error::Result;
+use azimesh_deform::{OwnValues, write_together};
+use azimesh_io::formats::{Format, Shared, SharedFile, SharedMesh, by_name};
+use azimesh_io::mesh::{ByRanks, Mesh};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

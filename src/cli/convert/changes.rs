@@ -1,11 +1,11 @@
 //! What `azimesh convert` does to a mesh on the way.
 
-use crate::diagnostic::with_verb;
-use crate::error::{Error, Result, counted, nearest_name};
-use crate::formats::openfoam::set_patch_types;
-use crate::formats::su2;
-use crate::geometry::transform::Transform;
-use crate::mesh::{DataArray, Mesh, Values};
+use azimesh_core::diagnostic::with_verb;
+use azimesh_core::error::{Error, Result, counted, nearest_name};
+use azimesh_core::geometry::transform::Transform;
+use azimesh_io::formats::openfoam::set_patch_types;
+use azimesh_io::formats::su2;
+use azimesh_io::mesh::{DataArray, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, join, tag, merge, drop, rename, types

@@ -1,8 +1,8 @@
 //! `azimesh convert --reorder`.
 
 use super::Run;
-use crate::error::counted;
-use crate::mesh::{Mesh, Reordering};
+use azimesh_core::error::counted;
+use azimesh_io::mesh::{Mesh, Reordering};
 
 impl Run<'_> {
     /// Puts nodes and cells along a curve; those of later steps of a sequence in the order of the first, by which a step

@@ -1,11 +1,11 @@
 //! Meshes as a format takes them: `--portable`, and the surface for formats that hold no more.
 
 use super::Run;
-use crate::diagnostic::NoteKind;
-use crate::diagnostic::formats::{FormatNote, GroupWritten, Written};
-use crate::error::{Error, Result};
-use crate::formats::{Format, Notes, OuterFaces, make_portable};
-use crate::mesh::Mesh;
+use azimesh_core::diagnostic::NoteKind;
+use azimesh_core::diagnostic::formats::{FormatNote, GroupWritten, Written};
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::{Format, Notes, OuterFaces, make_portable};
+use azimesh_io::mesh::Mesh;
 use std::borrow::Cow;
 
 impl Run<'_> {

@@ -1,13 +1,13 @@
 //! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
 
 use super::{Input, Run};
-use crate::diagnostic::short;
-use crate::error::{Error, Result, counted};
-use crate::formats::{
+use azimesh_core::diagnostic::short;
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_io::formats::{
     self, Format, Notes, SequenceFile, Staged, WriteOptions, check_listed, is_flattened, is_series,
     pvd, refuse_special, stage_bytes, vtk_series,
 };
-use crate::mesh::{ByRanks, Mesh};
+use azimesh_io::mesh::{ByRanks, Mesh};
 use serde_json::{Value, json};
 use std::fmt;
 use std::path::{Path, PathBuf};

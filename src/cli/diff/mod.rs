@@ -5,9 +5,9 @@ mod told;
 
 use super::input::Input;
 use super::{Context, Outcome};
-use crate::error::{Error, Result};
-use crate::formats;
-use crate::mesh::{Difference, Mesh, Tolerance};
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats;
+use azimesh_io::mesh::{Difference, Mesh, Tolerance};
 use std::path::PathBuf;
 
 /// Arguments of `azimesh diff`.

@@ -1,9 +1,9 @@
 //! Two sequences, step by step.
 
 use super::{Context, DiffArgs, Input, told};
-use crate::diagnostic::short;
-use crate::error::{Result, counted, one_line};
-use crate::mesh::Difference;
+use azimesh_core::diagnostic::short;
+use azimesh_core::error::{Result, counted, one_line};
+use azimesh_io::mesh::Difference;
 use serde_json::{Value, json};
 
 /// Times that differ by no more than this part of the last one are the same.

@@ -1,9 +1,9 @@
 //! A difference as lines and as JSON.
 
-use crate::diagnostic::short;
-use crate::error::one_line;
-use crate::mesh::Difference;
-use crate::mesh::difference::NodePair;
+use azimesh_core::diagnostic::short;
+use azimesh_core::error::one_line;
+use azimesh_io::mesh::Difference;
+use azimesh_io::mesh::difference::NodePair;
 use serde_json::{Value, json};
 
 /// A line for each difference, behind `indent`.

@@ -1,9 +1,9 @@
 //! What there is to know of a mesh file.
 
 use crate::cli::input::Input;
-use crate::formats::Loaded;
-use crate::mesh::{CellKind, DataArray, Faces, Group, Mesh};
-use crate::quality::{Flaws, flaws, remarks};
+use azimesh_io::formats::Loaded;
+use azimesh_io::mesh::{CellKind, DataArray, Faces, Group, Mesh};
+use azimesh_quality::{Flaws, flaws, remarks};
 use std::collections::BTreeMap;
 
 /// What `azimesh info` tells.

@@ -1,7 +1,7 @@
 //! The facts as JSON.
 
 use super::facts::Facts;
-use crate::mesh::{DataArray, Group};
+use azimesh_io::mesh::{DataArray, Group};
 use serde_json::{Value, json};
 
 /// All facts.

@@ -6,8 +6,8 @@ mod text;
 
 use super::input::Input;
 use super::{Context, Outcome};
-use crate::error::Result;
-use crate::formats;
+use azimesh_core::error::Result;
+use azimesh_io::formats;
 use facts::Facts;
 use serde_json::json;
 use std::path::{Path, PathBuf};

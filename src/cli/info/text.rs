@@ -1,10 +1,10 @@
 //! The facts as lines of text.
 
 use super::facts::{Boundary, Facts};
-use crate::diagnostic::short;
-use crate::error::{counted, one_line};
-use crate::mesh::{DataArray, Group};
-use crate::quality::Flaws;
+use azimesh_core::diagnostic::short;
+use azimesh_core::error::{counted, one_line};
+use azimesh_io::mesh::{DataArray, Group};
+use azimesh_quality::Flaws;
 
 /// Lines of a name and a value.
 struct Rows(Vec<(String, String)>);

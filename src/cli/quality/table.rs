@@ -2,9 +2,9 @@
 
 use super::worst::WorstCell;
 use super::{Findings, Judged};
-use crate::diagnostic::{point, short};
-use crate::error::one_line;
-use crate::quality::{Assessment, Extreme, Statistic};
+use azimesh_core::diagnostic::{point, short};
+use azimesh_core::error::one_line;
+use azimesh_quality::{Assessment, Extreme, Statistic};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 

@@ -1,10 +1,10 @@
 //! The worst cells of a mesh or of a sequence, and where they are.
 
 use super::Step;
-use crate::geometry::closest::ClosestSurface;
-use crate::geometry::vector::{Vector, add, scale};
-use crate::mesh::{CellKind, CellRef, Mesh, facets::facets};
-use crate::quality::{Candidate, Reference, worst};
+use azimesh_core::geometry::closest::ClosestSurface;
+use azimesh_core::geometry::vector::{Vector, add, scale};
+use azimesh_io::mesh::{CellKind, CellRef, Mesh, facets::facets};
+use azimesh_quality::{Candidate, Reference, worst};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,11 +1,11 @@
 //! Runs of a schedule made in memory whose body is moved by a function.
 
-use crate::deform::{Deformation, Plan};
-use crate::error::Result;
-use crate::mesh::Mesh;
-use crate::motion::{Body, Role, Schedule, Step, Steps};
 use crate::preflight::estimate_memory;
 use crate::run::{Finished, Request, run};
+use azimesh_core::error::Result;
+use azimesh_deform::motion::{Body, Role, Schedule, Step, Steps};
+use azimesh_deform::{Deformation, Plan};
+use azimesh_io::mesh::Mesh;
 use std::path::Path;
 
 const MESH: &str = "testdata/sphere_in_box_raw.vtu";

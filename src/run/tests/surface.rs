@@ -1,12 +1,12 @@
 //! The files of moving surfaces: beside each mesh, again where they are lost, and refused where SU2 would take
 //! them for something else.
 
-use crate::deform::Deformation;
-use crate::error::Result;
-use crate::mesh::Mesh;
-use crate::motion::Schedule;
-use crate::progress::Silent;
 use crate::run::{Finished, Request, finish, run};
+use azimesh_core::error::Result;
+use azimesh_core::progress::Silent;
+use azimesh_deform::Deformation;
+use azimesh_deform::motion::Schedule;
+use azimesh_io::mesh::Mesh;
 use std::ops::Range;
 use std::path::Path;
 

@@ -1,10 +1,10 @@
 //! Runs of schedules that have times and no azimuth.
 
-use crate::deform::Deformation;
-use crate::diagnostic::Diagnostic;
-use crate::mesh::Mesh;
-use crate::motion::Schedule;
 use crate::run::{Finished, Request, run};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_deform::Deformation;
+use azimesh_deform::motion::Schedule;
+use azimesh_io::mesh::Mesh;
 
 const MESH: &str = "testdata/sphere_in_box_raw.vtu";
 

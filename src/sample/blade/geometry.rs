@@ -1,7 +1,7 @@
 //! Measures of a blade and of the cylinder around it, checked once.
 
-use crate::error::{Error, Result};
-use crate::geometry::vector::{Vector, unit};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::{Vector, unit};
 
 /// What was asked for; lengths in mesh units.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::geometry::Geometry;
 use super::tube::{End, Place, Tube};
-use crate::error::{Error, Result};
-use crate::geometry::vector::Vector;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::Vector;
 use std::f64::consts::PI;
 
 /// Numbers of blades whose sectors are neither too wide nor too narrow for rays from the blade.

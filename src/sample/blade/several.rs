@@ -8,14 +8,14 @@ use super::sector::{Bound, Sector};
 use super::shape::Shape;
 use super::tube::Tube;
 use super::{BladeGrid, BladeOptions};
-use crate::error::{Error, Result};
-use crate::geometry::transform::Transform;
-use crate::geometry::vector::Vector;
-use crate::mesh::{Cells, Group, Mesh};
-use crate::parallel;
 use crate::sample::extrude::{Extrusion, layer_nodes};
 use crate::sample::ray::Ray;
 use crate::sample::{SizeOptions, tag};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::transform::Transform;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::parallel;
+use azimesh_io::mesh::{Cells, Group, Mesh};
 
 /// Part of the distance to the sector's boundary that a ray starts with along the normal: rays bend
 /// early, since those of the trailing edge go to a plane that lies far behind it.

@@ -13,9 +13,9 @@
 use super::geometry::Geometry;
 use super::sector::Sector;
 use super::tube::{End, Place, Tube};
-use crate::geometry::vector::Vector;
 use crate::sample::airfoil::{Half, NOSE_RADIUS, Section};
 use crate::sample::spacing::{LineEnd, graded_from_ends};
+use azimesh_core::geometry::vector::Vector;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Half of the angle that the leading band takes on the cylinder.

@@ -2,12 +2,12 @@
 
 use crate::support::sequence::testdata;
 use crate::support::{exodus, plot3d};
-use azimesh::error::{ErrorKind, Result};
-use azimesh::formats::{
+use azimesh_core::error::{ErrorKind, Result};
+use azimesh_io::formats::{
     self, Begin, Commit, Compression, Encoding, Format, Location, Notes, Precision, ReadOptions,
     Source, WriteOptions,
 };
-use azimesh::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use azimesh_io::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use std::fmt::Debug;
 use std::fs;
 use std::num::NonZeroUsize;

@@ -10,8 +10,8 @@ mod ugrid;
 mod vtu;
 
 use crate::support::assert_says;
-use azimesh::error::{Error, ErrorKind, Position};
-use azimesh::formats::{Format, ReadOptions, parse};
+use azimesh_core::error::{Error, ErrorKind, Position};
+use azimesh_io::formats::{Format, ReadOptions, parse};
 use good::Good;
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 
 use super::{Wrong, line, refusal, refused};
 use crate::support::assert_says;
-use azimesh::formats::gmsh::MSH41;
+use azimesh_io::formats::gmsh::MSH41;
 
 const GOOD: &str = "$MeshFormat\r\n2.2 0 8\r\n$EndMeshFormat\r\n$Nodes\r\n3\r\n1 0 0 0\r\n2 1 0 0\r\n\
                     3 0 1 0\r\n$EndNodes\r\n$Elements\r\n1\r\n1 2 2 1 1 1 2 3\r\n$EndElements\r\n";

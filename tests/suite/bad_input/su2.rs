@@ -2,7 +2,7 @@
 
 use super::{Wrong, line, refusal, refused};
 use crate::support::assert_says;
-use azimesh::formats::su2::Su2;
+use azimesh_io::formats::su2::Su2;
 
 const GOOD: &str = "% a plane mesh\nNDIME= 2\nNELEM= 2\n5 0 1 2 0\n9 1 3 4 2 1\nNPOIN= 5 5\n\
                     0 0 0\n1 0 1\n0 1 2\n2 0 3\n1.5e0 1 4\nNMARK= 2\nMARKER_TAG= wall\n\

@@ -2,8 +2,8 @@
 
 use super::{Wrong, line, refusal, refused};
 use crate::support::assert_says;
-use azimesh::error::Position;
-use azimesh::formats::{Format, ReadOptions, WriteOptions, parse, ugrid};
+use azimesh_core::error::Position;
+use azimesh_io::formats::{Format, ReadOptions, WriteOptions, parse, ugrid};
 
 const GOOD: &str = "5 2 1 1 1 0 0\n0.0 0.0 0.0\n1.0 0.0 0.0\n1.0 1.0 0.0\n0.0 1.0 0.0\n\
                     0.5 0.5 1.5e0\n1 2 5\n2 3 5\n1 4 3 2\n3\n3\n7\n1 2 3 5\n2 1 5 3 4\n";

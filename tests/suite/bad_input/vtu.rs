@@ -2,9 +2,9 @@
 
 use super::good::Good;
 use super::{Wrong, dataset, line, refusal, refused};
-use azimesh::diagnostic::formats::ArrayRead;
-use azimesh::formats::vtu::Vtu;
-use azimesh::formats::{Format, Notes, ReadOptions, Source};
+use azimesh_core::diagnostic::formats::ArrayRead;
+use azimesh_io::formats::vtu::Vtu;
+use azimesh_io::formats::{Format, Notes, ReadOptions, Source};
 
 /// Padding is right for base64, but leaves fewer bytes than the header or the blocks have.
 #[test]

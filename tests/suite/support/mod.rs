@@ -6,8 +6,8 @@ pub mod plot3d;
 pub mod sequence;
 
 use assert_cmd::Command;
-use azimesh::mesh::Mesh;
 use azimesh::sample::{BladeOptions, CellShape, SizeOptions, blade};
+use azimesh_io::mesh::Mesh;
 use std::collections::BTreeMap;
 use std::path::Path;
 use tempfile::TempDir;

@@ -1,8 +1,8 @@
 //! What a finished run has left: its table and the nodes of its meshes.
 
 use super::succeed;
-use azimesh::formats::{self, WriteOptions};
-use azimesh::mesh::Mesh;
+use azimesh_io::formats::{self, WriteOptions};
+use azimesh_io::mesh::Mesh;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

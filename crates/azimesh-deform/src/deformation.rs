@@ -1,0 +1,581 @@
+//! The [`Deformation`] of a mesh by a schedule: the public value with positions, velocities and quality.
+
+use super::base::base_points::BasePoints;
+use super::base::choose::{choose, from_nodes};
+use super::base::tolerance::{BaseOrigin, check_tolerance};
+use super::follow::Call;
+use super::part::Part;
+use super::plan::Plan;
+use super::plan::checks::check_length;
+use super::plan::layer::LayerKind;
+use super::plan::prepare::leave_out_boxes;
+use super::step::evaluator::StepEvaluator;
+use super::step::measures::Measures;
+use super::step::positions::{Positions, Stepper};
+use super::step::repair::Repair;
+use super::step::step_memory::{Rounding, StepMemory};
+use super::whole::{ReadWhole, Whole};
+use super::write::Nowhere;
+use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::progress::{Progress, Silent, Stop};
+use azimesh_io::mesh::{ByRanks, DataArray, Mesh, MeshView};
+use azimesh_quality::{Assessment, Quality};
+use azimesh_rbf::select::Selection;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// A mesh that deforms by a schedule: node positions, velocities and quality at every step.
+///
+/// Base points are chosen once, and the fields of the motion are evaluated at every node once; a step
+/// then costs a product of small matrices. With method `real` each selection interval does that when a
+/// step of it is first needed, and the last interval is kept.
+///
+/// Where cells of a step are folded, it is repaired with the steps around it, unless the schedule says otherwise
+/// ([`OnInverted`](crate::OnInverted)). For that, steps near the one that is asked for are judged too, each once. What comes out depends on the step
+/// alone, not on the order in which steps are asked for.
+///
+/// It owns what it needs and may be shared between threads. It writes no file.
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::{Body, Cyclic, Deformation, Mesh, Schedule, Steps};
+///
+/// # fn main() -> azimesh::Result<()> {
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 90.0))
+///     .body(Body::new("airfoil", ["airfoil"]).cyclic(Cyclic::new().pitch_deg(1, 5.0, 0.0)))
+///     .fixed(["farfield"]);
+/// let deformation = Deformation::new(mesh, schedule)?;
+/// for step in deformation.steps() {
+///     let points = deformation.points_at(step)?;
+///     assert_eq!(points.len(), deformation.mesh().points().len());
+///     assert_eq!(deformation.quality_of(&points)?.inverted, 0);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+pub struct Deformation {
+    pub(super) plan: Arc<Plan>,
+    /// The part of the mesh of this rank; on one rank, all of it.
+    pub(super) part: Arc<Part>,
+    whole: Whole,
+    /// On the first of several ranks that write one file together: the kinds of all cells, the groups and the arrays.
+    layout: Option<Mesh>,
+    /// True if other ranks follow this one.
+    pub(super) is_leading: bool,
+    measures: OnceLock<Measures>,
+    base: Option<BasePoints>,
+    /// The interval that was entered last.
+    current: Mutex<Option<Arc<StepEvaluator>>>,
+    /// Results of steps, without rounding of coordinates and with it.
+    known: [StepMemory; 2],
+    progress: Arc<dyn Progress>,
+    stop: Arc<Stop>,
+}
+
+/// Options of a [`Deformation`], from [`Deformation::builder`].
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::{Body, Deformation, Mesh, Schedule, Steps, Translation};
+///
+/// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+/// let heave = Translation::new([0.0, 0.1, 0.0]);
+/// let schedule = Schedule::new(Steps::azimuths_deg([0.0]))
+///     .body(Body::new("airfoil", ["airfoil"]).translate(heave))
+///     .fixed(["farfield"]);
+/// let first = Deformation::new(mesh.clone(), schedule.clone())?;
+/// let builder = Deformation::builder(mesh, schedule).base_points(first.base_points());
+/// let again = builder.build()?;
+/// assert_eq!(again.base_points(), first.base_points());
+/// # Ok::<(), azimesh::Error>(())
+/// ```
+pub struct DeformationBuilder {
+    mesh: Arc<Mesh>,
+    schedule: Schedule,
+    base: Option<BasePoints>,
+    progress: Arc<dyn Progress>,
+    stop: Arc<Stop>,
+    whole: Option<ReadWhole>,
+    layout: Option<Mesh>,
+}
+
+/// Gives the base points of each layer for some steps, and where they are from.
+type Select<'a> = dyn FnMut(&Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> + 'a;
+
+impl DeformationBuilder {
+    /// Uses these base points instead of choosing them.
+    #[must_use]
+    pub fn base_points(mut self, base: impl Into<BasePoints>) -> Self {
+        self.base = Some(base.into());
+        self
+    }
+
+    /// Reports progress to `progress`.
+    #[must_use]
+    pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
+        self.progress = progress;
+        self
+    }
+
+    /// Ends work with an error of kind `Interrupted` once `stop` is requested.
+    ///
+    /// ```
+    /// # use azimesh_deform as azimesh;
+    /// use azimesh::{Deformation, ErrorKind, Mesh, Schedule, Stop};
+    /// use std::path::Path;
+    /// use std::sync::Arc;
+    ///
+    /// # fn main() -> azimesh::Result<()> {
+    /// let stop = Arc::new(Stop::default());
+    /// let mesh = Mesh::read("testdata/naca0012.vtu")?;
+    /// let schedule = Schedule::read(Path::new("testdata/naca0012.toml"))?;
+    /// let deformation = Deformation::builder(mesh, schedule).stop(stop.clone()).build()?;
+    /// stop.ask(2); // usually from another thread, or from the handler of the signal with this number
+    /// let error = deformation.points_at(&deformation.steps()[1]).err();
+    /// assert_eq!(error.map(|error| error.kind), Some(ErrorKind::Interrupted { signal: 2 }));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn stop(mut self, stop: Arc<Stop>) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// Has the first of several ranks, each with a part of the mesh, read the whole of it by `read` when it is needed. Where all ranks
+    /// write one file together, it is written as `layout` says: the kinds of all cells, the groups and the arrays of the mesh.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn on_ranks(mut self, read: Option<ReadWhole>, layout: Option<Mesh>) -> Self {
+        (self.whole, self.layout) = (read, layout);
+        self
+    }
+
+    /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
+    ///
+    /// # Errors
+    /// As [`Deformation::new`].
+    pub fn build(self) -> Result<Deformation> {
+        self.mesh.validate()?;
+        let deformation = self.plan()?;
+        if deformation.plan.selection_intervals().len() == 1 {
+            deformation.interval(&deformation.plan.motion.steps[0])?;
+        } else if deformation.base.is_some() {
+            return Err(Error::input(
+                "method = \"real\" chooses new base points along the schedule, so none can be given",
+            ));
+        }
+        Ok(deformation)
+    }
+
+    /// Resolves the schedule on a mesh that is valid, as readers give it; base points are chosen when they
+    /// are needed.
+    #[doc(hidden)]
+    pub fn plan(self) -> Result<Deformation> {
+        let (mut plan, part) = Plan::new(self.mesh, self.schedule)?;
+        let mut layout = self.layout;
+        if let Some(layout) = &mut layout {
+            plan.without_boxes = leave_out_boxes(layout);
+            if let Some(doubled) = &part.doubled {
+                doubled.apply_to_layout(layout);
+            }
+        }
+        Ok(Deformation {
+            plan: Arc::new(plan),
+            part: Arc::new(part),
+            whole: Whole::new(self.whole),
+            layout,
+            is_leading: false,
+            measures: OnceLock::new(),
+            base: self.base,
+            current: Mutex::new(None),
+            known: Default::default(),
+            progress: self.progress,
+            stop: self.stop,
+        })
+    }
+}
+
+impl Deformation {
+    /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
+    ///
+    /// # Errors
+    /// Of kind `Input` where the mesh is none (an index out of range, a coordinate that is no number) or
+    /// the schedule does not fit it; of kind `Check` where no base points meet the tolerance.
+    pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
+        Self::builder(mesh, schedule).build()
+    }
+
+    /// A deformation with options: given base points, a progress, a stop. [`build`](DeformationBuilder::build)
+    /// makes it.
+    pub fn builder(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> DeformationBuilder {
+        DeformationBuilder {
+            mesh: mesh.into(),
+            schedule,
+            base: None,
+            progress: Arc::new(Silent),
+            stop: Arc::default(),
+            whole: None,
+            layout: None,
+        }
+    }
+
+    /// The mesh before it deforms, in its final order: where a zone turns, nodes of its interface are
+    /// there twice. On one of several ranks, its part of the mesh.
+    pub fn mesh(&self) -> &Arc<Mesh> {
+        &self.part.mesh
+    }
+
+    /// The steps of the schedule, at least one.
+    pub fn steps(&self) -> &[Step] {
+        &self.plan.motion.steps
+    }
+
+    /// The positions (n, 3) of all nodes at a step, in mesh units, in the order of [`mesh`](Self::mesh).
+    ///
+    /// # Errors
+    /// Where the step is none of this schedule, where an interval of method `real` misses the
+    /// tolerance, and with `on_inverted = "stop"` where a cell is inverted.
+    pub fn points_at(&self, step: &Step) -> Result<Vec<Vector>> {
+        let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
+        self.points_into(step, &mut points)?;
+        Ok(points)
+    }
+
+    /// Writes the positions (n, 3) of all nodes at a step to `points`, in mesh units, in the order of
+    /// [`mesh`](Self::mesh).
+    ///
+    /// # Errors
+    /// As [`points_at`](Self::points_at), and where `points` has another length than the mesh has nodes.
+    pub fn points_into(&self, step: &Step, points: &mut [Vector]) -> Result<()> {
+        self.check_length(points)?;
+        self.check_step(step)?;
+        self.stop.check()?;
+        let interval = self.interval(step)?;
+        let found = self.position(&interval, step, points)?;
+        let stops = self.plan.schedule.output.on_inverted == OnInverted::Stop;
+        match found.cells.filter(|cells| stops && cells.inverted > 0) {
+            None => Ok(()),
+            Some(cells) => Err(Error::check(format!(
+                "{step} has {}, the first is cell {}",
+                counted(cells.inverted, "inverted cell"),
+                cells.inverted_cells.first().copied().unwrap_or_default()
+            ))),
+        }
+    }
+
+    /// The velocities (n, 3) of all nodes at a step, in mesh units a second.
+    ///
+    /// # Errors
+    /// As [`points_at`](Self::points_at), and where the schedule does not ask for velocities.
+    pub fn velocities_at(&self, step: &Step) -> Result<Vec<Vector>> {
+        if self.plan.velocity.is_none() {
+            return Err(Error::input(
+                "the schedule has no velocities; set `velocity` before the deformation is made",
+            ));
+        }
+        self.check_step(step)?;
+        self.stop.check()?;
+        let interval = self.interval(step)?;
+        let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
+        let found = self.position(&interval, step, &mut points)?;
+        let stepper = self.stepper(&interval, Rounding::None, self.repairs());
+        let velocities = stepper.velocities(step, &found, &points)?;
+        Ok(velocities.expect("the schedule asks for them"))
+    }
+
+    /// The quality of the mesh with its nodes at `points`, relative to the mesh before it deforms.
+    ///
+    /// # Errors
+    /// Where `points` has another length than the mesh has nodes.
+    pub fn quality_of(&self, points: &[Vector]) -> Result<Quality> {
+        self.check_length(points)?;
+        Ok(self.measures().quality(&self.part, points))
+    }
+
+    /// The base points of the interval that was entered last; none before the first.
+    pub fn base_points(&self) -> BasePoints {
+        let current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let bases = current.as_ref().map(|interval| &interval.bases[..]);
+        self.base_nodes(bases.unwrap_or_default())
+    }
+
+    /// Base points of each layer, by their mesh nodes.
+    fn base_nodes(&self, bases: &[Vec<usize>]) -> BasePoints {
+        let mut base = BasePoints::default();
+        for (layer, points) in self.plan.layers.iter().zip(bases) {
+            let nodes = points
+                .iter()
+                .map(|&at| self.plan.surface.nodes[at])
+                .collect();
+            match layer.kind {
+                LayerKind::Displacement => base.nodes = nodes,
+                LayerKind::Rotation(_) => base.rotation_nodes = Some(nodes),
+            }
+        }
+        base
+    }
+
+    fn check_length(&self, points: &[Vector]) -> Result<()> {
+        check_length("point", points.len(), self.part.mesh.points.len())
+    }
+
+    fn check_step(&self, step: &Step) -> Result<()> {
+        match self.steps().get(step.index) {
+            Some(own) if own == step => Ok(()),
+            _ => Err(Error::input(format!(
+                "{step} is not a step of this schedule, which has {}",
+                counted(self.steps().len(), "step")
+            ))),
+        }
+    }
+
+    fn interval(&self, step: &Step) -> Result<Arc<StepEvaluator>> {
+        self.enter(step, &*self.progress, &mut |steps| {
+            if let Some(base) = &self.base {
+                let selections = from_nodes(&self.plan, steps, base)?;
+                return Ok((BaseOrigin::Given, selections));
+            }
+            let selections = self.choose(steps, &*self.progress)?;
+            check_tolerance(&self.plan, &selections, BaseOrigin::Chosen)?;
+            Ok((BaseOrigin::Chosen, selections))
+        })
+    }
+}
+
+/// Functions for runs. On several ranks, all of them call each.
+impl Deformation {
+    /// Everything that was decided before base points are chosen.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The mesh that is written: of several ranks on the first, where all write it together only its layout.
+    ///
+    /// # Errors
+    /// If the first rank cannot read it.
+    pub fn mesh_to_write(&self) -> Result<&Mesh> {
+        match &self.layout {
+            Some(layout) => Ok(layout),
+            None => Ok(self.whole.mesh(&self.part)?),
+        }
+    }
+
+    /// The same, to be looked at.
+    ///
+    /// # Errors
+    /// As of [`mesh_to_write`](Self::mesh_to_write).
+    pub fn view_to_write(&self) -> Result<MeshView<'_>> {
+        let view = self.mesh_to_write()?.view();
+        if self.layout.is_none() {
+            return Ok(view);
+        }
+        Ok(view.by_ranks(ByRanks {
+            by: &Nowhere,
+            displacement: None,
+            velocity: None,
+        }))
+    }
+
+    /// Why the first rank has read the whole mesh, where all ranks write it together.
+    pub fn why_whole(&self) -> Option<String> {
+        let is_read = self.layout.is_some() && self.whole.is_read();
+        is_read.then(|| "folded cells are repaired".to_owned())
+    }
+
+    /// True if all ranks write the mesh together.
+    pub fn is_written_together(&self) -> bool {
+        self.layout.is_some()
+    }
+
+    /// Quality measures of the reference mesh, made on first use.
+    pub(crate) fn measures(&self) -> &Measures {
+        debug_assert!(
+            !self.is_leading || self.measures.get().is_some(),
+            "all ranks make them together"
+        );
+        let made = || Measures::new(&self.plan, &self.part.mesh);
+        self.measures.get_or_init(made)
+    }
+
+    /// Makes the quality measures, where there are none yet.
+    pub fn prepare_measures(&self) {
+        if self.measures.get().is_none() {
+            self.announce(Call::Measures);
+            let made = Measures::new(&self.plan, &self.part.mesh);
+            self.measures.get_or_init(|| made);
+        }
+    }
+
+    /// The same where they are needed for positions.
+    fn repairs(&self) -> Option<&Measures> {
+        let output = &self.plan.schedule.output;
+        let repairs =
+            output.quality != QualityOutput::None && output.on_inverted != OnInverted::Warn;
+        repairs.then(|| self.measures())
+    }
+
+    /// Every metric as a cell array of the mesh that is written.
+    pub fn cell_arrays(&self, points: &[Vector]) -> Result<Vec<DataArray>> {
+        self.prepare_measures();
+        let judge = self.whole.judge(&self.part, &self.measures().judge)?;
+        Ok(judge.arrays(self.whole.mesh(&self.part)?, points))
+    }
+
+    /// Its stop request.
+    pub fn stop(&self) -> &Arc<Stop> {
+        &self.stop
+    }
+
+    /// Its progress reports.
+    pub fn progress(&self) -> &dyn Progress {
+        &*self.progress
+    }
+
+    /// Chooses the base points of every layer for the steps of an interval.
+    pub fn choose(&self, steps: &Range<usize>, progress: &dyn Progress) -> Result<Vec<Selection>> {
+        self.announce(Call::Choose(steps.clone()));
+        choose(&self.plan, steps, &self.part.ranks(), progress)
+    }
+
+    /// The interval of a step, with base points by `select` where it is entered.
+    pub fn enter(
+        &self,
+        step: &Step,
+        progress: &dyn Progress,
+        select: &mut Select<'_>,
+    ) -> Result<Arc<StepEvaluator>> {
+        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(interval) = &*current
+            && interval.steps().contains(&step.index)
+        {
+            return Ok(Arc::clone(interval));
+        }
+        // Its fields go before those of the next are made.
+        *current = None;
+        let mut intervals = self.plan.selection_intervals().into_iter();
+        let steps = intervals.find(|steps| steps.contains(&step.index));
+        let steps = steps.expect("every step is in an interval");
+        let (origin, selections) = select(&steps)?;
+        let bases: Vec<Vec<usize>> = selections.iter().map(|own| own.base.clone()).collect();
+        let given = (origin == BaseOrigin::Given).then(|| self.base_nodes(&bases));
+        self.announce(Call::Enter(step.index, given));
+        let interval = StepEvaluator::new(&self.plan, &self.part, selections, &steps, progress)?;
+        Ok(Arc::clone(current.insert(Arc::new(interval))))
+    }
+
+    /// Forgets the interval that was entered last.
+    pub(super) fn leave(&self) {
+        *self.current.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    fn stepper<'a>(
+        &'a self,
+        interval: &'a StepEvaluator,
+        rounding: Rounding,
+        measures: Option<&'a Measures>,
+    ) -> Stepper<'a> {
+        Stepper {
+            plan: &self.plan,
+            part: &self.part,
+            whole: &self.whole,
+            interval,
+            measures,
+            memory: &self.known[usize::from(rounding == Rounding::Single)],
+            rounding,
+            stop: &self.stop,
+            progress: &*self.progress,
+        }
+    }
+
+    /// Positions of a step, with folded cells repaired.
+    fn position(
+        &self,
+        interval: &StepEvaluator,
+        step: &Step,
+        points: &mut [Vector],
+    ) -> Result<Positions> {
+        let stepper = self.stepper(interval, Rounding::None, self.repairs());
+        stepper.at(step, points)
+    }
+
+    /// Writes to `points` the positions that the motion gives the nodes at a step, without a repair; returns the velocities.
+    pub fn place(
+        &self,
+        interval: &StepEvaluator,
+        step: &Step,
+        rounding: Rounding,
+        points: &mut [Vector],
+    ) -> Result<Evaluated> {
+        self.announce(Call::Place(step.index, rounding));
+        self.stepper(interval, rounding, None).plain(step, points)?;
+        Ok(Evaluated {
+            velocities: interval.velocities_at(step, points),
+            ..Evaluated::default()
+        })
+    }
+
+    /// Everything about a step but its arrays at cells; positions go to `points`.
+    pub fn evaluate(
+        &self,
+        interval: &StepEvaluator,
+        step: &Step,
+        rounding: Rounding,
+        points: &mut [Vector],
+    ) -> Result<Evaluated> {
+        self.announce(Call::Evaluate(step.index, rounding));
+        let (plan, mesh) = (&self.plan, &self.part.mesh);
+        let measures = plan.has_quality().then(|| self.measures());
+        let stepper = self.stepper(interval, rounding, measures);
+        let found = stepper.at(step, points)?;
+        let velocities = stepper.velocities(step, &found, points)?;
+        Ok(Evaluated {
+            quality: measures
+                .zip(found.cells)
+                .map(|(by, cells)| by.complete(cells, mesh, points)),
+            normal_change: measures.and_then(|by| by.normal_change(mesh, points)),
+            first_cell_ratio: self.part.first_cells.smallest_ratio(mesh, points),
+            selection_error: found.selection_error,
+            surface_error: interval.surface_error(step, points),
+            largest_displacement: plan.largest_displacement(step.index),
+            velocities,
+            n_base: interval.n_base,
+            repair: found.repair,
+        })
+    }
+}
+
+/// Everything about a step but its positions.
+#[derive(Default)]
+pub struct Evaluated {
+    /// Where the schedule asks for quality.
+    pub quality: Option<Assessment>,
+    /// Largest change of the angle between a moving wall and its first cell, in degrees.
+    pub normal_change: Option<f64>,
+    /// Smallest ratio of a first-cell height to that of the reference mesh.
+    pub first_cell_ratio: Option<f64>,
+    /// Largest displacement error before the correction.
+    pub selection_error: f64,
+    /// Largest and root-mean-square distance of surface nodes from their place.
+    pub surface_error: (f64, f64),
+    /// Largest prescribed displacement.
+    pub largest_displacement: f64,
+    /// Where the schedule asks for them.
+    pub velocities: Option<Vec<Vector>>,
+    /// Distinct base points.
+    pub n_base: usize,
+    /// What was done about folded cells, where something was.
+    pub repair: Option<Repair>,
+}
+
+impl Evaluated {
+    /// The first inverted cell, where there is one.
+    pub fn first_inverted(&self) -> Option<usize> {
+        let cells = self.quality.as_ref().map(|quality| &quality.cells);
+        let inverted = cells.filter(|cells| cells.inverted > 0);
+        inverted.map(|cells| cells.inverted_cells.first().copied().unwrap_or_default())
+    }
+}

@@ -1,0 +1,77 @@
+//! The exact map of the points of a body: one for a rigid body, one for each section of a beam, and
+//! displacements of nodes.
+
+use super::motions::Link;
+use azimesh_core::geometry::Transform;
+use azimesh_core::geometry::vector::{Vector, add};
+
+/// The exact map `x -> x'` of the points of a body from the reference mesh: maps one after another.
+/// A point keeps the section of a beam that it is in in the reference mesh.
+#[derive(Debug, Clone, Default)]
+pub struct BodyMap<'a> {
+    links: Vec<Link<'a, Transform>>,
+}
+
+impl<'a> BodyMap<'a> {
+    /// The map of the whole body, where it moves as one.
+    pub fn rigid(&self) -> Option<&Transform> {
+        match self.links.as_slice() {
+            [Link::Rigid(map)] => Some(map),
+            _ => None,
+        }
+    }
+
+    /// First `self`, then `next`. Rigid maps become one, and so do displacements of nodes.
+    pub(super) fn push(&mut self, next: Link<'a, Transform>) {
+        match (self.links.last_mut(), next) {
+            (Some(Link::Rigid(map)), Link::Rigid(next)) => *map = map.then(&next),
+            (Some(Link::Nodes(all)), Link::Nodes(next)) => all.join(next),
+            (_, next) => self.links.push(next),
+        }
+    }
+
+    /// First `self`, then a rigid map.
+    #[must_use]
+    pub fn then(mut self, next: &Transform) -> Self {
+        self.push(Link::Rigid(*next));
+        self
+    }
+
+    /// First `self`, then the motion of a parent.
+    pub(super) fn then_map(mut self, parent: Self) -> Self {
+        parent.links.into_iter().for_each(|link| self.push(link));
+        self
+    }
+
+    /// The rigid map of what is around the point `x` of the reference mesh.
+    pub fn map(&self, x: Vector) -> Transform {
+        let maps = self.links.iter().filter_map(|link| match link {
+            Link::Rigid(map) => Some(*map),
+            Link::Sections(sections) => Some(sections.map(x)),
+            Link::Nodes(_) => None,
+        });
+        maps.reduce(|first, next| first.then(&next))
+            .unwrap_or(Transform::IDENTITY)
+    }
+
+    /// The place of what is at the point `x` of the reference mesh and has no displacement of its own.
+    #[inline]
+    pub fn apply(&self, x: Vector) -> Vector {
+        self.moved(None, x)
+    }
+
+    /// The place of a node whose place in the reference mesh is `x`.
+    #[inline]
+    pub fn place(&self, node: u32, x: Vector) -> Vector {
+        self.moved(Some(node), x)
+    }
+
+    #[inline]
+    fn moved(&self, node: Option<u32>, x: Vector) -> Vector {
+        self.links.iter().fold(x, |at, link| match link {
+            Link::Rigid(map) => map.apply(at),
+            Link::Sections(sections) => sections.place(x, at),
+            Link::Nodes(nodes) => node.map_or(at, |node| add(at, nodes.displacement(node))),
+        })
+    }
+}

@@ -1,0 +1,335 @@
+//! `[body.beam]`: a blade that bends: translations and rotations of its sections over azimuth and span.
+
+mod coverage;
+mod lifting;
+pub(super) mod sections;
+
+use super::cyclic::Hinges;
+use super::link::Link;
+use super::naming;
+use super::{
+    At, BodyMotion, Clock, Cyclic, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource,
+    read_interpolation,
+};
+use crate::motion::body::Body;
+use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::rotor::RotorAxes;
+use crate::motion::setters::setters;
+use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::motion::MotionNote;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::Transform;
+use azimesh_core::geometry::vector::{Vector, dot, sub};
+use coverage::check_span;
+use lifting::{BladeEdges, LiftingLine};
+use sections::Sections;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Elastic motion of a blade from a structural code: translations and rotations of its sections about a
+/// lifting line, with the cyclic motion of the body as its pitch, flap and lag (eq. 2 and 3 of the method).
+///
+/// Columns of the table, in any order: `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) unless it holds for
+/// all steps; `station`, the distance from the hub along the span; `dx`, `dy`, `dz` in mesh units;
+/// `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`), all in the axes of the blade. What is left out is 0.
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::{Beam, Body, Table};
+///
+/// let columns = ["station", "dx", "dy", "dz", "rot_x_deg", "rot_y_deg", "rot_z_deg"];
+/// let bent = [[0.0; 7], [2.0, 0.0, 0.0, 0.1, -1.5, 0.0, 0.0]];
+/// let blade = Body::new("blade", ["blade"]).beam(Beam::new(Table::from_rows(columns, bent)));
+/// ```
+#[derive(Debug, Clone)]
+pub struct Beam {
+    table: TableSource,
+    /// Table of the points that sections turn about; the quarter chord of the mesh when `None`.
+    lifting_line: Option<TableSource>,
+    /// How values between azimuths are found; along the span it is linear.
+    interpolation: Interpolation,
+    /// Whether the table may cover less than nine tenths of the blade.
+    hold_ends: bool,
+    naming: Naming,
+}
+
+/// What `columns` and `units` may name.
+const NAMED: [&str; 14] = [
+    "azimuth_deg",
+    "azimuth_rad",
+    "time_s",
+    "step",
+    "station",
+    "dx",
+    "dy",
+    "dz",
+    "rot_x_deg",
+    "rot_x_rad",
+    "rot_y_deg",
+    "rot_y_rad",
+    "rot_z_deg",
+    "rot_z_rad",
+];
+
+impl Beam {
+    /// Sections that turn about the quarter chord of the mesh, linear between rows.
+    pub fn new(table: impl Into<TableSource>) -> Self {
+        Self {
+            table: table.into(),
+            lifting_line: None,
+            interpolation: Interpolation::Linear,
+            hold_ends: false,
+            naming: Naming::default(),
+        }
+    }
+}
+
+setters! { Beam {
+    /// What sections turn about: a table of `station, x, y, z`, points in the axes of the blade from the hub, in mesh
+    /// units.
+    lifting_line(table: impl Into<TableSource>) |self| self.lifting_line = Some(table.into());
+    /// A cubic spline between azimuths, periodic where the table is.
+    cubic() |self| self.interpolation = Interpolation::Cubic;
+    /// What the file calls a column, by its name here: `column("dx", "u1")`. Columns of other names are passed over.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// The unit of a column, by its name here: `unit("station", "radius")` for fractions of the radius, `unit("dx", "mm")`,
+    /// `unit("rot_x_deg", "rad")`.
+    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
+    /// Allows a table that covers less than nine tenths of the blade: the values of its first and last station hold
+    /// past them.
+    hold_ends() |self| self.hold_ends = true;
+} }
+
+impl FromSchedule for Beam {
+    const KEY: &'static str = "beam";
+
+    fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
+        let keys = [
+            "table",
+            "lifting_line",
+            "interpolation",
+            "hold_ends",
+            "columns",
+            "units",
+        ];
+        let section = entry.section("[body.beam]", &keys)?;
+        let line = section.optional("lifting_line", Entry::string)?;
+        let line = line.filter(|line| *line != "quarter_chord");
+        let table = section.require("table", "table = \"beam.csv\"")?;
+        Ok(Self {
+            table: table.string()?.into(),
+            lifting_line: line.map(TableSource::from),
+            interpolation: read_interpolation(&section, "interpolation")?,
+            naming: naming::read(&section, &NAMED)?,
+            hold_ends: section
+                .optional("hold_ends", Entry::boolean)?
+                .unwrap_or(false),
+        })
+    }
+}
+
+impl BodyMotion for Beam {
+    fn order(&self) -> u8 {
+        6
+    }
+
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
+    fn files(&self) -> Vec<&str> {
+        let tables = [Some(&self.table), self.lifting_line.as_ref()];
+        tables
+            .into_iter()
+            .flatten()
+            .filter_map(TableSource::file)
+            .collect()
+    }
+
+    fn check(&self, body: &Body) -> Result<()> {
+        naming::check(&self.naming, &NAMED, body, "beam")?;
+        match body.motion::<Cyclic>() {
+            Some(cyclic) if cyclic.pitch_axis != [0.0; 2] => Err(body.places.error(
+                "beam",
+                format!(
+                    "body \"{}\" has both `pitch_axis` and a beam, whose sections pitch about its lifting line; leave \
+                     `pitch_axis` out",
+                    body.name
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads the table and the lifting line; there must be values at every step.
+    fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
+        let body = &on.body.name;
+        if on.in_plane() {
+            let message = format!(
+                "body \"{body}\" is a beam, which needs a 3D mesh; in 2D a table or modes bend it"
+            );
+            return Err(on.error("beam", message));
+        }
+        let (table, line) = (self.table.read(on, "beam")?, self.read_line(on)?);
+        let edges = BladeEdges::of(on);
+        let [low, high] = edges.span();
+        let radius = low.abs().max(high.abs());
+        let names = naming::resolve(&self.naming, on, Some(radius), "beam")?;
+        let (span, others) = read_span(&table, names.clone(), self.interpolation)?;
+        let note = on.clock.check(span.history(), on, "beam")?;
+        let mut notes = check_span(&span, &table, body, edges.span(), self.hold_ends)?;
+        notes.extend(note);
+        notes.extend(naming::notes(&self.naming, &names, &others, &table, body));
+        let (line, name) = match line {
+            Some(line) => (
+                LiftingLine::from_table(&line, body, edges.span())?,
+                "lifting line",
+            ),
+            None => {
+                let line = LiftingLine::quarter_chord(&edges, span.stations(), body);
+                let line = line.map_err(|error| error.at(on.body.places.of("beam")));
+                (line?, "quarter chord")
+            }
+        };
+        let line_note = MotionNote::BeamLine {
+            body: body.clone(),
+            line: name,
+            ends: line.ends().map(|[x, y, z]| on.blade.point(x, y, z)),
+            leading_edge: on.blade.leading_edge(),
+        };
+        notes.push(line_note.into());
+        Ok(Arc::new(BendingBlade {
+            warning: line.beside(body, &edges.bounds()),
+            offset: Clock::offset(span.history(), on),
+            span,
+            line,
+            notes,
+            blade: on.blade,
+            hinges: Hinges::of(on)?,
+        }))
+    }
+}
+
+impl Beam {
+    fn read_line(&self, on: &OnMesh<'_>) -> Result<Option<Arc<Table>>> {
+        let line = self.lifting_line.as_ref();
+        let told = |error: Error| match error.path {
+            Some(_) => error,
+            None => Error {
+                message: format!(
+                    "{}; `lifting_line` is \"quarter_chord\" or a table  station,x,y,z",
+                    error.message
+                ),
+                ..error
+            },
+        };
+        line.map(|line| line.read(on, "beam").map_err(told))
+            .transpose()
+    }
+}
+
+/// Six values at every station and azimuth, and the line that sections turn about.
+#[derive(Debug)]
+struct BendingBlade {
+    span: SpanHistory,
+    line: LiftingLine,
+    blade: RotorAxes,
+    offset: f64,
+    hinges: Option<Hinges>,
+    notes: Vec<Diagnostic>,
+    warning: Option<Diagnostic>,
+}
+
+impl ResolvedMotion for BendingBlade {
+    fn is_of_blade(&self) -> bool {
+        true
+    }
+
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
+        let promise = "the table was checked at every step";
+        let key = self.span.history().key();
+        let place = Clock::place(key, at.step, self.offset).expect(promise);
+        let hinges = self.hinges.as_ref().map(|hinges| hinges.rotations(at));
+        let after = hinges.map_or(Transform::IDENTITY, |[_, flap, lag]| {
+            flap.part(at.part).map().then(&lag.part(at.part).map())
+        });
+        Some(Link::Sections(Box::new(Sections {
+            values: self.span.at(place).expect(promise),
+            line: &self.line,
+            blade: self.blade,
+            part: at.part,
+            key_rate: at.clock.rate_in(self.span.history(), at.step),
+            hinges,
+            after,
+        })))
+    }
+
+    fn map_scope(&self) -> MapScope {
+        MapScope::Sections
+    }
+
+    fn centre_line(&self, points: &[Vector]) -> Option<CentreLine> {
+        let stations = points
+            .iter()
+            .map(|x| dot(sub(*x, self.blade.hub), self.blade.e_x));
+        let span = stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+            [low.min(r), high.max(r)]
+        });
+        Some(CentreLine {
+            line: self.line.clone(),
+            blade: self.blade,
+            // A body that shares all of its nodes with others has no point of its own.
+            span: if span[0] <= span[1] { span } else { [0.0; 2] },
+        })
+    }
+
+    fn notes(&self) -> &[Diagnostic] {
+        &self.notes
+    }
+
+    fn warning(&self) -> Option<Diagnostic> {
+        self.warning.clone()
+    }
+}
+
+/// The lifting line of a blade in the reference mesh, its ends held.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CentreLine {
+    line: LiftingLine,
+    blade: RotorAxes,
+    span: [f64; 2],
+}
+
+impl CentreLine {
+    /// The point of the line at the station of `x`.
+    pub fn at(&self, x: Vector) -> Vector {
+        let station = dot(sub(x, self.blade.hub), self.blade.e_x);
+        let [x, y, z] = self.line.at(station.clamp(self.span[0], self.span[1]));
+        self.blade.point(x, y, z)
+    }
+}
+
+/// The table, and its columns that nothing asks for. What is left out is 0.
+fn read_span(
+    table: &Table,
+    names: ColumnNames,
+    interpolation: Interpolation,
+) -> Result<(SpanHistory, Vec<String>)> {
+    let mut columns = table.columns_as(names)?;
+    let key = columns.optional_key()?;
+    let station = columns.require("station")?;
+    let mut six: Vec<Option<Column>> = Vec::new();
+    six.extend(["dx", "dy", "dz"].map(|name| columns.optional(name)));
+    for name in ["rot_x", "rot_y", "rot_z"] {
+        six.push(columns.optional_angle(name)?);
+    }
+    let others = columns.done()?;
+    if six.iter().all(Option::is_none) {
+        let message =
+            "the table has none of the columns dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg";
+        return Err(table.header_error(message));
+    }
+    let span = SpanHistory::from_table(table, key, station, &six, interpolation)?;
+    Ok((span, others))
+}

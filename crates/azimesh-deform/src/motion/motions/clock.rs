@@ -1,0 +1,182 @@
+//! The key of a table (azimuth, time or step) at a step of the schedule, and its rate of change.
+
+use super::{At, OnMesh};
+use crate::motion::steps::Step;
+use crate::motion::table::{History, Key};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::motion::MotionNote;
+use azimesh_core::error::Result;
+
+/// The error of a table over time in a schedule without times.
+pub(super) const NO_TIME: &str = "the table has the column `time_s`, but the steps have no time; give the \
+                                  schedule [time], or `rpm` in [rotor]";
+
+/// What makes values at a step certain.
+const PROMISE: &str = "the history was checked at every step";
+
+/// The steps of a schedule with what is known of their times.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::motion) struct Clock<'a> {
+    /// The steps.
+    pub steps: &'a [Step],
+    /// For each step those next to it in time.
+    pub neighbours: &'a [[u32; 2]],
+}
+
+impl Clock<'_> {
+    /// Where a body with this azimuth offset (radians) is at a step, in the unit of the key. The offset
+    /// is one of azimuth: times and steps are the same for every body.
+    pub fn place(key: Key, step: &Step, offset: f64) -> Option<f64> {
+        let at = key.of_step(step)?;
+        Some(match key {
+            Key::AzimuthDeg => at + offset.to_degrees(),
+            Key::AzimuthRad => at + offset,
+            Key::Time | Key::Step => at,
+        })
+    }
+
+    /// By how much the key of a history grows in a second at a step; 0 where the schedule has no time. Of a linear
+    /// one over steps, whose rates are those after a row, from the step to the next.
+    pub fn rate_in(&self, history: &History, step: &Step) -> f64 {
+        match history.key() {
+            Key::Step if history.is_linear() => {
+                let [before, after] = self.beside(step);
+                let from = if after == step.index {
+                    before
+                } else {
+                    step.index
+                };
+                self.steps_between(from, after)
+            }
+            key => self.rate(key, step),
+        }
+    }
+
+    /// By how much the key grows in a second at a step; 0 where the schedule has no time.
+    pub fn rate(&self, key: Key, step: &Step) -> f64 {
+        match key {
+            Key::AzimuthDeg => step.azimuth_rate.unwrap_or(0.0).to_degrees(),
+            Key::AzimuthRad => step.azimuth_rate.unwrap_or(0.0),
+            Key::Time => 1.0,
+            Key::Step => self.steps_a_second(step),
+        }
+    }
+
+    /// The steps next to one in time, before and after; the step itself at an end.
+    pub fn beside(&self, step: &Step) -> [usize; 2] {
+        self.neighbours[step.index].map(|step| step as usize)
+    }
+
+    /// Steps a second, between the neighbours of a step in time; 0 where the schedule has no time.
+    pub fn steps_a_second(&self, step: &Step) -> f64 {
+        let [from, to] = self.beside(step);
+        self.steps_between(from, to)
+    }
+
+    fn steps_between(&self, from: usize, to: usize) -> f64 {
+        match [from, to].map(|step| self.steps[step].time_s) {
+            [Some(before), Some(after)] if after != before => {
+                (to as f64 - from as f64) / (after - before)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// The azimuth (radians) by which a body is ahead in a history. A table over azimuth that repeats itself has
+    /// a row for every azimuth of a blade; one that does not is of events in the azimuth of the rotor, and the
+    /// same for every body.
+    pub fn offset(history: &History, on: &OnMesh<'_>) -> f64 {
+        if history.repeats() { on.offset } else { 0.0 }
+    }
+
+    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule. A note
+    /// where the body has an azimuth offset that the history does not follow, or a step is past its last row.
+    pub fn check(
+        &self,
+        history: &History,
+        on: &OnMesh<'_>,
+        place: &str,
+    ) -> Result<Option<Diagnostic>> {
+        let key = history.key();
+        self.check_azimuth(key, on, place)?;
+        let mut past_last_row = None;
+        for step in self.steps {
+            let Some(at) = Self::place(key, step, Self::offset(history, on)) else {
+                return Err(on.error(place, NO_TIME));
+            };
+            if history.is_past_last_row(history.locate(at)?) {
+                past_last_row.get_or_insert(step);
+            }
+        }
+        let file = |note: MotionNote| Diagnostic::new(note).file(history.path());
+        if !history.repeats() {
+            return Ok(transient(key, on, &history.why_once()).map(file));
+        }
+        let closed = past_last_row.map(|step| MotionNote::ClosedByStep {
+            body: on.body.name.clone(),
+            rows: <[f64; 2]>::from(history.range()).map(|at| key.place(at)),
+            end: key.place(history.end()),
+            step: step.index,
+        });
+        Ok(closed.map(file))
+    }
+
+    /// Refuses a key of azimuth where steps have none.
+    pub fn check_azimuth(&self, key: Key, on: &OnMesh<'_>, place: &str) -> Result<()> {
+        if key.revolution().is_none() || self.steps.iter().all(|step| step.has_azimuth) {
+            return Ok(());
+        }
+        let message = format!(
+            "the table has the column `{}`, but [time] has no `frequency` that gives an azimuth; add for \
+             example  frequency = 2.0, or `azimuth_table` in [rotor], or give the table the column `time_s`",
+            key.name()
+        );
+        Err(on.error(place, message))
+    }
+}
+
+/// A note where a body has an azimuth offset that rows over azimuth do not follow, since they do not repeat themselves.
+pub(super) fn transient(key: Key, on: &OnMesh<'_>, why: &str) -> Option<MotionNote> {
+    let differs = key.revolution().is_some() && on.offset != 0.0;
+    differs.then(|| MotionNote::Transient {
+        body: on.body.name.clone(),
+        offset_deg: on.offset.to_degrees(),
+        why: why.to_owned(),
+    })
+}
+
+/// A history that has values at every step, for a body.
+#[derive(Debug)]
+pub(super) struct StepHistory {
+    history: History,
+    offset: f64,
+    /// What the user should know of it.
+    pub note: Option<Diagnostic>,
+}
+
+impl StepHistory {
+    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule.
+    pub fn new(history: History, on: &OnMesh<'_>, place: &str) -> Result<Self> {
+        Ok(Self {
+            note: on.clock.check(&history, on, place)?,
+            offset: Clock::offset(&history, on),
+            history,
+        })
+    }
+
+    fn place(&self, step: &Step) -> f64 {
+        Clock::place(self.history.key(), step, self.offset).expect(PROMISE)
+    }
+
+    /// The values of a step.
+    pub fn values(&self, step: &Step) -> Vec<f64> {
+        self.history.at(self.place(step)).expect(PROMISE)
+    }
+
+    /// Their rates in a second; 0 where the schedule has no time.
+    pub fn rates(&self, at: &At<'_>) -> Vec<f64> {
+        let each = at.clock.rate_in(&self.history, at.step);
+        let rates = self.history.rates_at(self.place(at.step)).expect(PROMISE);
+        rates.into_iter().map(|rate| each * rate).collect()
+    }
+}

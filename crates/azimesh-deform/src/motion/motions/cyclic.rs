@@ -1,0 +1,360 @@
+//! `[body.cyclic]`: pitch, flap and lag as harmonics of the azimuth, and from a table.
+
+use super::blade_angles::{self, BladeAngles};
+use super::link::{Link, RigidLink};
+use super::naming;
+use super::series::{Harmonic, Series};
+use super::{
+    At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
+};
+use crate::motion::body::Body;
+use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::rotor::RotorAxes;
+use crate::motion::setters::setters;
+use crate::motion::steps::Step;
+use crate::motion::table::{Interpolation, Naming};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::motion::MotionNote;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::Vector;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+const CYCLIC: &[&str] = &[
+    "collective",
+    "pitch",
+    "coning",
+    "flap",
+    "lag",
+    "phase",
+    "pitch_axis",
+    "flap_hinge",
+    "table",
+    "interpolation",
+    "columns",
+    "units",
+];
+
+/// Cyclic motion of a blade (eq. 11 of the method): pitch, flap and lag as harmonics of the azimuth
+/// `psi` of the blade,
+///
+/// ```text
+/// pitch(psi) = collective + sum over m of [ A_m sin(m psi + phase) + B_m cos(m psi + phase) ]
+/// ```
+///
+/// and likewise `flap` about its coning angle, and `lag`. Angles of a [`table`](Self::table) are added.
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::{Body, Cyclic};
+///
+/// let cyclic = Cyclic::new()
+///     .collective_deg(10.04)
+///     .pitch_deg(1, -7.65, -0.96) // -7.65 sin psi - 0.96 cos psi
+///     .coning_deg(2.6)
+///     .flap_hinge(0.2);
+/// let blade = Body::new("blade", ["blade"]).cyclic(cyclic);
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct Cyclic {
+    /// Collective and harmonics of the pitch angle.
+    pub(in crate::motion) pitch: Series,
+    /// Coning and harmonics of the flap angle.
+    pub(in crate::motion) flap: Series,
+    /// Harmonics of the lag angle.
+    pub(in crate::motion) lag: Series,
+    /// Added to every harmonic's argument, in radians.
+    pub(in crate::motion) phase: f64,
+    /// Chordwise and shaftwise offset of the pitch axis at the hub, in mesh units.
+    pub(in crate::motion) pitch_axis: [f64; 2],
+    /// Spanwise offset of the flap and lag hinge, in mesh units.
+    pub(in crate::motion) flap_hinge: f64,
+    /// Angles that are added.
+    table: Option<TableSource>,
+    interpolation: Interpolation,
+    naming: Naming,
+}
+
+impl Cyclic {
+    /// No angle at any azimuth.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    fn series(&self) -> [(&'static str, &Series); 3] {
+        [
+            ("pitch", &self.pitch),
+            ("flap", &self.flap),
+            ("lag", &self.lag),
+        ]
+    }
+}
+
+setters! { Cyclic {
+    /// Mean of the pitch angle, in degrees.
+    collective_deg(angle: f64) |self| self.pitch.mean = angle.to_radians();
+    /// Harmonic `m` of the pitch angle, from 1 on: `sin` and `cos` in degrees.
+    pitch_deg(m: usize, sin: f64, cos: f64) |self| self.pitch.set_deg(m, sin, cos);
+    /// Mean of the flap angle, in degrees.
+    coning_deg(angle: f64) |self| self.flap.mean = angle.to_radians();
+    /// Harmonic `m` of the flap angle, from 1 on: `sin` and `cos` in degrees.
+    flap_deg(m: usize, sin: f64, cos: f64) |self| self.flap.set_deg(m, sin, cos);
+    /// Harmonic `m` of the lag angle, from 1 on: `sin` and `cos` in degrees.
+    lag_deg(m: usize, sin: f64, cos: f64) |self| self.lag.set_deg(m, sin, cos);
+    /// What is added to the argument of every harmonic, in degrees.
+    phase_deg(phase: f64) |self| self.phase = phase.to_radians();
+    /// Where the pitch axis, parallel to the span, passes the hub: chordwise and shaftwise, in mesh units.
+    pitch_axis(chordwise: f64, shaftwise: f64) |self| self.pitch_axis = [chordwise, shaftwise];
+    /// Spanwise distance of the flap and lag hinge from the hub, in mesh units.
+    flap_hinge(spanwise: f64) |self| self.flap_hinge = spanwise;
+    /// Angles that are added: a table of `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) and some of
+    /// `pitch_deg`, `flap_deg`, `lag_deg` (or `_rad`); what is left out is 0.
+    table(table: impl Into<TableSource>) |self| self.table = Some(table.into());
+    /// What the file calls a column, by its name here: `column("pitch_deg", "theta")`. Columns of other names are passed
+    /// over.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// The unit of a column, by its name here: `unit("pitch_deg", "rad")`.
+    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
+    /// A cubic spline between rows of the table, periodic where the table is.
+    cubic() |self| self.interpolation = Interpolation::Cubic;
+} }
+
+impl FromSchedule for Cyclic {
+    const KEY: &'static str = "cyclic";
+
+    fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
+        let section = entry.section("[body.cyclic]", CYCLIC)?;
+        let mut cyclic = Self::new();
+        for (key, angle) in [
+            ("collective", &mut cyclic.pitch.mean),
+            ("coning", &mut cyclic.flap.mean),
+            ("phase", &mut cyclic.phase),
+        ] {
+            section.set(key, angle, |entry| entry.angle(unit))?;
+        }
+        for (key, series) in [
+            ("pitch", &mut cyclic.pitch),
+            ("flap", &mut cyclic.flap),
+            ("lag", &mut cyclic.lag),
+        ] {
+            let harmonics = &mut series.harmonics;
+            section.set(key, harmonics, |entry| {
+                Harmonic::read_all(entry, |entry| entry.angle(unit))
+            })?;
+        }
+        section.set("pitch_axis", &mut cyclic.pitch_axis, Entry::numbers)?;
+        section.set("flap_hinge", &mut cyclic.flap_hinge, Entry::number)?;
+        let table = section.optional("table", Entry::string)?;
+        cyclic.table = table.map(TableSource::from);
+        cyclic.interpolation = read_interpolation(&section, "interpolation")?;
+        cyclic.naming = naming::read(&section, &blade_angles::NAMED)?;
+        let mut of_table = ["interpolation", "columns", "units"].into_iter();
+        let of_table = of_table.find_map(|key| section.get(key));
+        if let (Some(entry), None) = (of_table, &cyclic.table) {
+            return Err(entry.error("is that of `table`, which is not given"));
+        }
+        Ok(cyclic)
+    }
+}
+
+impl BodyMotion for Cyclic {
+    fn order(&self) -> u8 {
+        5
+    }
+
+    fn has_harmonics(&self) -> bool {
+        let mut series = self.series().into_iter();
+        series.any(|(_, series)| !series.harmonics.is_empty())
+    }
+
+    fn files(&self) -> Vec<&str> {
+        let file = self.table.as_ref().and_then(TableSource::file);
+        file.into_iter().collect()
+    }
+
+    fn check(&self, body: &Body) -> Result<()> {
+        for (name, series) in self.series() {
+            series.check(&body.places, &format!("cyclic.{name}"), name)?;
+        }
+        naming::check(&self.naming, &blade_angles::NAMED, body, "cyclic")?;
+        body.places.angle("cyclic.phase", self.phase)?;
+        body.places.finite("cyclic.pitch_axis", &self.pitch_axis)?;
+        body.places.finite("cyclic.flap_hinge", &[self.flap_hinge])
+    }
+
+    fn check_plane(&self, body: &Body, upright: bool) -> Result<()> {
+        let (leaving, keys, why) = if upright {
+            let why = "pitches or flaps, but the 2D mesh turns about a shaft along z; turn the body about [0, 0, 1] with \
+                       [body.rigid]";
+            let keys = [
+                "cyclic.collective",
+                "cyclic.pitch",
+                "cyclic.coning",
+                "cyclic.flap",
+            ];
+            ([&self.pitch, &self.flap], keys.to_vec(), why)
+        } else {
+            let why = "flaps or lags, which needs a 3D mesh; in 2D a cyclic motion is pitch alone";
+            let keys = ["cyclic.coning", "cyclic.flap", "cyclic.lag"];
+            ([&self.flap, &self.lag], keys.to_vec(), why)
+        };
+        if leaving.iter().all(|series| series.is_zero()) {
+            return Ok(());
+        }
+        let message = format!("body \"{}\" {why}", body.name);
+        Err(Error::input(message).at(body.places.first_of(&keys)))
+    }
+
+    fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
+        let hinges = self.hinges(on)?;
+        let notes = hinges.table.as_ref().map(|table| table.notes.clone());
+        Ok(Arc::new(Blade {
+            warning: hinges.more_than_a_turn(&on.body.name),
+            notes: notes.unwrap_or_default(),
+            hinges,
+            bends: on.body.bends(),
+        }))
+    }
+}
+
+impl Cyclic {
+    fn hinges(&self, on: &OnMesh<'_>) -> Result<Hinges> {
+        let read =
+            |table: &TableSource| BladeAngles::read(table, self.interpolation, &self.naming, on);
+        Ok(Hinges {
+            table: self.table.as_ref().map(read).transpose()?,
+            cyclic: self.clone(),
+            blade: on.blade,
+            offset: on.offset,
+        })
+    }
+}
+
+/// The cyclic motion of a blade on a mesh.
+#[derive(Debug)]
+struct Blade {
+    hinges: Hinges,
+    /// Whether the blade is a beam, which turns about its hinges itself.
+    bends: bool,
+    notes: Vec<Diagnostic>,
+    warning: Option<Diagnostic>,
+}
+
+/// Pitch, flap and lag of a blade.
+#[derive(Debug)]
+pub(super) struct Hinges {
+    cyclic: Cyclic,
+    table: Option<BladeAngles>,
+    blade: RotorAxes,
+    offset: f64,
+}
+
+impl Hinges {
+    /// Those of the blade of a body, where it has a cyclic motion.
+    pub fn of(on: &OnMesh<'_>) -> Result<Option<Self>> {
+        let cyclic = on.body.motion::<Cyclic>();
+        cyclic.map(|cyclic| cyclic.hinges(on)).transpose()
+    }
+
+    /// Pitch, flap and lag at a step, without the signs of the rotor.
+    fn angles(&self, step: &Step) -> [f64; 3] {
+        let (cyclic, psi) = (&self.cyclic, step.azimuth + self.offset);
+        let table = self.table.as_ref();
+        let added = table.map_or([0.0; 3], |table| table.angles(step));
+        let series = cyclic.series();
+        std::array::from_fn(|i| series[i].1.at(psi, cyclic.phase) + added[i])
+    }
+
+    /// Their rates, in radians a second.
+    fn rates(&self, at: &At<'_>) -> [f64; 3] {
+        let (cyclic, psi) = (&self.cyclic, at.step.azimuth + self.offset);
+        let rate = at.step.azimuth_rate.unwrap_or(0.0);
+        let table = self.table.as_ref();
+        let added = table.map_or([0.0; 3], |table| table.rates(at));
+        let series = cyclic.series();
+        std::array::from_fn(|i| series[i].1.slope(psi, cyclic.phase) * rate + added[i])
+    }
+
+    /// A note where pitch, flap or lag is more than a turn, which no blade does.
+    fn more_than_a_turn(&self, body: &str) -> Option<Diagnostic> {
+        let added = self.table.as_ref().map_or([0.0; 3], |table| table.bound);
+        let sums = self.cyclic.series().into_iter().zip(added);
+        let mut sums = sums.map(|((angle, series), added)| (angle, series.bound() + added));
+        let (angle, sum) = sums.find(|(_, sum)| *sum > TAU)?;
+        let note = MotionNote::MoreThanATurn {
+            body: body.to_owned(),
+            angle,
+            sum_deg: sum.to_degrees(),
+        };
+        Some(note.into())
+    }
+
+    /// Equations 2 and 3 of the method without a beam, in the blade's own frame at its azimuth `psi`:
+    ///
+    /// ```text
+    /// x_r = Rx(pitch) (x - x_ref),                 x_ref = O + r e_x + pitch_axis
+    /// x'  = O + h e_x + Rz(lag) Ry(-flap) (x_r + x_ref - O - h e_x)
+    /// ```
+    ///
+    /// Its rotations, pitch first. The pitch axis is parallel to the span, so that turning about it needs
+    /// no station `r`.
+    pub fn rotations(&self, at: &At<'_>) -> [Rotation; 3] {
+        let blade = &self.blade;
+        let signs = &blade.signs;
+        let hinge = blade.point(self.cyclic.flap_hinge, 0.0, 0.0);
+        let (angles, rates) = (self.angles(at.step), self.rates(at));
+        let rotation = |axis, origin, i: usize, sign: f64| Rotation {
+            axis,
+            origin,
+            angle: sign * angles[i],
+            rate: sign * rates[i],
+        };
+        [
+            rotation(blade.e_x, self.pitch_centre(), 0, signs.pitch),
+            rotation(blade.e_y, hinge, 1, -signs.flap),
+            rotation(blade.e_z, hinge, 2, signs.lag),
+        ]
+    }
+
+    /// The point of the pitch axis at the hub.
+    fn pitch_centre(&self) -> Vector {
+        let [chordwise, shaftwise] = self.cyclic.pitch_axis;
+        self.blade.point(0.0, chordwise, shaftwise)
+    }
+}
+
+impl ResolvedMotion for Blade {
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
+        let rotations = || {
+            self.hinges
+                .rotations(at)
+                .map(|rotation| rotation.part(at.part))
+        };
+        (!self.bends).then(|| {
+            Link::Rigid(RigidLink {
+                rotations: rotations().to_vec(),
+                translation: None,
+            })
+        })
+    }
+
+    fn centre(&self) -> Option<Vector> {
+        Some(self.hinges.pitch_centre())
+    }
+
+    fn is_of_blade(&self) -> bool {
+        true
+    }
+
+    fn cyclic_angles(&self, step: &Step) -> Option<[f64; 3]> {
+        Some(self.hinges.angles(step))
+    }
+
+    fn notes(&self) -> &[Diagnostic] {
+        &self.notes
+    }
+
+    fn warning(&self) -> Option<Diagnostic> {
+        self.warning.clone()
+    }
+}

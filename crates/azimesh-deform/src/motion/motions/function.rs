@@ -1,0 +1,71 @@
+//! Displacements of nodes by a function of the caller.
+
+use super::sets::{NodeSets, SurfaceSets};
+use super::{BodyMotion, OnMesh, ResolvedMotion};
+use crate::motion::steps::Step;
+use crate::motion::table::Key;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::Vector;
+use std::fmt;
+use std::sync::Arc;
+
+/// For a step and the positions of all nodes of a body in the reference mesh, their displacements.
+pub(in crate::motion) type NodeFunction = dyn Fn(&Step, &[Vector], &mut [Vector]) + Send + Sync;
+
+/// A function that displaces the nodes of a body. It is called once for each step, when the schedule is
+/// resolved on a mesh.
+#[derive(Clone)]
+pub(in crate::motion) struct Displacements {
+    pub function: Arc<NodeFunction>,
+    /// What the caller calls it; who gives another function another name may resume a run.
+    pub name: Option<String>,
+}
+
+impl fmt::Debug for Displacements {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Displacements").field(&self.name).finish()
+    }
+}
+
+impl BodyMotion for Displacements {
+    fn order(&self) -> u8 {
+        2
+    }
+
+    fn has_harmonics(&self) -> bool {
+        false
+    }
+
+    fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
+        let nodes = on.nodes();
+        let displaced = |step: &Step| {
+            let mut set = vec![[0.0; 3]; nodes.places.len()];
+            (self.function)(step, &nodes.places, &mut set);
+            let wrong = |d: &Vector| match d.iter().all(|x| x.is_finite()) {
+                true => on.in_plane() && d[2] != 0.0,
+                false => true,
+            };
+            match set.iter().position(wrong) {
+                None => Ok(set),
+                Some(at) => Err(refused(on, step, nodes.nodes[at], set[at])),
+            }
+        };
+        let sets: Result<Vec<Vec<Vector>>> = on.clock.steps.iter().map(displaced).collect();
+        let places = (0..on.clock.steps.len()).map(|step| step as f64);
+        let places = (Key::Step, places.collect());
+        let sets = SurfaceSets::at_places(places, sets?, Vec::new(), Vec::new());
+        Ok(Arc::new(NodeSets::new(sets, on)))
+    }
+}
+
+fn refused(on: &OnMesh<'_>, step: &Step, node: u32, displacement: Vector) -> Error {
+    let body = &on.body.name;
+    let right = match displacement.iter().all(|x| x.is_finite()) {
+        true => "along z must be 0 in a 2D mesh",
+        false => "must be finite numbers",
+    };
+    let message = format!(
+        "body \"{body}\": the displacement of node {node} at {step} is {displacement:?}; displacements {right}"
+    );
+    on.error("displacements", message)
+}

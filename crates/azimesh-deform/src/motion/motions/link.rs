@@ -1,0 +1,136 @@
+//! A link: the map that one motion applies at a step. A body has a chain of them.
+
+use super::Rotation;
+use super::beam::sections::Sections;
+use super::nodes::BodyNodes;
+use azimesh_core::geometry::vector::{Vector, add, scale};
+use azimesh_core::geometry::{Moving, Transform};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// What a motion does at a part of a step: for every point `R`, which is rigid, or a map for each section of a
+/// beam, or a displacement for each node.
+#[derive(Debug, Clone)]
+pub(in crate::motion) enum Link<'a, R = RigidLink> {
+    Rigid(R),
+    Sections(Box<Sections<'a>>),
+    Nodes(NodeLink<'a>),
+}
+
+impl<'a> Link<'a> {
+    /// Whether it moves nothing.
+    pub fn is_rest(&self) -> bool {
+        matches!(self, Self::Rigid(link) if link.rotations.is_empty() && link.translation.is_none())
+    }
+
+    /// The rotations of what is at `x` of the reference mesh, in their order.
+    pub fn rotations(self, x: Vector) -> Vec<Rotation> {
+        match self {
+            Self::Rigid(link) => link.rotations,
+            Self::Sections(sections) => sections.rotations(x),
+            Self::Nodes(_) => Vec::new(),
+        }
+    }
+
+    /// This link with its rigid part converted by `form`.
+    pub fn with_rigid<R>(self, form: impl FnOnce(&RigidLink) -> R) -> Link<'a, R> {
+        match self {
+            Self::Rigid(link) => Link::Rigid(form(&link)),
+            Self::Sections(sections) => Link::Sections(sections),
+            Self::Nodes(nodes) => Link::Nodes(nodes),
+        }
+    }
+}
+
+/// Rotations, then a translation. It is at rest where it has neither.
+#[derive(Debug, Clone, Default)]
+pub(in crate::motion) struct RigidLink {
+    /// The rotations, in their order.
+    pub rotations: Vec<Rotation>,
+    /// In mesh units, and in mesh units a second, which is 0 where the schedule has no time.
+    pub translation: Option<[Vector; 2]>,
+}
+
+impl RigidLink {
+    /// The rigid map.
+    pub fn map(&self) -> Transform {
+        let maps = self.rotations.iter().map(Rotation::map);
+        let turned = maps.reduce(|first, next| first.then(&next));
+        let turned = turned.unwrap_or(Transform::IDENTITY);
+        match self.translation {
+            Some([by, _]) => turned.then(&Transform::translation(by)),
+            None => turned,
+        }
+    }
+
+    /// The map with its velocity.
+    pub fn moving(&self) -> Moving {
+        let still = Moving::still(Transform::IDENTITY);
+        let turned = (self.rotations.iter()).fold(still, |all, next| all.then(&next.moving()));
+        match self.translation {
+            Some([by, rate]) => turned.then(&Moving::translation(by, rate)),
+            None => turned,
+        }
+    }
+}
+
+/// Displacements that nodes have of their own: the sum of some fields, times a part.
+#[derive(Debug, Clone)]
+pub(in crate::motion) struct NodeLink<'a> {
+    pub nodes: Arc<BodyNodes>,
+    /// Displacements, and their rates where they are requested.
+    pub fields: Vec<(NodeField<'a>, Option<NodeField<'a>>)>,
+    /// From 0 to 1.
+    pub part: f64,
+}
+
+/// A vector for each node of a body.
+#[derive(Debug, Clone)]
+pub(in crate::motion) enum NodeField<'a> {
+    /// As they are.
+    Values(Cow<'a, [Vector]>),
+    /// Shapes times factors.
+    Shapes(&'a [Vec<Vector>], Vec<f64>),
+}
+
+impl NodeField<'_> {
+    fn at(&self, node: usize) -> Vector {
+        match self {
+            Self::Values(values) => values[node],
+            Self::Shapes(shapes, factors) => {
+                let shapes = shapes.iter().zip(factors);
+                shapes.fold([0.0; 3], |sum, (shape, q)| add(sum, scale(shape[node], *q)))
+            }
+        }
+    }
+}
+
+impl<'a> NodeLink<'a> {
+    /// Both at once: displacements are added before they act.
+    pub fn join(&mut self, other: Self) {
+        self.fields.extend(other.fields);
+    }
+
+    /// The displacement of a node; zero where it is another body's.
+    pub fn displacement(&self, node: u32) -> Vector {
+        self.sum(node, |(field, _)| Some(field))
+    }
+
+    /// Its rate, in mesh units a second.
+    pub fn rate(&self, node: u32) -> Vector {
+        self.sum(node, |(_, rate)| rate.as_ref())
+    }
+
+    fn sum<'s>(
+        &'s self,
+        node: u32,
+        of: impl Fn(&'s (NodeField<'a>, Option<NodeField<'a>>)) -> Option<&'s NodeField<'a>>,
+    ) -> Vector {
+        let Some(at) = self.nodes.find(node) else {
+            return [0.0; 3];
+        };
+        let fields = self.fields.iter().filter_map(of);
+        let sum = fields.fold([0.0; 3], |sum, field| add(sum, field.at(at)));
+        scale(sum, self.part)
+    }
+}

@@ -1,0 +1,325 @@
+//! The motions of a body, one file each: [`BodyMotion`] as declared, [`ResolvedMotion`] on a mesh.
+//!
+//! ```text
+//! schedule.toml ── MOTIONS: read ──┐
+//!                                  ├─> dyn BodyMotion ── resolve ──> dyn ResolvedMotion ── link ──> Link
+//! Body::new(..).cyclic(..) ────────┘    keys, files, checks           what its files hold            map, velocity,
+//!                                                                                                    rotations at a step
+//! ```
+//!
+//! A new motion is a file here with both traits and a line in [`MOTIONS`].
+
+mod axis_rotation;
+mod beam;
+mod blade_angles;
+mod clock;
+mod cyclic;
+mod function;
+#[cfg(test)]
+mod heave;
+mod link;
+mod modes;
+mod naming;
+mod node_files;
+mod nodes;
+mod oscillation;
+mod rigid;
+mod rotation;
+mod series;
+mod sets;
+mod surface;
+mod table;
+
+pub use axis_rotation::AxisRotation;
+pub use beam::{Beam, CentreLine};
+pub(super) use clock::Clock;
+pub use cyclic::Cyclic;
+pub(super) use function::Displacements;
+pub(super) use link::{Link, RigidLink};
+pub use modes::Modes;
+pub(super) use rigid::Rigid;
+pub use rigid::Translation;
+pub(super) use rotation::Rotation;
+#[cfg(test)]
+pub(super) use series::{Harmonic, Series};
+pub use surface::SurfaceMotion;
+pub use table::TableMotion;
+
+use super::body::Body;
+use super::reader::{AngleUnit, Entry, Section};
+use super::rotor::RotorAxes;
+use super::steps::Step;
+use super::surface::{Role, SurfaceFaces, SurfaceNodes};
+use super::table::{Interpolation, Table};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_io::mesh::Boundary;
+use nodes::BodyNodes;
+use std::any::Any;
+use std::cell::OnceCell;
+use std::fmt::Debug;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The motions that a schedule may name.
+pub(super) const MOTIONS: &[MotionEntry] = &[
+    MotionEntry::of::<Cyclic>(),
+    MotionEntry::of::<Rigid>(),
+    MotionEntry::of::<TableMotion>(),
+    MotionEntry::of::<Beam>(),
+    MotionEntry::of::<Modes>(),
+    MotionEntry::of::<SurfaceMotion>(),
+    #[cfg(test)]
+    MotionEntry::of::<heave::Heave>(),
+];
+
+/// A motion that has a key under `[[body]]`.
+pub(super) struct MotionEntry {
+    pub key: &'static str,
+    pub read: fn(&Entry<'_>, AngleUnit) -> Result<Arc<dyn BodyMotion>>,
+}
+
+impl MotionEntry {
+    const fn of<M: FromSchedule>() -> Self {
+        Self {
+            key: M::KEY,
+            read: |entry, unit| Ok(Arc::new(M::read(entry, unit)?)),
+        }
+    }
+}
+
+/// A motion that a schedule can name.
+pub(super) trait FromSchedule: BodyMotion + Sized {
+    /// Its key under `[[body]]`.
+    const KEY: &'static str;
+
+    /// Reads it from what stands under the key; angles are in `unit`.
+    fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self>;
+}
+
+/// A motion as it is declared.
+pub(super) trait BodyMotion: Any + Debug + Send + Sync {
+    /// When it acts: those of a smaller number before it.
+    fn order(&self) -> u8;
+
+    /// The files it names, relative to the schedule.
+    fn files(&self) -> Vec<&str> {
+        Vec::new()
+    }
+
+    /// Whether it needs the azimuth of a step: harmonics do, tables say so by their columns.
+    fn has_harmonics(&self) -> bool;
+
+    /// Refuses numbers that mean nothing.
+    fn check(&self, _body: &Body) -> Result<()> {
+        Ok(())
+    }
+
+    /// Refuses what leaves the plane of a 2D mesh, as far as it is known without files. In it the shaft
+    /// is either in the plane, or `upright`.
+    fn check_plane(&self, _body: &Body, _upright: bool) -> Result<()> {
+        Ok(())
+    }
+
+    /// What it is on a mesh; reads its files and holds them against nodes and steps.
+    fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>>;
+}
+
+/// Which points of a body share a map of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MapScope {
+    /// One rigid map for every point.
+    Body,
+    /// A rigid map for each section.
+    Sections,
+    /// A displacement for each node, and no rotation.
+    Nodes,
+}
+
+/// A motion on a mesh.
+pub(super) trait ResolvedMotion: Debug + Send + Sync {
+    /// Its map at a part of a step; `None` where another motion includes it.
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>>;
+
+    /// Which points share a map.
+    fn map_scope(&self) -> MapScope {
+        MapScope::Body
+    }
+
+    /// The point that it turns about, where it does.
+    fn centre(&self) -> Option<Vector> {
+        None
+    }
+
+    /// Whether it is the motion of a blade along the rotor's span.
+    fn is_of_blade(&self) -> bool {
+        false
+    }
+
+    /// Pitch, flap and lag at a step, in radians, without the signs of the rotor.
+    fn cyclic_angles(&self, _step: &Step) -> Option<[f64; 3]> {
+        None
+    }
+
+    /// The line that its sections turn about, held within the span of some points.
+    fn centre_line(&self, _points: &[Vector]) -> Option<CentreLine> {
+        None
+    }
+
+    /// Bytes of the displacements that it holds for the nodes of its body.
+    fn memory_bytes(&self) -> usize {
+        0
+    }
+
+    /// What the user should know of its files.
+    fn notes(&self) -> &[Diagnostic] {
+        &[]
+    }
+
+    /// A warning where the input is probably wrong.
+    fn warning(&self) -> Option<Diagnostic> {
+        None
+    }
+}
+
+/// The step, and the part of it, that a link is for.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    pub step: &'a Step,
+    /// The part of the motion, from 0 to 1.
+    pub part: f64,
+    pub clock: Clock<'a>,
+    /// Whether rates of nodes are needed; other links always have theirs.
+    pub rates: bool,
+}
+
+/// What a motion is resolved on: the boundary of the mesh, the steps, the blade.
+pub(super) struct OnMesh<'a> {
+    /// The boundary of the mesh.
+    pub boundary: &'a Boundary,
+    /// Faces with a role.
+    pub faces: &'a SurfaceFaces,
+    /// Nodes with a role.
+    pub surface_nodes: &'a SurfaceNodes,
+    /// The role of the body's own.
+    pub role: Role,
+    /// Axes of the blade at its azimuth offset.
+    pub blade: RotorAxes,
+    /// The azimuth offset in radians.
+    pub offset: f64,
+    pub clock: Clock<'a>,
+    /// What the mesh unit is called, where the schedule says.
+    pub length_unit: Option<&'a str>,
+    pub body: &'a Body,
+    /// Folder that files are relative to.
+    pub folder: PathBuf,
+    /// The nodes of the body, found on first use.
+    pub nodes: OnceCell<Arc<BodyNodes>>,
+}
+
+impl OnMesh<'_> {
+    /// Whether the mesh is plane.
+    pub fn in_plane(&self) -> bool {
+        self.blade.in_plane && self.boundary.dimension() < 3
+    }
+
+    /// The nodes of the body.
+    pub fn nodes(&self) -> Arc<BodyNodes> {
+        let nodes = self.nodes.get_or_init(|| Arc::new(BodyNodes::of(self)));
+        Arc::clone(nodes)
+    }
+
+    /// An error at the place of a key of the body.
+    pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
+        self.body.places.error(key, message)
+    }
+
+    /// The path of a file that a motion names; an error at its key where there is none.
+    pub fn file(&self, file: &str, key: &str) -> Result<PathBuf> {
+        file_in(&self.folder, file, |message| self.error(key, message))
+    }
+}
+
+/// The path of a file that a schedule names, relative to a folder; `error` makes an error of what is wrong.
+fn file_in(folder: &Path, file: &str, error: impl Fn(String) -> Error) -> Result<PathBuf> {
+    let path = folder.join(file);
+    let message = match path.metadata() {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            format!("there is no file {}", path.display())
+        }
+        Ok(found) if found.is_dir() => {
+            format!("{} is a folder; a file belongs here", path.display())
+        }
+        _ => return Ok(path),
+    };
+    Err(error(message))
+}
+
+/// A table: a file to be read, or one in memory.
+#[derive(Debug, Clone)]
+pub enum TableSource {
+    /// A path relative to the schedule's file, or to the working folder.
+    File(String),
+    /// One that was read or made before.
+    Table(Arc<Table>),
+}
+
+impl From<Table> for TableSource {
+    fn from(table: Table) -> Self {
+        Self::Table(Arc::new(table))
+    }
+}
+
+impl From<&str> for TableSource {
+    fn from(path: &str) -> Self {
+        Self::File(path.to_owned())
+    }
+}
+
+impl TableSource {
+    /// The path of the file, where it is one.
+    pub(super) fn file(&self) -> Option<&str> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Table(_) => None,
+        }
+    }
+
+    /// The path of a file that is no table, by its ending.
+    fn mesh_file(&self) -> Option<&str> {
+        let path = self.file()?;
+        let kind = Path::new(path).extension()?;
+        let is_table = ["csv", "tsv"]
+            .iter()
+            .any(|table| kind.eq_ignore_ascii_case(table));
+        (!is_table).then_some(path)
+    }
+
+    /// The table; an error at the key of its motion where there is no file.
+    fn read(&self, on: &OnMesh<'_>, key: &str) -> Result<Arc<Table>> {
+        self.read_in(&on.folder, |message| on.error(key, message))
+    }
+
+    /// The table, with files relative to a folder; `error` makes an error of what is wrong with the path.
+    pub(super) fn read_in(
+        &self,
+        folder: &Path,
+        error: impl Fn(String) -> Error,
+    ) -> Result<Arc<Table>> {
+        match self {
+            Self::File(file) => Ok(Arc::new(Table::read(file_in(folder, file, error)?)?)),
+            Self::Table(table) => table.check().map(|()| Arc::clone(table)),
+        }
+    }
+}
+
+/// What `key` says: `"linear"`, which is the default, or `"cubic"`.
+pub(super) fn read_interpolation(section: &Section<'_>, key: &str) -> Result<Interpolation> {
+    let known = [
+        ("linear", Interpolation::Linear),
+        ("cubic", Interpolation::Cubic),
+    ];
+    let found = section.optional(key, |entry| entry.choice(&known))?;
+    Ok(found.unwrap_or(Interpolation::Linear))
+}

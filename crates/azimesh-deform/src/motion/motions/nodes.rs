@@ -1,0 +1,293 @@
+//! The nodes of a body, found by number or by place, and a vector for each of them from a file.
+
+use super::OnMesh;
+use crate::motion::reader::{Entry, Section};
+use azimesh_core::diagnostic::short;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::Bounds;
+use azimesh_core::geometry::vector::{Vector, distance};
+use std::collections::HashMap;
+
+/// Nodes that are named in a message.
+const LISTED: usize = 5;
+/// Nodes without a place for which the nearest one is looked for.
+const ASKED: usize = 64;
+/// Part of the extent of a body by which a place may be off a node that it is meant for.
+const ALMOST: f64 = 1e-4;
+
+/// How nodes of a file are found among those of a body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Matching {
+    /// Distance at which a place is that of a node, in mesh units.
+    pub tolerance: f64,
+    /// Whether nodes that the file does not name stay where they are; else they are an error.
+    pub missing_fixed: bool,
+}
+
+impl Default for Matching {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-9,
+            missing_fixed: false,
+        }
+    }
+}
+
+impl Matching {
+    pub fn read(section: &Section<'_>) -> Result<Self> {
+        let mut matching = Self::default();
+        section.set("match_tolerance", &mut matching.tolerance, Entry::positive)?;
+        let missing = |entry: &Entry<'_>| entry.choice(&[("fixed", true)]);
+        section.set("missing", &mut matching.missing_fixed, missing)?;
+        Ok(matching)
+    }
+}
+
+/// The nodes that move with a body.
+#[derive(Debug, Clone)]
+pub(in crate::motion) struct BodyNodes {
+    /// Node numbers in the mesh, ascending.
+    pub nodes: Vec<u32>,
+    /// Their places in the reference mesh.
+    pub places: Vec<Vector>,
+    /// Number of nodes of the mesh.
+    pub n_mesh: usize,
+}
+
+/// Where a file says that a row belongs.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum At {
+    /// A zero-based node of the mesh.
+    Node(u64),
+    /// A place in the reference mesh.
+    Place(Vector),
+}
+
+/// Vectors for the nodes of a body, in one field or several, filled row by row of a file.
+pub(super) struct Filling<'a> {
+    nodes: &'a BodyNodes,
+    body: &'a str,
+    in_plane: bool,
+    /// What the file has, in the plural.
+    what: &'static str,
+    matching: Matching,
+    /// Nodes in cells as large as the tolerance.
+    cells: HashMap<[i64; 3], Vec<usize>>,
+    /// Places at which there was no node.
+    strays: Vec<Vector>,
+    /// Rows that are for nodes of others.
+    others: usize,
+    fields: Vec<Field>,
+}
+
+#[derive(Clone)]
+struct Field {
+    values: Vec<Vector>,
+    /// The row that gave it, from 1; 0 where none has.
+    rows: Vec<u32>,
+    /// The last row that belongs here, of this body or not.
+    last: Option<usize>,
+}
+
+/// Error messages for wrong rows.
+pub(super) struct Wrong<'a> {
+    /// The error at a row.
+    pub at: &'a dyn Fn(usize, String) -> Error,
+    /// A node that two rows give different vectors: the node, the row before, the row.
+    pub twice: &'a dyn Fn(u32, usize, usize) -> String,
+}
+
+impl BodyNodes {
+    pub fn of(on: &OnMesh<'_>) -> Self {
+        let nodes = on.surface_nodes.nodes.iter().zip(&on.surface_nodes.roles);
+        let own = nodes.filter(|(_, role)| **role == on.role);
+        let nodes: Vec<u32> = own.map(|(node, _)| *node).collect();
+        let places = nodes.iter().map(|&node| on.boundary.position(node));
+        Self {
+            places: places.collect(),
+            nodes,
+            n_mesh: on.boundary.n_nodes,
+        }
+    }
+
+    /// The position of a node of the mesh among these.
+    #[inline]
+    pub fn find(&self, node: u32) -> Option<usize> {
+        self.nodes.binary_search(&node).ok()
+    }
+}
+
+impl<'a> Filling<'a> {
+    pub fn new(
+        on: &'a OnMesh<'_>,
+        nodes: &'a BodyNodes,
+        (what, matching): (&'static str, Matching),
+        n_fields: usize,
+    ) -> Self {
+        let field = Field {
+            values: vec![[0.0; 3]; nodes.nodes.len()],
+            rows: vec![0; nodes.nodes.len()],
+            last: None,
+        };
+        Self {
+            nodes,
+            body: &on.body.name,
+            in_plane: on.in_plane(),
+            what,
+            matching,
+            cells: HashMap::new(),
+            strays: Vec::new(),
+            others: 0,
+            fields: vec![field; n_fields],
+        }
+    }
+
+    /// What a row is about, as positions among the body's nodes; none where the mesh has the node and the body
+    /// has not.
+    pub fn find(&mut self, at: At) -> std::result::Result<Vec<usize>, String> {
+        let found = match at {
+            At::Node(node) => match u32::try_from(node) {
+                Ok(node) if (node as usize) < self.nodes.n_mesh => {
+                    self.nodes.find(node).into_iter().collect()
+                }
+                _ => {
+                    let last = self.nodes.n_mesh.saturating_sub(1);
+                    return Err(format!(
+                        "node {node} is not in the mesh, whose nodes are 0 to {last}"
+                    ));
+                }
+            },
+            At::Place(x) => self.near(x),
+        };
+        self.others += usize::from(found.is_empty());
+        Ok(found)
+    }
+
+    fn cell(&self, x: Vector) -> [i64; 3] {
+        x.map(|x| (x / self.matching.tolerance).floor() as i64)
+    }
+
+    fn near(&mut self, x: Vector) -> Vec<usize> {
+        let places = &self.nodes.places;
+        if self.cells.is_empty() {
+            for (at, place) in places.iter().enumerate() {
+                let cell = self.cell(*place);
+                self.cells.entry(cell).or_default().push(at);
+            }
+        }
+        let [i, j, k] = self.cell(x);
+        let mut found = Vec::new();
+        for n in 0..27 {
+            let cell = [
+                i.saturating_add(n % 3 - 1),
+                j.saturating_add(n / 3 % 3 - 1),
+                k.saturating_add(n / 9 - 1),
+            ];
+            let near = self.cells.get(&cell).into_iter().flatten();
+            found.extend(near.filter(|&&at| distance(places[at], x) <= self.matching.tolerance));
+        }
+        found.sort_unstable();
+        found.dedup();
+        if found.is_empty() {
+            self.strays.push(x);
+        }
+        found
+    }
+
+    /// Gives the nodes that a row is about their vectors: `value` of the place of each in the reference mesh.
+    pub fn put(
+        &mut self,
+        (field, row): (usize, usize),
+        found: &[usize],
+        value: impl Fn(Vector) -> Vector,
+        wrong: &Wrong<'_>,
+    ) -> Result<()> {
+        let field = &mut self.fields[field];
+        field.last = field.last.max(Some(row));
+        for &node in found {
+            let value = value(self.nodes.places[node]);
+            if self.in_plane && value[2] != 0.0 {
+                let message = format!(
+                    "body \"{}\" would leave the plane of the 2D mesh; {} along z must be 0",
+                    self.body, self.what
+                );
+                return Err((wrong.at)(row, message));
+            }
+            match field.rows[node] {
+                0 => {
+                    field.values[node] = value;
+                    field.rows[node] = u32::try_from(row + 1).unwrap_or(u32::MAX);
+                }
+                _ if field.values[node] == value => {}
+                before => {
+                    let message = (wrong.twice)(self.nodes.nodes[node], before as usize - 1, row);
+                    return Err((wrong.at)(row, message));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// All fields, and how many rows are for nodes of others. Nodes without a vector stay where that is allowed.
+    /// `which` says which field one is, and `wrong` is the error of a field after its last row.
+    pub fn finish(
+        self,
+        which: impl Fn(usize) -> String,
+        wrong: impl Fn(usize, Option<usize>, String) -> Error,
+    ) -> Result<(Vec<Vec<Vector>>, usize)> {
+        for (at, field) in self.fields.iter().enumerate() {
+            if let Some(message) = self.missing(field, &which(at)) {
+                return Err(wrong(at, field.last, message));
+            }
+        }
+        let fields = self.fields.into_iter().map(|field| field.values);
+        Ok((fields.collect(), self.others))
+    }
+
+    /// A sentence where nodes have no vector and may not stay.
+    fn missing(&self, field: &Field, which: &str) -> Option<String> {
+        let (nodes, body) = (&self.nodes.nodes, self.body);
+        let missing: Vec<usize> = (0..nodes.len()).filter(|&at| field.rows[at] == 0).collect();
+        if missing.len() == nodes.len() {
+            return Some(format!(
+                "no node of body \"{body}\" is in the file{which}; {}nodes are numbered from 0, and positions \
+                 must agree within match_tolerance = {}",
+                self.almost(&missing),
+                short(self.matching.tolerance)
+            ));
+        }
+        if missing.is_empty() || self.matching.missing_fixed {
+            return None;
+        }
+        let listed = missing.iter().take(LISTED).map(|&at| nodes[at].to_string());
+        let more = if missing.len() > LISTED { ", ..." } else { "" };
+        Some(format!(
+            "{} of the {} nodes of body \"{body}\" are missing{which}: {}{more}; {}add them, or set missing = \
+             \"fixed\"",
+            missing.len(),
+            nodes.len(),
+            listed.collect::<Vec<_>>().join(", "),
+            self.almost(&missing)
+        ))
+    }
+
+    /// A sentence on places that some nodes would be at, were the tolerance larger; empty where the file
+    /// has none near them.
+    fn almost(&self, missing: &[usize]) -> String {
+        let places = &self.nodes.places;
+        let nearest = |at: &usize| {
+            let off = self.strays.iter().map(|x| distance(*x, places[*at]));
+            off.fold(f64::INFINITY, f64::min)
+        };
+        let farthest = missing.iter().take(ASKED).map(nearest).fold(0.0, f64::max);
+        if farthest <= ALMOST * Bounds::around(places).diagonal() {
+            format!(
+                "the nearest positions in the file are up to {farthest:.1e} away, which match_tolerance = \
+                 {:.0e} would accept; ",
+                10.0_f64.powf((1.01 * farthest).log10().ceil())
+            )
+        } else {
+            String::new()
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Sets of node displacements, one for each step or one for all: the set of a step and its rate of change.
+
+use super::clock::{NO_TIME, transient};
+use super::link::{Link, NodeField, NodeLink};
+use super::nodes::BodyNodes;
+use super::{At, Clock, MapScope, OnMesh, ResolvedMotion};
+use crate::motion::steps::Step;
+use crate::motion::table::{Key, Period, why_once};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::{Vector, scale, sub};
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Part of the distance to the next set by which a set may be off its step, and of its place by
+/// which one alone may be.
+const SAME: f64 = 1e-4;
+/// Part of a place that is round-off.
+const ROUND_OFF: f64 = 1e-14;
+/// Part of the largest component by which the last of the sets of whole revolutions may differ from the first.
+const REPEATED: f64 = 1e-3;
+
+/// A set of displacements for every step, or one for all.
+#[derive(Debug, Clone)]
+pub(super) struct SurfaceSets {
+    /// What the sets belong to; `None` is one for all steps.
+    key: Option<Key>,
+    /// Where the sets are, increasing.
+    places: Vec<f64>,
+    /// Displacements of the body's nodes.
+    sets: Vec<Vec<Vector>>,
+    /// The last line of each set, in a table.
+    lines: Vec<u64>,
+    /// The distance after which they repeat themselves, or the reason why they do not.
+    period: std::result::Result<Period, Option<String>>,
+    /// What the user should know.
+    notes: Vec<Diagnostic>,
+}
+
+/// The sets with the nodes that they are for.
+#[derive(Debug)]
+pub(super) struct NodeSets {
+    sets: SurfaceSets,
+    nodes: Arc<BodyNodes>,
+    offset: f64,
+}
+
+impl NodeSets {
+    pub fn new(sets: SurfaceSets, on: &OnMesh<'_>) -> Self {
+        Self {
+            sets,
+            nodes: on.nodes(),
+            offset: on.offset,
+        }
+    }
+}
+
+impl ResolvedMotion for NodeSets {
+    fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
+        let set = self.sets.at(at.step, self.offset);
+        let rates = || self.sets.rates(at.step, self.offset, &at.clock);
+        let rates = at.rates.then(|| NodeField::Values(Cow::Owned(rates())));
+        Some(Link::Nodes(NodeLink {
+            nodes: Arc::clone(&self.nodes),
+            fields: vec![(NodeField::Values(Cow::Borrowed(set)), rates)],
+            part: at.part,
+        }))
+    }
+
+    fn map_scope(&self) -> MapScope {
+        MapScope::Nodes
+    }
+
+    fn memory_bytes(&self) -> usize {
+        let sets = self.sets.sets.iter();
+        sets.map(|set| size_of_val(set.as_slice())).sum()
+    }
+
+    fn notes(&self) -> &[Diagnostic] {
+        &self.sets.notes
+    }
+}
+
+impl SurfaceSets {
+    /// One set for all steps.
+    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<Diagnostic>) -> Self {
+        Self {
+            key: None,
+            places: vec![0.0],
+            sets,
+            lines: Vec::new(),
+            period: Err(None),
+            notes,
+        }
+    }
+
+    /// Sets at increasing places of a key; `lines` are the last ones of each in a table.
+    pub(super) fn at_places(
+        (key, places): (Key, Vec<f64>),
+        sets: Vec<Vec<Vector>>,
+        lines: Vec<u64>,
+        notes: Vec<Diagnostic>,
+    ) -> Self {
+        Self {
+            period: Period::of(key, &places, || last_differs(&sets)),
+            key: Some(key),
+            places,
+            sets,
+            lines,
+            notes,
+        }
+    }
+
+    /// Gives the place of a body among the sets at a step: ahead by its azimuth offset (radians) where they repeat themselves.
+    fn place(&self, key: Key, step: &Step, offset: f64) -> Option<f64> {
+        let offset = if self.period.is_ok() { offset } else { 0.0 };
+        Clock::place(key, step, offset)
+    }
+
+    /// The set of a step.
+    fn find(&self, step: &Step, offset: f64) -> Option<usize> {
+        let Some(key) = self.key else { return Some(0) };
+        let at = self.place(key, step, offset)?;
+        let turned = || self.nearest_turned(at, self.period.as_ref().ok()?.length);
+        self.nearest(at).or_else(turned)
+    }
+
+    /// Refuses steps without a set, and adds a note where the body has an azimuth offset that the sets do not follow.
+    pub(super) fn check(&mut self, on: &OnMesh<'_>, path: &Path) -> Result<()> {
+        let Some(key) = self.key else { return Ok(()) };
+        on.clock.check_azimuth(key, on, "surface")?;
+        let mut steps = on.clock.steps.iter();
+        steps.try_for_each(|step| self.check_step(step, on, path))?;
+        if let Err(open) = &self.period {
+            let note = transient(key, on, &why_once(open.as_deref()));
+            self.notes
+                .extend(note.map(|note| Diagnostic::new(note).file(path)));
+        }
+        Ok(())
+    }
+
+    /// Refuses a step without a set. Where rows are missing, the error is at the last row before them.
+    fn check_step(&self, step: &Step, on: &OnMesh<'_>, path: &Path) -> Result<()> {
+        let (Some(key), None) = (self.key, self.find(step, on.offset)) else {
+            return Ok(());
+        };
+        let Some(at) = self.place(key, step, on.offset) else {
+            return Err(on.error("surface", NO_TIME));
+        };
+        let before = self.places.partition_point(|place| *place < at);
+        let message = format!(
+            "there are no rows for {} (step {}); every step needs rows of its own, and the file has them from \
+             {} to {}",
+            key.place(at),
+            step.index,
+            key.place(self.places[0]),
+            key.place(self.places[self.places.len() - 1])
+        );
+        let line = self.lines[before.saturating_sub(1)];
+        Err(Error::input(message).line(line).file(path))
+    }
+
+    /// The set nearest to a place, if it is that of the place.
+    fn nearest(&self, at: f64) -> Option<usize> {
+        let after = self.places.partition_point(|place| *place < at);
+        let beside = after.saturating_sub(1)..(after + 1).min(self.places.len());
+        let off = |set: &usize| (self.places[*set] - at).abs();
+        let nearest = beside.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
+    }
+
+    /// The set nearest to a place or to one a whole number of turns away, if it is that of the place.
+    fn nearest_turned(&self, at: f64, turn: f64) -> Option<usize> {
+        let off = |set: &usize| {
+            let off = (self.places[*set] - at).rem_euclid(turn);
+            off.min(turn - off)
+        };
+        let nearest = (0..self.places.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
+    }
+
+    /// By how much a set may be off a place.
+    fn slack(&self, set: usize, at: f64) -> f64 {
+        let place = self.places[set];
+        let before = set.checked_sub(1).map(|before| place - self.places[before]);
+        let after = self.places.get(set + 1).map(|after| after - place);
+        let spacing = before.into_iter().chain(after).reduce(f64::min);
+        SAME * spacing.unwrap_or(place.abs()) + ROUND_OFF * at.abs()
+    }
+
+    /// The displacements of a step.
+    pub fn at(&self, step: &Step, offset: f64) -> &[Vector] {
+        let found = self.find(step, offset);
+        &self.sets[found.expect("there is a set for every step")]
+    }
+
+    /// Velocities at a step: the slope between the sets next to its own, or where sets belong to steps
+    /// between those of the steps next to it in time; to one side at an end.
+    pub fn rates(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Vec<Vector> {
+        let (from, to, rate) = self.slope(step, offset, clock).unwrap_or((0, 0, 0.0));
+        let pairs = self.sets[from].iter().zip(&self.sets[to]);
+        pairs
+            .map(|(from, to)| scale(sub(*to, *from), rate))
+            .collect()
+    }
+
+    /// Two sets, and what their difference is to be multiplied with; `None` where there is no other.
+    fn slope(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Option<(usize, usize, f64)> {
+        let key = self.key?;
+        if key == Key::Step {
+            let [before, after] = clock.beside(step).map(|step| &clock.steps[step]);
+            let seconds = after.time_s? - before.time_s?;
+            let sets = (self.find(before, offset)?, self.find(after, offset)?);
+            return (seconds > 0.0).then_some((sets.0, sets.1, 1.0 / seconds));
+        }
+        let [before, after] = self.beside(self.find(step, offset)?);
+        let way = after.1 - before.1;
+        (way > 0.0).then(|| (before.0, after.0, clock.rate(key, step) / way))
+    }
+
+    /// The sets before and after one with their places, round a revolution where they close it; the set
+    /// itself at an end.
+    fn beside(&self, set: usize) -> [(usize, f64); 2] {
+        let places = &self.places;
+        let last = places.len() - 1;
+        let period = self.period.as_ref();
+        let (n, period) = period.map_or((0, 0.0), |period| (period.n_rows, period.length));
+        let before = match set {
+            0 if n > 0 => (n - 1, places[n - 1] - period),
+            _ => (set.saturating_sub(1), places[set.saturating_sub(1)]),
+        };
+        let after = match set {
+            _ if set < last => (set + 1, places[set + 1]),
+            _ if n > 0 => ((last + 1) % n, places[(last + 1) % n] + period),
+            _ => (last, places[last]),
+        };
+        [before, after]
+    }
+}
+
+/// Tells if the last set is not the first again.
+fn last_differs(sets: &[Vec<Vector>]) -> bool {
+    let numbers = |set: usize| sets[set].as_flattened().iter();
+    let largest = sets
+        .iter()
+        .flat_map(|set| set.as_flattened())
+        .fold(0.0, |most, x| f64::max(most, x.abs()));
+    let mut pairs = numbers(0).zip(numbers(sets.len() - 1));
+    pairs.any(|(first, last)| (last - first).abs() > REPEATED * largest)
+}

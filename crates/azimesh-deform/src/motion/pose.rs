@@ -1,0 +1,158 @@
+//! Chains of motions: the map, the velocity and the rotations of every body at every step.
+//!
+//! ```text
+//! own motions in their order ── links ──> then those of the parent ──┬─ maps ──────> BodyMap
+//!                                                                    ├─ velocities ─> BodyVelocity
+//!                                                                    └─ rotations ──> twist
+//! ```
+
+use super::body_map::BodyMap;
+use super::motions::{At, CentreLine, Clock, Link, MapScope, Rotation};
+use super::resolved::Motion;
+use super::rotor::Frame;
+use super::steps::Step;
+use super::velocity::BodyVelocity;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::geometry::{Moving, Transform};
+
+impl Motion {
+    /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its own motions
+    /// in their order, then the motion of its parent.
+    ///
+    /// # Panics
+    /// When there is no such body.
+    pub fn pose(&self, body: usize, step: &Step) -> BodyMap<'_> {
+        self.pose_part(body, step, 1.0)
+    }
+
+    /// The part, from 0 to 1, of a body's [`pose`](Self::pose): every angle and translation of its
+    /// motions times `part`. The whole is `pose`, bit for bit.
+    ///
+    /// # Panics
+    /// When there is no such body.
+    pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> BodyMap<'_> {
+        let mut map = BodyMap::default();
+        for link in self.own_links(body, &self.at(step, part)) {
+            map.push(link.with_rigid(|rigid| rigid.map()));
+        }
+        match self.bodies[body].parent {
+            Some(parent) => map.then_map(self.pose_part(parent, step, part)),
+            None => map,
+        }
+    }
+
+    /// The part of the [`pose`](Self::pose) of every body.
+    pub fn poses(&self, step: &Step, part: f64) -> Vec<BodyMap<'_>> {
+        let bodies = 0..self.bodies.len();
+        bodies
+            .map(|body| self.pose_part(body, step, part))
+            .collect()
+    }
+
+    /// How fast the points of every body move at a step. Linear tables give the slope after
+    /// a row; a ramp gives that between the steps next to this one.
+    pub fn velocities(&self, step: &Step) -> Vec<BodyVelocity<'_>> {
+        let at = At {
+            rates: true,
+            ..self.at(step, 1.0)
+        };
+        let links = |body| self.family(body).flat_map(|body| self.own_links(body, &at));
+        let velocity = |body| BodyVelocity {
+            links: links(body)
+                .filter(|link| !link.is_rest())
+                .map(|link| link.with_rigid(|rigid| rigid.moving()))
+                .collect(),
+        };
+        (0..self.bodies.len()).map(velocity).collect()
+    }
+
+    /// The rotations of a body at a step, in their order, those of its parent after its own; of the
+    /// sections that `x` of the reference mesh is in, where beams bend.
+    pub(super) fn rotations(&self, body: usize, step: &Step, x: Vector) -> Vec<Rotation> {
+        let at = self.at(step, 1.0);
+        let links = self.family(body).flat_map(|body| self.own_links(body, &at));
+        links.flat_map(|link| link.rotations(x)).collect()
+    }
+
+    /// What the motions of a body do, those of its parent left out.
+    fn own_links<'a>(&'a self, body: usize, at: &At<'_>) -> Vec<Link<'a>> {
+        let motions = self.bodies[body].motions.iter();
+        motions.filter_map(|motion| motion.link(at)).collect()
+    }
+
+    /// A body, its parent, the parent of that and so on.
+    fn family(&self, body: usize) -> impl Iterator<Item = usize> {
+        std::iter::successors(Some(body), |&body| self.bodies[body].parent)
+    }
+
+    /// Whether every point of a body has one rigid map.
+    pub fn is_rigid(&self, body: usize) -> bool {
+        self.all_motions(body, |scope| scope == MapScope::Body)
+    }
+
+    /// Whether every point of a body has a rotation: not where nodes have displacements alone.
+    pub fn has_rotations(&self, body: usize) -> bool {
+        self.all_motions(body, |scope| scope != MapScope::Nodes)
+    }
+
+    fn all_motions(&self, body: usize, is_so: impl Fn(MapScope) -> bool) -> bool {
+        let mut motions = self
+            .family(body)
+            .flat_map(|body| &self.bodies[body].motions);
+        motions.all(|motion| is_so(motion.map_scope()))
+    }
+
+    /// The lifting line of a body that is a beam, held within the span of `points` of it.
+    pub fn centre_line(&self, body: usize, points: &[Vector]) -> Option<CentreLine> {
+        let mut motions = self.bodies[body].motions.iter();
+        motions.find_map(|motion| motion.centre_line(points))
+    }
+
+    /// Bytes of the displacements that functions and files give for the nodes of bodies.
+    pub fn memory_bytes(&self) -> usize {
+        let motions = self.bodies.iter().flat_map(|body| &body.motions);
+        motions.map(|motion| motion.memory_bytes()).sum()
+    }
+
+    /// Pitch, flap and lag of a body's cyclic motion at a step, in radians, positive in the sense that
+    /// the signs of the rotor give them; `None` where it has none.
+    pub fn cyclic_angles(&self, body: usize, step: &Step) -> Option<[f64; 3]> {
+        let mut motions = self.bodies[body].motions.iter();
+        motions.find_map(|motion| motion.cyclic_angles(step))
+    }
+
+    /// Whether the motion of a body, or of one that it moves with, is that of a blade along the rotor's span.
+    pub fn is_of_blade(&self, body: usize) -> bool {
+        let body = &self.bodies[body];
+        let own = body.motions.iter().any(|motion| motion.is_of_blade());
+        own || body.parent.is_some_and(|parent| self.is_of_blade(parent))
+    }
+
+    fn at<'a>(&'a self, step: &'a Step, part: f64) -> At<'a> {
+        At {
+            step,
+            part,
+            clock: Clock {
+                steps: &self.steps,
+                neighbours: &self.neighbours,
+            },
+            rates: false,
+        }
+    }
+
+    /// The azimuth rotation `Rz(psi)` from the rotating frame, in which the mesh deforms, to the inertial
+    /// frame; `None` where meshes are written in the rotating frame.
+    pub fn to_inertial(&self, step: &Step) -> Option<Transform> {
+        (self.rotor.frame == Frame::Inertial).then(|| self.rotor.turn(step.azimuth))
+    }
+
+    /// The rotation of [`to_inertial`](Self::to_inertial) with its velocity.
+    pub fn to_inertial_moving(&self, step: &Step) -> Option<Moving> {
+        let rate = step.azimuth_rate.unwrap_or(0.0);
+        let rotor = &self.rotor;
+        (rotor.frame == Frame::Inertial).then(|| {
+            let sign = rotor.signs.azimuth;
+            Moving::rotation(rotor.e_z, rotor.hub, sign * step.azimuth, sign * rate)
+        })
+    }
+}

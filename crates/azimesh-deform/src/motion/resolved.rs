@@ -1,0 +1,216 @@
+//! A schedule on a mesh: steps, axes, bodies, and the role of every surface node.
+
+use super::body::Body;
+use super::motions::{
+    At, Clock, Displacements, Link, MapScope, OnMesh, ResolvedMotion, Rigid, RigidLink,
+};
+use super::rotor::RotorAxes;
+use super::schedule::Schedule;
+use super::steps::{Step, neighbours};
+use super::surface::{Role, Surface, TagRole, nodes_of_tags};
+use super::tags::{PeriodicTags, TagRoles};
+use super::zones::{DeformingZone, SidesOf};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::error::{Error, Position, Result};
+use azimesh_io::mesh::{Boundary, Group, OneLayer};
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+/// A schedule on a mesh.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// The steps, at least one.
+    pub steps: Vec<Step>,
+    /// The rotor's axes.
+    pub rotor: RotorAxes,
+    /// The moving bodies, in the order of the schedule.
+    pub bodies: Vec<MovingBody>,
+    /// The surface nodes with their roles, and the faces between them.
+    pub surface: Surface,
+    /// The periodic pairs, in the order of the schedule.
+    pub periodic: Vec<PeriodicTags>,
+    /// The part of the mesh that deforms; the whole mesh when `None`.
+    pub zone: Option<DeformingZone>,
+    /// For each step those next to it in time.
+    pub(super) neighbours: Vec<[u32; 2]>,
+}
+
+/// A body on a mesh.
+#[derive(Debug, Clone)]
+pub struct MovingBody {
+    /// Its name, of its own among the bodies.
+    pub name: String,
+    /// Azimuth of its blade when the rotor's is zero, in radians.
+    pub azimuth_offset: f64,
+    /// The body it moves with, which stands before it.
+    pub(super) parent: Option<usize>,
+    /// In the order in which they act; a rigid map is always among them.
+    pub(super) motions: Vec<Arc<dyn ResolvedMotion>>,
+    /// Where the schedule names it.
+    pub(crate) place: Option<Position>,
+}
+
+impl Schedule {
+    /// Finds axes, motions and the role of every surface node on the mesh with this boundary. `sides_of` is called
+    /// if the schedule names zones.
+    ///
+    /// # Errors
+    /// When the schedule does not hold together, names what the mesh does not have, or a file of it is wrong;
+    /// if `sides_of` fails.
+    pub fn resolve(&self, boundary: &Boundary, sides_of: &SidesOf<'_>) -> Result<Motion> {
+        let motion = self
+            .check()
+            .and_then(|()| Motion::new(self, boundary, sides_of));
+        motion.map_err(|error| error.file(&self.path))
+    }
+}
+
+impl Motion {
+    fn new(schedule: &Schedule, boundary: &Boundary, sides_of: &SidesOf<'_>) -> Result<Self> {
+        if boundary.n_cells == 0 {
+            return Err(Error::input(
+                "the mesh has no cells; there is nothing to deform",
+            ));
+        }
+        let dimension = boundary.space_dimension();
+        // A mesh of one layer in the plane of x and y moves as one in that plane does.
+        let is_plane = dimension == 2 || OneLayer::axis_of(boundary)? == Some(2);
+        if is_plane {
+            check_plane(&schedule.bodies, schedule.rotor.is_upright())?;
+        }
+        let rotor = schedule
+            .rotor
+            .axes(if is_plane { 2 } else { dimension }, &schedule.places)?;
+        let zone = DeformingZone::find(&schedule.boundaries.zones, boundary, sides_of)?;
+        let tags: Vec<&Group> = boundary.boundary_tags().collect();
+        let named = TagRoles::find(&tags, schedule, zone.as_ref(), boundary)?;
+        check_sliding(&tags, &named.tags, dimension)?;
+        let steps = schedule.steps()?;
+        let mut motion = Self {
+            neighbours: neighbours(&steps),
+            steps,
+            rotor,
+            bodies: Vec::new(),
+            surface: Surface::find(&tags, named.tags, zone.as_ref(), boundary),
+            periodic: named.periodic,
+            zone,
+        };
+        for body in &schedule.bodies {
+            let body = motion.resolve(body, schedule, boundary)?;
+            motion.bodies.push(body);
+        }
+        motion.check_parents(schedule)?;
+        Ok(motion)
+    }
+
+    /// The next body: its motions on the mesh.
+    fn resolve(&self, body: &Body, schedule: &Schedule, boundary: &Boundary) -> Result<MovingBody> {
+        let is_parent = |other: &MovingBody| Some(&other.name) == body.parent.as_ref();
+        let parent = self.bodies.iter().position(is_parent);
+        let inherited = parent.map_or(0.0, |parent| self.bodies[parent].azimuth_offset);
+        let azimuth_offset = body.azimuth_offset.unwrap_or(inherited);
+        let on = OnMesh {
+            boundary,
+            faces: &self.surface.faces,
+            surface_nodes: &self.surface.nodes,
+            role: Role::Moving(self.bodies.len() as u16),
+            blade: self.rotor.blade(azimuth_offset),
+            offset: azimuth_offset,
+            clock: Clock {
+                steps: &self.steps,
+                neighbours: &self.neighbours,
+            },
+            length_unit: schedule.output.length_unit.as_deref(),
+            body,
+            folder: schedule.path.with_file_name(""),
+            nodes: OnceCell::new(),
+        };
+        let mut motions = Vec::new();
+        for motion in &body.motions {
+            motions.push(motion.resolve(&on)?);
+        }
+        if body.motion::<Rigid>().is_none() {
+            let nodes = motions
+                .iter()
+                .filter(|motion| motion.map_scope() == MapScope::Nodes);
+            motions.insert(nodes.count(), Arc::new(AtRest));
+        }
+        Ok(MovingBody {
+            name: body.name.clone(),
+            azimuth_offset,
+            parent,
+            motions,
+            place: body.places.of("name"),
+        })
+    }
+
+    /// Refuses parents that are known at their own nodes alone.
+    fn check_parents(&self, schedule: &Schedule) -> Result<()> {
+        for (child, declared) in self.bodies.iter().zip(&schedule.bodies) {
+            let has_nodes = |parent: &usize| {
+                let mut motions = self.bodies[*parent].motions.iter();
+                motions.any(|motion| motion.map_scope() == MapScope::Nodes)
+            };
+            if let Some(parent) = child.parent.filter(has_nodes) {
+                let what = match schedule.bodies[parent].motion::<Displacements>() {
+                    Some(_) => "displacements",
+                    None => "`surface` or `modes`",
+                };
+                let message = format!(
+                    "body \"{}\" cannot move with \"{}\", whose {what} are known only at its own nodes; give \
+                     the child a motion of its own",
+                    child.name, self.bodies[parent].name
+                );
+                return Err(declared.places.error("name", message));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the user should know of the files of the motions.
+    pub fn notes(&self) -> Vec<Diagnostic> {
+        // Of a beam before those of displacements.
+        let motions = self
+            .bodies
+            .iter()
+            .flat_map(|body| body.motions.iter().rev());
+        motions.flat_map(|motion| motion.notes()).cloned().collect()
+    }
+
+    /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
+    pub fn periodic_nodes(&self, pair: &PeriodicTags, boundary: &Boundary) -> [Vec<u32>; 2] {
+        [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), boundary))
+    }
+}
+
+/// The rigid motion of a body without `[body.rigid]`, so that every chain has a rigid map.
+#[derive(Debug)]
+struct AtRest;
+
+impl ResolvedMotion for AtRest {
+    fn link(&self, _: &At<'_>) -> Option<Link<'_>> {
+        Some(Link::Rigid(RigidLink::default()))
+    }
+}
+
+/// Nodes slide on the faces of a volume, in a plane on edges; a shell and a cloud have neither.
+fn check_sliding(tags: &[&Group], roles: &[TagRole], space: u8) -> Result<()> {
+    let of_shell = tags.iter().zip(roles).find(|(tag, role)| {
+        role.role == Some(Role::Sliding) && tag.dimension + 1 < space && !tag.cells.is_empty()
+    });
+    match of_shell {
+        None => Ok(()),
+        Some((tag, _)) => Err(Error::input(format!(
+            "tag \"{}\" cannot slide: it has no faces to slide on, since the mesh has no volume cells",
+            tag.name
+        ))),
+    }
+}
+
+/// Refuses what would leave the plane of a 2D mesh.
+fn check_plane(bodies: &[Body], upright: bool) -> Result<()> {
+    let mut motions = bodies
+        .iter()
+        .flat_map(|body| body.motions.iter().rev().map(move |motion| (body, motion)));
+    motions.try_for_each(|(body, motion)| motion.check_plane(body, upright))
+}

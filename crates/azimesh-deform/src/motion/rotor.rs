@@ -1,0 +1,399 @@
+//! The rotor: where its hub and axes are, in which frame the mesh is seen, and signs.
+
+use super::motions::{TableSource, read_interpolation};
+use super::places::Places;
+use super::reader::Entry;
+use super::setters::setters;
+use super::table::{Column, History, Interpolation, Key};
+use azimesh_core::error::Result;
+use azimesh_core::geometry::Transform;
+use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, unit};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+const ROTOR: &[&str] = &[
+    "hub",
+    "span_axis",
+    "shaft_axis",
+    "frame",
+    "rpm",
+    "azimuth_table",
+    "azimuth_interpolation",
+    "azimuth_sign",
+    "pitch_sign",
+    "flap_sign",
+    "lag_sign",
+];
+
+/// Sine of the angle under which span and shaft count as parallel.
+const PARALLEL: f64 = 1e-6;
+
+/// In which frame the mesh is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Frame {
+    /// Turning with the rotor: the mesh only pitches, flaps and lags.
+    Rotating,
+    /// At rest: the mesh is rotated by the azimuth.
+    Inertial,
+}
+
+/// Factors of 1 or -1 for other conventions; each multiplies its own angle alone.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Signs {
+    /// Of the azimuth: -1 turns clockwise seen from the thrust side.
+    pub azimuth: f64,
+    /// Of the pitch angle.
+    pub pitch: f64,
+    /// Of the flap angle.
+    pub flap: f64,
+    /// Of the lag angle.
+    pub lag: f64,
+}
+
+/// The rotor: hub, axes, frame, speed and signs of its angles.
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::{Rotor, Schedule, Steps};
+///
+/// let rotor = Rotor::new().hub([0.0, 0.0, 1.2]).inertial().rpm(395.0).azimuth_sign(-1.0);
+/// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0)).rotor(rotor);
+/// ```
+#[derive(Debug, Clone)]
+pub struct Rotor {
+    /// Hub centre, in mesh units.
+    pub(super) hub: Vector,
+    /// Unit vector along the span of the blade at zero azimuth; zero where one of no length was given.
+    pub(super) span_axis: Option<Vector>,
+    /// Unit vector along the shaft, towards the thrust side; likewise.
+    pub(super) shaft_axis: Option<Vector>,
+    /// In which frame the mesh is written.
+    pub(crate) frame: Frame,
+    /// Revolutions a minute.
+    pub(super) rpm: Option<f64>,
+    /// Azimuth over time.
+    pub(super) azimuth_table: Option<TableSource>,
+    azimuth_interpolation: Interpolation,
+    /// Signs of the angles.
+    pub(super) signs: Signs,
+}
+
+impl Default for Rotor {
+    fn default() -> Self {
+        Self {
+            hub: [0.0; 3],
+            span_axis: None,
+            shaft_axis: None,
+            frame: Frame::Rotating,
+            rpm: None,
+            azimuth_table: None,
+            azimuth_interpolation: Interpolation::Linear,
+            signs: Signs {
+                azimuth: 1.0,
+                pitch: 1.0,
+                flap: 1.0,
+                lag: 1.0,
+            },
+        }
+    }
+}
+
+impl Rotor {
+    /// A hub at the origin, in 3D the span along x and the shaft along z, in 2D the span along -z and the
+    /// shaft along y; the rotating frame.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
+        let section = entry.section("[rotor]", ROTOR)?;
+        let mut rotor = Self::default();
+        section.set("hub", &mut rotor.hub, Entry::numbers)?;
+        if let Some(span) = section.optional("span_axis", Entry::numbers)? {
+            rotor = rotor.span_axis(span);
+        }
+        if let Some(shaft) = section.optional("shaft_axis", Entry::numbers)? {
+            rotor = rotor.shaft_axis(shaft);
+        }
+        let known = [("rotating", Frame::Rotating), ("inertial", Frame::Inertial)];
+        section.set("frame", &mut rotor.frame, |entry| entry.choice(&known))?;
+        rotor.rpm = section.optional("rpm", Entry::positive)?;
+        let table = section.optional("azimuth_table", Entry::string)?;
+        rotor.azimuth_table = table.map(TableSource::from);
+        rotor.azimuth_interpolation = read_interpolation(&section, "azimuth_interpolation")?;
+        if let (Some(entry), None) = (section.get("azimuth_interpolation"), &rotor.azimuth_table) {
+            return Err(entry.error("is that of `azimuth_table`, which is not given"));
+        }
+        for (key, sign) in [
+            ("azimuth_sign", &mut rotor.signs.azimuth),
+            ("pitch_sign", &mut rotor.signs.pitch),
+            ("flap_sign", &mut rotor.signs.flap),
+            ("lag_sign", &mut rotor.signs.lag),
+        ] {
+            section.set(key, sign, Entry::sign)?;
+        }
+        Ok(rotor)
+    }
+
+    /// Refuses numbers that mean nothing.
+    pub(super) fn check(&self, places: &Places) -> Result<()> {
+        places.finite("rotor.hub", &self.hub)?;
+        let axes = [
+            ("rotor.span_axis", self.span_axis),
+            ("rotor.shaft_axis", self.shaft_axis),
+        ];
+        for (key, axis) in axes {
+            axis.map_or(Ok(()), |axis| places.direction(key, axis))?;
+        }
+        if let Some(rpm) = self.rpm {
+            places.positive("rotor.rpm", rpm)?;
+        }
+        for (key, sign) in [
+            ("rotor.azimuth_sign", self.signs.azimuth),
+            ("rotor.pitch_sign", self.signs.pitch),
+            ("rotor.flap_sign", self.signs.flap),
+            ("rotor.lag_sign", self.signs.lag),
+        ] {
+            places.check(sign.abs() == 1.0, key, &sign.to_string(), "1 or -1")?;
+        }
+        Ok(())
+    }
+
+    /// The azimuth over time, where a table has it: `azimuth_deg` or `azimuth_rad` (the first of the values) over
+    /// `time_s`. A file is relative to `folder`.
+    pub(super) fn azimuth_history(
+        &self,
+        folder: &Path,
+        places: &Places,
+    ) -> Result<Option<AzimuthHistory>> {
+        let Some(source) = &self.azimuth_table else {
+            return Ok(None);
+        };
+        let table = source.read_in(folder, |message| {
+            places.error("rotor.azimuth_table", message)
+        })?;
+        let mut columns = table.columns();
+        let time = columns.require("time_s")?;
+        let degrees = columns.optional("azimuth_deg");
+        let azimuth = match (degrees, columns.optional("azimuth_rad")) {
+            (Some(_), Some(_)) => return Err(columns.both("azimuth_deg", "azimuth_rad")),
+            (None, None) => {
+                let message = "the table has no column `azimuth_deg` or `azimuth_rad`";
+                return Err(table.header_error(message));
+            }
+            (degrees, radians) => degrees.or(radians),
+        };
+        columns.done()?;
+        let values: Vec<Column> = azimuth.into_iter().collect();
+        let key = (Key::Time, time);
+        Ok(Some(AzimuthHistory {
+            history: History::from_table(&table, key, &values, self.azimuth_interpolation)?,
+            is_degrees: degrees.is_some(),
+        }))
+    }
+
+    /// Whether a plane mesh turns about the shaft, which is then perpendicular to it.
+    pub(super) fn is_upright(&self) -> bool {
+        match self.shaft_axis {
+            Some(shaft) => shaft[0].hypot(shaft[1]) < PARALLEL && shaft[2] != 0.0,
+            None => self.frame == Frame::Inertial,
+        }
+    }
+
+    /// The axes for a mesh of this dimension. The shaft is kept, the span made perpendicular to it.
+    pub(super) fn axes(&self, dimension: u8, places: &Places) -> Result<RotorAxes> {
+        let key = match self.shaft_axis {
+            Some(_) => "rotor.shaft_axis",
+            None => "rotor.span_axis",
+        };
+        let error = |message: &str| places.error(key, message);
+        let upright = dimension == 2 && self.is_upright();
+        let (span, shaft) = match dimension {
+            2 if !upright => ([0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
+            _ => ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        };
+        let span = self.span_axis.unwrap_or(span);
+        let e_z = match self.shaft_axis.unwrap_or(shaft) {
+            [.., z] if upright => [0.0, 0.0, z.signum()],
+            shaft => shaft,
+        };
+        let chord = cross(e_z, span);
+        if dot(chord, chord) < PARALLEL * PARALLEL {
+            return Err(error(
+                "span axis and shaft axis are parallel; they must be perpendicular",
+            ));
+        }
+        let e_y = unit(chord).expect("its length was checked");
+        let e_x = cross(e_y, e_z);
+        if dimension == 2 && !upright {
+            if self.frame == Frame::Inertial {
+                let message = "`frame` = \"inertial\" turns a 2D mesh in its plane: `shaft_axis` must be along z";
+                return Err(places.error("rotor.frame", message));
+            }
+            if e_x[0].hypot(e_x[1]) > PARALLEL {
+                return Err(error(
+                    "in a 2D mesh the pitch must be in its plane: `span_axis` must be along z",
+                ));
+            }
+        }
+        Ok(RotorAxes {
+            hub: self.hub,
+            e_x,
+            e_y,
+            e_z,
+            frame: self.frame,
+            signs: self.signs,
+            in_plane: dimension == 2,
+            has_span: self.span_axis.is_some(),
+        })
+    }
+}
+
+/// The azimuth over time.
+#[derive(Debug)]
+pub(super) struct AzimuthHistory {
+    history: History,
+    /// Whether its values are degrees, and not radians.
+    is_degrees: bool,
+}
+
+impl AzimuthHistory {
+    /// The azimuth at a time in degrees and in radians, and by how much it grows, in radians a second.
+    pub fn at(&self, time: f64) -> Result<[f64; 3]> {
+        let azimuth = self.history.at(time)?[0];
+        let rate = self.history.rates_at(time)?[0];
+        Ok(match self.is_degrees {
+            true => [azimuth, azimuth.to_radians(), rate.to_radians()],
+            false => [azimuth.to_degrees(), azimuth, rate],
+        })
+    }
+}
+
+setters! { Rotor {
+    /// Hub centre, in mesh units.
+    hub(hub: Vector) |self| self.hub = hub;
+    /// Direction, of any length, of the span of the blade at zero azimuth.
+    span_axis(direction: Vector) |self| self.span_axis = Some(unit(direction).unwrap_or_default());
+    /// Direction, of any length, of the shaft, towards the thrust side.
+    shaft_axis(direction: Vector) |self| self.shaft_axis = Some(unit(direction).unwrap_or_default());
+    /// Meshes are written in the inertial frame: rotated by the azimuth.
+    inertial() |self| self.frame = Frame::Inertial;
+    /// Meshes are written in the frame that turns with the rotor, which is the default.
+    rotating() |self| self.frame = Frame::Rotating;
+    /// Revolutions a minute, which give azimuths their times.
+    rpm(rpm: f64) |self| self.rpm = Some(rpm);
+    /// The azimuth of steps in time, for a rotor that speeds up: a table of `time_s` and `azimuth_deg` (or
+    /// `azimuth_rad`).
+    azimuth_table(table: impl Into<TableSource>) |self| self.azimuth_table = Some(table.into());
+    /// A cubic spline between rows of that table, so that the rotor has no jumps of speed.
+    cubic_azimuth() |self| self.azimuth_interpolation = Interpolation::Cubic;
+    /// 1, or -1 for a rotor that turns clockwise seen from the thrust side.
+    azimuth_sign(sign: f64) |self| self.signs.azimuth = sign;
+    /// 1, or -1 for the other convention of the pitch angle.
+    pitch_sign(sign: f64) |self| self.signs.pitch = sign;
+    /// 1, or -1 for the other convention of the flap angle.
+    flap_sign(sign: f64) |self| self.signs.flap = sign;
+    /// 1, or -1 for the other convention of the lag angle.
+    lag_sign(sign: f64) |self| self.signs.lag = sign;
+} }
+
+/// The rotor's axes at zero azimuth: right-handed and orthonormal.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RotorAxes {
+    /// Hub centre `O`.
+    pub hub: Vector,
+    /// Along the span, outward.
+    pub e_x: Vector,
+    /// Along the chord, towards the leading edge of a counter-clockwise rotor.
+    pub e_y: Vector,
+    /// Along the shaft, towards the thrust side.
+    pub e_z: Vector,
+    /// In which frame the mesh is written.
+    pub frame: Frame,
+    /// Signs of the angles.
+    pub signs: Signs,
+    /// Whether the mesh is plane, in x and y.
+    pub in_plane: bool,
+    /// Whether the schedule gives the span, which else is along x.
+    pub has_span: bool,
+}
+
+impl RotorAxes {
+    /// Whether it is that of a plane mesh which turns about the shaft.
+    pub(super) fn is_upright(&self) -> bool {
+        self.in_plane && self.e_z[2] != 0.0
+    }
+
+    /// The axis about which a sector of the mesh may be repeated: the shaft, of a plane mesh the normal of its plane.
+    pub fn axis_of_sectors(&self) -> Vector {
+        match self.in_plane && !self.is_upright() {
+            true => [0.0, 0.0, 1.0],
+            false => self.e_z,
+        }
+    }
+
+    /// The frame of a blade: these axes turned by its azimuth offset (radians) about the shaft. A 2D mesh
+    /// with the shaft in its plane has one frame; there an offset shifts the azimuth alone.
+    pub(super) fn blade(&self, azimuth_offset: f64) -> Self {
+        if self.in_plane && !self.is_upright() {
+            return *self;
+        }
+        let turn = self.turn(azimuth_offset);
+        Self {
+            e_x: turn.turn(self.e_x),
+            e_y: turn.turn(self.e_y),
+            ..*self
+        }
+    }
+
+    /// The azimuth rotation `Rz(psi)` about the shaft, `psi` in radians.
+    pub fn turn(&self, psi: f64) -> Transform {
+        Transform::rotation(self.e_z, self.hub, self.signs.azimuth * psi)
+    }
+
+    /// The direction of the leading edge of a blade at zero azimuth: that in which it goes round.
+    pub fn leading_edge(&self) -> Vector {
+        // Adding 0 takes the sign of a zero away.
+        scale(self.e_y, self.signs.azimuth).map(|x| x + 0.0)
+    }
+
+    /// The frame and the senses of the angles, one sentence each. Pitch raises what is towards `e_y` and lag
+    /// moves the blade there, which of a clockwise rotor is the trailing edge.
+    pub fn conventions(&self) -> Vec<String> {
+        let signs = &self.signs;
+        let way = |sign: f64, plus: &'static str, minus: &'static str| {
+            if sign < 0.0 { minus } else { plus }
+        };
+        let frame = match self.frame {
+            Frame::Rotating => "rotating frame: the mesh is not carried round",
+            Frame::Inertial => "inertial frame: the mesh is carried round with the azimuth",
+        };
+        vec![
+            frame.to_owned(),
+            format!(
+                "hub {:?}, span {:?}, chord (leading edge) {:?}, shaft (thrust) {:?}",
+                self.hub,
+                self.e_x,
+                self.leading_edge(),
+                self.e_z
+            ),
+            format!(
+                "azimuth {} seen from the thrust side, pitch positive nose {}, flap positive {}, lag {} positive",
+                way(signs.azimuth, "counter-clockwise", "clockwise"),
+                way(signs.azimuth * signs.pitch, "up", "down"),
+                way(signs.flap, "up", "down"),
+                way(signs.azimuth * signs.lag, "lead", "trail"),
+            ),
+        ]
+    }
+
+    /// The point `O + x e_x + y e_y + z e_z`.
+    #[inline]
+    pub fn point(&self, x: f64, y: f64, z: f64) -> Vector {
+        let offset = add(
+            scale(self.e_x, x),
+            add(scale(self.e_y, y), scale(self.e_z, z)),
+        );
+        add(self.hub, offset)
+    }
+}

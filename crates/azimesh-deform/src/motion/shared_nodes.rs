@@ -1,0 +1,70 @@
+//! Nodes that two bodies share: they move with the body that the schedule names first, and the other
+//! may put them elsewhere.
+
+use super::body_map::BodyMap;
+use super::resolved::Motion;
+use super::surface::Role;
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::diagnostic::motion::MotionNote;
+use azimesh_core::geometry::vector::distance;
+use azimesh_io::mesh::Boundary;
+use std::collections::BTreeMap;
+
+/// Part of the extent that two bodies may be apart at a node that they share.
+const ALIKE: f64 = 1e-9;
+
+/// Nodes that two bodies share.
+#[derive(Default)]
+struct Shared {
+    n_nodes: usize,
+    /// Largest distance between the places that both give a node, at any step.
+    gap: f64,
+    /// The step of that.
+    step: usize,
+}
+
+impl Motion {
+    /// A note for each pair of bodies that move the nodes they share apart.
+    pub fn shared_nodes(&self, boundary: &Boundary) -> Vec<Diagnostic> {
+        let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
+        if self.surface.shared.is_empty() {
+            return Vec::new();
+        }
+        for step in &self.steps {
+            let poses = self.poses(step, 1.0);
+            for &(node, other) in &self.surface.shared {
+                let Some(own) = self.body_of(node) else {
+                    continue;
+                };
+                let pair = shared.entry((own, other)).or_default();
+                let place = |pose: &BodyMap<'_>| pose.place(node, boundary.position(node));
+                let gap = distance(
+                    place(&poses[usize::from(own)]),
+                    place(&poses[usize::from(other)]),
+                );
+                pair.n_nodes += usize::from(step.index == self.steps[0].index);
+                if gap > pair.gap {
+                    (pair.gap, pair.step) = (gap, step.index);
+                }
+            }
+        }
+        let least = ALIKE * boundary.extent.diagonal();
+        let apart = shared.into_iter().filter(|(_, pair)| pair.gap > least);
+        let note = |((own, other), pair): ((u16, u16), Shared)| MotionNote::SharedNodes {
+            nodes: pair.n_nodes,
+            bodies: [own, other].map(|body| self.bodies[usize::from(body)].name.clone()),
+            distance: pair.gap,
+            step: pair.step,
+        };
+        apart.map(|pair| note(pair).into()).collect()
+    }
+
+    /// The body that a node moves with.
+    fn body_of(&self, node: u32) -> Option<u16> {
+        let nodes = &self.surface.nodes;
+        match nodes.roles[nodes.nodes.binary_search(&node).ok()?] {
+            Role::Moving(body) => Some(body),
+            Role::Fixed | Role::Sliding => None,
+        }
+    }
+}

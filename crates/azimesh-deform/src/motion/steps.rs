@@ -1,0 +1,409 @@
+//! The steps of a schedule: their azimuths and times.
+
+use super::places::Places;
+use super::reader::{AngleUnit, Entry, Section};
+use super::rotor::{AzimuthHistory, Rotor};
+use azimesh_core::diagnostic::motion::MotionNote;
+use azimesh_core::diagnostic::short;
+use azimesh_core::diagnostic::{Diagnostic, named_step};
+use azimesh_core::error::{Error, Result};
+use std::f64::consts::TAU;
+use std::fmt;
+
+/// Steps a schedule may have at most.
+pub const MAX_STEPS: usize = 1_000_000;
+
+/// A step whose end is this part of a step past `stop` or before it counts as landing on it.
+const LANDING: f64 = 1e-6;
+
+/// One step of the schedule.
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::{Schedule, Steps};
+///
+/// let steps = Schedule::new(Steps::azimuths_deg([0.0, 30.0])).steps()?;
+/// assert_eq!((steps[1].index(), steps[1].azimuth_deg(), steps[1].time_s()), (1, Some(30.0), None));
+/// assert_eq!(steps[1].to_string(), "step 1 (azimuth 30 degrees)");
+/// # Ok::<(), azimesh::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Zero-based place in the whole schedule.
+    pub(crate) index: usize,
+    /// Azimuth in degrees; 0 where the schedule has none.
+    pub(crate) azimuth_deg: f64,
+    /// Azimuth in radians.
+    #[doc(hidden)]
+    pub azimuth: f64,
+    /// Time in seconds, where `rpm` or `[time]` gives it.
+    pub(crate) time_s: Option<f64>,
+    /// Whether the schedule has an azimuth: not with times that have neither a frequency nor a table of it.
+    pub(crate) has_azimuth: bool,
+    /// By how much the azimuth grows, in radians a second, where the schedule says.
+    pub(crate) azimuth_rate: Option<f64>,
+}
+
+impl Step {
+    /// Zero-based place in the whole schedule.
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Azimuth in degrees; `None` where the schedule has times without a frequency.
+    pub fn azimuth_deg(&self) -> Option<f64> {
+        self.has_azimuth.then_some(self.azimuth_deg)
+    }
+
+    /// Time in seconds; `None` where the schedule has azimuths and the rotor no revolutions a minute.
+    pub fn time_s(&self) -> Option<f64> {
+        self.time_s
+    }
+
+    /// The time for viewers: in seconds where that is known, else the azimuth in degrees.
+    pub fn time(&self) -> f64 {
+        self.time_s.unwrap_or(self.azimuth_deg)
+    }
+}
+
+/// As in `step 3 (azimuth 30 degrees)`.
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&named_step(self.index, self.azimuth_deg(), self.time_s))
+    }
+}
+
+/// The steps of a schedule as they are declared: azimuths, or times.
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::Steps;
+///
+/// let revolution = Steps::azimuth_deg(0.0, 360.0, 10.0); // 37 steps, 360 included
+/// let listed = Steps::azimuths_deg([0.0, 30.0, 90.0]);
+/// let second = Steps::time_s(0.0, 1.0, 0.05).frequency_hz(2.0); // azimuth = 360 * 2 * time
+/// ```
+#[derive(Debug, Clone)]
+pub struct Steps {
+    values: Values,
+    of: Of,
+    /// Revolutions a second, of times.
+    frequency: Option<f64>,
+}
+
+#[derive(Debug, Clone)]
+enum Values {
+    Range { start: f64, stop: f64, step: f64 },
+    Listed(Vec<f64>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Of {
+    Azimuth(AngleUnit),
+    Time,
+}
+
+impl Steps {
+    /// Azimuths in degrees from `start` by `step`; `stop` is the last where a step lands on it.
+    pub fn azimuth_deg(start: f64, stop: f64, step: f64) -> Self {
+        Self::new(
+            Values::Range { start, stop, step },
+            Of::Azimuth(AngleUnit::Degrees),
+        )
+    }
+
+    /// These azimuths in degrees, in any order.
+    pub fn azimuths_deg(values: impl IntoIterator<Item = f64>) -> Self {
+        let values = Values::Listed(values.into_iter().collect());
+        Self::new(values, Of::Azimuth(AngleUnit::Degrees))
+    }
+
+    /// Times in seconds from `start` by `step`; `stop` is the last where a step lands on it.
+    pub fn time_s(start: f64, stop: f64, step: f64) -> Self {
+        Self::new(Values::Range { start, stop, step }, Of::Time)
+    }
+
+    /// These times in seconds, in any order.
+    pub fn times_s(values: impl IntoIterator<Item = f64>) -> Self {
+        Self::new(Values::Listed(values.into_iter().collect()), Of::Time)
+    }
+
+    /// Revolutions a second, which give times an azimuth of `360 frequency time` degrees.
+    #[must_use]
+    pub fn frequency_hz(mut self, frequency: f64) -> Self {
+        self.frequency = Some(frequency);
+        self
+    }
+
+    fn new(values: Values, of: Of) -> Self {
+        Self {
+            values,
+            of,
+            frequency: None,
+        }
+    }
+
+    /// Reads `[azimuth]` or `[time]`, of which there must be one.
+    pub(super) fn read(root: &Section<'_>, unit: AngleUnit) -> Result<Self> {
+        let (azimuth, time) = (root.get("azimuth"), root.get("time"));
+        match (azimuth, time) {
+            (Some(azimuth), None) => {
+                let keys = ["start", "stop", "step", "values"];
+                let section = azimuth.section("[azimuth]", &keys)?;
+                Ok(Self::new(Values::read(&section)?, Of::Azimuth(unit)))
+            }
+            (None, Some(time)) => {
+                let keys = ["start", "stop", "step", "values", "frequency"];
+                let section = time.section("[time]", &keys)?;
+                let frequency = section.optional("frequency", Entry::positive)?;
+                Ok(Self {
+                    frequency,
+                    ..Self::new(Values::read(&section)?, Of::Time)
+                })
+            }
+            (Some(_), Some(time)) => {
+                Err(time.error("and [azimuth] both define the steps; keep one of them"))
+            }
+            (None, None) => Err(Error::input(
+                "the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values",
+            )),
+        }
+    }
+
+    /// The section of a schedule that they are.
+    pub(super) fn section(&self) -> &'static str {
+        match self.of {
+            Of::Azimuth(_) => "azimuth",
+            Of::Time => "time",
+        }
+    }
+
+    /// Whether they are times without an azimuth.
+    pub(super) fn has_no_azimuth(&self, rotor: &Rotor) -> bool {
+        self.of == Of::Time && self.frequency.is_none() && rotor.azimuth_table.is_none()
+    }
+
+    /// The steps, at least one; `rpm` of the rotor gives azimuths their times, and its table gives times
+    /// their azimuths, which are 0 without `azimuth`.
+    pub(super) fn steps(
+        &self,
+        rotor: &Rotor,
+        places: &Places,
+        azimuth: Option<&AzimuthHistory>,
+    ) -> Result<Vec<Step>> {
+        let section = self.section();
+        let values = self.values.all(section, places)?;
+        if let (Of::Time, Some(_)) = (self.of, rotor.rpm) {
+            let message = "`rpm` and [time] both define the times of the steps; keep one of them";
+            return Err(places.error("rotor.rpm", message));
+        }
+        if let (Of::Azimuth(_), Some(_)) = (self.of, self.frequency) {
+            let message = "`frequency` is for steps in time; for azimuths give `rpm` in [rotor]";
+            return Err(places.error(section, message));
+        }
+        if let Some(frequency) = self.frequency {
+            places.positive("time.frequency", frequency)?;
+        }
+        self.check_azimuth_table(rotor, places)?;
+        let step = |(index, value)| self.step(index, value, rotor, azimuth);
+        let steps: Result<Vec<Step>> = values.into_iter().enumerate().map(step).collect();
+        let steps = steps?;
+        let no_time = |step: &&Step| step.time_s.is_some_and(|time| !time.is_finite());
+        if let Some(step) = steps.iter().find(no_time) {
+            let message = format!(
+                "`{section}` with this `rpm` gives step {} a time that is not finite",
+                step.index
+            );
+            return Err(places.error(section, message));
+        }
+        if let Some(step) = steps.iter().find(|step| !step.azimuth.is_finite()) {
+            let message = format!(
+                "`frequency` is so large that the azimuth of step {} is not finite",
+                step.index
+            );
+            return Err(places.error("time.frequency", message));
+        }
+        Ok(steps)
+    }
+
+    /// Refuses a table of the azimuth where something else gives it.
+    fn check_azimuth_table(&self, rotor: &Rotor, places: &Places) -> Result<()> {
+        let message = match (self.of, self.frequency) {
+            _ if rotor.azimuth_table.is_none() => return Ok(()),
+            (Of::Azimuth(_), _) => {
+                "`azimuth_table` gives times their azimuths; give the steps as [time], not as [azimuth]"
+            }
+            (Of::Time, Some(_)) => {
+                "`azimuth_table` and `frequency` in [time] both define the azimuth; keep one of them"
+            }
+            (Of::Time, None) => return Ok(()),
+        };
+        Err(places.error("rotor.azimuth_table", message))
+    }
+
+    fn step(
+        &self,
+        index: usize,
+        value: f64,
+        rotor: &Rotor,
+        table: Option<&AzimuthHistory>,
+    ) -> Result<Step> {
+        let (azimuth_deg, azimuth, azimuth_rate, time_s) = match (self.of, table) {
+            (Of::Azimuth(unit), _) => {
+                let degrees = unit.to_degrees(value);
+                let time = rotor.rpm.map(|rpm| degrees / (6.0 * rpm));
+                let rate = rotor.rpm.map(|rpm| (6.0 * rpm).to_radians());
+                (degrees, unit.to_radians(value), rate, time)
+            }
+            (Of::Time, Some(table)) => {
+                let [degrees, radians, rate] = table.at(value)?;
+                (degrees, radians, Some(rate), Some(value))
+            }
+            (Of::Time, None) => {
+                let degrees = self
+                    .frequency
+                    .map_or(0.0, |frequency| 360.0 * frequency * value);
+                let rate = self.frequency.map(|frequency| TAU * frequency);
+                (degrees, degrees.to_radians(), rate, Some(value))
+            }
+        };
+        Ok(Step {
+            index,
+            azimuth_deg,
+            azimuth,
+            time_s,
+            has_azimuth: !self.has_no_azimuth(rotor),
+            azimuth_rate,
+        })
+    }
+
+    /// A note where the last step is not at `stop`.
+    pub(super) fn short_of_stop(&self) -> Option<Diagnostic> {
+        let Values::Range { stop, step, .. } = self.values else {
+            return None;
+        };
+        let last = *self.values.all("", &Places::default()).ok()?.last()?;
+        (last != stop).then(|| MotionNote::ShortOfStop { last, stop, step }.into())
+    }
+}
+
+impl Values {
+    fn read(section: &Section<'_>) -> Result<Self> {
+        let Some(values) = section.get("values") else {
+            return Ok(Self::Range {
+                start: section.optional("start", Entry::number)?.unwrap_or(0.0),
+                stop: section.require("stop", "stop = 360.0")?.number()?,
+                step: section.require("step", "step = 10.0")?.number()?,
+            });
+        };
+        for key in ["start", "stop", "step"] {
+            if let Some(entry) = section.get(key) {
+                return Err(entry.error("and `values` both define the steps; keep one of them"));
+            }
+        }
+        let elements = values.elements("numbers")?;
+        Ok(Self::Listed(
+            elements.iter().map(Entry::number).collect::<Result<_>>()?,
+        ))
+    }
+
+    /// The values one by one: `start`, `start + step`, ... up to `stop`, which is the last when a step lands
+    /// on it.
+    fn all(&self, section: &str, places: &Places) -> Result<Vec<f64>> {
+        let at = |key: &str| format!("{section}.{key}");
+        let too_many = |key: &str, n: f64| {
+            let n = if n.is_finite() {
+                short(n.round())
+            } else {
+                "too many".to_owned()
+            };
+            let message = format!("`{key}` gives {n} steps; at most {MAX_STEPS} are possible");
+            places.error(&at(key), message)
+        };
+        let (start, stop, step) = match self {
+            Self::Range { start, stop, step } => (*start, *stop, *step),
+            Self::Listed(values) if values.is_empty() => {
+                let message = "`values` is empty: the schedule has no steps; give at least one";
+                return Err(places.error(&at("values"), message));
+            }
+            Self::Listed(values) if values.len() > MAX_STEPS => {
+                return Err(too_many("values", values.len() as f64));
+            }
+            Self::Listed(values) => {
+                let wrong = values.iter().find(|x| !x.is_finite());
+                let number = wrong.copied().unwrap_or(0.0);
+                places.finite(&at("values"), &[number])?;
+                return Ok(values.clone());
+            }
+        };
+        places.finite(&at("start"), &[start])?;
+        places.finite(&at("stop"), &[stop])?;
+        places.finite(&at("step"), &[step])?;
+        if step == 0.0 {
+            let message =
+                "`step` is 0: the schedule would never reach `stop`; give a step other than 0";
+            return Err(places.error(&at("step"), message));
+        }
+        let intervals = (stop - start) / step;
+        if !intervals.is_finite() || intervals + 1.0 > MAX_STEPS as f64 {
+            return Err(too_many("step", intervals + 1.0));
+        }
+        if intervals < -LANDING {
+            let message = format!(
+                "`step` leads away from `stop` ({} from {} by {}): the schedule has no steps; reverse its sign",
+                short(stop),
+                short(start),
+                short(step)
+            );
+            return Err(places.error(&at("step"), message));
+        }
+        let last = (intervals + LANDING).floor();
+        let lands = last > 0.0 && (intervals - last).abs() <= LANDING;
+        let steps = 0..=last as usize;
+        let mut values: Vec<f64> = steps.map(|i| start + i as f64 * step).collect();
+        if lands && let Some(value) = values.last_mut() {
+            *value = stop;
+        }
+        Ok(values)
+    }
+}
+
+/// For each step those with the next smaller and the next larger time, itself where there is none;
+/// without times those next to it in the schedule.
+pub(super) fn neighbours(steps: &[Step]) -> Vec<[u32; 2]> {
+    let time = |step: usize| steps[step].time_s.unwrap_or(step as f64);
+    let mut order: Vec<u32> = (0..steps.len() as u32).collect();
+    order.sort_by(|a, b| time(*a as usize).total_cmp(&time(*b as usize)));
+    let beside = |step: usize| {
+        let own = time(step);
+        let from = order.partition_point(|other| time(*other as usize) < own);
+        let to = order.partition_point(|other| time(*other as usize) <= own);
+        let before = from.checked_sub(1).map(|at| order[at]);
+        [before, order.get(to).copied()].map(|other| other.unwrap_or(step as u32))
+    };
+    (0..steps.len()).map(beside).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Schedule;
+
+    #[test]
+    fn a_step_beyond_the_stop_leaves_the_start_alone() {
+        for (stop, step) in [(10.0, 1e300), (10.0, 1e8), (-10.0, -1e300)] {
+            let steps = Steps::azimuth_deg(3.0, 3.0 + stop, step);
+            let found = Schedule::new(steps.clone()).steps().expect("there is one");
+            assert_eq!(found.len(), 1);
+            assert_eq!(found[0].azimuth_deg(), Some(3.0));
+            let note = steps.short_of_stop().expect("it is not reached");
+            assert!(
+                note.to_string()
+                    .contains("the last step is at 3; `stop` = "),
+                "{note}"
+            );
+        }
+        let one = Steps::azimuth_deg(3.0, 3.0, 1.0);
+        assert_eq!(one.short_of_stop(), None);
+    }
+}

@@ -1,0 +1,162 @@
+//! Columns of a table, picked by name in any order.
+
+use super::{ColumnNames, Key, Table};
+use azimesh_core::error::{Result, nearest_name};
+use std::f64::consts::PI;
+
+/// A column that was picked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column {
+    pub(super) index: usize,
+    /// From the file's unit to the program's.
+    pub(super) factor: f64,
+}
+
+/// Picks columns, and refuses in the end those that are not known.
+#[derive(Debug)]
+pub struct Columns<'a> {
+    table: &'a Table,
+    /// What they are called in the file.
+    names: ColumnNames,
+    /// Names that would have been read.
+    known: Vec<String>,
+    taken: Vec<bool>,
+}
+
+impl<'a> Columns<'a> {
+    pub(super) fn new(table: &'a Table, names: ColumnNames) -> Self {
+        Self {
+            table,
+            names,
+            known: Vec::new(),
+            taken: vec![false; table.names.len()],
+        }
+    }
+
+    /// Whether the table has a column of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.table.names.iter().any(|other| other == name)
+    }
+
+    /// A column that may be left out.
+    pub fn optional(&mut self, name: &str) -> Option<Column> {
+        self.scaled(name, 1.0)
+    }
+
+    /// A column that must be there.
+    pub fn require(&mut self, name: &str) -> Result<Column> {
+        self.optional(name).ok_or_else(|| self.missing(name))
+    }
+
+    /// Angles, `<stem>_deg` or `<stem>_rad`, that may be left out.
+    pub fn optional_angle(&mut self, stem: &str) -> Result<Option<Column>> {
+        let (deg, rad) = (format!("{stem}_deg"), format!("{stem}_rad"));
+        let found = (self.scaled(&deg, PI / 180.0), self.scaled(&rad, 1.0));
+        match found {
+            (Some(_), Some(_)) => Err(self.both(&deg, &rad)),
+            (deg, rad) => Ok(deg.or(rad)),
+        }
+    }
+
+    /// Angles that must be there.
+    pub fn require_angle(&mut self, stem: &str) -> Result<Column> {
+        let found = self.optional_angle(stem)?;
+        found.ok_or_else(|| self.missing(&format!("{stem}_deg")))
+    }
+
+    /// The column that says where a row belongs, in its own unit: `azimuth_deg`, `azimuth_rad`,
+    /// `time_s` or `step`.
+    pub fn optional_key(&mut self) -> Result<Option<(Key, Column)>> {
+        let mut found: Option<(Key, Column)> = None;
+        for key in Key::ALL {
+            if let Some(column) = self.optional(key.name()) {
+                if let Some((other, _)) = found {
+                    return Err(self.both(other.name(), key.name()));
+                }
+                found = Some((key, column));
+            }
+        }
+        Ok(found)
+    }
+
+    /// The key column; an error where there is none.
+    pub fn require_key(&mut self) -> Result<(Key, Column)> {
+        let found = self.optional_key()?;
+        found.ok_or_else(|| self.missing("azimuth_deg"))
+    }
+
+    /// All columns that were not picked, in the order of the file.
+    pub fn rest(&mut self) -> Vec<(&'a str, Column)> {
+        let names: &'a [String] = &self.table.names;
+        let mut rest = Vec::new();
+        for (index, name) in names.iter().enumerate() {
+            if !self.taken[index] {
+                self.taken[index] = true;
+                rest.push((name.as_str(), Column { index, factor: 1.0 }));
+            }
+        }
+        rest
+    }
+
+    /// Refuses a column that was not picked; those of a file with names of its own are passed over, and returned.
+    pub fn done(self) -> Result<Vec<String>> {
+        let Some(index) = self.taken.iter().position(|taken| !taken) else {
+            return Ok(Vec::new());
+        };
+        if self.names.passes_over() {
+            let columns = self.table.names.iter().zip(&self.taken);
+            let others = columns.filter(|(_, taken)| !**taken);
+            return Ok(others.map(|(name, _)| name.clone()).collect());
+        }
+        let name = &self.table.names[index];
+        let known = || self.known.iter().map(String::as_str);
+        let free = known().filter(|known| !self.has(known));
+        let units = ["deg", "rad"].map(|unit| format!("{name}_{unit}"));
+        let meant = match nearest_name(name, free) {
+            _ if units.iter().all(|unit| self.known.contains(unit)) => {
+                format!("; did you mean `{}` or `{}`?", units[0], units[1])
+            }
+            Some(meant) => format!("; did you mean `{meant}`?"),
+            None => ";".to_owned(),
+        };
+        let known: Vec<&str> = known().collect();
+        let known = known.join(", ");
+        let message = format!("unknown column `{name}`{meant} known columns: {known}");
+        Err(self.table.header_error(message))
+    }
+
+    fn scaled(&mut self, name: &str, factor: f64) -> Option<Column> {
+        self.known.push(name.to_owned());
+        let in_file = self.names.of(name)?;
+        let index = self.table.names.iter().position(|other| other == in_file)?;
+        self.taken[index] = true;
+        let unit = self.names.factors.get(name).copied().unwrap_or(1.0);
+        Some(Column {
+            index,
+            factor: factor * unit,
+        })
+    }
+
+    fn missing(&self, name: &str) -> azimesh_core::error::Error {
+        let found = self.table.names.join(", ");
+        let message = match name {
+            "azimuth_deg" => format!(
+                "the table has no column `azimuth_deg`, `azimuth_rad`, `time_s` or `step`; found: {found}"
+            ),
+            name => match name.strip_suffix("_deg") {
+                Some(stem) => {
+                    format!("the table has no column `{name}` or `{stem}_rad`; found: {found}")
+                }
+                None => format!("the table has no column `{name}`; found: {found}"),
+            },
+        };
+        self.table.header_error(message)
+    }
+
+    /// The error of two columns that say the same.
+    pub fn both(&self, one: &str, other: &str) -> azimesh_core::error::Error {
+        let message =
+            format!("columns `{one}` and `{other}` have the same meaning; keep one of them");
+        self.table.header_error(message)
+    }
+}

@@ -1,0 +1,172 @@
+//! Tables that a schedule names: CSV files of numbers, and what is interpolated from them.
+//!
+//! ```text
+//! file ── Table ── Columns: by name ──┬─ History       values over azimuth, time or step
+//!                                     └─ SpanHistory   such values at every station of a blade
+//! ```
+//!
+//! Owns how such a file is read, its errors by line, and interpolation between rows. Leaves to the
+//! motions which columns they want and what the numbers mean.
+
+mod columns;
+mod history;
+mod key;
+mod naming;
+mod period;
+mod span;
+mod spline;
+mod text;
+
+pub use columns::{Column, Columns};
+pub use history::{History, Interpolation};
+pub use key::Key;
+pub use naming::{ColumnNames, Naming, Scales};
+pub use period::{Period, why as why_once};
+pub use span::{SpanHistory, SpanValues};
+
+use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::Source;
+use std::path::{Path, PathBuf};
+
+/// What stands for the path of a table that is no file.
+const IN_MEMORY: &str = "table in memory";
+
+/// A table of finite numbers under named columns.
+///
+/// ```
+/// # use azimesh_deform as azimesh;
+/// use azimesh::{Body, Table};
+///
+/// // Plunge over time, in s and mesh units; angles would be `rot_x_deg`, `rot_y_deg`, `rot_z_deg`.
+/// let table = Table::from_rows(["time_s", "dy"], [[0.0, 0.0], [0.5, 0.1], [1.0, 0.0]]);
+/// let airfoil = Body::new("airfoil", ["airfoil"]).table(table);
+/// ```
+#[derive(Debug, Clone)]
+pub struct Table {
+    path: PathBuf,
+    names: Vec<String>,
+    /// Line of the names.
+    header: u64,
+    /// By rows.
+    values: Vec<f64>,
+    /// Line of each row.
+    lines: Vec<u32>,
+    /// A row that cannot be one, with what is wrong; of a table that was made in memory.
+    wrong: Option<(usize, String)>,
+}
+
+impl Table {
+    /// Reads a CSV file: names of the columns, then rows of numbers between commas, semicolons or
+    /// tabs. Blank lines and comments after `#` are ignored; a header behind a `#` is found.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let source = Source::open(path.as_ref())?;
+        Self::parse(source.bytes(), path.as_ref())
+    }
+
+    /// Reads a table from the bytes of a CSV file; `path` is named in errors.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
+        text::parse(bytes, path).map_err(|error| error.file(path))
+    }
+
+    /// A table from the names of its columns and rows of a number for each. Errors name a row by its number,
+    /// counted from 1. A row of another length or with a number that is not finite is an error when the
+    /// table is used.
+    pub fn from_rows(
+        columns: impl IntoIterator<Item = impl Into<String>>,
+        rows: impl IntoIterator<Item = impl AsRef<[f64]>>,
+    ) -> Self {
+        let mut table = Self {
+            path: PathBuf::from(IN_MEMORY),
+            names: columns.into_iter().map(Into::into).collect(),
+            header: 0,
+            values: Vec::new(),
+            lines: Vec::new(),
+            wrong: None,
+        };
+        let n = table.names.len();
+        for (at, row) in rows.into_iter().enumerate() {
+            let row = row.as_ref();
+            if table.wrong.is_none() && (row.len() != n || !row.iter().all(|x| x.is_finite())) {
+                let message =
+                    format!("{row:?} is not a row of {n} finite numbers, one for each column");
+                table.wrong = Some((at, message));
+            }
+            table.values.extend(row);
+            table.lines.push(u32::try_from(at + 1).unwrap_or(u32::MAX));
+        }
+        table
+    }
+
+    /// Refuses a table that was made in memory and is none.
+    pub(super) fn check(&self) -> Result<()> {
+        match &self.wrong {
+            Some((row, message)) => Err(self.error(*row, message)),
+            None if self.lines.is_empty() => Err(self.header_error("the table has no rows")),
+            None => Ok(()),
+        }
+    }
+
+    /// Picks columns by name.
+    pub fn columns(&self) -> Columns<'_> {
+        Columns::new(self, ColumnNames::default())
+    }
+
+    /// Picks columns that may have other names and units.
+    pub fn columns_as(&self, names: ColumnNames) -> Result<Columns<'_>> {
+        names.check(self)?;
+        Ok(Columns::new(self, names))
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Number of rows, at least one.
+    pub fn n_rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The number in a row and column, in radians where the column holds angles.
+    pub fn value(&self, row: usize, column: Column) -> f64 {
+        column.factor * self.values[row * self.names.len() + column.index]
+    }
+
+    /// A number that must be whole and not negative, such as that of a node.
+    pub fn whole(&self, row: usize, column: Column) -> Result<u64> {
+        let value = self.value(row, column);
+        // Whole numbers up to here are exact.
+        if value.fract() == 0.0 && (0.0..=9e15).contains(&value) {
+            return Ok(value as u64);
+        }
+        let name = &self.names[column.index];
+        let message = format!("column `{name}` has {value}; it must be a whole number, 0 or more");
+        Err(self.error(row, message))
+    }
+
+    /// One-based line of a row.
+    pub fn line(&self, row: usize) -> u64 {
+        u64::from(self.lines[row])
+    }
+
+    /// An error at a row.
+    pub fn error(&self, row: usize, message: impl Into<String>) -> Error {
+        Error::input(message).line(self.line(row)).file(&self.path)
+    }
+
+    /// An error at a row, or at the names of the columns where there is none.
+    pub fn error_at(&self, row: Option<usize>, message: impl Into<String>) -> Error {
+        match row {
+            Some(row) => self.error(row, message),
+            None => self.header_error(message),
+        }
+    }
+
+    /// An error at the names of the columns.
+    pub fn header_error(&self, message: impl Into<String>) -> Error {
+        Error::input(message).line(self.header).file(&self.path)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,411 @@
+//! Displacements of nodes from other programs: surface files and mode shapes.
+
+use super::tables::resolve;
+use super::{two_cubes, two_squares};
+use crate::motion::Motion;
+use azimesh_core::diagnostic::motion::MotionNote;
+use azimesh_core::error::Result;
+use azimesh_core::geometry::vector::{Vector, add, distance, scale};
+use azimesh_io::formats::{WriteOptions, by_name};
+use azimesh_io::mesh::{DataArray, Mesh, Values};
+
+const SURFACE: &str = "surface = { file = \"s.csv\" }";
+
+fn surface(plane: bool, head: &str, body: &str, file: &str) -> Result<Motion> {
+    resolve(plane, head, body, &[("s.csv", file), ("s.dat", file)])
+}
+
+fn place(motion: &Motion, step: usize, node: u32) -> Vector {
+    let x = if motion.rotor.e_x[0] == 0.0 {
+        two_squares().points[node as usize]
+    } else {
+        two_cubes().points[node as usize]
+    };
+    motion.pose(0, &motion.steps[step]).place(node, x)
+}
+
+#[track_caller]
+fn assert_near(found: Vector, expected: Vector) {
+    assert!(distance(found, expected) < 1e-15, "{found:?} {expected:?}");
+}
+
+fn told(plane: bool, body: &str, file: &str) -> String {
+    let found = surface(plane, "azimuth.values = [0, 30]", body, file);
+    let error = found.expect_err("it is wrong").to_string();
+    let at = ["s.csv", "s.dat", "hover.toml"]
+        .iter()
+        .find_map(|name| error.rfind(name));
+    error[at.unwrap_or(0)..].to_owned()
+}
+
+/// Displacements of nodes 0 to 3, the face blade_1 of the cubes.
+const BY_NODE: &str = "node,dx,dy,dz\n0,0,0,0\n1,0.1,0,0\n2,0,0.2,0\n3,0,0,0.3\n";
+const MOVED: [Vector; 4] = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.3]];
+
+#[test]
+fn displacements_are_given_by_node_by_place_or_as_new_places() {
+    let by_place = "x,y,z,dx,dy,dz\n0,1,0,0,0,0.3\n0,0,0,0,0,0\n1,0,1e-10,0.1,0,0\n1,1,0,0,0.2,0\n";
+    let new = "node,x_new,y_new,z_new\n0,0,0,0\n1,1.1,0,0\n2,1,1.2,0\n3,0,1,0.3\n";
+    for file in [BY_NODE, by_place, new] {
+        let motion = surface(false, "azimuth.values = [0, 30]", SURFACE, file).expect("it is good");
+        assert!(!motion.is_rigid(0));
+        for step in 0..2 {
+            for (node, moved) in (0..).zip(MOVED) {
+                let x = two_cubes().points[node as usize];
+                assert_near(place(&motion, step, node), add(x, moved));
+            }
+        }
+        let half = motion.pose_part(0, &motion.steps[0], 0.5);
+        assert_near(half.place(3, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.15]);
+    }
+}
+
+#[test]
+fn surface_positions_of_su2_are_read() {
+    let file = "% node x y z\n0 0 0 0\n1\t1.1e0 0 0\n\n2 1 1.2 0\n3 0 1 0.3\n";
+    let body = "surface = { file = \"s.dat\" }";
+    let motion = surface(false, "azimuth.values = [0]", body, file).expect("it is good");
+    assert_near(place(&motion, 0, 1), [1.1, 0.0, 0.0]);
+    assert_eq!(
+        told(false, body, "0 0 0\n"),
+        "s.dat:1: found \"0 0 0\"; a line of surface positions is a node and its new place: node x y z"
+    );
+    let plane =
+        surface(true, "azimuth.values = [0]", body, "0 0.5 0\n1 1 0.5\n").expect("it is good");
+    assert_near(place(&plane, 0, 0), [0.5, 0.0, 0.0]);
+}
+
+#[test]
+fn every_step_has_a_set_of_its_own() {
+    let file = "azimuth_deg,node,dx,dy\n0,0,0,0\n0,1,0,0\n30,1,0,0.5\n30,0,0.25,0\n";
+    let head = "azimuth.values = [30, 0]";
+    let motion = surface(true, head, SURFACE, file).expect("it is good");
+    for (step, x) in [(0, [0.25, 0.0, 0.0]), (1, [0.0; 3])] {
+        assert_near(place(&motion, step, 0), x);
+    }
+    let none = surface(true, "azimuth.values = [0, 15]", SURFACE, file).expect_err("15 is missing");
+    assert!(none.to_string().ends_with("s.csv:3: there are no rows for azimuth 15 deg (step 1); every step needs rows of its own, and the file has them from azimuth 0 deg to azimuth 30 deg"), "{none}");
+}
+
+#[test]
+fn sets_over_azimuth_repeat_themselves_and_are_shifted_as_tables_are() {
+    let rows = |azimuths: &[f64]| {
+        let rows = azimuths.iter().flat_map(|at| [0, 1].map(|node| (at, node)));
+        let rows = rows.map(|(at, node)| format!("{at},{node},{},0\n", at.rem_euclid(360.0)));
+        format!("azimuth_deg,node,dx,dy\n{}", rows.collect::<String>())
+    };
+    let ahead = format!("azimuth_offset = 90\n{SURFACE}");
+    for round in [
+        &[0.0, 90.0, 180.0, 270.0][..],
+        &[0.0, 90.0, 180.0, 270.0, 360.0],
+    ] {
+        let head = "azimuth.values = [0, 270, 540]";
+        let motion = surface(true, head, &ahead, &rows(round)).expect("it is good");
+        for (step, x) in [(0, 90.0), (1, 0.0), (2, 270.0)] {
+            assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
+        }
+        assert!(motion.notes().is_empty());
+    }
+    // A part of a revolution is of events, as a table of them is.
+    let part = rows(&[0.0, 90.0, 180.0]);
+    let motion = surface(true, "azimuth.values = [0, 90]", &ahead, &part).expect("it is good");
+    assert_near(place(&motion, 1, 0), [90.0, 0.0, 0.0]);
+    let note = motion.notes()[0].kind.to_string();
+    assert!(note.starts_with("body \"blade\": the table does not repeat itself (its last row is neither at azimuth 360 deg nor one step before it), so it is taken at the azimuth of the rotor"), "{note}");
+    let later = surface(true, "azimuth.values = [0, 450]", SURFACE, &part);
+    let later = later.expect_err("nothing repeats").to_string();
+    assert!(
+        later.contains("there are no rows for azimuth 450 deg (step 1)"),
+        "{later}"
+    );
+}
+
+#[test]
+fn nodes_that_are_missing_are_an_error_or_stay() {
+    let one = "node,dx,dy,dz\n1,0.1,0,0\n";
+    assert_eq!(
+        told(false, SURFACE, one),
+        "s.csv:2: 3 of the 4 nodes of body \"blade\" are missing: 0, 2, 3; add them, or set missing = \"fixed\""
+    );
+    let fixed = "surface = { file = \"s.csv\", missing = \"fixed\" }";
+    let motion = surface(false, "azimuth.values = [0]", fixed, one).expect("it is good");
+    assert_near(place(&motion, 0, 1), [1.1, 0.0, 0.0]);
+    assert_near(place(&motion, 0, 2), [1.0, 1.0, 0.0]);
+}
+
+#[test]
+fn wrong_surface_files_are_told_their_line() {
+    for (plane, file, expected) in [
+        (
+            false,
+            "node,dx,dy\n0,0,0\n",
+            "s.csv:1: the table has no column `dz`; found: node, dx, dy",
+        ),
+        (
+            false,
+            "nod,dx,dy,dz\n0,0,0,0\n",
+            "s.csv:1: the table has no column `node`; found: nod, dx, dy, dz",
+        ),
+        (
+            false,
+            "node,dx,dy,dz\n99,0,0,0\n",
+            "s.csv:2: node 99 is not in the mesh, whose nodes are 0 to 11",
+        ),
+        (
+            false,
+            "node,dx,dy,dz\n0.5,0,0,0\n",
+            "s.csv:2: column `node` has 0.5; it must be a whole number, 0 or more",
+        ),
+        (
+            false,
+            "node,dx,dy,dz\n0,0,0,0\n0,1,0,0\n",
+            "s.csv:3: node 0 is given twice, first in line 2; keep one of the rows",
+        ),
+        (
+            false,
+            "node,dx,dy,dz\n0,0,x,0\n",
+            "s.csv:2: column `dy` has \"x\"; it must be a finite number",
+        ),
+        (
+            true,
+            "node,dx,dy,dz\n0,0,0,1\n1,0,0,0\n",
+            "s.csv:2: body \"blade\" would leave the plane of the 2D mesh; displacements along z must be 0",
+        ),
+        (
+            false,
+            "x,y,z,dx,dy,dz\n0,0,1e-3,0,0,0\n",
+            "s.csv:2: no node of body \"blade\" is in the file; nodes are numbered from 0, and positions must agree within match_tolerance = 1e-9",
+        ),
+    ] {
+        assert_eq!(told(plane, SURFACE, file), expected);
+    }
+}
+
+#[test]
+fn rows_for_other_nodes_are_told_of() {
+    let file = format!("{BY_NODE}7,1,1,1\n8,1,1,1\n");
+    let motion = surface(false, "azimuth.values = [0]", SURFACE, &file).expect("it is good");
+    let notes = motion.notes();
+    let path = notes[0].path.as_ref();
+    assert!(
+        path.is_some_and(|path| path.ends_with("s.csv")),
+        "{notes:?}"
+    );
+    let body = "blade".to_owned();
+    assert_eq!(
+        notes[0].kind,
+        MotionNote::OtherNodes { rows: 2, body }.into()
+    );
+}
+
+/// The cubes with vectors at their nodes, as VTU.
+fn vtu(arrays: &[(&str, f64)]) -> Vec<u8> {
+    let mut mesh: Mesh = two_cubes();
+    for (name, factor) in arrays {
+        let vectors: Vec<Vector> = mesh.points.iter().map(|x| scale(*x, *factor)).collect();
+        let values = Values::F64(vectors.into_flattened());
+        mesh.point_arrays.push(DataArray::tuples(*name, 3, values));
+    }
+    let mut bytes = Vec::new();
+    let format = by_name("vtu").expect("it is known");
+    format
+        .write_file(&mesh.view(), &mut bytes, &WriteOptions::default())
+        .expect("it can be written");
+    bytes
+}
+
+/// A schedule of one body beside a mesh `m.vtu` with arrays.
+fn beside_mesh(body: &str, arrays: &[(&str, f64)], csv: &str) -> Result<Motion> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = format!(
+        "boundaries.others = \"fixed\"\ntime = {{ values = [0, 1, 2] }}\n[[body]]\nname = \"blade\"\ntags = [\"blade_1\"]\n{body}\n"
+    );
+    for (name, bytes) in [
+        ("hover.toml", text.as_bytes()),
+        ("m.vtu", &vtu(arrays)),
+        ("q.csv", csv.as_bytes()),
+    ] {
+        std::fs::write(folder.path().join(name), bytes).expect("it can be written");
+    }
+    crate::motion::Schedule::read(folder.path().join("hover.toml"))?.resolve_on(&two_cubes())
+}
+
+#[test]
+fn a_mesh_with_displacements_moves_its_nodes() {
+    let body = "surface = { file = \"m.vtu\" }";
+    // The array that moves node 2 to 1.1.
+    let (normals, moves, other) = (("Normals", 7.0), 0.1, 3.0);
+    for arrays in [
+        vec![normals, ("Displacement", moves)],
+        vec![("anything", moves)],
+        vec![("mesh_displacement", other), ("DISPLACEMENT", moves)],
+        vec![normals, ("mesh_displacement", moves)],
+    ] {
+        let motion = beside_mesh(body, &arrays, "").expect("it is clear");
+        assert_near(place(&motion, 0, 2), [1.1, 1.1, 0.0]);
+    }
+    for names in [
+        ["Normals", "Speed"],
+        ["displacement_1", "displacement_0"],
+        ["v", "u"],
+        ["v", "disp"],
+    ] {
+        let error = beside_mesh(body, &names.map(|name| (name, 0.1)), "").expect_err("which one?");
+        let told = format!(
+            "m.vtu: several of its arrays could be the displacements: {}; name one of them `Displacement`",
+            names.join(", ")
+        );
+        assert!(error.to_string().ends_with(&told), "{error}");
+    }
+    let none = beside_mesh(body, &[], "").expect_err("there is none");
+    assert!(
+        none.to_string()
+            .ends_with("the mesh has no point array of 3 components with the displacements"),
+        "{none}"
+    );
+}
+
+#[test]
+fn velocities_are_slopes_over_the_sets_of_the_file() {
+    let rows = |key: &str, sets: &[(f64, f64)]| {
+        let rows = sets
+            .iter()
+            .map(|(at, x)| format!("{at},0,{x},0\n{at},1,{x},0\n"));
+        format!("{key},node,dx,dy\n{}", rows.collect::<String>())
+    };
+    // A triangle wave: 1 a second up to 0.2 s, then down.
+    let wave = rows(
+        "time_s",
+        &[(0.0, 0.0), (0.1, 0.1), (0.2, 0.2), (0.3, 0.1), (0.4, 0.0)],
+    );
+    let by_step = rows("step", &[(0.0, 0.0), (1.0, 0.1), (2.0, 0.1)]);
+    let round = rows(
+        "azimuth_deg",
+        &[(0.0, 0.0), (90.0, 1.0), (180.0, 0.0), (270.0, -1.0)],
+    );
+    let closed = format!("{round}360,0,0,0\n360,1,0,0\n");
+    let in_a_row = "time.values = [0.4, 0.1, 0.3]";
+    let (one, turning) = (
+        "time.values = [0.1]",
+        "time = { values = [0, 4], frequency = 0.25 }",
+    );
+    for (head, file, expected) in [
+        (in_a_row, &wave, vec![-1.0, 1.0, -1.0]),
+        (one, &wave, vec![1.0]),
+        (in_a_row, &by_step, vec![-1.0, 0.0, -1.0 / 3.0]),
+        // A degree is 1/90 s.
+        (turning, &round, vec![1.0, 1.0]),
+        (turning, &closed, vec![1.0, 1.0]),
+    ] {
+        let motion = surface(true, head, SURFACE, file).expect("it is good");
+        for (step, rate) in motion.steps.iter().zip(expected) {
+            let found = motion.velocities(step)[0].velocity(0, [0.0; 3]);
+            assert!((found[0] - rate).abs() < 1e-12, "{head} {step:?} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn places_that_are_a_little_off_are_told_of_with_the_tolerance_that_takes_them() {
+    for (off, expected) in [
+        (
+            "1e-8",
+            "1 of the 4 nodes of body \"blade\" are missing: 3; the nearest positions in the file are up to 1.0e-8 away, which match_tolerance = 1e-7 would accept; add them, or set missing = \"fixed\"",
+        ),
+        (
+            "0.5",
+            "are missing: 3; add them, or set missing = \"fixed\"",
+        ),
+    ] {
+        let file =
+            format!("x,y,z,dx,dy,dz\n0,0,0,0,0,0\n1,0,0,0,0,0\n1,1,0,0,0,0\n0,1,{off},0,0,1\n");
+        let error = told(false, SURFACE, &file);
+        assert!(error.ends_with(expected), "{error}");
+    }
+    let both = told(false, SURFACE, "node,x,y,z,dx,dy,dz\n0,0,0,0,0,0,0\n");
+    assert!(
+        both.ends_with("columns `node` and `x` have the same meaning; keep one of them"),
+        "{both}"
+    );
+}
+
+const COORDINATES: &str = "time_s,q1,q2\n0,0,0\n1,1,0\n2,1,-3\n";
+
+#[test]
+fn modes_add_up_with_their_coordinates() {
+    let body = "modes = { shapes = \"m.vtu\", coordinates = \"q.csv\" }";
+    let motion =
+        beside_mesh(body, &[("shape_1", 0.1), ("shape_2", 0.01)], COORDINATES).expect("it is good");
+    for (step, factor) in [(0, 1.0), (1, 1.1), (2, 1.07)] {
+        assert_near(place(&motion, step, 2), [factor, factor, 0.0]);
+    }
+    // From 0 s on the first mode grows by 1 a second, from 1 s on the second falls by 3.
+    for (step, rate) in [(0, 0.1), (1, -0.03)] {
+        let pace = &motion.velocities(&motion.steps[step])[0];
+        assert_near(pace.velocity(2, [1.0, 1.0, 0.0]), [rate, rate, 0.0]);
+    }
+    let two = beside_mesh(body, &[("shape_1", 0.1)], COORDINATES).expect_err("one is missing");
+    assert!(two.to_string().ends_with("mode 2 needs one point array of 3 components whose name ends in 2, as in mode2; found: shape_1"), "{two}");
+}
+
+#[test]
+fn modes_by_node_are_a_table() {
+    let body =
+        "modes = { shapes = \"s.csv\", coordinates = \"q.csv\" }\nrigid.translate = [0, 0, 1]";
+    let q = "azimuth_deg,q1\n0,2\n90,4\n180,2\n270,0\n";
+    let read = |shapes: &str| {
+        resolve(
+            false,
+            "azimuth.values = [45]",
+            body,
+            &[("s.csv", shapes), ("q.csv", q)],
+        )
+    };
+    let shapes = "node,mode,dx,dy,dz\n0,1,0,0,0\n1,1,0,0,0.1\n2,1,0,0,0.2\n3,1,0,0,0\n";
+    let motion = read(shapes).expect("it is good");
+    assert_near(place(&motion, 0, 2), [1.0, 1.0, 1.6]);
+    let wrong = read("node,mode,dx,dy,dz\n0,2,0,0,0\n").expect_err("there is one mode");
+    assert!(wrong.to_string().ends_with("s.csv:2: column `mode` has 2; the table of coordinates has q1 to q1, so it must be from 1 to 1"), "{wrong}");
+}
+
+#[test]
+fn a_child_of_a_body_of_nodes_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "boundaries.others = \"fixed\"\nazimuth.values = [0]\n[[body]]\nname = \"wing\"\ntags = [\"blade_1\"]\nsurface = { file = \"s.csv\" }\n[[body]]\nname = \"flap\"\ntags = [\"hub\"]\nparent = \"wing\"\n";
+    std::fs::write(folder.path().join("hover.toml"), text).expect("it can be written");
+    std::fs::write(folder.path().join("s.csv"), BY_NODE).expect("it can be written");
+    let schedule =
+        crate::motion::Schedule::read(folder.path().join("hover.toml")).expect("it is good");
+    let error = schedule
+        .resolve_on(&two_cubes())
+        .expect_err("it is refused")
+        .to_string();
+    assert!(error.ends_with("hover.toml:8: body \"flap\" cannot move with \"wing\", whose `surface` or `modes` are known only at its own nodes; give the child a motion of its own"), "{error}");
+}
+
+#[test]
+fn the_nearest_set_is_taken_however_close_they_are() {
+    let file = "time_s,node,dx,dy\n0,0,0,0\n0,1,0,0\n5e-7,0,0.25,0\n5e-7,1,0,0\n1e-6,0,0.5,0\n1e-6,1,0,0\n";
+    let head = "time = { stop = 1e-6, step = 5e-7 }";
+    let motion = surface(true, head, SURFACE, file).expect("it is good");
+    for (step, x) in [(0, 0.0), (1, 0.25), (2, 0.5)] {
+        assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
+    }
+    let between = "time.values = [0, 4e-7]";
+    let none = surface(true, between, SURFACE, file).expect_err("4e-7 is missing");
+    assert!(
+        none.to_string()
+            .contains("there are no rows for time 4e-7 s"),
+        "{none}"
+    );
+}
+
+#[test]
+fn a_set_may_be_off_its_step_by_rounding_and_a_turn_away() {
+    let file = "azimuth_deg,node,dx,dy\n0,0,0,0\n0,1,0,0\n33.3333,0,0.25,0\n33.3333,1,0,0\n360,0,0,0\n360,1,0,0\n";
+    let head = "azimuth.values = [33.333333333, 393.333333333, -360]";
+    let motion = surface(true, head, SURFACE, file).expect("it is good");
+    for (step, x) in [(0, 0.25), (1, 0.25), (2, 0.0)] {
+        assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,141 @@
+//! Tables of other programs: other names of columns, other units, columns left out.
+
+use super::tables::{assert_near, place, resolve};
+use crate::motion::Motion;
+
+const HEAD: &str = "azimuth.values = [0, 30]\nrotor.hub = [-1, 0, 0]";
+const LINE: &str = "station,x,y,z\n0,0,0,0\n2,2,0,0\n";
+const PLAIN: &str =
+    "station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0\n2,0.03,0,0,10,0,0\n";
+const X: [f64; 3] = [0.5, 0.2, 0.1];
+
+fn beam(keys: &str, table: &str) -> azimesh_core::error::Result<Motion> {
+    let body = format!("beam = {{ table = \"m.csv\", lifting_line = \"line.csv\"{keys} }}");
+    resolve(false, HEAD, &body, &[("m.csv", table), ("line.csv", LINE)])
+}
+
+fn told(keys: &str, table: &str) -> String {
+    let error = beam(keys, table).expect_err("it is wrong").to_string();
+    let at = error.rfind("hover.toml").or_else(|| error.rfind("m.csv"));
+    error[at.expect("it names a file")..].to_owned()
+}
+
+fn notes(motion: &Motion) -> Vec<String> {
+    motion
+        .notes()
+        .iter()
+        .map(|note| note.kind.to_string())
+        .collect()
+}
+
+#[test]
+fn a_beam_table_has_names_and_units_of_its_own() {
+    let table = "theta_x,r_R,u1,mass\n0,0,0,5\n0.17453292519943295,1,30,7\n";
+    let keys = ", columns = { station = \"r_R\", dx = \"u1\", rot_x_deg = \"theta_x\" }, units = { station = \"radius\", dx = \"mm\", rot_x_deg = \"rad\" }";
+    let (plain, named) = (beam("", PLAIN), beam(keys, table));
+    let (plain, named) = (plain.expect("it is good"), named.expect("it is good"));
+    assert_near(place(&named, 0, X), place(&plain, 0, X));
+    // At three quarters of the radius: 22.5 mm and 7.5 degrees.
+    let (sin, cos) = 7.5f64.to_radians().sin_cos();
+    let expected = [0.5 + 0.0225, 0.2 * cos - 0.1 * sin, 0.2 * sin + 0.1 * cos];
+    assert_near(place(&named, 0, X), expected);
+    let notes = notes(&named);
+    assert!(
+        notes.contains(
+            &"body \"blade\": passed over 1 column that `columns` does not name: mass".to_owned()
+        ),
+        "{notes:?}"
+    );
+    assert!(
+        notes.contains(&"body \"blade\": dx in mm is converted for a mesh in m; for another write for example  length_unit = \"mm\"  in [output]".to_owned()),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn what_a_beam_table_leaves_out_is_zero() {
+    let plain = beam("", PLAIN).expect("it is good");
+    let short = beam("", "station,dx,rot_x_deg\n0,0,0\n2,0.03,10\n").expect("it is good");
+    assert_eq!(place(&short, 0, X), place(&plain, 0, X));
+    assert_eq!(
+        told("", "station\n0\n2\n"),
+        "m.csv:1: the table has none of the columns dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg"
+    );
+}
+
+#[test]
+fn lengths_are_converted_to_the_unit_of_the_mesh() {
+    let with = |unit: &str| {
+        let head = format!("{HEAD}\noutput.length_unit = \"{unit}\"");
+        let body = "table = { file = \"m.csv\", columns = { time_s = \"t\", dx = \"X\" }, units = { dx = \"ft\", time_s = \"ms\" } }";
+        let head = head.replace("azimuth.values = [0, 30]", "time.values = [0, 0.5]");
+        resolve(false, &head, body, &[("m.csv", "t,X\n0,0\n1000,2\n")])
+    };
+    let found = with("mm").expect("it is good");
+    let moved = place(&found, 1, [0.0; 3])[0];
+    assert!((moved - 304.8).abs() < 1e-12, "{moved}");
+    assert!(notes(&found).is_empty());
+    let error = with("chord")
+        .expect_err("it is no unit of length")
+        .to_string();
+    assert!(error.ends_with("`dx` is in ft, which cannot be converted to `length_unit` = \"chord\" in [output]; known: m, mm, cm, km, um, in, ft"), "{error}");
+}
+
+#[test]
+fn tables_of_angles_and_azimuths_have_names_and_units() {
+    let trim = "cyclic = { table = \"m.csv\", columns = { azimuth_deg = \"psi\", pitch_deg = \"theta\" }, units = { azimuth_deg = \"rad\", pitch_deg = \"rad\" } }";
+    let tau = std::f64::consts::TAU;
+    let table = format!("psi,theta,x\n0,0,0\n{:?},0.1,1\n{tau:?},0,2\n", tau / 2.0);
+    let named = resolve(false, HEAD, trim, &[("m.csv", &table)]).expect("it is good");
+    let plain = resolve(
+        false,
+        HEAD,
+        "cyclic.table = \"m.csv\"",
+        &[("m.csv", "azimuth_deg,pitch_rad\n0,0\n180,0.1\n360,0\n")],
+    );
+    assert_near(
+        place(&named, 1, X),
+        place(&plain.expect("it is good"), 1, X),
+    );
+}
+
+#[test]
+fn what_is_wrong_with_names_and_units_is_said_in_one_sentence() {
+    let cases = [
+        (
+            ", columns = { dx = \"u9\" }",
+            "m.csv:1: the table has no column `u9`, which `columns` gives for `dx`; found: station, dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg",
+        ),
+        (
+            ", columns = { dq = \"u9\" }",
+            "hover.toml:7: unknown key `dq` in columns = { name = \"name in the file\" }; known: azimuth_deg, azimuth_rad, time_s, step, station, dx, dy, dz, rot_x_deg, rot_x_rad, rot_y_deg, rot_y_rad, rot_z_deg, rot_z_rad",
+        ),
+        (
+            ", columns = { dx = \"dz\", dz = \"dz\" }",
+            "hover.toml:7: `columns` gives the column `dz` two names; keep one of them",
+        ),
+        (
+            ", units = { dx = \"deg\" }",
+            "hover.toml:7: unit \"deg\" of `dx` is not known; known: \"m\", \"mm\", \"cm\", \"km\", \"um\", \"in\", \"ft\"",
+        ),
+        (
+            ", units = { dx = \"radius\" }",
+            "hover.toml:7: unit \"radius\" of `dx` is not known; known: \"m\", \"mm\", \"cm\", \"km\", \"um\", \"in\", \"ft\"",
+        ),
+        (
+            ", units = { rot_x_deg = \"grad\" }",
+            "hover.toml:7: unit \"grad\" of `rot_x_deg` is not known; known: \"deg\", \"rad\"",
+        ),
+        (
+            ", units = { step = \"s\" }",
+            "hover.toml:7: `step` has no unit",
+        ),
+    ];
+    for (keys, expected) in cases {
+        assert_eq!(told(keys, PLAIN), expected, "{keys}");
+    }
+    // A name in the file that another one has taken is not read twice.
+    let taken =
+        beam(", columns = { dx = \"dz\" }", "station,dz\n0,0\n2,0.1\n").expect("it is good");
+    assert_near(place(&taken, 0, [1.0, 0.0, 0.0]), [1.1, 0.0, 0.0]);
+}

@@ -1,0 +1,126 @@
+//! Velocities against differences of places.
+
+use super::tables::resolve;
+use crate::motion::Motion;
+use azimesh_core::geometry::vector::{Vector, distance, norm, scale, sub};
+
+const H: f64 = 1e-5;
+const TABLE: &str = "time_s,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0\n1,0.1,-0.2,0.3,10,20,-30\n2,0,0.5,0,-10,5,3\n3,0.2,0,0.1,0,1,2\n";
+const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1.1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1.1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1.1,0,0,-0.3,4,-5,-6\n";
+const CYCLIC: &str = "cyclic = { collective = 5, pitch = [ { sin = 7, cos = 2 }, { cos = 1 } ], coning = 3, flap = [ { sin = 4 } ], lag = [ { cos = 2 } ], phase = 11, flap_hinge = 0.2 }";
+
+/// A motion at three times, `H` apart.
+fn motion(interpolation: &str, body: &str) -> Motion {
+    let head = format!(
+        "time.values = [{:?}, 1.3, {:?}]\ntime.frequency = 0.6\nrotor = {{ frame = \"inertial\", hub = [0.1, 0.2, 0.3], flap_sign = -1, azimuth_sign = -1 }}",
+        1.3 - H,
+        1.3 + H
+    );
+    let body = body.replace(
+        "INTERPOLATION",
+        &format!("interpolation = \"{interpolation}\""),
+    );
+    let files = [
+        ("m.csv", TABLE),
+        ("beam.csv", BEAM),
+        ("angle.csv", "time_s,angle_deg\n0,0\n1,9\n2,-4\n3,1\n"),
+        (
+            "trim.csv",
+            "azimuth_deg,pitch_deg,lag_deg\n0,1,0\n100,5,2\n200,-3,1\n300,0,0\n",
+        ),
+    ];
+    resolve(false, &head, &body, &files).expect("it is good")
+}
+
+#[track_caller]
+fn assert_differentiated(motion: &Motion) {
+    for x in [[0.3, 0.4, 0.0], [0.9, -0.2, 0.1]] {
+        let place = |step: usize| -> Vector { motion.pose(0, &motion.steps[step]).apply(x) };
+        let difference = scale(sub(place(2), place(0)), 0.5 / H);
+        let found = motion.velocities(&motion.steps[1])[0].velocity(0, x);
+        let off = distance(found, difference) / norm(difference);
+        assert!(off < 1e-7, "{found:?} {difference:?}");
+        let to_inertial = |step: usize| motion.to_inertial(&motion.steps[step]).expect("inertial");
+        let difference = scale(
+            sub(
+                to_inertial(2).apply(place(2)),
+                to_inertial(0).apply(place(0)),
+            ),
+            0.5 / H,
+        );
+        let to_inertial = motion
+            .to_inertial_moving(&motion.steps[1])
+            .expect("inertial");
+        let found = to_inertial.velocity(place(1), found);
+        let off = distance(found, difference) / norm(difference);
+        assert!(off < 1e-7, "{found:?} {difference:?}");
+    }
+}
+
+#[test]
+fn oscillations_and_tables_of_angles_are_differentiated() {
+    let rotate = "axis = [1, 2, 3], origin = [0.1, 0.2, 0], angle = 3";
+    let harmonics = "harmonics = [ { sin = 5, cos = 2 }, { sin = 1 } ]";
+    for body in [
+        format!("rigid.rotate = {{ {rotate}, {harmonics} }}"),
+        format!("rigid.rotate = {{ {rotate}, {harmonics}, frequency = 2.3 }}"),
+        // Small: it grows within the three steps.
+        "rigid = { rotate = { axis = [1, 2, 3], angle = 1e-5, harmonics = [ { sin = 3e-5 } ] }, translate = { vector = [1, 0, 0], harmonics = [ { cos = 2 } ] }, ramp = true }".to_owned(),
+        format!("rigid.rotate = {{ {rotate}, table = \"angle.csv\", INTERPOLATION }}"),
+        format!("rigid.translate = {{ vector = [1, 2, 3], {harmonics} }}"),
+        format!("rigid.translate = {{ vector = [1, 2, 3], {harmonics}, frequency = 2.3 }}"),
+        "cyclic = { pitch = [ { sin = 3 } ], table = \"trim.csv\", INTERPOLATION }".to_owned(),
+    ] {
+        for interpolation in ["linear", "cubic"] {
+            assert_differentiated(&motion(interpolation, &body));
+        }
+    }
+}
+
+#[test]
+fn harmonics_and_tables_are_differentiated() {
+    for interpolation in ["linear", "cubic"] {
+        assert_differentiated(&motion(interpolation, CYCLIC));
+        let table = "table = { file = \"m.csv\", origin = [0.3, 0.1, 0], INTERPOLATION }";
+        assert_differentiated(&motion(interpolation, table));
+        assert_differentiated(&motion(interpolation, &format!("{table}\n{CYCLIC}")));
+    }
+}
+
+#[test]
+fn bending_blades_are_differentiated() {
+    let beam =
+        "azimuth_offset = 25\nbeam = { table = \"beam.csv\", INTERPOLATION, hold_ends = true }";
+    for interpolation in ["linear", "cubic"] {
+        assert_differentiated(&motion(interpolation, beam));
+        let all = format!("{beam}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]");
+        assert_differentiated(&motion(interpolation, &all));
+    }
+}
+
+#[test]
+fn a_linear_table_over_steps_has_the_rate_of_the_interval_after_each_step() {
+    let head = "time.values = [0, 0.1, 0.3, 0.6, 1]";
+    let rows = "0,0\n1,0.1\n2,0.1\n3,0.3\n4,0.2\n";
+    let table = format!("step,dx\n{rows}");
+    let beam = format!("step,station,dx\n{}", rows.replace(',', ",0,"));
+    for (body, file) in [
+        ("table.file = \"m.csv\"", &table),
+        ("beam = { table = \"m.csv\", hold_ends = true }", &beam),
+    ] {
+        let motion = resolve(false, head, body, &[("m.csv", file)]).expect("it is good");
+        for (step, rate) in motion.steps.iter().zip([1.0, 0.0, 0.2 / 0.3, -0.25, -0.25]) {
+            let found = motion.velocities(step)[0].velocity(0, [0.2, 0.0, 0.0]);
+            assert!((found[0] - rate).abs() < 1e-12, "{body}: {step}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_ramp_grows_over_the_steps() {
+    let ramp = "rigid = { ramp = true, translate = [0.1, 0.2, 0.3], rotate = { axis = [1, 2, 2], origin = [1, 0, 0], angle = 0.01 } }";
+    assert_differentiated(&motion("linear", ramp));
+    let still = motion("linear", "rigid.translate = [1, 0, 0]");
+    let pace = &still.velocities(&still.steps[0])[0];
+    assert_eq!(pace.velocity(0, [1.0, 2.0, 3.0]), [0.0; 3]);
+}

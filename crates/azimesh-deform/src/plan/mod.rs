@@ -1,0 +1,156 @@
+//! Everything that is decided before base points are chosen: what the schedule means on the boundary of a mesh, the layers
+//! that are interpolated, the support radius and the tolerance. Plain data, the same on every rank.
+
+pub(crate) mod checks;
+pub(crate) mod first_cells;
+pub(crate) mod layer;
+pub(crate) mod periodic;
+pub(crate) mod prepare;
+mod ring;
+mod sections;
+pub(crate) mod surface;
+mod surface_displacements;
+mod zone;
+
+use self::layer::{Layer, Method};
+use self::periodic::PeriodicNodes;
+use self::surface::SurfacePoints;
+use crate::motion::{BodyMap, Motion, QualityOutput, Schedule, SelectionMethod, Step};
+use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::geometry::vector::{Vector, distance};
+use azimesh_core::geometry::{Bounds, Transform};
+use azimesh_core::parallel;
+use azimesh_io::mesh::{Boundary, OneLayer};
+use azimesh_rbf::Basis;
+use azimesh_rbf::targets::Targets;
+use std::ops::Range;
+
+/// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
+pub(crate) const SELECTED: f64 = 0.99;
+
+/// The boundary of a mesh, a schedule and what follows from both.
+pub struct Plan {
+    /// The boundary of the reference mesh; where a zone turns, its interface nodes are duplicated.
+    pub boundary: Boundary,
+    /// The BLAKE3 hash of the coordinates of its nodes.
+    pub points_hash: String,
+    /// Whether boxes for free-form deformation were left out: they fit the mesh at rest.
+    pub without_boxes: bool,
+    /// The schedule as read.
+    pub schedule: Schedule,
+    /// The schedule on this mesh, without the faces of its surface.
+    pub motion: Motion,
+    /// The surface nodes.
+    pub surface: SurfacePoints,
+    /// The smallest first-cell height at moving walls, in mesh units.
+    pub smallest_first_cell: Option<f64>,
+    /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.
+    pub first_cell_change_in_f32: f64,
+    /// The boundary faces of the moving walls, ascending.
+    pub moving_faces: Vec<u32>,
+    /// The faces among them that are a side of no cell.
+    pub loose_faces: Vec<u32>,
+    /// The box around the nodes that deform.
+    pub region: Bounds,
+    /// Kernel and support radius of displacements.
+    pub basis: Basis,
+    /// How the layers are interpolated.
+    pub method: Method,
+    /// Nodes over one another, where the mesh is one layer between sides called `empty`.
+    pub one_layer: Option<OneLayer>,
+    /// Nodes that follow their periodic partners.
+    pub periodic: PeriodicNodes,
+    /// What is interpolated, over all steps of the schedule.
+    pub layers: Vec<Layer>,
+    /// Velocities over all steps, where they are requested.
+    pub velocity: Option<Layer>,
+    /// The point each body turns about, in the reference mesh.
+    pub centres: Vec<Vector>,
+    /// Displacement error allowed before the correction, in mesh units.
+    pub tolerance: f64,
+    /// What was chosen where the schedule says nothing.
+    pub choices: Vec<Diagnostic>,
+}
+
+impl Plan {
+    /// What the base points of a layer are to reproduce.
+    pub fn targets<'a>(&'a self, layer: &'a Layer) -> Targets<'a> {
+        Targets {
+            points: &self.surface.points,
+            values: layer.interpolated(),
+            criterion: &layer.criterion,
+            images: &self.periodic.is_image,
+            lever_arms: &layer.lever_arms,
+        }
+    }
+
+    /// Number of modes, all layers together.
+    pub fn n_modes(&self) -> usize {
+        self.layers.iter().map(|layer| layer.modes.n_modes).sum()
+    }
+
+    /// Whether the modes reproduce the motion but for round-off: that of rigid bodies.
+    pub fn modes_are_exact(&self) -> bool {
+        (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body))
+    }
+
+    /// Largest error of the modes at any node and step, in mesh units.
+    pub fn truncation(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.modes.truncation).sum()
+    }
+
+    /// The steps that share base points, in order: all of them, or with method `real` those between
+    /// two refreshes, counted from the start of the schedule.
+    pub fn selection_intervals(&self) -> Vec<Range<usize>> {
+        let steps = &self.motion.steps;
+        let selection = &self.schedule.selection;
+        let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
+        let span = |step: &Step| match refresh {
+            _ if selection.method != SelectionMethod::Real => 0,
+            // A step on the border belongs to the interval that begins there.
+            Some(refresh) => {
+                let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
+                (turned / refresh + 1e-9).floor() as usize
+            }
+            None => step.index,
+        };
+        let mut intervals: Vec<Range<usize>> = Vec::new();
+        for step in steps {
+            match intervals.last_mut() {
+                Some(last) if span(&steps[last.start]) == span(step) => last.end += 1,
+                _ => intervals.push(step.index..step.index + 1),
+            }
+        }
+        intervals
+    }
+
+    /// The exact map of every body at a step, with the rotation to the inertial frame.
+    pub fn poses_at(&self, step: &Step) -> Vec<BodyMap<'_>> {
+        let to_inertial = self.motion.to_inertial(step).unwrap_or(Transform::IDENTITY);
+        let poses = self.motion.poses(step, 1.0).into_iter();
+        poses.map(|pose| pose.then(&to_inertial)).collect()
+    }
+
+    /// Largest prescribed displacement of a surface node at a step, in the rotating frame.
+    pub fn largest_displacement(&self, step: usize) -> f64 {
+        let poses = self.motion.poses(&self.motion.steps[step], 1.0);
+        let surface = &self.surface;
+        parallel::largest(surface.points.len(), |at| {
+            let x = surface.points[at];
+            surface.body[at].map_or(0.0, |body| {
+                distance(poses[usize::from(body)].place(surface.nodes[at], x), x)
+            })
+        })
+    }
+
+    /// Whether the quality of every step is evaluated.
+    pub(crate) fn has_quality(&self) -> bool {
+        self.schedule.output.quality != QualityOutput::None
+    }
+
+    /// Whether a node, by its number in the whole mesh, is in the zones that deform.
+    pub(crate) fn is_in_zone(&self, node: u32) -> bool {
+        let zone = self.motion.zone.as_ref();
+        zone.is_none_or(|zone| zone.sides.nodes.has(node))
+    }
+}

@@ -1,0 +1,490 @@
+//! Positions of the nodes at a step: where the motion puts them, and repaired where cells are folded there.
+//!
+//! With `on_inverted = "repair"` steps are repaired by windows ([`super::window`]): all of them in as many substeps, in the
+//! same area of nodes, each from its own positions. So a repair follows from the mesh, the schedule and the number of
+//! the step, whichever steps were looked at before, and goes along with the motion from step to step.
+
+use super::evaluator::StepEvaluator;
+use super::measures::Measures;
+use super::repair::{self, Repair, n_not_valid};
+use super::step_memory::{RepairedStep, Rounding, StepMemory};
+use super::substeps::Parts;
+use super::untangle::StepFreedom;
+use super::window::{Window, folded_around, steps_around};
+use crate::motion::{OnInverted, Step};
+use crate::part::Part;
+use crate::plan::Plan;
+use crate::whole::{Whole, on_first};
+use azimesh_core::error::{Result, counted};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::parallel;
+use azimesh_core::progress::{Progress, Stop};
+use azimesh_quality::Summary;
+use azimesh_quality::repair::{Area, FoldedCells, Limits, PatchLog, refused};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::sync::Arc;
+
+/// Rings of neighbours around the folded cells of a window: its repair is spread over more nodes than one step needs.
+const LEAST_RINGS: usize = 3;
+/// How often the hardest step of a window is looked at for cells that are folded between valid corners.
+const LOOKS: usize = 3;
+const MEASURED: &str = "repairs are made where quality is evaluated";
+const ON_FIRST: &str = "the first rank has the whole mesh";
+
+/// The directions in which nodes may move, on the first rank.
+type OnFirst<'a> = Option<StepFreedom<'a>>;
+
+/// Results of positioning the nodes at a step.
+#[derive(Clone)]
+pub(crate) struct Positions {
+    pub selection_error: f64,
+    pub cells: Option<Summary>,
+    pub repair: Option<Repair>,
+}
+
+/// Gives positions at the steps of an interval. All ranks call its functions, each for the nodes of its part.
+#[derive(Clone, Copy)]
+pub(crate) struct Stepper<'a> {
+    pub plan: &'a Plan,
+    pub part: &'a Part,
+    pub whole: &'a Whole,
+    pub interval: &'a StepEvaluator,
+    /// Where quality is evaluated and folded cells are repaired.
+    pub measures: Option<&'a Measures>,
+    pub memory: &'a StepMemory,
+    pub rounding: Rounding,
+    pub stop: &'a Stop,
+    /// Receives what is done about folded cells, which may take long.
+    pub progress: &'a dyn Progress,
+}
+
+impl<'a> Stepper<'a> {
+    /// Positions of a step, evaluated and repaired where the schedule wants that.
+    pub fn at(&self, step: &Step, points: &mut [Vector]) -> Result<Positions> {
+        let repairs = self.plan.schedule.output.on_inverted == OnInverted::Repair;
+        if self.measures.is_some() && repairs && self.is_repaired_by_windows()? {
+            let found = self.in_windows(step, points)?;
+            self.say_no_more(&found);
+            return Ok(found);
+        }
+        let selection_error = self.plain(step, points)?;
+        let cells = self.measures.map(|by| by.cells(&self.part.mesh, points));
+        let mut found = Positions {
+            selection_error,
+            cells,
+            repair: None,
+        };
+        self.alone(step, points, &mut found)?;
+        self.say_no_more(&found);
+        Ok(found)
+    }
+
+    /// Whether the mesh has no cells that are not repaired.
+    fn is_repaired_by_windows(&self) -> Result<bool> {
+        let own = refused(&self.part.mesh).is_none();
+        Ok(self.part.ranks().allgather(own).into_iter().all(|own| own))
+    }
+
+    fn say_moves(&self, step: &Step) {
+        self.progress
+            .say(&format!("{step}: nodes near folded cells are moved"));
+    }
+
+    fn say_no_more(&self, found: &Positions) {
+        if found.repair.is_some() {
+            self.progress.say("");
+        }
+    }
+
+    /// A step by itself: in substeps, where the schedule wants that and cells are folded.
+    fn alone(&self, step: &Step, points: &mut [Vector], found: &mut Positions) -> Result<()> {
+        let Some(cells) = &mut found.cells else {
+            return Ok(());
+        };
+        if !repair::wants_repair(self.plan, cells) {
+            return Ok(());
+        }
+        let mut done = self.try_substeps(step, points, cells, &mut found.selection_error)?;
+        if self.plan.schedule.output.on_inverted == OnInverted::Repair && n_not_valid(cells) > 0 {
+            let freedom = self.freedom(step)?;
+            self.say_moves(step);
+            let repaired = self.untangle(&freedom, points)?;
+            done.untangled(repaired, n_not_valid(cells));
+        }
+        found.repair = Some(done);
+        Ok(())
+    }
+
+    fn try_substeps(
+        &self,
+        step: &Step,
+        points: &mut [Vector],
+        cells: &mut Summary,
+        error: &mut f64,
+    ) -> Result<Repair> {
+        repair::try_substeps(
+            self.plan,
+            points,
+            cells,
+            error,
+            |parts, n_inverted, points| {
+                let inverted = counted(n_inverted, "inverted cell");
+                self.progress.say(&format!(
+                    "{step} has {inverted}, and is computed in {} substeps",
+                    parts.n
+                ));
+                let error = self.through(step, parts, points)?;
+                Ok((error, self.cells(points)))
+            },
+        )
+    }
+
+    fn in_windows(&self, step: &Step, points: &mut [Vector]) -> Result<Positions> {
+        if let Some(kept) = self.memory.repaired(step.index) {
+            points.copy_from_slice(&kept.points);
+            return Ok(kept.found.clone());
+        }
+        let window = self.window(step.index, points)?;
+        let selection_error = self.plain(step, points)?;
+        let cells = match self.memory.verdict(step.index) {
+            Some(cells) => cells,
+            None => self.cells(points),
+        };
+        let mut found = Positions {
+            selection_error,
+            cells: Some(cells),
+            repair: None,
+        };
+        // Where nothing has moved there is nothing to take part in.
+        if let Some(window) = window
+            && self.has_moved(points)
+        {
+            self.repair(&window, step, points, &mut found)?;
+            if self.plan.velocity.is_some() {
+                self.memory.keep_repaired(RepairedStep {
+                    step: step.index,
+                    points: points.to_vec(),
+                    found: found.clone(),
+                });
+            }
+        }
+        Ok(found)
+    }
+
+    /// Whether any node of the mesh is away from its position at rest.
+    fn has_moved(&self, points: &[Vector]) -> bool {
+        let own = *points != self.part.mesh.points[..];
+        self.part.ranks().allgather(own).contains(&true)
+    }
+
+    /// The window that a step is in, if any; leaves `points` in disorder.
+    fn window(&self, step: usize, points: &mut [Vector]) -> Result<Option<Arc<Window>>> {
+        if let Some(window) = self.memory.window(step) {
+            return Ok(Some(window));
+        }
+        let folded = folded_around(step, self.interval.steps(), &mut |step| {
+            if let Some(n) = self.memory.folded(step) {
+                return Ok(n > 0);
+            }
+            self.check_stop()?;
+            let at = &self.plan.motion.steps[step];
+            self.plain(at, points)?;
+            let cells = self.cells(points);
+            self.memory.keep_verdict(step, &cells);
+            Ok(n_not_valid(&cells) > 0)
+        })?;
+        if folded.is_empty() {
+            return Ok(None);
+        }
+        let window = Arc::new(self.find(folded, points)?);
+        self.memory.keep_window(&window);
+        Ok(Some(window))
+    }
+
+    /// The window of folded steps: as many substeps as the step needs that has most folded cells, and an area around
+    /// all cells that are still folded at any step then, as wide as the hardest of them needs.
+    fn find(&self, folded: Vec<usize>, points: &mut [Vector]) -> Result<Window> {
+        let steps = &self.plan.motion.steps;
+        let n_folded = |step: usize| self.memory.folded(step).unwrap_or(0);
+        let worst = folded
+            .iter()
+            .copied()
+            .rev()
+            .max_by_key(|&step| n_folded(step));
+        let worst = &steps[worst.unwrap_or(folded[0])];
+        let mut error = self.plain(worst, points)?;
+        let mut cells = self.cells(points);
+        let substeps = self
+            .try_substeps(worst, points, &mut cells, &mut error)?
+            .substeps;
+        let freedom = self.freedom(worst)?;
+        let mut all = FoldedCells::default();
+        let mut hardest = (0, worst);
+        for &step in &folded {
+            self.check_stop()?;
+            let error = self.start(&steps[step], substeps, points)?;
+            if substeps.is_some() {
+                let n_nodes = self.plan.boundary.n_nodes;
+                self.memory.keep_start(step, n_nodes, points, error);
+            }
+            let n = self.on_first(&freedom, points, |freedom, points| {
+                Ok(all.add(freedom.task(), points).all())
+            })?;
+            if n > hardest.0 {
+                hardest = (n, &steps[step]);
+            }
+        }
+        let mut rings = LEAST_RINGS;
+        if hardest.0 > 0 {
+            self.kept_start(hardest.1, substeps, points)?;
+            let freedom = self.freedom(hardest.1)?;
+            self.say_moves(hardest.1);
+            rings = rings_of(&self.untangle(&freedom, points)?).max(rings);
+        }
+        let around = |freedom: &StepFreedom<'_>| Area::around(freedom.task(), &all, rings);
+        let mut area = freedom.as_ref().map(around);
+        if hardest.0 > 0 {
+            self.look_between(&mut area, hardest.1, substeps, points)?;
+        }
+        Ok(Window {
+            steps: steps_around(&folded, self.interval.steps()),
+            substeps,
+            area,
+            folded,
+        })
+    }
+
+    /// Has an area look between the corners of the cells that it leaves folded there at the hardest step, so that it moves
+    /// its nodes at all steps alike.
+    fn look_between(
+        &self,
+        area: &mut Option<Area>,
+        hardest: &Step,
+        substeps: Option<Parts>,
+        points: &mut [Vector],
+    ) -> Result<()> {
+        let freedom = self.freedom(hardest)?;
+        for _ in 0..LOOKS {
+            self.kept_start(hardest, substeps, points)?;
+            self.relax(&freedom, area.as_ref(), points)?;
+            let found_more = self.on_first(&freedom, points, |freedom, points| {
+                let area = area.as_mut().expect(ON_FIRST);
+                Ok(area.look_between(freedom.task(), points))
+            })?;
+            if !found_more {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Repairs a step of a window, whose positions before that are in `points`.
+    fn repair(
+        &self,
+        window: &Window,
+        step: &Step,
+        points: &mut [Vector],
+        found: &mut Positions,
+    ) -> Result<()> {
+        let before = found.cells.take().unwrap_or_default();
+        let weight = window.weight(step.index);
+        let plain = (weight < 1.0).then(|| points.to_vec());
+        let plain_error = found.selection_error;
+        if window.substeps.is_some() {
+            found.selection_error = match self.memory.take_start(step.index) {
+                Some(start) => {
+                    points.copy_from_slice(&start.points);
+                    start.selection_error
+                }
+                None => self.start(step, window.substeps, points)?,
+            };
+        }
+        let freedom = self.freedom(step)?;
+        let after = self.on_first(&freedom, points, |freedom, points| {
+            Ok(FoldedCells::default().add(freedom.task(), points))
+        })?;
+        self.say_moves(step);
+        let area = window.area.as_ref();
+        let (repaired, mut cells) = self.make_valid(&freedom, area, points)?;
+        let mut taken = 1.0;
+        if let Some(plain) = plain {
+            (taken, cells) = self.blend(&freedom, &plain, weight, points, cells)?;
+            found.selection_error = found.selection_error.max(plain_error);
+            if n_not_valid(&cells) > 0 {
+                // A step that is valid by itself stays so.
+                points.copy_from_slice(&plain);
+                found.selection_error = plain_error;
+                (taken, cells) = (0.0, before.clone());
+            }
+        }
+        found.repair = Some(Repair::of_window(
+            window, taken, &before, after, repaired, &cells,
+        ));
+        found.cells = Some(cells);
+        Ok(())
+    }
+
+    /// Moves the nodes of an area to where its functional is least. Where cells are left, they get patches of their own; then
+    /// the area has another try, from valid cells, so that it ends where it ends at the steps beside this one.
+    fn make_valid(
+        &self,
+        freedom: &OnFirst<'_>,
+        area: Option<&Area>,
+        points: &mut [Vector],
+    ) -> Result<(Vec<PatchLog>, Summary)> {
+        let mut repaired = self.relax(freedom, area, points)?;
+        let mut cells = self.cells(points);
+        if n_not_valid(&cells) == 0 {
+            return Ok((repaired, cells));
+        }
+        repaired.extend(self.untangle(freedom, points)?);
+        self.rounding.apply(points);
+        cells = self.cells(points);
+        if n_not_valid(&cells) == 0 {
+            let mut again = points.to_vec();
+            let last = self.relax(freedom, area, &mut again)?;
+            let after = self.cells(&again);
+            if n_not_valid(&after) == 0 {
+                points.copy_from_slice(&again);
+                repaired.extend(last);
+                cells = after;
+            }
+        }
+        Ok((repaired, cells))
+    }
+
+    /// Makes `points`, which are a repaired step, a part of that and of its `plain` positions: `weight` of it, or more where
+    /// cells are folded then. Gives the part and its cells.
+    fn blend(
+        &self,
+        freedom: &OnFirst<'_>,
+        plain: &[Vector],
+        weight: f64,
+        points: &mut [Vector],
+        cells: Summary,
+    ) -> Result<(f64, Summary)> {
+        let repaired = points.to_vec();
+        for weight in [weight, 0.5 + 0.5 * weight, 0.75 + 0.25 * weight] {
+            parallel::update(points, |node, x| {
+                let (from, to) = (plain[node], repaired[node]);
+                for k in 0..3 {
+                    x[k] = from[k] + weight * (to[k] - from[k]);
+                }
+            });
+            self.on_first(freedom, points, |freedom, points| {
+                freedom.keep_to_surface(points);
+                Ok(())
+            })?;
+            self.rounding.apply(points);
+            let cells = self.cells(points);
+            if n_not_valid(&cells) == 0 {
+                return Ok((weight, cells));
+            }
+        }
+        points.copy_from_slice(&repaired);
+        Ok((1.0, cells))
+    }
+
+    /// Where the motion puts the nodes; gives the largest error before the correction.
+    pub fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
+        let n_substeps = self.plan.schedule.rbf.substeps;
+        if n_substeps > 1 {
+            self.progress
+                .say(&format!("{step} is computed in {n_substeps} substeps"));
+        }
+        let error = self.interval.points_at(step, points)?;
+        self.rounding.apply(points);
+        Ok(error)
+    }
+
+    fn through(&self, step: &Step, parts: Parts, points: &mut [Vector]) -> Result<f64> {
+        let error = self.interval.points_through(step, parts, points)?;
+        self.rounding.apply(points);
+        Ok(error)
+    }
+
+    /// The quality of the cells.
+    fn cells(&self, points: &[Vector]) -> Summary {
+        self.measures
+            .expect(MEASURED)
+            .cells(&self.part.mesh, points)
+    }
+
+    /// Ends the work where the user of any rank has asked for that.
+    fn check_stop(&self) -> Result<()> {
+        self.part.ranks().all_ok(self.stop.check())
+    }
+
+    /// The directions in which nodes may move at a step; `None` on other ranks than the first.
+    fn freedom(&self, step: &Step) -> Result<OnFirst<'a>> {
+        let own = &self.measures.expect(MEASURED).judge;
+        let made = || {
+            let mesh = self.whole.mesh(self.part)?;
+            let judge = self.whole.judge(self.part, own)?;
+            Ok(StepFreedom::of(self.plan, mesh, judge, step))
+        };
+        let ranks = self.part.ranks();
+        ranks.all_ok(ranks.is_first().then(made).transpose())
+    }
+
+    /// Has the first rank work on the positions of all nodes.
+    fn on_first<T: Serialize + DeserializeOwned>(
+        &self,
+        freedom: &OnFirst<'_>,
+        points: &mut [Vector],
+        act: impl FnOnce(&StepFreedom<'_>, &mut [Vector]) -> Result<T>,
+    ) -> Result<T> {
+        on_first(self.part, points, |points| {
+            act(freedom.as_ref().expect(ON_FIRST), points)
+        })
+    }
+
+    /// Makes the cells valid that are not, by as few nodes as possible.
+    fn untangle(&self, freedom: &OnFirst<'_>, points: &mut [Vector]) -> Result<Vec<PatchLog>> {
+        self.on_first(freedom, points, |freedom, points| {
+            freedom.untangle(points, Limits::default(), self.stop)
+        })
+    }
+
+    /// Moves the nodes of an area to where its functional is least, and rounds them.
+    fn relax(
+        &self,
+        freedom: &OnFirst<'_>,
+        area: Option<&Area>,
+        points: &mut [Vector],
+    ) -> Result<Vec<PatchLog>> {
+        let repaired = self.on_first(freedom, points, |freedom, points| {
+            freedom.relax(area.expect(ON_FIRST), points, self.stop)
+        })?;
+        self.rounding.apply(points);
+        Ok(repaired)
+    }
+
+    /// Where the repair of a step begins.
+    fn start(&self, step: &Step, substeps: Option<Parts>, points: &mut [Vector]) -> Result<f64> {
+        match substeps {
+            None => self.plain(step, points),
+            Some(parts) => self.through(step, parts, points),
+        }
+    }
+
+    /// The same, from memory where it was kept there.
+    fn kept_start(
+        &self,
+        step: &Step,
+        substeps: Option<Parts>,
+        points: &mut [Vector],
+    ) -> Result<()> {
+        if self.memory.copy_start(step.index, points).is_none() {
+            self.start(step, substeps, points)?;
+        }
+        Ok(())
+    }
+}
+
+/// The rings of the widest patch that has become valid.
+fn rings_of(patches: &[PatchLog]) -> usize {
+    let valid = patches.iter().filter(|log| log.invalid == 0);
+    valid.map(|log| log.rings).max().unwrap_or(0)
+}

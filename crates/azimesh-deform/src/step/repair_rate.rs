@@ -1,0 +1,122 @@
+//! How fast the repair of a step changes: what it adds to the velocities of the nodes.
+//!
+//! ```text
+//! x = p + r,   v = p' + r'
+//! ```
+//!
+//! `p` are the positions that the motion gives, whose velocities are exact, `r` is what the repair adds; its derivative is that of
+//! the parabola through the step and its neighbours. Outside windows `r` is zero.
+
+use super::positions::{Positions, Stepper};
+use crate::motion::Step;
+use azimesh_core::error::Result;
+use azimesh_core::geometry::Transform;
+use azimesh_core::geometry::vector::{Vector, add, sub};
+use azimesh_core::parallel;
+
+impl Stepper<'_> {
+    /// Velocities of the nodes, which are at `points` at a step, as they were `found`, where the schedule asks for them.
+    ///
+    /// # Errors
+    /// As of the positions of the step and its neighbours.
+    pub fn velocities(
+        &self,
+        step: &Step,
+        found: &Positions,
+        points: &[Vector],
+    ) -> Result<Option<Vec<Vector>>> {
+        let velocities = self.interval.velocities_at(step, points);
+        let Some(mut out) = velocities else {
+            return Ok(None);
+        };
+        if found.repair.is_none() {
+            return Ok(Some(out));
+        }
+        let to_inertial = self.plan.motion.to_inertial(step);
+        for (neighbour, factor) in self.factors(step) {
+            if factor == 0.0 {
+                continue;
+            }
+            let Some(added) = self.added(&self.plan.motion.steps[neighbour])? else {
+                continue;
+            };
+            parallel::update(&mut out, |node, v| {
+                let mut rate = added[node];
+                if let Some(to_inertial) = &to_inertial {
+                    rate = to_inertial.turn(rate);
+                }
+                *v = add(*v, rate.map(|x| factor * x));
+            });
+        }
+        Ok(Some(out))
+    }
+
+    /// The derivative at a step as a sum over steps: the factor of each.
+    fn factors(&self, step: &Step) -> Vec<(usize, f64)> {
+        let time = |index: usize| self.plan.motion.steps[index].time_s.unwrap_or(0.0);
+        let (at, steps) = (step.index, self.interval.steps());
+        let before = (at > steps.start).then(|| (at - 1, time(at - 1) - time(at)));
+        let after = (at + 1 < steps.end).then(|| (at + 1, time(at + 1) - time(at)));
+        derivative(at, [before, after])
+    }
+
+    /// What the repair adds to the positions of a step, in the rotating frame; none where it is not repaired.
+    fn added(&self, step: &Step) -> Result<Option<Vec<Vector>>> {
+        let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
+        let found = self.at(step, &mut points)?;
+        if found.repair.is_none() {
+            return Ok(None);
+        }
+        let mut plain = vec![[0.0; 3]; points.len()];
+        self.interval.points_at(step, &mut plain)?;
+        self.rounding.apply(&mut plain);
+        let back = self.plan.motion.to_inertial(step);
+        let back = back.as_ref().map(Transform::inverse);
+        parallel::update(&mut points, |node, x| {
+            let added = sub(*x, plain[node]);
+            *x = back.map_or(added, |back| back.turn(added));
+        });
+        Ok(Some(points))
+    }
+}
+
+/// Factors of the derivative of the parabola through a step and its neighbours, which are so far from it in time; of
+/// the line where one of these is missing or at the same time as another step.
+fn derivative(at: usize, neighbours: [Option<(usize, f64)>; 2]) -> Vec<(usize, f64)> {
+    let [before, after] = neighbours.map(|neighbour| neighbour.filter(|(_, time)| *time != 0.0));
+    match (before, after) {
+        (Some((i, a)), Some((j, b))) if a != b => {
+            vec![
+                (i, b / (a * (b - a))),
+                (at, -(a + b) / (a * b)),
+                (j, -a / (b * (b - a))),
+            ]
+        }
+        (Some((i, a)), _) | (None, Some((i, a))) => vec![(i, 1.0 / a), (at, -1.0 / a)],
+        (None, None) => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::derivative;
+
+    #[test]
+    fn a_parabola_has_its_own_derivative_and_a_line_without_a_neighbour() {
+        let f = |t: f64| 3.0 + 2.0 * t - 5.0 * t * t;
+        let times = [0.2, 0.5, 0.9];
+        let sum = |factors: Vec<(usize, f64)>| -> f64 {
+            factors
+                .iter()
+                .map(|(i, factor)| factor * f(times[*i]))
+                .sum()
+        };
+        let (before, after) = (Some((0, 0.2 - 0.5)), Some((2, 0.9 - 0.5)));
+        assert!((sum(derivative(1, [before, after])) - (2.0 - 10.0 * 0.5)).abs() < 1e-12);
+        let line = |i: usize| (f(times[i]) - f(0.5)) / (times[i] - 0.5);
+        assert!((sum(derivative(1, [before, None])) - line(0)).abs() < 1e-12);
+        assert!((sum(derivative(1, [None, after])) - line(2)).abs() < 1e-12);
+        assert!((sum(derivative(1, [Some((0, 0.0)), after])) - line(2)).abs() < 1e-12);
+        assert!(derivative(1, [None, Some((2, 0.0))]).is_empty());
+    }
+}

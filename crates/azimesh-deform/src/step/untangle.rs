@@ -1,0 +1,206 @@
+//! `on_inverted = "repair"`: cells of a step that are folded are made valid by moving nodes near them.
+//!
+//! The result follows from the positions of the step alone. Knows which nodes of a step may go where; the rest is
+//! `repair`'s.
+
+use crate::motion::{Role, Step};
+use crate::plan::Plan;
+use azimesh_core::error::Result;
+use azimesh_core::geometry::Transform;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::parallel;
+use azimesh_core::progress::Stop;
+use azimesh_io::mesh::{Mesh, OneLayer};
+use azimesh_quality::Judge;
+use azimesh_quality::repair::{Area, Freedom, Limits, Partner, PatchLog, Task, untangle};
+use azimesh_rbf::constraint::Constraint;
+
+/// The directions in which the nodes of the whole mesh may move at a step.
+pub(crate) struct StepFreedom<'a> {
+    plan: &'a Plan,
+    mesh: &'a Mesh,
+    judge: &'a Judge,
+    to_inertial: Option<Transform>,
+    freedom: Freedom,
+}
+
+impl<'a> StepFreedom<'a> {
+    /// At a step of a plan on a whole mesh.
+    pub fn of(plan: &'a Plan, mesh: &'a Mesh, judge: &'a Judge, step: &Step) -> Self {
+        let to_inertial = plan.motion.to_inertial(step);
+        Self {
+            freedom: freedom(plan, mesh, judge, to_inertial.as_ref()),
+            plan,
+            mesh,
+            judge,
+            to_inertial,
+        }
+    }
+
+    /// What is to be repaired.
+    pub fn task(&self) -> Task<'_> {
+        Task {
+            mesh: self.mesh,
+            reference: &self.judge.reference,
+            freedom: &self.freedom,
+        }
+    }
+
+    /// Makes the cells valid that are not, by as few nodes as possible.
+    ///
+    /// # Errors
+    /// Where `stop` was asked for.
+    pub fn untangle(
+        &self,
+        points: &mut [Vector],
+        limits: Limits,
+        stop: &Stop,
+    ) -> Result<Vec<PatchLog>> {
+        let repaired = untangle(self.task(), points, limits, stop)?;
+        self.keep_alike(points);
+        Ok(repaired.patches)
+    }
+
+    /// Moves the nodes of an area to where its functional is least.
+    ///
+    /// # Errors
+    /// Where `stop` was asked for.
+    pub fn relax(&self, area: &Area, points: &mut [Vector], stop: &Stop) -> Result<Vec<PatchLog>> {
+        let repaired = area.relax(self.task(), points, stop)?;
+        self.keep_alike(points);
+        Ok(repaired.patches)
+    }
+
+    /// Puts nodes back that have left a curved boundary on which they slide, and those that follow others.
+    pub fn keep_to_surface(&self, points: &mut [Vector]) {
+        if let Some(sliding) = &self.plan.surface.sliding
+            && sliding.has_curved()
+        {
+            let back = self.to_inertial.as_ref().map(Transform::inverse);
+            let surface = &self.plan.motion.surface.nodes;
+            let nodes = surface.nodes.iter().zip(&surface.roles);
+            for ((&node, role), &point) in nodes.zip(&self.plan.surface.point_of) {
+                let (node, point) = (node as usize, point as usize);
+                if *role == Role::Sliding && !sliding.is_linear(point) {
+                    let x = back.map_or(points[node], |back| back.apply(points[node]));
+                    let x = sliding.place(point, x);
+                    points[node] = self.to_inertial.as_ref().map_or(x, |to| to.apply(x));
+                }
+            }
+        }
+        self.keep_alike(points);
+    }
+
+    /// Periodic nodes follow their partners, a plane mesh stays in its plane, and both sides of one layer are alike.
+    fn keep_alike(&self, points: &mut [Vector]) {
+        let plan = self.plan;
+        let reference = &self.mesh.points;
+        let to_inertial = self.to_inertial.as_ref();
+        plan.periodic.follow(plan, self.mesh, to_inertial, points);
+        if plan.motion.rotor.in_plane {
+            parallel::update(points, |node, x| x[2] = reference[node][2]);
+        }
+        if let Some(layer) = &plan.one_layer {
+            layer.level(reference, points);
+        }
+    }
+}
+
+/// Nodes of moving and fixed boundaries stay, those of planes that slide keep to them, periodic partners go together;
+/// outside a deforming zone nothing moves.
+fn freedom(plan: &Plan, mesh: &Mesh, judge: &Judge, to_inertial: Option<&Transform>) -> Freedom {
+    let is_alike = plan.periodic.followers().is_empty();
+    let layer = plan.one_layer.as_ref().filter(|_| is_alike);
+    let mut freedom = match layer {
+        None => Freedom::inner(mesh, &judge.adjacency),
+        Some(layer) => {
+            // The sides that are called `empty` are no boundary in the plane.
+            let high = layer.high_nodes(mesh.points.len());
+            let is_upright = |nodes: &[u32]| {
+                let n_high = nodes.iter().filter(|&&node| high[node as usize]).count();
+                n_high > 0 && n_high < nodes.len()
+            };
+            Freedom::inside(mesh, &judge.adjacency, &is_upright)
+        }
+    };
+    let turned = |constraint: Constraint| match to_inertial {
+        None => constraint,
+        Some(to_inertial) => {
+            let normals = constraint.columns().iter();
+            let normals: Vec<Vector> = normals.map(|normal| to_inertial.turn(*normal)).collect();
+            Constraint::of_normals(&normals)
+        }
+    };
+    let partners = plan.periodic.partners(to_inertial);
+    for partner in &partners {
+        freedom.free(partner.node);
+        freedom.free(partner.leader);
+    }
+    freedom.pair(partners);
+    let surface = &plan.motion.surface.nodes;
+    for ((&node, role), &point) in surface
+        .nodes
+        .iter()
+        .zip(&surface.roles)
+        .zip(&plan.surface.point_of)
+    {
+        let sliding = plan.surface.sliding.as_ref();
+        match (
+            role,
+            sliding.filter(|sliding| sliding.is_linear(point as usize)),
+        ) {
+            (Role::Sliding, Some(sliding)) => {
+                freedom.hold(node, turned(sliding.constraint(point as usize)));
+            }
+            _ => freedom.fix(node),
+        }
+    }
+    if let Some(layer) = layer {
+        pair_sides(layer, &mut freedom);
+    }
+    if let Some(zone) = &plan.motion.zone {
+        let outside = (0..mesh.points.len() as u32).filter(|node| !zone.sides.nodes.has(*node));
+        outside.for_each(|node| freedom.fix(node));
+    }
+    freedom
+}
+
+/// Nodes of the low side move in the plane, those over them with them.
+fn pair_sides(layer: &OneLayer, freedom: &mut Freedom) {
+    let mut normal = [0.0; 3];
+    normal[layer.axis] = 1.0;
+    let partners = layer.pairs.iter().map(|&[low, high]| {
+        let is_fixed = freedom.is_fixed(low) || freedom.is_fixed(high);
+        for node in [low, high] {
+            match is_fixed {
+                true => freedom.fix(node),
+                false => freedom.hold_too(node, normal),
+            }
+        }
+        Partner {
+            node: high,
+            leader: low,
+            map: Transform::IDENTITY,
+        }
+    });
+    let partners = partners.collect();
+    freedom.pair(partners);
+}
+
+impl crate::plan::periodic::PeriodicNodes {
+    /// The nodes that follow others, with the maps between them in the frame that `to_inertial` leads to.
+    fn partners(&self, to_inertial: Option<&Transform>) -> Vec<Partner> {
+        let map = |map: Transform| match to_inertial {
+            None => map,
+            Some(to_inertial) => to_inertial.inverse().then(&map).then(to_inertial),
+        };
+        let followers = self.followers().iter();
+        followers
+            .map(|follower| Partner {
+                node: follower.node,
+                leader: follower.leader,
+                map: map(follower.map),
+            })
+            .collect()
+    }
+}

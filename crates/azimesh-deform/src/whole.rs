@@ -1,0 +1,92 @@
+//! The whole mesh on the first rank, where other ranks have parts of it: what repairs folded cells, and what formats are written
+//! from that take no parts.
+
+use super::part::Part;
+use super::plan::prepare::{has_boxes, leave_out_boxes};
+use azimesh_core::error::Result;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_io::mesh::Mesh;
+use azimesh_quality::Judge;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::sync::{Arc, OnceLock};
+
+/// Reads the mesh as it was before interface nodes were duplicated.
+pub type ReadWhole = Box<dyn Fn() -> Result<Arc<Mesh>> + Send + Sync>;
+
+/// The whole mesh, which the first rank reads when it is needed.
+#[derive(Default)]
+pub(crate) struct Whole {
+    /// None on the other ranks, and where one process has the mesh.
+    read: Option<ReadWhole>,
+    mesh: OnceLock<Arc<Mesh>>,
+    judge: OnceLock<Judge>,
+}
+
+impl Whole {
+    pub fn new(read: Option<ReadWhole>) -> Self {
+        Self {
+            read,
+            ..Self::default()
+        }
+    }
+
+    /// The whole mesh; on the other ranks than the first their parts.
+    ///
+    /// # Errors
+    /// Where it cannot be read.
+    pub fn mesh<'a>(&'a self, part: &'a Part) -> Result<&'a Arc<Mesh>> {
+        let Some(read) = self.read.as_ref() else {
+            return Ok(&part.mesh);
+        };
+        if let Some(mesh) = self.mesh.get() {
+            return Ok(mesh);
+        }
+        let mut mesh = read()?;
+        if has_boxes(&mesh) {
+            leave_out_boxes(Arc::make_mut(&mut mesh));
+        }
+        if let Some(doubled) = &part.doubled {
+            doubled.apply(Arc::make_mut(&mut mesh));
+        }
+        Ok(self.mesh.get_or_init(|| mesh))
+    }
+
+    /// Whether the first rank has read it.
+    pub fn is_read(&self) -> bool {
+        self.mesh.get().is_some()
+    }
+
+    /// Its quality in the reference state; `own` is that of the part of one process.
+    ///
+    /// # Errors
+    /// As of [`mesh`](Self::mesh).
+    pub fn judge<'a>(&'a self, part: &'a Part, own: &'a Judge) -> Result<&'a Judge> {
+        if self.read.is_none() {
+            return Ok(own);
+        }
+        let mesh = self.mesh(part)?;
+        Ok(self.judge.get_or_init(|| Judge::new(mesh)))
+    }
+}
+
+/// Calls `act` on the first rank with the positions of all nodes, and takes the positions that it leaves; gives its result on all
+/// ranks. All ranks call it.
+///
+/// # Errors
+/// The error of `act`, on all ranks.
+pub(super) fn on_first<T: Serialize + DeserializeOwned>(
+    part: &Part,
+    points: &mut [Vector],
+    act: impl FnOnce(&mut [Vector]) -> Result<T>,
+) -> Result<T> {
+    let ranks = part.ranks();
+    if ranks.n() == 1 {
+        return act(points);
+    }
+    let mut whole = part.mesh.gather_nodes(&points[part.mesh.own_nodes()]);
+    let done = whole.as_mut().map(|whole| act(whole)).transpose();
+    let done = ranks.all_ok(done)?;
+    part.mesh.scatter_nodes(whole.as_deref(), points);
+    Ok(ranks.broadcast(done))
+}

@@ -1,0 +1,222 @@
+//! The data of a node: its type, its dimensions, and its values in the byte order of this machine.
+
+use super::super::vtk::chunk::reverse_each;
+use super::file::File;
+use crate::mesh::Values;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::for_blocks;
+use bytemuck::allocation::{cast_vec, zeroed_vec};
+use std::ops::Range;
+use std::rc::Rc;
+
+/// Bytes that one task copies.
+const PER_TASK: usize = 1 << 18;
+
+/// Where the bytes of data lie in the file, in order.
+#[derive(Default)]
+pub struct Pieces {
+    /// For each piece the number of bytes before it, and its place.
+    pieces: Vec<(usize, usize)>,
+    n_bytes: usize,
+}
+
+impl Pieces {
+    /// Adds a piece of the file, or of it what is left of `n_bytes` in all.
+    pub fn add(&mut self, piece: Range<u64>, n_bytes: u64) {
+        let left = n_bytes - self.n_bytes();
+        self.pieces.push((self.n_bytes, piece.start as usize));
+        self.n_bytes += (piece.end - piece.start).min(left) as usize;
+    }
+
+    /// Bytes in all.
+    pub fn n_bytes(&self) -> u64 {
+        self.n_bytes as u64
+    }
+
+    /// Copies the bytes from `first` on.
+    fn copy(&self, file: &[u8], first: usize, out: &mut [u8]) {
+        let mut at = self.pieces.partition_point(|(before, _)| *before <= first) - 1;
+        let mut done = 0;
+        while done < out.len() {
+            let (before, start) = self.pieces[at];
+            let end = self.pieces.get(at + 1).map_or(self.n_bytes, |next| next.0);
+            let skip = first + done - before;
+            let n = (end - before - skip).min(out.len() - done);
+            let from = start + skip;
+            out[done..done + n].copy_from_slice(&file[from..from + n]);
+            done += n;
+            at += 1;
+        }
+    }
+}
+
+/// The type of values.
+#[derive(Clone, Copy)]
+enum Kind {
+    Characters,
+    Bytes,
+    Integers,
+    Unsigned,
+    Reals,
+    /// Integers that are of 64 bits by their type, of 32 in a file of a machine whose long integers have no more.
+    ShortIntegers,
+    ShortUnsigned,
+}
+
+/// The data of a node.
+pub struct Data {
+    file: Rc<File>,
+    kind: Kind,
+    /// Bytes of a value in the file.
+    size: usize,
+    shape: Vec<u64>,
+    n_values: usize,
+    pieces: Pieces,
+}
+
+impl Data {
+    /// Data of a type, which stands at `at`; `pieces` gives the places of so many bytes.
+    pub fn new(
+        file: &Rc<File>,
+        data_type: &[u8],
+        shape: Vec<u64>,
+        at: u64,
+        pieces: impl FnOnce(u64) -> Result<Pieces>,
+    ) -> Result<Self> {
+        let Some((kind, size)) = kind_of(data_type, file.long()) else {
+            let name = data_type.escape_ascii();
+            let message = format!(
+                "data of the type \"{name}\" is not read; C1, B1, I4, I8, U4, U8, R4 and R8 are"
+            );
+            return Err(file.refuse(message, at));
+        };
+        let length = file.source.bytes().len() as u64;
+        let n_bytes = match shape.contains(&0) {
+            true => Some(0),
+            false => shape
+                .iter()
+                .try_fold(size as u64, |product, n| product.checked_mul(*n)),
+        };
+        let Some(n_bytes) = n_bytes.filter(|n| *n <= length) else {
+            let message = format!(
+                "data of the dimensions {shape:?} is more than the file, which has {length} bytes"
+            );
+            return Err(file.refuse(message, at));
+        };
+        Ok(Self {
+            file: file.clone(),
+            kind,
+            size,
+            shape,
+            n_values: n_bytes as usize / size,
+            pieces: pieces(n_bytes)?,
+        })
+    }
+
+    /// How many values there are along each index, the last index running fastest.
+    pub fn shape(&self) -> &[u64] {
+        &self.shape
+    }
+
+    /// Number of rows: values of the first index.
+    pub fn n_rows(&self) -> u64 {
+        self.shape.first().copied().unwrap_or(1)
+    }
+
+    /// Values in one row.
+    pub fn row(&self) -> Result<usize> {
+        let n_rows = usize::try_from(self.n_rows()).unwrap_or(usize::MAX);
+        Ok(self.n_values.checked_div(n_rows).unwrap_or(0))
+    }
+
+    /// `n`: rows can be read in any number.
+    pub fn whole_chunks(&self, n: u64) -> u64 {
+        n
+    }
+
+    /// Refuses rows that are not there.
+    pub fn check_rows(&self, rows: &Range<u64>) -> Result<()> {
+        let n = self.n_rows();
+        if rows.start <= rows.end && rows.end <= n {
+            return Ok(());
+        }
+        let (start, end) = (rows.start, rows.end);
+        let message = format!("rows {start} to {end} are needed; it has {n}");
+        Err(Error::input(message))
+    }
+
+    /// The values of some rows.
+    pub fn rows(&self, rows: Range<u64>) -> Result<Values> {
+        self.check_rows(&rows)?;
+        let row = self.row()?;
+        Ok(self.part(rows.start as usize * row..rows.end as usize * row))
+    }
+
+    /// All values.
+    pub fn values(&self) -> Result<Values> {
+        Ok(self.part(0..self.n_values))
+    }
+
+    /// The bytes of text.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.numbers(0..self.n_values)
+    }
+
+    fn part(&self, values: Range<usize>) -> Values {
+        match (self.kind, self.size) {
+            (Kind::Characters, _) => Values::I8(cast_vec(self.numbers::<u8>(values))),
+            (Kind::Bytes, _) => Values::U8(self.numbers(values)),
+            (Kind::Integers, 4) => Values::I32(cast_vec(self.numbers::<u32>(values))),
+            (Kind::Integers, _) => Values::I64(cast_vec(self.numbers::<u64>(values))),
+            (Kind::Unsigned, 4) => Values::U32(self.numbers(values)),
+            (Kind::Unsigned, _) => Values::U64(self.numbers(values)),
+            (Kind::Reals, 4) => Values::F32(cast_vec(self.numbers::<u32>(values))),
+            (Kind::Reals, _) => Values::F64(cast_vec(self.numbers::<u64>(values))),
+            (Kind::ShortIntegers, _) => {
+                let short = self.numbers::<u32>(values).into_iter();
+                Values::I64(short.map(|n| i64::from(n as i32)).collect())
+            }
+            (Kind::ShortUnsigned, _) => {
+                let short = self.numbers::<u32>(values).into_iter();
+                Values::U64(short.map(u64::from).collect())
+            }
+        }
+    }
+
+    /// Values of the size of `T`.
+    fn numbers<T: bytemuck::Pod>(&self, values: Range<usize>) -> Vec<T> {
+        let mut numbers = zeroed_vec::<T>(values.len());
+        self.fill(values.start, bytemuck::cast_slice_mut(&mut numbers));
+        numbers
+    }
+
+    /// The bytes of values from `first` on.
+    fn fill(&self, first: usize, out: &mut [u8]) {
+        let (pieces, file) = (&self.pieces, self.file.source.bytes());
+        let (size, swaps) = (self.size, self.file.swaps());
+        let start = first * size;
+        for_blocks(out, PER_TASK, &|first, out| {
+            pieces.copy(file, start + first, out);
+            if swaps {
+                reverse_each(out, size);
+            }
+        });
+    }
+}
+
+/// The type that a text means, and the bytes of a value; links are text.
+fn kind_of(data_type: &[u8], long: usize) -> Option<(Kind, usize)> {
+    Some(match (data_type, long) {
+        (b"C1" | b"LK", _) => (Kind::Characters, 1),
+        (b"B1", _) => (Kind::Bytes, 1),
+        (b"I4", _) => (Kind::Integers, 4),
+        (b"I8", 4) => (Kind::ShortIntegers, 4),
+        (b"I8", _) => (Kind::Integers, 8),
+        (b"U4", _) => (Kind::Unsigned, 4),
+        (b"U8", 4) => (Kind::ShortUnsigned, 4),
+        (b"U8", _) => (Kind::Unsigned, 8),
+        (b"R4", _) => (Kind::Reals, 4),
+        (b"R8", _) => (Kind::Reals, 8),
+        _ => return None,
+    })
+}

@@ -1,0 +1,469 @@
+//! Cells and groups of an unstructured zone.
+
+use super::super::exterior::exterior_faces;
+use super::builder::MeshBuilder;
+use super::element::{NFACE_N, NGON_N};
+use super::families::Families;
+use super::node_set::NodeSet;
+use super::polyhedra::Polyhedra;
+use super::regions::{GridLocation, Region, regions};
+use super::sections::{Cells, Section, Span, outside, says_nothing, sections};
+use super::zone::Zone;
+use azimesh_core::diagnostic::formats::Read;
+use azimesh_core::error::Result;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// Appends the cells of a zone, and its boundary conditions as groups.
+pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) -> Result<()> {
+    let sections = sections(zone)?;
+    let regions = regions(zone, families, found)?;
+    let first_cell = found.cells.len();
+    let spans = read_cells(zone, &sections, &regions, found)?;
+    let cells = first_cell..found.cells.len();
+    add_groups(zone, (&sections, spans), &regions, cells, found)
+}
+
+/// Appends the boundary conditions of a zone as groups, where its cells are there from this one on: of elements that each are a
+/// cell. Gives the end of its cells.
+pub(super) fn read_groups(
+    zone: &Zone,
+    families: &Families,
+    first_cell: usize,
+    found: &mut MeshBuilder,
+) -> Result<usize> {
+    let sections = sections(zone)?;
+    let regions = regions(zone, families, found)?;
+    let mut spans: Vec<Option<Span>> = sections.iter().map(|_| None).collect();
+    let mut next = first_cell;
+    for i in order(zone, &sections)? {
+        let section = &sections[i];
+        spans[i] = Some(Span {
+            first: section.first,
+            n_elements: section.n_elements,
+            cells: Cells::From(next),
+        });
+        next += section.n_elements;
+    }
+    let spans = spans.into_iter().flatten().collect();
+    add_groups(zone, (&sections, spans), &regions, first_cell..next, found)?;
+    Ok(next)
+}
+
+fn add_groups(
+    zone: &Zone,
+    (sections, spans): (&[Section], Vec<Span>),
+    regions: &[Region],
+    of_zone: Range<usize>,
+    found: &mut MeshBuilder,
+) -> Result<()> {
+    check_count(zone, sections, of_zone.clone(), found)?;
+    regions
+        .iter()
+        .try_for_each(|region| check(region, zone, &spans))?;
+    let mut members = Members {
+        zone,
+        sections,
+        spans: &spans,
+        by_name: sections
+            .iter()
+            .enumerate()
+            .map(|(i, section)| (section.node.name(), i))
+            .collect(),
+        is_covered: vec![false; spans.len()],
+    };
+    let mut cells: Vec<Vec<Range<usize>>> = regions
+        .iter()
+        .map(|region| members.cells_of(region, found))
+        .collect();
+    make_faces(zone, regions, &mut cells, of_zone.start, found);
+    for (region, cells) in regions.iter().zip(&cells) {
+        if cells.is_empty() {
+            region.leave(found);
+        }
+        for name in &region.names {
+            tag(name, region.condition.as_deref(), cells, zone, found);
+        }
+    }
+    tag_sections(zone, sections, &members, found);
+    Ok(())
+}
+
+fn read_cells(
+    zone: &Zone,
+    sections: &[Section],
+    regions: &[Region],
+    found: &mut MeshBuilder,
+) -> Result<Vec<Span>> {
+    let has_polygons = |s: &Section| [NGON_N, NFACE_N].contains(&s.element_type);
+    let polyhedra = match sections.iter().any(has_polygons) {
+        true => Some(Polyhedra::read(zone, sections)?),
+        false => None,
+    };
+    let n_degenerate = polyhedra.as_ref().map_or(0, Polyhedra::n_degenerate);
+    if n_degenerate > 0 {
+        let note = Read::DegeneratePolygons {
+            zone: zone.node.path().to_owned(),
+            n: n_degenerate,
+        };
+        found.remarks.push(note.into());
+    }
+    let named = polyhedra
+        .as_ref()
+        .map_or_else(Vec::new, |polyhedra| named_faces(zone, polyhedra, regions));
+    let mut spans: Vec<Option<Span>> = sections.iter().map(|_| None).collect();
+    for i in order(zone, sections)? {
+        let section = &sections[i];
+        spans[i] = Some(match (&polyhedra, section.element_type) {
+            (Some(polyhedra), NGON_N) => polyhedra.append_faces(section, &named, found)?,
+            (Some(polyhedra), NFACE_N) => polyhedra.append_section(section, found)?,
+            _ => section.read(zone, found)?,
+        });
+    }
+    let mut spans: Vec<Span> = spans.into_iter().flatten().collect();
+    if let Some(polyhedra) = &polyhedra {
+        spans.extend(polyhedra.append_others(sections, zone.node, found)?);
+    }
+    Ok(spans)
+}
+
+/// The order in which the sections make up the cells: that of their elements, unless azimesh has written
+/// which cell each begins with. Faces of polyhedra that are no cells may follow as a section.
+pub(super) fn order(zone: &Zone, sections: &[Section]) -> Result<Vec<usize>> {
+    let mut order: Vec<usize> = (0..sections.len()).collect();
+    let said = zone.node.child(super::CELL_ORDER)?;
+    let Some(first) = said
+        .map(|node| node.child("FirstCell"))
+        .transpose()?
+        .flatten()
+    else {
+        return Ok(order);
+    };
+    let first = first.integers()?;
+    if first.len() <= sections.len() {
+        order.sort_by_key(|&i| first.get(i).copied().unwrap_or(i64::MAX));
+    }
+    Ok(order)
+}
+
+/// Notes a zone whose declared number of cells is wrong, as Gmsh writes where it leaves out cells
+/// of high order. Ghost cells of a section may count or not.
+fn check_count(
+    zone: &Zone,
+    sections: &[Section],
+    of_zone: Range<usize>,
+    found: &mut MeshBuilder,
+) -> Result<()> {
+    for section in sections {
+        if section.node.labelled("Rind_t")?.next().is_some() {
+            return Ok(());
+        }
+    }
+    let runs = found.cells.runs_in(of_zone);
+    let runs = runs.filter(|run| run.kind.dimension() == zone.cell_dimension);
+    let n: usize = runs.map(|run| run.n_cells()).sum();
+    let said = zone.n_cells[0];
+    if said != n {
+        let note = Read::CellCount {
+            zone: zone.node.path().to_owned(),
+            said,
+            dimension: zone.cell_dimension,
+            found: n,
+        };
+        found.remarks.push(note.into());
+    }
+    Ok(())
+}
+
+/// Refuses a region of nodes or elements that the zone does not have.
+fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
+    let ranges = region.ranges();
+    if region.is_range && region.numbers.len() != 2 {
+        return Err(region.node.refuse(format!(
+            "its range has {} numbers; in an unstructured zone it must have 2",
+            region.numbers.len()
+        )));
+    }
+    if region.place == GridLocation::Nodes {
+        let n = zone.n_nodes.iter().product::<usize>();
+        match ranges
+            .iter()
+            .find_map(|range| not_within(range, 1..n as i64 + 1))
+        {
+            None => return Ok(()),
+            Some(number) if region.says_place => return Err(outside(number, region.node, n)),
+            Some(_) => {}
+        }
+    }
+    match ranges.iter().find_map(|range| not_in(range, spans)) {
+        None => Ok(()),
+        Some(number) => {
+            let first = spans.first().map_or(0, |span| span.first);
+            let last = spans.iter().map(|span| span.end() - 1).max().unwrap_or(0);
+            Err(region.node.refuse(format!(
+                "it has element {number}, which is in no section; the sections have elements {first} to {last}"
+            )))
+        }
+    }
+}
+
+/// The first number of a range that is not in another.
+fn not_within(range: &Range<i64>, whole: Range<i64>) -> Option<i64> {
+    match whole.contains(&range.start) {
+        true => (range.end > whole.end).then_some(whole.end),
+        false => Some(range.start),
+    }
+}
+
+/// The first number of a range that is that of no element.
+fn not_in(range: &Range<i64>, spans: &[Span]) -> Option<i64> {
+    let first = spans.partition_point(|span| span.end() <= range.start);
+    let mut next = range.start;
+    for span in &spans[first..] {
+        if next >= range.end || span.first > next {
+            break;
+        }
+        next = next.max(span.end());
+    }
+    (next < range.end).then_some(next)
+}
+
+fn named_faces(zone: &Zone, polyhedra: &Polyhedra, regions: &[Region]) -> Vec<bool> {
+    let mut named = polyhedra.none_named();
+    if !polyhedra.has_solids() {
+        return named;
+    }
+    for region in regions {
+        match NodeSet::of(region, zone) {
+            Some(nodes) => polyhedra.name_nodes(|node| nodes.has(node), &mut named),
+            None => polyhedra.name_elements(&region.ranges(), &mut named),
+        }
+    }
+    named
+}
+
+/// Which cells belong to a region.
+struct Members<'a> {
+    zone: &'a Zone<'a>,
+    sections: &'a [Section<'a>],
+    spans: &'a [Span],
+    by_name: BTreeMap<&'a str, usize>,
+    /// Sections of which a region has elements.
+    is_covered: Vec<bool>,
+}
+
+impl Members<'_> {
+    fn cells_of(&mut self, region: &Region, found: &MeshBuilder) -> Vec<Range<usize>> {
+        let Some(nodes) = NodeSet::of(region, self.zone) else {
+            return self.cells_in(&region.ranges());
+        };
+        if let Some(cells) = self.section_of_name(region, &nodes, found) {
+            return cells;
+        }
+        self.faces_within(&nodes, region.dimension, found)
+    }
+
+    /// The cells of the section that has the name of a region and all of its nodes: the region gives that section its
+    /// name, and is no boundary.
+    fn section_of_name(
+        &mut self,
+        region: &Region,
+        nodes: &NodeSet,
+        found: &MeshBuilder,
+    ) -> Option<Vec<Range<usize>>> {
+        let names = region.names.iter().map(String::as_str);
+        let names = names.chain([region.node.name()]);
+        let named: BTreeSet<usize> = names
+            .filter_map(|name| self.by_name.get(name))
+            .copied()
+            .collect();
+        for i in named {
+            let section = &self.sections[i];
+            let mut cells = Vec::new();
+            self.spans[i].push_cells(0..section.n_elements, &mut cells);
+            let mut runs = cells
+                .iter()
+                .flat_map(|range| found.cells.runs_in(range.clone()));
+            let are_solid = runs.all(|run| run.kind.dimension() == self.zone.cell_dimension);
+            if !cells.is_empty() && are_solid && self.are_all(&cells, nodes, found) {
+                self.is_covered[i] = true;
+                return Some(cells);
+            }
+        }
+        None
+    }
+
+    /// The cells of these elements.
+    fn cells_in(&mut self, elements: &[Range<i64>]) -> Vec<Range<usize>> {
+        let mut cells = Vec::new();
+        for range in elements {
+            let first = self.spans.partition_point(|span| span.end() <= range.start);
+            for (i, span) in self.spans.iter().enumerate().skip(first) {
+                if span.first >= range.end {
+                    break;
+                }
+                let n = span.n_elements as i64;
+                let start = range.start.saturating_sub(span.first).clamp(0, n) as usize;
+                let end = range.end.saturating_sub(span.first).clamp(0, n) as usize;
+                self.is_covered[i] |= start < end;
+                span.push_cells(start..end, &mut cells);
+            }
+        }
+        cells
+    }
+
+    /// The faces that have only nodes of a set. A section of all these nodes and no other is meant
+    /// alone: faces across a corner may have only such nodes too.
+    fn faces_within(
+        &mut self,
+        nodes: &NodeSet,
+        dimension: u8,
+        found: &MeshBuilder,
+    ) -> Vec<Range<usize>> {
+        let mut cells = Vec::new();
+        for (i, span) in self.spans.iter().enumerate() {
+            let mut all = Vec::new();
+            span.push_cells(0..span.n_elements, &mut all);
+            let (mut within, mut n) = (Vec::new(), 0);
+            for run in all.into_iter().flat_map(|range| found.cells.runs_in(range)) {
+                n += run.n_cells();
+                if run.kind.dimension() != dimension {
+                    continue;
+                }
+                for (k, face) in run.cells().enumerate() {
+                    if face.iter().all(|&node| nodes.has(node)) {
+                        within.push(run.first_cell + k..run.first_cell + k + 1);
+                    }
+                }
+            }
+            self.is_covered[i] |= !within.is_empty();
+            if n > 0 && within.len() == n && self.are_all(&within, nodes, found) {
+                return within;
+            }
+            cells.extend(within);
+        }
+        cells
+    }
+
+    /// Whether cells have all nodes of a set.
+    fn are_all(&self, cells: &[Range<usize>], nodes: &NodeSet, found: &MeshBuilder) -> bool {
+        let mut seen = NodeSet::none(self.zone);
+        for range in cells {
+            for run in found.cells.runs_in(range.clone()) {
+                run.connectivity.iter().for_each(|&node| seen.add(node));
+            }
+        }
+        seen.count() == nodes.count()
+    }
+}
+
+/// Makes faces for the regions that are given by nodes where the file has no elements of them.
+fn make_faces(
+    zone: &Zone,
+    regions: &[Region],
+    cells: &mut [Vec<Range<usize>>],
+    first_cell: usize,
+    found: &mut MeshBuilder,
+) {
+    let lacks_faces = |(_, (_, cells)): &(usize, (&Region, &Vec<Range<usize>>))| cells.is_empty();
+    let wanted: Vec<(usize, NodeSet)> = regions
+        .iter()
+        .zip(cells.iter())
+        .enumerate()
+        .filter(lacks_faces)
+        .filter(|(_, (region, _))| region.dimension + 1 == zone.cell_dimension)
+        .filter_map(|(i, (region, _))| Some((i, NodeSet::of(region, zone)?)))
+        .collect();
+    if wanted.is_empty() {
+        return;
+    }
+    let mut any = NodeSet::none(zone);
+    for (_, nodes) in &wanted {
+        any.unite(nodes);
+    }
+    let end = found.cells.len();
+    let has = |node| any.has(node);
+    let faces = exterior_faces(&found.cells, first_cell..end, zone.cell_dimension, has);
+    for (i, nodes) in &wanted {
+        let start = found.cells.len();
+        for (kind, face) in &faces {
+            if face.iter().all(|&node| nodes.has(node)) {
+                found.cells.push(*kind, face);
+            }
+        }
+        cells[*i].extend((start < found.cells.len()).then(|| start..found.cells.len()));
+    }
+}
+
+/// Adds cells to groups of this name, one for each dimension that they have.
+fn tag(
+    name: &str,
+    condition: Option<&str>,
+    cells: &[Range<usize>],
+    zone: &Zone,
+    found: &mut MeshBuilder,
+) {
+    for dimension in 0..=3 {
+        let of_dimension = cells.iter().flat_map(|range| {
+            let runs = found.cells.runs_in(range.clone());
+            let runs = runs.filter(|run| run.kind.dimension() == dimension);
+            runs.map(|run| run.first_cell..run.first_cell + run.n_cells())
+        });
+        let of_dimension: Vec<Range<usize>> = of_dimension.collect();
+        if !of_dimension.is_empty() {
+            let place = zone.node.name();
+            found
+                .tags
+                .add(name, place, dimension, condition, of_dimension);
+        }
+    }
+}
+
+/// Sections of which no region has an element are groups by their own name: many programs name the
+/// boundary so. Names of the only section of cells, or that say their kind, are not.
+fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mut MeshBuilder) {
+    let mut n_solid = 0;
+    let mut named = Vec::new();
+    for (i, section) in sections.iter().enumerate() {
+        let mut cells = Vec::new();
+        members.spans[i].push_cells(0..section.n_elements, &mut cells);
+        let mut runs = cells
+            .iter()
+            .flat_map(|range| found.cells.runs_in(range.clone()));
+        let has_solids = runs.any(|run| run.kind.dimension() == zone.cell_dimension);
+        n_solid += usize::from(has_solids);
+        if !members.is_covered[i] && !says_nothing(section.node.name(), has_solids) {
+            named.push((section.node.name(), has_solids, cells));
+        }
+    }
+    for (name, has_solids, cells) in named {
+        if !has_solids || n_solid > 1 {
+            tag(name, None, &cells, zone, found);
+        }
+    }
+}
+
+impl Span {
+    fn end(&self) -> i64 {
+        self.first.saturating_add(self.n_elements as i64)
+    }
+
+    /// The cells of some of its elements, counted from its first.
+    fn push_cells(&self, elements: Range<usize>, into: &mut Vec<Range<usize>>) {
+        if elements.is_empty() {
+            return;
+        }
+        match &self.cells {
+            Cells::From(first) => into.push(first + elements.start..first + elements.end),
+            Cells::Each(cells) => {
+                for &cell in cells[elements].iter().filter(|cell| **cell != u32::MAX) {
+                    let cell = cell as usize;
+                    match into.last_mut() {
+                        Some(last) if last.end == cell => last.end += 1,
+                        _ => into.push(cell..cell + 1),
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Groups of a mesh: boundary tags as boundary conditions with their families, others as subregions
+//! of the zone with theirs. All share the nodes of the one zone.
+
+use super::super::FULL_NAME;
+use super::draft::{DataType, Draft, NodeIndex};
+use super::names::{Names, RULE};
+use super::numbering::Numbering;
+use crate::formats::Notes;
+use crate::formats::conditions::in_cgns;
+use crate::formats::records::shared_names;
+use crate::mesh::{CellSet, Group, MeshView};
+use azimesh_core::diagnostic::formats::{Condition, GroupWritten};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Types of boundary conditions that CGNS knows.
+const CONDITIONS: [&str; 25] = [
+    "UserDefined",
+    "BCAxisymmetricWedge",
+    "BCDegenerateLine",
+    "BCDegeneratePoint",
+    "BCDirichlet",
+    "BCExtrapolate",
+    "BCFarfield",
+    "BCGeneral",
+    "BCInflow",
+    "BCInflowSubsonic",
+    "BCInflowSupersonic",
+    "BCNeumann",
+    "BCOutflow",
+    "BCOutflowSubsonic",
+    "BCOutflowSupersonic",
+    "BCSymmetryPlane",
+    "BCSymmetryPolar",
+    "BCTunnelInflow",
+    "BCTunnelOutflow",
+    "BCWall",
+    "BCWallInviscid",
+    "BCWallViscous",
+    "BCWallViscousHeatFlux",
+    "BCWallViscousIsothermal",
+    "FamilySpecified",
+];
+
+/// Adds the groups of a mesh, families to the base, the rest to the zone.
+pub(super) fn add(
+    draft: &mut Draft,
+    (base, zone): (NodeIndex, NodeIndex),
+    mesh: &MeshView,
+    names: &mut Names,
+    (numbering, kind): (&Numbering, DataType),
+    notes: &mut Notes,
+) {
+    let dimension = mesh.dimension();
+    let mut families = Families::new(base, mesh);
+    let mut conditions = None;
+    let mut condition_names = condition_names(mesh).into_iter();
+    notes.extend(shared_names(mesh.groups));
+    for group in mesh.groups {
+        let family = families.family(draft, group, notes);
+        if group.cells.is_empty() {
+            let name = group.name.clone();
+            notes.push(GroupWritten::Empty { name });
+            continue;
+        }
+        let node = if group.dimension + 1 == dimension {
+            let parent = *conditions.get_or_insert_with(|| draft.group(zone, "ZoneBC", "ZoneBC_t"));
+            let name = condition_names.next().expect("each condition has one");
+            let condition = known_condition(group).unwrap_or("FamilySpecified");
+            draft.text(parent, &name, "BC_t", condition)
+        } else {
+            let name = names.give(&group.name);
+            add_region(draft, zone, &name, group.dimension, dimension)
+        };
+        add_points(draft, node, group, mesh, (numbering, kind));
+        draft.text(node, "FamilyName", "FamilyName_t", &family);
+    }
+}
+
+/// Names of the boundary conditions, in order.
+fn condition_names(mesh: &MeshView) -> Vec<String> {
+    let tags = mesh.boundary_tags().filter(|tag| !tag.cells.is_empty());
+    let names: Vec<&str> = tags.map(|tag| tag.name.as_str()).collect();
+    Names::default().give_all(&names)
+}
+
+/// Cells are subregions. Nodes, and edges in space, would be too, but for the CGNS library's own checker,
+/// which wants subregions of cells or of faces.
+fn add_region(draft: &mut Draft, zone: NodeIndex, name: &str, of: u8, mesh: u8) -> NodeIndex {
+    if of + 1 < mesh {
+        return draft.group(zone, name, "UserDefinedData_t");
+    }
+    let name = (name, "ZoneSubRegion_t");
+    draft.integers(zone, name, DataType::I4, &[1], &[of.into()])
+}
+
+fn known_condition(group: &Group) -> Option<&str> {
+    let condition = in_cgns(group.condition.as_deref()?);
+    CONDITIONS.contains(&condition).then_some(condition)
+}
+
+/// Adds the elements of a group, of one of nodes the nodes.
+fn add_points(
+    draft: &mut Draft,
+    parent: NodeIndex,
+    group: &Group,
+    mesh: &MeshView,
+    (numbering, kind): (&Numbering, DataType),
+) {
+    let location = match group.dimension {
+        0 => "Vertex",
+        1 if mesh.dimension() > 1 => "EdgeCenter",
+        2 if mesh.dimension() > 2 => "FaceCenter",
+        _ => "CellCenter",
+    };
+    let numbers = match group.dimension {
+        0 => nodes_of(group, mesh),
+        _ => numbering.elements(&group.cells),
+    };
+    let mut ranges = numbers.ranges();
+    if let (Some(range), None) = (ranges.next(), ranges.next()) {
+        let ends = [range.start as i64 + 1, range.end as i64];
+        let name = ("PointRange", "IndexRange_t");
+        draft.integers(parent, name, kind, &[1, 2], &ends);
+    } else {
+        let list: Vec<i64> = numbers.iter().map(|cell| cell as i64 + 1).collect();
+        let name = ("PointList", "IndexArray_t");
+        draft.integers(parent, name, kind, &[1, list.len() as u64], &list);
+    }
+    draft.text(parent, "GridLocation", "GridLocation_t", location);
+}
+
+fn nodes_of(group: &Group, mesh: &MeshView) -> CellSet {
+    let cells = group.cells.iter();
+    cells
+        .map(|cell| mesh.cells.get(cell).nodes[0] as usize)
+        .collect()
+}
+
+/// Families of a base, one for each name of a group.
+struct Families<'a> {
+    base: NodeIndex,
+    /// Name in the file of each.
+    names: BTreeMap<&'a str, String>,
+    places: BTreeMap<String, NodeIndex>,
+    with_condition: BTreeSet<NodeIndex>,
+}
+
+impl<'a> Families<'a> {
+    fn new(base: NodeIndex, mesh: &'a MeshView<'a>) -> Self {
+        let mut seen = BTreeSet::new();
+        let names = mesh.groups.iter().map(|group| group.name.as_str());
+        let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
+        let mut taken = Names::with([
+            super::ZONE,
+            super::TIMES,
+            super::SIMULATION,
+            "DataClass",
+            super::super::FIELD_ARRAYS,
+        ]);
+        let written = taken.give_all(&names);
+        Self {
+            base,
+            names: names.into_iter().zip(written).collect(),
+            places: BTreeMap::new(),
+            with_condition: BTreeSet::new(),
+        }
+    }
+
+    /// The name of the family of a group.
+    fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Notes) -> String {
+        let (base, name) = (self.base, self.names[group.name.as_str()].clone());
+        let family = *self.places.entry(name.clone()).or_insert_with(|| {
+            let family = draft.group(base, &name, "Family_t");
+            // VTK's reader complains of a family without children.
+            draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
+            notes.extend(RULE.note("group", &group.name, &name));
+            family
+        });
+        match (&group.condition, known_condition(group)) {
+            (Some(_), Some(condition)) if self.with_condition.insert(family) => {
+                draft.text(family, "FamilyBC", "FamilyBC_t", condition);
+            }
+            (Some(condition), None) => notes.push(Condition::Unknown {
+                condition: condition.clone(),
+                group: group.name.clone(),
+            }),
+            _ => {}
+        }
+        name
+    }
+}

@@ -1,0 +1,358 @@
+//! Which cells make up which section. Every cell is one element; `numbering` has their numbers. Faces of
+//! polyhedra that are no cells follow.
+
+use super::super::element::ElementType;
+use super::names::Names;
+use crate::mesh::{CellKind, CellRun, Group, Mesh, MeshView};
+use azimesh_core::error::{Error, Result, option};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// Runs of cells of one type are a section each as long as there are no more of them.
+const MOST_SECTIONS: usize = 500;
+/// A section of a boundary is cut where tags begin and end as long as there are no more places.
+const MOST_CUTS: usize = 1000;
+/// Pieces of a type and its tags that are left as they are, on average.
+const MOST_PIECES: usize = 2;
+
+/// A section to be.
+pub(super) struct Planned {
+    pub name: String,
+    pub form: Form,
+    pub cells: Range<usize>,
+}
+
+/// The content of a section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Elements of one type.
+    Fixed(ElementType),
+    /// Elements that name their own type.
+    Mixed,
+    /// NGON_n.
+    Polygons,
+    /// NFACE_n.
+    Polyhedra,
+}
+
+/// The mesh with its cells in the order of their types and tags, where as they are they would be many more sections
+/// than types and tags.
+pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
+    let order = other_order(mesh)?;
+    Ok(order.map(|order| mesh.with_cells_in_order(&order)))
+}
+
+/// The order of the cells in the file, where it is another than theirs.
+pub fn other_order(mesh: &MeshView) -> Result<Option<Vec<usize>>> {
+    let stretches = stretches(mesh)?;
+    if let Some(order) = by_tags(mesh, &stretches) {
+        return Ok(Some(order));
+    }
+    if stretches.len() <= MOST_SECTIONS {
+        return Ok(None);
+    }
+    let dimension = mesh.dimension();
+    let mut kinds: Vec<(Form, u8)> = Vec::new();
+    let mut ranks = Vec::with_capacity(mesh.cells.len());
+    for run in mesh.cells.runs() {
+        let form = (form(mesh, &run, dimension)?, run.kind.dimension());
+        ranks.resize(ranks.len() + run.n_cells(), rank(&mut kinds, form));
+    }
+    let mut order: Vec<usize> = (0..ranks.len()).collect();
+    order.sort_by_key(|cell| ranks[*cell]);
+    Ok(Some(order))
+}
+
+/// The place of a value among those that are known; a new one is added.
+fn rank<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
+    let found = known.iter().position(|other| *other == value);
+    found.unwrap_or_else(|| {
+        known.push(value);
+        known.len() - 1
+    })
+}
+
+/// The order of cells in which those of one type and the same groups of the boundary are together; `None` where that
+/// does not make much fewer sections, or too many.
+fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
+    let dimension = mesh.dimension();
+    let mut changes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let groups = mesh.groups.iter().enumerate();
+    for (group, of) in groups.filter(|(_, group)| group.dimension < dimension) {
+        for range in of.cells.ranges() {
+            changes.entry(range.start).or_default().push(group);
+            changes.entry(range.end).or_default().push(group);
+        }
+    }
+    if changes.len() <= stretches.len() {
+        return None;
+    }
+    let mut inside: BTreeSet<usize> = BTreeSet::new();
+    let mut changes = changes.into_iter().peekable();
+    let mut kinds: Vec<(Form, u8)> = Vec::new();
+    let mut classes: BTreeMap<(usize, Vec<usize>), usize> = BTreeMap::new();
+    let mut pieces: Vec<(usize, Range<usize>)> = Vec::new();
+    for (form, of, cells) in stretches {
+        let kind = rank(&mut kinds, (*form, *of));
+        let mut start = cells.start;
+        while start < cells.end {
+            while let Some((_, groups)) = changes.next_if(|(at, _)| *at <= start) {
+                for group in groups {
+                    if !inside.remove(&group) {
+                        inside.insert(group);
+                    }
+                }
+            }
+            let end = changes
+                .peek()
+                .map_or(cells.end, |(at, _)| cells.end.min(*at));
+            let class = (kind, inside.iter().copied().collect());
+            let n = classes.len();
+            pieces.push((*classes.entry(class).or_insert(n), start..end));
+            start = end;
+        }
+    }
+    if classes.len() > MOST_SECTIONS || pieces.len() <= MOST_PIECES * classes.len() {
+        return None;
+    }
+    pieces.sort_by_key(|(class, cells)| (*class, cells.start));
+    Some(pieces.into_iter().flat_map(|(_, cells)| cells).collect())
+}
+
+/// Consecutive cells that are a section, or several where groups begin and end.
+type Stretch = (Form, u8, Range<usize>);
+
+fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
+    let dimension = mesh.dimension();
+    let mut stretches: Vec<Stretch> = Vec::new();
+    for run in mesh.cells.runs() {
+        let (form, range) = (
+            form(mesh, &run, dimension)?,
+            run.first_cell..run.first_cell + run.n_cells(),
+        );
+        match stretches.last_mut() {
+            Some((last, of, cells)) if *last == form && *of == run.kind.dimension() => {
+                cells.end = range.end;
+            }
+            _ => stretches.push((form, run.kind.dimension(), range)),
+        }
+    }
+    if stretches.len() > MOST_SECTIONS {
+        stretches = mixed(stretches);
+    }
+    Ok(stretches)
+}
+
+/// The sections of a mesh, in the order of its cells.
+pub(super) fn sections(mesh: &MeshView, names: &mut Names) -> Result<Vec<Planned>> {
+    let cuts = cuts(mesh);
+    let mut sections = Vec::new();
+    for (form, _, cells) in stretches(mesh)? {
+        let inside = cuts.range(cells.start + 1..cells.end.max(cells.start + 1));
+        let mut start = cells.start;
+        for end in inside.copied().chain([cells.end]) {
+            let name = names.give(&name(mesh, form, start..end));
+            sections.push(Planned {
+                name,
+                form,
+                cells: start..end,
+            });
+            start = end;
+        }
+    }
+    Ok(sections)
+}
+
+/// Joins neighbours of one dimension that a MIXED section can hold.
+fn mixed(stretches: Vec<Stretch>) -> Vec<Stretch> {
+    let mut joined: Vec<Stretch> = Vec::new();
+    let can = |form: &Form| matches!(form, Form::Fixed(_) | Form::Mixed);
+    for (form, dimension, range) in stretches {
+        match joined.last_mut() {
+            Some((last, of, cells)) if can(last) && can(&form) && *of == dimension => {
+                *last = Form::Mixed;
+                cells.end = range.end;
+            }
+            _ => joined.push((form, dimension, range)),
+        }
+    }
+    joined
+}
+
+/// The form of a run of cells of a mesh of this dimension. VTK's reader counts edges and points of a solid mesh as cells unless they are in a MIXED
+/// section after all cells.
+fn form(mesh: &MeshView, run: &CellRun, dimension: u8) -> Result<Form> {
+    let is_far_below = run.kind.dimension() + 1 < dimension;
+    match run.kind {
+        kind if is_polygon(mesh, kind) => Ok(Form::Polygons),
+        CellKind::Polyhedron => Ok(Form::Polyhedra),
+        kind => ElementType::of(kind, run.n_nodes)
+            .map(|element| match is_far_below {
+                true => Form::Mixed,
+                false => Form::Fixed(element),
+            })
+            .ok_or_else(|| {
+                Error::input(format!(
+                    "cell {} is a {} with {} nodes, which CGNS cannot hold; {} keeps only corner nodes",
+                    run.first_cell,
+                    kind.name(),
+                    run.n_nodes,
+                    option("linearize")
+                ))
+            }),
+    }
+}
+
+/// Whether cells of this kind are elements of NGON_n: beside polyhedra straight faces are, since readers of ParaView
+/// before 6 take no cells at all where these are of other types.
+pub(super) fn is_polygon(mesh: &MeshView, kind: CellKind) -> bool {
+    match kind {
+        CellKind::Polygon => true,
+        CellKind::Triangle | CellKind::Quadrilateral => mesh.cells.has_polyhedra(),
+        _ => false,
+    }
+}
+
+/// Cells at which a group begins or ends.
+fn cuts(mesh: &MeshView) -> BTreeSet<usize> {
+    let dimension = mesh.dimension();
+    let (zones, others) = mesh.groups.iter().partition(|g| g.dimension == dimension);
+    let mut cuts = cuts_of(others);
+    cuts.extend(cuts_of(zones));
+    cuts
+}
+
+/// Cells at which one of some groups begins or ends; none where these are too many.
+fn cuts_of(groups: Vec<&Group>) -> BTreeSet<usize> {
+    let mut cuts = BTreeSet::new();
+    for group in groups {
+        if group.cells.ranges().len() > MOST_CUTS {
+            continue;
+        }
+        cuts.extend(
+            group
+                .cells
+                .ranges()
+                .flat_map(|range| [range.start, range.end]),
+        );
+    }
+    if cuts.len() > MOST_CUTS {
+        cuts.clear();
+    }
+    cuts
+}
+
+/// A section of the cells of one group is called by it, another by its type.
+fn name(mesh: &MeshView, form: Form, cells: Range<usize>) -> String {
+    let mut groups = mesh.groups.iter();
+    if let Some(group) = groups.find(|group| group.cells.contains_range(cells.clone())) {
+        return group.name.clone();
+    }
+    let name = match form {
+        Form::Fixed(element) => element.name,
+        Form::Mixed => "MIXED",
+        Form::Polygons => "NGON_n",
+        Form::Polyhedra => "NFACE_n",
+    };
+    name.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::faces::FaceTable;
+    use super::super::numbering::Numbering;
+    use super::*;
+
+    /// A row of quadrilaterals, whose edges below and above take turns in `n` pieces of three tags.
+    fn row(n: usize) -> Mesh {
+        let mut mesh = Mesh::default();
+        for i in 0..=n {
+            mesh.points
+                .extend([[i as f64, 0.0, 0.0], [i as f64, 1.0, 0.0]]);
+        }
+        let corner = |i: usize| 2 * i as u32;
+        for i in 0..n {
+            let nodes = [corner(i), corner(i + 1), corner(i + 1) + 1, corner(i) + 1];
+            mesh.cells.push(CellKind::Quadrilateral, &nodes);
+        }
+        let mut tags = vec![Vec::new(); 3];
+        for i in 0..n {
+            tags[i % 3].push(mesh.cells.len());
+            mesh.cells.push(CellKind::Line, &[corner(i), corner(i + 1)]);
+        }
+        for (name, cells) in ["a", "b", "c"].into_iter().zip(tags) {
+            mesh.add_tag(name, cells).expect("they are faces");
+        }
+        mesh
+    }
+
+    fn names(mesh: &MeshView) -> Vec<String> {
+        let sections = sections(mesh, &mut Names::default()).expect("it can be written");
+        sections.into_iter().map(|section| section.name).collect()
+    }
+
+    #[test]
+    fn a_tag_in_many_pieces_is_one_section() {
+        let mesh = row(75);
+        assert_eq!(names(&mesh.view()).len(), 76);
+        let sorted = sorted(&mesh.view())
+            .expect("it can be written")
+            .expect("it is sorted");
+        assert_eq!(names(&sorted.view()), ["QUAD_4", "a", "b", "c"]);
+        for (tag, was) in sorted.groups.iter().zip(&mesh.groups) {
+            let places = |mesh: &Mesh, tag: &crate::mesh::Group| -> Vec<Vec<u32>> {
+                tag.cells
+                    .iter()
+                    .map(|cell| mesh.cells.get(cell).nodes.to_vec())
+                    .collect()
+            };
+            assert_eq!(places(&sorted, tag), places(&mesh, was), "{}", tag.name);
+        }
+    }
+
+    #[test]
+    fn tags_in_few_pieces_keep_their_order() {
+        assert!(sorted(&row(6).view()).expect("it can be written").is_none());
+    }
+
+    #[test]
+    fn sections_of_cells_are_cut_at_zones_and_named_after_them() {
+        let mut mesh = row(4);
+        for (name, cells) in [("left", 0..1), ("right", 1..4)] {
+            mesh.groups.push(Group {
+                dimension: 2,
+                name: name.into(),
+                number: None,
+                condition: None,
+                cells: cells.collect(),
+            });
+        }
+        assert_eq!(names(&mesh.view())[..2], ["left", "right"]);
+        mesh.groups.pop();
+        assert_eq!(names(&mesh.view())[..2], ["left", "QUAD_4"]);
+    }
+
+    #[test]
+    fn straight_faces_beside_polyhedra_are_polygons_and_faces_of_these() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            ..Mesh::default()
+        };
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+        let mut stream = vec![4];
+        for face in faces {
+            stream.push(3);
+            stream.extend(face);
+        }
+        mesh.cells.push_polyhedron(&stream).expect("a good stream");
+        mesh.cells.push(CellKind::Triangle, &faces[0]);
+        mesh.cells.push(CellKind::Triangle, &faces[1]);
+        let view = mesh.view();
+        let sections = sections(&view, &mut Names::default()).expect("it can be written");
+        let forms: Vec<Form> = sections.iter().map(|section| section.form).collect();
+        assert_eq!(forms, [Form::Polyhedra, Form::Polygons]);
+        let table = FaceTable::of(&view, &Numbering::of(&view));
+        assert_eq!(table.len(), 2);
+        assert_eq!(table.of_polyhedron(&view, 0), [2, 3, 4, 5]);
+    }
+}

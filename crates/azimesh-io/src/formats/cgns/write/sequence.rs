@@ -1,0 +1,326 @@
+//! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
+//! once; pointers of the zone to those of each step, and times.
+
+use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree, column_bytes};
+use super::super::super::portable::not_taken;
+use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
+use super::super::{FIELD_ARRAYS, FIELD_POINTERS, FromAdf};
+use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
+use super::draft::{self, DataType, Draft, Open};
+use super::faces::FaceTable;
+use super::fields::fields;
+use super::names::LONGEST;
+use super::numbering::Numbering;
+use super::series::{Given, Series, names, padded, step_name};
+use super::{SIMULATION, Static, TIMES};
+use super::{add_coordinates, plan};
+use crate::formats::Notes;
+use crate::mesh::{CellKind, MeshView};
+use azimesh_core::diagnostic::formats::Written;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::largest;
+use std::path::Path;
+use std::slice::from_ref;
+
+/// Name of the node that describes how the nodes of a zone move.
+const MOTION: &str = "ArbitraryGridMotion";
+
+/// A sequence under work.
+pub(in crate::formats::cgns) struct Sequence {
+    file: StepFile,
+    options: WriteOptions,
+    notes: Notes,
+    first: Option<First>,
+    steps: Steps,
+}
+
+/// The nodes of each step.
+struct Steps {
+    n: usize,
+    times: Column,
+    grids: Column,
+    motions: Column,
+    at_nodes: Series,
+    at_cells: Series,
+    fields: Series,
+}
+
+/// Nodes that all steps share.
+struct First {
+    root: Links,
+    base: Open,
+    zone: Open,
+    n_axes: usize,
+    n_points: usize,
+    cells: blake3::Hash,
+}
+
+impl Sequence {
+    /// A file, which takes its name with the first mesh unless it has it.
+    pub fn create(path: &Path, options: &WriteOptions, begin: Begin, sync: bool) -> Result<Self> {
+        Ok(Self {
+            file: StepFile::create(path, begin, sync)?,
+            options: options.clone(),
+            notes: Notes::default(),
+            first: None,
+            steps: Steps::new(),
+        })
+    }
+
+    /// Writes what all steps share, or makes sure that a mesh has the nodes and cells of the first.
+    fn fix(&mut self, mesh: &MeshView) -> Result<()> {
+        let cells = hash_of(mesh);
+        if let Some(first) = &self.first {
+            return match first.cells == cells && first.n_points == mesh.points.len() {
+                true => Ok(()),
+                false => Err(Error::input(format!(
+                    "step {} has other nodes or cells than the first step; all steps in one CGNS file must have the same",
+                    self.steps.n
+                ))),
+            };
+        }
+        let numbering = Numbering::of(mesh);
+        let faces = FaceTable::of(mesh, &numbering);
+        let Static {
+            mut draft,
+            base,
+            zone,
+            n_axes,
+            notes,
+        } = Static::new(mesh, (&numbering, &faces), || is_flat(mesh))?;
+        self.notes = notes;
+        draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
+        draft.text(zone, MOTION, "ArbitraryGridMotion_t", "DeformingGrid");
+        self.first = Some(First {
+            root: draft.open_root(&mut self.file, base)?,
+            base: draft.open(&mut self.file, base, Some(zone))?,
+            zone: draft.open(&mut self.file, zone, None)?,
+            n_axes,
+            n_points: mesh.points.len(),
+            cells,
+        });
+        Ok(())
+    }
+
+    fn append_grid(&mut self, mesh: &MeshView) -> Result<()> {
+        let first = self.first.as_mut().expect("the first step has set it");
+        if first.n_axes == 2 && !is_flat(mesh) {
+            return Err(Error::input(format!(
+                "step {} is not in the plane z = 0 like the first step; the file holds x and y only",
+                self.steps.n
+            )));
+        }
+        let name = step_name("GridCoordinates", self.steps.n);
+        let mut draft = Draft::default();
+        let grid = draft.group(None, &name, "GridCoordinates_t");
+        add_coordinates(&mut draft, grid, mesh, &self.options, first.n_axes);
+        draft.store(&mut self.file, None, None, &mut first.zone.links)?;
+        self.steps.grids.push(&padded(&name));
+        self.steps.motions.push(&padded(MOTION));
+        Ok(())
+    }
+}
+
+impl Steps {
+    fn new() -> Self {
+        let solutions = "FlowSolution_t";
+        Self {
+            n: 0,
+            times: Column::new(Element::F64, &[]),
+            grids: names(),
+            motions: names(),
+            at_nodes: Series::new(AT_NODES, solutions, Some("Vertex")),
+            at_cells: Series::new(AT_CELLS, solutions, Some("CellCenter")),
+            fields: Series::new(FIELD_ARRAYS, "UserDefinedData_t", None),
+        }
+    }
+
+    /// Adds the arrays of a mesh; adds a note for each that is left out.
+    fn append_arrays(
+        &mut self,
+        mesh: &MeshView,
+        (file, first): (&mut StepFile, &mut First),
+        notes: &mut Notes,
+    ) -> Result<()> {
+        let everywhere = 0..mesh.points.len();
+        let of_mesh = fields(&mesh.field_arrays, notes);
+        let at_nodes = scalars(mesh, &mesh.point_arrays, from_ref(&everywhere), notes);
+        let at_cells = scalars(mesh, &mesh.cell_arrays, &volume_cells(mesh), notes);
+        let of_mesh: Vec<Given> = of_mesh.iter().map(Given::from).collect();
+        let links = &mut first.base.links;
+        self.fields.append(self.n, of_mesh, file, links)?;
+        for (series, scalars) in [
+            (&mut self.at_nodes, at_nodes),
+            (&mut self.at_cells, at_cells),
+        ] {
+            series.check_names(self.n, &scalars)?;
+            let given = scalars.iter().map(Given::from).collect();
+            series.append(self.n, given, file, &mut first.zone.links)?;
+        }
+        Ok(())
+    }
+
+    /// Puts into the file what grows with the steps.
+    fn store(&mut self, file: &mut StepFile) -> Result<()> {
+        for column in [&mut self.times, &mut self.grids, &mut self.motions] {
+            file.store_column(column)?;
+        }
+        for series in [&mut self.at_nodes, &mut self.at_cells, &mut self.fields] {
+            if series.is_used() {
+                file.store_column(&mut series.pointers)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the nodes of the base that list all steps.
+    fn times(&self) -> Draft<'_> {
+        let mut draft = Draft::default();
+        let n = self.n as i64;
+        let label = "BaseIterativeData_t";
+        let times = draft.integers(None, (TIMES, label), DataType::I4, &[1], &[n]);
+        draft.column(times, "TimeValues", DataType::R8, &self.times);
+        if self.fields.is_used() {
+            draft.column(times, FIELD_POINTERS, DataType::C1, &self.fields.pointers);
+        }
+        draft
+    }
+
+    /// Adds the nodes of the zone that list all steps.
+    fn pointers(&self) -> Draft<'_> {
+        let mut draft = Draft::default();
+        let data = draft.group(None, "ZoneIterativeData", "ZoneIterativeData_t");
+        draft.column(data, "GridCoordinatesPointers", DataType::C1, &self.grids);
+        draft.column(
+            data,
+            "ArbitraryGridMotionPointers",
+            DataType::C1,
+            &self.motions,
+        );
+        let mut lists = ["FlowSolutionPointers", "FlowSolutionCellPointers"].into_iter();
+        let used = [&self.at_nodes, &self.at_cells].into_iter();
+        for series in used.filter(|series| series.is_used()) {
+            if let Some(list) = lists.next() {
+                draft.column(data, list, DataType::C1, &series.pointers);
+            }
+        }
+        draft
+    }
+}
+
+impl SequenceFile for Sequence {
+    fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
+        let flattened = self.options.check_coordinates(mesh)?;
+        let mut notes = Notes::default();
+        notes.extend(mesh.origin.get::<FromAdf>().map(|_| Written::Hdf5ForAdf));
+        let sorted = plan::sorted(mesh)?;
+        let sorted_view = sorted.as_ref().map(|sorted| sorted.view());
+        let mesh = sorted_view.as_ref().unwrap_or(mesh);
+        self.fix(mesh)?;
+        self.append_grid(mesh)?;
+        notes.extend(sorted.iter().map(|_| Written::CellsByType));
+        let (file, steps) = (&mut self.file, &mut self.steps);
+        let first = self.first.as_mut().expect("the first step has set it");
+        steps.append_arrays(mesh, (file, first), &mut notes)?;
+        if steps.n == 0 {
+            self.notes.extend(notes);
+            self.notes.extend(not_taken(mesh, "cgns"));
+        }
+        self.notes.extend(flattened);
+        steps.n += 1;
+        steps.times.push(&[time]);
+        steps.store(file)?;
+        for links in [
+            &mut first.root,
+            &mut first.base.links,
+            &mut first.zone.links,
+        ] {
+            file.store_links(links)?;
+        }
+        let (times, pointers) = (steps.times(), steps.pointers());
+        let mut tree = draft::root_of(&first.root);
+        let base = first.base.add_to(&mut tree, Tree::ROOT);
+        times.add_to(&mut tree, base);
+        let zone = first.zone.add_to(&mut tree, base);
+        pointers.add_to(&mut tree, zone);
+        file.finish_step(&tree)
+    }
+
+    fn commit(&mut self) -> Result<()> {
+        self.file.commit()
+    }
+
+    fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    fn n_bytes(&self) -> u64 {
+        self.file.n_bytes()
+    }
+
+    fn end(&mut self) -> Result<bool> {
+        self.file.end()
+    }
+
+    fn is_resuming(&self) -> bool {
+        self.file.is_resuming()
+    }
+}
+
+/// Bytes that a step adds to a file: values; nodes, and lists of one number or name a step.
+pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> StepBytes {
+    const NODES: u64 = 3700;
+    const COORDINATE: u64 = 950;
+    const ARRAY: u64 = 500;
+    let n_axes = if step.is_plane { 2 } else { 3 };
+    let (n_at_cells, of_a_cell) = step.at_cells;
+    let n_lists = 1 + u64::from(step.n_vectors > 0) + u64::from(n_at_cells > 0);
+    let lists = n_lists * column_bytes(step.n_steps, LONGEST as u64);
+    let arrays = n_axes * COORDINATE + (3 * step.n_vectors + n_at_cells) * ARRAY;
+    // A step that changes one array of a solution has nodes for all of them.
+    let still = (n_lists - 1).min(1) * step.n_still * ARRAY;
+    StepBytes {
+        coordinates: step.n_nodes * n_axes * step.number,
+        arrays: step.n_nodes * n_axes * 8 * step.n_vectors + step.n_cells.1 * of_a_cell,
+        rest: NODES + arrays + still + lists + column_bytes(step.n_steps, 8),
+    }
+}
+
+/// Whether all nodes lie in the plane z = 0, but for what turning them has left of round-off.
+fn is_flat(mesh: &MeshView) -> bool {
+    const ROUND_OFF: f64 = 1e-14;
+    let points = mesh.points;
+    let size = |axis: usize| largest(points.len(), |node| points[node][axis].abs());
+    size(2) <= ROUND_OFF * size(0).max(size(1))
+}
+
+/// A hash of what must be the same at every step: cells and groups.
+fn hash_of(mesh: &MeshView) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    for run in mesh.cells.runs() {
+        hasher.update(&[run.kind.vtk()]);
+        hasher.update(&(run.n_nodes as u64).to_le_bytes());
+        hasher.update(&(run.n_cells() as u64).to_le_bytes());
+    }
+    // What lies with several ranks is the same mesh at every step.
+    if mesh.by_ranks.is_none() {
+        hasher.update_rayon(bytemuck::cast_slice(mesh.cells.connectivity()));
+    }
+    let polyhedra = mesh
+        .cells
+        .runs()
+        .filter(|run| run.kind == CellKind::Polyhedron);
+    for cell in polyhedra.flat_map(|run| run.first_cell..run.first_cell + run.n_cells()) {
+        let stream = mesh.cells.face_stream(cell).unwrap_or(&[]);
+        hasher.update(bytemuck::cast_slice(stream));
+    }
+    for group in mesh.groups {
+        hasher.update(group.name.as_bytes());
+        hasher.update(&[group.dimension]);
+        for range in group.cells.ranges() {
+            hasher.update(&(range.start as u64).to_le_bytes());
+            hasher.update(&(range.end as u64).to_le_bytes());
+        }
+    }
+    hasher.finalize()
+}

@@ -1,0 +1,219 @@
+//! Element blocks: cells, in the order of the elements, and a group of each block.
+
+use super::super::Notes;
+use super::super::netcdf::{File, Variable};
+use super::element::{Element, Shape};
+use super::names::{Named, named};
+use super::polyhedra::{self, FaceBlocks};
+use crate::mesh::{Cells, Group, too_many};
+use azimesh_core::diagnostic::formats::Read;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::for_blocks;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// An element block.
+pub(super) struct Block {
+    /// Its place in the file, from 1, which is part of the names of its variables.
+    pub place: usize,
+    pub named: Named,
+    /// Its elements, which are its cells.
+    pub cells: Range<usize>,
+    pub shape: Shape,
+}
+
+/// Reads the blocks that have elements.
+pub(super) fn read(
+    file: &File,
+    points: &[[f64; 3]],
+    n_coordinates: usize,
+    cells: &mut Cells,
+    notes: &mut Notes,
+) -> Result<Vec<Block>> {
+    let n = file.length("num_el_blk")?.unwrap_or(0);
+    check_number(n, "num_el_blk", file)?;
+    let n_nodes = points.len();
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut fewer = Fewer::new();
+    let mut faces = None;
+    let all = named(file, n, ["eb_prop1", "eb_names"], notes)?;
+    for (place, named) in (1..).zip(all) {
+        if file.length(&format!("num_el_in_blk{place}"))? == Some(0) {
+            continue;
+        }
+        let first = cells.len();
+        let Some((variable, name)) = connectivity(file, place)? else {
+            continue;
+        };
+        let per_element = variable.shape().get(1).copied().unwrap_or(0);
+        let Some(shape) = Shape::of(&name, per_element, n_coordinates) else {
+            return Err(variable.refuse(format!(
+                "element block {} has elements of type \"{name}\", which are not read",
+                named.id
+            )));
+        };
+        match shape {
+            Shape::NSided => polyhedra::polygons(file, place, &variable, n_nodes, cells)?,
+            Shape::NFaced => {
+                let faces: &FaceBlocks = match &faces {
+                    Some(read) => read,
+                    None => faces.insert(polyhedra::face_blocks(file, n_nodes)?),
+                };
+                polyhedra::polyhedra(file, place, &variable, (faces, points), cells)?;
+            }
+            _ => elements(&variable, (&name, shape), n_nodes, cells, &mut fewer)?,
+        }
+        blocks.push(Block {
+            place,
+            named,
+            cells: first..cells.len(),
+            shape,
+        });
+    }
+    for ((element, n_nodes, n_kept), n) in fewer {
+        notes.push(Read::FewerNodes {
+            element,
+            n,
+            n_nodes,
+            n_kept,
+        });
+    }
+    Ok(blocks)
+}
+
+/// Elements of which not all nodes are kept: type, nodes, nodes that are kept, and how many there are.
+type Fewer = BTreeMap<(String, usize, usize), usize>;
+
+/// Refuses more blocks or sets than the file can name.
+pub(super) fn check_number(n: usize, dimension: &str, file: &File) -> Result<()> {
+    // Empty ones have no variables.
+    let most = file.names()?.len();
+    if n > most.max(1 << 16) {
+        return Err(Error::input(format!(
+            "there are {n} of them, but the file has {most} variables"
+        ))
+        .dataset(dimension));
+    }
+    Ok(())
+}
+
+/// The variable of the nodes, or of the faces of polyhedra, of a block, with the type of its elements.
+fn connectivity<'a>(file: &File<'a>, place: usize) -> Result<Option<(Variable<'a>, String)>> {
+    for name in ["connect", "facconn"] {
+        if let Some(variable) = file.variable(&format!("{name}{place}"))?
+            && let Some(of) = variable.text("elem_type")?
+        {
+            return Ok(Some((variable, of)));
+        }
+    }
+    match file.length(&format!("num_el_in_blk{place}"))? {
+        None => Ok(None),
+        Some(n) => Err(Error::input(format!(
+            "the {n} elements of the block have neither nodes nor a type (attribute elem_type)"
+        ))
+        .dataset(&format!("connect{place}"))),
+    }
+}
+
+/// Elements with a fixed number of nodes.
+fn elements(
+    variable: &Variable,
+    (name, shape): (&str, Shape),
+    n_nodes: usize,
+    cells: &mut Cells,
+    fewer: &mut Fewer,
+) -> Result<()> {
+    let &[n, per_element] = variable.shape() else {
+        return Err(variable.refuse(format!(
+            "it has {} dimensions; it must have two: elements and their nodes",
+            variable.shape().len()
+        )));
+    };
+    let element = Element::of(shape, per_element).ok_or_else(|| {
+        variable.refuse(format!(
+            "its elements of type \"{name}\" have {per_element} nodes, which is no element that is read"
+        ))
+    })?;
+    check_room(cells, n, variable)?;
+    let mut nodes = indices(variable, n_nodes, "node")?;
+    if let Some(order) = element.order.filter(|order| order.len() == per_element) {
+        permute(&mut nodes, order);
+    } else if element.n_kept < per_element {
+        nodes = kept(&nodes, per_element, &element);
+        let of = (name.to_owned(), per_element, element.n_kept);
+        *fewer.entry(of).or_default() += n;
+    }
+    let block = Cells::from_connectivity(nodes, [(element.kind, element.n_kept, n)]);
+    match cells.is_empty() {
+        true => *cells = block,
+        false => cells.append(&block),
+    }
+    Ok(())
+}
+
+/// Refuses more cells than can be indexed.
+pub(super) fn check_room(cells: &Cells, n: usize, variable: &Variable) -> Result<()> {
+    match cells.len().checked_add(n) {
+        Some(total) if total < u32::MAX as usize => Ok(()),
+        _ => Err(variable.refuse(too_many("cells"))),
+    }
+}
+
+/// The values as indices from 0 of one of `n` nodes or faces, which the file counts from 1.
+pub(super) fn indices(variable: &Variable, n: usize, what: &str) -> Result<Vec<u32>> {
+    let data = variable.data()?;
+    let chunk = data.chunk().filter(|chunk| chunk.element.is_integer());
+    let chunk = chunk.ok_or_else(|| variable.refuse("it must have integers"))?;
+    let mut indices = vec![0; chunk.n_values()];
+    chunk
+        .indices(&mut indices, (1, n as u64), 0)
+        .map_err(|(at, value)| {
+            variable.refuse(format!(
+                "value {at} names {what} {value}; there are {n}, counted from 1"
+            ))
+        })?;
+    Ok(indices)
+}
+
+fn permute(nodes: &mut [u32], order: &[usize]) {
+    let n = order.len();
+    for_blocks(nodes, n * 4096, &|_, elements| {
+        let mut before = vec![0; n];
+        for element in elements.chunks_exact_mut(n) {
+            before.copy_from_slice(element);
+            for (node, &from) in element.iter_mut().zip(order) {
+                *node = before[from];
+            }
+        }
+    });
+}
+
+/// The nodes of elements that cells keep.
+fn kept(nodes: &[u32], per_element: usize, element: &Element) -> Vec<u32> {
+    let elements = nodes.chunks_exact(per_element);
+    match element.order {
+        Some(order) => elements
+            .flat_map(|nodes| order.iter().map(|&i| nodes[i]))
+            .collect(),
+        None => elements
+            .flat_map(|nodes| nodes[..element.n_kept].iter().copied())
+            .collect(),
+    }
+}
+
+/// The groups of the blocks: zones, or tags where their cells are faces of others.
+pub(super) fn groups(blocks: &[Block], cells: &Cells) -> Vec<Group> {
+    let group = |block: &Block| Group {
+        dimension: cells.get(block.cells.start).kind.dimension(),
+        name: block.named.name.clone(),
+        number: block.named.number(),
+        condition: None,
+        cells: {
+            let mut set = crate::mesh::CellSet::new();
+            set.push_range(block.cells.clone());
+            set
+        },
+    };
+    let with_cells = blocks.iter().filter(|block| !block.cells.is_empty());
+    with_cells.map(group).collect()
+}

@@ -1,0 +1,90 @@
+//! Node sets: where a file has no side sets, tags of the outer faces whose corners are all in a set.
+
+use super::super::Notes;
+use super::super::exterior::exterior_faces;
+use super::super::netcdf::File;
+use super::blocks::{check_number, indices};
+use super::names::{Named, named};
+use super::sides::{Faces, group};
+use crate::mesh::{CellKind, Cells, Group, too_many};
+use azimesh_core::diagnostic::formats::NotKept;
+use azimesh_core::error::{Error, Result};
+
+/// Appends the faces of all node sets, and gives their groups. Where there are tags already, node sets only repeat
+/// them in another way, and their names are noted.
+pub(super) fn read(
+    file: &File,
+    n_nodes: usize,
+    has_tags: bool,
+    cells: &mut Cells,
+    faces: &mut Faces,
+    notes: &mut Notes,
+) -> Result<Vec<Group>> {
+    let n = file.length("num_node_sets")?.unwrap_or(0);
+    check_number(n, "num_node_sets", file)?;
+    let mut left = Vec::new();
+    let mut sets = Vec::new();
+    for (place, named) in (1..).zip(named(file, n, ["ns_prop1", "ns_names"], notes)?) {
+        let Some(nodes) = file.variable(&format!("node_ns{place}"))? else {
+            continue;
+        };
+        match has_tags {
+            true => left.push(named.name),
+            false => sets.push((named, indices(&nodes, n_nodes, "node")?)),
+        }
+    }
+    let groups = tags(sets, n_nodes, cells, faces, &mut left)?;
+    if !left.is_empty() {
+        let what = "node sets".to_owned();
+        notes.push(NotKept::NamedNodes { what, names: left });
+    }
+    Ok(groups)
+}
+
+/// Tags of the sets that have faces; the names of the others are `left`.
+fn tags(
+    sets: Vec<(Named, Vec<u32>)>,
+    n_nodes: usize,
+    cells: &mut Cells,
+    faces: &mut Faces,
+    left: &mut Vec<String>,
+) -> Result<Vec<Group>> {
+    if sets.is_empty() {
+        return Ok(Vec::new());
+    }
+    let dimension = cells.dimension();
+    let mut is_in = vec![false; n_nodes];
+    for node in sets.iter().flat_map(|(_, nodes)| nodes) {
+        is_in[*node as usize] = true;
+    }
+    let n_elements = cells.len();
+    let outer = exterior_faces(cells, 0..n_elements, dimension, |node| is_in[node as usize]);
+    let mut groups = Vec::new();
+    for (named, nodes) in sets {
+        is_in.fill(false);
+        nodes.iter().for_each(|node| is_in[*node as usize] = true);
+        let all_in = |(kind, nodes): &&(CellKind, Vec<u32>)| {
+            let corners = &nodes[..kind.n_corners(nodes.len())];
+            corners.iter().all(|corner| is_in[*corner as usize])
+        };
+        let first = cells.len();
+        for (kind, nodes) in outer.iter().filter(all_in) {
+            if cells.len() + 1 >= u32::MAX as usize {
+                return Err(Error::input(too_many("cells")).dataset("node sets"));
+            }
+            cells.push(*kind, nodes);
+        }
+        match cells.len() - first {
+            0 => left.push(named.name),
+            n => {
+                faces.of_cells.extend(std::iter::repeat_n(u32::MAX, n));
+                groups.push(group(
+                    &named,
+                    dimension.saturating_sub(1),
+                    (first..first + n).collect(),
+                ));
+            }
+        }
+    }
+    Ok(groups)
+}

@@ -1,0 +1,107 @@
+//! Fluent's mesh and case files, read: `.msh` and `.cas` (text and binary sections), and `.msh.h5` and `.cas.h5`.
+//!
+//! Cells are made from their faces. Zones of cells are zones, zones of faces on the boundary are tags.
+//!
+//! ```
+//! use azimesh_io::Mesh;
+//! # fn main() -> azimesh_io::Result<()> {
+//! let mesh = Mesh::read("testdata/fluent/house.msh")?;
+//! let zones: Vec<_> = mesh.zones().map(|zone| zone.name.as_str()).collect();
+//! assert_eq!(zones, ["room", "roof"]);
+//! let tags: Vec<_> = mesh.tags().map(|tag| (tag.name.as_str(), tag.cells.len())).collect();
+//! assert_eq!(tags, [("sides", 4), ("floor", 1), ("tiles", 4)]);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Parts of the module:
+//!
+//! ```text
+//! scan         sections in parentheses, one after another
+//! text, binary the numbers of a section, on all threads
+//! read         sections -> content; cff: HDF5 -> content
+//! content      what all these files hold: nodes, zones of faces with their two cells, zones of cells; kinds: their types
+//! join         faces of all zones as one list; what was refined is left out
+//! assemble     content -> a mesh, its cells by `by_faces` in 3D and by plane in 2D
+//! ```
+
+mod assemble;
+mod binary;
+mod cff;
+mod content;
+mod join;
+mod kinds;
+mod plane;
+mod read;
+mod scan;
+mod text;
+
+use super::{Format, Notes, ReadOptions, Source};
+use crate::mesh::Mesh;
+use azimesh_core::error::Result;
+
+/// Fluent's files, which are read and not written.
+pub struct Fluent;
+
+impl Format for Fluent {
+    fn name(&self) -> &'static str {
+        "fluent"
+    }
+
+    fn title(&self) -> &'static str {
+        "Fluent mesh or case (.msh, .cas, .msh.h5, .cas.h5)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["cas", "cas.h5", "msh.h5"]
+    }
+
+    fn is_written(&self) -> bool {
+        false
+    }
+
+    fn lists_faces_again(&self) -> bool {
+        false
+    }
+
+    fn recognizes_start(&self, head: &[u8]) -> bool {
+        is_text(head)
+    }
+
+    fn recognizes_file(&self, source: &Source) -> bool {
+        is_text(source.bytes()) || cff::is_of_fluent(source)
+    }
+
+    fn title_of(&self, head: &[u8]) -> String {
+        match is_text(head) {
+            true => "Fluent mesh or case".to_owned(),
+            false => "Fluent mesh or case in HDF5".to_owned(),
+        }
+    }
+
+    fn read_file(&self, source: &Source, _: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        let content = match super::hdf5::is_hdf5(source.bytes()) {
+            true => cff::read(source, notes)?,
+            false => read::read(source.bytes(), notes)?,
+        };
+        assemble::mesh(content, source.bytes(), notes).map_err(|error| error.dataset("faces"))
+    }
+}
+
+/// Whether a file starts with a section: a parenthesis and the index of one that comes first, then a blank, a
+/// parenthesis or a string.
+fn is_text(head: &[u8]) -> bool {
+    let Some(rest) = head.trim_ascii_start().strip_prefix(b"(") else {
+        return false;
+    };
+    let rest = rest.trim_ascii_start();
+    let n = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let is_index = (1..=4).contains(&n);
+    let is_behind = |byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b'(' | b'"');
+    is_index && rest.get(n).is_some_and(is_behind)
+}
+
+#[cfg(test)]
+mod fixtures;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,160 @@
+//! Gmsh MSH: reads versions 1 to 4.1, writes 2.2 and 4.1, as text and binary.
+//!
+//! Physical groups are the groups of the mesh. Where a file has no physical group of the boundary's
+//! dimension but elements there, their elementary entities, called by their number, are the tags.
+//! Values at nodes and elements are arrays of the mesh.
+//!
+//! ```
+//! use azimesh_io::Mesh;
+//! # fn main() -> azimesh_io::Result<()> {
+//! # let folder = tempfile::tempdir().expect("a folder");
+//! # let path = folder.path().join("cylinder.msh22");
+//!
+//! let mesh = Mesh::read("testdata/gmsh/cylinder_v41.msh")?;
+//! let zones: Vec<_> = mesh.zones().map(|zone| zone.name.as_str()).collect();
+//! assert_eq!(zones, ["air in it"]);
+//! // A physical group has a number, and mostly a name.
+//! let tags: Vec<_> = mesh.tags().map(|tag| (tag.name.as_str(), tag.number)).collect();
+//! assert_eq!(tags, [("outer wall", Some(7)), ("both", Some(9)), ("8", Some(8))]);
+//!
+//! mesh.write(&path)?; // `.msh22` is version 2.2, `.msh` is version 4.1.
+//! assert_eq!(Mesh::read(&path)?.tags().count(), 3);
+//! # Ok(())
+//! # }
+//! ```
+
+mod comments;
+mod content;
+mod data;
+mod elements;
+mod elements2;
+mod entities;
+mod foreign;
+mod groups;
+mod index;
+mod kinds;
+mod lattice;
+mod nodes;
+mod read;
+mod sink;
+mod slabs;
+mod stream;
+mod write22;
+mod write41;
+mod write_data;
+
+use super::slabs::{Opened, opened};
+use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
+use crate::formats::Out;
+use crate::mesh::{Mesh, MeshView};
+use azimesh_core::error::Result;
+use std::io::Write;
+
+/// Gmsh MSH: reads every version and writes one of them.
+pub struct Msh {
+    name: &'static str,
+    title: &'static str,
+    extensions: &'static [&'static str],
+    write: fn(&MeshView, &mut dyn Write, &WriteOptions) -> Result<Notes>,
+}
+
+/// Gmsh MSH, written in version 4.1 (.msh).
+pub static MSH41: Msh = Msh {
+    name: "msh",
+    title: "Gmsh MSH 4.1 (.msh)",
+    extensions: &["msh", "msh4"],
+    write: write41::write,
+};
+
+/// Gmsh MSH, written in version 2.2 (.msh2).
+pub static MSH22: Msh = Msh {
+    name: "msh22",
+    title: "Gmsh MSH 2.2 (.msh2)",
+    extensions: &["msh2", "msh22"],
+    write: write22::write,
+};
+
+impl Format for Msh {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn title(&self) -> &'static str {
+        self.title
+    }
+    fn extensions(&self) -> &'static [&'static str] {
+        self.extensions
+    }
+    fn flavours(&self) -> &'static [&'static dyn Format] {
+        static FLAVOURS: [&dyn Format; 1] = [&MSH22];
+        &FLAVOURS
+    }
+    fn recognizes_start(&self, head: &[u8]) -> bool {
+        is_msh(head)
+    }
+    fn title_of(&self, head: &[u8]) -> String {
+        title_of(head)
+    }
+    fn version(&self, head: &[u8]) -> Option<String> {
+        version(head)
+    }
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        read::read(source.bytes(), options, notes)
+    }
+    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
+        opened(slabs::open(source.bytes(), options))
+    }
+    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
+        read::steps(source.bytes())
+    }
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Out,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
+        (self.write)(mesh, out, options)
+    }
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+    fn rounds(&self, _asked: Precision) -> bool {
+        false
+    }
+}
+
+/// The title of a file, by whether it is text or binary: `$MeshFormat` is followed by the version and a 1 for binary.
+fn title_of(head: &[u8]) -> String {
+    let start = memchr::memmem::find(&head[..head.len().min(HEADER_BYTES)], b"$MeshFormat");
+    let is_binary = start.is_some_and(|start| {
+        let mut words = head[start..].split(u8::is_ascii_whitespace);
+        words.by_ref().filter(|word| !word.is_empty()).nth(2) == Some(b"1")
+    });
+    let form = if is_binary { "binary" } else { "text" };
+    format!("Gmsh MSH, {form} (.msh)")
+}
+
+/// The version in the header of a file; version 1 has no header.
+fn version(head: &[u8]) -> Option<String> {
+    let said = super::word_after(head, b"$MeshFormat");
+    said.or_else(|| {
+        head.trim_ascii_start()
+            .starts_with(b"$NOD")
+            .then(|| "1".to_owned())
+    })
+}
+
+/// Bytes in which the header of a file is looked for.
+const HEADER_BYTES: usize = 4096;
+
+/// Whether a file starts as one of Gmsh does; `$NOD` starts version 1.
+fn is_msh(head: &[u8]) -> bool {
+    let head = head.trim_ascii_start();
+    [&b"$MeshFormat"[..], b"$Comments", b"$NOD"]
+        .iter()
+        .any(|start| head.starts_with(start))
+}
+
+#[cfg(test)]
+mod fixtures;
+#[cfg(test)]
+mod tests;

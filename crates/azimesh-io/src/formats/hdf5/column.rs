@@ -1,0 +1,155 @@
+//! A dataset that gets one more row with each step: a time, a name, a number of a row.
+//!
+//! Rows that are constant or grow by a constant are written ahead of the steps that need them. Others are in chunks,
+//! of which each step rewrites the last one.
+
+use super::address::{NOWHERE, Storage, Stored};
+use super::element::{Element, Number};
+use super::index::{Chunks, index_bytes};
+use azimesh_core::error::Result;
+
+/// Bytes of the smallest chunk.
+const SMALLEST: usize = 512;
+/// The fewest rows that are extrapolated.
+const FEWEST: usize = 64;
+
+/// Rows of one length.
+pub(in crate::formats) struct Column {
+    pub(super) element: Element,
+    /// Sizes of a row; none where it is one value.
+    row: Vec<u64>,
+    row_bytes: usize,
+    bytes: Vec<u8>,
+    /// Whether all rows so far follow from the first two.
+    goes_on: bool,
+    /// The rows in one piece, and how many are in the file.
+    piece: (Stored, usize),
+    /// Rows of a chunk; 0 as long as there are none.
+    chunk_rows: usize,
+    chunks: Chunks,
+}
+
+impl Column {
+    /// No row yet. Bytes of a row are those of some numbers of 8 bytes.
+    pub fn new(element: Element, row: &[u64]) -> Self {
+        let row_bytes = (row.iter().product::<u64>() * element.size()) as usize;
+        assert!(row_bytes.is_multiple_of(8), "rows must be of 8-byte words");
+        Self {
+            element,
+            row: row.to_vec(),
+            row_bytes,
+            bytes: Vec::new(),
+            goes_on: true,
+            piece: (Stored { address: NOWHERE }, 0),
+            chunk_rows: 0,
+            chunks: Chunks::new(1 + row.len()),
+        }
+    }
+
+    /// Adds a row.
+    pub fn push<T: Number>(&mut self, row: &[T]) {
+        let row: &[u8] = bytemuck::cast_slice(row);
+        assert_eq!(row.len(), self.row_bytes, "rows must be of one length");
+        self.goes_on &= self.n_rows() < 2 || self.extrapolated(1) == row;
+        self.bytes.extend(row);
+    }
+
+    /// How many rows there are.
+    pub fn n_rows(&self) -> usize {
+        self.bytes.len() / self.row_bytes
+    }
+
+    /// Sizes of the dataset.
+    pub(super) fn shape(&self) -> Vec<u64> {
+        let n = self.n_rows() as u64;
+        std::iter::once(n).chain(self.row.iter().copied()).collect()
+    }
+
+    /// Where its rows are, once they are in the file.
+    pub(super) fn place(&self) -> Storage {
+        match self.chunks.stored {
+            Some(index) if self.chunk_rows < self.n_rows() => Storage::Chunked {
+                rows: self.chunk_rows as u64,
+                index,
+            },
+            _ => Storage::Contiguous(self.piece.0.address),
+        }
+    }
+
+    /// Puts rows into the file that are not there yet: `put` gives an address to bytes.
+    pub(super) fn store(&mut self, mut put: impl FnMut(&[u8]) -> Result<u64>) -> Result<()> {
+        let n = self.n_rows();
+        if self.goes_on {
+            if self.piece.1 < n {
+                let n_ahead = match n {
+                    0 | 1 => n,
+                    _ => (2 * n).next_power_of_two().max(FEWEST),
+                };
+                let bytes = [&self.bytes[..], &self.extrapolated(n_ahead - n)].concat();
+                let address = put(&bytes)?;
+                self.piece = (Stored { address }, n_ahead);
+            }
+            return Ok(());
+        }
+        let rows = chunk_rows(n, self.row_bytes);
+        if rows != self.chunk_rows {
+            self.chunk_rows = rows;
+            self.chunks = Chunks::new(1 + self.row.len());
+        }
+        // The last chunk of the step before may have been none that is full.
+        let chunk_bytes = rows * self.row_bytes;
+        let first = self.chunks.len().saturating_sub(1);
+        for (number, chunk) in self.bytes.chunks(chunk_bytes).enumerate().skip(first) {
+            let mut chunk = chunk.to_vec();
+            chunk.resize(chunk_bytes, 0);
+            let address = put(&chunk)?;
+            self.piece = (Stored { address }, 0);
+            match number < self.chunks.len() {
+                true => self.chunks.replace_last(Stored { address }),
+                false => self.chunks.push(Stored { address }),
+            }
+        }
+        match n > rows {
+            true => self.chunks.store(put),
+            false => Ok(()),
+        }
+    }
+
+    /// The next rows, where they go on as the last two do.
+    fn extrapolated(&self, n: usize) -> Vec<u8> {
+        let words = |row: usize| -> Vec<u64> {
+            let row = &self.bytes[row * self.row_bytes..][..self.row_bytes];
+            let words = row.as_chunks::<8>().0.iter();
+            words.map(|word| u64::from_ne_bytes(*word)).collect()
+        };
+        let n_rows = self.n_rows();
+        if n == 0 {
+            return Vec::new();
+        }
+        let last = words(n_rows - 1);
+        let before = words(n_rows.saturating_sub(2));
+        let row = |ahead: u64| {
+            let pairs = last.iter().zip(&before);
+            pairs.map(move |(last, before)| {
+                last.wrapping_add(last.wrapping_sub(*before).wrapping_mul(ahead))
+            })
+        };
+        let words: Vec<u64> = (1..=n as u64).flat_map(row).collect();
+        bytemuck::cast_slice(&words).to_vec()
+    }
+}
+
+/// Bytes that a step writes of a dataset of so many rows, at the most.
+pub(in crate::formats) fn column_bytes(n_rows: u64, row_bytes: u64) -> u64 {
+    let rows = chunk_rows(n_rows as usize, row_bytes as usize) as u64;
+    rows * row_bytes + index_bytes(n_rows.div_ceil(rows))
+}
+
+/// Rows of a chunk: so many that the chunk and the list of all chunks take about as many bytes.
+fn chunk_rows(n_rows: usize, row_bytes: usize) -> usize {
+    let mut rows = SMALLEST / row_bytes;
+    while rows * rows * row_bytes < 8 * n_rows {
+        rows *= 2;
+    }
+    rows
+}

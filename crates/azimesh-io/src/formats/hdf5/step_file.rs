@@ -1,0 +1,425 @@
+//! An HDF5 file that grows in place and is valid after each step.
+//!
+//! Nothing that was written is overwritten. A step appends its values, then the headers of what is
+//! new and of the groups on the way there, and at last replaces the 48 bytes of the superblock, which lie in one
+//! page, by ones that point to the new headers. Until then, and after the program
+//! was killed at any moment, readers see the steps before.
+//!
+//! A file of an earlier run is resumed: the bytes of the same steps are compared with those in the file, which gives
+//! their addresses and hashes again. From the first byte that differs, or from its end on, the file is written.
+
+use super::address::{NOWHERE, Storage, Stored};
+use super::column::Column;
+use super::element::Element;
+use super::header::{self, SUPERBLOCK};
+use super::index::Chunks;
+use super::links::Links;
+use super::tree::{Data, Sink, Tree};
+use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_values};
+use crate::formats::Begin;
+use crate::formats::growing::GrowingFile;
+use crate::mesh::NumbersApart;
+use azimesh_core::error::Result;
+use azimesh_core::ranks::hash::TreeHasher;
+use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
+
+/// Bytes gathered before they are handed on.
+const BUFFER: usize = 1 << 20;
+
+/// The file that an HDF5 file is written to, step by step.
+pub(in crate::formats) trait StepTarget: Write + Seek {
+    /// Where other ranks find it; none where they cannot.
+    fn path(&self) -> Option<&Path> {
+        None
+    }
+
+    /// Syncs to the disk what was written, if that is wanted.
+    fn sync(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    /// Called when the file is valid.
+    fn set_complete(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    /// How many of these bytes, from the first on, the file has already at offset `at`.
+    fn matching(&mut self, _at: u64, _bytes: &[u8]) -> std::io::Result<usize> {
+        Ok(0)
+    }
+
+    /// Passes so many bytes of the file from offset `at` on; tells whether it has as many.
+    fn pass(&mut self, _at: u64, _n: u64, _take: &mut dyn FnMut(&[u8])) -> std::io::Result<bool> {
+        Ok(false)
+    }
+
+    /// Whether the file ends at this offset.
+    fn ends_at(&self, _at: u64) -> std::io::Result<bool> {
+        Ok(true)
+    }
+
+    /// Truncates the file at `at`; `superblock` makes the rest a valid file. Without one the file begins again,
+    /// with the same first bytes.
+    fn truncate(&mut self, _at: u64, _superblock: Option<&[u8]>) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl StepTarget for GrowingFile {
+    fn path(&self) -> Option<&Path> {
+        Some(GrowingFile::path(self))
+    }
+
+    fn sync(&mut self) -> std::io::Result<()> {
+        GrowingFile::sync(self)
+    }
+
+    fn set_complete(&mut self) -> std::io::Result<()> {
+        self.commit()
+    }
+
+    fn matching(&mut self, at: u64, bytes: &[u8]) -> std::io::Result<usize> {
+        GrowingFile::matching(self, at, bytes)
+    }
+
+    fn pass(&mut self, at: u64, n: u64, take: &mut dyn FnMut(&[u8])) -> std::io::Result<bool> {
+        GrowingFile::pass(self, at, n, take)
+    }
+
+    fn ends_at(&self, at: u64) -> std::io::Result<bool> {
+        Ok(self.n_bytes()? <= at)
+    }
+
+    fn truncate(&mut self, at: u64, superblock: Option<&[u8]>) -> std::io::Result<()> {
+        match superblock {
+            Some(superblock) => {
+                self.seek(SeekFrom::Start(0))?;
+                self.write_all(superblock)?;
+                // The disk may store later writes before earlier ones.
+                GrowingFile::sync(self)?;
+                self.cut(at)?;
+            }
+            None => self.continue_in_copy(at)?,
+        }
+        self.seek(SeekFrom::Start(at)).map(|_| ())
+    }
+}
+
+/// An HDF5 file that grows step by step.
+pub(in crate::formats) struct StepFile<F: StepTarget = GrowingFile> {
+    out: Counted<Buffered<F>>,
+    hasher: TreeHasher,
+    /// Whether all bytes so far equal those of an earlier run.
+    is_resuming: bool,
+    /// The superblock of the last step that was committed, and where that ends.
+    finished: Option<(Vec<u8>, u64)>,
+    /// Superblock and end of the step that is finished and not committed.
+    pending: Option<(Vec<u8>, u64)>,
+}
+
+/// Gathers bytes before they are handed on; those that are left when it is dropped are not.
+struct Buffered<F> {
+    file: F,
+    bytes: Vec<u8>,
+}
+
+impl<F: StepTarget> Write for Buffered<F> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.bytes.len() + bytes.len() > BUFFER {
+            self.flush()?;
+        }
+        match bytes.len() < BUFFER {
+            true => self.bytes.extend(bytes),
+            false => self.file.write_all(bytes)?,
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.write_all(&self.bytes)?;
+        self.bytes.clear();
+        Ok(())
+    }
+}
+
+impl StepFile {
+    /// A new file, which gets its name with the first [`StepFile::commit`], or an existing one, which is resumed or
+    /// filled. With `sync` each step is on the disk when it is committed.
+    pub fn create(path: &Path, begin: Begin, sync: bool) -> Result<Self> {
+        match begin {
+            Begin::Resume if path.is_file() => Ok(Self::resume(GrowingFile::reopen(path, sync)?)),
+            Begin::Resume | Begin::Create => Self::start(GrowingFile::create(path, sync)?),
+            Begin::Fill => Self::start(GrowingFile::reopen(path, sync)?),
+        }
+    }
+}
+
+impl<F: StepTarget> StepFile<F> {
+    /// Starts in an empty file. It is no HDF5 file before the first [`StepFile::commit`].
+    pub fn start(file: F) -> Result<Self> {
+        let mut growing = Self::at(0, file);
+        growing.out.write(&[0; SUPERBLOCK])?;
+        Ok(growing)
+    }
+
+    /// Starts behind the superblock of a file with content.
+    pub fn resume(file: F) -> Self {
+        let mut growing = Self::at(SUPERBLOCK as u64, file);
+        growing.is_resuming = true;
+        growing
+    }
+
+    fn at(at: u64, file: F) -> Self {
+        Self {
+            out: Counted {
+                out: Buffered {
+                    file,
+                    bytes: Vec::new(),
+                },
+                at,
+            },
+            hasher: TreeHasher::default(),
+            is_resuming: false,
+            finished: None,
+            pending: None,
+        }
+    }
+
+    /// Bytes up to the end of what was appended last.
+    pub fn n_bytes(&self) -> u64 {
+        self.out.at
+    }
+
+    /// Whether all bytes so far were there already.
+    pub fn is_resuming(&self) -> bool {
+        self.is_resuming
+    }
+
+    /// Appends values, for a dataset of this step or of later ones ([`Data::Stored`],
+    /// [`Data::Chunks`]).
+    pub fn store(&mut self, make: impl FnOnce(Sink) -> Result<()>) -> Result<Stored> {
+        let address = self.align()?;
+        make(&mut |bytes| self.append(bytes))?;
+        Ok(Stored { address })
+    }
+
+    /// Appends numbers that other ranks write.
+    pub fn store_apart(&mut self, numbers: &NumbersApart) -> Result<Stored> {
+        let address = self.align()?;
+        self.append_apart(numbers)?;
+        Ok(Stored { address })
+    }
+
+    /// Appends bytes right behind the values stored last.
+    pub fn continue_with(&mut self, bytes: &[u8]) -> Result<()> {
+        self.append(bytes)
+    }
+
+    /// Appends strings, for a dataset of [`Element::String`].
+    pub fn store_strings(&mut self, strings: &[String]) -> Result<Stored> {
+        let at = self.align()? + strings.len() as u64 * Element::String.size();
+        let (heap, references) = header::heap(at, strings);
+        let stored = self.store(|sink| sink(&references))?;
+        self.append(&heap)?;
+        Ok(stored)
+    }
+
+    /// Appends the root of a tree and all below it, for a group of this step or of later ones
+    /// ([`Links::add`], [`Tree::object`]).
+    pub fn store_object(&mut self, tree: &Tree) -> Result<Stored> {
+        let nodes = 0..tree.nodes.len();
+        let places: Result<Vec<Storage>> = nodes.map(|i| self.storage(tree, i)).collect();
+        let places = places?;
+        let address = headers(tree, &places, |header| self.put(&header))?;
+        Ok(Stored { address })
+    }
+
+    /// Appends what is not in the file yet of a list of children ([`Tree::links`]).
+    pub fn store_links(&mut self, links: &mut Links) -> Result<()> {
+        links.store(|bytes| self.put(bytes))
+    }
+
+    /// Appends what is not in the file yet of a dataset of one row a step ([`Tree::column`]).
+    pub fn store_column(&mut self, column: &mut Column) -> Result<()> {
+        column.store(|bytes| self.put(bytes))
+    }
+
+    /// Appends what is not in the file yet of the index of a dataset ([`Data::Chunks`]).
+    pub fn store_index(&mut self, chunks: &mut Chunks) -> Result<()> {
+        chunks.store(|bytes| self.put(bytes))
+    }
+
+    /// Appends `tree`, which is the content of the file from the next [`StepFile::commit`] on; gives the
+    /// hash of the bytes appended since the last time. Values of the tree that were not stored before are
+    /// appended now and belong to this step alone.
+    pub fn finish_step(&mut self, tree: &Tree) -> Result<blake3::Hash> {
+        let root = self.store_object(tree)?;
+        let superblock = header::superblock(root.address, self.out.at);
+        self.out.out.flush().map_err(failed)?;
+        self.pending = Some((superblock, self.out.at));
+        let hash = self.hasher.finalize();
+        self.hasher = TreeHasher::default();
+        Ok(hash)
+    }
+
+    /// Makes the finished step the content of the file, once all that it points to is on the disk.
+    pub fn commit(&mut self) -> Result<()> {
+        let Some((superblock, at)) = self.pending.take() else {
+            return Ok(());
+        };
+        let file = &mut self.out.out.file;
+        let goes_on = self.is_resuming && !file.ends_at(at).map_err(failed)?;
+        if !goes_on {
+            file.sync().map_err(failed)?;
+            file.seek(SeekFrom::Start(0)).map_err(failed)?;
+            file.write_all(&superblock).map_err(failed)?;
+            file.seek(SeekFrom::Start(at)).map_err(failed)?;
+            file.sync().map_err(failed)?;
+            file.set_complete().map_err(failed)?;
+        }
+        self.finished = Some((superblock, at));
+        Ok(())
+    }
+
+    /// Ends a resumed file after its last step: truncates it there and repairs the superblock. Returns whether anything
+    /// was repaired.
+    pub fn end(&mut self) -> Result<bool> {
+        let Some((superblock, end)) = self.finished.as_ref().filter(|_| self.is_resuming) else {
+            return Ok(false);
+        };
+        let file = &mut self.out.out.file;
+        let n_same = file.matching(0, superblock).map_err(failed)?;
+        let is_whole = n_same == superblock.len() && file.ends_at(*end).map_err(failed)?;
+        if !is_whole {
+            file.truncate(*end, Some(superblock)).map_err(failed)?;
+        }
+        Ok(!is_whole)
+    }
+
+    /// The file itself, as far as it was handed on.
+    #[cfg(test)]
+    pub(super) fn file(&self) -> &F {
+        &self.out.out.file
+    }
+
+    /// Appends what a node has that is not stored yet.
+    fn storage(&mut self, tree: &Tree, node: usize) -> Result<Storage> {
+        let Some(dataset) = &tree.nodes[node].dataset else {
+            return Ok(Storage::Contiguous(NOWHERE));
+        };
+        match &dataset.data {
+            _ if stored_bytes(dataset) == 0 => Ok(Storage::Contiguous(NOWHERE)),
+            Data::Stored(stored) => Ok(Storage::Contiguous(stored.address)),
+            Data::Chunks { rows, chunks } => Ok(Storage::Chunked {
+                rows: *rows,
+                index: chunks.stored.expect("its index was stored before"),
+            }),
+            Data::Column(column) => Ok(column.place()),
+            _ => {
+                let alignment = stored_bytes(dataset)
+                    .min(ALIGNMENT)
+                    .next_power_of_two()
+                    .max(8);
+                let address = self.align_to(alignment)?;
+                if let Data::Apart(numbers) = &dataset.data {
+                    self.append_apart(numbers)?;
+                    return Ok(Storage::Contiguous(address));
+                }
+                write_values(dataset, address, &mut |bytes| self.append(bytes))?;
+                Ok(Storage::Contiguous(address))
+            }
+        }
+    }
+
+    /// Appends bytes that only this file knows: headers, indices, short datasets.
+    fn put(&mut self, bytes: &[u8]) -> Result<u64> {
+        let address = self.align_to(8)?;
+        self.append(bytes)?;
+        Ok(address)
+    }
+
+    fn align(&mut self) -> Result<u64> {
+        self.align_to(ALIGNMENT)
+    }
+
+    fn align_to(&mut self, alignment: u64) -> Result<u64> {
+        let address = self.out.at.next_multiple_of(alignment);
+        let zeros = [0; ALIGNMENT as usize];
+        self.append(&zeros[..(address - self.out.at) as usize])?;
+        Ok(address)
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<()> {
+        self.hasher.update(bytes);
+        let known = match self.is_resuming {
+            true => self.matching(bytes).map_err(failed)?,
+            false => 0,
+        };
+        self.out.write(&bytes[known..])
+    }
+
+    fn append_apart(&mut self, numbers: &NumbersApart) -> Result<()> {
+        if self.is_resuming && self.has_apart(numbers)? {
+            return Ok(());
+        }
+        self.out.out.flush().map_err(failed)?;
+        let file = &mut self.out.out.file;
+        let to = file.path().map(|path| (path, self.out.at));
+        let told = (numbers.by).write(to, &numbers.numbers, self.hasher.n_bytes())?;
+        told.iter().for_each(|part| self.hasher.take(part));
+        self.out.at += numbers.n_bytes;
+        file.seek(SeekFrom::Start(self.out.at)).map_err(failed)?;
+        Ok(())
+    }
+
+    /// Skips the bytes that the file has already; writing begins with the first that differs.
+    fn matching(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let file = &mut self.out.out.file;
+        let n = file.matching(self.out.at, bytes)?;
+        self.out.at += n as u64;
+        if n < bytes.len() {
+            self.leave_file()?;
+        }
+        Ok(n)
+    }
+
+    /// Skips numbers that others have where they are in the file already, as their hash tells; else writing begins with them.
+    fn has_apart(&mut self, numbers: &NumbersApart) -> Result<bool> {
+        let (mut found, mut wanted) = (self.hasher.clone(), self.hasher.clone());
+        let (file, n) = (&mut self.out.out.file, numbers.n_bytes);
+        let is_there = file.pass(self.out.at, n, &mut |bytes| found.update(bytes));
+        if is_there.map_err(failed)? {
+            let told = (numbers.by).write(None, &numbers.numbers, wanted.n_bytes())?;
+            told.iter().for_each(|part| wanted.take(part));
+            if found.finalize() == wanted.finalize() {
+                self.hasher = wanted;
+                self.out.at += n;
+                return Ok(true);
+            }
+        }
+        self.leave_file().map_err(failed)?;
+        Ok(false)
+    }
+
+    /// Writes from here on: the file has other bytes, or ends.
+    fn leave_file(&mut self) -> std::io::Result<()> {
+        self.is_resuming = false;
+        let finished = self.finished.as_ref();
+        let superblock = finished.map(|(superblock, _)| &superblock[..]);
+        self.out.out.file.truncate(self.out.at, superblock)
+    }
+}
+
+impl<F: StepTarget> Drop for StepFile<F> {
+    /// Removes a step that failed, so that a full disk has space again for other files.
+    fn drop(&mut self) {
+        if let Some((superblock, end)) = &self.finished
+            && !self.is_resuming
+            && self.out.at > *end
+        {
+            // The error was reported already, and the step is not part of the file either way.
+            let _ = self.out.out.file.truncate(*end, Some(superblock));
+        }
+    }
+}

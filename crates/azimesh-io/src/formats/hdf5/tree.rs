@@ -1,0 +1,228 @@
+//! The content of a file: groups, datasets and attributes, before they have addresses.
+
+use super::address::Stored;
+use super::column::Column;
+use super::element::{Element, Number};
+use super::index::Chunks;
+use super::links::Links;
+use crate::mesh::NumbersApart;
+use azimesh_core::error::Result;
+use std::borrow::Cow;
+
+/// Takes bytes as they are made.
+pub(in crate::formats) type Sink<'s> = &'s mut dyn FnMut(&[u8]) -> Result<()>;
+
+/// The content of a file. Children come back in the order in which they were added.
+pub(in crate::formats) struct Tree<'a> {
+    pub(super) nodes: Vec<Node<'a>>,
+}
+
+/// A group or dataset of a [`Tree`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::formats) struct Id(pub(super) usize);
+
+/// Values of a dataset, in the byte order of this machine, the last index running fastest.
+pub(in crate::formats) enum Data<'a> {
+    /// Bytes in memory.
+    Bytes(Cow<'a, [u8]>),
+    /// Bytes that are made as they are written: exactly as many as element and shape say.
+    Stream(Box<dyn Fn(Sink) -> Result<()> + 'a>),
+    /// Numbers that other ranks write.
+    Apart(NumbersApart<'a>),
+    /// Strings, for [`Element::String`].
+    Strings(Cow<'a, [String]>),
+    /// Written to a growing file before.
+    Stored(Stored),
+    /// Pieces of a growing dataset, each of `rows` of the first index, with their index; all were
+    /// written before.
+    Chunks {
+        /// Rows of each piece.
+        rows: u64,
+        /// The index.
+        chunks: &'a Chunks,
+    },
+    /// A dataset that was written before.
+    Column(&'a Column),
+}
+
+impl Data<'_> {
+    /// Hands the bytes of values that are numbers and not stored yet to `sink`.
+    ///
+    /// # Panics
+    /// For other values.
+    pub fn each(&self, sink: Sink) -> Result<()> {
+        match self {
+            Data::Bytes(bytes) => sink(bytes),
+            Data::Stream(make) => make(sink),
+            Data::Apart(_)
+            | Data::Strings(_)
+            | Data::Stored(_)
+            | Data::Chunks { .. }
+            | Data::Column(_) => panic!(
+                "strings have no bytes of their own, and what is stored or with other ranks is not here"
+            ),
+        }
+    }
+}
+
+#[derive(Default)]
+pub(super) struct Node<'a> {
+    pub attributes: Vec<Attribute>,
+    pub children: Vec<(String, Id)>,
+    pub dataset: Option<Dataset<'a>>,
+    /// Children before those.
+    pub links: Option<&'a Links>,
+    /// The object of the node, where that is in the file already.
+    pub object: Option<Stored>,
+}
+
+pub(super) struct Attribute {
+    pub name: String,
+    pub element: Element,
+    pub shape: Option<Vec<u64>>,
+    pub bytes: Vec<u8>,
+}
+
+pub(super) struct Dataset<'a> {
+    pub element: Element,
+    pub shape: Vec<u64>,
+    pub data: Data<'a>,
+}
+
+impl Dataset<'_> {
+    pub fn n_bytes(&self) -> u64 {
+        self.shape.iter().product::<u64>() * self.element.size()
+    }
+}
+
+impl<'a> Tree<'a> {
+    /// The group that holds everything.
+    pub const ROOT: Id = Id(0);
+
+    /// A file with nothing in it.
+    pub fn new() -> Self {
+        Self {
+            nodes: vec![Node::default()],
+        }
+    }
+
+    /// Adds a group to a group.
+    pub fn group(&mut self, parent: Id, name: &str) -> Id {
+        self.add(parent, name, Node::default())
+    }
+
+    /// Adds a dataset to a group. `data` must have as many bytes as `element` and `shape` say.
+    pub fn dataset(
+        &mut self,
+        parent: Id,
+        name: &str,
+        element: Element,
+        shape: &[u64],
+        data: Data<'a>,
+    ) -> Id {
+        let dataset = Dataset {
+            element,
+            shape: shape.to_vec(),
+            data,
+        };
+        let node = Node {
+            dataset: Some(dataset),
+            ..Node::default()
+        };
+        self.add(parent, name, node)
+    }
+
+    /// A tree that is one dataset, to be an object of a growing file.
+    pub fn of_dataset(element: Element, shape: &[u64], data: Data<'a>) -> Self {
+        let mut tree = Self::new();
+        tree.nodes[0].dataset = Some(Dataset {
+            element,
+            shape: shape.to_vec(),
+            data,
+        });
+        tree
+    }
+
+    /// Adds an object of a growing file to a group.
+    pub fn object(&mut self, parent: Id, name: &str, object: Stored) -> Id {
+        let node = Node {
+            object: Some(object),
+            ..Node::default()
+        };
+        self.add(parent, name, node)
+    }
+
+    /// Gives a group of a growing file children that come before all others.
+    pub fn links(&mut self, of: Id, links: &'a Links) {
+        self.nodes[of.0].links = Some(links);
+    }
+
+    /// Adds a dataset that has one more row with each step.
+    pub fn column(&mut self, parent: Id, name: &str, column: &'a Column) -> Id {
+        let data = Data::Column(column);
+        self.dataset(parent, name, column.element, &column.shape(), data)
+    }
+
+    /// Adds a dataset of numbers with one index.
+    pub fn numbers<T: Number>(&mut self, parent: Id, name: &str, values: &[T]) -> Id {
+        let bytes: Vec<u8> = bytemuck::cast_slice(values).to_vec();
+        let data = Data::Bytes(bytes.into());
+        self.dataset(parent, name, T::ELEMENT, &[values.len() as u64], data)
+    }
+
+    /// Adds an attribute of text that takes as many bytes as it has, at least one, without a zero
+    /// at the end.
+    pub fn text_attribute(&mut self, of: Id, name: &str, text: &str) {
+        let bytes = text.len().max(1) as u32;
+        let terminated = false;
+        self.padded_attribute(of, name, text, Element::Text { bytes, terminated });
+    }
+
+    /// Adds an attribute of text in a field of fixed size, zeros after it; text that is too long
+    /// is cut.
+    pub fn padded_attribute(&mut self, of: Id, name: &str, text: &str, element: Element) {
+        let mut bytes = text.as_bytes().to_vec();
+        let room = element.size() as usize;
+        if matches!(element, Element::Text { terminated, .. } if terminated) {
+            bytes.truncate(room.saturating_sub(1));
+        }
+        bytes.resize(room, 0);
+        self.attribute(of, name, element, None, bytes);
+    }
+
+    /// Adds an attribute of numbers: a scalar where `is_scalar`, else with one index.
+    pub fn number_attribute<T: Number>(
+        &mut self,
+        of: Id,
+        name: &str,
+        values: &[T],
+        is_scalar: bool,
+    ) {
+        let shape = (!is_scalar).then(|| vec![values.len() as u64]);
+        let bytes = bytemuck::cast_slice(values).to_vec();
+        self.attribute(of, name, T::ELEMENT, shape, bytes);
+    }
+
+    fn attribute(
+        &mut self,
+        of: Id,
+        name: &str,
+        element: Element,
+        shape: Option<Vec<u64>>,
+        bytes: Vec<u8>,
+    ) {
+        self.nodes[of.0].attributes.push(Attribute {
+            name: name.to_owned(),
+            element,
+            shape,
+            bytes,
+        });
+    }
+
+    fn add(&mut self, parent: Id, name: &str, node: Node<'a>) -> Id {
+        let id = Id(self.nodes.len());
+        self.nodes.push(node);
+        self.nodes[parent.0].children.push((name.to_owned(), id));
+        id
+    }
+}

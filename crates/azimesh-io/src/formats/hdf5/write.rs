@@ -1,0 +1,148 @@
+//! A tree written front to back: superblock, headers, then the values of every dataset.
+
+use super::address::{NOWHERE, Storage};
+use super::header::{self, SUPERBLOCK};
+use super::tree::{Data, Dataset, Tree};
+use crate::formats::Out;
+use azimesh_core::error::{Error, Result};
+use std::io::Write;
+
+/// Values start at multiples of this.
+pub(super) const ALIGNMENT: u64 = 64;
+
+impl Tree<'_> {
+    /// Writes the whole file. Values in memory are not copied.
+    ///
+    /// # Panics
+    /// When a dataset is one that only a growing file can hold.
+    pub fn write(&self, out: &mut dyn Out) -> Result<()> {
+        let start = SUPERBLOCK as u64;
+        let somewhere = vec![Storage::Contiguous(0); self.nodes.len()];
+        let (headers, _) = headers_from(start, self, &somewhere)?;
+        let (places, end) = self.places(start + headers.len() as u64)?;
+        let (headers, root) = headers_from(start, self, &places)?;
+        let mut out = Counted { out, at: 0 };
+        out.write(&header::superblock(root, end))?;
+        out.write(&headers)?;
+        let datasets = self.nodes.iter().zip(&places);
+        for (dataset, place) in datasets.filter_map(|(n, p)| Some((n.dataset.as_ref()?, p))) {
+            if let Storage::Contiguous(address) = *place
+                && address != NOWHERE
+            {
+                out.pad_to(address)?;
+                if let Data::Apart(numbers) = &dataset.data {
+                    out.out.apart(numbers, 0)?;
+                    out.at += numbers.n_bytes;
+                    continue;
+                }
+                write_values(dataset, address, &mut |bytes| out.write(bytes))?;
+            }
+        }
+        out.pad_to(end)
+    }
+
+    /// Where the values of each node lie when the first may start at `at`, and the file's end.
+    fn places(&self, mut at: u64) -> Result<(Vec<Storage>, u64)> {
+        let too_large = || Error::input("the file would have more than 2^63 bytes");
+        let mut places = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let n_bytes = node.dataset.as_ref().map_or(0, stored_bytes);
+            let address = match n_bytes {
+                0 => NOWHERE,
+                _ => at.next_multiple_of(ALIGNMENT),
+            };
+            places.push(Storage::Contiguous(address));
+            if n_bytes > 0 {
+                at = address.checked_add(n_bytes).ok_or_else(too_large)?;
+            }
+        }
+        Ok((places, at))
+    }
+}
+
+/// Headers one after another from address `start` on, and the address of the root group's.
+fn headers_from(start: u64, tree: &Tree, places: &[Storage]) -> Result<(Vec<u8>, u64)> {
+    let mut bytes = Vec::new();
+    let root = headers(tree, places, |header| {
+        let address = start + bytes.len() as u64;
+        bytes.extend(header);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        Ok(address)
+    })?;
+    Ok((bytes, root))
+}
+
+/// Makes the headers of all nodes, children first; `put` gives each its address. Gives the address
+/// of the root group's.
+pub(super) fn headers(
+    tree: &Tree,
+    places: &[Storage],
+    mut put: impl FnMut(Vec<u8>) -> Result<u64>,
+) -> Result<u64> {
+    let mut addresses = vec![NOWHERE; tree.nodes.len()];
+    for id in (0..tree.nodes.len()).rev() {
+        addresses[id] = match tree.nodes[id].object {
+            Some(object) => object.address,
+            None => put(header::object(&tree.nodes[id], &places[id], &addresses)?)?,
+        };
+    }
+    Ok(addresses[0])
+}
+
+/// Bytes that the values take in the file, with the heap of strings.
+pub(super) fn stored_bytes(dataset: &Dataset) -> u64 {
+    match &dataset.data {
+        Data::Strings(strings) => {
+            let (heap, references) = header::heap(0, strings);
+            (heap.len() + references.len()) as u64
+        }
+        _ => dataset.n_bytes(),
+    }
+}
+
+/// Hands the values of a dataset that will lie at `at` to `sink`.
+pub(super) fn write_values(
+    dataset: &Dataset,
+    at: u64,
+    sink: &mut dyn FnMut(&[u8]) -> Result<()>,
+) -> Result<()> {
+    let mut n_bytes = 0;
+    let mut counted = |bytes: &[u8]| {
+        n_bytes += bytes.len() as u64;
+        sink(bytes)
+    };
+    match &dataset.data {
+        Data::Strings(strings) => {
+            let (heap, references) = header::heap(at + strings.len() as u64 * 16, strings);
+            counted(&references)?;
+            counted(&heap)?;
+        }
+        data => data.each(&mut counted)?,
+    }
+    let expected = stored_bytes(dataset);
+    assert_eq!(n_bytes, expected, "values must fit element and shape");
+    Ok(())
+}
+
+/// Counts what goes by.
+pub(super) struct Counted<W> {
+    pub out: W,
+    pub at: u64,
+}
+
+impl<W: Write> Counted<W> {
+    pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        self.out.write_all(bytes).map_err(failed)?;
+        self.at += bytes.len() as u64;
+        Ok(())
+    }
+
+    pub fn pad_to(&mut self, address: u64) -> Result<()> {
+        let zeros = [0; ALIGNMENT as usize];
+        self.write(&zeros[..(address - self.at) as usize])
+    }
+}
+
+pub(super) fn failed(error: std::io::Error) -> Error {
+    Error::system(error.to_string())
+}

@@ -1,0 +1,353 @@
+//! Values of arrays in a legacy file: numbers as text or in big-endian bytes, bits, strings.
+
+use super::super::Notes;
+use super::super::names::text_of;
+use super::super::vtk::chunk::Chunk;
+use super::super::vtk::number::{Element, parse_words, points_are_finite};
+use super::super::vtk::text::{cuts, word_end, word_start};
+use super::cursor::{Cursor, decoded};
+use crate::mesh::Values;
+use crate::mesh::too_many;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::map;
+
+/// Bytes of text that one task parses.
+const PER_TASK: usize = 1 << 18;
+/// Tasks whose numbers are held before they are appended.
+const BATCH: usize = 32;
+
+/// Type of the values of an array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Type {
+    /// Numbers.
+    Number(Element),
+    /// VTK's ids: 64 bits in memory, 32 in binary files.
+    Id,
+    /// Eight to a byte, the first one highest.
+    Bit,
+    /// Strings.
+    Text,
+}
+
+impl Type {
+    /// The type with this name.
+    pub fn from_name(name: &[u8]) -> Option<Self> {
+        let element = match name.to_ascii_lowercase().as_slice() {
+            b"bit" => return Some(Type::Bit),
+            b"vtkidtype" => return Some(Type::Id),
+            b"string" | b"utf8_string" => return Some(Type::Text),
+            b"char" | b"signed_char" | b"vtktypeint8" => Element::Int8,
+            b"unsigned_char" | b"vtktypeuint8" => Element::UInt8,
+            b"short" | b"vtktypeint16" => Element::Int16,
+            b"unsigned_short" | b"vtktypeuint16" => Element::UInt16,
+            b"int" | b"vtktypeint32" => Element::Int32,
+            b"unsigned_int" | b"vtktypeuint32" => Element::UInt32,
+            b"long" | b"long_long" | b"vtktypeint64" => Element::Int64,
+            b"unsigned_long" | b"unsigned_long_long" | b"vtktypeuint64" => Element::UInt64,
+            b"float" | b"vtktypefloat32" => Element::Float32,
+            b"double" | b"vtktypefloat64" => Element::Float64,
+            _ => return None,
+        };
+        Some(Type::Number(element))
+    }
+
+    /// Reads the next word as a type.
+    pub fn read(cursor: &mut Cursor) -> Result<Self> {
+        let word = cursor.need("a type of values")?;
+        Self::from_name(word).ok_or_else(|| {
+            let name = super::super::lexer::shown(word);
+            cursor.error(format!(
+                "{name} is not a type of values; known types: bit, char, unsigned_char, short, \
+                 unsigned_short, int, unsigned_int, long, unsigned_long, vtktypeint64, \
+                 vtktypeuint64, vtkIdType, float, double, string"
+            ))
+        })
+    }
+}
+
+/// Reads `n` values.
+pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize, notes: &mut Notes) -> Result<Values> {
+    let element = match kind {
+        Type::Number(element) => element,
+        Type::Id => {
+            let ids = converted(cursor, id(cursor), n, &|chunk, out| chunk.integers(out))?;
+            return Ok(Values::I64(ids));
+        }
+        Type::Bit => return bits(cursor, n).map(Values::U8),
+        Type::Text => return strings(cursor, n, notes).map(Values::Text),
+    };
+    Ok(match element {
+        Element::Int8 => Values::I8(numbers(cursor, element, n)?),
+        Element::UInt8 | Element::String => Values::U8(numbers(cursor, element, n)?),
+        Element::Int16 => Values::I16(numbers(cursor, element, n)?),
+        Element::UInt16 => Values::U16(numbers(cursor, element, n)?),
+        Element::Int32 => Values::I32(numbers(cursor, element, n)?),
+        Element::UInt32 => Values::U32(numbers(cursor, element, n)?),
+        Element::Int64 => Values::I64(numbers(cursor, element, n)?),
+        Element::UInt64 => Values::U64(numbers(cursor, element, n)?),
+        Element::Float32 => Values::F32(numbers(cursor, element, n)?),
+        Element::Float64 => Values::F64(numbers(cursor, element, n)?),
+    })
+}
+
+/// How ids are stored.
+pub(super) fn id(cursor: &Cursor) -> Element {
+    if cursor.binary {
+        Element::Int32
+    } else {
+        Element::Int64
+    }
+}
+
+/// Reads `n` coordinates of whatever type.
+pub(super) fn coordinates(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<f64>> {
+    let element = coordinate_type(cursor, kind)?;
+    converted(cursor, element, n, &|chunk, out| chunk.reals(out))
+}
+
+/// Reads the coordinates of `n` points.
+pub(super) fn points(cursor: &mut Cursor, kind: Type, n: usize) -> Result<Vec<[f64; 3]>> {
+    let n_values = n.checked_mul(3);
+    let n_values = n_values.ok_or_else(|| cursor.error("there are too many points"))?;
+    let element = coordinate_type(cursor, kind)?;
+    check_room(cursor, element, n_values)?;
+    let mut out = vec![[0.0; 3]; n];
+    let start = cursor.at;
+    fill(cursor, element, out.as_flattened_mut(), &|chunk, out| {
+        chunk.reals(out)
+    })?;
+    if !cursor.binary {
+        points_are_finite(0, &out).map_err(|(value, error)| {
+            let at = start + word_start(&cursor.bytes[start..], value);
+            cursor.error_at(at, error.message)
+        })?;
+    }
+    Ok(out)
+}
+
+/// The type of coordinates. As text, a float is rounded to one, as VTK does.
+fn coordinate_type(cursor: &Cursor, kind: Type) -> Result<Element> {
+    match kind {
+        Type::Number(element) => Ok(element),
+        Type::Id => Ok(id(cursor)),
+        Type::Bit | Type::Text => Err(cursor.error("coordinates must be numbers")),
+    }
+}
+
+/// Reads `n` numbers of the type `element`, which has the size of `T`.
+pub(super) fn numbers<T: bytemuck::Pod + Default>(
+    cursor: &mut Cursor,
+    element: Element,
+    n: usize,
+) -> Result<Vec<T>> {
+    converted(cursor, element, n, &|chunk, out| chunk.copy_to(out))
+}
+
+/// Reads `n` numbers of the type `element`, which `convert` puts into the type that is wanted.
+pub(super) fn converted<U: Copy + Default>(
+    cursor: &mut Cursor,
+    element: Element,
+    n: usize,
+    convert: &dyn Fn(Chunk, &mut [U]),
+) -> Result<Vec<U>> {
+    check_room(cursor, element, n)?;
+    let mut out = vec![U::default(); n];
+    fill(cursor, element, &mut out, convert)?;
+    Ok(out)
+}
+
+/// Reads as many numbers as `out` has.
+fn fill<U>(
+    cursor: &mut Cursor,
+    element: Element,
+    out: &mut [U],
+    convert: &dyn Fn(Chunk, &mut [U]),
+) -> Result<()> {
+    let (n, mut done) = (out.len(), 0);
+    for_each_chunk(cursor, element, n, &mut |chunk| {
+        let start = done;
+        done += chunk.n_values();
+        convert(chunk, &mut out[start..done]);
+    })
+}
+
+/// Hands `n` values that start on the next line, or are the next words, to `sink`.
+fn for_each_chunk(
+    cursor: &mut Cursor,
+    element: Element,
+    n: usize,
+    sink: &mut dyn FnMut(Chunk),
+) -> Result<()> {
+    if !cursor.binary {
+        return text(cursor, element, n, sink);
+    }
+    cursor.line();
+    let bytes = take(cursor, n.checked_mul(element.size()), n)?;
+    sink(Chunk {
+        bytes,
+        element,
+        swap: cfg!(target_endian = "little"),
+    });
+    Ok(())
+}
+
+/// Refuses more values than the rest of the file can hold.
+fn check_room(cursor: &Cursor, element: Element, n: usize) -> Result<()> {
+    if cursor.binary {
+        let mut ahead = cursor.clone();
+        ahead.line();
+        return take(&mut ahead, n.checked_mul(element.size()), n).map(drop);
+    }
+    let left = cursor.rest().len();
+    if n > left.div_ceil(2) {
+        let message =
+            format!("{n} values are needed, but only {left} characters are left in the file");
+        return Err(cursor.error_at(cursor.at, message));
+    }
+    Ok(())
+}
+
+/// The next `n_bytes` bytes, of `n` values.
+fn take<'a>(cursor: &mut Cursor<'a>, n_bytes: Option<usize>, n: usize) -> Result<&'a [u8]> {
+    let rest = cursor.rest();
+    let bytes = n_bytes.and_then(|n_bytes| rest.get(..n_bytes));
+    let bytes = bytes.ok_or_else(|| {
+        let left = rest.len();
+        let message = format!("{n} values are needed, but only {left} bytes are left in the file");
+        cursor.error_at(cursor.at, message)
+    })?;
+    cursor.at += bytes.len();
+    Ok(bytes)
+}
+
+/// Reads `n` words as numbers. Some text behind them may be parsed in vain.
+fn text(
+    cursor: &mut Cursor,
+    element: Element,
+    n: usize,
+    sink: &mut dyn FnMut(Chunk),
+) -> Result<()> {
+    let mut done = 0;
+    while done < n {
+        let guess = (n - done).saturating_mul(24).max(256);
+        let end = cursor.at.saturating_add(guess.min(PER_TASK * BATCH));
+        let end = word_end(cursor.bytes, end);
+        let cuts = cuts(cursor.bytes, cursor.at, end, PER_TASK);
+        let parts = map(cuts.len() - 1, &|i| {
+            ParsedText::parse(cursor.bytes, cuts[i], cuts[i + 1], element)
+        });
+        for part in parts {
+            let (missing, found) = (n - done, part.numbers().n_values());
+            if found >= missing {
+                sink(part.numbers().part(0..missing));
+                cursor.at = part.after(cursor.bytes, missing);
+                return Ok(());
+            }
+            sink(part.numbers());
+            done += found;
+            cursor.at = part.end;
+            if let Some((at, message)) = part.wrong {
+                let message = format!("{message} (after {done} of {n} values)");
+                return Err(cursor.error_at(at, message));
+            }
+        }
+        if done < n && cursor.at == cursor.bytes.len() {
+            let message = format!("the file ends after {done} of {n} values");
+            return Err(cursor.error_at(cursor.at, message));
+        }
+    }
+    Ok(())
+}
+
+/// The numbers parsed from one part of a text.
+struct ParsedText {
+    bytes: Vec<u8>,
+    element: Element,
+    start: usize,
+    end: usize,
+    wrong: Option<(usize, String)>,
+}
+
+impl ParsedText {
+    fn parse(text: &[u8], start: usize, end: usize, element: Element) -> Self {
+        let mut part = Self {
+            bytes: Vec::new(),
+            element,
+            start,
+            end,
+            wrong: None,
+        };
+        match parse_words(&text[start..end], element) {
+            Ok(bytes) => part.bytes = bytes,
+            Err((at, message)) => {
+                let before = parse_words(&text[start..start + at], element);
+                part.bytes = before.unwrap_or_default();
+                part.wrong = Some((start + at, message));
+            }
+        }
+        part
+    }
+
+    fn numbers(&self) -> Chunk<'_> {
+        Chunk {
+            bytes: &self.bytes,
+            element: self.element,
+            swap: false,
+        }
+    }
+
+    /// Where the number with this one-based index ends.
+    fn after(&self, bytes: &[u8], n: usize) -> usize {
+        let mut at = self.start;
+        for _ in 0..n {
+            let blank = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
+            at = word_end(bytes, at + blank.count());
+        }
+        at
+    }
+}
+
+fn bits(cursor: &mut Cursor, n: usize) -> Result<Vec<u8>> {
+    if !cursor.binary {
+        return numbers(cursor, Element::UInt8, n);
+    }
+    cursor.line();
+    let bytes = take(cursor, Some(n.div_ceil(8)), n)?;
+    let bit = |i: usize| bytes[i / 8] >> (7 - i % 8) & 1;
+    Ok((0..n).map(bit).collect())
+}
+
+/// Strings: in text one a line; in binary files their length comes first, in one, two, four or
+/// eight bytes, as its first two bits encode.
+fn strings(cursor: &mut Cursor, n: usize, notes: &mut Notes) -> Result<Vec<String>> {
+    cursor.line();
+    let mut strings = Vec::new();
+    for i in 0..n {
+        if cursor.rest().is_empty() {
+            let message = format!("the file ends after {i} of {n} strings");
+            return Err(cursor.error_at(cursor.at, message));
+        }
+        if !cursor.binary {
+            let line = cursor.line();
+            strings.push(decoded(line.strip_suffix(b"\r").unwrap_or(line), notes));
+            continue;
+        }
+        let width = 8 >> (cursor.rest()[0] >> 6);
+        let header = take(cursor, Some(width), 1)?;
+        let length = header
+            .iter()
+            .fold(0u64, |n, byte| n << 8 | u64::from(*byte));
+        let length = length & (u64::MAX >> (64 - 8 * width + 2));
+        let bytes = take(cursor, usize::try_from(length).ok(), 1)?;
+        strings.push(text_of(bytes, notes));
+    }
+    Ok(strings)
+}
+
+/// Refuses a count that the rest of the file cannot hold.
+pub(super) fn check_count(cursor: &Cursor, n: usize, what: &str) -> Result<()> {
+    if n >= u32::MAX as usize {
+        return Err(Error::input(too_many(what)).byte(cursor.at as u64));
+    }
+    Ok(())
+}

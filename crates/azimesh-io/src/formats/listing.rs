@@ -1,0 +1,71 @@
+//! The nodes of cells as files list them, for ranks that write those of their own cells.
+
+use super::hdf5::Sink;
+use super::vtk::order;
+use super::{cgns, ugrid};
+use crate::mesh::{Cells, Listing, NodesOfCells, turn};
+use azimesh_core::error::Result;
+use std::ops::Range;
+
+/// Numbers made at a time: so few that no loop over them starts threads.
+const BLOCK: usize = 1 << 16;
+
+/// Passes the bytes of the nodes of some `cells` to `sink`, by this thread alone; `number` gives the number of a node from 0.
+pub fn list_nodes(
+    cells: &Cells,
+    range: Range<usize>,
+    wanted: &NodesOfCells,
+    number: &(dyn Fn(u32) -> u32 + Sync),
+    sink: Sink,
+) -> Result<()> {
+    let is_wide = wanted.is_wide;
+    let mut turned = Vec::new();
+    let sink: Sink = match wanted.is_big_endian {
+        false => sink,
+        true => &mut |bytes| {
+            turned.clear();
+            turned.extend_from_slice(bytes);
+            turn(&mut turned, wanted.size());
+            sink(&turned)
+        },
+    };
+    for run in cells.runs_in(range).filter(|run| wanted.lists(run.kind)) {
+        let end = run.first_cell + run.n_cells();
+        let step = (BLOCK / run.n_nodes).max(1);
+        for start in (run.first_cell..end).step_by(step) {
+            let some = start..end.min(start + step);
+            match wanted.listing {
+                Listing::Vtk => {
+                    for nodes in cells.runs_in(some) {
+                        let nodes = order::listed(nodes.kind, nodes.connectivity);
+                        as_integers(&nodes, is_wide, number, sink)?;
+                    }
+                }
+                Listing::Ugrid => {
+                    for nodes in cells.runs_in(some) {
+                        let nodes = ugrid::in_order(nodes.kind, nodes.connectivity);
+                        as_integers(&nodes, is_wide, &|node| number(node) + 1, sink)?;
+                    }
+                }
+                Listing::Cgns => cgns::list_elements(cells, some, is_wide, number, sink)?,
+                Listing::CgnsMixed => cgns::list_mixed(cells, some, is_wide, number, sink)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+fn as_integers(
+    nodes: &[u32],
+    is_wide: bool,
+    number: &dyn Fn(u32) -> u32,
+    sink: Sink,
+) -> Result<()> {
+    let numbers = nodes.iter().map(|&node| number(node));
+    match is_wide {
+        false => sink(bytemuck::cast_slice(&numbers.collect::<Vec<u32>>())),
+        true => sink(bytemuck::cast_slice(
+            &numbers.map(i64::from).collect::<Vec<i64>>(),
+        )),
+    }
+}

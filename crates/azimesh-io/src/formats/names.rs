@@ -1,0 +1,283 @@
+//! Names of arrays and groups: decoded from the bytes of a file, and changed to what a format allows. Makes names
+//! unique where a format needs that, and names of arrays that several have.
+
+use super::Notes;
+use crate::mesh::{Group, Mesh};
+use azimesh_core::diagnostic::formats::{ArrayRead, GroupWritten, Read};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Text of a file: UTF-8, or else Latin-1, which is noted.
+pub fn text_of(bytes: &[u8], notes: &mut Notes) -> String {
+    match decoded(bytes) {
+        Cow::Borrowed(text) => text.to_owned(),
+        Cow::Owned(text) => {
+            notes.latin1(&text);
+            text
+        }
+    }
+}
+
+/// Text of a file: UTF-8, borrowed, or else Latin-1, in which every byte is a character.
+pub fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().copied().map(char::from).collect(),
+    }
+}
+
+/// The start of a name, of at most so many bytes.
+pub fn cut(name: &str, longest: usize) -> String {
+    let mut end = longest.min(name.len());
+    while !name.is_char_boundary(end) {
+        end -= 1;
+    }
+    name[..end].to_owned()
+}
+
+/// The rule of a format for names.
+pub struct Rule {
+    /// Bytes that a name may have.
+    pub longest: usize,
+    /// The name as the format takes it, in so many bytes.
+    pub fit: fn(&str, usize) -> String,
+    /// What the format allows, as part of a sentence.
+    pub why: &'static str,
+}
+
+/// Names that are given in one place of a file.
+#[derive(Default)]
+pub struct Given {
+    names: BTreeSet<String>,
+    /// The number that a name which is taken gets next.
+    next: BTreeMap<String, usize>,
+}
+
+impl Given {
+    /// With names that nothing else may have.
+    pub fn with<'a>(taken: impl IntoIterator<Item = &'a str>) -> Self {
+        Self {
+            names: taken.into_iter().map(str::to_owned).collect(),
+            next: BTreeMap::new(),
+        }
+    }
+
+    /// The name as the rule has it or, where that is taken, with the first number behind it that makes
+    /// it free.
+    pub fn give(&mut self, name: &str, rule: &Rule) -> String {
+        let first = (rule.fit)(name, rule.longest);
+        if self.names.insert(first.clone()) {
+            return first;
+        }
+        let next = self.next.entry(first).or_insert(2);
+        loop {
+            let end = format!("_{next}");
+            let wanted = (rule.fit)(name, rule.longest - end.len()) + &end;
+            *next += 1;
+            if self.names.insert(wanted.clone()) {
+                return wanted;
+            }
+        }
+    }
+
+    /// A name for each: first come those that can stay as they are.
+    pub fn give_all(&mut self, names: &[&str], rule: &Rule) -> Vec<String> {
+        let stays = |name: &&str| (rule.fit)(name, rule.longest) == **name;
+        let staying: Vec<bool> = names
+            .iter()
+            .map(|name| stays(name) && self.names.insert((*name).to_owned()))
+            .collect();
+        let names = names.iter().zip(staying);
+        names
+            .map(|(name, stays)| match stays {
+                true => (*name).to_owned(),
+                false => self.give(name, rule),
+            })
+            .collect()
+    }
+}
+
+impl Rule {
+    /// Names by what they are written as: one for each name, however often it comes.
+    pub fn by_name<'a>(
+        &self,
+        names: impl IntoIterator<Item = &'a str>,
+    ) -> BTreeMap<&'a str, String> {
+        let mut seen = BTreeSet::new();
+        let names: Vec<&str> = names
+            .into_iter()
+            .filter(|name| seen.insert(*name))
+            .collect();
+        let written = Given::default().give_all(&names, self);
+        names.into_iter().zip(written).collect()
+    }
+
+    /// A note for a name that is written as another.
+    pub fn note(&self, what: &'static str, name: &str, written: &str) -> Option<GroupWritten> {
+        (name != written).then(|| GroupWritten::Renamed {
+            what,
+            name: name.to_owned(),
+            written: written.to_owned(),
+            why: self.why,
+            is_taken: (self.fit)(name, self.longest) != written,
+        })
+    }
+}
+
+/// Where a list has the entry of each key, such as a name. A list of many is not searched for each.
+pub struct Places<K>(BTreeMap<K, usize>);
+
+impl<K: Ord> Default for Places<K> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<K: Ord> Places<K> {
+    /// The place of a key.
+    pub fn get(&self, key: &K) -> Option<usize> {
+        self.0.get(key).copied()
+    }
+
+    /// The entry of a key; adds a new one to the end of the list where it has none.
+    pub fn entry<'l, T>(
+        &mut self,
+        key: K,
+        list: &'l mut Vec<T>,
+        new: impl FnOnce() -> T,
+    ) -> &'l mut T {
+        let place = *self.0.entry(key).or_insert(list.len());
+        if place == list.len() {
+            list.push(new());
+        }
+        &mut list[place]
+    }
+}
+
+/// Makes names of arrays unique by a number after them, from the second on; adds a note for each.
+pub fn tell_apart<'n>(
+    what: &'static str,
+    names: impl IntoIterator<Item = &'n mut String>,
+    notes: &mut Notes,
+) {
+    const AS_IT_IS: Rule = Rule {
+        longest: usize::MAX,
+        fit: |name, _| name.to_owned(),
+        why: "",
+    };
+    let mut names: Vec<&mut String> = names.into_iter().collect();
+    let before: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
+    let apart = Given::default().give_all(&before, &AS_IT_IS);
+    for (name, apart) in names.iter_mut().zip(apart) {
+        if **name != apart {
+            notes.push(ArrayRead::Renamed {
+                what,
+                name: name.clone(),
+                here: apart.clone(),
+            });
+            **name = apart;
+        }
+    }
+}
+
+/// Makes names of arrays unique; notes groups that share a name, which then stands for all of them.
+pub fn check(mesh: &mut Mesh, notes: &mut Notes) {
+    for (what, arrays) in [
+        ("point", &mut mesh.point_arrays),
+        ("cell", &mut mesh.cell_arrays),
+        ("field", &mut mesh.field_arrays),
+    ] {
+        tell_apart(what, arrays.iter_mut().map(|array| &mut array.name), notes);
+    }
+    let dimension = mesh.dimension();
+    let repeated = repeated(&mesh.groups);
+    for (of, what) in [
+        (dimension, "zones"),
+        (dimension.wrapping_sub(1), "boundary tags"),
+    ] {
+        let here = repeated.iter().filter(|((d, _), _)| *d == of);
+        note_repeated(what, here.collect(), notes);
+    }
+    let lower = repeated.iter().filter(|((d, _), _)| d + 1 < dimension);
+    note_repeated("groups", lower.collect(), notes);
+}
+
+fn note_repeated(what: &'static str, found: Vec<(&(u8, &str), &usize)>, notes: &mut Notes) {
+    if found.is_empty() {
+        return;
+    }
+    let named = |((_, name), n): (&(u8, &str), &usize)| ((*name).to_owned(), *n);
+    notes.push(Read::SharedNames {
+        what,
+        names: found.into_iter().map(named).collect(),
+    });
+}
+
+/// Dimension and name that several groups share, with their number.
+pub fn repeated<'a>(groups: impl IntoIterator<Item = &'a Group>) -> BTreeMap<(u8, &'a str), usize> {
+    let mut counts: BTreeMap<(u8, &str), usize> = BTreeMap::new();
+    for group in groups {
+        *counts.entry((group.dimension, &group.name)).or_default() += 1;
+    }
+    counts.retain(|_, n| *n > 1);
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RULE: Rule = Rule {
+        longest: 8,
+        fit: |name, longest| cut(&name.replace(' ', "_"), longest),
+        why: "no spaces",
+    };
+
+    fn written(names: &[&str]) -> Vec<String> {
+        Given::with(["taken"]).give_all(names, &RULE)
+    }
+
+    #[test]
+    fn names_that_become_the_same_are_numbered_and_good_ones_stay() {
+        assert_eq!(written(&["a b", "a_b", "a_b_2"]), ["a_b_3", "a_b", "a_b_2"]);
+        assert_eq!(written(&["a b", "a\u{20}b"]), ["a_b", "a_b_2"]);
+        assert_eq!(written(&["taken", "x"]), ["taken_2", "x"]);
+        assert_eq!(
+            written(&["a long one", "a long two"]),
+            ["a_long_o", "a_long_t"]
+        );
+        assert_eq!(
+            written(&["a longer 1", "a longer 2"]),
+            ["a_longer", "a_long_2"]
+        );
+        assert_eq!(written(&["ééééé", "éééééé"]), ["éééé", "ééé_2"]);
+    }
+
+    #[test]
+    fn a_name_that_changes_is_told() {
+        assert_eq!(RULE.note("tag", "a", "a"), None);
+        for (written, is_taken) in [("a_b", false), ("a_b_2", true)] {
+            let expected = GroupWritten::Renamed {
+                what: "tag",
+                name: "a b".into(),
+                written: written.into(),
+                why: "no spaces",
+                is_taken,
+            };
+            assert_eq!(RULE.note("tag", "a b", written), Some(expected));
+        }
+    }
+
+    #[test]
+    fn bytes_that_are_not_utf8_are_latin1() {
+        let mut notes = Notes::default();
+        assert_eq!(text_of("é".as_bytes(), &mut notes), "é");
+        notes.close();
+        assert!(notes.is_empty());
+        assert_eq!(text_of(b"Fl\xfcgel", &mut notes), "Flügel");
+        assert_eq!(text_of(b"H\xe4user", &mut notes), "Häuser");
+        notes.close();
+        let texts = ["Flügel", "Häuser"].map(str::to_owned).to_vec();
+        assert_eq!(notes, [Read::Latin1 { texts }.into()]);
+    }
+}

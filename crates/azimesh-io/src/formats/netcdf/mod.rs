@@ -1,0 +1,211 @@
+//! netCDF files: dimensions, variables and attributes by name, whichever way they are stored. Their meaning is left to
+//! Exodus.
+//!
+//! ```text
+//! classic   CDF-1, CDF-2 and CDF-5: the header, and where the values of each variable lie
+//! data      values: bytes of the mapped file, or what was read of HDF5
+//! ```
+//!
+//! netCDF-4 files are HDF5 and are read as such: a dimension is a dataset of its length, a variable a dataset.
+
+mod classic;
+mod data;
+
+use super::Source;
+use super::hdf5::{self, Dataset, Group};
+use super::names::decoded;
+use crate::mesh::Values;
+use azimesh_core::error::{Error, Result};
+use classic::{Classic, Stored};
+pub(super) use data::Data;
+use std::ops::Range;
+
+/// An open file.
+pub(super) enum File<'a> {
+    /// CDF-1, CDF-2 or CDF-5.
+    Classic(Classic<'a>),
+    /// netCDF-4.
+    Hdf5(Group),
+}
+
+/// A variable.
+pub(super) struct Variable<'a> {
+    name: String,
+    shape: Vec<usize>,
+    stored: At<'a>,
+}
+
+enum At<'a> {
+    Classic(Stored<'a>),
+    Hdf5(Box<Dataset>),
+}
+
+/// Whether these are the first bytes of a file of netCDF's own formats.
+pub(super) fn is_classic(bytes: &[u8]) -> bool {
+    matches!(bytes, [b'C', b'D', b'F', 1 | 2 | 5, ..])
+}
+
+impl<'a> File<'a> {
+    /// Reads the header, or opens the HDF5 file.
+    pub fn open(source: &'a Source) -> Result<Self> {
+        match source.bytes() {
+            bytes if is_classic(bytes) => Ok(Self::Classic(Classic::read(bytes)?)),
+            bytes if hdf5::is_hdf5(bytes) => {
+                Ok(Self::Hdf5(hdf5::File::open(source)?.root()?))
+            }
+            [b'C', b'D', b'F', version, ..] => Err(Error::input(format!(
+                "this is a netCDF file of version {version}; versions 1, 2 and 5 and those in HDF5 are read"
+            ))
+            .byte(3)),
+            _ => Err(Error::input(
+                "this is no netCDF file, which begins with \"CDF\" or is HDF5",
+            )
+            .byte(0)),
+        }
+    }
+
+    /// How the file is stored.
+    pub fn title(&self) -> &'static str {
+        match self {
+            Self::Classic(classic) => classic.title(),
+            Self::Hdf5(_) => "netCDF-4 (HDF5)",
+        }
+    }
+
+    /// The length of a dimension; `None` where there is none of this name.
+    pub fn length(&self, dimension: &str) -> Result<Option<usize>> {
+        match self {
+            Self::Classic(classic) => Ok(classic.length(dimension)),
+            Self::Hdf5(root) => {
+                let found = root.dataset(dimension)?;
+                found
+                    .map(|found| length(dimension, found.n_rows()))
+                    .transpose()
+            }
+        }
+    }
+
+    /// Names of the variables, and in HDF5 of the dimensions too.
+    pub fn names(&self) -> Result<Vec<String>> {
+        match self {
+            Self::Classic(classic) => Ok(classic.names()),
+            Self::Hdf5(root) => Ok(root.names()?.1),
+        }
+    }
+
+    /// The variable of this name; `None` where there is none.
+    pub fn variable(&self, name: &str) -> Result<Option<Variable<'a>>> {
+        let (shape, stored) = match self {
+            Self::Classic(classic) => match classic.variable(name) {
+                Some(stored) => (stored.shape.clone(), At::Classic(stored)),
+                None => return Ok(None),
+            },
+            Self::Hdf5(root) => match root.dataset(name)? {
+                Some(dataset) => {
+                    let shape = dataset.shape().iter().map(|n| length(name, *n));
+                    (shape.collect::<Result<_>>()?, At::Hdf5(Box::new(dataset)))
+                }
+                None => return Ok(None),
+            },
+        };
+        let name = name.to_owned();
+        Ok(Some(Variable {
+            name,
+            shape,
+            stored,
+        }))
+    }
+
+    /// The variable of this name, which must be there.
+    pub fn need(&self, name: &str) -> Result<Variable<'a>> {
+        let found = self.variable(name)?;
+        found.ok_or_else(|| Error::input("the file has no such variable").dataset(name))
+    }
+}
+
+fn length(name: &str, n: u64) -> Result<usize> {
+    let n = usize::try_from(n).ok();
+    n.ok_or_else(|| Error::input("it is too long").dataset(name))
+}
+
+impl Variable<'_> {
+    /// An error about it.
+    pub fn refuse(&self, message: impl Into<String>) -> Error {
+        Error::input(message).dataset(&self.name)
+    }
+
+    /// Number of values along each of its dimensions.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// Length of its first dimension; 1 for a single value.
+    pub fn n_rows(&self) -> usize {
+        self.shape.first().copied().unwrap_or(1)
+    }
+
+    /// All values.
+    pub fn data(&self) -> Result<Data<'_>> {
+        self.rows(0..self.n_rows())
+    }
+
+    /// The values of some of its rows: of the first dimension.
+    pub fn rows(&self, rows: Range<usize>) -> Result<Data<'_>> {
+        let found = match &self.stored {
+            At::Classic(stored) => stored.rows(rows),
+            At::Hdf5(dataset) => dataset
+                .rows(rows.start as u64..rows.end as u64)
+                .map(Data::Values),
+        };
+        found.map_err(|error| error.dataset(&self.name))
+    }
+
+    /// All values as integers.
+    pub fn integers(&self) -> Result<Vec<i64>> {
+        let data = self.data()?;
+        let chunk = data.chunk().filter(|chunk| chunk.element.is_integer());
+        let chunk = chunk.ok_or_else(|| self.refuse("it must have integers"))?;
+        let mut integers = vec![0; chunk.n_values()];
+        chunk.integers(&mut integers);
+        Ok(integers)
+    }
+
+    /// All values as floating-point numbers.
+    pub fn reals(&self) -> Result<Vec<f64>> {
+        let data = self.data()?;
+        let chunk = data
+            .chunk()
+            .ok_or_else(|| self.refuse("it must have numbers"))?;
+        let mut reals = vec![0.0; chunk.n_values()];
+        chunk.reals(&mut reals);
+        Ok(reals)
+    }
+
+    /// Lines of text, each up to its first NUL and without spaces behind it.
+    pub fn lines(&self) -> Result<Vec<Vec<u8>>> {
+        let bytes = match &self.stored {
+            At::Classic(stored) => stored.text(),
+            At::Hdf5(dataset) => dataset.bytes(),
+        };
+        let bytes = bytes.map_err(|error| error.dataset(&self.name))?;
+        let length = self.shape.last().copied().unwrap_or(0);
+        let lines = bytes.chunks_exact(length.max(1));
+        Ok(lines
+            .map(|line| {
+                let end = line.iter().position(|byte| *byte == 0);
+                line[..end.unwrap_or(line.len())].trim_ascii_end().to_vec()
+            })
+            .collect())
+    }
+
+    /// An attribute that is text.
+    pub fn text(&self, attribute: &str) -> Result<Option<String>> {
+        match &self.stored {
+            At::Classic(stored) => Ok(stored.attribute(attribute).map(|bytes| {
+                let end = bytes.iter().position(|byte| *byte == 0);
+                decoded(&bytes[..end.unwrap_or(bytes.len())]).into_owned()
+            })),
+            At::Hdf5(dataset) => dataset.text(attribute),
+        }
+    }
+}

@@ -1,0 +1,445 @@
+//! Patches of a mesh that is written: one for each boundary tag, with its name and type, and one for the outer faces of
+//! no tag. Owns the words of OpenFOAM for types of patches, and what those of other formats become.
+
+use super::topology::{Patch, Topology};
+use crate::formats::Notes;
+use crate::formats::names::{Given, Rule};
+use crate::mesh::{Group, Mesh, MeshView};
+use azimesh_core::diagnostic::formats::{Condition, GroupWritten};
+use azimesh_core::error::{Error, Result, nearest_name, option};
+use std::collections::BTreeMap;
+
+/// The patch of outer faces without a tag, as OpenFOAM's own programs call it.
+const DEFAULT: &str = "defaultFaces";
+
+/// Types that a tag can be given: those that need no further entries.
+pub const GIVEN: &[&str] = &[
+    "patch",
+    "wall",
+    "symmetry",
+    "symmetryPlane",
+    "empty",
+    "wedge",
+];
+
+/// Types of CGNS and the most similar ones of OpenFOAM; other words of CGNS become `patch`.
+const OF_CGNS: &[(&str, &str)] = &[("BCWall", "wall"), ("BCSymmetryPlane", "symmetry")];
+
+/// What OpenFOAM takes as a name: a word that cannot be read as a number or as punctuation.
+const NAMES: Rule = Rule {
+    longest: 200,
+    fit: fit_name,
+    why: "OpenFOAM's names are words without blanks, quotes, brackets, slashes and semicolons, and begin with a letter",
+};
+
+/// A patch to be written.
+#[derive(Debug, PartialEq)]
+pub(super) struct NewPatch {
+    /// Name.
+    pub name: String,
+    /// Type.
+    pub kind: String,
+    /// Further entries: keys and texts.
+    entries: Vec<(String, String)>,
+}
+
+/// The patches of a mesh, in the order of its tags; the last one is for faces without a tag.
+pub(super) struct Patches {
+    /// The patches.
+    pub list: Vec<NewPatch>,
+    /// For each cell the patch of a boundary cell; `list.len() - 1` for those of no tag.
+    pub of_cell: Vec<u32>,
+    /// Faces in more than one tag.
+    n_several: usize,
+}
+
+impl Patches {
+    /// The patches of the tags. `origin` is what the mesh was read from, whose entries are kept.
+    ///
+    /// # Errors
+    /// Where a type needs entries that are not known.
+    pub fn of(mesh: &MeshView, origin: Option<&Topology>, notes: &mut Notes) -> Result<Self> {
+        let tags: Vec<_> = mesh.boundary_tags().collect();
+        let rest = tags.len() as u32;
+        let mut of_cell = vec![rest; mesh.cells.len()];
+        let mut n_several = 0;
+        for (tag, patch) in tags.iter().zip(0..) {
+            for range in tag.cells.ranges() {
+                for own in &mut of_cell[range] {
+                    match *own == rest {
+                        true => *own = patch,
+                        false => n_several += 1,
+                    }
+                }
+            }
+        }
+        let list = patches_of(mesh, origin, notes)?;
+        Ok(Self {
+            list,
+            of_cell,
+            n_several,
+        })
+    }
+
+    /// Notes on faces that are in no patch, or in another than some of their tags say; `sizes` are those of the
+    /// patches.
+    pub fn notes_on_faces(&self, mesh: &MeshView, sizes: &[usize]) -> Vec<GroupWritten> {
+        let mut notes = Vec::new();
+        if self.n_several > 0 {
+            notes.push(GroupWritten::OnePatch { n: self.n_several });
+        }
+        let mut wanted = vec![0; sizes.len()];
+        for &patch in &self.of_cell {
+            wanted[patch as usize] += 1;
+        }
+        for ((tag, &wanted), &n) in mesh.boundary_tags().zip(&wanted).zip(sizes) {
+            if n < wanted {
+                notes.push(GroupWritten::NotOutside {
+                    name: tag.name.clone(),
+                    n: wanted - n,
+                });
+            }
+        }
+        if let Some(&n) = sizes.last().filter(|n| **n > 0)
+            && let Some(patch) = self.list.last()
+        {
+            notes.push(GroupWritten::UntaggedPatch {
+                n,
+                name: patch.name.clone(),
+            });
+        }
+        notes
+    }
+
+    /// The content of the file `boundary` behind its header. `sizes` are those of the patches, `n_inner` is the number
+    /// of faces before them.
+    pub fn text(&self, n_inner: usize, sizes: &[usize]) -> String {
+        let is_written = |at: &usize| *at + 1 < self.list.len() || sizes[*at] > 0;
+        let places: Vec<usize> = (0..self.list.len()).filter(is_written).collect();
+        let mut text = format!("{}\n(\n", places.len());
+        let mut start = n_inner;
+        for at in places {
+            self.list[at].push_text(&mut text, sizes[at], start);
+            start += sizes[at];
+        }
+        text.push_str(")\n");
+        text
+    }
+}
+
+/// The patches of the tags, and one for faces without a tag, without the faces.
+pub(super) fn patches_of(
+    mesh: &MeshView,
+    origin: Option<&Topology>,
+    notes: &mut Notes,
+) -> Result<Vec<NewPatch>> {
+    let tags: Vec<_> = mesh.boundary_tags().collect();
+    let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
+    let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
+        .give_all(&names, &NAMES);
+    let patches = origin.map_or(&[][..], |origin| &origin.patches);
+    let known = patches.iter().map(|patch| (&*patch.name, patch));
+    let known: BTreeMap<&str, &Patch> = known.collect();
+    let mut list = Vec::with_capacity(tags.len() + 1);
+    for (tag, name) in tags.iter().zip(written) {
+        notes.extend(NAMES.note("boundary tag", &tag.name, &name));
+        let known = known.get(&*tag.name).copied();
+        let kind = kind_of(tag.condition.as_deref(), known, &tag.name, notes);
+        list.push(NewPatch::of(name, kind, known)?);
+    }
+    list.push(NewPatch {
+        name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
+        kind: "patch".to_owned(),
+        entries: Vec::new(),
+    });
+    Ok(list)
+}
+
+impl NewPatch {
+    fn of(name: String, kind: String, known: Option<&Patch>) -> Result<Self> {
+        let known = known.filter(|known| known.kind == kind);
+        if known.is_none() && kind.to_ascii_lowercase().contains("cyclic") {
+            return Err(Error::input(format!(
+                "patch \"{name}\" is of type {kind}, which needs entries such as neighbourPatch that this mesh does not \
+                 have; give it another type with --patch-type {name}=patch, and make it {kind} in the file boundary"
+            )));
+        }
+        let own =
+            |(key, _): &&(String, String)| !["type", "nFaces", "startFace"].contains(&key.as_str());
+        let entries = known
+            .into_iter()
+            .flat_map(|known| known.entries.iter().filter(own).cloned());
+        Ok(Self {
+            name,
+            kind,
+            entries: entries.collect(),
+        })
+    }
+
+    fn push_text(&self, text: &mut String, n_faces: usize, start: usize) {
+        text.push_str(&format!("    {}\n    {{\n", self.name));
+        let mut line = |key: &str, value: &str| {
+            text.push_str(&match value.starts_with('{') {
+                true => format!("        {key}\n        {value}\n"),
+                false => format!("        {key:<15} {value};\n"),
+            });
+        };
+        line("type", &self.kind);
+        self.entries
+            .iter()
+            .for_each(|(key, value)| line(key, value));
+        line("nFaces", &n_faces.to_string());
+        line("startFace", &start.to_string());
+        text.push_str("    }\n");
+    }
+}
+
+/// The type that a tag has in OpenFOAM.
+fn kind_of(condition: Option<&str>, known: Option<&Patch>, tag: &str, notes: &mut Notes) -> String {
+    let Some(condition) = condition else {
+        return "patch".to_owned();
+    };
+    let is_of_openfoam = || known.is_some_and(|known| known.kind == condition);
+    if GIVEN.contains(&condition) || is_of_openfoam() || is_pair(condition) {
+        return condition.to_owned();
+    }
+    let similar = OF_CGNS.iter().find(|(word, _)| condition.starts_with(word));
+    if let Some((_, kind)) = similar {
+        return (*kind).to_owned();
+    }
+    notes.push(Condition::AsPatch {
+        condition: condition.to_owned(),
+        tag: tag.to_owned(),
+    });
+    "patch".to_owned()
+}
+
+/// Whether patches of this type come in pairs.
+fn is_pair(kind: &str) -> bool {
+    kind.starts_with("cyclic") || kind.starts_with("nonConformal")
+}
+
+fn fit_name(name: &str, longest: usize) -> String {
+    let allowed = |c: char| c.is_alphanumeric() || "_-.:+@%&".contains(c);
+    let mut fit: String = name
+        .chars()
+        .map(|c| if allowed(c) { c } else { '_' })
+        .collect();
+    if !fit.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+        fit.insert_str(0, "patch");
+    }
+    crate::formats::names::cut(&fit, longest)
+}
+
+/// The names that zones have in a file.
+pub(super) fn zone_names(zones: &[&Group]) -> Vec<String> {
+    let names: Vec<&str> = zones.iter().map(|zone| &*zone.name).collect();
+    Given::default().give_all(&names, &NAMES)
+}
+
+/// Sets the types of boundary tags, as `(tag, type)`.
+///
+/// # Errors
+/// For a tag that the mesh does not have, and for a type that is not known or needs more than its name.
+pub fn set_patch_types(mesh: &mut Mesh, types: &[(String, String)]) -> Result<()> {
+    let given: BTreeMap<&str, &str> = types.iter().map(|(tag, kind)| (&**tag, &**kind)).collect();
+    let dimension = mesh.dimension();
+    for (tag, kind) in given {
+        if !GIVEN.contains(&kind) {
+            let hint = nearest_name(kind, GIVEN.iter().copied())
+                .map_or(String::new(), |name| format!(" (did you mean {name}?)"));
+            return Err(Error::input(format!(
+                "{} {tag}={kind}: the type is not one of {}{hint}",
+                option("patch-type"),
+                GIVEN.join(", ")
+            )));
+        }
+        let mut own = mesh
+            .groups
+            .iter_mut()
+            .filter(|group| group.dimension + 1 == dimension && group.name == tag)
+            .peekable();
+        if own.peek().is_none() {
+            let names: Vec<&str> = mesh.boundary_tags().map(|tag| &*tag.name).collect();
+            return Err(Error::input(format!(
+                "{}: tag \"{tag}\" is not in the mesh; it has: {}",
+                option("patch-type"),
+                names.join(", ")
+            )));
+        }
+        own.for_each(|group| group.condition = (kind != "patch").then(|| kind.to_owned()));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::CellKind;
+
+    /// A tetrahedron with a tag for each of these conditions, on its faces in turn.
+    fn tagged(tags: &[(&str, Option<&str>)]) -> Mesh {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        for face in [[0, 1, 3], [1, 2, 3], [2, 0, 3]] {
+            mesh.cells.push(CellKind::Triangle, &face);
+        }
+        for (i, (name, condition)) in tags.iter().enumerate() {
+            mesh.add_tag(*name, [1 + i % 3])
+                .expect("it is a boundary face");
+            mesh.groups[i].condition = condition.map(str::to_owned);
+        }
+        mesh
+    }
+
+    fn written(mesh: &Mesh) -> (Vec<(String, String)>, Notes) {
+        let mut notes = Notes::default();
+        let list = patches_of(&mesh.view(), None, &mut notes).expect("they can be written");
+        (
+            list.into_iter()
+                .map(|patch| (patch.name, patch.kind))
+                .collect(),
+            notes,
+        )
+    }
+
+    #[test]
+    fn types_come_from_the_words_of_openfoam_and_cgns() {
+        let mesh = tagged(&[
+            ("a", None),
+            ("b", Some("wall")),
+            ("c", Some("BCWallViscousHeatFlux")),
+            ("d", Some("BCSymmetryPlane")),
+            ("e", Some("symmetryPlane")),
+            ("f", Some("BCFarfield")),
+        ]);
+        let (patches, notes) = written(&mesh);
+        let kinds: Vec<&str> = patches.iter().map(|(_, kind)| &**kind).collect();
+        assert_eq!(
+            kinds,
+            [
+                "patch",
+                "wall",
+                "wall",
+                "symmetry",
+                "symmetryPlane",
+                "patch",
+                "patch"
+            ]
+        );
+        let note = Condition::AsPatch {
+            condition: "BCFarfield".into(),
+            tag: "f".into(),
+        };
+        assert_eq!(notes, [note.into()]);
+    }
+
+    #[test]
+    fn names_become_words_of_openfoam_each_once() {
+        let mesh = tagged(&[
+            ("upper wall", None),
+            ("upper_wall", None),
+            ("7", None),
+            ("a{b;c}", None),
+            ("defaultFaces", None),
+        ]);
+        let (patches, notes) = written(&mesh);
+        let names: Vec<&str> = patches.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(
+            names,
+            [
+                "upper_wall_2",
+                "upper_wall",
+                "patch7",
+                "a_b_c_",
+                "defaultFaces",
+                "defaultFaces_2"
+            ]
+        );
+        assert_eq!(notes.len(), 3);
+    }
+
+    #[test]
+    fn a_cyclic_patch_keeps_its_entries_or_is_refused() {
+        let mesh = tagged(&[("side", Some("cyclic"))]);
+        let refused =
+            patches_of(&mesh.view(), None, &mut Notes::default()).expect_err("it has no neighbour");
+        assert!(
+            refused.message.contains("\"side\"") && refused.message.contains("neighbourPatch"),
+            "{refused}"
+        );
+        let known = Patch {
+            name: "side".into(),
+            kind: "cyclic".into(),
+            n_faces: 7,
+            start_face: 70,
+            entries: [
+                ("type", "cyclic"),
+                ("nFaces", "7"),
+                ("startFace", "70"),
+                ("neighbourPatch", "other"),
+                ("coeffs", "{ a 1; }"),
+            ]
+            .map(|(key, text)| (key.to_owned(), text.to_owned()))
+            .to_vec(),
+        };
+        let patch =
+            NewPatch::of("side".into(), "cyclic".into(), Some(&known)).expect("it has its entries");
+        let mut text = String::new();
+        patch.push_text(&mut text, 3, 20);
+        let words: Vec<&str> = text.split_whitespace().collect();
+        assert_eq!(
+            words.join(" "),
+            "side { type cyclic; neighbourPatch other; coeffs { a 1; } nFaces 3; startFace 20; }"
+        );
+    }
+
+    #[test]
+    fn faces_in_no_patch_are_told_and_the_last_patch_is_written_only_with_faces() {
+        let mesh = tagged(&[("a", None), ("b", None), ("c", None), ("again", None)]);
+        let patches =
+            Patches::of(&mesh.view(), None, &mut Notes::default()).expect("it can be written");
+        assert_eq!(patches.of_cell, [4, 0, 1, 2]);
+        let notes = patches.notes_on_faces(&mesh.view(), &[1, 1, 0, 0, 2]);
+        let told: Vec<String> = notes.iter().map(ToString::to_string).collect();
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!(
+            told[1].contains("\"c\"") && told[2].contains("defaultFaces"),
+            "{told:?}"
+        );
+        assert!(patches.text(0, &[1, 1, 1, 0, 1]).contains("defaultFaces"));
+        let without = patches.text(10, &[1, 1, 1, 0, 0]);
+        assert!(
+            !without.contains("defaultFaces") && without.starts_with("4\n(\n"),
+            "{without}"
+        );
+    }
+
+    #[test]
+    fn types_are_given_to_tags_that_are_there() {
+        let mut mesh = tagged(&[("a", None), ("b", Some("wall"))]);
+        let types = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
+            pairs
+                .iter()
+                .map(|(tag, kind)| ((*tag).to_owned(), (*kind).to_owned()))
+                .collect()
+        };
+        set_patch_types(&mut mesh, &types(&[("a", "symmetryPlane"), ("b", "patch")]))
+            .expect("both are there");
+        let conditions: Vec<_> = mesh
+            .groups
+            .iter()
+            .map(|tag| tag.condition.as_deref())
+            .collect();
+        assert_eq!(conditions, [Some("symmetryPlane"), None]);
+        for wrong in [("c", "wall"), ("a", "cyclic")] {
+            assert!(
+                set_patch_types(&mut mesh, &types(&[wrong])).is_err(),
+                "{wrong:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! From cells to faces: inner faces in upper-triangular order, then the patches one after another, each face turned
+//! out of its owner. Knows nothing of the types of patches or of files.
+//!
+//! Cells keep their order. The owner of a face is its cell of lower index; faces are sorted by owner, then by
+//! neighbour. The faces of a patch have the order that its boundary cells have in the mesh, so that pairs of periodic
+//! patches stay pairs.
+
+use super::orientation::Orientation;
+use crate::mesh::sides::for_each_side;
+use crate::mesh::{Across, Adjacency, CellRef, Cells, MeshView};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::map;
+
+/// The faces of a mesh as polyMesh has them.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct OrderedFaces {
+    /// Nodes of all faces.
+    pub faces: FaceList,
+    /// Cell of each face that it is turned out of.
+    pub owner: Vec<u32>,
+    /// The other cell of each inner face.
+    pub neighbour: Vec<u32>,
+    /// Number of faces of each patch, in order; the last one has the outer faces of no tag.
+    pub patch_sizes: Vec<usize>,
+    /// Number of cells.
+    pub n_cells: usize,
+    /// Number of cells that the mesh lists in the other orientation.
+    pub n_reversed: usize,
+}
+
+/// Lists of nodes, one after another.
+#[derive(Debug, PartialEq)]
+pub(super) struct FaceList {
+    /// Where each face starts in `nodes`, and the end.
+    pub starts: Vec<u32>,
+    /// Nodes of all faces.
+    pub nodes: Vec<u32>,
+}
+
+impl Default for FaceList {
+    fn default() -> Self {
+        Self {
+            starts: vec![0],
+            nodes: Vec::new(),
+        }
+    }
+}
+
+impl FaceList {
+    /// Number of faces.
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Nodes of a face.
+    pub fn get(&self, face: usize) -> &[u32] {
+        &self.nodes[self.starts[face] as usize..self.starts[face + 1] as usize]
+    }
+
+    /// All of them in order.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.len()).map(|face| self.get(face))
+    }
+
+    /// Appends a face.
+    pub fn push(&mut self, nodes: &[u32]) {
+        self.nodes.extend_from_slice(nodes);
+        self.starts.push(self.nodes.len() as u32);
+    }
+
+    /// Takes over the faces of another list.
+    fn append(&mut self, other: &FaceList) -> Result<()> {
+        let before = self.nodes.len();
+        if before + other.nodes.len() > i32::MAX as usize {
+            return Err(Error::input(
+                "the faces have more than 2147483647 nodes together, the most that labels of 32 bits count",
+            ));
+        }
+        self.nodes.extend_from_slice(&other.nodes);
+        let starts = other.starts[1..].iter();
+        self.starts
+            .extend(starts.map(|start| start + before as u32));
+        Ok(())
+    }
+}
+
+/// The number of each volume cell among them.
+pub(super) struct CellNumbers {
+    /// First cell and first number of each run of volume cells.
+    runs: Vec<(u32, u32)>,
+    n: usize,
+}
+
+impl CellNumbers {
+    /// Numbers the cells of the mesh's dimension.
+    pub fn of(mesh: &MeshView) -> Self {
+        let (mut runs, mut n) = (Vec::new(), 0);
+        let mut end = None;
+        for run in mesh.volume_runs() {
+            if end != Some(run.first_cell) {
+                runs.push((run.first_cell as u32, n as u32));
+            }
+            n += run.n_cells();
+            end = Some(run.first_cell + run.n_cells());
+        }
+        Self { runs, n }
+    }
+
+    /// Number of volume cells.
+    pub fn len(&self) -> usize {
+        self.n
+    }
+
+    /// The number of a volume cell.
+    #[inline]
+    pub fn get(&self, cell: u32) -> u32 {
+        let after = self.runs.partition_point(|(first, _)| *first <= cell);
+        let (first, number) = self.runs[after.saturating_sub(1)];
+        number + (cell - first)
+    }
+}
+
+/// The faces of some consecutive cells.
+#[derive(Default)]
+struct Part {
+    inner: FaceList,
+    owner: Vec<u32>,
+    neighbour: Vec<u32>,
+    outer: FaceList,
+    on_patch: Vec<OnPatch>,
+}
+
+/// Where an outer face belongs.
+#[derive(Clone, Copy)]
+struct OnPatch {
+    patch: u32,
+    /// Its boundary cell; [`NONE`] without a tag.
+    boundary: u32,
+    owner: u32,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl OrderedFaces {
+    /// Finds the faces of a solid mesh. `patch_of` has for each cell the patch of a boundary cell; `n_patches` is
+    /// that of the others, the largest.
+    ///
+    /// Time and memory grow with the number of sides of the cells.
+    pub fn of(mesh: &MeshView, patch_of: &[u32], n_patches: usize) -> Result<Self> {
+        let numbers = CellNumbers::of(mesh);
+        let orientation = Orientation::of(mesh);
+        let adjacency = Adjacency::of_cells(mesh.cells, mesh.dimension());
+        let walk = Walk {
+            mesh,
+            numbers: &numbers,
+            orientation: &orientation,
+            patch_of,
+            rest: n_patches as u32,
+        };
+        let parts = map(adjacency.n_chunks(), &|chunk| walk.part(&adjacency, chunk));
+        drop(adjacency);
+        let mut topology = Self {
+            n_cells: numbers.len(),
+            n_reversed: orientation.n_reversed(mesh),
+            patch_sizes: vec![0; n_patches + 1],
+            ..Self::default()
+        };
+        let entries = parts
+            .iter()
+            .map(|part| part.inner.nodes.len() + part.outer.nodes.len());
+        topology.faces.nodes.reserve_exact(entries.sum());
+        let mut patches = Vec::with_capacity(parts.len());
+        for part in parts {
+            topology.faces.append(&part.inner)?;
+            topology.owner.extend(part.owner);
+            topology.neighbour.extend(part.neighbour);
+            patches.push((part.outer, part.on_patch));
+        }
+        topology.add_patches(&patches)?;
+        Ok(topology)
+    }
+
+    /// The faces of the patches, after the inner ones.
+    fn add_patches(&mut self, parts: &[(FaceList, Vec<OnPatch>)]) -> Result<()> {
+        let mut order: Vec<(u32, u32, u32, u32)> = Vec::new();
+        for (part, (_, faces)) in parts.iter().enumerate() {
+            let faces = faces.iter().enumerate();
+            order.extend(faces.map(|(i, face)| (face.patch, face.boundary, part as u32, i as u32)));
+        }
+        order.sort_unstable();
+        let n: usize = order.len() + self.owner.len();
+        if n > i32::MAX as usize {
+            return Err(Error::input(
+                "there are more than 2147483647 faces, the most that labels of 32 bits count",
+            ));
+        }
+        for (patch, _, part, i) in order {
+            let (faces, on_patch) = &parts[part as usize];
+            self.faces.push(faces.get(i as usize));
+            self.owner.push(on_patch[i as usize].owner);
+            self.patch_sizes[patch as usize] += 1;
+        }
+        Ok(())
+    }
+}
+
+/// What is needed to pass over the cells.
+struct Walk<'a> {
+    mesh: &'a MeshView<'a>,
+    numbers: &'a CellNumbers,
+    orientation: &'a Orientation,
+    patch_of: &'a [u32],
+    rest: u32,
+}
+
+impl Walk<'_> {
+    /// The faces of the cells of a chunk.
+    fn part(&self, adjacency: &Adjacency, chunk: usize) -> Part {
+        let (range, mut sides) = adjacency.chunk(chunk);
+        let mut part = Part::default();
+        let (mut own, mut inner) = (FaceList::default(), Vec::new());
+        let dimension = self.mesh.dimension();
+        let runs = self.mesh.cells.runs_in(range);
+        for run in runs.filter(|run| run.kind.dimension() == dimension) {
+            for cell in run.cell_refs() {
+                own.starts.truncate(1);
+                own.nodes.clear();
+                inner.clear();
+                for_each_side(self.mesh.cells, &cell, |side, corners| {
+                    let reverse = self.orientation.is_inward(&cell, side);
+                    match sides.across() {
+                        Across::Elsewhere => {}
+                        Across::Cell(other) => {
+                            inner.push((self.numbers.get(other), own.len()));
+                            push_face(&mut own, corners, reverse);
+                        }
+                        Across::Outside(boundary) => {
+                            self.outer(&mut part, &cell, (corners, reverse), boundary)
+                        }
+                    }
+                });
+                inner.sort_unstable();
+                let owner = self.numbers.get(cell.index as u32);
+                for &(neighbour, at) in &inner {
+                    part.inner.push(own.get(at));
+                    part.owner.push(owner);
+                    part.neighbour.push(neighbour);
+                }
+            }
+        }
+        part
+    }
+
+    fn outer(
+        &self,
+        part: &mut Part,
+        cell: &CellRef<'_>,
+        (corners, reverse): (&[u32], bool),
+        boundary: Option<u32>,
+    ) {
+        let patch = boundary.map_or(self.rest, |cell| self.patch_of[cell as usize]);
+        let owner = self.numbers.get(cell.index as u32);
+        let first = boundary.map(|cell| first_node(self.mesh.cells, cell));
+        let from = part.outer.nodes.len();
+        push_face(&mut part.outer, corners, reverse);
+        let face = &mut part.outer.nodes[from..];
+        // A face starts where the boundary cell does: solvers pair the faces of cyclic patches by their first nodes.
+        if let Some(at) = first.and_then(|first| face.iter().position(|node| *node == first)) {
+            face.rotate_left(at);
+        }
+        let of_tag = boundary.filter(|_| patch != self.rest);
+        part.on_patch.push(OnPatch {
+            patch,
+            boundary: of_tag.unwrap_or(NONE),
+            owner,
+        });
+    }
+}
+
+fn first_node(cells: &Cells, cell: u32) -> u32 {
+    cells.get(cell as usize).nodes[0]
+}
+
+/// Adds a face without repeated corners, which collapsed cells have.
+fn push_face(list: &mut FaceList, corners: &[u32], reverse: bool) {
+    let first = list.nodes.len();
+    let mut add = |node: u32| {
+        if list.nodes[first..].last() != Some(&node) {
+            list.nodes.push(node);
+        }
+    };
+    match reverse {
+        false => corners.iter().for_each(|node| add(*node)),
+        true => {
+            // The first node stays first.
+            corners.first().into_iter().for_each(|node| add(*node));
+            corners.iter().skip(1).rev().for_each(|node| add(*node));
+        }
+    }
+    if list.nodes.len() > first + 1 && list.nodes[first..].last() == Some(&list.nodes[first]) {
+        list.nodes.pop();
+    }
+    list.starts.push(list.nodes.len() as u32);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{CellKind, Mesh};
+
+    /// Two tetrahedra that share a face, the second before the first in the file.
+    fn two() -> Mesh {
+        let mut mesh = Mesh {
+            points: vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [0.0, 0.0, 1.0],
+                [1.0, 1.0, 1.0],
+            ],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
+        mesh.cells.push(CellKind::Triangle, &[1, 0, 3]);
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        mesh
+    }
+
+    #[test]
+    fn inner_faces_come_first_and_turn_out_of_the_cell_of_lower_number() {
+        let mesh = two();
+        let topology = OrderedFaces::of(&mesh.view(), &[1, 0, 1], 1).expect("it is small");
+        assert_eq!((topology.n_cells, topology.neighbour.len()), (2, 1));
+        assert_eq!((topology.owner[0], topology.neighbour[0]), (0, 1));
+        // Seen from cell 0, whose node 4 is beyond, the shared face turns towards node 0.
+        let nodes = topology.faces.get(0);
+        let at = |i: usize| mesh.points[nodes[i] as usize];
+        use azimesh_core::geometry::vector::{cross, dot, sub};
+        let normal = cross(sub(at(1), at(0)), sub(at(2), at(0)));
+        assert!(dot(normal, sub(mesh.points[0], at(0))) > 0.0);
+        assert_eq!(topology.patch_sizes, [1, 5]);
+        // The tagged face keeps its first node and turns out of its cell.
+        assert_eq!(topology.faces.get(1), [1, 3, 0].as_slice().rotated_to(1));
+    }
+
+    trait Rotated {
+        fn rotated_to(&self, first: u32) -> &[u32];
+    }
+
+    impl Rotated for [u32] {
+        fn rotated_to(&self, first: u32) -> &[u32] {
+            assert_eq!(self[0], first);
+            self
+        }
+    }
+
+    #[test]
+    fn faces_of_a_block_are_in_upper_triangular_order() {
+        let mesh = Mesh::read("testdata/sphere_in_box_raw.vtu").expect("it is there");
+        let none = vec![0; mesh.cells.len()];
+        let topology = OrderedFaces::of(&mesh.view(), &none, 0).expect("it is small");
+        let inner: Vec<_> = topology.owner.iter().zip(&topology.neighbour).collect();
+        assert!(inner.len() > 1000 && inner.is_sorted() && inner.iter().all(|(a, b)| a < b));
+        assert_eq!(topology.owner.len(), topology.faces.len());
+        assert_eq!(topology.patch_sizes[0], topology.faces.len() - inner.len());
+    }
+
+    #[test]
+    fn a_collapsed_side_loses_its_repeated_corners() {
+        let mut list = FaceList::default();
+        push_face(&mut list, &[1, 2, 2, 3], false);
+        push_face(&mut list, &[1, 2, 3, 1], true);
+        push_face(&mut list, &[4, 5, 6, 7], true);
+        let faces: Vec<&[u32]> = (0..3).map(|i| list.get(i)).collect();
+        assert_eq!(faces, [&[1, 2, 3][..], &[1, 3, 2], &[4, 7, 6, 5]]);
+    }
+}

@@ -1,0 +1,108 @@
+//! Blocks: their cells, the faces of their sides, and which of these lie on another side.
+
+use super::super::grid::Grid;
+use super::super::vtk::structured;
+use crate::mesh::{Cells, too_many};
+use azimesh_core::error::{Error, Result};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Names of the sides: across which index, and whether at its end.
+pub(super) const SIDES: [(&str, usize, bool); 6] = [
+    ("imin", 0, false),
+    ("imax", 0, true),
+    ("jmin", 1, false),
+    ("jmax", 1, true),
+    ("kmin", 2, false),
+    ("kmax", 2, true),
+];
+
+/// A block, with the cells that it became.
+pub(super) struct Block {
+    pub grid: Grid,
+    pub cells: Range<usize>,
+}
+
+/// Appends the cells of all blocks.
+pub(super) fn append(blocks: &[[usize; 3]], cells: &mut Cells) -> Result<Vec<Block>> {
+    let mut first_node = 0;
+    let mut found = Vec::new();
+    for nodes in blocks {
+        let n_cells = structured::n_cells(*nodes);
+        if cells.len().saturating_add(n_cells) >= u32::MAX as usize {
+            return Err(Error::input(too_many("cells")).byte(0));
+        }
+        let first = cells.len();
+        structured::append(cells, *nodes, first_node as u32);
+        let n_indices = nodes.iter().filter(|n| **n > 1).count();
+        found.push(Block {
+            grid: Grid::new(n_indices, *nodes, first_node),
+            cells: first..cells.len(),
+        });
+        first_node += nodes.iter().product::<usize>();
+    }
+    Ok(found)
+}
+
+impl Block {
+    /// Whether it has sides: its indices are the first ones, and as many as its cells have dimensions.
+    pub fn has_sides(&self) -> bool {
+        let n = self.grid.n_indices;
+        n > 1 && self.grid.nodes[..n].iter().all(|n| *n > 1)
+    }
+
+    /// All faces of a side.
+    pub fn side(&self, across: usize, is_end: bool) -> Cells {
+        let n = self.grid.nodes;
+        let ranges = [0, 1, 2].map(|index| match index == across {
+            true if is_end => n[across] - 1..n[across],
+            true => 0..1,
+            false => 0..self.grid.cells[index],
+        });
+        self.faces(across, ranges)
+    }
+
+    /// The faces across an index whose lowest corners lie in these ranges.
+    pub fn faces(&self, across: usize, ranges: [Range<usize>; 3]) -> Cells {
+        let mut faces = Cells::new();
+        self.grid.append_faces(across, ranges, &mut faces);
+        faces
+    }
+}
+
+/// Places of the corners of a face, in order.
+type Key = Vec<[u64; 3]>;
+
+/// How many faces of sides lie at each place.
+pub(super) struct Places<'a> {
+    points: &'a [[f64; 3]],
+    counts: BTreeMap<Key, u32>,
+}
+
+impl<'a> Places<'a> {
+    pub fn new(points: &'a [[f64; 3]]) -> Self {
+        let counts = BTreeMap::new();
+        Self { points, counts }
+    }
+
+    fn key(&self, face: &[u32]) -> Key {
+        // Adding zero makes -0 the same as 0.
+        let bits = |node: &u32| self.points[*node as usize].map(|x| (x + 0.0).to_bits());
+        let mut key: Key = face.iter().map(bits).collect();
+        key.sort_unstable();
+        key
+    }
+
+    /// Counts the faces of a side.
+    pub fn add(&mut self, faces: &Cells) {
+        for face in faces.iter() {
+            *self.counts.entry(self.key(face.nodes)).or_default() += 1;
+        }
+    }
+
+    /// How many of these faces lie where another face lies.
+    pub fn n_shared(&self, faces: &Cells) -> usize {
+        let is_shared = |nodes: &[u32]| self.counts.get(&self.key(nodes)).is_some_and(|n| *n > 1);
+        faces.iter().filter(|face| is_shared(face.nodes)).count()
+    }
+}

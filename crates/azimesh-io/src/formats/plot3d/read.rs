@@ -1,0 +1,175 @@
+//! A Plot3D file as a mesh: blocks, then their boundaries by a neutral map file beside it or by their sides.
+
+use super::super::source::{read_file, without_mark};
+use super::super::{Notes, Source, case_name};
+use super::blocks::{Block, Places, SIDES};
+use super::{Plot3d, blocks, layout, neutral, records, text};
+use crate::mesh::{CellSet, Cells, Group, Mesh};
+use azimesh_core::diagnostic::formats::{NotKept, Read};
+use azimesh_core::error::Result;
+use std::io::ErrorKind;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Whether a file begins as text, which no binary grid does: its counts have bytes that are zero.
+pub(super) fn is_text(bytes: &[u8]) -> bool {
+    let is_of_text = |byte: &u8| byte.is_ascii_whitespace() || byte.is_ascii_graphic();
+    !bytes.is_empty() && bytes.iter().take(4096).all(is_of_text)
+}
+
+/// Reads a file in the one layout that fits it.
+pub(super) fn read(source: &Source, stated: &Plot3d, notes: &mut Notes) -> Result<Mesh> {
+    let bytes = source.bytes();
+    let is_text = is_text(bytes);
+    let (fits, why) = match is_text {
+        true => text::fits(bytes),
+        false => (
+            records::fits(bytes),
+            "the counts at the start fit the length of the file in no layout of a Plot3D grid"
+                .into(),
+        ),
+    };
+    let fit = layout::one(fits, stated, why)?;
+    let (points, is_blanked) = match is_text {
+        true => text::points(bytes, &fit)?,
+        false => fit.points(bytes)?,
+    };
+    if is_text {
+        notes.fortran(bytes);
+    }
+    if is_blanked {
+        notes.push(NotKept::Blanking);
+    }
+    let mut mesh = Mesh {
+        points,
+        ..Mesh::default()
+    };
+    let blocks = blocks::append(&fit.blocks, &mut mesh.cells)?;
+    if blocks.len() > 1 {
+        for (i, block) in blocks.iter().enumerate() {
+            let dimension = block.grid.n_indices as u8;
+            mesh.groups.push(group(
+                dimension,
+                format!("block{}", i + 1),
+                block.cells.clone(),
+            ));
+        }
+    }
+    if !by_neutral_map(source.path(), &blocks, &mut mesh, notes) {
+        by_sides(&blocks, &mut mesh, notes);
+    }
+    Ok(mesh)
+}
+
+fn group(dimension: u8, name: String, cells: Range<usize>) -> Group {
+    let mut set = CellSet::new();
+    set.push_range(cells);
+    Group {
+        dimension,
+        name,
+        number: None,
+        condition: None,
+        cells: set,
+    }
+}
+
+/// The neutral map file of a grid.
+fn neutral_map(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{}.nmf", case_name(&name)))
+}
+
+/// Tags by the neutral map file beside the grid, where there is one that is whole; otherwise a note says why not.
+fn by_neutral_map(path: &Path, blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) -> bool {
+    let path = neutral_map(path);
+    let read = match read_file(&path) {
+        Ok(bytes) => neutral::parse(without_mark(&bytes), blocks)
+            .and_then(|entries| neutral::check_whole(&entries, blocks).map(|()| entries))
+            .map_err(|error| error.file(&path).to_string()),
+        Err(error) if error.kind() == ErrorKind::NotFound => return false,
+        Err(error) => Err(format!("{}: {error}", path.display())),
+    };
+    let entries = match read {
+        Ok(entries) => entries,
+        Err(error) => {
+            notes.push(Read::ConditionsUnused { error });
+            return false;
+        }
+    };
+    let n_interfaces = entries.iter().filter(|entry| entry.name.is_none()).count() / 2;
+    let mut names: Vec<&str> = entries
+        .iter()
+        .filter_map(|entry| entry.name.as_deref())
+        .collect();
+    let mut seen = std::collections::BTreeSet::new();
+    names.retain(|name| seen.insert(*name));
+    for name in names {
+        let of_name = entries
+            .iter()
+            .filter(|entry| entry.name.as_deref() == Some(name));
+        let mut faces = Cells::new();
+        of_name.for_each(|entry| faces.append(&entry.faces));
+        add_tag(mesh, name.to_owned(), &faces);
+    }
+    say_interfaces(n_interfaces, notes);
+    true
+}
+
+fn add_tag(mesh: &mut Mesh, name: String, faces: &Cells) {
+    let Some(face) = faces.runs().next() else {
+        return;
+    };
+    let first = mesh.cells.len();
+    mesh.cells.append(faces);
+    mesh.groups
+        .push(group(face.kind.dimension(), name, first..mesh.cells.len()));
+}
+
+/// The sides of a block: names with faces.
+fn sides(block: &Block) -> Vec<(&'static str, Cells)> {
+    let of_block = SIDES
+        .iter()
+        .filter(|(_, across, _)| block.has_sides() && *across < block.grid.n_indices);
+    of_block
+        .map(|(name, across, is_end)| (*name, block.side(*across, *is_end)))
+        .collect()
+}
+
+/// A tag for each side of a block that lies nowhere on a side of a block.
+fn by_sides(blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) {
+    let mut places = Places::new(&mesh.points);
+    for (_, faces) in blocks.iter().flat_map(sides) {
+        places.add(&faces);
+    }
+    let (mut tags, mut parts) = (Vec::new(), Vec::new());
+    let mut n_interfaces = 0;
+    for (i, block) in blocks.iter().enumerate() {
+        for (side, faces) in sides(block) {
+            let name = match blocks.len() {
+                1 => side.to_owned(),
+                _ => format!("block{}_{side}", i + 1),
+            };
+            match places.n_shared(&faces) {
+                0 => tags.push((name, faces)),
+                n if n == faces.len() => n_interfaces += 1,
+                _ => parts.push(name),
+            }
+        }
+    }
+    for (name, faces) in tags {
+        add_tag(mesh, name, &faces);
+    }
+    if !parts.is_empty() {
+        let what =
+            "sides of blocks that lie on others in part, without a whole .nmf file,".to_owned();
+        notes.push(NotKept::NamedNodes { what, names: parts });
+    }
+    say_interfaces(n_interfaces, notes);
+}
+
+fn say_interfaces(n: usize, notes: &mut Notes) {
+    if n > 0 {
+        let what = "interfaces to other zones".to_owned();
+        notes.push(NotKept::Nodes { what, n });
+    }
+}

@@ -1,0 +1,233 @@
+//! Binary files: the layouts whose counts fit a file, and the coordinates of its blocks.
+
+use super::layout::{Binary, Fit, Layout, MOST_BLOCKS, blocks, n_nodes};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::{BLOCK, for_blocks};
+
+/// Bytes of a mark of a record, and of a count.
+const MARK: usize = 4;
+
+impl Binary {
+    fn integer(&self, bytes: &[u8], at: usize) -> Option<i64> {
+        let bytes = bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
+        Some(
+            match self.is_big_endian {
+                true => i32::from_be_bytes(bytes),
+                false => i32::from_le_bytes(bytes),
+            }
+            .into(),
+        )
+    }
+
+    /// The integers of the record of `n` at a place, and what follows it.
+    fn record(&self, bytes: &[u8], at: usize, n: usize) -> Option<(Vec<i64>, usize)> {
+        let length = n.checked_mul(4)?;
+        let mark = if self.has_records { MARK } else { 0 };
+        let end = at.checked_add(mark)?.checked_add(length)?;
+        if end.checked_add(mark)? > bytes.len() {
+            return None;
+        }
+        let is_mark = |at: usize| self.integer(bytes, at) == i64::try_from(length).ok();
+        if self.has_records && !(is_mark(at) && is_mark(end)) {
+            return None;
+        }
+        let integers = (0..n).map(|i| self.integer(bytes, at + mark + 4 * i));
+        Some((integers.collect::<Option<_>>()?, end + mark))
+    }
+
+    fn real_at(&self, bytes: &[u8]) -> f64 {
+        match (self.real, self.is_big_endian) {
+            (4, true) => f32::from_be_bytes(four(bytes)).into(),
+            (4, false) => f32::from_le_bytes(four(bytes)).into(),
+            (_, true) => f64::from_be_bytes(eight(bytes)),
+            (_, false) => f64::from_le_bytes(eight(bytes)),
+        }
+    }
+}
+
+fn four(bytes: &[u8]) -> [u8; 4] {
+    bytes.try_into().expect("cut to four bytes")
+}
+
+fn eight(bytes: &[u8]) -> [u8; 8] {
+    bytes.try_into().expect("cut to eight bytes")
+}
+
+/// Every layout whose counts fit the length of a file and whose records have right marks.
+pub(super) fn fits(bytes: &[u8]) -> Vec<Fit> {
+    let mut found = Vec::new();
+    for is_big_endian in [false, true] {
+        for has_records in [true, false] {
+            for (is_multi, n_axes) in [(true, 3), (true, 2), (false, 3), (false, 2)] {
+                let binary = Binary {
+                    is_big_endian,
+                    has_records,
+                    real: 0,
+                };
+                let Some((blocks, start)) = header(bytes, &binary, is_multi, n_axes) else {
+                    continue;
+                };
+                for (real, has_blanking) in [(4, false), (4, true), (8, false), (8, true)] {
+                    let binary = Some(Binary { real, ..binary });
+                    let layout = Layout {
+                        binary,
+                        is_multi,
+                        n_axes,
+                        has_blanking,
+                    };
+                    let fit = Fit {
+                        layout,
+                        blocks: blocks.clone(),
+                        start,
+                    };
+                    if fit.ends_with(bytes) {
+                        found.push(fit);
+                    }
+                }
+            }
+        }
+    }
+    // One that fits is right even where a grid has odd numbers; of several, those with numbers of grids.
+    if found.len() > 1 && found.iter().any(|fit| fit.is_plausible(bytes)) {
+        found.retain(|fit| fit.is_plausible(bytes));
+    }
+    found
+}
+
+/// Whether any layout fits, with numbers such as grids have.
+pub(super) fn recognizes(bytes: &[u8]) -> bool {
+    // Text never does: its first four characters would be a count of millions.
+    bytes.len() >= 24 && fits(bytes).iter().any(|fit| fit.is_plausible(bytes))
+}
+
+/// The blocks that the counts at the start announce, and where the first starts.
+fn header(
+    bytes: &[u8],
+    binary: &Binary,
+    is_multi: bool,
+    n_axes: usize,
+) -> Option<(Vec<[usize; 3]>, usize)> {
+    let (n, at) = match is_multi {
+        true => {
+            let (n, at) = binary.record(bytes, 0, 1)?;
+            let n = usize::try_from(n[0]).ok()?;
+            (n, at)
+        }
+        false => (1, 0),
+    };
+    if n == 0 || n > MOST_BLOCKS {
+        return None;
+    }
+    let (sizes, start) = binary.record(bytes, at, n * n_axes)?;
+    let blocks = blocks(&sizes, n_axes)?;
+    n_nodes(&blocks, bytes.len() / 4)?;
+    Some((blocks, start))
+}
+
+impl Fit {
+    fn binary(&self) -> Binary {
+        self.layout.binary.expect("it is that of a binary file")
+    }
+
+    /// Bytes of a block with its marks.
+    fn block_bytes(&self, n: usize) -> usize {
+        let blanking = if self.layout.has_blanking { 4 } else { 0 };
+        let binary = self.binary();
+        let marks = if binary.has_records { 2 * MARK } else { 0 };
+        n * (self.layout.n_axes * binary.real + blanking) + marks
+    }
+
+    /// The place of each block's first coordinate, and its nodes.
+    fn places(&self) -> impl Iterator<Item = (usize, usize)> {
+        let mark = if self.binary().has_records { MARK } else { 0 };
+        let mut at = self.start;
+        self.blocks.iter().map(move |block| {
+            let n = block.iter().product();
+            let place = at + mark;
+            at += self.block_bytes(n);
+            (place, n)
+        })
+    }
+
+    /// Whether the last block ends where the file does, and the records have right marks.
+    fn ends_with(&self, bytes: &[u8]) -> bool {
+        let sizes = self
+            .blocks
+            .iter()
+            .map(|block| self.block_bytes(block.iter().product()));
+        if sizes.sum::<usize>().checked_add(self.start) != Some(bytes.len()) {
+            return false;
+        }
+        let binary = self.binary();
+        !binary.has_records
+            || self.places().all(|(place, n)| {
+                let length = self.block_bytes(n) - 2 * MARK;
+                let is_mark = |at| binary.integer(bytes, at) == i64::try_from(length).ok();
+                is_mark(place - MARK) && is_mark(place + length)
+            })
+    }
+
+    /// Whether some of the coordinates are such as meshes have, and the blanking is small integers.
+    fn is_plausible(&self, bytes: &[u8]) -> bool {
+        const LOOKED_AT: usize = 4096;
+        let binary = self.binary();
+        let n_blocks = self.blocks.len() as i64;
+        self.places().all(|(place, n)| {
+            let n_reals = n * self.layout.n_axes;
+            let is_real = |i: usize| {
+                let at = place + i * binary.real;
+                let x = binary.real_at(&bytes[at..at + binary.real]).abs();
+                x == 0.0 || (1e-35..1e20).contains(&x)
+            };
+            let is_flag = |i: usize| {
+                let flag = binary.integer(bytes, place + n_reals * binary.real + 4 * i);
+                flag.is_some_and(|flag| (-n_blocks..=n_blocks.max(8)).contains(&flag))
+            };
+            let step = n_reals / LOOKED_AT + 1;
+            (0..n_reals).step_by(step).all(is_real)
+                && (!self.layout.has_blanking || (0..n).step_by(n / LOOKED_AT + 1).all(is_flag))
+        })
+    }
+
+    /// The coordinates of all blocks, and whether nodes are blanked.
+    pub fn points(&self, bytes: &[u8]) -> Result<(Vec<[f64; 3]>, bool)> {
+        let total = n_nodes(&self.blocks, u32::MAX as usize - 1);
+        let total = total
+            .ok_or_else(|| Error::input(crate::mesh::too_many("nodes")).byte(self.start as u64))?;
+        let mut points = vec![[0.0; 3]; total];
+        let (binary, n_axes) = (self.binary(), self.layout.n_axes);
+        let real = binary.real;
+        let mut rest = &mut points[..];
+        let mut is_blanked = false;
+        for (place, n) in self.places() {
+            let (own, tail) = rest.split_at_mut(n);
+            rest = tail;
+            for_blocks(own, BLOCK, &|first, points| {
+                for axis in 0..n_axes {
+                    let start = place + (axis * n + first) * real;
+                    let values = bytes[start..start + points.len() * real].chunks_exact(real);
+                    for (point, value) in points.iter_mut().zip(values) {
+                        point[axis] = binary.real_at(value);
+                    }
+                }
+            });
+            let infinite = own.iter().enumerate().find_map(|(i, point)| {
+                let axis = point.iter().position(|x| !x.is_finite())?;
+                Some((i, place + (axis * n + i) * real))
+            });
+            if let Some((i, at)) = infinite {
+                let message = format!(
+                    "node {} of a block has a coordinate that is not finite",
+                    i + 1
+                );
+                return Err(Error::input(message).byte(at as u64));
+            }
+            if self.layout.has_blanking {
+                let flags = place + n * n_axes * real;
+                let mut flags = bytes[flags..flags + 4 * n].chunks_exact(4);
+                is_blanked |= flags.any(|flag| flag == [0; 4]);
+            }
+        }
+        Ok((points, is_blanked))
+    }
+}

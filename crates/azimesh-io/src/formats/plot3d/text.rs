@@ -1,0 +1,152 @@
+//! Files of text: numbers between white space, wherever lines end.
+
+use super::super::lexer::{Fields, Lexer};
+use super::layout::{Fit, Layout, MOST_BLOCKS, blocks, n_nodes};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::{map, try_map};
+use std::ops::Range;
+
+/// Bytes that one task looks at.
+const PIECE: usize = 1 << 20;
+
+/// The layouts whose counts fit the number of words of a text, and a sentence on why there may be none.
+pub(super) fn fits(bytes: &[u8]) -> (Vec<Fit>, String) {
+    let mut found = Vec::new();
+    let mut needs = Vec::new();
+    let n_words: usize = map_words(bytes, 0);
+    for (is_multi, n_axes) in [(true, 3), (true, 2), (false, 3), (false, 2)] {
+        let Some((blocks, n_counts, start)) = header(bytes, is_multi, n_axes) else {
+            continue;
+        };
+        let Some(n) = n_nodes(&blocks, n_words) else {
+            let kind = if is_multi {
+                "multi-block"
+            } else {
+                "single block"
+            };
+            needs.push(format!("{kind}, {n_axes}D: more than the file has"));
+            continue;
+        };
+        for has_blanking in [false, true] {
+            let needed = n_counts + n * (n_axes + usize::from(has_blanking));
+            let layout = Layout {
+                binary: None,
+                is_multi,
+                n_axes,
+                has_blanking,
+            };
+            if needed == n_words {
+                let blocks = blocks.clone();
+                found.push(Fit {
+                    layout,
+                    blocks,
+                    start,
+                });
+            } else {
+                needs.push(format!("{layout}: {needed}"));
+            }
+        }
+    }
+    let why = match needs.is_empty() {
+        _ if found.is_empty() && memchr::memchr(b'*', bytes).is_some() => {
+            "numbers that stand for several, such as 3*0.0, are not read; write each of them".into()
+        }
+        true => "this is no Plot3D grid: it does not begin with numbers of blocks and nodes".into(),
+        false => format!(
+            "the file has {n_words} numbers, which fits no layout of a Plot3D grid; needed are, {}",
+            needs.join("; ")
+        ),
+    };
+    (found, why)
+}
+
+/// The blocks that the counts at the start announce, how many counts these are, and where the first block starts.
+fn header(bytes: &[u8], is_multi: bool, n_axes: usize) -> Option<(Vec<[usize; 3]>, usize, usize)> {
+    let mut lexer = Lexer::new(bytes, None);
+    let mut integer = || {
+        let mut word = lexer.word()?;
+        let value = word.integer("a count").ok()?;
+        Some((value, lexer.position()))
+    };
+    let n = match is_multi {
+        true => usize::try_from(integer()?.0).ok()?,
+        false => 1,
+    };
+    if n == 0 || n > MOST_BLOCKS {
+        return None;
+    }
+    let mut sizes = Vec::new();
+    let mut start = 0;
+    for _ in 0..n * n_axes {
+        let (size, end) = integer()?;
+        sizes.push(size);
+        start = end;
+    }
+    let n_counts = n * n_axes + usize::from(is_multi);
+    Some((blocks(&sizes, n_axes)?, n_counts, start))
+}
+
+/// Pieces of a text from a place on, cut where words end.
+fn pieces(bytes: &[u8], start: usize) -> Vec<Range<usize>> {
+    let mut pieces = Vec::new();
+    let mut at = start;
+    while at < bytes.len() {
+        let middle = bytes.len().min(at + PIECE);
+        let rest = bytes[middle..].iter();
+        let end = middle + rest.take_while(|byte| !byte.is_ascii_whitespace()).count();
+        pieces.push(at..end);
+        at = end;
+    }
+    pieces
+}
+
+fn map_words(bytes: &[u8], start: usize) -> usize {
+    let pieces = pieces(bytes, start);
+    let counts = map(pieces.len(), &|i| {
+        let words = bytes[pieces[i].clone()].split(u8::is_ascii_whitespace);
+        words.filter(|word| !word.is_empty()).count()
+    });
+    counts.into_iter().sum()
+}
+
+/// The coordinates of all blocks, and whether nodes are blanked.
+pub(super) fn points(bytes: &[u8], fit: &Fit) -> Result<(Vec<[f64; 3]>, bool)> {
+    let pieces = pieces(bytes, fit.start);
+    let numbers = try_map(pieces.len(), &|i| {
+        let mut words = Fields::between(bytes, pieces[i].clone());
+        let mut numbers = Vec::new();
+        while !words.rest().is_empty() {
+            numbers.push(words.real("a coordinate")?);
+        }
+        Ok(numbers)
+    })?
+    .concat();
+    let n_axes = fit.layout.n_axes;
+    let mut points = Vec::new();
+    let mut is_blanked = false;
+    let mut rest = &numbers[..];
+    for block in &fit.blocks {
+        let n: usize = block.iter().product();
+        let n_all = n * (n_axes + usize::from(fit.layout.has_blanking));
+        let (own, tail) = rest.split_at_checked(n_all).ok_or_else(|| {
+            let message = format!("the file ends in a block that needs {n_all} numbers");
+            let mut end = Lexer::new(bytes, None);
+            end.set_position(bytes.len());
+            end.error(message)
+        })?;
+        rest = tail;
+        let axis = |axis: usize, i: usize| {
+            if axis < n_axes {
+                own[axis * n + i]
+            } else {
+                0.0
+            }
+        };
+        points.extend((0..n).map(|i| [axis(0, i), axis(1, i), axis(2, i)]));
+        is_blanked |= own[n_axes * n..].contains(&0.0);
+    }
+    if points.len() >= u32::MAX as usize {
+        return Err(Error::input(crate::mesh::too_many("nodes")).line(1));
+    }
+    Ok((points, is_blanked))
+}

@@ -1,0 +1,167 @@
+//! What a format holds and the programs that read it do not take: notes, and meshes without it.
+
+use crate::mesh::{CellKind, Cells, Mesh, MeshView, inner_faces};
+use azimesh_core::diagnostic::formats::NotTaken;
+use azimesh_core::error::option;
+
+/// What can be done with cells of a kind that a format cannot hold, as the end of a sentence.
+pub(super) fn remedy(kind: CellKind) -> String {
+    match kind {
+        kind if kind.is_curved() => format!("; {} keeps only corner nodes", option("linearize")),
+        CellKind::Polyhedron | CellKind::Polygon => format!(
+            "; {} makes tetrahedra and pyramids of polyhedra, triangles and quadrilaterals of polygons",
+            option("split-polyhedra")
+        ),
+        _ => String::new(),
+    }
+}
+
+/// What of a mesh readers of a format do not take.
+pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<NotTaken> {
+    match format {
+        "su2" => {
+            let inner = inner_faces(mesh);
+            let tagged = |face: &&u32| {
+                let mut tags = mesh.boundary_tags();
+                tags.any(|tag| tag.cells.contains(**face as usize))
+            };
+            let tagged: Vec<u32> = inner.iter().filter(tagged).copied().collect();
+            let first = *tagged.first()?;
+            let n = tagged.len();
+            Some(NotTaken::InnerMarkers { n, first })
+        }
+        "cgns" => {
+            let has_arrays = !mesh.cell_arrays.is_empty();
+            let n = far_below(mesh).count();
+            (has_arrays && n > 0).then_some(NotTaken::LowerCells { n })
+        }
+        "vtu" | "pvtu" | "vtk" | "vtk42" | "vtkhdf" => {
+            let pyramids = mesh
+                .cells
+                .runs()
+                .filter(|run| run.kind == CellKind::LagrangePyramid);
+            let n = pyramids.map(|run| run.n_cells()).sum();
+            (n > 0).then_some(NotTaken::LagrangePyramids { n })
+        }
+        _ => None,
+    }
+}
+
+/// Changes a mesh to what readers of a format take; says what was changed.
+pub fn make_portable(mesh: &mut Mesh, format: &str) -> Option<String> {
+    let (n, change) = match not_taken(&mesh.view(), format)? {
+        NotTaken::InnerMarkers { n, .. } => {
+            let inner = inner_faces(&mesh.view());
+            leave_out(mesh, |cell| inner.binary_search(&(cell as u32)).is_ok());
+            (n, "faces between two cells left out")
+        }
+        NotTaken::LowerCells { n } => {
+            let mut lower = far_below(&mesh.view()).collect::<Vec<_>>();
+            lower.sort_unstable();
+            leave_out(mesh, |cell| lower.binary_search(&cell).is_ok());
+            (n, "cells of lower dimension than boundary faces left out")
+        }
+        NotTaken::LagrangePyramids { n } => {
+            mesh.cells = with_linear_pyramids(&mesh.cells);
+            (n, "Lagrange pyramids made linear")
+        }
+    };
+    Some(format!("{}: {change}: {n}", option("portable")))
+}
+
+/// Cells of two dimensions less than the mesh, or fewer.
+fn far_below<'a>(mesh: &MeshView<'a>) -> impl Iterator<Item = usize> + use<'a> {
+    let dimension = mesh.dimension();
+    let runs = mesh.cells.runs();
+    let runs = runs.filter(move |run| run.kind.dimension() + 1 < dimension);
+    runs.flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
+}
+
+/// Removes cells; groups and arrays follow, and groups that had only these go.
+fn leave_out(mesh: &mut Mesh, is_out: impl Fn(usize) -> bool) {
+    let keep: Vec<usize> = (0..mesh.cells.len())
+        .filter(|&cell| !is_out(cell))
+        .collect();
+    mesh.keep_cells(&keep);
+    mesh.groups.retain(|group| !group.cells.is_empty());
+}
+
+/// The cells with Lagrange pyramids made linear: their corners come first. The other nodes stay, in no cell.
+fn with_linear_pyramids(cells: &Cells) -> Cells {
+    let mut linear = Cells::new();
+    for cell in cells.iter() {
+        match (cell.kind, cells.face_stream(cell.index)) {
+            (CellKind::LagrangePyramid, _) => linear.push(CellKind::Pyramid, &cell.nodes[..5]),
+            (_, Some(stream)) => linear
+                .push_polyhedron_with_nodes(cell.nodes, stream)
+                .expect("it was checked when it was added"),
+            (kind, None) => linear.push(kind, cell.nodes),
+        }
+    }
+    linear
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{DataArray, Values};
+
+    /// Two tetrahedra with a tagged face outside and one between them, an edge, and an array.
+    fn mesh() -> Mesh {
+        let point = |i| [f64::from(i % 2), f64::from(i / 2), f64::from(i % 3)];
+        let mut mesh = Mesh {
+            points: (0..5).map(point).collect(),
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+        mesh.cells.push(CellKind::Triangle, &[1, 2, 3]);
+        mesh.cells.push(CellKind::Line, &[0, 1]);
+        mesh.add_tag("wall", [2]).expect("it is a face");
+        mesh.add_tag("inside", [3]).expect("it is a face");
+        mesh.cell_arrays = vec![DataArray::scalar("p", Values::I32(vec![0, 1, 2, 3, 4]))];
+        mesh
+    }
+
+    #[test]
+    fn tagged_faces_inside_are_told_of_for_su2_and_left_out() {
+        let mut mesh = mesh();
+        let note = not_taken(&mesh.view(), "su2").expect("there is one");
+        assert_eq!(note, NotTaken::InnerMarkers { n: 1, first: 3 });
+        assert!(make_portable(&mut mesh, "su2").is_some());
+        let tags: Vec<&str> = mesh.boundary_tags().map(|tag| tag.name.as_str()).collect();
+        assert_eq!((tags, mesh.cells.len()), (vec!["wall"], 4));
+        assert_eq!(mesh.cell_arrays[0].values, Values::I32(vec![0, 1, 2, 4]));
+        assert_eq!(not_taken(&mesh.view(), "su2"), None);
+    }
+
+    #[test]
+    fn edges_beside_cell_arrays_are_told_of_for_cgns_and_left_out() {
+        let mut mesh = mesh();
+        let note = not_taken(&mesh.view(), "cgns").expect("there is one");
+        assert_eq!(note, NotTaken::LowerCells { n: 1 });
+        assert!(make_portable(&mut mesh, "cgns").is_some());
+        assert_eq!((mesh.cells.len(), mesh.groups.len()), (4, 2));
+        assert_eq!(not_taken(&mesh.view(), "cgns"), None);
+        assert_eq!(not_taken(&mesh.view(), "vtu"), None);
+    }
+
+    #[test]
+    fn lagrange_pyramids_are_told_of_for_vtk_and_made_linear() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 14],
+            ..Mesh::default()
+        };
+        let nodes: Vec<u32> = (0..14).collect();
+        mesh.cells.push(CellKind::LagrangePyramid, &nodes);
+        for format in ["vtu", "vtk", "vtkhdf", "pvtu"] {
+            let note = not_taken(&mesh.view(), format).expect("there is one");
+            assert_eq!(note, NotTaken::LagrangePyramids { n: 1 });
+        }
+        assert_eq!(not_taken(&mesh.view(), "msh"), None);
+        assert!(make_portable(&mut mesh, "vtu").is_some());
+        assert_eq!(mesh.cells.get(0).kind, CellKind::Pyramid);
+        assert_eq!(mesh.cells.get(0).nodes, [0, 1, 2, 3, 4]);
+    }
+}

@@ -1,0 +1,220 @@
+//! Reading triangles: text or binary, nodes at one place made one.
+
+use super::super::lexer::{Fields, Lexer};
+use super::super::names::text_of;
+use crate::formats::Notes;
+use crate::mesh::{CellKind, Cells, Group, Mesh};
+use azimesh_core::diagnostic::formats::Read;
+use azimesh_core::error::{Error, Result};
+use std::collections::{BTreeMap, HashMap};
+
+/// Bytes before the triangles of a binary file: a title, and their number.
+const HEAD: usize = 84;
+/// Bytes of a triangle: normal, corners, attributes.
+const TRIANGLE: usize = 50;
+
+/// Number of triangles that a binary file says it has, where it is as long as that.
+fn n_binary(bytes: &[u8]) -> Option<usize> {
+    let n = u32::from_le_bytes(bytes.get(80..HEAD)?.try_into().ok()?) as usize;
+    let length = n.checked_mul(TRIANGLE)?.checked_add(HEAD)?;
+    (length == bytes.len()).then_some(n)
+}
+
+fn is_text(bytes: &[u8]) -> bool {
+    let head = bytes[..bytes.len().min(1024)].trim_ascii_start();
+    let has = |word: &[u8]| memchr::memmem::find(head, word).is_some();
+    let begins = head.len() >= 5 && head[..5].eq_ignore_ascii_case(b"solid");
+    begins
+        && [&b"facet"[..], b"FACET", b"endsolid", b"ENDSOLID"]
+            .map(has)
+            .contains(&true)
+}
+
+/// Whether a file is STL. Binary files may begin with the word of text.
+pub(super) fn recognizes(bytes: &[u8]) -> bool {
+    is_text(bytes) || n_binary(bytes).is_some_and(|n| n > 0)
+}
+
+pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
+    match n_binary(bytes) {
+        Some(n) => binary(bytes, n, notes),
+        None if is_text(bytes) => text(bytes, notes),
+        None => Err(neither(bytes)),
+    }
+}
+
+fn neither(bytes: &[u8]) -> Error {
+    let Some(n) = bytes.get(80..HEAD) else {
+        return Error::input(format!(
+            "the file has {} bytes; it must be text that begins with \"solid\", or binary of at least {HEAD} bytes",
+            bytes.len()
+        ))
+        .byte(0);
+    };
+    let n = n.try_into().map_or(0, u32::from_le_bytes);
+    Error::input(format!(
+        "{n} triangles take {} bytes, but the file has {}; it is cut, or no binary STL (text begins with \"solid\")",
+        HEAD as u64 + TRIANGLE as u64 * u64::from(n),
+        bytes.len()
+    ))
+    .byte(80)
+}
+
+/// Nodes by their places.
+#[derive(Default)]
+struct Nodes {
+    points: Vec<[f64; 3]>,
+    places: HashMap<[u64; 3], u32>,
+}
+
+impl Nodes {
+    fn node(&mut self, point: [f64; 3]) -> Result<u32> {
+        // Zero and minus zero are one place.
+        let place = point.map(|x| (x + 0.0).to_bits());
+        let new = u32::try_from(self.points.len())
+            .ok()
+            .filter(|n| *n < u32::MAX);
+        let new = new.ok_or_else(|| Error::input(crate::mesh::too_many("nodes")))?;
+        let node = *self.places.entry(place).or_insert(new);
+        if node == new {
+            self.points.push(point);
+        }
+        Ok(node)
+    }
+
+    fn mesh(self, triangles: Vec<u32>, groups: Vec<Group>) -> Mesh {
+        let n = triangles.len() / 3;
+        Mesh {
+            points: self.points,
+            cells: Cells::from_connectivity(triangles, [(CellKind::Triangle, 3, n)]),
+            groups,
+            space: Some(3),
+            ..Mesh::default()
+        }
+    }
+}
+
+fn binary(bytes: &[u8], n: usize, notes: &mut Notes) -> Result<Mesh> {
+    let mut nodes = Nodes::default();
+    let mut triangles = Vec::with_capacity(3 * n);
+    let mut n_attributes = 0;
+    for (i, triangle) in bytes[HEAD..].chunks_exact(TRIANGLE).enumerate() {
+        for corner in triangle[12..48].chunks_exact(12) {
+            let number = |k: usize| {
+                let bytes = &corner[4 * k..4 * k + 4];
+                f64::from(f32::from_le_bytes(bytes.try_into().expect("four bytes")))
+            };
+            let point = [number(0), number(1), number(2)];
+            if !point.iter().all(|x| x.is_finite()) {
+                let message = format!("triangle {i} has a coordinate that is not finite");
+                return Err(Error::input(message).byte((HEAD + TRIANGLE * i) as u64));
+            }
+            triangles.push(nodes.node(point)?);
+        }
+        n_attributes += usize::from(triangle[48..] != [0, 0]);
+    }
+    if n_attributes > 0 {
+        notes.push(Read::TriangleAttributes { n: n_attributes });
+    }
+    Ok(nodes.mesh(triangles, Vec::new()))
+}
+
+/// What is read of a text.
+struct Text<'a> {
+    lexer: Lexer<'a>,
+    nodes: Nodes,
+    triangles: Vec<u32>,
+    /// Triangles of each named solid, in the order of their names in the file.
+    solids: Vec<Group>,
+    /// Place in `solids` of each name.
+    places: BTreeMap<String, usize>,
+}
+
+fn text(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
+    let mut text = Text {
+        lexer: Lexer::new(bytes, None),
+        nodes: Nodes::default(),
+        triangles: Vec::new(),
+        solids: Vec::new(),
+        places: BTreeMap::new(),
+    };
+    while let Some(mut line) = text.lexer.line() {
+        keyword(&mut line, "solid")?;
+        let name = text_of(line.rest(), notes);
+        text.solid(&name)?;
+    }
+    Ok(text.nodes.mesh(text.triangles, text.solids))
+}
+
+fn is(line: &Fields, word: &str) -> bool {
+    let found = line.clone().word();
+    found.is_some_and(|found| found.eq_ignore_ascii_case(word.as_bytes()))
+}
+
+/// Moves past a word.
+fn keyword(line: &mut Fields, word: &str) -> Result<()> {
+    let found = line.clone().word().unwrap_or_default();
+    if !found.eq_ignore_ascii_case(word.as_bytes()) {
+        let found = String::from_utf8_lossy(&found[..found.len().min(40)]).into_owned();
+        return Err(line.error(format!("expected \"{word}\", found \"{found}\"")));
+    }
+    line.word();
+    Ok(())
+}
+
+impl<'a> Text<'a> {
+    fn next(&mut self) -> Result<Fields<'a>> {
+        let line = self.lexer.line();
+        line.ok_or_else(|| {
+            self.lexer
+                .error("the file ends within a solid; \"endsolid\" is missing")
+        })
+    }
+
+    /// The facets of a solid, to its end.
+    fn solid(&mut self, name: &str) -> Result<()> {
+        let first = self.triangles.len() / 3;
+        loop {
+            let mut line = self.next()?;
+            if is(&line, "endsolid") {
+                break;
+            }
+            // The numbers of the normal follow from the corners.
+            keyword(&mut line, "facet")?;
+            let mut line = self.next()?;
+            keyword(&mut line, "outer")?;
+            for _ in 0..3 {
+                let mut line = self.next()?;
+                keyword(&mut line, "vertex")?;
+                let mut coordinate = || line.real("a coordinate");
+                let point = [coordinate()?, coordinate()?, coordinate()?];
+                let node = self.nodes.node(point)?;
+                self.triangles.push(node);
+            }
+            for word in ["endloop", "endfacet"] {
+                keyword(&mut self.next()?, word)?;
+            }
+        }
+        let own = first..self.triangles.len() / 3;
+        if !name.is_empty() {
+            self.name(name, own);
+        }
+        Ok(())
+    }
+
+    /// Puts triangles into the tag of this name.
+    fn name(&mut self, name: &str, own: std::ops::Range<usize>) {
+        let n = self.solids.len();
+        let at = *self.places.entry(name.to_owned()).or_insert(n);
+        if at == n {
+            self.solids.push(Group {
+                dimension: 2,
+                name: name.to_owned(),
+                number: None,
+                condition: None,
+                cells: Default::default(),
+            });
+        }
+        self.solids[at].cells.push_range(own);
+    }
+}

@@ -1,0 +1,159 @@
+//! Writing triangles: text with a solid for each tag, or binary.
+
+use super::super::records::{
+    conditions_left_out, left_out, push_real, shared_names, write_all, write_records,
+};
+use super::super::{Encoding, Precision, WriteOptions};
+use crate::formats::Notes;
+use crate::formats::names::Rule;
+use crate::formats::rounding::loses_digits;
+use crate::mesh::MeshView;
+use azimesh_core::diagnostic::formats::{GroupWritten, Written};
+use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::{Vector, cross, norm, scale, sub};
+use std::collections::BTreeMap;
+use std::io::Write;
+
+/// Names as the lines of text have them: some programs end one at a blank, others refuse letters beyond ASCII.
+const RULE: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| match name.trim() {
+        "" => "_".to_owned(),
+        name => name.replace(|c: char| !c.is_ascii_graphic(), "_"),
+    },
+    why: "names of solids have characters of ASCII and no blanks",
+};
+
+/// Writes a mesh of triangles; returns a note for each thing that is left out.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    let mut notes = Notes::default();
+    let as_it_is = WriteOptions {
+        precision: Precision::F64,
+        ..options.clone()
+    };
+    notes.extend(left_out("STL", mesh, &as_it_is, &[]));
+    notes.extend(conditions_left_out("STL", mesh));
+    match options.encoding {
+        Encoding::Ascii => text(mesh, out, &mut notes)?,
+        _ => {
+            let single = WriteOptions {
+                precision: Precision::F32,
+                ..options.clone()
+            };
+            notes.extend(single.check_coordinates(mesh)?);
+            binary(mesh, out, &mut notes)?;
+        }
+    }
+    Ok(notes)
+}
+
+/// The corners of a triangle.
+fn corners(mesh: &MeshView, cell: usize) -> [Vector; 3] {
+    let nodes = mesh.cells.get(cell).nodes;
+    [0, 1, 2].map(|i| mesh.points[nodes[i] as usize])
+}
+
+/// The unit normal; zero for a triangle without area.
+fn normal([a, b, c]: [Vector; 3]) -> Vector {
+    let normal = cross(sub(b, a), sub(c, a));
+    match norm(normal) {
+        0.0 => [0.0; 3],
+        length => scale(normal, 1.0 / length),
+    }
+}
+
+/// The solids: name and triangles. A triangle in several tags is in the first; what is in none comes last, in a solid
+/// without a name.
+fn solids(mesh: &MeshView, notes: &mut Notes) -> Vec<(String, Vec<usize>)> {
+    let groups = mesh.groups.iter().filter(|group| group.dimension == 2);
+    notes.extend(shared_names(groups.clone()));
+    let written = RULE.by_name(groups.clone().map(|group| group.name.as_str()));
+    let mut is_free = vec![true; mesh.cells.len()];
+    let mut n_again = 0;
+    let mut solids: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut places = BTreeMap::new();
+    for group in groups {
+        let name = &written[group.name.as_str()];
+        notes.extend(RULE.note("tag", &group.name, name));
+        let own = group.cells.iter();
+        let own: Vec<usize> = own
+            .filter(|cell| {
+                n_again += usize::from(!is_free[*cell]);
+                std::mem::take(&mut is_free[*cell])
+            })
+            .collect();
+        let at = *places.entry(name).or_insert(solids.len());
+        match solids.get_mut(at) {
+            Some((_, triangles)) => triangles.extend(own),
+            None => solids.push((name.clone(), own)),
+        }
+    }
+    if n_again > 0 {
+        notes.push(GroupWritten::OneSolid { n: n_again });
+    }
+    let left: Vec<usize> = (0..is_free.len()).filter(|cell| is_free[*cell]).collect();
+    if !left.is_empty() || solids.is_empty() {
+        solids.push((String::new(), left));
+    }
+    solids
+}
+
+fn text(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()> {
+    let vector = |buffer: &mut Vec<u8>, before: &str, vector: Vector| {
+        buffer.extend_from_slice(before.as_bytes());
+        for x in vector {
+            buffer.push(b' ');
+            push_real(buffer, x);
+        }
+    };
+    for (name, cells) in solids(mesh, notes) {
+        let [begin, end] = ["solid", "endsolid"].map(|word| format!("{word} {name}"));
+        write_all(out, format!("{}\n", begin.trim_end()).as_bytes())?;
+        write_records(out, cells.len(), &|range, buffer| {
+            for &cell in &cells[range] {
+                let corners = corners(mesh, cell);
+                vector(buffer, " facet normal", normal(corners));
+                buffer.extend_from_slice(b"\n  outer loop\n");
+                for corner in corners {
+                    vector(buffer, "   vertex", corner);
+                    buffer.push(b'\n');
+                }
+                buffer.extend_from_slice(b"  endloop\n endfacet\n");
+            }
+        })?;
+        write_all(out, format!("{}\n", end.trim_end()).as_bytes())?;
+    }
+    Ok(())
+}
+
+fn binary(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()> {
+    let names = mesh.groups.iter().filter(|group| group.dimension == 2);
+    let names: Vec<String> = names.map(|group| group.name.clone()).collect();
+    if !names.is_empty() {
+        notes.push(GroupWritten::NamesInText { names });
+    }
+    if loses_digits(mesh) {
+        notes.push(Written::CoordinatesRounded);
+    }
+    let n = mesh.cells.len();
+    let n = u32::try_from(n).map_err(|_| {
+        Error::input(format!(
+            "there are {n} triangles; binary STL counts up to {}",
+            u32::MAX
+        ))
+    })?;
+    let mut head = [b' '; 80];
+    let title = b"triangles written by azimesh";
+    head[..title.len()].copy_from_slice(title);
+    write_all(out, &head)?;
+    write_all(out, &n.to_le_bytes())?;
+    write_records(out, mesh.cells.len(), &|range, buffer| {
+        for cell in range {
+            let corners = corners(mesh, cell);
+            for x in [normal(corners)].iter().chain(&corners).flatten() {
+                buffer.extend_from_slice(&(*x as f32).to_le_bytes());
+            }
+            buffer.extend_from_slice(&[0, 0]);
+        }
+    })
+}

@@ -1,0 +1,283 @@
+//! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
+
+use super::super::WriteOptions;
+use super::super::records::{
+    conditions_left_out, left_out, push_integer, push_real, shared_names, write_all, write_records,
+};
+use super::extra::{self, Extra};
+use super::holds;
+use super::parts::{Marker, RULE, WrittenZones, of_markers};
+use crate::formats::Notes;
+use crate::formats::portable::remedy;
+use crate::mesh::{CellRun, Group, MeshView};
+use azimesh_core::diagnostic::formats::{GroupWritten, Written};
+use azimesh_core::error::{Error, Result};
+use std::io::Write;
+
+/// Writes the mesh; returns a note for each thing that is left out.
+pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
+    let dimension = usize::from(mesh.dimension());
+    check(mesh, dimension)?;
+    let parts = WrittenZones::of(mesh);
+    let n_zones = parts.zones.len();
+    let kept = extra::written(mesh, n_zones);
+    let mut notes = Notes::default();
+    notes.extend(left_out("SU2", mesh, options, &kept));
+    if dimension == 2 {
+        notes.extend(height(mesh)?);
+    }
+    notes.extend(shared_names(of_markers(mesh)));
+    notes.extend(zone_names(mesh, &parts));
+    if parts.is_reordered {
+        notes.push(Written::NodesByZone);
+    }
+    note_dropped(mesh, &mut notes);
+    notes.extend(renamed(&parts));
+    if parts.is_split {
+        write_all(
+            out,
+            format!("NDIME= {dimension}\nNZONE= {n_zones}\n").as_bytes(),
+        )?;
+    }
+    for zone in 0..n_zones {
+        if parts.is_split {
+            write_all(out, format!("IZONE= {}\n", zone + 1).as_bytes())?;
+        }
+        write_zone(mesh, &parts, zone, out)?;
+    }
+    Ok(notes)
+}
+
+/// One zone, with the text that only SU2 understands.
+fn write_zone(
+    mesh: &MeshView,
+    parts: &WrittenZones,
+    zone: usize,
+    out: &mut dyn Write,
+) -> Result<()> {
+    let n_zones = parts.zones.len();
+    let text = |extra: Extra| extra.texts(mesh, n_zones).map_or("", |texts| &texts[zone]);
+    let part = &parts.zones[zone];
+    let dimension = usize::from(mesh.dimension());
+    let n_cells: usize = match part.group {
+        Some(group) => group.cells.len(),
+        None => mesh.volume_runs().map(|run| run.n_cells()).sum(),
+    };
+    let offset = text(Extra::Offset);
+    write_all(
+        out,
+        format!("NDIME= {dimension}\n{offset}NELEM= {n_cells}\n").as_bytes(),
+    )?;
+    let mut index = 0;
+    let mut write_volume = |run: CellRun, out: &mut dyn Write| {
+        write_cells(&run, parts, Some(index), out)?;
+        index += run.n_cells();
+        Ok(())
+    };
+    match part.group {
+        Some(group) => {
+            for run in group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r)) {
+                write_volume(run, out)?;
+            }
+        }
+        None => {
+            for run in mesh.volume_runs() {
+                write_volume(run, out)?;
+            }
+        }
+    }
+    let own = extra::own_nodes(mesh, n_zones).map(|own| own[zone]);
+    write_points(mesh, part.nodes.as_deref(), own, out)?;
+    let exchange = text(Extra::Exchange);
+    let n_exchanges = exchange.matches("MARKER_TAG=").count();
+    let n_markers = part.markers.len() + n_exchanges;
+    write_all(out, format!("NMARK= {n_markers}\n").as_bytes())?;
+    for marker in &part.markers {
+        write_marker(mesh, parts, marker, out)?;
+    }
+    for text in [exchange, text(Extra::Periodic), text(Extra::Boxes)] {
+        write_all(out, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn write_marker(
+    mesh: &MeshView,
+    parts: &WrittenZones,
+    marker: &Marker,
+    out: &mut dyn Write,
+) -> Result<()> {
+    let name = &marker.written;
+    let n: usize = marker.cells.iter().map(|range| range.len()).sum();
+    write_all(
+        out,
+        format!("MARKER_TAG= {name}\nMARKER_ELEMS= {n}\n").as_bytes(),
+    )?;
+    let ranges = marker.cells.iter().cloned();
+    for run in ranges.flat_map(|range| mesh.cells.runs_in(range)) {
+        write_cells(&run, parts, None, out)?;
+    }
+    Ok(())
+}
+
+/// Refuses what SU2 cannot hold.
+fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
+    if !matches!(dimension, 2 | 3) {
+        return Err(Error::input(format!(
+            "SU2 holds meshes of dimension 2 or 3; this one has dimension {dimension}"
+        )));
+    }
+    let boundary = mesh.boundary_tags().flat_map(|tag| tag.cells.ranges());
+    let boundary = boundary.flat_map(|range| mesh.cells.runs_in(range));
+    if let Some(run) = mesh
+        .volume_runs()
+        .chain(boundary)
+        .find(|run| !holds(run.kind))
+    {
+        let remedy = remedy(run.kind);
+        return Err(Error::input(format!(
+            "cell {} is a {}, which SU2 cannot hold{remedy}",
+            run.first_cell,
+            run.kind.name()
+        )));
+    }
+    Ok(())
+}
+
+/// Plane meshes are written without z: refuses one that is not plane, to round-off; a sentence
+/// about the height of one that is.
+fn height(mesh: &MeshView) -> Result<Option<Written>> {
+    let Some([low, high]) = mesh.bounds() else {
+        return Ok(None);
+    };
+    let size = (high[0] - low[0]).max(high[1] - low[1]);
+    if high[2] - low[2] > 1e-12 * size {
+        return Err(Error::input(format!(
+            "z goes from {} to {}; SU2 holds meshes of dimension 2 only in a plane of constant z{}",
+            low[2],
+            high[2],
+            mesh.turned_flat()
+        )));
+    }
+    let lies_flat = low[2] == 0.0 && high[2] == 0.0;
+    Ok((!lies_flat).then_some(Written::HeightLeftOut { z: high[2] }))
+}
+
+fn names<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<String> {
+    groups.map(|group| group.name.clone()).collect()
+}
+
+/// A note on zones that are left out or lose their names.
+fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<GroupWritten> {
+    let mut zones = mesh.zones().peekable();
+    zones.peek()?;
+    if !parts.is_split {
+        return Some(GroupWritten::ZonesLeftOut {
+            format: "SU2",
+            names: names(zones),
+        });
+    }
+    let is_numbered = |(i, group): (usize, &Group)| group.name == (i + 1).to_string();
+    let keeps_names = zones.clone().enumerate().all(is_numbered);
+    (!keeps_names).then(|| GroupWritten::ZoneNames {
+        n: parts.zones.len(),
+        names: names(zones),
+    })
+}
+
+/// Notes on tags whose names are changed.
+fn renamed(parts: &WrittenZones) -> impl Iterator<Item = GroupWritten> {
+    let markers = parts.zones.iter().flat_map(|part| &part.markers);
+    markers.filter_map(|marker| RULE.note("tag", &marker.name, &marker.written))
+}
+
+/// Notes on cells and groups of lower dimension that are not written.
+fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
+    let dimension = mesh.dimension();
+    let is_lower = |group: &&Group| group.dimension + 1 < dimension && group.dimension > 0;
+    let mut lower = mesh.groups.iter().filter(is_lower).peekable();
+    if lower.peek().is_some() {
+        notes.push(GroupWritten::LowerLeftOut {
+            format: "SU2",
+            names: names(lower),
+        });
+    }
+    let mut is_tagged = vec![false; mesh.cells.len()];
+    let is_point = |group: &&Group| group.dimension == 0 && dimension > 1;
+    let points = mesh.groups.iter().filter(is_point);
+    for cell in mesh
+        .boundary_tags()
+        .chain(points)
+        .flat_map(|tag| tag.cells.iter())
+    {
+        is_tagged[cell] = true;
+    }
+    let mut n_faces = 0;
+    let mut n_lower = 0;
+    for run in mesh.cells.runs() {
+        let of = run.kind.dimension();
+        let cells = &is_tagged[run.first_cell..run.first_cell + run.n_cells()];
+        let n_untagged = || cells.iter().filter(|tagged| !**tagged).count();
+        if of + 1 == dimension {
+            n_faces += n_untagged();
+        } else if of < dimension {
+            n_lower += n_untagged();
+        }
+    }
+    if n_faces > 0 {
+        notes.push(GroupWritten::UntaggedLeftOut { n: n_faces });
+    }
+    if n_lower > 0 {
+        notes.push(Written::LowerCellsLeftOut { n: n_lower });
+    }
+    notes.extend(conditions_left_out("SU2", mesh));
+}
+
+/// Type and nodes of each cell, and its index where `first_index` is given.
+fn write_cells(
+    run: &CellRun,
+    parts: &WrittenZones,
+    first_index: Option<usize>,
+    out: &mut dyn Write,
+) -> Result<()> {
+    let kind = u64::from(run.kind.vtk());
+    write_records(out, run.n_cells(), &|range, buffer| {
+        for i in range {
+            push_integer(buffer, kind);
+            for node in &run.connectivity[i * run.n_nodes..(i + 1) * run.n_nodes] {
+                buffer.push(b' ');
+                push_integer(buffer, parts.local(*node).into());
+            }
+            if let Some(first) = first_index {
+                buffer.push(b' ');
+                push_integer(buffer, (first + i) as u64);
+            }
+            buffer.push(b'\n');
+        }
+    })
+}
+
+/// Nodes, all or those of a zone; `own` of them are no copies, where that is known.
+fn write_points(
+    mesh: &MeshView,
+    nodes: Option<&[u32]>,
+    own: Option<i64>,
+    out: &mut dyn Write,
+) -> Result<()> {
+    let dimension = usize::from(mesh.dimension());
+    let n = nodes.map_or(mesh.points.len(), <[u32]>::len);
+    let own = own.filter(|own| *own >= 0);
+    let own = own.map_or_else(String::new, |own| format!(" {own}"));
+    write_all(out, format!("NPOIN= {n}{own}\n").as_bytes())?;
+    write_records(out, n, &|range, buffer| {
+        for i in range {
+            let node = nodes.map_or(i, |nodes| nodes[i] as usize);
+            for x in &mesh.points[node][..dimension] {
+                push_real(buffer, *x);
+                buffer.push(b' ');
+            }
+            push_integer(buffer, i as u64);
+            buffer.push(b'\n');
+        }
+    })
+}

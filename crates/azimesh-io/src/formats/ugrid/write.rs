@@ -1,0 +1,280 @@
+//! Writing UGRID in every layout: counts, nodes, boundary faces and their numbers, solid cells.
+
+use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
+use super::super::{Precision, WriteOptions};
+use super::faces::{self, FaceNumbers, Tag};
+use super::fortran::Record;
+use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, in_order};
+use super::mapbc;
+use crate::formats::portable::remedy;
+use crate::formats::rounding::{flattened, loses_digits};
+use crate::formats::{Notes, Out};
+use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
+use azimesh_core::diagnostic::formats::{GroupWritten, Written};
+use azimesh_core::error::{Error, Result};
+
+/// Writes the mesh; returns a note for each thing that is left out.
+pub(super) fn write(
+    mesh: &MeshView,
+    out: &mut dyn Out,
+    layout: &Layout,
+    options: &WriteOptions,
+) -> Result<Notes> {
+    check(mesh)?;
+    let counts = counts(mesh, layout)?;
+    let tags = faces::tags(mesh);
+    let numbers = FaceNumbers::of(mesh, &tags);
+    let precision = options.precision;
+    let options = WriteOptions {
+        precision: Precision::F64,
+        ..options.clone()
+    };
+    let mut notes = Notes::default();
+    notes.extend(left_out("UGRID", mesh, &options, faces::KEPT));
+    let is_single = matches!(layout, Layout::Binary(binary) if binary.real == 4);
+    if precision == Precision::F32 && !is_single {
+        notes.push(Written::CoordinatesIn64 { format: "UGRID" });
+    }
+    if is_single {
+        note_rounding(mesh, &mut notes)?;
+    }
+    note_dropped(mesh, &mut notes);
+    note_faces(&numbers, &tags, &mut notes);
+    mapbc::note_changes(mesh, &tags, &mut notes);
+    match layout {
+        Layout::Text => {
+            write_counts(&counts, layout, out)?;
+            write_body(mesh, &numbers, layout, out)?;
+        }
+        Layout::Binary(binary) => write_binary(mesh, &counts, &numbers, binary, layout, out)?,
+    }
+    Ok(notes)
+}
+
+fn write_binary(
+    mesh: &MeshView,
+    counts: &Counts,
+    numbers: &FaceNumbers,
+    binary: &Binary,
+    layout: &Layout,
+    out: &mut dyn Out,
+) -> Result<()> {
+    if !binary.has_records {
+        write_counts(counts, layout, out)?;
+        return write_body(mesh, numbers, layout, out);
+    }
+    let failed = |error: std::io::Error| Error::system(error.to_string());
+    let mut record = Record::new(out, binary, binary.header() as u64).map_err(failed)?;
+    write_counts(counts, layout, &mut record)?;
+    let body = binary.body(counts) as u64;
+    let mut record = Record::new(out, binary, body).map_err(failed)?;
+    write_body(mesh, numbers, layout, &mut record)
+}
+
+/// Whether other ranks can write the nodes of the cells of a mesh.
+pub(super) fn takes_cells_apart(mesh: &MeshView, layout: &Layout) -> bool {
+    let mut tags = mesh.boundary_tags();
+    let needs_positions = tags.any(|tag| faces::has_number_by_positions(mesh, tag));
+    check(mesh).is_ok() && counts(mesh, layout).is_ok() && !needs_positions
+}
+
+/// Refuses what UGRID cannot hold.
+fn check(mesh: &MeshView) -> Result<()> {
+    if mesh.dimension() != 3 {
+        return Err(Error::input(format!(
+            "UGRID holds meshes of dimension 3; this one has dimension {}",
+            mesh.dimension()
+        )));
+    }
+    let mut runs = mesh.cells.runs();
+    let is_odd = |run: &CellRun| run.kind.dimension() >= 2 && !KINDS.contains(&run.kind);
+    let Some(run) = runs.find(is_odd) else {
+        return Ok(());
+    };
+    let remedy = remedy(run.kind);
+    Err(Error::input(format!(
+        "cell {} is a {}, which UGRID cannot hold{remedy}",
+        run.first_cell,
+        run.kind.name()
+    )))
+}
+
+fn counts(mesh: &MeshView, layout: &Layout) -> Result<Counts> {
+    let n_cells = KINDS.map(|kind| runs(mesh, kind).map(|run| run.n_cells()).sum());
+    let counts = Counts {
+        n_nodes: mesh.points.len(),
+        n_cells,
+    };
+    let largest = counts.numbers().into_iter().max().unwrap_or(0);
+    let is_narrow = matches!(layout, Layout::Binary(binary) if binary.integer == 4);
+    if is_narrow && largest > i32::MAX as u64 {
+        return Err(Error::input(format!(
+            "the count {largest} does not fit 32 bits; ugrid-b8l and ugrid-lb8l have 64"
+        )));
+    }
+    Ok(counts)
+}
+
+/// The cells of a kind.
+fn runs<'a>(mesh: &MeshView<'a>, kind: CellKind) -> impl Iterator<Item = CellRun<'a>> {
+    mesh.cells.runs().filter(move |run| run.kind == kind)
+}
+
+/// Notes on coordinates that lose digits; refuses those that do not fit 32 bits.
+fn note_rounding(mesh: &MeshView, notes: &mut Notes) -> Result<()> {
+    let values = mesh.points.as_flattened();
+    let too_large = |x: &f64| !(*x as f32).is_finite();
+    if let Some(at) = first_where(values, too_large) {
+        let x = values[at];
+        return Err(Error::input(format!(
+            "the coordinate {x} does not fit 32 bits; ugrid-b8 and ugrid-lb8 have 64"
+        )));
+    }
+    if loses_digits(mesh) {
+        notes.push(Written::CoordinatesRounded);
+    }
+    notes.extend(flattened(mesh));
+    Ok(())
+}
+
+/// Notes on cells and groups that are not written.
+fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
+    let format = "UGRID";
+    let names = |dimensions: std::ops::Range<u8>| -> Vec<String> {
+        let groups = mesh.groups.iter();
+        let groups = groups.filter(|group| dimensions.contains(&group.dimension));
+        groups.map(|group: &Group| group.name.clone()).collect()
+    };
+    let (zones, lower) = (names(3..4), names(0..2));
+    if !zones.is_empty() {
+        let names = zones;
+        notes.push(GroupWritten::ZonesLeftOut { format, names });
+    }
+    if !lower.is_empty() {
+        let names = lower;
+        notes.push(GroupWritten::LowerLeftOut { format, names });
+    }
+    let lower = mesh.cells.runs().filter(|run| run.kind.dimension() < 2);
+    let n_lower: usize = lower.map(|run| run.n_cells()).sum();
+    if n_lower > 0 {
+        notes.push(Written::LowerCellsLeftOut { n: n_lower });
+    }
+}
+
+fn note_faces(numbers: &FaceNumbers, tags: &[Tag], notes: &mut Notes) {
+    if numbers.n_shared > 0 {
+        let n = numbers.n_shared;
+        notes.push(GroupWritten::FaceTagsLeftOut { n });
+    }
+    if numbers.n_untagged > 0 {
+        notes.push(GroupWritten::UntaggedNumbered {
+            n: numbers.n_untagged,
+            number: numbers.untagged,
+            name: mapbc::untagged(tags),
+        });
+    }
+}
+
+fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Out) -> Result<()> {
+    let mut buffer = Vec::new();
+    push_integers(layout, counts.numbers(), &mut buffer);
+    write_all(out, &buffer)
+}
+
+fn write_body(
+    mesh: &MeshView,
+    numbers: &FaceNumbers,
+    layout: &Layout,
+    out: &mut dyn Out,
+) -> Result<()> {
+    match layout.binary().map(Binary::coordinates) {
+        Some(numbers) if let Some(apart) = mesh.coordinates_apart(numbers) => {
+            out.apart(&apart, 0)?;
+        }
+        _ => write_records(out, mesh.points.len(), &|range, buffer| {
+            for point in &mesh.points[range] {
+                push_point(layout, point, buffer);
+            }
+        })?,
+    }
+    for kind in &KINDS[..N_FACE_KINDS] {
+        write_cells(mesh, *kind, layout, out)?;
+    }
+    for kind in &KINDS[..N_FACE_KINDS] {
+        for run in runs(mesh, *kind) {
+            let numbers = numbers.of_run(&run);
+            write_records(out, numbers.len(), &|range, buffer| {
+                for number in &numbers[range] {
+                    push_integers(layout, [*number as u64], buffer);
+                }
+            })?;
+        }
+    }
+    for kind in &KINDS[N_FACE_KINDS..] {
+        write_cells(mesh, *kind, layout, out)?;
+    }
+    Ok(())
+}
+
+fn write_cells(mesh: &MeshView, kind: CellKind, layout: &Layout, out: &mut dyn Out) -> Result<()> {
+    let nodes_of = |binary: &Binary| binary.nodes_of(kind, mesh.cells.len());
+    let apart = layout
+        .binary()
+        .map(nodes_of)
+        .and_then(|numbers| mesh.nodes_apart(numbers));
+    if let Some(apart) = apart {
+        return match apart.n_bytes {
+            0 => Ok(()),
+            _ => out.apart(&apart, 0).map(drop),
+        };
+    }
+    for run in runs(mesh, kind) {
+        let n = run.n_nodes;
+        write_records(out, run.n_cells(), &|range, buffer| {
+            let nodes = &run.connectivity[range.start * n..range.end * n];
+            for cell in in_order(kind, nodes).chunks_exact(n) {
+                push_integers(layout, cell.iter().map(|node| u64::from(*node) + 1), buffer);
+            }
+        })?;
+    }
+    Ok(())
+}
+
+/// Appends integers; as text, a line of them.
+fn push_integers(layout: &Layout, values: impl IntoIterator<Item = u64>, buffer: &mut Vec<u8>) {
+    let Layout::Binary(binary) = layout else {
+        for value in values {
+            push_integer(buffer, value);
+            buffer.push(b' ');
+        }
+        *buffer.last_mut().expect("a line has a number") = b'\n';
+        return;
+    };
+    for value in values {
+        match (binary.is_big_endian, binary.integer) {
+            (true, 4) => buffer.extend((value as u32).to_be_bytes()),
+            (false, 4) => buffer.extend((value as u32).to_le_bytes()),
+            (true, _) => buffer.extend(value.to_be_bytes()),
+            (false, _) => buffer.extend(value.to_le_bytes()),
+        }
+    }
+}
+
+fn push_point(layout: &Layout, point: &[f64; 3], buffer: &mut Vec<u8>) {
+    let Layout::Binary(binary) = layout else {
+        for x in point {
+            push_real(buffer, *x);
+            buffer.push(b' ');
+        }
+        *buffer.last_mut().expect("a point has coordinates") = b'\n';
+        return;
+    };
+    for x in point {
+        match (binary.is_big_endian, binary.real) {
+            (true, 8) => buffer.extend(x.to_be_bytes()),
+            (false, 8) => buffer.extend(x.to_le_bytes()),
+            (true, _) => buffer.extend((*x as f32).to_be_bytes()),
+            (false, _) => buffer.extend((*x as f32).to_le_bytes()),
+        }
+    }
+}

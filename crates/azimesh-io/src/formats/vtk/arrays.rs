@@ -1,0 +1,348 @@
+//! The arrays of a mesh that VTK's formats write, by section of the file, and notes on what is left out. Their layout
+//! in the file is left to the format.
+
+use super::content::{Content, ContentPart, of_values, owned, slice};
+use super::number::Element;
+use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
+use crate::formats::Notes;
+use crate::formats::names::{Given, Rule};
+use crate::formats::records::conditions_left_out;
+use crate::formats::{Precision, WriteOptions};
+use crate::mesh::{Coordinates, DataArray, Group, Listing, MeshView, NodesOfCells, Values};
+use azimesh_core::diagnostic::formats::{ArrayWritten, GroupWritten};
+
+/// The arrays of each part of a file.
+pub struct Sections<'a> {
+    /// Arrays of the mesh as a whole.
+    pub fields: Vec<Content<'a>>,
+    /// Arrays with one tuple a node.
+    pub point_data: Vec<Content<'a>>,
+    /// Arrays with one tuple a cell.
+    pub cell_data: Vec<Content<'a>>,
+    /// Node coordinates.
+    pub points: Vec<Content<'a>>,
+    /// Node indices, ends, types; of polyhedra faces and their ends.
+    pub cells: Vec<Content<'a>>,
+}
+
+impl<'a> Sections<'a> {
+    /// Every array, in the order of an XML file.
+    pub fn all(&self) -> impl Iterator<Item = &Content<'a>> {
+        let of_piece = [&self.point_data, &self.cell_data, &self.points, &self.cells];
+        self.fields.iter().chain(of_piece.into_iter().flatten())
+    }
+}
+
+/// The arrays that VTK's formats write of a mesh.
+pub struct VtkArrays<'a> {
+    mesh: &'a MeshView<'a>,
+    options: &'a WriteOptions,
+    /// Names of the arrays of nodes, of cells and of the whole, as they are written.
+    names: [Vec<String>; 3],
+    /// Groups as numbers, for those pairs of arrays that the mesh needs.
+    labels: Vec<(Labels, Numbers)>,
+    /// Cells written again because they are in several tags.
+    pub repeated: Vec<usize>,
+    /// Node indices of those cells.
+    repeated_nodes: Vec<u32>,
+    /// Arrays of the repeated cells.
+    repeated_arrays: Vec<Values>,
+    /// Notes on what is not in the file.
+    pub notes: Notes,
+}
+
+impl<'a> VtkArrays<'a> {
+    /// Decides what is written; `rule` says what the names of arrays may be.
+    pub fn new(mesh: &'a MeshView<'a>, options: &'a WriteOptions, rule: &Rule) -> Self {
+        let dimension = mesh.dimension();
+        let n_cells = mesh.cells.len();
+        let mut labels = Vec::new();
+        let mut notes = Notes::default();
+        for pair in [BOUNDARY, ZONE, LOWER] {
+            let of_pair = |group: &&Group| match pair.array {
+                "BoundaryTag" => group.dimension + 1 == dimension,
+                "Zone" => group.dimension == dimension,
+                _ => group.dimension + 1 < dimension,
+            };
+            let groups: Vec<&Group> = mesh.groups.iter().filter(of_pair).collect();
+            if !groups.is_empty() {
+                let mut numbers = tags::number(&groups, n_cells, !options.tag_names);
+                notes.extend(numbers.fit_names(&TEXT));
+                labels.push((pair, numbers));
+            }
+        }
+        let mut repeated = Vec::new();
+        for (pair, numbers) in &labels {
+            if pair.array == BOUNDARY.array {
+                repeated.extend(numbers.further.iter().map(|(cell, _)| *cell));
+            } else if let Some((cell, _)) = numbers.further.first() {
+                notes.push(GroupWritten::OfSeveral {
+                    n: numbers.further.len(),
+                    array: pair.array,
+                    cell: *cell,
+                });
+            }
+        }
+        let arrays = mesh.cell_arrays.iter();
+        let mut plan = Self {
+            mesh,
+            options,
+            repeated_nodes: repeated
+                .iter()
+                .flat_map(|&c| mesh.cells.get(c).nodes)
+                .copied()
+                .collect(),
+            repeated_arrays: arrays
+                .map(|a| a.values.select(a.n_components, &repeated))
+                .collect(),
+            names: Default::default(),
+            labels,
+            repeated,
+            notes,
+        };
+        plan.note_dropped();
+        plan.name_arrays(rule);
+        plan
+    }
+
+    /// Gives the arrays that are kept their names in the file.
+    fn name_arrays(&mut self, rule: &Rule) {
+        let mesh = self.mesh;
+        let all = [&mesh.point_arrays, &mesh.cell_arrays, &mesh.field_arrays];
+        for (place, arrays) in all.into_iter().enumerate() {
+            let pairs = self.labels.iter().map(|(pair, _)| pair);
+            let taken = pairs.flat_map(|pair| [pair.array, pair.names]);
+            let kept: Vec<usize> = self.kept(arrays).map(|(at, _)| at).collect();
+            let before: Vec<&str> = kept.iter().map(|at| arrays[*at].name.as_str()).collect();
+            let written = Given::with(taken).give_all(&before, rule);
+            self.names[place] = vec![String::new(); arrays.len()];
+            for ((at, before), written) in kept.into_iter().zip(before).zip(written) {
+                self.notes.extend(rule.note("array", before, &written));
+                self.names[place][at] = written;
+            }
+        }
+    }
+
+    fn note_dropped(&mut self) {
+        let mesh = self.mesh;
+        if !self.options.tag_names && !self.labels.is_empty() {
+            self.notes.push(GroupWritten::NamesNotWritten);
+        }
+        self.notes.extend(conditions_left_out("VTK", mesh));
+        let arrays = mesh.arrays();
+        let dropped = arrays.clone().filter(|array| !self.is_kept(array));
+        let dropped: Vec<String> = dropped.map(|array| array.name.clone()).collect();
+        let note = |name| ArrayWritten::NotWritten { name };
+        self.notes.extend(dropped.into_iter().map(note));
+        let has_zero = |array: &&DataArray| match &array.values {
+            Values::Text(texts) => texts.iter().any(|text| text.contains('\0')),
+            _ => false,
+        };
+        for array in arrays.filter(has_zero) {
+            let name = array.name.clone();
+            self.notes.push(ArrayWritten::ZerosInText { name });
+        }
+    }
+
+    /// Whether an array of the mesh is written: not when its name is taken by tags, nor strings
+    /// where none are wanted.
+    fn is_kept(&self, array: &DataArray) -> bool {
+        let taken = self.labels.iter().any(|(pair, _)| {
+            pair.array == array.name || (pair.names == array.name && self.options.tag_names)
+        });
+        let is_text = matches!(array.values, Values::Text(_));
+        !taken && (self.options.tag_names || !is_text)
+    }
+
+    /// Number of cells that are written.
+    pub fn n_cells(&self) -> usize {
+        self.mesh.cells.len() + self.repeated.len()
+    }
+
+    /// The arrays.
+    pub fn sections(&self) -> Sections<'_> {
+        Sections {
+            fields: self.fields(),
+            point_data: self
+                .kept(&self.mesh.point_arrays)
+                .map(|(at, array)| self.at_nodes(array, &self.names[0][at]))
+                .collect(),
+            cell_data: self.cell_data(),
+            points: vec![self.points()],
+            cells: self.cells(),
+        }
+    }
+
+    fn kept<'s>(
+        &'s self,
+        arrays: &'s [&'s DataArray],
+    ) -> impl Iterator<Item = (usize, &'s DataArray)> {
+        arrays
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, array)| self.is_kept(array))
+    }
+
+    fn fields(&self) -> Vec<Content<'_>> {
+        let arrays = self
+            .kept(&self.mesh.field_arrays)
+            .map(|(at, array)| content(array, &self.names[2][at]));
+        let with_names = self.labels.iter().filter(|_| self.options.tag_names);
+        let names = with_names.map(|(pair, n)| Content::strings(pair.names, &n.names));
+        arrays.chain(names).collect()
+    }
+
+    fn cell_data(&self) -> Vec<Content<'_>> {
+        let n_cells = self.n_cells();
+        let labels = self.labels.iter().map(|(pair, numbers)| {
+            let repeated: Vec<i32> = if pair.array == BOUNDARY.array {
+                numbers.further.iter().map(|(_, number)| *number).collect()
+            } else {
+                self.repeated
+                    .iter()
+                    .map(|&cell| numbers.of_cells.get(cell))
+                    .collect()
+            };
+            let (element, parts) = match &numbers.of_cells {
+                CellNumbers::Narrow(numbers) => {
+                    let repeated: Vec<u8> = repeated.iter().map(|n| *n as u8).collect();
+                    (Element::UInt8, vec![slice(numbers), owned(&repeated)])
+                }
+                CellNumbers::Wide(numbers) => {
+                    (Element::Int32, vec![slice(numbers), owned(&repeated)])
+                }
+            };
+            Content::scalar(pair.array, element, n_cells, parts)
+        });
+        let arrays = self.kept(&self.mesh.cell_arrays).map(|(at, array)| {
+            let mut content = content(array, &self.names[1][at]);
+            content.append(of_values(&self.repeated_arrays[at]).1);
+            content.n_tuples = n_cells;
+            content
+        });
+        labels.chain(arrays).collect()
+    }
+
+    fn at_nodes<'s>(&'s self, array: &'s DataArray, name: &'s str) -> Content<'s> {
+        let content = content(array, name);
+        match self.mesh.values_apart(array, None) {
+            Some(numbers) => Content {
+                parts: vec![ContentPart::Apart(numbers)],
+                ..content
+            },
+            None => content,
+        }
+    }
+
+    fn points(&self) -> Content<'_> {
+        let coordinates = self.mesh.points.as_flattened();
+        let is_single = self.options.precision == Precision::F32;
+        let element = match is_single {
+            true => Element::Float32,
+            false => Element::Float64,
+        };
+        let numbers = Coordinates::new(None, is_single);
+        let part = match self.mesh.coordinates_apart(numbers) {
+            Some(numbers) => ContentPart::Apart(numbers),
+            None if is_single => ContentPart::Singles(coordinates),
+            None => slice(coordinates),
+        };
+        Content {
+            n_components: 3,
+            n_tuples: self.mesh.points.len(),
+            ..Content::scalar("Points", element, coordinates.len(), vec![part])
+        }
+    }
+
+    fn cells(&self) -> Vec<Content<'_>> {
+        let cells = self.mesh.cells;
+        let n_cells = self.n_cells();
+        let n_entries = cells.connectivity().len() + self.repeated_nodes.len();
+        let index = match i32::try_from(self.mesh.points.len()) {
+            Ok(_) => Element::Int32,
+            Err(_) => Element::UInt32,
+        };
+        let numbers = NodesOfCells::new(0..cells.len(), Listing::Vtk, false);
+        let nodes = match self.mesh.nodes_apart(numbers) {
+            Some(numbers) => {
+                assert!(
+                    self.repeated.is_empty(),
+                    "cells with other ranks are written once"
+                );
+                vec![ContentPart::Apart(numbers)]
+            }
+            None => vec![ContentPart::Nodes(cells), slice(&self.repeated_nodes)],
+        };
+        let offset = narrowest(n_entries);
+        let mut ends = Vec::with_capacity(self.repeated.len());
+        let mut types = Vec::with_capacity(self.repeated.len());
+        let mut end = cells.connectivity().len();
+        for &cell in &self.repeated {
+            let cell = cells.get(cell);
+            end += cell.nodes.len();
+            ends.push(end as i64);
+            types.push(cell.kind.vtk());
+        }
+        let ends = vec![ContentPart::Offsets(cells, offset), integers(&ends, offset)];
+        let types = vec![ContentPart::Types(cells), types.into()];
+        let mut arrays = vec![
+            Content::scalar("connectivity", index, n_entries, nodes),
+            Content::scalar("offsets", offset, n_cells, ends),
+            Content::scalar("types", Element::UInt8, n_cells, types),
+        ];
+        if cells.has_polyhedra() {
+            let streams = cells
+                .iter()
+                .filter_map(|cell| cells.face_stream(cell.index));
+            let n_entries = streams.map(<[u32]>::len).sum();
+            let offset = narrowest(n_entries);
+            let repeated = vec![-1; self.repeated.len()];
+            let ends = vec![
+                ContentPart::FaceOffsets(cells, offset),
+                integers(&repeated, offset),
+            ];
+            let faces = vec![ContentPart::Faces(cells)];
+            arrays.push(Content::scalar("faces", index, n_entries, faces));
+            arrays.push(Content::scalar("faceoffsets", offset, n_cells, ends));
+        }
+        arrays
+    }
+}
+
+/// Type of offsets up to `n`.
+fn narrowest(n: usize) -> Element {
+    match i32::try_from(n) {
+        Ok(_) => Element::Int32,
+        Err(_) => Element::Int64,
+    }
+}
+
+fn integers(values: &[i64], element: Element) -> ContentPart<'static> {
+    match element {
+        Element::Int32 => owned(&values.iter().map(|x| *x as i32).collect::<Vec<_>>()),
+        _ => owned(values),
+    }
+}
+
+/// Names of tags, which are text.
+const TEXT: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| match name {
+        "" => "_".to_owned(),
+        name => name.replace('\0', "_"),
+    },
+    why: "names of tags in VTK files have at least one byte and no zero byte",
+};
+
+fn content<'a>(array: &'a DataArray, name: &'a str) -> Content<'a> {
+    let (element, part) = of_values(&array.values);
+    let mut content = Content {
+        n_components: array.n_components,
+        component_names: &array.component_names,
+        ..Content::scalar(name, element, array.n_tuples(), Vec::new())
+    };
+    content.n_bytes = 0;
+    content.append(part);
+    content
+}

@@ -1,0 +1,182 @@
+//! VTKHDF (.vtkhdf): VTK's unstructured grids in HDF5, one mesh or a sequence of them.
+//!
+//! Tags, zones, cells and what is written of a mesh are as in every file of VTK (`vtk`); bytes and
+//! groups are HDF5's (`hdf5`). Format: VTKHDF 2.0, with polyhedra 2.5.
+//!
+//! ```
+//! use azimesh_io::formats::vtkhdf::VtkHdf;
+//! use azimesh_io::formats::{Begin, Format, Location, read};
+//! use azimesh_io::{Mesh, ReadOptions, WriteOptions};
+//! # fn main() -> azimesh_io::Result<()> {
+//! # let folder = tempfile::tempdir().expect("a folder");
+//! # let path = folder.path().join("rising.vtkhdf");
+//!
+//! let mesh = Mesh::read("testdata/naca0012.vtu")?;
+//! let create = VtkHdf.sequence().expect("VTKHDF holds sequences");
+//! let mut file = create(&path, &WriteOptions::default(), Begin::Create, false)?;
+//! for time in [0.0, 0.5, 1.0] {
+//!     let points: Vec<_> = mesh.points.iter().map(|[x, y, z]| [*x, y + time, *z]).collect();
+//!     file.push(time, &mesh.view().with_points(&points))?;
+//! }
+//!
+//! let location = Location::open(&path)?;
+//! assert_eq!(VtkHdf.steps(&location)?, [0.0, 0.5, 1.0]);
+//! let options = ReadOptions { step: Some(1), ..ReadOptions::default() };
+//! let step = read(&location, &options)?.mesh;
+//! assert_eq!(step.points[7][1], mesh.points[7][1] + 0.5);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Parts of the module:
+//!
+//! ```text
+//! extent    which rows of each dataset belong to a step
+//! read      those rows -> mesh; cells: its cells
+//! slabs     some of those rows
+//! blocks    mesh -> datasets; faces: those of polyhedra
+//! write     datasets -> a file of one mesh
+//! sequence  datasets -> a file that grows, with what does not change written once
+//! ```
+
+mod blocks;
+mod cells;
+mod extent;
+mod faces;
+mod read;
+mod rows;
+mod sequence;
+mod series;
+mod slabs;
+mod write;
+
+use super::hdf5::{self, File, Group};
+use super::vtk::tags;
+use super::{
+    CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
+};
+use crate::formats::Out;
+use crate::formats::slabs::{Opened, opened};
+use crate::mesh::{Mesh, MeshView};
+use azimesh_core::error::{Error, Result};
+
+/// Name of the group that holds everything.
+const ROOT: &str = "VTKHDF";
+
+/// VTK's unstructured grids in HDF5 (.vtkhdf).
+pub struct VtkHdf;
+
+impl Format for VtkHdf {
+    fn name(&self) -> &'static str {
+        "vtkhdf"
+    }
+
+    fn title(&self) -> &'static str {
+        "VTKHDF unstructured grid (.vtkhdf)"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["vtkhdf", "hdf"]
+    }
+
+    /// The start of an HDF5 file does not tell its format.
+    fn recognizes_start(&self, _head: &[u8]) -> bool {
+        false
+    }
+
+    fn recognizes_file(&self, source: &Source) -> bool {
+        hdf5::is_hdf5(source.bytes()) && matches!(grid(source), Ok(Some(_)))
+    }
+
+    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+        let read = |grid: Group| read::read(&grid, options, notes);
+        placed(unstructured(source).and_then(read))
+    }
+
+    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
+        let grid = placed(unstructured(source))?;
+        placed(opened(slabs::open(grid, options)))
+    }
+
+    fn encodings(&self) -> &'static [Encoding] {
+        &[Encoding::Raw]
+    }
+
+    fn has_tag_names(&self) -> bool {
+        true
+    }
+
+    fn holds_arrays(&self) -> bool {
+        true
+    }
+
+    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
+        placed(unstructured(source).and_then(|grid| extent::times(&grid)))
+    }
+
+    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
+        true
+    }
+
+    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
+        !tags::has_repeated(mesh)
+    }
+
+    fn write_file(
+        &self,
+        mesh: &MeshView,
+        out: &mut dyn Out,
+        options: &WriteOptions,
+    ) -> Result<Notes> {
+        write::write(mesh, out, options)
+    }
+
+    fn sequence(&self) -> Option<CreateSequence> {
+        use sequence::Sequence;
+        Some(|path, options, begin, sync| {
+            Ok(Box::new(Sequence::create(path, options, begin, sync)?))
+        })
+    }
+
+    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
+        sequence::step_bytes(step)
+    }
+}
+
+/// The group that makes an HDF5 file one of VTK's.
+fn grid(source: &Source) -> Result<Option<Group>> {
+    File::open(source)?.root()?.group(ROOT)
+}
+
+/// The group of [`grid`], which must hold an unstructured grid of a version that is read.
+fn unstructured(source: &Source) -> Result<Group> {
+    let group = grid(source)?;
+    let group = group.ok_or_else(|| {
+        Error::input(format!(
+            "this HDF5 file has no group {ROOT}, so it is not a VTKHDF file"
+        ))
+    })?;
+    let version = group.attribute("Version")?.and_then(|v| v.to_integers());
+    let newest = version.and_then(|version| version.first().copied());
+    if let Some(newest) = newest.filter(|newest| *newest > 2) {
+        let message = format!("it has VTKHDF version {newest}; versions 1 and 2 are read");
+        return Err(Error::input(message));
+    }
+    match group.text("Type")? {
+        Some(found) if found == "UnstructuredGrid" => Ok(group),
+        Some(found) => Err(Error::input(format!(
+            "it has VTK data of type {found}; only UnstructuredGrid is read"
+        ))),
+        None => Err(Error::input("the group has no attribute Type")),
+    }
+}
+
+/// Errors without a dataset are those of the group.
+fn placed<T>(result: Result<T>) -> Result<T> {
+    result.map_err(|error| error.dataset(ROOT))
+}
+
+#[cfg(test)]
+mod damaged;
+#[cfg(test)]
+mod tests;

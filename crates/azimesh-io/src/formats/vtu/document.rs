@@ -1,0 +1,252 @@
+//! What a VTK XML file holds: which grid, and the arrays of its pieces.
+
+use super::super::names::tell_apart;
+use super::super::vtk::order::{OUTWARD, WEDGES};
+use super::super::{Compression, Notes};
+use super::xml::{Array, Child, Layout, Parser};
+use azimesh_core::error::Result;
+use quick_xml::events::BytesStart;
+
+/// The grids that can be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Grid {
+    Unstructured,
+    Poly,
+    Structured,
+    Rectilinear,
+    Image,
+}
+
+impl Grid {
+    const ALL: [(&'static str, Grid); 5] = [
+        ("UnstructuredGrid", Grid::Unstructured),
+        ("PolyData", Grid::Poly),
+        ("StructuredGrid", Grid::Structured),
+        ("RectilinearGrid", Grid::Rectilinear),
+        ("ImageData", Grid::Image),
+    ];
+}
+
+/// The kind of grid in a file.
+pub(super) struct Document<'a> {
+    /// Which grid.
+    pub grid: Grid,
+    /// Version of the file, major and minor.
+    pub version: (u32, u32),
+    /// Whether wedges are marked to be in the order of VTK up to 9.6.
+    pub has_marked_wedges: bool,
+    /// How binary values are laid out.
+    pub layout: Layout,
+    /// Of an image.
+    pub origin: [f64; 3],
+    /// Of an image.
+    pub spacing: [f64; 3],
+    /// Of an image: its axes, row by row of the matrix.
+    pub direction: Option<[f64; 9]>,
+    /// Arrays of the mesh as a whole.
+    pub field_data: Vec<Array<'a>>,
+    /// The parts of the mesh.
+    pub pieces: Vec<Piece<'a>>,
+}
+
+/// One piece of the mesh, which shares no nodes with the others.
+#[derive(Default)]
+pub(super) struct Piece<'a> {
+    pub n_points: u64,
+    pub n_cells: u64,
+    /// First and last node along each axis, of a structured grid.
+    pub extent: Option<[i64; 6]>,
+    pub points: Vec<Array<'a>>,
+    /// Cells, or the coordinates along the axes.
+    pub cells: Vec<Array<'a>>,
+    /// Vertices, lines, polygons and strips of polygonal data.
+    pub lists: [(u64, Vec<Array<'a>>); 4],
+    pub point_data: Vec<Array<'a>>,
+    pub cell_data: Vec<Array<'a>>,
+    /// Name of the array with the number of each node in a mesh of several files.
+    pub global_nodes: Option<String>,
+    /// Name of the array with the number of each cell in a mesh of several files.
+    pub global_cells: Option<String>,
+}
+
+impl Document<'_> {
+    /// Gives arrays of one name in one place different names, in every piece the same.
+    pub fn tell_arrays_apart(&mut self, notes: &mut Notes) {
+        let fields = self.field_data.iter_mut();
+        tell_apart("field", fields.map(|array| &mut array.name), notes);
+        for piece in &mut self.pieces {
+            for (what, arrays) in [
+                ("point", &mut piece.point_data),
+                ("cell", &mut piece.cell_data),
+            ] {
+                tell_apart(what, arrays.iter_mut().map(|array| &mut array.name), notes);
+            }
+        }
+    }
+}
+
+/// Finds every array of the file.
+pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
+    let mut parser = Parser::open(bytes)?;
+    let root = parser.root()?;
+    let kind = parser.attribute(&root, "type")?.unwrap_or_default();
+    if kind == "Collection" {
+        return Err(
+            parser.error("a .pvd lists the meshes of a sequence; give the file of one of them")
+        );
+    }
+    let Some((name, grid)) = Grid::ALL.into_iter().find(|(name, _)| *name == kind) else {
+        return Err(parser.error(format!(
+            "the file has the VTK type {kind}; those that are read: UnstructuredGrid, PolyData, \
+             StructuredGrid, RectilinearGrid, ImageData, and PUnstructuredGrid (.pvtu)"
+        )));
+    };
+    let mut document = Document {
+        grid,
+        version: parser.version(&root)?,
+        has_marked_wedges: parser.attribute(&root, WEDGES)?.as_deref() == Some(OUTWARD),
+        layout: parser.layout(&root)?,
+        origin: [0.0; 3],
+        spacing: [1.0; 3],
+        direction: None,
+        field_data: Vec::new(),
+        pieces: Vec::new(),
+    };
+    let mut found = false;
+    while let Some(child) = parser.child("VTKFile")? {
+        match child {
+            Child::Element(e) if e.name().as_ref() == name => {
+                found = true;
+                parser.grid(&e, name, &mut document)?;
+            }
+            other => parser.skip(other)?,
+        }
+    }
+    if !found {
+        return Err(parser.error(format!("there is no element {name}")));
+    }
+    Ok(document)
+}
+
+impl<'a> Parser<'a> {
+    fn version(&self, root: &BytesStart) -> Result<(u32, u32)> {
+        let version = self.attribute(root, "version")?.unwrap_or_default();
+        let mut numbers = version.trim().split('.').map(|n| n.parse().unwrap_or(0));
+        Ok((numbers.next().unwrap_or(0), numbers.next().unwrap_or(0)))
+    }
+
+    fn layout(&self, root: &BytesStart) -> Result<Layout> {
+        let order = self.attribute(root, "byte_order")?;
+        let big_endian = match order.as_deref() {
+            Some("BigEndian") => true,
+            Some("LittleEndian") | None => false,
+            Some(other) => return Err(self.error(format!("byte_order \"{other}\" is not known"))),
+        };
+        let header = self.attribute(root, "header_type")?;
+        let header_bytes = match header.as_deref() {
+            Some("UInt32") | None => 4,
+            Some("UInt64") => 8,
+            Some(other) => return Err(self.error(format!("header_type \"{other}\" is not known"))),
+        };
+        let compressor = self.attribute(root, "compressor")?;
+        let compression = match compressor.as_deref() {
+            None | Some("") => Compression::None,
+            Some("vtkZLibDataCompressor") => Compression::Zlib,
+            Some("vtkLZ4DataCompressor") => Compression::Lz4,
+            Some("vtkLZMADataCompressor") => Compression::Lzma,
+            Some(other) => return Err(self.error(format!("compressor \"{other}\" is not known"))),
+        };
+        Ok(Layout {
+            big_endian,
+            header_bytes,
+            compression,
+        })
+    }
+
+    fn grid(
+        &mut self,
+        element: &BytesStart,
+        name: &str,
+        document: &mut Document<'a>,
+    ) -> Result<()> {
+        document.origin = self.numbers(element, "Origin")?.unwrap_or([0.0; 3]);
+        document.spacing = self.numbers(element, "Spacing")?.unwrap_or([1.0; 3]);
+        document.direction = self.numbers(element, "Direction")?;
+        while let Some(child) = self.child(name)? {
+            match child {
+                Child::Element(e) if e.name().as_ref() == "FieldData" => {
+                    document.field_data.extend(self.arrays("FieldData")?);
+                }
+                Child::Element(e) if e.name().as_ref() == "Piece" => {
+                    let piece = self.piece(&e)?;
+                    document.pieces.push(piece);
+                }
+                other => self.skip(other)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn piece(&mut self, element: &BytesStart) -> Result<Piece<'a>> {
+        const LISTS: [&str; 4] = ["Verts", "Lines", "Polys", "Strips"];
+        let mut piece = Piece {
+            n_points: self.count(element, "NumberOfPoints")?.unwrap_or(0),
+            n_cells: self.count(element, "NumberOfCells")?.unwrap_or(0),
+            extent: self.numbers(element, "Extent")?,
+            ..Piece::default()
+        };
+        for (list, name) in piece.lists.iter_mut().zip(LISTS) {
+            let count = self.count(element, &format!("NumberOf{name}"))?;
+            list.0 = count.unwrap_or(0);
+        }
+        while let Some(child) = self.child("Piece")? {
+            let Child::Element(element) = child else {
+                continue;
+            };
+            let name = element.name();
+            match name.as_ref() {
+                "Points" => {
+                    piece.points.extend(self.arrays("Points")?);
+                    // Errors name the array, whatever the file calls it.
+                    let arrays = piece.points.iter_mut();
+                    arrays.for_each(|array| array.name = "Points".into());
+                }
+                "Cells" => piece.cells.extend(self.arrays("Cells")?),
+                "Coordinates" => piece.cells.extend(self.arrays("Coordinates")?),
+                "PointData" => {
+                    piece.global_nodes = self.attribute(&element, "GlobalIds")?;
+                    piece.point_data.extend(self.arrays("PointData")?);
+                }
+                "CellData" => {
+                    piece.global_cells = self.attribute(&element, "GlobalIds")?;
+                    piece.cell_data.extend(self.arrays("CellData")?);
+                }
+                name => match LISTS.iter().position(|list| *list == name) {
+                    Some(list) => piece.lists[list].1.extend(self.arrays(LISTS[list])?),
+                    None => self.skip(Child::Element(element))?,
+                },
+            }
+        }
+        Ok(piece)
+    }
+
+    /// An attribute that is a list of `N` numbers.
+    fn numbers<T: std::str::FromStr + Copy + Default, const N: usize>(
+        &self,
+        element: &BytesStart,
+        name: &str,
+    ) -> Result<Option<[T; N]>> {
+        let Some(text) = self.attribute(element, name)? else {
+            return Ok(None);
+        };
+        let mut numbers = [T::default(); N];
+        let mut words = text.split_whitespace();
+        for number in &mut numbers {
+            let word = words.next().and_then(|word| word.parse().ok());
+            *number = word.ok_or_else(|| {
+                self.error(format!("{name}=\"{text}\" is not a list of {N} numbers"))
+            })?;
+        }
+        Ok(Some(numbers))
+    }
+}

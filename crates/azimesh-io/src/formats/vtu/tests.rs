@@ -1,0 +1,347 @@
+use super::*;
+use crate::formats::{Compression, Encoding, Precision, parse};
+use crate::mesh::{CellKind, CellSet, DataArray, Group, Values};
+use azimesh_core::diagnostic::formats::GroupWritten;
+
+/// Every kind of thing that a mesh can hold: mixed cells, a polyhedron, a face in two tags, zones,
+/// a group of lower dimension, arrays of every type.
+fn rich_mesh() -> Mesh {
+    let mut mesh = Mesh {
+        points: (0..14u32)
+            .map(|i| {
+                [
+                    f64::from(i % 3),
+                    f64::from(i) / 3.0,
+                    -0.1 * f64::from(i * i),
+                ]
+            })
+            .collect(),
+        ..Mesh::default()
+    };
+    let cells = &mut mesh.cells;
+    cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+    cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
+    cells.push(CellKind::Hexahedron, &[2, 3, 4, 5, 6, 7, 8, 9]);
+    let stream = [
+        4, 3, 10, 11, 12, 3, 10, 11, 13, 3, 11, 12, 13, 3, 10, 12, 13,
+    ];
+    cells.push_polyhedron(&stream).expect("a good stream");
+    cells.push(CellKind::Triangle, &[0, 1, 2]);
+    cells.push(CellKind::Polygon, &[2, 3, 4, 5, 6]);
+    cells.push(CellKind::Quadrilateral, &[2, 3, 4, 5]);
+    cells.push(CellKind::Line, &[0, 1]);
+    cells.push(CellKind::Vertex, &[13]);
+    let group = |dimension, name: &str, number, cells: &[usize]| Group {
+        dimension,
+        name: name.into(),
+        number: Some(number),
+        condition: None,
+        cells: cells.iter().copied().collect(),
+    };
+    mesh.groups = vec![
+        group(2, "wall <&\"> ä", 1, &[4, 5]),
+        group(2, "unused", 2, &[]),
+        group(2, "probe", 3, &[5, 6]),
+        group(3, "rotor", 1, &[0, 1]),
+        group(3, "outside", 2, &[2, 3]),
+        group(1, "edge", 1, &[7]),
+        group(0, "corner", 2, &[8]),
+    ];
+    mesh.cell_arrays = vec![
+        DataArray::scalar("i8", Values::I8((-4..5).collect())),
+        DataArray::scalar("u8", Values::U8((0..9).map(|i| i * 28).collect())),
+        DataArray::scalar("i16", Values::I16((0..9).map(|i| i * -3000).collect())),
+        DataArray::scalar("u16", Values::U16((0..9).map(|i| i * 7000).collect())),
+        DataArray::scalar(
+            "i32",
+            Values::I32((0..9).map(|i| i * -200_000_000).collect()),
+        ),
+        DataArray::scalar(
+            "u32",
+            Values::U32((0..9).map(|i| i * 400_000_000).collect()),
+        ),
+        DataArray::scalar("i64", Values::I64((0..9).map(|i| i64::MIN >> i).collect())),
+        DataArray::scalar("u64", Values::U64((0..9).map(|i| u64::MAX >> i).collect())),
+    ];
+    let thirds = |n: u16| (0..n).map(|i| f64::from(i) / 3.0 - 1e-300);
+    let velocity = Values::F64(thirds(42).collect());
+    mesh.point_arrays = vec![
+        DataArray {
+            component_names: vec!["u".into(), "v".into(), "w & x".into()],
+            ..DataArray::tuples("velocity", 3, velocity)
+        },
+        DataArray::scalar(
+            "p",
+            Values::F32(thirds(14).map(|x| x as f32 * 1e30).collect()),
+        ),
+        DataArray::tuples("stress", 11, Values::F64(thirds(154).collect())),
+    ];
+    mesh.field_arrays = vec![
+        DataArray::scalar("TimeValue", Values::F64(vec![0.1])),
+        DataArray::scalar(
+            "title",
+            Values::Text(vec!["a".into(), "".into(), "ü\n".into()]),
+        ),
+        DataArray::scalar("nothing", Values::I64(vec![])),
+    ];
+    mesh
+}
+
+fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Notes) {
+    let mut bytes = Vec::new();
+    let notes = Vtu
+        .write_file(&mesh.view(), &mut bytes, options)
+        .expect("it can be written");
+    (bytes, notes)
+}
+
+fn read(bytes: &[u8]) -> Mesh {
+    let mut mesh = parse(&Vtu, bytes, &ReadOptions::default()).expect("it can be read");
+    mesh.validate().expect("it is a good mesh");
+    mesh.merge_repeated_faces();
+    mesh
+}
+
+fn all_options() -> Vec<WriteOptions> {
+    use Compression::{Lz4, Lzma, None, Zlib};
+    let mut all = Vec::new();
+    for encoding in [Encoding::Raw, Encoding::Base64, Encoding::Ascii] {
+        for compression in [None, Zlib, Lz4, Lzma] {
+            for precision in [Precision::F64, Precision::F32] {
+                all.push(WriteOptions {
+                    pieces: Default::default(),
+                    encoding,
+                    compression,
+                    precision,
+                    tag_names: true,
+                });
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn everything_in_a_mesh_survives_every_way_of_writing_it() {
+    for options in all_options() {
+        let mut expected = rich_mesh();
+        let (bytes, notes) = written(&expected, &options);
+        assert_eq!(notes, []);
+        if options.precision == Precision::F32 {
+            let single = |x: &mut f64| *x = f64::from(*x as f32);
+            expected
+                .points
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(single);
+        }
+        assert_eq!(read(&bytes), expected, "{options:?}");
+    }
+}
+
+#[test]
+fn a_mesh_larger_than_a_block_survives_every_way_of_writing_it() {
+    let n = 70_000u32;
+    let mut mesh = Mesh {
+        points: (0..n)
+            .map(|i| [f64::from(i).sqrt(), -f64::from(i), 1.0 / f64::from(i + 1)])
+            .collect(),
+        ..Mesh::default()
+    };
+    for i in 3..n {
+        match i % 7 {
+            0 => mesh.cells.push(CellKind::Triangle, &[i, i - 1, i - 2]),
+            _ => mesh
+                .cells
+                .push(CellKind::Tetrahedron, &[i, i - 1, i - 2, i - 3]),
+        }
+    }
+    for encoding in [Encoding::Raw, Encoding::Base64, Encoding::Ascii] {
+        for compression in [
+            Compression::None,
+            Compression::Zlib,
+            Compression::Lz4,
+            Compression::Lzma,
+        ] {
+            let options = WriteOptions {
+                encoding,
+                compression,
+                ..WriteOptions::default()
+            };
+            assert_eq!(read(&written(&mesh, &options).0), mesh, "{options:?}");
+        }
+    }
+}
+
+#[test]
+fn an_empty_mesh_survives_every_way_of_writing_it() {
+    for options in all_options() {
+        assert_eq!(
+            read(&written(&Mesh::default(), &options).0),
+            Mesh::default(),
+            "{options:?}"
+        );
+    }
+}
+
+#[test]
+fn without_names_tags_keep_their_numbers() {
+    let mut mesh = rich_mesh();
+    mesh.groups.retain(|group| group.dimension == 2);
+    mesh.groups[0].number = Some(17);
+    let options = WriteOptions {
+        tag_names: false,
+        ..WriteOptions::default()
+    };
+    let (bytes, notes) = written(&mesh, &options);
+    assert_eq!(notes.len(), 2, "{notes:?}");
+    let names: Vec<_> = read(&bytes).groups.iter().map(|g| g.name.clone()).collect();
+    assert_eq!(names, ["3", "17"]);
+}
+
+#[test]
+fn a_cell_in_two_zones_keeps_the_first_and_is_noted() {
+    let mut mesh = rich_mesh();
+    mesh.groups[4].cells = [1, 2].into_iter().collect();
+    let (bytes, notes) = written(&mesh, &WriteOptions::default());
+    let (array, cell) = ("Zone", 1);
+    assert_eq!(
+        notes,
+        [GroupWritten::OfSeveral { n: 1, array, cell }.into()]
+    );
+    assert!(read(&bytes).groups[4].cells == [2].into_iter().collect::<CellSet>());
+}
+
+/// A grid in ASCII with one quadrilateral, its edges, and the given cell data.
+fn square(cell_data: &str) -> String {
+    format!(
+        r#"<?xml version="1.0"?><!-- made by hand -->
+<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="3"><CellData>{cell_data}</CellData>
+<Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 1 1 0</DataArray></Points>
+<Cells><DataArray type="Int32" Name="connectivity" format="ascii">0 1 2 3 0 1 1 3</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">4 6 8</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">8 3 3</DataArray></Cells>
+</Piece></UnstructuredGrid></VTKFile>"#
+    )
+}
+
+fn error(text: &str, tag_array: Option<&str>) -> String {
+    let options = ReadOptions {
+        tag_array: tag_array.map(str::to_owned),
+        ..ReadOptions::default()
+    };
+    let result = parse(&Vtu, text.as_bytes(), &options);
+    result.expect_err("it cannot be read").to_string()
+}
+
+#[test]
+fn a_pixel_becomes_a_quadrilateral() {
+    assert_eq!(read(square("").as_bytes()).cells.get(0).nodes, [0, 1, 3, 2]);
+}
+
+#[test]
+fn numbers_of_other_programs_become_tags_and_zones() {
+    for name in ["gmsh:physical", "CellEntityIds", "medit:ref"] {
+        let array =
+            format!(r#"<DataArray type="Int16" Name="{name}" format="ascii">9 5 5</DataArray>"#);
+        let mesh = read(square(&array).as_bytes());
+        let groups: Vec<_> = mesh
+            .groups
+            .iter()
+            .map(|g| (&g.name[..], g.dimension, g.cells.len()))
+            .collect();
+        assert_eq!(groups, [("5", 1, 2), ("9", 2, 1)]);
+        assert!(mesh.cell_arrays.is_empty());
+    }
+}
+
+#[test]
+fn the_users_tag_array_is_taken_and_a_missing_one_is_named() {
+    let array = r#"<DataArray type="Float64" Name="wall id" format="ascii">0 5 7</DataArray>"#;
+    let text = square(array);
+    let options = ReadOptions {
+        tag_array: Some("wall id".into()),
+        ..ReadOptions::default()
+    };
+    let mesh = parse(&Vtu, text.as_bytes(), &options).expect("it can be read");
+    assert_eq!(mesh.boundary_tags().count(), 2);
+    let message = error(&text, Some("wall_id"));
+    assert!(message.contains("did you mean wall id") && message.contains("cell arrays: wall id"));
+}
+
+#[test]
+fn errors_say_where_and_what() {
+    let good = square("");
+    let cases = [
+        (
+            "0 1 2 3 0 1",
+            "0 1 2 x 0 1",
+            "line 5: \"x\" is not a number of type Int32",
+        ),
+        (
+            "0 1 2 3 0 1",
+            "0 1 2 4 0 1",
+            " connectivity: entry 3 is 4; it must be from 0 to 3",
+        ),
+        (
+            "4 6 8",
+            "4 6 9",
+            "cell 2 is a line with 3 nodes; it must have 2",
+        ),
+        (
+            "4 6 8",
+            "4 3 8",
+            " offsets: cell 1 ends at 3, before the cell before it, which ends at 4",
+        ),
+        ("8 3 3", "8 3 44", "VTK type 44"),
+        ("8 3 3", "8 3", " types: "),
+        ("1 1 0</", "1 1</", " Points: "),
+        (
+            "type=\"UnstructuredGrid\"",
+            "type=\"Table\"",
+            "line 2: the file has the VTK type Table",
+        ),
+        ("</Cells>", "", "line 8"),
+    ];
+    for (from, to, expected) in cases {
+        let message = error(&good.replacen(from, to, 1), None);
+        assert!(message.contains(expected), "{message} / {expected}");
+    }
+}
+
+#[test]
+fn pieces_are_joined_and_keep_arrays_that_all_have() {
+    let piece = |x: i32, arrays: &str| {
+        format!(
+            r#"<Piece NumberOfPoints="3" NumberOfCells="1"><PointData>{arrays}</PointData>
+<Points><DataArray type="Int32" NumberOfComponents="3" format="ascii">{x} 0 0 {x} 1 0 {x} 0 1</DataArray></Points>
+<Cells><DataArray type="UInt64" Name="connectivity" format="ascii">2 1 0</DataArray>
+<DataArray type="UInt16" Name="offsets" format="ascii">3</DataArray>
+<DataArray type="Int32" Name="types" format="ascii">5</DataArray></Cells></Piece>"#
+        )
+    };
+    let array = |name: &str| {
+        format!(r#"<DataArray type="Int8" Name="{name}" format="ascii">1 2 3</DataArray>"#)
+    };
+    let text = format!(
+        r#"<VTKFile type="UnstructuredGrid"><UnstructuredGrid>{}<Piece NumberOfPoints="0" NumberOfCells="0"/>{}</UnstructuredGrid></VTKFile>"#,
+        piece(0, &(array("a") + &array("b"))),
+        piece(7, &array("b")),
+    );
+    let mesh = read(text.as_bytes());
+    assert_eq!(mesh.points[5], [7.0, 0.0, 1.0]);
+    assert_eq!(mesh.cells.connectivity(), [2, 1, 0, 5, 4, 3]);
+    assert_eq!(mesh.point_arrays.len(), 1);
+    assert_eq!(
+        mesh.point_arrays[0].values,
+        Values::I8(vec![1, 2, 3, 1, 2, 3])
+    );
+}
+
+#[test]
+fn the_version_is_not_that_of_xml() {
+    let head = b"<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"2.1\">";
+    assert_eq!(Vtu.version(head).as_deref(), Some("2.1"));
+    assert_eq!(Vtu.version(b"<?xml version=\"1.0\"?>"), None);
+}

@@ -1,0 +1,373 @@
+//! XML of VTK: elements, attributes, and where the values of an array lie.
+//!
+//! Knows nothing of how values are stored or of what they mean.
+
+use super::super::vtk::number::Element;
+use super::super::{Compression, Notes};
+use azimesh_core::diagnostic::formats::Read;
+use azimesh_core::error::{Error, Result};
+use quick_xml::XmlVersion;
+use quick_xml::events::attributes::Attribute;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::reader::Reader;
+use std::borrow::Cow;
+
+/// How binary values are laid out, the same for all arrays of a file.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::formats) struct Layout {
+    /// Byte order.
+    pub big_endian: bool,
+    /// Bytes of one number of a header: 4 or 8.
+    pub header_bytes: usize,
+    /// Compression of blocks.
+    pub compression: Compression,
+}
+
+/// One array and where its values lie.
+#[derive(Clone)]
+pub(in crate::formats) struct Array<'a> {
+    pub name: String,
+    pub element: Element,
+    /// Whether its values are bits, eight to a byte; `element` is then that of the bytes.
+    pub is_bits: bool,
+    pub n_components: usize,
+    pub component_names: Vec<String>,
+    /// Number of tuples, which only arrays of field data give.
+    pub n_tuples: Option<u64>,
+    pub encoding: DataEncoding,
+    /// The values as stored; of an appended array, all from its offset to the end of the section.
+    pub stored: &'a [u8],
+    /// The file up to the values, for line numbers.
+    pub before: &'a [u8],
+}
+
+/// The element after which the XML ends: bytes of any value follow.
+const APPENDED: &[u8] = b"<AppendedData";
+
+/// How the values of an array are encoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::formats) enum DataEncoding {
+    Ascii,
+    Base64,
+    Raw,
+}
+
+/// One-based line after `before`.
+pub(super) fn line_after(before: &[u8]) -> u64 {
+    1 + memchr::memchr_iter(b'\n', before).count() as u64
+}
+
+/// The data after the underscore of `<AppendedData encoding="...">_`, and where it starts.
+fn appended_section(bytes: &[u8], start: usize) -> Result<Appended> {
+    let fail = |message: &str| Error::input(message).line(line_after(&bytes[..start]));
+    let length = memchr::memchr(b'>', &bytes[start..])
+        .ok_or_else(|| fail("the file ends inside the element AppendedData"))?;
+    let tag = &bytes[start..=start + length];
+    let encoding = if memchr::memmem::find(tag, b"raw").is_some() {
+        DataEncoding::Raw
+    } else if memchr::memmem::find(tag, b"base64").is_some() {
+        DataEncoding::Base64
+    } else {
+        return Err(fail("AppendedData needs encoding=\"raw\" or \"base64\""));
+    };
+    let mut at = start + length + 1;
+    while bytes.get(at).is_some_and(u8::is_ascii_whitespace) {
+        at += 1;
+    }
+    if bytes.get(at) != Some(&b'_') {
+        return Err(fail(
+            "the data of AppendedData must start with an underscore",
+        ));
+    }
+    Ok(Appended {
+        encoding,
+        start: at + 1,
+    })
+}
+
+#[derive(Clone, Copy)]
+struct Appended {
+    encoding: DataEncoding,
+    start: usize,
+}
+
+/// A file with its XML in UTF-8: unchanged, or converted from Latin-1 where the XML is declared as that or is not
+/// valid UTF-8. Text of two bytes a character is left as it is.
+pub(in crate::formats) fn as_utf8<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow<'a, [u8]> {
+    let end = memchr::memmem::find(bytes, APPENDED).unwrap_or(bytes.len());
+    let (xml, data) = bytes.split_at(end);
+    let is_wide = xml.starts_with(b"\xff\xfe") || xml.starts_with(b"\xfe\xff");
+    if xml.is_ascii() || is_wide {
+        return bytes.into();
+    }
+    if !says_latin1(xml) {
+        if std::str::from_utf8(xml).is_ok() {
+            return bytes.into();
+        }
+        notes.push(Read::XmlLatin1);
+    }
+    let text: String = xml.iter().copied().map(char::from).collect();
+    let mut bytes = text.into_bytes();
+    bytes.extend_from_slice(data);
+    bytes.into()
+}
+
+/// Whether the declaration at the start names Latin-1.
+fn says_latin1(xml: &[u8]) -> bool {
+    let head = xml.trim_ascii_start();
+    let end = memchr::memmem::find(head, b"?>").filter(|_| head.starts_with(b"<?xml"));
+    let head = head[..end.unwrap_or(0)].to_ascii_lowercase();
+    let names: [&[u8]; 2] = [b"iso-8859-1", b"latin1"];
+    let mut names = names.iter();
+    names.any(|name| memchr::memmem::find(&head, name).is_some())
+}
+
+/// A encoding in the XML.
+pub(in crate::formats) struct Parser<'a> {
+    reader: Reader<&'a [u8]>,
+    bytes: &'a [u8],
+    appended: Option<Appended>,
+}
+
+/// The value of an attribute. VTK does not escape the `&` of a name; then it is taken as it is.
+fn value(attribute: &Attribute) -> String {
+    match attribute.normalized_value(XmlVersion::Implicit1_0) {
+        Ok(value) => value.into_owned(),
+        Err(_) => attribute.value.to_string(),
+    }
+}
+
+/// The content of an element.
+pub(in crate::formats) enum Child<'a> {
+    Element(BytesStart<'a>),
+    /// Text that is not blank, as a range of the file.
+    Text(std::ops::Range<usize>),
+}
+
+impl<'a> Parser<'a> {
+    /// At the start of a file.
+    pub fn open(bytes: &'a [u8]) -> Result<Self> {
+        let start = memchr::memmem::find(bytes, APPENDED);
+        let xml = &bytes[..start.unwrap_or(bytes.len())];
+        let text = std::str::from_utf8(xml).map_err(|error| {
+            let at = error.valid_up_to();
+            Error::input("the XML is neither UTF-8 nor Latin-1 text").byte(at as u64)
+        })?;
+        let appended = start
+            .map(|start| appended_section(bytes, start))
+            .transpose()?;
+        let mut reader = Reader::from_str(text);
+        reader.config_mut().expand_empty_elements = true;
+        Ok(Self {
+            reader,
+            bytes,
+            appended,
+        })
+    }
+
+    /// The outermost element, which must be VTKFile.
+    pub fn root(&mut self) -> Result<BytesStart<'a>> {
+        let root = loop {
+            match self.next_event()? {
+                Event::Start(root) => break root,
+                Event::Eof => return Err(self.error("there is no element VTKFile")),
+                _ => {}
+            }
+        };
+        if root.name().as_ref() != "VTKFile" {
+            return Err(self.error("the outermost element is not VTKFile"));
+        }
+        Ok(root)
+    }
+
+    /// Arrays inside an element.
+    pub fn arrays(&mut self, parent: &str) -> Result<Vec<Array<'a>>> {
+        let mut arrays = Vec::new();
+        while let Some(child) = self.child(parent)? {
+            match child {
+                Child::Element(e) if matches!(e.name().as_ref(), "DataArray" | "Array") => {
+                    arrays.push(self.array(&e)?);
+                }
+                other => self.skip(other)?,
+            }
+        }
+        Ok(arrays)
+    }
+
+    fn array(&mut self, element: &BytesStart) -> Result<Array<'a>> {
+        let name = self.attribute(element, "Name")?.unwrap_or_default();
+        let kind = self.attribute(element, "type")?.unwrap_or_default();
+        let is_bits = kind == "Bit";
+        let known = if is_bits {
+            Some(Element::UInt8)
+        } else {
+            Element::from_name(&kind)
+        };
+        let kind = known.ok_or_else(|| {
+            self.error(format!(
+                "array \"{name}\" has values of type \"{kind}\", which is not known"
+            ))
+        })?;
+        let n_components = match self.count(element, "NumberOfComponents")?.unwrap_or(1) {
+            0 => return Err(self.error(format!("array \"{name}\" has 0 components"))),
+            n => usize::try_from(n).map_err(|_| self.error("too many components"))?,
+        };
+        let component_names = self.component_names(element, n_components)?;
+        let n_tuples = self.count(element, "NumberOfTuples")?;
+        let format = self.attribute(element, "format")?;
+        let (encoding, start, end) = match format.as_deref() {
+            Some("appended") => self.appended_array(element, &name)?,
+            Some("binary") => self.inline(DataEncoding::Base64)?,
+            Some("ascii") | None => self.inline(DataEncoding::Ascii)?,
+            Some(other) => {
+                let message = format!("array \"{name}\" has the format \"{other}\"");
+                return Err(self.error(format!("{message}; known: ascii, binary, appended")));
+            }
+        };
+        Ok(Array {
+            name,
+            element: kind,
+            is_bits,
+            n_components,
+            component_names,
+            n_tuples,
+            encoding,
+            stored: &self.bytes[start..end],
+            before: &self.bytes[..start],
+        })
+    }
+
+    fn component_names(&self, element: &BytesStart, n_components: usize) -> Result<Vec<String>> {
+        const MOST: usize = 4096;
+        let mut names = Vec::new();
+        for attribute in element.attributes() {
+            let attribute = attribute.map_err(|error| self.error(error.to_string()))?;
+            let Some(index) = attribute.key.as_ref().strip_prefix("ComponentName") else {
+                continue;
+            };
+            let Ok(index) = index.parse::<usize>() else {
+                continue;
+            };
+            if index < n_components.min(MOST) {
+                names.resize(names.len().max(index + 1), String::new());
+                names[index] = value(&attribute);
+            }
+        }
+        Ok(names)
+    }
+
+    /// Values that stand inside the element: its first text. Whatever else is in it is skipped.
+    fn inline(&mut self, encoding: DataEncoding) -> Result<(DataEncoding, usize, usize)> {
+        let mut values = None;
+        while let Some(child) = self.child("DataArray")? {
+            match child {
+                Child::Text(range) if values.is_none() => values = Some(range),
+                Child::Text(_) => {
+                    return Err(self.error("the values are interrupted by an element"));
+                }
+                element => self.skip(element)?,
+            }
+        }
+        let at = self.reader.buffer_position() as usize;
+        let range = values.unwrap_or(at..at);
+        Ok((encoding, range.start, range.end))
+    }
+
+    fn appended_array(
+        &mut self,
+        element: &BytesStart,
+        name: &str,
+    ) -> Result<(DataEncoding, usize, usize)> {
+        let offset = self.count(element, "offset")?.ok_or_else(|| {
+            self.error(format!("array \"{name}\" is appended, but has no offset"))
+        })?;
+        self.inline(DataEncoding::Raw)?;
+        let section = self.appended.ok_or_else(|| {
+            self.error(format!(
+                "array \"{name}\" is appended, but the file has no AppendedData"
+            ))
+        })?;
+        let start = usize::try_from(offset)
+            .ok()
+            .and_then(|offset| section.start.checked_add(offset))
+            .filter(|start| *start <= self.bytes.len())
+            .ok_or_else(|| {
+                Error::input(format!(
+                    "its offset is {offset}, but the file has {} bytes of appended data",
+                    self.bytes.len() - section.start
+                ))
+                .dataset(name)
+            })?;
+        Ok((section.encoding, start, self.bytes.len()))
+    }
+
+    /// The next element or text inside `parent`; `None` at its end.
+    pub fn child(&mut self, parent: &str) -> Result<Option<Child<'a>>> {
+        loop {
+            let start = self.reader.buffer_position() as usize;
+            match self.next_event()? {
+                Event::Start(element) => return Ok(Some(Child::Element(element))),
+                Event::End(_) => return Ok(None),
+                // The XML is cut off where the appended data starts.
+                Event::Eof if parent == "VTKFile" && self.appended.is_some() => return Ok(None),
+                Event::Eof => {
+                    return Err(self.error(format!("the file ends inside the element {parent}")));
+                }
+                Event::Text(_) | Event::CData(_) => {
+                    let end = self.reader.buffer_position() as usize;
+                    if !self.bytes[start..end].trim_ascii().is_empty() {
+                        return Ok(Some(Child::Text(start..end)));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Passes over an element.
+    pub fn skip(&mut self, child: Child) -> Result<()> {
+        if let Child::Element(element) = child {
+            let skipped = self.reader.read_to_end(element.name()).map(drop);
+            skipped.map_err(|error| self.error(error.to_string()))?;
+        }
+        Ok(())
+    }
+
+    fn next_event(&mut self) -> Result<Event<'a>> {
+        let event = self.reader.read_event();
+        event.map_err(|error| {
+            let at = (self.reader.error_position() as usize).min(self.bytes.len());
+            Error::input(error.to_string()).line(line_after(&self.bytes[..at]))
+        })
+    }
+
+    /// The value of an attribute.
+    pub fn attribute(&self, element: &BytesStart, name: &str) -> Result<Option<String>> {
+        let attribute = element.try_get_attribute(name);
+        let attribute = attribute.map_err(|error| self.error(error.to_string()))?;
+        Ok(attribute.map(|attribute| value(&attribute)))
+    }
+
+    /// An attribute that is a whole number.
+    pub fn count(&self, element: &BytesStart, name: &str) -> Result<Option<u64>> {
+        let value = self.attribute(element, name)?;
+        let value = value
+            .as_deref()
+            .map(str::trim)
+            .filter(|value| !value.is_empty());
+        let count = value.map(|value| {
+            value.parse().map_err(|_| {
+                self.error(format!(
+                    "{name}=\"{value}\" is not a whole number, zero or more"
+                ))
+            })
+        });
+        count.transpose()
+    }
+
+    /// An error at this encoding.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        let at = (self.reader.buffer_position() as usize).min(self.bytes.len());
+        Error::input(message).line(line_after(&self.bytes[..at]))
+    }
+}

@@ -1,0 +1,63 @@
+//! Things known by a 64-bit key: sorted by it, those of two meshes with one key brought together.
+
+use azimesh_core::parallel::map;
+
+/// Keys with the index of what they stand for.
+pub type Keys = Vec<(u64, u32)>;
+
+/// Keys of one mesh that are looked at in one go.
+const CHUNK: usize = 1 << 15;
+
+/// A well-mixed number for each number: the finalizer of SplitMix64 (Steele, Lea and Flood, 2014).
+pub fn mixed(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// Calls `meet` with the entries of both that have one key, for each key, on all threads; gives what
+/// comes of each chunk, in order. Both are sorted.
+pub fn join<T: Send + Default>(
+    a: &[(u64, u32)],
+    b: &[(u64, u32)],
+    meet: impl Fn(&mut T, &[(u64, u32)], &[(u64, u32)]) + Sync,
+) -> Vec<T> {
+    let starts: Vec<u64> = a
+        .iter()
+        .step_by(CHUNK)
+        .skip(1)
+        .map(|(key, _)| *key)
+        .collect();
+    let cut = |keys: &[(u64, u32)], i: usize| {
+        let start = i.checked_sub(1).and_then(|i| starts.get(i));
+        start.map_or(if i == 0 { 0 } else { keys.len() }, |start| {
+            keys.partition_point(|(key, _)| key < start)
+        })
+    };
+    map(starts.len() + 1, &|i| {
+        let mut found = T::default();
+        let [a, b] = [a, b].map(|keys| &keys[cut(keys, i)..cut(keys, i + 1)]);
+        merge(a, b, |x, y| meet(&mut found, x, y));
+        found
+    })
+}
+
+fn merge(a: &[(u64, u32)], b: &[(u64, u32)], mut meet: impl FnMut(&[(u64, u32)], &[(u64, u32)])) {
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() || j < b.len() {
+        let key = match (a.get(i), b.get(j)) {
+            (Some(x), Some(y)) => x.0.min(y.0),
+            (x, y) => x.or(y).expect("one is left").0,
+        };
+        let (i_end, j_end) = (end(a, i, key), end(b, j, key));
+        meet(&a[i..i_end], &b[j..j_end]);
+        (i, j) = (i_end, j_end);
+    }
+}
+
+/// Where entries with another key than `key` begin, from `start` on.
+fn end(keys: &[(u64, u32)], start: usize, key: u64) -> usize {
+    let same = keys[start..].iter().take_while(|(other, _)| *other == key);
+    start + same.count()
+}

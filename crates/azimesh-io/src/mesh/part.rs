@@ -1,0 +1,510 @@
+//! A part of a mesh whose other parts lie with other ranks.
+//!
+//! Each rank answers for consecutive cells of the whole mesh, its own. Beside them it holds the cells that share a face
+//! with them and the boundary faces that touch them, so that all that is asked of an own cell can be answered without a
+//! message. Nodes and cells of a part are in the order of the whole mesh: what comes first there comes first here, and ties
+//! that go to the lowest index go the same way.
+//!
+//! Each rank also answers for consecutive nodes of the whole mesh. It holds these whether or not a cell of its part has them.
+//!
+//! A part that was read by slabs ([`Mesh::from_slabs`]) has no groups until it gets them by [`Mesh::set_whole_groups`].
+
+use super::node_bits::NodeBits;
+use super::{CellKind, CellSet, Group, Mesh, Origin};
+use azimesh_core::error::Result;
+use azimesh_core::parallel;
+use azimesh_core::ranks::Ranks;
+use azimesh_core::ranks::raw;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
+
+/// Own cells begin at multiples of this: no block over which sums are taken lies with two ranks.
+pub const SLAB: usize = 1 << 15;
+/// Own nodes begin at multiples of this.
+const NODE_SLAB: usize = 256;
+
+/// What a part of a mesh knows of the whole.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct RankPart {
+    /// All ranks; each has a part.
+    #[serde(skip)]
+    pub ranks: Ranks,
+    /// How many nodes the whole mesh has.
+    pub n_nodes: usize,
+    /// How many cells the whole mesh has.
+    pub n_cells: usize,
+    /// The groups of the whole mesh, with its numbers of cells.
+    pub groups: Vec<Group>,
+    /// For each rank its own nodes, by their numbers in the whole mesh.
+    pub owners: Vec<Range<usize>>,
+    /// Whether all nodes of the whole mesh have the same z.
+    pub is_level: bool,
+    /// For each node here its number in the whole mesh, ascending.
+    #[serde(with = "raw")]
+    pub nodes: Vec<u32>,
+    /// For each cell here its number in the whole mesh, ascending.
+    #[serde(with = "raw")]
+    pub cells: Vec<u32>,
+    /// The own cells among those here.
+    pub own_cells: Range<usize>,
+    /// The own nodes among those here.
+    pub own_nodes: Range<usize>,
+}
+
+impl PartialEq for RankPart {
+    fn eq(&self, other: &Self) -> bool {
+        self.own_cells == other.own_cells
+            && self.own_nodes == other.own_nodes
+            && self.nodes == other.nodes
+            && self.cells == other.cells
+    }
+}
+
+/// The own nodes of each of `n` ranks, of `n_nodes` in the whole mesh.
+pub(crate) fn node_slab(n_nodes: usize, rank: usize, n: usize) -> Range<usize> {
+    let start = |rank: usize| (rank * n_nodes.div_ceil(NODE_SLAB) / n * NODE_SLAB).min(n_nodes);
+    start(rank)..start(rank + 1)
+}
+
+/// The own nodes of all of `n` ranks.
+pub(super) fn node_slabs(n_nodes: usize, n: usize) -> Vec<Range<usize>> {
+    (0..n).map(|rank| node_slab(n_nodes, rank, n)).collect()
+}
+
+/// The rank that owns a node of the whole mesh.
+pub(super) fn owner_of(node: u32, owners: &[Range<usize>]) -> usize {
+    owners.partition_point(|own| own.end <= node as usize)
+}
+
+/// Where consecutive nodes of the whole mesh are among `nodes`, which are ascending and have all of them.
+pub(super) fn places_of(slab: &Range<usize>, nodes: &[u32]) -> Range<usize> {
+    let start = nodes.partition_point(|&node| (node as usize) < slab.start);
+    start..start + slab.len()
+}
+
+/// The own cells of each of `n` ranks.
+pub(super) fn slab(n_cells: usize, rank: usize, n: usize) -> Range<usize> {
+    let n_slabs = n_cells.div_ceil(SLAB);
+    let start = |rank: usize| (rank * n_slabs / n * SLAB).min(n_cells);
+    start(rank)..start(rank + 1)
+}
+
+/// The rank that a cell belongs to.
+fn rank_of(n_cells: usize, cell: usize, n: usize) -> u32 {
+    let is_before = |rank: &usize| slab(n_cells, *rank, n).end <= cell;
+    (0..n).take_while(is_before).count() as u32
+}
+
+impl Mesh {
+    /// The ranks that hold the mesh: this one alone, unless it is a part.
+    pub fn ranks(&self) -> Ranks {
+        self.part
+            .as_ref()
+            .map_or_else(Ranks::alone, |part| part.ranks.clone())
+    }
+
+    /// Whether all nodes have the same z; of a part whether those of the whole mesh have.
+    pub fn is_level(&self) -> bool {
+        let is_here = || self.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
+        self.part
+            .as_ref()
+            .map_or_else(is_here, |part| part.is_level)
+    }
+
+    /// The cells that this rank answers for: all, or those of its part.
+    pub fn own_cells(&self) -> Range<usize> {
+        match &self.part {
+            None => 0..self.cells.len(),
+            Some(part) => part.own_cells.clone(),
+        }
+    }
+
+    /// How many nodes there are, in the whole mesh where this is a part.
+    pub(crate) fn n_nodes_of_all(&self) -> usize {
+        let part = self.part.as_ref();
+        part.map_or(self.points.len(), |part| part.n_nodes)
+    }
+
+    /// By how much the number of an own cell in the whole mesh is larger than here.
+    pub fn own_offset(&self) -> usize {
+        let Some(part) = &self.part else { return 0 };
+        let first = part.own_cells.start;
+        part.cells
+            .get(first)
+            .map_or(0, |&number| number as usize - first)
+    }
+
+    /// How many cells there are, in the whole mesh where this is a part.
+    pub fn n_cells_of_all(&self) -> usize {
+        let part = self.part.as_ref();
+        part.map_or(self.cells.len(), |part| part.n_cells)
+    }
+
+    /// The groups of the whole mesh, with its numbers of cells.
+    pub fn groups_of_all(&self) -> &[Group] {
+        let part = self.part.as_ref();
+        part.map_or(&self.groups, |part| &part.groups)
+    }
+
+    /// Sets the groups of the whole mesh. A part also gets the cells of each group that it has.
+    pub fn set_whole_groups(&mut self, groups: Vec<Group>) {
+        let Some(part) = &mut self.part else {
+            self.groups = groups;
+            return;
+        };
+        let place = |cell: usize| part.cells.partition_point(|&here| (here as usize) < cell);
+        let here = |group: &Group| {
+            let mut cells = CellSet::new();
+            for range in group.cells.ranges() {
+                cells.push_range(place(range.start)..place(range.end));
+            }
+            Group {
+                cells,
+                ..group.clone()
+            }
+        };
+        self.groups = groups.iter().map(here).collect();
+        Arc::make_mut(part).groups = groups;
+    }
+
+    /// The nodes that this rank owns: all, or the own nodes of its part.
+    pub fn own_nodes(&self) -> Range<usize> {
+        match &self.part {
+            None => 0..self.points.len(),
+            Some(part) => part.own_nodes.clone(),
+        }
+    }
+
+    /// The number of the first own node in the whole mesh.
+    pub fn first_own_node(&self) -> usize {
+        let part = self.part.as_ref();
+        part.map_or(0, |part| part.owners[part.ranks.rank()].start)
+    }
+
+    /// Reports if this rank owns a node.
+    pub fn owns_node(&self, node: u32) -> bool {
+        self.own_nodes().contains(&(node as usize))
+    }
+
+    /// The number of a node in the whole mesh.
+    #[inline]
+    pub fn number_of_node(&self, node: u32) -> u32 {
+        match &self.part {
+            None => node,
+            Some(part) => part.nodes[node as usize],
+        }
+    }
+
+    /// The node here that has this number in the whole mesh.
+    pub fn node_here(&self, number: u32) -> Option<u32> {
+        match &self.part {
+            None => ((number as usize) < self.points.len()).then_some(number),
+            Some(part) => place_in(&part.nodes, &part.own_nodes, number),
+        }
+    }
+
+    /// The number of a cell in the whole mesh.
+    #[inline]
+    pub fn number_of_cell(&self, cell: u32) -> u32 {
+        match &self.part {
+            None => cell,
+            Some(part) => part.cells[cell as usize],
+        }
+    }
+
+    /// The cell here that has this number in the whole mesh.
+    pub fn cell_here(&self, number: u32) -> Option<u32> {
+        match &self.part {
+            None => ((number as usize) < self.cells.len()).then_some(number),
+            Some(part) => place_in(&part.cells, &part.own_cells, number),
+        }
+    }
+
+    /// Gives each rank a part of the mesh that rank 0 has.
+    ///
+    /// # Errors
+    /// That of rank 0, on all ranks, where it has none.
+    pub fn shared(of_first: Result<Self>, ranks: &Ranks) -> Result<Self> {
+        if ranks.n() == 1 {
+            return of_first;
+        }
+        let of_first = match ranks.is_first() {
+            true => of_first.map(Some),
+            false => Ok(None),
+        };
+        let whole = ranks.all_ok(of_first)?;
+        Ok(Self::shared_of(whole.as_ref(), ranks))
+    }
+
+    /// Gives each rank a part of the mesh that rank 0 has, without its arrays.
+    pub fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> Self {
+        let mut cut = whole.map(|whole| Cut::new(whole, ranks.n()));
+        let mut parcel = |rank: usize| Some(cut.as_mut()?.parcel(rank));
+        let mut part = ranks.scatter(&mut parcel).opened(ranks);
+        part.set_whole_groups(ranks.broadcast(whole.map(|whole| whole.groups.clone())));
+        part
+    }
+}
+
+/// The place of a number among ascending ones, of which those in `own` have no gaps.
+fn place_in(numbers: &[u32], own: &Range<usize>, number: u32) -> Option<u32> {
+    if let Some(first) = numbers[own.clone()].first()
+        && let Some(at) = number.checked_sub(*first)
+        && (at as usize) < own.len()
+    {
+        return Some(own.start as u32 + at);
+    }
+    numbers.binary_search(&number).ok().map(|at| at as u32)
+}
+
+/// No rank.
+const NONE: u32 = u32::MAX;
+/// Nodes of one task.
+const BLOCK: usize = 1 << 16;
+
+/// A mesh that is being cut into parts, in a time that does not grow with their number.
+struct Cut<'a> {
+    mesh: &'a Mesh,
+    n_ranks: usize,
+    is_level: bool,
+    /// For each rank, ascending, the cells of others that it needs.
+    halos: Vec<Vec<u32>>,
+    /// For each node of the part that is being made its number there.
+    numbers: Vec<u32>,
+    /// The nodes of that part; none between two parts.
+    is_here: NodeBits,
+}
+
+impl<'a> Cut<'a> {
+    fn new(mesh: &'a Mesh, n_ranks: usize) -> Self {
+        let touching = Touching::new(mesh, n_ranks);
+        let dimension = mesh.dimension();
+        let needed = parallel::concat_blocks(mesh.cells.len(), SLAB, &|range| {
+            let mut found = Vec::new();
+            let own = rank_of(mesh.cells.len(), range.start, n_ranks);
+            for run in mesh.cells.runs_in(range) {
+                let Some(wanted) = nodes_to_share(run.kind, dimension) else {
+                    continue;
+                };
+                for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
+                    let ranks = touching.ranks_that_share(wanted, nodes, own);
+                    found.extend(ranks.map(|rank| (rank, cell as u32)));
+                }
+            }
+            found
+        });
+        let mut halos = vec![Vec::new(); n_ranks];
+        for (rank, cell) in needed {
+            halos[rank as usize].push(cell);
+        }
+        Self {
+            mesh,
+            n_ranks,
+            is_level: mesh.is_level(),
+            halos,
+            numbers: vec![0; mesh.points.len()],
+            is_here: NodeBits::new(&(0..mesh.points.len())),
+        }
+    }
+
+    /// The part of a rank; each is asked for once.
+    fn parcel(&mut self, rank: usize) -> Parcel {
+        let mesh = self.mesh;
+        let own = slab(mesh.cells.len(), rank, self.n_ranks);
+        let halo = std::mem::take(&mut self.halos[rank]);
+        let (before, after) =
+            halo.split_at(halo.partition_point(|&cell| (cell as usize) < own.start));
+        let own_cells = (own.start as u32)..(own.end as u32);
+        let cells: Vec<u32> = before.iter().copied().chain(own_cells).collect();
+        let cells = [&cells[..], after].concat();
+        let runs: Vec<Range<usize>> = cells
+            .chunk_by(|a, b| a + 1 == *b)
+            .map(|run| run[0] as usize..run[run.len() - 1] as usize + 1)
+            .collect();
+        let own_nodes = node_slab(mesh.points.len(), rank, self.n_ranks);
+        let nodes = self.number(&runs, &own_nodes);
+        let mut cells_here = mesh.cells.select_runs(&runs);
+        cells_here.renumber_nodes(&self.numbers);
+        let here = Mesh {
+            points: parallel::collect(nodes.len(), |i| mesh.points[nodes[i] as usize]),
+            groups: Vec::new(),
+            point_arrays: Vec::new(),
+            cell_arrays: Vec::new(),
+            field_arrays: Vec::new(),
+            // A rank without cells of that dimension knows it from here.
+            space: (mesh.dimension() > 0).then(|| mesh.dimension()),
+            origin: Origin::default(),
+            part: None,
+            cells: cells_here,
+        };
+        let part = RankPart {
+            ranks: Ranks::alone(),
+            n_nodes: mesh.points.len(),
+            n_cells: mesh.cells.len(),
+            groups: Vec::new(),
+            owners: node_slabs(mesh.points.len(), self.n_ranks),
+            is_level: self.is_level,
+            own_cells: before.len()..before.len() + own.len(),
+            own_nodes: places_of(&own_nodes, &nodes),
+            nodes,
+            cells,
+        };
+        Parcel { mesh: here, part }
+    }
+
+    /// Numbers the nodes of some cells and the own ones in their order, and gives them.
+    fn number(&mut self, runs: &[Range<usize>], own: &Range<usize>) -> Vec<u32> {
+        self.is_here.add_all(own);
+        self.is_here.add_nodes_of(&self.mesh.cells, runs);
+        let nodes = self.is_here.take();
+        let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
+        parallel::for_blocks(&mut self.numbers, BLOCK, &|first, numbers| {
+            for at in before(first)..before(first + numbers.len()) {
+                numbers[nodes[at] as usize - first] = at as u32;
+            }
+        });
+        nodes
+    }
+}
+
+/// How many nodes of a cell another rank has to have cells at if it is to hold the cell: as many as a face has, or one of a
+/// boundary face. None where other ranks have no use for it.
+pub(super) fn nodes_to_share(kind: CellKind, dimension: u8) -> Option<u32> {
+    match kind.dimension() {
+        of if of == dimension => Some(u32::from(dimension).max(1)),
+        of if of + 1 == dimension => Some(1),
+        _ => None,
+    }
+}
+
+/// Counts a rank once more.
+pub(super) fn count(counts: &mut Vec<(u32, u32)>, rank: u32) {
+    match counts.iter_mut().find(|of| of.0 == rank) {
+        Some((_, n)) => *n += 1,
+        None => counts.push((rank, 1)),
+    }
+}
+
+fn zeros<T: Default>(n: usize) -> Vec<T> {
+    std::iter::repeat_with(T::default).take(n).collect()
+}
+
+/// Which ranks have own cells at each node.
+struct Touching {
+    /// The first of them.
+    first: Vec<u32>,
+    /// Whether there are others.
+    is_shared: Vec<bool>,
+    /// Each other, with its node; ascending.
+    others: Vec<(u32, u32)>,
+}
+
+impl Touching {
+    fn new(mesh: &Mesh, n_ranks: usize) -> Self {
+        // The last rank at a node, and `n_ranks` less the first: both begin at zero and grow.
+        let last: Vec<AtomicU32> = zeros(mesh.points.len());
+        let first: Vec<AtomicU32> = zeros(mesh.points.len());
+        let (cells, n) = (&mesh.cells, n_ranks as u32);
+        let grow = |value: &AtomicU32, to: u32| {
+            if value.load(Relaxed) < to {
+                value.fetch_max(to, Relaxed);
+            }
+        };
+        let blocks = (0..cells.len()).step_by(SLAB);
+        parallel::for_items(blocks, &|_, start| {
+            let rank = rank_of(cells.len(), start, n_ranks);
+            let runs = cells.runs_in(start..cells.len().min(start + SLAB));
+            for &node in runs.flat_map(|run| run.connectivity) {
+                grow(&last[node as usize], rank);
+                grow(&first[node as usize], n - rank);
+            }
+        });
+        let first = parallel::collect(first.len(), |node| match first[node].load(Relaxed) {
+            0 => NONE,
+            from_end => n - from_end,
+        });
+        let is_shared = parallel::collect(first.len(), |node| {
+            first[node] != NONE && first[node] != last[node].load(Relaxed)
+        });
+        let mut others = parallel::concat_blocks(cells.len(), SLAB, &|range| {
+            let rank = rank_of(cells.len(), range.start, n_ranks);
+            let nodes = cells.runs_in(range).flat_map(|run| run.connectivity);
+            let other = |node: &&u32| first[**node as usize] < rank;
+            nodes.filter(other).map(|&node| (node, rank)).collect()
+        });
+        parallel::sort(&mut others);
+        others.dedup();
+        Self {
+            first,
+            is_shared,
+            others,
+        }
+    }
+
+    /// The ranks but `own` that have own cells at so many of these nodes or more.
+    fn ranks_that_share(&self, wanted: u32, nodes: &[u32], own: u32) -> impl Iterator<Item = u32> {
+        let mut counts: Vec<(u32, u32)> = Vec::new();
+        let mut count = |rank: u32| {
+            if rank != own {
+                count(&mut counts, rank);
+            }
+        };
+        for &node in nodes {
+            count(self.first[node as usize]);
+            if self.is_shared[node as usize] {
+                let start = self.others.partition_point(|other| other.0 < node);
+                let others = self.others[start..].iter();
+                others
+                    .take_while(|other| other.0 == node)
+                    .for_each(|other| count(other.1));
+            }
+        }
+        counts
+            .into_iter()
+            .filter(move |of| of.1 >= wanted)
+            .map(|of| of.0)
+    }
+}
+
+/// A part of a mesh with what it knows of the whole, as it is sent.
+#[derive(Serialize, Deserialize)]
+struct Parcel {
+    mesh: Mesh,
+    part: RankPart,
+}
+
+impl Parcel {
+    /// The part as a mesh.
+    fn opened(self, ranks: &Ranks) -> Mesh {
+        let Self { mut mesh, mut part } = self;
+        part.ranks = ranks.clone();
+        mesh.part = Some(Arc::new(part));
+        mesh
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_node_belongs_to_one_rank() {
+        for n_nodes in [1, 255, 256, 257, 1000, 5000] {
+            for n in [1, 2, 3, 7, 30] {
+                let mut end = 0;
+                for rank in 0..n {
+                    let slab = node_slab(n_nodes, rank, n);
+                    assert_eq!(slab.start, end);
+                    end = slab.end;
+                    let slabs = node_slabs(n_nodes, n);
+                    let rank_of = |node: usize| owner_of(node as u32, &slabs);
+                    assert!(slab.into_iter().all(|node| rank_of(node) == rank));
+                }
+                assert_eq!(end, n_nodes);
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Metrics beyond those of the summary: Jacobian, aspect ratio, condition, shape, angles and skew.
+//!
+//! Owns what they are for each kind of cell: VTK's where VTK has the metric (but for the faults of
+//! VTK that are named where they are avoided). They take roots and arc cosines of every cell, so
+//! they are computed only on request.
+
+mod plane;
+mod solid;
+
+use super::angles::Angles;
+use super::reference::Reference;
+use super::span::Span;
+use super::visit::{self, CHUNK};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::parallel::{self, block};
+use azimesh_io::mesh::{CellKind, DataArray, Mesh, Values};
+use std::ops::Range;
+
+/// Number of these metrics.
+pub(super) const N_DETAILS: usize = 7;
+
+/// Name of each in tables, and of its cell array.
+pub(super) const NAMES: [(&str, &str); N_DETAILS] = [
+    ("jacobian", "Jacobian"),
+    ("aspect_ratio", "AspectRatio"),
+    ("condition", "Condition"),
+    ("shape", "Shape"),
+    ("min_angle", "MinAngle"),
+    ("max_angle", "MaxAngle"),
+    ("skew", "Skew"),
+];
+
+/// Those of one cell; NaN where its kind does not have the metric, infinite where a flat cell has
+/// no bound.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Detail {
+    /// Smallest Jacobian at a corner (and at the centre of a hexahedron); of a triangle twice its area.
+    pub jacobian: f64,
+    /// Longest edge over the diameter of the inscribed circle or sphere, 1 for the ideal cell.
+    pub aspect_ratio: f64,
+    /// Largest condition number of the Jacobian matrix at a corner, 1 for the ideal cell.
+    pub condition: f64,
+    /// Smallest mean ratio at a corner: 1 for the ideal cell, 0 for an inverted one.
+    pub shape: f64,
+    /// Smallest and largest angle in degrees: between the faces of a tetrahedron, of the faces of
+    /// other cells.
+    pub angle: Span,
+    /// Largest cosine between the principal axes: 0 to 1.
+    pub skew: f64,
+}
+
+impl Detail {
+    pub(super) const NONE: Self = Self {
+        jacobian: f64::NAN,
+        aspect_ratio: f64::NAN,
+        condition: f64::NAN,
+        shape: f64::NAN,
+        angle: Span::UNDEFINED,
+        skew: f64::NAN,
+    };
+
+    /// In the order of [`NAMES`].
+    pub(super) fn values(&self) -> [f64; N_DETAILS] {
+        [
+            self.jacobian,
+            self.aspect_ratio,
+            self.condition,
+            self.shape,
+            self.angle.low,
+            self.angle.high,
+            self.skew,
+        ]
+    }
+
+    /// Of a cell with these extreme `angles`, as its mirror image where `sign` is negative.
+    fn of(kind: CellKind, cell: &Placed<'_>, sign: i8, angles: &Angles) -> Self {
+        let turn = f64::from(sign);
+        let facing = cell.facing.map(|x| turn * x);
+        let detail = match kind.linear() {
+            CellKind::Triangle => plane::triangle(&cell.corners(1.0), facing),
+            CellKind::Quadrilateral => plane::quadrilateral(&cell.corners(1.0), facing),
+            CellKind::Tetrahedron => solid::tetrahedron(&cell.corners(turn)),
+            CellKind::Pyramid => solid::pyramid(&cell.corners(turn)),
+            CellKind::Wedge => solid::wedge(&cell.corners(turn)),
+            CellKind::Hexahedron => solid::hexahedron(&cell.corners(turn)),
+            _ => return Self::NONE,
+        };
+        let angle = match kind.linear() {
+            CellKind::Tetrahedron => angles.between_faces(),
+            _ => angles.of_faces(),
+        };
+        Self { angle, ..detail }
+    }
+}
+
+/// A cell where it is.
+struct Placed<'a> {
+    nodes: &'a [u32],
+    points: &'a [Vector],
+    facing: Vector,
+}
+
+impl Placed<'_> {
+    /// Its corners, with x multiplied by `turn`.
+    fn corners<const N: usize>(&self, turn: f64) -> [Vector; N] {
+        let mut corners = [[0.0; 3]; N];
+        for k in 0..N {
+            let [x, y, z] = self.points[self.nodes[k] as usize];
+            corners[k] = [turn * x, y, z];
+        }
+        corners
+    }
+}
+
+/// Calls `visit(cell, summary's metrics, these)` for the volume cells of `range`, in order.
+pub(super) fn each(
+    mesh: &Mesh,
+    points: &[Vector],
+    reference: &Reference,
+    range: Range<usize>,
+    mut visit: impl FnMut(usize, &super::metrics::Metrics, &Detail),
+) {
+    let facing = reference.facing();
+    visit::volume_cells(mesh, points, facing, range, |first, block| {
+        let runs = mesh.cells.runs_in(first..first + block.n);
+        let cells = runs.flat_map(|run| run.cells().map(move |nodes| (run.kind, nodes)));
+        for (i, (kind, nodes)) in cells.enumerate() {
+            let (cell, metrics) = (first + i, block.get(i));
+            let facing = facing.of(cell);
+            let placed = Placed {
+                nodes,
+                points,
+                facing,
+            };
+            let detail = Detail::of(kind, &placed, reference.sign(cell), &metrics.angles);
+            visit(cell, &metrics, &detail);
+        }
+    });
+}
+
+/// The metrics beyond those of [`super::per_cell`] as cell arrays `Jacobian`, `AspectRatio`,
+/// `Condition`, `Shape`, `MinAngle`, `MaxAngle` (degrees) and `Skew`. Boundary faces, and cells
+/// whose kind does not have the metric, hold NaN.
+///
+/// # Panics
+/// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
+pub fn detail_arrays(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<DataArray> {
+    let n_cells = mesh.cells.len();
+    let mut columns = [(); N_DETAILS].map(|()| vec![f64::NAN; n_cells]);
+    let mut chunks: Vec<Vec<&mut [f64]>> = Vec::new();
+    chunks.resize_with(n_cells.div_ceil(CHUNK), || Vec::with_capacity(N_DETAILS));
+    for column in &mut columns {
+        for (chunk, part) in chunks.iter_mut().zip(column.chunks_mut(CHUNK)) {
+            chunk.push(part);
+        }
+    }
+    parallel::for_items(chunks, &|chunk, mut parts| {
+        let range = block(n_cells, CHUNK, chunk);
+        let first = range.start;
+        each(mesh, points, reference, range, |cell, _, detail| {
+            for (part, value) in parts.iter_mut().zip(detail.values()) {
+                part[cell - first] = value;
+            }
+        });
+    });
+    let named = NAMES.iter().zip(columns);
+    named
+        .map(|((_, name), column)| DataArray::scalar(*name, Values::F64(column)))
+        .collect()
+}
+
+/// `a / b`, and infinite where `b` is not positive.
+fn over(a: f64, b: f64) -> f64 {
+    if b > 0.0 { a / b } else { f64::INFINITY }
+}

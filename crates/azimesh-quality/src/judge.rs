@@ -1,0 +1,129 @@
+//! All measures of a mesh, with the data that is made once for all of its steps.
+
+use super::cells::per_cell;
+use super::detail::{N_DETAILS, detail_arrays};
+use super::faces::{self, FaceSummary};
+use super::reference::Reference;
+use super::size_skew::{self, ReferenceSizes};
+use super::summary::{Summary, assess};
+use super::validity;
+use azimesh_core::geometry::vector::Vector;
+use azimesh_io::mesh::{Adjacency, BoundedCells, DataArray, Mesh};
+use std::sync::OnceLock;
+
+/// Data of the reference mesh that later positions are judged by.
+#[derive(Debug)]
+pub struct Judge {
+    /// Orientation of the cells in the reference mesh.
+    pub reference: Reference,
+    /// Sizes of the cells in the reference mesh.
+    sizes: ReferenceSizes,
+    /// Which cells share each face.
+    pub adjacency: Adjacency,
+    /// Of which cell a boundary face has the values; made with the first arrays.
+    bounded: OnceLock<BoundedCells>,
+    workspace: faces::Workspace,
+}
+
+/// All that a mesh is assessed by, with the cells that have the extremes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Assessment {
+    /// Of its cells.
+    pub cells: Summary,
+    /// Of its faces.
+    pub faces: FaceSummary,
+}
+
+impl Assessment {
+    /// Names and values, those of `steps.csv` among them; a metric that is not defined is `None`.
+    pub fn columns(&self) -> Vec<(&'static str, Option<f64>)> {
+        let mut columns = self.cells.columns().to_vec();
+        columns.extend(self.faces.columns());
+        columns.extend(self.cells.size_skew.columns());
+        columns.push(("unproven", Some(self.cells.unproven as f64)));
+        columns
+    }
+}
+
+impl Judge {
+    /// For the reference mesh: orientation of its cells, and its faces.
+    pub fn new(mesh: &Mesh) -> Self {
+        let (reference, sizes) = Reference::with_sizes(mesh);
+        Self {
+            reference,
+            sizes,
+            adjacency: Adjacency::of(mesh),
+            bounded: OnceLock::new(),
+            workspace: faces::Workspace::default(),
+        }
+    }
+
+    /// Quality of `mesh` with nodes at `points`, relative to the reference mesh.
+    ///
+    /// # Panics
+    /// When there are fewer positions than nodes, or the mesh has other cells than the reference.
+    pub fn assess(&self, mesh: &Mesh, points: &[Vector]) -> Assessment {
+        self.complete(self.cells(mesh, points), mesh, points)
+    }
+
+    /// The part of [`Judge::assess`] that tells of inverted cells.
+    pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
+        let mut cells = assess(mesh, points, &self.reference, &self.sizes);
+        let validity = validity::assess(mesh, points, &self.reference, mesh.own_cells());
+        cells.take_validity(&validity, mesh);
+        cells
+    }
+
+    /// The result of [`Judge::assess`], from that of [`Judge::cells`].
+    pub fn complete(&self, cells: Summary, mesh: &Mesh, points: &[Vector]) -> Assessment {
+        Assessment {
+            cells,
+            faces: self.faces(mesh, points),
+        }
+    }
+
+    /// The part of [`Judge::assess`] that measures faces.
+    pub fn faces(&self, mesh: &Mesh, points: &[Vector]) -> FaceSummary {
+        faces::assess(
+            mesh,
+            points,
+            &self.reference,
+            &self.adjacency,
+            &self.workspace,
+        )
+    }
+
+    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](crate::CellMetrics) and
+    /// further ones of the Verdict library, then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`. A boundary
+    /// face has the values of the cell that it bounds, so that pictures of a boundary show them.
+    ///
+    /// # Panics
+    /// As [`Judge::assess`].
+    pub fn arrays(&self, mesh: &Mesh, points: &[Vector]) -> Vec<DataArray> {
+        let mut arrays = per_cell(mesh, points, &self.reference).into_arrays();
+        arrays.extend(detail_arrays(mesh, points, &self.reference));
+        let faces = faces::per_cell(mesh, points, &self.reference, &self.adjacency);
+        arrays.extend(faces.into_arrays());
+        let size_skew = size_skew::per_cell(mesh, points, &self.reference, &self.sizes);
+        arrays.push(size_skew);
+        let bounded = self.bounded.get_or_init(|| BoundedCells::of(mesh));
+        for array in &mut arrays {
+            bounded.give_values(array);
+        }
+        arrays
+    }
+
+    /// Bytes of one cell in all [arrays](Self::arrays): a flag, four metrics of the summary, the
+    /// details, three of faces, and the size-skew. The cells of boundary faces are in
+    /// [estimate_bytes](Self::estimate_bytes).
+    pub const ARRAY_BYTES: usize = 1 + 8 * (4 + N_DETAILS + 3 + 1);
+
+    /// Bytes that judging a mesh will take, one step at a time, before anything is made.
+    pub fn estimate_bytes(mesh: &Mesh) -> usize {
+        let dimension = mesh.dimension();
+        let runs = mesh.cells.runs();
+        let below = runs.filter(|run| run.kind.dimension() + 1 == dimension);
+        let bounded = 8 * below.map(|run| run.n_cells()).sum::<usize>();
+        9 * mesh.cells.len() + Adjacency::estimate_bytes(mesh) + faces::step_bytes(mesh) + bounded
+    }
+}

@@ -1,0 +1,211 @@
+//! How each cell of the reference mesh is oriented, so that later positions can be judged.
+
+use super::facing::Facing;
+use super::flaws::has_volume;
+use super::metrics::Metrics;
+use super::plane::vector_area;
+use super::size_skew::ReferenceSizes;
+use super::validity;
+use super::visit::{self, CHUNK};
+use azimesh_core::geometry::vector::unit;
+use azimesh_core::parallel::{self, block};
+use azimesh_io::mesh::{Adjacency, CellKind, Mesh, orientations};
+
+/// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
+/// surface mesh that does not lie in a plane of constant z.
+///
+/// A solid cell is positive in the node order of the Verdict library. A plane cell is positive when
+/// it turns anticlockwise seen from +z; a cell of a curved surface mesh is compared with its own
+/// normal in the reference.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    signs: Vec<i8>,
+    facing: Facing,
+    n_inverted: usize,
+    n_reversed: usize,
+    /// Cells that are valid at their corners but not proven to be so between them, ascending.
+    doubtful: Vec<u32>,
+}
+
+/// The sign of a cell that is valid in the reference, times this, where it is not: its orientation is not known later.
+const INVALID: i8 = 2;
+/// The same, where it has a volume of the orientation that most cells have: later its volume is judged.
+pub(super) const BY_VOLUME: i8 = 3;
+
+impl Reference {
+    /// Judges every volume cell of the mesh. Cannot fail.
+    pub fn new(mesh: &Mesh) -> Self {
+        Self::with_sizes(mesh).0
+    }
+
+    /// With the sizes of the valid cells, in the same pass.
+    pub fn with_sizes(mesh: &Mesh) -> (Self, ReferenceSizes) {
+        let facing = facing(mesh);
+        let n_cells = mesh.cells.len();
+        let solid = mesh.dimension() == 3;
+        let mut signs = vec![0i8; n_cells];
+        let mut sizes = parallel::collect(n_cells, |_| f64::NAN);
+        let judge = |chunk, (signs, sizes): (&mut [i8], &mut [f64])| {
+            let range = block(n_cells, CHUNK, chunk);
+            let first = range.start;
+            visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
+                for i in 0..block.n {
+                    let valid = block.get(i).orientation();
+                    let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
+                    signs[start + i - first] = match valid {
+                        0 if has_volume(mesh, start + i, block.volume[i]) => BY_VOLUME * sign,
+                        0 => INVALID * sign,
+                        valid => valid,
+                    };
+                    if valid != 0 {
+                        sizes[start + i - first] = block.size[i];
+                    }
+                }
+            });
+        };
+        let chunks = signs.chunks_mut(CHUNK).zip(sizes.chunks_mut(CHUNK));
+        parallel::for_items(chunks, &judge);
+        let own = &signs[mesh.own_cells()];
+        let count = |of: &(dyn Fn(i8) -> bool + Sync)| {
+            let counts = parallel::map_blocks(own.len(), CHUNK, &|range| {
+                own[range].iter().filter(|&&sign| of(sign)).count()
+            });
+            counts.into_iter().sum::<usize>()
+        };
+        let counts = [
+            count(&|sign| sign.abs() >= INVALID),
+            count(&|sign| sign == -1),
+            count(&|sign| sign > 0),
+            count(&|sign| sign < 0),
+        ];
+        let [n_invalid, n_mirrored, n_positive, n_negative] =
+            mesh.ranks().ordered_fold([0; 4], counts, |sum, own| {
+                (0..4).for_each(|i| sum[i] += own[i]);
+            });
+        let n_reversed = if solid { n_mirrored } else { 0 };
+        if n_invalid > 0 {
+            let common = if n_negative > n_positive { -1 } else { 1 };
+            for sign in signs
+                .iter_mut()
+                .filter(|sign| **sign == -common * BY_VOLUME)
+            {
+                *sign = -common * INVALID;
+            }
+        }
+        let mut reference = Self {
+            signs,
+            facing,
+            n_inverted: n_invalid + n_reversed,
+            n_reversed,
+            doubtful: Vec::new(),
+        };
+        let all = 0..n_cells;
+        let validity = validity::assess(mesh, &mesh.points, &reference, all);
+        reference.doubtful = [validity.inside, validity.unproven].concat();
+        reference.doubtful.sort_unstable();
+        (reference, ReferenceSizes(sizes))
+    }
+
+    /// For cells that are to be made valid: all are judged. Cells that are valid in `mesh` keep their orientation there if
+    /// it `is_reference`; else all have that in which they are listed like most valid cells of their part of the mesh.
+    /// Of cells with a node twice the volume is judged.
+    pub fn upright(mesh: &Mesh, adjacency: &Adjacency, is_reference: bool) -> Self {
+        let mut reference = Self::new(mesh);
+        let known = |cell: usize| match reference.is_valid(cell) {
+            true => reference.sign(cell),
+            false => 0,
+        };
+        let upright = orientations(mesh, adjacency, &known);
+        let is_solid = mesh.dimension() == 3;
+        let mut doubtful = Vec::new();
+        reference.n_reversed = 0;
+        for cell in mesh.volume_runs().flat_map(|run| run.cell_refs()) {
+            let index = cell.index;
+            let is_cut = !matches!(cell.kind.linear(), CellKind::Hexahedron | CellKind::Wedge);
+            if is_cut && reference.is_doubtful(index) {
+                doubtful.push(index as u32);
+            }
+            if !(is_reference && reference.is_valid(index)) {
+                let corners = &cell.nodes[..cell.kind.n_corners(cell.nodes.len())];
+                let is_double = (1..corners.len()).any(|i| corners[..i].contains(&corners[i]));
+                let by = if is_double { BY_VOLUME } else { 1 };
+                reference.signs[index] = upright[index] * by;
+            }
+            reference.n_reversed += usize::from(is_solid && reference.sign(index) < 0);
+        }
+        reference.doubtful = doubtful;
+        reference
+    }
+
+    /// Number of cells whose corner Jacobians are not all positive in the reference: they vanish or
+    /// have mixed signs, or the nodes of a solid cell are in reverse order. The last are judged as
+    /// their mirror images; of the others only volumes are judged later, where they are positive in the reference.
+    pub fn n_inverted(&self) -> usize {
+        self.n_inverted
+    }
+
+    /// Number of solid cells that are judged as their mirror images, since their nodes are in reverse order.
+    pub fn n_reversed(&self) -> usize {
+        self.n_reversed
+    }
+
+    /// Whether a volume cell's corner Jacobians all have one sign in the reference. False for
+    /// boundary faces, which are not judged.
+    pub fn is_valid(&self, cell: usize) -> bool {
+        self.signs[cell].abs() == 1
+    }
+
+    /// Whether a cell that is valid at its corners is not proven to be so between them in the reference: later it
+    /// is judged by its corners alone.
+    pub fn is_doubtful(&self, cell: usize) -> bool {
+        !self.doubtful.is_empty() && self.doubtful.binary_search(&(cell as u32)).is_ok()
+    }
+
+    /// Whether a cell that is not valid in the reference has a positive volume there, which is all that is judged later.
+    pub fn is_judged_by_volume(&self, cell: usize) -> bool {
+        self.signs[cell].abs() == BY_VOLUME
+    }
+
+    /// Whether a cell is inverted at its corners, or by its volume where only that is judged.
+    #[inline]
+    pub(super) fn is_inverted(&self, cell: usize, metrics: &Metrics) -> bool {
+        let sign = self.sign(cell);
+        match self.signs[cell].abs() {
+            1 => !metrics.is_valid(sign),
+            BY_VOLUME => metrics.volume(sign).is_nan() || metrics.volume(sign) <= 0.0,
+            _ => false,
+        }
+    }
+
+    /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.
+    #[inline]
+    pub fn sign(&self, cell: usize) -> i8 {
+        self.signs[cell].signum()
+    }
+
+    /// Signs of the cells from `first` on: those of [`Self::sign`], doubled for invalid cells, three times those for
+    /// cells that are judged by their volume.
+    #[inline]
+    pub(super) fn signs_from(&self, first: usize) -> &[i8] {
+        &self.signs[first..]
+    }
+
+    pub(super) fn facing(&self) -> &Facing {
+        &self.facing
+    }
+}
+
+pub(super) fn facing(mesh: &Mesh) -> Facing {
+    if mesh.dimension() != 2 || mesh.is_level() {
+        return Facing::Z;
+    }
+    let mut normals = vec![[0.0f32; 3]; mesh.cells.len()];
+    for run in mesh.volume_runs() {
+        let n_corners = run.kind.n_corners(run.n_nodes);
+        for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
+            let area = vector_area(n_corners, |i| mesh.points[nodes[i] as usize]);
+            normals[cell] = unit(area).unwrap_or_default().map(|x| x as f32);
+        }
+    }
+    Facing::Normals(normals)
+}

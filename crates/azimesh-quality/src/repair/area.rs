@@ -1,0 +1,169 @@
+//! A part of a mesh whose nodes are moved at many positions of the mesh alike.
+//!
+//! [`untangle`](super::untangle) moves as few nodes as it can, and stops as soon as cells are valid: of two positions that
+//! differ by little, results may differ by much. An area is the same for all positions, and its functional is minimised
+//! until it falls no more: where its nodes go changes as smoothly as the positions do.
+
+use super::nearby::Nearby;
+use super::newton::minimise;
+use super::regions::{self, Region};
+use super::solve::{GROSS, Wishes, patch, start_from_rim};
+use super::{PatchLog, Repaired, Task, between_of, still_invalid};
+use crate::validity::{Proof, invalid};
+use azimesh_core::error::Result;
+use azimesh_core::geometry::vector::{Vector, distance};
+use azimesh_core::parallel;
+use azimesh_core::progress::Stop;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// Newton steps of a region.
+const MOST_STEPS: usize = 200;
+/// A region is at its end when a step lowers the functional by less than this part.
+const SETTLED: f64 = 1e-7;
+
+/// Folded cells of several positions of a mesh.
+#[derive(Debug, Clone, Default)]
+pub struct FoldedCells {
+    cells: BTreeSet<u32>,
+}
+
+/// How many cells are not valid at some positions.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Count {
+    /// Cells with a Jacobian that is not positive.
+    pub inverted: usize,
+    /// Cells neither proven nor refuted.
+    pub unproven: usize,
+}
+
+impl Count {
+    /// Both.
+    pub fn all(self) -> usize {
+        self.inverted + self.unproven
+    }
+}
+
+impl FoldedCells {
+    /// Adds the cells that are not valid at `points`; gives how many these are.
+    pub fn add(&mut self, task: Task<'_>, points: &[Vector]) -> Count {
+        let found = invalid(task.mesh, points, task.reference);
+        self.cells.extend(found.iter().map(|entry| entry.0));
+        let unproven = found.iter().filter(|entry| entry.1 == Proof::Unproven);
+        let unproven = unproven.count();
+        Count {
+            inverted: found.len() - unproven,
+            unproven,
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+}
+
+/// Regions that are the same at all positions.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Area {
+    regions: Vec<Region>,
+    /// Cells with simplices between their corners: whichever was folded.
+    between: BTreeSet<u32>,
+    rings: usize,
+}
+
+impl Area {
+    /// So many rings of neighbours around folded cells.
+    pub fn around(task: Task<'_>, folded: &FoldedCells, rings: usize) -> Self {
+        let seeds: Vec<u32> = folded.cells.iter().copied().collect();
+        let regions = match super::refused(task.mesh) {
+            Some(_) => Vec::new(),
+            None => regions::around(&Nearby::new(task.mesh), task.freedom, &seeds, rings).0,
+        };
+        Self {
+            regions,
+            between: folded.cells.clone(),
+            rings,
+        }
+    }
+
+    /// Takes simplices between their corners into account too for cells that are folded between valid corners at
+    /// `points`; gives whether there were new ones.
+    pub fn look_between(&mut self, task: Task<'_>, points: &[Vector]) -> bool {
+        let n_before = self.between.len();
+        for region in &self.regions {
+            let found = still_invalid(task, &region.cells, points);
+            self.between.extend(between_of(&found));
+        }
+        self.between.len() > n_before
+    }
+
+    /// Moves the nodes of the area to where its functional is least, which makes its cells valid unless it is too small
+    /// for that. The result is the same on any number of threads.
+    ///
+    /// # Errors
+    /// Where `stop` was asked for.
+    pub fn relax(&self, task: Task<'_>, points: &mut [Vector], stop: &Stop) -> Result<Repaired> {
+        let relaxed = parallel::try_map(self.regions.len(), &|i| {
+            self.relax_region(task, &self.regions[i], points, stop)
+        })?;
+        let mut repaired = Repaired::default();
+        for (region, (mut log, moved)) in self.regions.iter().zip(relaxed) {
+            let before: Vec<Vector> = moved
+                .iter()
+                .map(|(node, _)| points[*node as usize])
+                .collect();
+            for &(node, place) in &moved {
+                log.largest_move = log.largest_move.max(distance(points[node as usize], place));
+                points[node as usize] = place;
+            }
+            log.invalid = still_invalid(task, &region.cells, points).len();
+            if log.invalid > log.invalid_before {
+                for (&(node, _), place) in moved.iter().zip(before) {
+                    points[node as usize] = place;
+                }
+                (log.invalid, log.largest_move, log.least) =
+                    (log.invalid_before, 0.0, log.least_before);
+            }
+            repaired.patches.push(log);
+        }
+        Ok(repaired)
+    }
+
+    fn relax_region(
+        &self,
+        task: Task<'_>,
+        region: &Region,
+        points: &[Vector],
+        stop: &Stop,
+    ) -> Result<(PatchLog, Vec<(u32, Vector)>)> {
+        let low = &BTreeSet::new();
+        let wishes = Wishes {
+            between: &self.between,
+            low,
+            weight: 1.0,
+        };
+        let found = still_invalid(task, &region.cells, points);
+        let first = found.first().map(|entry| entry.0);
+        let first = first.or(region.seeds.first().copied());
+        let (mut patch, _) = patch(task, region, points, wishes);
+        let least_before = patch.state(1e-9, &patch.places).least;
+        if least_before < GROSS {
+            start_from_rim(task, &mut patch);
+        }
+        let course = minimise(&mut patch, MOST_STEPS, Some(SETTLED), stop)?;
+        let log = PatchLog {
+            invalid_before: found.len(),
+            first_cell: first.unwrap_or(0) as usize,
+            n_cells: region.cells.len(),
+            n_nodes: region.moving.len(),
+            rings: self.rings,
+            steps: course.steps,
+            iterations: course.iterations,
+            least_before,
+            least: course.state.least,
+            ..PatchLog::default()
+        };
+        Ok((log, patch.moved_nodes().collect()))
+    }
+}

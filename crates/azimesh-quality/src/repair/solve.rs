@@ -1,0 +1,216 @@
+//! One region as a patch: its nodes, its cells with their targets, and where the nodes go.
+
+use super::Task;
+use super::density::Space;
+use super::elements::{Elements, NewCell, Target};
+use super::nearby::corners;
+use super::newton::{Course, minimise, relax};
+use super::patch::Patch;
+use super::regions::Region;
+use super::shape::median;
+use super::simplices::Simplices;
+use azimesh_core::error::Result;
+use azimesh_core::geometry::vector::{Vector, distance};
+use azimesh_core::progress::Stop;
+use azimesh_io::mesh::CellRef;
+use std::collections::BTreeSet;
+
+/// A least determinant below which a patch starts from what follows from its fixed nodes, and not from where its nodes are:
+/// from there it takes many Newton steps, and mostly stays folded.
+pub(super) const GROSS: f64 = -1e3;
+
+/// Where the nodes of a region go.
+pub(super) struct Solved {
+    /// Nodes that could move, with their places.
+    pub moved: Vec<(u32, Vector)>,
+    /// Cells with a folded simplex of fixed nodes.
+    pub stuck: Vec<u32>,
+    /// The least determinant of a simplex before.
+    pub least_before: f64,
+    /// How it went.
+    pub course: Course,
+}
+
+/// Solves a region from `points`. Cells of `between` have simplices between their corners too.
+pub(super) fn region(
+    task: Task<'_>,
+    region: &Region,
+    points: &[Vector],
+    between: &BTreeSet<u32>,
+    most_steps: usize,
+    stop: &Stop,
+) -> Result<Solved> {
+    let low = &BTreeSet::new();
+    let wishes = Wishes {
+        between,
+        low,
+        weight: 1.0,
+    };
+    solve(task, region, points, wishes, most_steps, stop)
+}
+
+/// What is wanted of single cells.
+#[derive(Clone, Copy)]
+pub(super) struct Wishes<'a> {
+    /// Cells with simplices between their corners.
+    pub between: &'a BTreeSet<u32>,
+    /// Cells that are to become regular, whatever the reference.
+    pub low: &'a BTreeSet<u32>,
+    /// The weight of these against the others.
+    pub weight: f64,
+}
+
+/// [`region`] with wishes.
+pub(super) fn solve(
+    task: Task<'_>,
+    region: &Region,
+    points: &[Vector],
+    wishes: Wishes<'_>,
+    most_steps: usize,
+    stop: &Stop,
+) -> Result<Solved> {
+    let (mut patch, stuck) = patch(task, region, points, wishes);
+    let before = patch.state(1e-9, &patch.places);
+    let mut course = match before.least < GROSS {
+        true => Course {
+            steps: 0,
+            iterations: 0,
+            state: before,
+        },
+        false => minimise(&mut patch, most_steps, None, stop)?,
+    };
+    if course.state.least <= 0.0 {
+        course = start_again(task, &mut patch, course, most_steps, stop)?;
+    }
+    Ok(Solved {
+        moved: patch.moved_nodes().collect(),
+        stuck,
+        least_before: before.least,
+        course,
+    })
+}
+
+/// Has a patch that is grossly folded start from what follows from its fixed nodes.
+pub(super) fn start_from_rim(task: Task<'_>, patch: &mut Patch) {
+    let of_mesh = |&node: &u32| task.mesh.points[node as usize];
+    let reference: Vec<Vector> = patch.nodes.iter().map(of_mesh).collect();
+    relax(patch, &reference);
+}
+
+/// Takes a patch that stays folded from the start that follows from its fixed nodes; what has fewer folded simplices is
+/// kept.
+fn start_again(
+    task: Task<'_>,
+    patch: &mut Patch,
+    first: Course,
+    most_steps: usize,
+    stop: &Stop,
+) -> Result<Course> {
+    let reached = patch.places.clone();
+    start_from_rim(task, patch);
+    let mut course = minimise(patch, most_steps, None, stop)?;
+    course.steps += first.steps;
+    course.iterations += first.iterations;
+    if course.state.n_folded >= first.state.n_folded {
+        patch.places = reached;
+        course.state = first.state;
+    }
+    Ok(course)
+}
+
+/// The patch of a region, and cells with a folded simplex of fixed nodes.
+pub(super) fn patch(
+    task: Task<'_>,
+    region: &Region,
+    points: &[Vector],
+    wishes: Wishes<'_>,
+) -> (Patch, Vec<u32>) {
+    let mesh = task.mesh;
+    let space = match mesh.dimension() {
+        3 => Space::Solid,
+        _ => Space::Plane,
+    };
+    let cells = || {
+        region
+            .cells
+            .iter()
+            .map(|&cell| mesh.cells.get(cell as usize))
+    };
+    let nodes = nodes_of(cells(), task, region);
+    let size = typical_size(cells().take(1000), &mesh.points);
+    let mut elements = Elements::new(space);
+    let mut stuck = Vec::new();
+    for cell in cells() {
+        let own = corners(&cell);
+        let local: Vec<u32> = own
+            .iter()
+            .map(|node| nodes.binary_search(node).expect("all nodes are listed") as u32)
+            .collect();
+        let places =
+            |of: &[Vector]| -> Vec<Vector> { own.iter().map(|&node| of[node as usize]).collect() };
+        let is_between = wishes.between.contains(&(cell.index as u32));
+        let is_low = wishes.low.contains(&(cell.index as u32));
+        let can_move = own
+            .iter()
+            .map(|node| region.moving.binary_search(node).is_ok());
+        let can_move: Vec<bool> = can_move.collect();
+        let reference = task.reference;
+        let is_seed = || region.seeds.binary_search(&(cell.index as u32)).is_ok();
+        let target = Target {
+            reference: &places(&mesh.points),
+            sign: f64::from(reference.sign(cell.index)),
+            whole: match reference.is_judged_by_volume(cell.index) {
+                true => is_seed(),
+                false => reference.is_valid(cell.index) && !reference.is_doubtful(cell.index),
+            },
+            size,
+            regular: is_low,
+            weight: if is_low { wishes.weight } else { 1.0 },
+        };
+        let simplices = Simplices::of(mesh, &cell, is_between);
+        let whole = target.whole;
+        let new = NewCell {
+            kind: cell.kind,
+            nodes: &local,
+            at: &places(points),
+            can_move: &can_move,
+            target,
+        };
+        if elements.push(&new, simplices) > 0 && whole {
+            stuck.push(cell.index as u32);
+        }
+    }
+    let places = nodes.iter().map(|&node| points[node as usize]).collect();
+    let patch = Patch::new(space, nodes, places, &region.moving, task.freedom, elements);
+    (patch, stuck)
+}
+
+/// All nodes of the cells, and leaders of those that follow others; ascending.
+fn nodes_of<'a>(
+    cells: impl Iterator<Item = CellRef<'a>>,
+    task: Task<'_>,
+    region: &Region,
+) -> Vec<u32> {
+    let mut nodes: Vec<u32> = region.moving.clone();
+    for cell in cells {
+        nodes.extend_from_slice(corners(&cell));
+    }
+    let followers = region
+        .moving
+        .iter()
+        .filter_map(|&node| task.freedom.partner(node));
+    nodes.extend(followers.map(|partner| partner.leader));
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// The middle length of the first edges of some cells.
+fn typical_size<'a>(cells: impl Iterator<Item = CellRef<'a>>, points: &[Vector]) -> f64 {
+    let lengths = cells.map(|cell| {
+        let at = |i: usize| points[cell.nodes[i.min(cell.nodes.len() - 1)] as usize];
+        distance(at(0), at(1)).max(distance(at(1), at(2)))
+    });
+    let size = median(lengths.filter(|length| *length > 0.0).collect());
+    if size > 0.0 { size } else { 1.0 }
+}

@@ -1,0 +1,308 @@
+//! Folded meshes become valid, and only where they were folded.
+
+use super::*;
+use azimesh_core::geometry::Transform;
+use azimesh_io::mesh::{Adjacency, CellKind};
+use azimesh_rbf::constraint::Constraint;
+
+/// A grid of `n` cells along each axis in the unit square or cube.
+pub(super) fn grid(kind: CellKind, n: usize) -> Mesh {
+    let solid = kind == CellKind::Hexahedron;
+    let layers = if solid { n + 1 } else { 1 };
+    let mut mesh = Mesh::default();
+    let h = 1.0 / n as f64;
+    for k in 0..layers {
+        for j in 0..=n {
+            for i in 0..=n {
+                mesh.points.push([i as f64 * h, j as f64 * h, k as f64 * h]);
+            }
+        }
+    }
+    let node = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
+    for k in 0..layers.max(2) - 1 {
+        for j in 0..n {
+            for i in 0..n {
+                let ring = |k: usize| {
+                    [
+                        node(i, j, k),
+                        node(i + 1, j, k),
+                        node(i + 1, j + 1, k),
+                        node(i, j + 1, k),
+                    ]
+                };
+                let nodes = if solid {
+                    [ring(k), ring(k + 1)].concat()
+                } else {
+                    ring(0).to_vec()
+                };
+                mesh.cells.push(kind, &nodes);
+            }
+        }
+    }
+    mesh
+}
+
+fn repaired(mesh: &Mesh, points: &mut [Vector]) -> Repaired {
+    repaired_with(mesh, points, &Freedom::inner(mesh, &Adjacency::of(mesh)))
+}
+
+fn repaired_with(mesh: &Mesh, points: &mut [Vector], freedom: &Freedom) -> Repaired {
+    let reference = Reference::new(mesh);
+    let task = Task {
+        mesh,
+        reference: &reference,
+        freedom,
+    };
+    let found =
+        untangle(task, points, Limits::default(), &Stop::default()).expect("nobody stops it");
+    assert_eq!(
+        invalid(mesh, points, &reference).len(),
+        found.unrepaired.len()
+    );
+    found
+}
+
+#[test]
+fn a_node_that_was_pushed_through_its_neighbours_comes_back() {
+    for kind in [CellKind::Quadrilateral, CellKind::Hexahedron] {
+        let mesh = grid(kind, 12);
+        let mut points = mesh.points.clone();
+        let middle = points.iter().position(|x| {
+            x[..2].iter().all(|x| (x - 0.5).abs() < 1e-9)
+                && (x[2] - 0.5).abs() < 0.6
+                && (kind == CellKind::Quadrilateral || (x[2] - 0.5).abs() < 1e-9)
+        });
+        let middle = middle.expect("the middle is a node");
+        points[middle][0] += 0.19;
+        points[middle][1] += 0.11;
+        let before = points.clone();
+        let found = repaired(&mesh, &mut points);
+        assert!(found.unrepaired.is_empty(), "{found:?}");
+        assert_eq!(found.patches.len(), 1);
+        let patch = &found.patches[0];
+        assert!(patch.invalid_before > 1 && patch.invalid == 0 && patch.least_before < 0.0);
+        assert!(patch.least > 0.0, "{patch:?}");
+        let moved = points.iter().zip(&before).filter(|(a, b)| a != b).count();
+        assert!(moved > 0 && moved <= patch.n_nodes && moved < mesh.points.len());
+    }
+}
+
+#[test]
+fn a_valid_mesh_stays_as_it_is() {
+    let mesh = grid(CellKind::Hexahedron, 4);
+    let mut points = mesh.points.clone();
+    assert_eq!(repaired(&mesh, &mut points), Repaired::default());
+    assert_eq!(points, mesh.points);
+}
+
+#[test]
+fn a_cell_of_fixed_nodes_is_named() {
+    let mesh = grid(CellKind::Quadrilateral, 6);
+    let mut points = mesh.points.clone();
+    // The corner of the square goes through the diagonal of its cell.
+    points[0] = [0.2, 0.2, 0.0];
+    let found = repaired(&mesh, &mut points);
+    assert_eq!(
+        found.unrepaired,
+        [Unrepaired {
+            cell: 0,
+            reason: Reason::Fixed
+        }]
+    );
+}
+
+#[test]
+fn sliding_nodes_make_room_along_their_line() {
+    let mesh = grid(CellKind::Quadrilateral, 10);
+    let mut points = mesh.points.clone();
+    // A node of the lower side passes the next one.
+    points[4][0] = 0.53;
+    let adjacency = Adjacency::of(&mesh);
+    let stays = repaired(&mesh, &mut points.clone());
+    assert!(!stays.unrepaired.is_empty());
+    assert!(
+        stays
+            .unrepaired
+            .iter()
+            .all(|left| left.reason == Reason::Boundary)
+    );
+    assert_eq!(stays.overtaken[0].nodes, [4, 5]);
+    let mut freedom = Freedom::inner(&mesh, &adjacency);
+    for node in (1..10).filter(|node| *node != 4) {
+        freedom.hold(
+            node,
+            Constraint::of_normals(&[[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        );
+    }
+    let found = repaired_with(&mesh, &mut points, &freedom);
+    assert_eq!(
+        (found.unrepaired, found.overtaken),
+        (Vec::new(), Vec::new())
+    );
+    assert_eq!(points[4], [0.53, 0.0, 0.0]);
+    assert!(points[5][0] > 0.53);
+    assert!(
+        (0..=10).all(|node| points[node][1] == 0.0),
+        "they stay on the line"
+    );
+}
+
+#[test]
+fn periodic_partners_move_together() {
+    for turned in [false, true] {
+        let mut mesh = grid(CellKind::Hexahedron, 8);
+        // Sides x = 0 and x = 1, or these two with the second turned about the z axis by 20 degrees.
+        let turn = Transform::rotation([0.0, 0.0, 1.0], [0.0, -3.0, 0.0], -20f64.to_radians());
+        let map = if turned {
+            turn
+        } else {
+            Transform::translation([1.0, 0.0, 0.0])
+        };
+        if turned {
+            for x in &mut mesh.points {
+                let by = Transform::rotation(
+                    [0.0, 0.0, 1.0],
+                    [0.0, -3.0, 0.0],
+                    -x[0] * 20f64.to_radians(),
+                );
+                *x = by.apply([0.0, x[1], x[2]]);
+            }
+        }
+        let mut freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh));
+        let mut partners = Vec::new();
+        for (j, k) in (1..8).flat_map(|j| (1..8).map(move |k| (j, k))) {
+            let leader = 9 * (j + 9 * k);
+            freedom.free(leader);
+            freedom.free(leader + 8);
+            partners.push(Partner {
+                node: leader + 8,
+                leader,
+                map,
+            });
+        }
+        freedom.pair(partners.clone());
+        let mut points = mesh.points.clone();
+        // A node of one side is pushed through its neighbours, and its partner alike.
+        let pushed = 9 * (4 + 9 * 4);
+        let by = [0.03, 0.17, 0.16];
+        for axis in 0..3 {
+            points[pushed as usize][axis] += by[axis];
+            points[pushed as usize + 8][axis] += map.turn(by)[axis];
+        }
+        let found = repaired_with(&mesh, &mut points, &freedom);
+        assert!(found.n_before() > 4, "{found:?}");
+        assert_eq!(found.unrepaired, []);
+        for partner in partners {
+            let wanted = map.apply(points[partner.leader as usize]);
+            assert!(distance(wanted, points[partner.node as usize]) < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn polyhedra_that_are_only_unproven_become_proven() {
+    let hexahedra = grid(CellKind::Hexahedron, 4);
+    let mut mesh = Mesh {
+        points: hexahedra.points.clone(),
+        ..Mesh::default()
+    };
+    for cell in hexahedra.cells.iter() {
+        let mut stream = vec![6];
+        for face in CellKind::Hexahedron.faces() {
+            stream.push(4);
+            stream.extend(face.iter().map(|&corner| cell.nodes[usize::from(corner)]));
+        }
+        mesh.cells.push_polyhedron(&stream).expect("a good stream");
+    }
+    // The node in the middle goes beyond the middle of a cell, which keeps a volume.
+    let mut points = mesh.points.clone();
+    points[62] = points[62].map(|x| x + 0.75 * 0.25);
+    let before = invalid(&mesh, &points, &Reference::new(&mesh));
+    assert!(!before.is_empty());
+    assert!(before.iter().all(|(_, proof)| *proof == Proof::Unproven));
+    let found = repaired(&mesh, &mut points);
+    assert_eq!(
+        (found.n_before(), found.unrepaired.len()),
+        (before.len(), 0)
+    );
+    assert_ne!(points[62], mesh.points[62].map(|x| x + 0.75 * 0.25));
+}
+
+#[test]
+fn improvement_reaches_what_is_wanted_or_makes_nothing_worse() {
+    for kind in [CellKind::Quadrilateral, CellKind::Hexahedron] {
+        let mesh = grid(kind, 6);
+        let (reference, freedom) = (
+            Reference::new(&mesh),
+            Freedom::inner(&mesh, &Adjacency::of(&mesh)),
+        );
+        let task = Task {
+            mesh: &mesh,
+            reference: &reference,
+            freedom: &freedom,
+        };
+        let mut shaken = mesh.points.clone();
+        for (i, x) in shaken.iter_mut().enumerate() {
+            if !freedom.is_fixed(i as u32) {
+                x[0] += 0.06 * (7.0 * i as f64).sin();
+                x[1] += 0.06 * (5.0 * i as f64).cos();
+            }
+        }
+        let least = |points: &[Vector]| {
+            let values = crate::scaled_jacobians(&mesh, points, &reference);
+            values.into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let before = least(&shaken);
+        assert!((0.05..0.8).contains(&before), "{before}");
+        for (wanted, is_possible) in [(0.85, true), (1.0, false)] {
+            let mut points = shaken.clone();
+            improve(
+                task,
+                &mut points,
+                wanted,
+                Limits::default(),
+                &Stop::default(),
+            )
+            .expect("nobody stops it");
+            let after = least(&points);
+            assert_eq!(after >= wanted, is_possible, "{kind:?} {after}");
+            assert!(after > before && invalid(&mesh, &points, &reference).is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_grossly_folded_thin_layer_is_taken_from_its_rim() {
+    // Cells of edge ratio 1,000, one of whose nodes has gone 300 layers up.
+    let mut mesh = grid(CellKind::Quadrilateral, 12);
+    for x in &mut mesh.points {
+        x[1] *= 1e-3;
+    }
+    let mut points = mesh.points.clone();
+    let middle = 6 + 13 * 6;
+    points[middle][1] += 0.3e-1;
+    points[middle][0] += 0.2;
+    let found = repaired(&mesh, &mut points);
+    assert_eq!(found.unrepaired, []);
+    assert_eq!((found.patches.len(), found.patches[0].rings), (1, 1));
+}
+
+#[test]
+fn a_wall_that_went_through_all_of_its_layers_takes_few_steps() {
+    // Layers that grow by 1.3 from 1e-5 on; the wall bulges by 6,000 of the first.
+    let mut mesh = grid(CellKind::Quadrilateral, 40);
+    for x in &mut mesh.points {
+        x[1] = 1e-5 * (1.3f64.powf(40.0 * x[1]) - 1.0) / 0.3;
+    }
+    let mut points = mesh.points.clone();
+    for x in &mut points[..41] {
+        let from_middle = (x[0] - 0.5) / 0.15;
+        x[1] = match from_middle.abs() < 3.0 {
+            true => 0.06 * (-from_middle * from_middle).exp(),
+            false => 0.0,
+        };
+    }
+    let found = repaired(&mesh, &mut points);
+    assert_eq!(found.unrepaired, []);
+    assert!(found.patches[0].steps < 80, "{:?}", found.patches);
+}

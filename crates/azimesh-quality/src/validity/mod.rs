@@ -1,0 +1,185 @@
+//! Whether cells are valid everywhere, not only at their corners.
+//!
+//! Owns what is proven: simplices, quadrilaterals and pyramids by their corners (there the Jacobian is linear
+//! between them), wedges by the three quadratics along their upright edges, hexahedra by the Bernstein coefficients
+//! of the Jacobian with subdivision, polyhedra by their tetrahedra of edge, face mean and cell mean. Corners
+//! themselves are looked at by `summary`; here only what lies between them.
+//!
+//! Most cells pass a bound that costs little; the full proof is for the others.
+
+mod bound;
+mod hexahedron;
+mod polyhedron;
+#[cfg(test)]
+mod tests;
+mod wedge;
+
+pub use hexahedron::hexahedron;
+pub use polyhedron::least_tetrahedron;
+pub use wedge::wedge;
+
+use super::reference::Reference;
+use super::visit::{self, CHUNK};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::parallel;
+use azimesh_io::mesh::{CellKind, CellRef, CellRun, Mesh};
+use std::ops::Range;
+
+/// What is known of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Proof {
+    /// The Jacobian is positive everywhere.
+    Valid,
+    /// It is not positive at a corner.
+    Corner,
+    /// It is positive at the corners and negative at a point between them.
+    Inside,
+    /// Neither: within rounding of zero or not decided by subdivision, or a tetrahedron of a polyhedron of positive
+    /// volume that is not positive.
+    Unproven,
+}
+
+/// The cells that are valid at their corners but not proven to be so everywhere.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Validity {
+    /// Cells that are inverted between their corners, ascending.
+    pub inside: Vec<u32>,
+    /// Cells neither proven nor refuted, ascending.
+    pub unproven: Vec<u32>,
+}
+
+/// Looks between the corners of those of some cells that have the mesh's dimension, are valid in the reference, and were
+/// proven there. One parallel pass.
+pub fn assess(
+    mesh: &Mesh,
+    points: &[Vector],
+    reference: &Reference,
+    cells: Range<usize>,
+) -> Validity {
+    let judged = |cell: usize| reference.is_valid(cell) && !reference.is_doubtful(cell);
+    let sign = |cell: usize| reference.sign(cell);
+    find(mesh, points, cells, &sign, &judged)
+}
+
+/// [`assess`] for cells with the orientations `sign`, of which those are judged for which `judged` holds.
+pub(super) fn find(
+    mesh: &Mesh,
+    points: &[Vector],
+    cells: Range<usize>,
+    sign: &(dyn Fn(usize) -> i8 + Sync),
+    judged: &(dyn Fn(usize) -> bool + Sync),
+) -> Validity {
+    if mesh.dimension() < 3 {
+        return Validity::default();
+    }
+    let parts = parallel::map_blocks_in(cells, CHUNK, &|range| {
+        let mut found = Validity::default();
+        for run in mesh.volume_runs_in(range) {
+            doubtful(mesh, &run, points, &mut |cell| {
+                if !judged(cell.index) {
+                    return;
+                }
+                match prove(mesh, &cell, points, sign(cell.index)) {
+                    Proof::Inside => found.inside.push(cell.index as u32),
+                    Proof::Unproven => found.unproven.push(cell.index as u32),
+                    Proof::Valid | Proof::Corner => {}
+                }
+            });
+        }
+        found
+    });
+    let mut all = Validity::default();
+    for part in parts {
+        all.inside.extend(part.inside);
+        all.unproven.extend(part.unproven);
+    }
+    all
+}
+
+/// Calls `visit` for the cells of a run whose corners do not prove them, and that do not pass the bound.
+fn doubtful<'a>(
+    mesh: &Mesh,
+    run: &CellRun<'a>,
+    points: &[Vector],
+    visit: &mut dyn FnMut(CellRef<'a>),
+) {
+    match run.kind.linear() {
+        CellKind::Hexahedron => bound::hexahedra(run, points, visit),
+        CellKind::Wedge => bound::wedges(run, points, visit),
+        CellKind::Polyhedron | CellKind::PentagonalPrism | CellKind::HexagonalPrism => {
+            for cell in run.cell_refs() {
+                // Faces may be listed inward.
+                let (least, most) = least_tetrahedron(mesh, &cell, points);
+                if least <= 0.0 && most >= 0.0 {
+                    visit(cell);
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The proof for one cell of orientation `sign`.
+pub fn prove(mesh: &Mesh, cell: &CellRef<'_>, points: &[Vector], sign: i8) -> Proof {
+    match cell.kind.linear() {
+        CellKind::Hexahedron => hexahedron(&corners(cell, points), f64::from(sign)),
+        CellKind::Wedge => wedge(&corners(cell, points), f64::from(sign)),
+        CellKind::Polyhedron | CellKind::PentagonalPrism | CellKind::HexagonalPrism => {
+            let (least, most) = least_tetrahedron(mesh, cell, points);
+            let least = if sign < 0 { -most } else { least };
+            match least > 0.0 {
+                true => Proof::Valid,
+                false => Proof::Unproven,
+            }
+        }
+        _ => Proof::Valid,
+    }
+}
+
+/// The places of the corners of a cell.
+fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N] {
+    std::array::from_fn(|i| points[cell.nodes[i] as usize])
+}
+
+/// Whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid.
+pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
+    let mut corners_are_good = true;
+    visit::volume_cells(
+        mesh,
+        points,
+        reference.facing(),
+        cell..cell + 1,
+        |_, block| {
+            corners_are_good = !reference.is_inverted(cell, &block.get(0));
+        },
+    );
+    match corners_are_good {
+        false => Proof::Corner,
+        true if reference.is_doubtful(cell) || !reference.is_valid(cell) => Proof::Valid,
+        true => prove(mesh, &mesh.cells.get(cell), points, reference.sign(cell)),
+    }
+}
+
+/// The judged cells that are not valid with their nodes at `points`, ascending.
+pub fn invalid(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<(u32, Proof)> {
+    let corners = parallel::concat_blocks(mesh.cells.len(), CHUNK, &|range| {
+        let mut found = Vec::new();
+        visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
+            let cells = (0..block.n).map(|i| (first + i, block.get(i)));
+            let bad = cells.filter(|(cell, metrics)| reference.is_inverted(*cell, metrics));
+            found.extend(bad.map(|(cell, _)| (cell as u32, Proof::Corner)));
+        });
+        found
+    });
+    let between = assess(mesh, points, reference, 0..mesh.cells.len());
+    let mut all = corners;
+    all.extend(between.inside.into_iter().map(|cell| (cell, Proof::Inside)));
+    all.extend(
+        between
+            .unproven
+            .into_iter()
+            .map(|cell| (cell, Proof::Unproven)),
+    );
+    all.sort_unstable_by_key(|entry| entry.0);
+    all
+}
