@@ -1,28 +1,65 @@
-"""All checks that are not our own code: `.venv/bin/python scripts/verify [NAME...]`."""
+"""All checks that are not our own code: `.venv/bin/python scripts/verify [NAME...]`. Two run at a time."""
 
+import os
 import sys
+import tempfile
 import time
 import traceback
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib import import_module
 
+# The longest first.
 CHECKS = [
-    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "foam_to_vtk", "split", "paraview", "killed", "interrupted", "power_cut",
-    "full_disk", "batches", "joined", "converted", "quality", "faces", "all_points", "sequence", "morph", "shells", "surfaces", "motions", "keys", "surface",
-    "openfoam_motion", "su2_surface", "pvd", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "repair", "report", "terminal", "schema",
-    "pages", "mpi", "mixtures",
+    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "foam_to_vtk", "split", "batches", "joined", "converted", "quality", "faces",
+    "all_points", "sequence", "morph", "shells", "surfaces", "motions", "keys", "surface", "openfoam_motion", "su2_surface", "pvd", "pitching", "size_skew", "twist",
+    "bending", "rotor", "flap", "repair", "schema", "pages",
 ]
+# These use all processors, time what they do, or open windows.
+ALONE = ["paraview", "killed", "interrupted", "power_cut", "full_disk", "report", "terminal", "mpi", "mixtures"]
+
+
+def check(name):
+    """Runs a check; whether it passed, its seconds, and what it printed."""
+    started = time.monotonic()
+    passed = True
+    with tempfile.TemporaryFile() as output:
+        sys.stdout.flush()
+        kept = os.dup(1), os.dup(2)
+        os.dup2(output.fileno(), 1)
+        os.dup2(output.fileno(), 2)
+        try:
+            import_module(name).main()
+        except BaseException:
+            traceback.print_exc()
+            passed = False
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for stream, number in enumerate(kept, 1):
+            os.dup2(number, stream)
+            os.close(number)
+        output.seek(0)
+        return passed, time.monotonic() - started, output.read().decode(errors="replace")
 
 
 def main():
     """Runs each check, all of them even where one fails; exit code 1 where one did."""
     failed = []
     started = time.monotonic()
-    for name in sys.argv[1:] or CHECKS:
-        try:
-            import_module(name).main()
-        except Exception:
-            traceback.print_exc()
+
+    def report(name, result):
+        passed, seconds, text = result
+        print(f"{text}{name}: {'passed' if passed else 'FAILED'} in {seconds:.1f} s", flush=True)
+        if not passed:
             failed.append(name)
+
+    names = sys.argv[1:] or CHECKS + ALONE
+    with ProcessPoolExecutor(2) as pool:
+        running = {pool.submit(check, name): name for name in names if name not in ALONE}
+        for done in as_completed(running):
+            report(running[done], done.result())
+    for name in names:
+        if name in ALONE:
+            report(name, check(name))
     seconds = time.monotonic() - started
     print(f"verify: {'FAILED: ' + ', '.join(failed) if failed else 'all passed'} in {seconds:.0f} s")
     return 1 if failed else 0
