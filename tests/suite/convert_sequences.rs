@@ -197,6 +197,13 @@ fn until_under_work(folder: &Path) {
     panic!("no hidden file: {:?}", names(folder));
 }
 
+/// True under `nohup`: child processes then ignore SIGHUP too.
+#[cfg(unix)]
+fn is_hangup_ignored() -> bool {
+    let status = Command::new("sh").args(["-c", "kill -HUP $$"]).status();
+    status.unwrap().success()
+}
+
 #[test]
 #[cfg(unix)]
 fn a_signal_ends_a_conversion_and_leaves_no_hidden_file() {
