@@ -377,7 +377,12 @@ pub fn refuse_inputs(names: &Names, inputs: &Inputs) -> Result<()> {
 /// Removes every file of an earlier run.
 pub fn remove_existing(names: &Names) -> Result<()> {
     existing_outputs(names).iter().try_for_each(|path| {
-        std::fs::remove_file(path).map_err(|error| Error::io(path, &error))?;
+        let removed = if names.case.is_some() && path.is_dir() {
+            std::fs::remove_dir_all(path)
+        } else {
+            std::fs::remove_file(path)
+        };
+        removed.map_err(|error| Error::io(path, &error))?;
         // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
         if names.case.is_some() {
             let above = path

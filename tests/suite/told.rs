@@ -64,7 +64,7 @@ fn base_points_that_miss_the_tolerance_of_another_schedule_are_told_to_be_chosen
     let run = azimesh(folder.path(), &with);
     assert_eq!(run.code, 1, "{run:?}");
     assert!(
-        run.err.contains("leave out `--base`") && !run.err.contains("max_points"),
+        run.err.contains("leave out --base") && !run.err.contains("max_points"),
         "{run:?}"
     );
     // What the sentence advises.

@@ -1,6 +1,7 @@
 //! What is told of a repair: its patches, and cells that are left with the reason.
 
 use super::boundary::Overtaken;
+use azimesh_core::error::option;
 use serde::{Deserialize, Serialize};
 
 /// Why a cell is left as it is.
@@ -33,9 +34,9 @@ impl Reason {
         }
     }
 
-    /// In words.
-    pub fn sentence(self) -> &'static str {
-        match self {
+    /// The reason in words.
+    pub fn sentence(self) -> String {
+        let sentence = match self {
             Self::Fixed => "all nodes of the cell, or of a folded corner of it, are fixed",
             Self::Boundary => {
                 "there is no valid mesh: fixed nodes of the boundary have been passed by others, or bodies intersect"
@@ -44,11 +45,17 @@ impl Reason {
             Self::Surface => {
                 "cells of a surface in space are not repaired; repair the volume mesh that it bounds"
             }
-            Self::Curved => "cells of higher order are not repaired; make the cells linear first",
+            Self::Curved => {
+                return format!(
+                    "cells of higher order are not repaired; make the cells linear first (convert {})",
+                    option("linearize")
+                );
+            }
             Self::Rounded => {
                 "coordinates of 32 bits do not keep their nodes apart; write coordinates of 64 bits, or shift the mesh to the origin"
             }
-        }
+        };
+        sentence.to_owned()
     }
 }
 
