@@ -228,7 +228,11 @@ def check_kills(folder):
         out, (steps, form) = folder / f"killed_{kill}", runs[kill % 3]
         arguments = ["deform", mesh, steps, "-o", out, "--format", form]
         process = subprocess.Popen(command(3, "-q", *arguments), stderr=subprocess.PIPE, env=os.environ | ALLOWED)
-        seconds = kill_one(process, chance.uniform(0.1, length), chance)
+        # Every second rank is killed in the first steps, so that some die before their run has ended.
+        if kill % 2 == 1:
+            while process.poll() is None and not (out / "run.json").exists():
+                time.sleep(0.01)
+        seconds = kill_one(process, chance.uniform(0.1, length) if kill % 2 == 0 else 0.05, chance)
         printed = process.stderr.read().decode()
         if seconds is not None:
             n_killed += 1
