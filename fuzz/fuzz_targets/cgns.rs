@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::cgns::Cgns;
+use azimesh_io::formats::cgns::CGNS;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Cgns, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&CGNS, bytes));

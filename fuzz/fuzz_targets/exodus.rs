@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::exodus::Exodus;
+use azimesh_io::formats::exodus::EXODUS;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Exodus, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&EXODUS, bytes));

@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::fluent::Fluent;
+use azimesh_io::formats::fluent::FLUENT;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Fluent, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&FLUENT, bytes));

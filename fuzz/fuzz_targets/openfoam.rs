@@ -4,8 +4,8 @@
 #![no_main]
 
 use azimesh_io::Mesh;
-use azimesh_io::formats::openfoam::OpenFoam;
-use azimesh_io::formats::{Format, Location, Notes, OutputSet, ReadOptions, WriteOptions};
+use azimesh_io::formats::openfoam::OPENFOAM;
+use azimesh_io::formats::{Location, Notes, OutputSet, ReadOptions, WriteOptions};
 use libfuzzer_sys::fuzz_target;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -60,13 +60,13 @@ fuzz_target!(|bytes: &[u8]| {
     let good = fs::read(path).expect("a file");
     fs::write(path, bytes).expect("it is written");
     let location = Location::open(case).expect("it is there");
-    let read = OpenFoam.read(&location, &ReadOptions::default(), &mut Notes::default());
+    let read = OPENFOAM.read(&location, &ReadOptions::default(), &mut Notes::default());
     match read {
         Ok(mesh) => {
             if mesh.validate().is_ok() {
                 // What the format cannot hold is an error of its own; a panic is a bug.
                 let mut out = OutputSet::nowhere(Path::new("out"));
-                let _ = OpenFoam.write(&mesh.view(), &mut out, &WriteOptions::default());
+                let _ = OPENFOAM.write(&mesh.view(), &mut out, &WriteOptions::default());
             }
         }
         Err(error) => assert!(error.position.is_some(), "no place: {error}"),

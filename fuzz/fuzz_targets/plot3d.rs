@@ -2,11 +2,11 @@
 
 #![no_main]
 
-use azimesh_io::formats::plot3d;
+use azimesh_io::formats::{Format, plot3d};
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-static STATED: &[&plot3d::Plot3d] = &[
+static STATED: &[&Format] = &[
     &plot3d::ANY,
     &plot3d::SINGLE,
     &plot3d::MULTI,

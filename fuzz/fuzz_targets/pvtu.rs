@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::pvtu::Pvtu;
+use azimesh_io::formats::pvtu::PVTU;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Pvtu, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&PVTU, bytes));

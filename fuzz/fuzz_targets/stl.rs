@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::stl::Stl;
+use azimesh_io::formats::stl::STL;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Stl, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&STL, bytes));

@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::su2::Su2;
+use azimesh_io::formats::su2::SU2;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Su2, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&SU2, bytes));

@@ -2,11 +2,11 @@
 
 #![no_main]
 
-use azimesh_io::formats::ugrid;
+use azimesh_io::formats::{Format, ugrid};
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-static FLAVOURS: &[&ugrid::Ugrid] = &[
+static FLAVOURS: &[&Format] = &[
     &ugrid::TEXT,
     &ugrid::B8,
     &ugrid::LB8,

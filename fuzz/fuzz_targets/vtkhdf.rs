@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::vtkhdf::VtkHdf;
+use azimesh_io::formats::vtkhdf::VTKHDF;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&VtkHdf, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&VTKHDF, bytes));

@@ -2,8 +2,8 @@
 
 #![no_main]
 
-use azimesh_io::formats::vtu::Vtu;
+use azimesh_io::formats::vtu::VTU;
 use azimesh_fuzz::read_and_written;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|bytes: &[u8]| read_and_written(&Vtu, bytes));
+fuzz_target!(|bytes: &[u8]| read_and_written(&VTU, bytes));

@@ -4,7 +4,7 @@ use azimesh_io::formats::{Format, Location, Notes, ReadOptions, Source, WriteOpt
 use std::path::Path;
 
 /// Any bytes are a mesh that can be written, or an error that says where.
-pub fn read_and_written(format: &dyn Format, bytes: &[u8]) {
+pub fn read_and_written(format: &Format, bytes: &[u8]) {
     // Beside files that others name: the pieces of a .pvtu.
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../testdata/vtk/fuzzed"));
     let source = Source::from_bytes(path, bytes.to_vec());

@@ -438,7 +438,7 @@ pub fn read(
     warn(py, &loaded.notes)?;
     Ok(PyMesh {
         path: (path.as_os_str() != "-").then_some(path),
-        format: Some(loaded.format.name()),
+        format: Some(loaded.format.name),
         ..PyMesh::new(loaded.mesh)
     })
 }

@@ -126,9 +126,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let mut schedule = ranks.all_ok(Schedule::read(&args.schedule))?;
     check_same_on_ranks(&kept, ranks)?;
     if let Some(name) = &context.common.format {
-        schedule.output.format = formats::to_write(formats::by_name(name)?)?
-            .name()
-            .to_owned();
+        schedule.output.format = formats::to_write(formats::by_name(name)?)?.name.to_owned();
         schedule.output.format_given = true;
     }
     if let Some(kinds) = ranks.kinds_of_processors() {

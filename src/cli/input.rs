@@ -23,7 +23,7 @@ impl Context {
     }
 
     /// Reads a mesh in a format, or in that which its content says.
-    pub fn read_mesh_as(&self, path: &Path, format: Option<&'static dyn Format>) -> Result<Mesh> {
+    pub fn read_mesh_as(&self, path: &Path, format: Option<&'static Format>) -> Result<Mesh> {
         match format {
             Some(format) => self.load(path, |location| {
                 formats::read_as(format, location, &self.read_options())
@@ -33,7 +33,7 @@ impl Context {
     }
 
     /// The format of `--format`, where it is given.
-    pub fn input_format(&self) -> Result<Option<&'static dyn Format>> {
+    pub fn input_format(&self) -> Result<Option<&'static Format>> {
         let name = self.common.format.as_deref();
         name.map(formats::by_name).transpose()
     }
@@ -91,7 +91,7 @@ enum Meshes {
     /// A file or folder with one mesh, or with a sequence.
     File {
         location: Location,
-        format: &'static dyn Format,
+        format: &'static Format,
         times: Vec<f64>,
     },
     /// A list of files with a time each.
@@ -103,11 +103,7 @@ enum Meshes {
 impl Input {
     /// Opens a mesh file, of a format that is known or that its content tells, a list of them, or
     /// the sequence of a folder.
-    pub fn open(
-        path: &Path,
-        format: Option<&'static dyn Format>,
-        context: &Context,
-    ) -> Result<Self> {
+    pub fn open(path: &Path, format: Option<&'static Format>, context: &Context) -> Result<Self> {
         let meshes = match formats::is_series(path) && !path.is_dir() {
             true => {
                 let list = formats::read_series(path)?;
@@ -137,7 +133,7 @@ impl Input {
     /// As [`open`](Self::open), on the first rank alone: the others learn what it holds.
     pub fn open_shared(
         path: &Path,
-        format: Option<&'static dyn Format>,
+        format: Option<&'static Format>,
         context: &Context,
     ) -> Result<Self> {
         let opened = match context.ranks.is_first() {
@@ -153,11 +149,7 @@ impl Input {
     }
 
     /// The sequence of a folder; says how to go on with a run that is not finished.
-    fn of_folder(
-        path: &Path,
-        format: Option<&'static dyn Format>,
-        context: &Context,
-    ) -> Result<Self> {
+    fn of_folder(path: &Path, format: Option<&'static Format>, context: &Context) -> Result<Self> {
         let unfinished = unfinished(path);
         match (sequence_in(path), unfinished) {
             (Ok(sequence), None) => Self::open(&sequence, format, context),
@@ -258,7 +250,7 @@ impl Input {
         match &self.meshes {
             Meshes::File {
                 location, format, ..
-            } => format.version(location.bytes()),
+            } => (format.version)(location.bytes()),
             Meshes::Listed(_) | Meshes::Elsewhere(_) => None,
         }
     }
@@ -292,7 +284,7 @@ impl Input {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = formats::without_compression(&name);
         let name = name.strip_suffix(".series").unwrap_or(name);
-        let known = formats::with_flavours().flat_map(|format| format.extensions());
+        let known = formats::FORMATS.iter().flat_map(|format| format.extensions);
         let stem = known
             .chain(&["pvd"])
             .filter_map(|ending| name.strip_suffix(ending)?.strip_suffix('.'))
@@ -334,7 +326,7 @@ impl Input {
                     location, format, ..
                 } => {
                     options.step = step;
-                    formats::read_as(*format, location, &options)
+                    formats::read_as(format, location, &options)
                 }
                 Meshes::Listed(list) => {
                     let entry = &list[step.unwrap_or(list.len() - 1)];
@@ -379,8 +371,8 @@ fn sequence_in(folder: &Path) -> Result<PathBuf> {
     };
     let ending = |path: &PathBuf| path.extension().map(|e| e.to_ascii_lowercase());
     let in_one = formats::FORMATS.iter();
-    let in_one = in_one.filter(|format| format.sequence().is_some());
-    let in_one: Vec<&str> = in_one.map(|format| format.extensions()[0]).collect();
+    let in_one = in_one.filter(|format| format.sequence.is_some());
+    let in_one: Vec<&str> = in_one.map(|format| format.extensions[0]).collect();
     // Of a mesh with a hidden name the sequence is hidden too.
     let (pvd, visible, hidden) = (&["pvd"][..], false, true);
     let orders = [

@@ -51,9 +51,9 @@ fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
 #[derive(Clone, Copy)]
 pub struct Formats {
     /// Of what is read; without it the content tells.
-    pub input: Option<&'static dyn Format>,
+    pub input: Option<&'static Format>,
     /// Of the mesh that is written.
-    pub output: &'static dyn Format,
+    pub output: &'static Format,
 }
 
 impl Formats {
@@ -82,9 +82,9 @@ impl OutputArgs {
     }
 
     /// A sentence on each option that does nothing for files of this format.
-    pub fn remarks(&self, format: &dyn Format) -> Vec<String> {
+    pub fn remarks(&self, format: &Format) -> Vec<String> {
         let dropped = self.options().without_effect(format);
-        let name = format.name();
+        let name = format.name;
         dropped
             .iter()
             .map(|option| match *option {
@@ -107,13 +107,7 @@ impl OutputArgs {
     }
 
     /// Writes the mesh, and files that belong beside it, and notes what the format could not hold.
-    pub fn save(
-        &self,
-        mesh: &Mesh,
-        path: &Path,
-        format: &dyn Format,
-        context: &Context,
-    ) -> Result<()> {
+    pub fn save(&self, mesh: &Mesh, path: &Path, format: &Format, context: &Context) -> Result<()> {
         for remark in self.remarks(format) {
             context.note(&remark);
         }

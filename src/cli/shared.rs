@@ -10,8 +10,8 @@ use azimesh_io::mesh::Mesh;
 use std::path::Path;
 
 /// Why ranks do not write a file together.
-pub(super) fn why_not_written(format: &dyn Format, options: &WriteOptions) -> Option<&'static str> {
-    let is_written = format.takes_numbers_apart(options);
+pub(super) fn why_not_written(format: &Format, options: &WriteOptions) -> Option<&'static str> {
+    let is_written = (format.takes_numbers_apart)(options);
     (!is_written).then_some("ranks do not write this format together")
 }
 
@@ -26,10 +26,10 @@ pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
 }
 
 /// Why ranks do not write a mesh with this layout together.
-pub(super) fn why_not_cells(format: &dyn Format, layout: &Mesh) -> std::result::Result<(), String> {
+pub(super) fn why_not_cells(format: &Format, layout: &Mesh) -> std::result::Result<(), String> {
     if layout.dimension() != 3 {
         Err("it has no solid cells".to_owned())
-    } else if format.takes_cells_apart(&layout.view()) {
+    } else if (format.takes_cells_apart)(&layout.view()) {
         Ok(())
     } else {
         Err("ranks do not write its cells, or arrays at them, together".to_owned())
@@ -65,7 +65,7 @@ impl Context {
     pub fn read_together(
         &self,
         of_first: impl FnOnce() -> Shared,
-        format: &dyn Format,
+        format: &Format,
     ) -> std::result::Result<SharedMesh, String> {
         let file = self.ranks.broadcast(self.ranks.is_first().then(of_first))?;
         let allows = |layout: &Mesh| why_not_cells(format, layout);

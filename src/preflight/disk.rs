@@ -5,7 +5,7 @@ use azimesh_core::diagnostic::{Diagnostic, amount, with_verb};
 use azimesh_core::error::{Error, Result};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{QualityOutput, Role, SurfaceOutput};
-use azimesh_io::formats::{Compression, Format, Precision, StepSize};
+use azimesh_io::formats::{Compression, Format};
 use azimesh_io::mesh::MeshView;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +15,9 @@ const QUALITY: (u64, u64) = (16, 15 * 8 + 4);
 const DESCRIPTION: u64 = 600;
 /// Text of numbers may come out longer than that of the mesh which was counted: by this part.
 const TEXT: u64 = 50;
+/// Bytes that a step adds to the lists of all steps in one file, and of the places of an array in it, at the most.
+const LISTS: u64 = 16 << 10;
+const PLACES: u64 = 3 << 10;
 
 /// Bytes of a node in a file of moving surfaces.
 const SURFACE_LINE: u64 = 66;
@@ -37,22 +40,24 @@ impl Demand {
     pub fn of(
         plan: &Plan,
         mesh: &MeshView<'_>,
-        format: &dyn Format,
+        format: &Format,
         (n_steps, n_kept): (usize, usize),
         mesh_bytes: u64,
     ) -> Self {
-        let step = step_size(plan, mesh, format, n_steps);
-        let whole = mesh_bytes + (step.n_vectors + step.at_cells.0) * DESCRIPTION;
-        let (first, others) = match (format.sequence(), format.holds_arrays()) {
+        let (n_vectors, at_cells) = arrays(plan, format);
+        let n_nodes = plan.boundary.n_nodes as u64;
+        let whole = mesh_bytes + (n_vectors + at_cells.0) * DESCRIPTION;
+        let arrays = n_vectors * n_nodes * 24 + plan.boundary.n_cells as u64 * at_cells.1;
+        let (first, others) = match (format.sequence, format.holds.arrays) {
             (Some(_), _) => {
-                let bytes = format.sequence_bytes(&step);
-                let added = bytes.arrays + bytes.rest;
-                (whole + added, bytes.coordinates + added)
+                let n_still = (mesh.point_arrays.len() + mesh.cell_arrays.len()) as u64;
+                let n_arrays = 1 + n_vectors + at_cells.0 + n_still;
+                let added = arrays + LISTS + n_arrays * PLACES;
+                let is_short = format.rounds(plan.schedule.output.precision);
+                let coordinates = n_nodes * if is_short { 12 } else { 24 };
+                (whole + added, coordinates + added)
             }
-            (None, true) => {
-                let arrays = step.n_vectors * step.n_nodes * 24 + step.n_cells.0 * step.at_cells.1;
-                (whole + arrays, whole + arrays)
-            }
+            (None, true) => (whole + arrays, whole + arrays),
             (None, false) => (whole + whole / TEXT, whole + whole / TEXT),
         };
         let surface = surface_bytes(plan);
@@ -84,30 +89,18 @@ fn surface_bytes(plan: &Plan) -> u64 {
     n_moving as u64 * SURFACE_LINE
 }
 
-/// What each mesh has of its own.
-fn step_size(plan: &Plan, mesh: &MeshView<'_>, format: &dyn Format, n_steps: usize) -> StepSize {
-    let (output, boundary) = (&plan.schedule.output, &plan.boundary);
-    let at_nodes = u64::from(output.displacement) + u64::from(output.velocity);
-    let (n_vectors, at_cells) = match (format.holds_arrays(), output.quality) {
-        (true, QualityOutput::Cells) => (at_nodes, QUALITY),
-        (true, _) => (at_nodes, (0, 0)),
-        (false, _) => (
-            u64::from(output.displacement && format.holds_displacement()),
-            (0, 0),
-        ),
-    };
-    StepSize {
-        n_nodes: boundary.n_nodes as u64,
-        is_plane: boundary.extent.low[2] == 0.0 && boundary.extent.high[2] == 0.0,
-        number: match output.precision {
-            Precision::F64 => 8,
-            Precision::F32 => 4,
-        },
-        n_vectors,
-        at_cells,
-        n_cells: (boundary.n_cells as u64, boundary.n_volume_cells() as u64),
-        n_still: (mesh.point_arrays.len() + mesh.cell_arrays.len()) as u64,
-        n_steps: n_steps as u64,
+/// Numbers of the node arrays of three components and of the cell arrays that a run adds to each mesh, and the bytes of
+/// the latter for one cell.
+fn arrays(plan: &Plan, format: &Format) -> (u64, (u64, u64)) {
+    let output = &plan.schedule.output;
+    let displacement = u64::from(output.displacement && format.holds.displacement);
+    match (format.holds.arrays, output.quality) {
+        (false, _) => (displacement, (0, 0)),
+        (true, quality) => {
+            let is_of_cells = quality == QualityOutput::Cells;
+            let at_cells = if is_of_cells { QUALITY } else { (0, 0) };
+            (displacement + u64::from(output.velocity), at_cells)
+        }
     }
 }
 

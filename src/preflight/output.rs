@@ -27,7 +27,7 @@ const MOST_DENSE: usize = 40_000;
 pub(crate) fn before_work(
     plan: &Plan,
     mesh: &MeshView<'_>,
-    format: &dyn Format,
+    format: &Format,
     fail_on: &[Criterion],
 ) -> Result<(Vec<Diagnostic>, u64)> {
     check_precision(plan)?;
@@ -98,22 +98,21 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 fn format_holds(
     plan: &Plan,
     mesh: &MeshView<'_>,
-    format: &dyn Format,
+    format: &Format,
 ) -> Result<(Vec<Diagnostic>, u64)> {
     let described = |error: Error, plan: &Plan| match error.kind {
         ErrorKind::Input => Error::input(format!(
             "output.format = \"{}\" cannot hold this mesh: {}",
-            format.name(),
-            error.message
+            format.name, error.message
         ))
         .file(&plan.schedule.path),
         _ => error,
     };
-    if format.is_surface() {
+    if format.is_surface {
         let message = format!(
             "output.format = \"{0}\": {0} holds surfaces, and a run writes whole meshes; `azimesh convert DIR -o OUT --format {0}` \
              writes the surface of each step",
-            format.name()
+            format.name
         );
         return Err(Error::input(message).file(&plan.schedule.path));
     }
@@ -154,9 +153,9 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
 }
 
 /// Sentences where numbers are to be stored in a way that the format does not have.
-fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<Diagnostic> {
+fn dropped_packing(plan: &Plan, format: &Format) -> Vec<Diagnostic> {
     let dropped = plan.schedule.output.write_options().without_effect(format);
-    let format = format.name();
+    let format = format.name;
     dropped
         .into_iter()
         .map(|key| PreflightNote::NoEffect { key, format }.into())
@@ -164,13 +163,13 @@ fn dropped_packing(plan: &Plan, format: &dyn Format) -> Vec<Diagnostic> {
 }
 
 /// A note where arrays are asked for that the format does not hold.
-fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
+fn dropped_arrays(plan: &Plan, format: &Format) -> Option<Diagnostic> {
     let output = &plan.schedule.output;
-    let holds_arrays = format.holds_arrays();
+    let holds_arrays = format.holds.arrays;
     let dropped = [
         (
             "displacement",
-            output.displacement && !format.holds_displacement(),
+            output.displacement && !format.holds.displacement,
         ),
         ("velocity", output.velocity && !holds_arrays),
         (
@@ -180,7 +179,7 @@ fn dropped_arrays(plan: &Plan, format: &dyn Format) -> Option<Diagnostic> {
     ];
     let arrays = dropped.into_iter().filter(|(_, is_dropped)| *is_dropped);
     let arrays: Vec<&str> = arrays.map(|(name, _)| name).collect();
-    let format = format.name();
+    let format = format.name;
     (!arrays.is_empty()).then(|| PreflightNote::NoArrays { format, arrays }.into())
 }
 

@@ -27,7 +27,7 @@ pub fn check_surface_files(plan: &Plan, mesh: &MeshView<'_>, path: &Path) -> Res
     };
     let name = path.to_string_lossy();
     let is_su2 = by_extension(Path::new(without_compression(&name)));
-    let is_su2 = is_su2.is_ok_and(|format| format.name() == "su2");
+    let is_su2 = is_su2.is_ok_and(|format| format.name == "su2");
     if !is_su2 && plan.schedule.output.format != "su2" {
         return refused(format!(
             "the nodes of {name} have numbers, but SU2 needs those of its own mesh; give the .su2 file as the mesh, or \

@@ -81,7 +81,7 @@ impl<'a> Meshes<'a> {
 fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option<Mesh>> {
     let io = |error: std::io::Error| Error::io(path, &error);
     let is_case =
-        path.is_dir() || formats::by_extension(path).is_ok_and(|format| format.case().is_some());
+        path.is_dir() || formats::by_extension(path).is_ok_and(|format| format.case.is_some());
     if is_case {
         let mesh = read(path, options)?;
         let is_same = formats::hash_of_input(path, &mesh).map_err(io)?.to_string() == hash;

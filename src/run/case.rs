@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A case that holds the steps of a sequence; the folder of [`Names`] lies in it.
 #[derive(Clone)]
 pub(super) struct Case {
-    pub format: &'static dyn CaseFormat,
+    pub format: CaseFormat,
     pub folder: PathBuf,
     /// File of each step, from the case on; empty until [`Names::place_steps`].
     pub files: Vec<String>,
@@ -27,7 +27,7 @@ impl std::fmt::Debug for Case {
 
 impl Case {
     /// The case that a folder is, or whose records are in it.
-    pub fn of(format: &'static dyn CaseFormat, folder: &Path) -> Self {
+    pub fn of(format: CaseFormat, folder: &Path) -> Self {
         let is_records = folder
             .file_name()
             .is_some_and(|name| name == format.records());

@@ -136,7 +136,7 @@ fn refuse_inputs(names: &Names, records: &[Found]) -> Result<()> {
 }
 
 /// What all parts have in common, by the first of them: the names of the whole sequence and its format.
-fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static dyn Format)> {
+fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static Format)> {
     let Found { path, record, .. } = first;
     let wrong = || Error::input("this is not the record of a part of a sequence").file(path);
     let mesh = &record.inputs.first().ok_or_else(wrong)?.file;

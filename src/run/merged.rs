@@ -41,7 +41,7 @@ impl Standing {
     /// Where it is the sequence of other inputs, or a run that was not made of parts and has other steps.
     pub fn find(
         names: &Names,
-        format: &'static dyn Format,
+        format: &'static Format,
         parts: &[PartRun],
         progress: &dyn Progress,
     ) -> Result<Self> {
@@ -109,7 +109,7 @@ impl Standing {
 /// The rows of the folder, where they and their meshes are what the parts give.
 fn rows_there(
     names: &Names,
-    format: &'static dyn Format,
+    format: &'static Format,
     parts: &[PartRun],
     record: &RunRecord,
     progress: &dyn Progress,
@@ -144,7 +144,7 @@ fn rows_there(
 /// Whether the file of all steps is the one that these rows speak of.
 fn is_file_of(
     names: &Names,
-    format: &'static dyn Format,
+    format: &'static Format,
     rows: &Rows,
     ends: &[u64],
     progress: &dyn Progress,
@@ -183,7 +183,7 @@ pub(super) fn rows(parts: &[PartRun]) -> Rows {
 /// Writes the meshes of all parts into one file, which takes its name when all are in it.
 pub(super) fn join_meshes(
     names: &Names,
-    format: &'static dyn Format,
+    format: &'static Format,
     parts: &[PartRun],
     progress: &dyn Progress,
 ) -> Result<RowsAndEnds> {

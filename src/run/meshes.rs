@@ -17,7 +17,7 @@ type Shared = Arc<Mutex<Box<dyn SequenceFile>>>;
 /// Where the meshes go.
 pub(super) struct Meshes<'a> {
     names: &'a Names,
-    format: &'static dyn Format,
+    format: &'static Format,
     options: WriteOptions,
     /// The files of the moving surfaces, where they are asked for.
     surface: Option<SurfaceFiles>,
@@ -35,7 +35,7 @@ impl<'a> Meshes<'a> {
     /// Nothing is under its name before the first mesh is kept.
     pub fn new(
         names: &'a Names,
-        format: &'static dyn Format,
+        format: &'static Format,
         options: WriteOptions,
         surface: Option<SurfaceFiles>,
         begin: Begin,
@@ -44,7 +44,7 @@ impl<'a> Meshes<'a> {
         let create = |create: azimesh_io::formats::CreateSequence| {
             create(&first, &options, begin, names.commit.sync)
         };
-        let sequence = format.sequence().filter(|_| names.is_in_one());
+        let sequence = format.sequence.filter(|_| names.is_in_one());
         let sequence = sequence.map(create).transpose()?;
         Ok(Self {
             names,
@@ -117,7 +117,7 @@ pub(super) fn hash_of(
     mesh: &MeshView,
     names: &Names,
     step: usize,
-    format: &dyn Format,
+    format: &Format,
     options: &WriteOptions,
 ) -> Result<blake3::Hash> {
     if let Some(case) = names.in_case(step) {

@@ -63,7 +63,7 @@ pub struct Names {
 /// A step in a case.
 pub(super) struct StepInCase<'a> {
     pub folder: &'a Path,
-    pub format: &'static dyn CaseFormat,
+    pub format: CaseFormat,
     pub file: &'a str,
 }
 
@@ -72,7 +72,7 @@ impl Names {
     pub fn new(
         folder: &Path,
         mesh: &Path,
-        format: &dyn Format,
+        format: &Format,
         n_steps: usize,
         part: RunSteps,
     ) -> Self {
@@ -88,16 +88,16 @@ impl Names {
         };
         // Lists of files are XML and lines of text.
         let stem = stem.replace(char::is_control, "_");
-        let case = format.case().map(|case| Case::of(case, folder));
+        let case = format.case.map(|case| Case::of(case, folder));
         let folder = case
             .as_ref()
             .map_or_else(|| folder.to_path_buf(), Case::records);
         Self {
             folder,
             stem,
-            extension: format.extensions()[0],
-            list_ending: format.list_ending(),
-            in_one: format.sequence().is_some() && case.is_none(),
+            extension: format.extensions[0],
+            list_ending: format.list_ending,
+            in_one: format.sequence.is_some() && case.is_none(),
             case,
             digits: n_steps.saturating_sub(1).to_string().len().max(4),
             part,

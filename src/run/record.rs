@@ -171,11 +171,9 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
 /// The files beside the mesh of each step, which do not depend on the step: by their endings, with their hashes.
 fn companions(names: &Names, deformation: &Deformation) -> Result<BTreeMap<String, String>> {
     let format = formats::by_name(&deformation.plan().schedule.output.format)?;
-    let mesh = names.path(&format!("no mesh.{}", format.extensions()[0]));
-    let files = format
-        .companion_files(&deformation.view_to_write()?, &mesh)
-        .into_iter();
-    let named = files.map(|(path, content)| {
+    let mesh = names.path(&format!("no mesh.{}", format.extensions[0]));
+    let files = (format.companions)(&deformation.view_to_write()?, &mesh);
+    let named = files.into_iter().map(|(path, content)| {
         let ending = path
             .extension()
             .unwrap_or_default()

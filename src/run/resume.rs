@@ -55,7 +55,7 @@ impl Earlier {
     pub fn find(
         deformation: &Deformation,
         names: &Names,
-        format: &dyn Format,
+        format: &Format,
         now: &RunRecord,
     ) -> Result<Self> {
         let plan = deformation.plan();
@@ -173,7 +173,7 @@ impl Earlier {
         &mut self,
         deformation: &Deformation,
         names: &Names,
-        format: &dyn Format,
+        format: &Format,
     ) -> Result<()> {
         let (progress, mesh) = (deformation.progress(), deformation.view_to_write()?);
         progress.start("verifying", Some(self.rows.len() as u64));
@@ -202,12 +202,7 @@ impl Earlier {
 }
 
 /// What is wrong with the file of a row, or with what belongs beside it.
-fn fault_of(
-    mesh: &MeshView<'_>,
-    names: &Names,
-    format: &dyn Format,
-    row: &Row,
-) -> Option<FileFault> {
+fn fault_of(mesh: &MeshView<'_>, names: &Names, format: &Format, row: &Row) -> Option<FileFault> {
     let path = names.path(&row.file);
     if !path.exists() {
         return Some(FileFault::Missing);
@@ -217,7 +212,7 @@ fn fault_of(
         Ok(false) => return Some(FileFault::OtherHash("steps.csv")),
         Err(error) => return Some(FileFault::Unreadable(error.to_string())),
     }
-    let companions = format.companion_files(mesh, &path);
+    let companions = (format.companions)(mesh, &path);
     let differs =
         |(path, content): &(PathBuf, Vec<u8>)| read_file(path).ok().as_ref() != Some(content);
     companions

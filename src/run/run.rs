@@ -119,7 +119,7 @@ pub fn run_after(
 /// Refuses what can be refused without the folder; gives the warnings, and the bytes of one mesh.
 fn warnings_before(
     deformation: &Deformation,
-    format: &dyn Format,
+    format: &Format,
     names: &Names,
     request: &Request,
 ) -> Result<(Vec<Diagnostic>, u64)> {
@@ -146,7 +146,7 @@ fn inputs_of(plan: &Plan, request: &Request) -> Inputs {
 }
 
 /// The names of the files that the request is for.
-fn names_of(deformation: &Deformation, format: &dyn Format, request: &Request) -> Result<Names> {
+fn names_of(deformation: &Deformation, format: &Format, request: &Request) -> Result<Names> {
     let plan = deformation.plan();
     let n_steps = plan.motion.steps.len();
     let part = RunSteps::new(request.steps.clone(), n_steps)?;
@@ -164,7 +164,7 @@ fn names_of(deformation: &Deformation, format: &dyn Format, request: &Request) -
 fn earlier_run(
     deformation: &Deformation,
     names: &Names,
-    format: &dyn Format,
+    format: &Format,
     record: &RecordFile,
     request: &Request,
 ) -> Result<Earlier> {
@@ -195,7 +195,7 @@ pub(super) struct Run<'a> {
     pub plan: &'a Plan,
     pub request: &'a Request,
     pub names: &'a Names,
-    pub format: &'static dyn Format,
+    pub format: &'static Format,
     /// Conditions that fail the run.
     fail_on: Vec<Criterion>,
     pub record: RecordFile,

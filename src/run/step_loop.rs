@@ -116,7 +116,7 @@ impl Run<'_> {
         velocities: &mut Vec<Vector>,
     ) -> Result<StepMesh<'a>> {
         let mesh = StepMesh::new(self.deformation, points)?;
-        match (self.format.holds_arrays(), self.format.holds_displacement()) {
+        match (self.format.holds.arrays, self.format.holds.displacement) {
             (true, _) => mesh.with_arrays(self.deformation, velocities),
             (false, true) => {
                 let from = self.displaced_from.as_deref();

@@ -44,12 +44,12 @@ impl SurfaceFiles {
     }
 
     /// Whether the file of a step says what the mesh of that step, which is whole, says.
-    pub fn is_there(&self, names: &Names, format: &dyn Format, row: &Row) -> bool {
+    pub fn is_there(&self, names: &Names, format: &Format, row: &Row) -> bool {
         let Ok(found) = read_file(&names.path(&names.surface(row.step))) else {
             return false;
         };
         let read = |path: &Path| {
-            let format = by_name(format.name())?;
+            let format = by_name(format.name)?;
             read_as(format, &Location::open(path)?, &ReadOptions::default())
         };
         let loaded = read(&names.path(&row.file));

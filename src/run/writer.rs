@@ -32,7 +32,7 @@ impl<'a> Writer<'a> {
     /// Starts with the rows of an earlier run.
     pub fn start(
         names: &'a Names,
-        format: &'static dyn Format,
+        format: &'static Format,
         options: WriteOptions,
         surface: Option<SurfaceFiles>,
         kept: Rows,

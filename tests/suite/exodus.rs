@@ -5,7 +5,7 @@ use crate::support::netcdf::{NetCdf, Numbers, text};
 use crate::support::sequence::testdata;
 use crate::support::{assert_says, azimesh, json, succeed};
 use azimesh_core::error::{Error, Position};
-use azimesh_io::formats::exodus::Exodus;
+use azimesh_io::formats::exodus::EXODUS;
 use azimesh_io::formats::{ReadOptions, parse};
 use azimesh_io::mesh::{CellKind, Mesh, Values};
 
@@ -14,7 +14,7 @@ fn read_at(bytes: &[u8], step: Option<usize>) -> Result<Mesh, Error> {
         step,
         ..ReadOptions::default()
     };
-    let mesh = parse(&Exodus, bytes, &options)?;
+    let mesh = parse(&EXODUS, bytes, &options)?;
     mesh.validate().unwrap();
     Ok(mesh)
 }
@@ -25,7 +25,7 @@ fn read(bytes: &[u8]) -> Mesh {
 
 /// A file is refused because of a variable, in a sentence with these parts.
 fn assert_refused(file: &NetCdf, variable: &str, parts: &[&str]) {
-    let error = parse(&Exodus, &file.bytes(), &ReadOptions::default()).expect_err(variable);
+    let error = parse(&EXODUS, &file.bytes(), &ReadOptions::default()).expect_err(variable);
     let position = Some(Position::Dataset(variable.into()));
     assert_eq!(error.position, position, "{error}");
     assert_says(&error.message, parts);
@@ -365,7 +365,7 @@ fn what_is_wrong_in_a_file_is_refused_by_the_name_of_its_variable() {
     }
     let mut strange = cube(8, "SUPER");
     strange.remove("node_ns1");
-    let error = parse(&Exodus, &strange.bytes(), &ReadOptions::default()).unwrap_err();
+    let error = parse(&EXODUS, &strange.bytes(), &ReadOptions::default()).unwrap_err();
     assert_says(&error.message, &["element block 1", "\"SUPER\""]);
 }
 
@@ -378,17 +378,17 @@ fn a_piece_of_a_decomposed_mesh_and_a_short_file_are_named() {
         ("num_procs_file", 1),
     ];
     let piece = NetCdf::new(1, 0, &dimensions).bytes();
-    let error = parse(&Exodus, &piece, &ReadOptions::default()).unwrap_err();
+    let error = parse(&EXODUS, &piece, &ReadOptions::default()).unwrap_err();
     assert_says(&error.message, &["1 of the 4 pieces", "epu"]);
     let whole = small(5);
     let error = parse(
-        &Exodus,
+        &EXODUS,
         &whole[..whole.len() - 700],
         &ReadOptions::default(),
     )
     .unwrap_err();
     assert_says(&error.message, &["cut short"]);
-    let error = parse(&Exodus, b"CDF\x03rest", &ReadOptions::default()).unwrap_err();
+    let error = parse(&EXODUS, b"CDF\x03rest", &ReadOptions::default()).unwrap_err();
     assert_says(&error.message, &["version 3", "1, 2 and 5"]);
 }
 

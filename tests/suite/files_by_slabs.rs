@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The formats that are read by slabs here.
-static FORMATS: [&dyn Format; 6] = [
-    &vtu::Vtu,
-    &cgns::Cgns,
+static FORMATS: [&Format; 6] = [
+    &vtu::VTU,
+    &cgns::CGNS,
     &gmsh::MSH41,
     &ugrid::B8,
     &ugrid::LB8L,
@@ -53,7 +53,7 @@ fn compare(slabs: &dyn Slabs, mesh: &Mesh, what: &str) -> std::result::Result<()
 
 /// Compares the slabs of a file with its mesh; gives why it has to be read as a whole where that is so.
 fn compare_file(
-    format: &dyn Format,
+    format: &Format,
     source: &Source,
     options: &ReadOptions,
 ) -> Option<std::result::Result<(), String>> {
@@ -114,7 +114,7 @@ fn tally(folder: &Path) -> BTreeMap<String, usize> {
         let Ok(format) = of(&Location::from(source.clone())) else {
             continue;
         };
-        if !FORMATS.iter().any(|known| known.name() == format.name()) {
+        if !FORMATS.iter().any(|known| known.name == format.name) {
             continue;
         }
         let found = compare_file(format, &source, &ReadOptions::default());
@@ -124,7 +124,7 @@ fn tally(folder: &Path) -> BTreeMap<String, usize> {
             Some(Err(reason)) => reason,
         };
         *tally
-            .entry(format!("{}: {outcome}", format.name()))
+            .entry(format!("{}: {outcome}", format.name))
             .or_default() += 1;
     }
     tally
@@ -208,8 +208,8 @@ fn surface(space: Option<u8>) -> Mesh {
 #[test]
 fn the_tagged_surface_of_a_solid_is_read_as_a_whole() {
     let compared = |mesh: &Mesh| {
-        let source = source(&file_of(&vtu::Vtu, mesh));
-        compare_file(&vtu::Vtu, &source, &ReadOptions::default()).unwrap()
+        let source = source(&file_of(&vtu::VTU, mesh));
+        compare_file(&vtu::VTU, &source, &ReadOptions::default()).unwrap()
     };
     assert_eq!(compared(&surface(None)), Ok(()));
     let reason = compared(&surface(Some(3))).unwrap_err();
@@ -220,14 +220,14 @@ fn the_tagged_surface_of_a_solid_is_read_as_a_whole() {
 fn every_step_of_a_sequence_is_read_by_slabs() {
     let path = Path::new("testdata/cgns/sequence.cgns");
     let source = Source::open(path).unwrap();
-    let n = cgns::Cgns.steps_of_file(&source).unwrap().len();
+    let n = (cgns::CGNS.steps)(&source).unwrap().len();
     assert!(n > 1);
     for step in 0..n {
         let options = ReadOptions {
             step: Some(step),
             ..ReadOptions::default()
         };
-        assert_eq!(compare_file(&cgns::Cgns, &source, &options), Some(Ok(())));
+        assert_eq!(compare_file(&cgns::CGNS, &source, &options), Some(Ok(())));
     }
 }
 
@@ -269,7 +269,7 @@ fn what_azimesh_writes_is_read_by_slabs() {
                     continue;
                 }
                 let found = compare_file(format, &source(&bytes), &ReadOptions::default());
-                assert_eq!(found, Some(Ok(())), "{name} as {}", format.name());
+                assert_eq!(found, Some(Ok(())), "{name} as {}", format.name);
                 n_compared += 1;
             }
         }
@@ -318,7 +318,7 @@ fn small() -> Mesh {
     mesh
 }
 
-fn file_of(format: &dyn Format, mesh: &Mesh) -> Vec<u8> {
+fn file_of(format: &Format, mesh: &Mesh) -> Vec<u8> {
     let mut bytes = Vec::new();
     let written = format.write_file(&mesh.view(), &mut bytes, &WriteOptions::default());
     written.unwrap_or_else(|error| panic!("{error}"));
@@ -344,7 +344,7 @@ fn damaged_files_give_errors_or_sound_slabs() {
             let source = source(&damaged);
             n_sound += usize::from(look_at_all(format.slabs(&source, &ReadOptions::default())));
         }
-        assert!(n_sound > 50, "{} of {}", n_sound, format.name());
+        assert!(n_sound > 50, "{} of {}", n_sound, format.name);
         // Twice the same file, of which one after the other has sections of MSH that are there once.
         look_at_all(format.slabs(&source(&bytes.repeat(2)), &ReadOptions::default()));
     }

@@ -365,7 +365,7 @@ fn what_is_copied_is_staged_until_all_of_it_is_there() {
     let folder = sphere();
     let (read_from, out) = (folder.path().join("in"), folder.path().join("out"));
     let mesh = read(&read_from);
-    let case = formats::by_name("openfoam").unwrap().case().unwrap();
+    let case = formats::by_name("openfoam").unwrap().case.unwrap();
     let options = WriteOptions::default();
     let begin = || case.begin(&out, &mesh.view(), &options, Begin::Create, Commit::REPLACE);
     drop(begin().unwrap().staged);

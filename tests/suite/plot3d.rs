@@ -7,7 +7,7 @@ use azimesh_io::formats::{self, Format, ReadOptions, Source, parse, plot3d};
 use azimesh_io::mesh::{CellKind, Mesh};
 use std::path::Path;
 
-fn read(format: &dyn Format, bytes: &[u8]) -> azimesh::Result<Mesh> {
+fn read(format: &Format, bytes: &[u8]) -> azimesh::Result<Mesh> {
     let mesh = parse(format, bytes, &ReadOptions::default())?;
     mesh.validate()?;
     Ok(mesh)
@@ -26,7 +26,7 @@ fn a_grid_is_the_same_however_it_is_stored() {
             let solid = [CellKind::Quadrilateral, CellKind::Hexahedron][n_axes - 2];
             assert_eq!(kind, solid, "{what}");
             let source = Source::from_bytes(Path::new("grid.xyz"), bytes);
-            let found = formats::recognize(&source.into()).map(|format| format.name());
+            let found = formats::recognize(&source.into()).map(|format| format.name);
             assert_eq!(found, Some("plot3d"), "{what}");
         }
     }

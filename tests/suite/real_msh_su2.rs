@@ -42,7 +42,7 @@ fn real_meshes() -> Vec<(PathBuf, Mesh)> {
     meshes
 }
 
-fn back(format: &'static dyn Format, mesh: &Mesh, encoding: Encoding) -> Option<Mesh> {
+fn back(format: &'static Format, mesh: &Mesh, encoding: Encoding) -> Option<Mesh> {
     let options = WriteOptions {
         encoding,
         ..WriteOptions::default()
@@ -68,7 +68,7 @@ fn named(groups: &[Group]) -> Vec<Group> {
 #[test]
 fn real_meshes_come_back_from_every_flavour_of_msh() {
     for (path, mesh) in real_meshes() {
-        for format in [&gmsh::MSH41 as &'static dyn Format, &gmsh::MSH22] {
+        for format in [&gmsh::MSH41 as &'static Format, &gmsh::MSH22] {
             for encoding in [Encoding::Raw, Encoding::Ascii] {
                 let back = back(format, &mesh, encoding).expect("MSH holds it");
                 let place = path.display();
@@ -83,7 +83,7 @@ fn real_meshes_come_back_from_every_flavour_of_msh() {
 #[test]
 fn tags_of_real_meshes_come_back_from_su2() {
     for (path, mesh) in real_meshes() {
-        let Some(back) = back(&su2::Su2, &mesh, Encoding::Raw) else {
+        let Some(back) = back(&su2::SU2, &mesh, Encoding::Raw) else {
             continue;
         };
         let n_cells = |mesh: &Mesh| -> Vec<(String, usize)> {

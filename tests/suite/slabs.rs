@@ -298,7 +298,7 @@ fn steps_of_a_sequence() {
     let mut mesh = read(&testdata("wing_on_plane.vtu"), &ReadOptions::default()).unwrap();
     for ending in FORMATS {
         let path = folder.path().join(format!("m.{ending}"));
-        let Some(create) = formats::by_name(ending).unwrap().sequence() else {
+        let Some(create) = formats::by_name(ending).unwrap().sequence else {
             continue;
         };
         let options = WriteOptions::default();

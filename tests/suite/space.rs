@@ -57,8 +57,10 @@ fn bytes_of_the_output_are_foreseen() {
             let changes = changes.each_ref().map(|(from, to)| (*from, to.as_str()));
             rewrite(folder, &of_mesh, "case.toml", &changes);
             let (foreseen, taken) = foreseen_and_taken(folder, mesh, "case.toml");
+            // A sequence in one file is bounded with up to 100 kB of metadata per step.
+            let n_steps = 360.0 / step.parse::<f64>().unwrap() + 1.0;
             assert!(
-                foreseen >= taken && foreseen <= 1.1 * taken,
+                foreseen >= taken && foreseen <= 1.1 * taken + n_steps * 100e3,
                 "{mesh}, {format}, every {step} degrees{output}: {foreseen} bytes foreseen, {taken} taken"
             );
         }

@@ -59,7 +59,7 @@ fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
             for room in room.chain([whole.len() - 1]) {
                 let written = format.write_file(&mesh.view(), &mut Disk(room), &options);
                 let error = written.expect_err("the disk is full");
-                let what = format!("{} {encoding:?} {compression:?} {room}", format.name());
+                let what = format!("{} {encoding:?} {compression:?} {room}", format.name);
                 assert_eq!(error.kind, AzimeshErrorKind::System, "{what}: {error}");
                 assert!(
                     error.to_string().contains("no storage space"),
@@ -78,11 +78,11 @@ fn a_full_device_gives_exit_code_3() {
     let folder = airfoil();
     for format in written() {
         // Written in pieces, without a place for plane meshes, or with notes: not the disk alone is told of.
-        let name = format.name();
+        let name = format.name;
         if matches!(name, "pvtu" | "openfoam" | "stl" | "vtp") || name.starts_with("ugrid") {
             continue;
         }
-        let convert = ["convert", "n.vtu", "/dev/full", "--format", format.name()];
+        let convert = ["convert", "n.vtu", "/dev/full", "--format", format.name];
         let run = azimesh(folder.path(), &convert);
         assert_eq!((run.code, run.out.as_str()), (3, ""), "{run:?}");
         assert!(run.err.starts_with("error: /dev/full: "), "{}", run.err);

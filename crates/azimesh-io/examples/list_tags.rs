@@ -15,7 +15,7 @@ fn main() -> azimesh_io::Result<()> {
     let mesh = &loaded.mesh;
     println!(
         "{path}: {}, {} dimensions, {} nodes, {} cells",
-        loaded.format.name(),
+        loaded.format.name,
         mesh.dimension(),
         mesh.points().len(),
         mesh.cells().len()

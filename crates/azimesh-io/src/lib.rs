@@ -42,7 +42,7 @@
 //! ```text
 //! file or folder ─┬─> Mesh::read_with ──> Loaded ┬ mesh: Mesh
 //! ReadOptions ────┘                              ├ notes: Notes
-//!                                                └ format: &dyn Format
+//!                                                └ format: &Format
 //!
 //! Mesh::view ──> MeshView ─┬─> write_with ─┬─> file or folder
 //! other points, arrays ────┤               └─> Notes

@@ -73,7 +73,7 @@ fn read_by_vtkio(bytes: &[u8]) -> Vtk {
     read.expect("vtkio reads it")
 }
 
-fn written(mesh: &Mesh, format: &dyn Format, options: &WriteOptions) -> Vec<u8> {
+fn written(mesh: &Mesh, format: &Format, options: &WriteOptions) -> Vec<u8> {
     let mut bytes = Vec::new();
     let notes = format.write_file(&mesh.view(), &mut bytes, options);
     notes.expect("it can be written");

@@ -53,7 +53,7 @@ impl Run<'_> {
         &self,
         input: &Input,
         path: &Path,
-        format: &'static dyn Format,
+        format: &'static Format,
     ) -> Result<bool> {
         if self.context.ranks.n() == 1 {
             return Ok(false);
@@ -87,7 +87,7 @@ impl Run<'_> {
         &self,
         input: &Input,
         path: &Path,
-        format: &'static dyn Format,
+        format: &'static Format,
     ) -> std::result::Result<SharedMesh, String> {
         let args = self.args;
         if args.changes != Changes::default() || args.reorder || args.portable {
@@ -103,7 +103,7 @@ impl Run<'_> {
         let file: Shared = input.shared(args.step, self.context);
         let task = Task {
             file: file.clone()?,
-            format: format.name().to_owned(),
+            format: format.name.to_owned(),
             sync: args.write.commit().sync,
         };
         self.context.ranks.broadcast(Some(Some(task)));

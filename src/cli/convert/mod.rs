@@ -162,7 +162,7 @@ impl Run<'_> {
             Target::Folder(_) => None,
         };
         let format = self.output_format(out);
-        if format.is_ok_and(|format| format.case().is_some()) {
+        if format.is_ok_and(|format| format.case.is_some()) {
             return match n.get() {
                 1 => Ok(()),
                 _ => Err(Error::input(format!(
@@ -172,7 +172,7 @@ impl Run<'_> {
             };
         }
         let is_list = |out: &Path| {
-            let ending = formats::in_pieces().extensions()[0];
+            let ending = formats::in_pieces().extensions[0];
             out.extension().is_some_and(|found| found == ending)
         };
         match out.filter(|out| !is_list(out)) {
@@ -241,7 +241,7 @@ impl Run<'_> {
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
-        if let (Some(_), [one]) = (format.case(), &self.args.paths[..]) {
+        if let (Some(_), [one]) = (format.case, &self.args.paths[..]) {
             return self.write_case(one, folder, format);
         }
         let open = |path: &PathBuf| Input::open(path, None, self.context);
@@ -265,7 +265,7 @@ impl Run<'_> {
             self.order.take();
             let stem = folder.join(input.stem());
             match (input.times(), self.args.step) {
-                (Some(times), None) if format.case().is_some() => {
+                (Some(times), None) if format.case.is_some() => {
                     let path = stem;
                     self.sequence(input, &times, &Place::File { path, format })?;
                 }
@@ -274,7 +274,7 @@ impl Run<'_> {
                     self.sequence(input, &times, &place)?;
                 }
                 _ => {
-                    let path = match format.case() {
+                    let path = match format.case {
                         Some(_) => stem,
                         None => target::with_ending(&stem, self.ending(format)),
                     };
@@ -291,7 +291,7 @@ impl Run<'_> {
         &self,
         input: &Path,
         folder: &Path,
-        format: &'static dyn formats::Format,
+        format: &'static formats::Format,
     ) -> Result<()> {
         let input = Input::open(input, None, self.context)?;
         let path = folder.to_path_buf();
@@ -317,11 +317,11 @@ impl Run<'_> {
                 times.len()
             ));
         }
-        if self.by_ranks(input, path, *format)? {
+        if self.by_ranks(input, path, format)? {
             return Ok(());
         }
         let mesh = self.read(input, self.args.step)?;
-        self.save(&mesh, None, path, *format)
+        self.save(&mesh, None, path, format)
     }
 
     /// The mesh of a step, changed as asked.
@@ -373,7 +373,7 @@ impl Run<'_> {
     }
 
     /// The format that `--format` or, without it, the name of the output gives.
-    fn output_format(&self, path: Option<&Path>) -> Result<&'static dyn formats::Format> {
+    fn output_format(&self, path: Option<&Path>) -> Result<&'static formats::Format> {
         match (&self.context.common.format, path) {
             (Some(name), _) => formats::to_write(formats::by_name(name)?),
             (None, Some(path)) => formats::by_extension(path),

@@ -26,23 +26,20 @@ impl Run<'_> {
 
     /// The mesh without what readers of the format do not take, where that is asked for; its surface for a format of surfaces,
     /// without the faces of tags that were removed.
-    pub(super) fn portable<'m>(
-        &self,
-        mesh: &'m Mesh,
-        format: &dyn Format,
-    ) -> Result<Cow<'m, Mesh>> {
+    pub(super) fn portable<'m>(&self, mesh: &'m Mesh, format: &Format) -> Result<Cow<'m, Mesh>> {
         let outer = match self.args.changes.removes_tags() {
             true => OuterFaces::Listed,
             false => OuterFaces::All,
         };
-        if let Some((surface, notes)) = format.surface(&mesh.view(), outer) {
+        if let Some(surface_of) = format.surface {
+            let (surface, notes) = surface_of(&mesh.view(), outer);
             if surface.cells.is_empty() {
                 return Err(Error::input(
                     "no boundary face is left after --keep-tag or --drop-tag",
                 ));
             }
             for note in notes.iter() {
-                self.tell(format!("{}: {note}", format.title()));
+                self.tell(format!("{}: {note}", format.title));
             }
             self.tell_of_zones_apart(mesh, &notes);
             return Ok(Cow::Owned(surface));
@@ -51,7 +48,7 @@ impl Run<'_> {
             return Ok(Cow::Borrowed(mesh));
         }
         let mut portable = mesh.clone();
-        Ok(match make_portable(&mut portable, format.name()) {
+        Ok(match make_portable(&mut portable, format.name) {
             Some(remark) => {
                 self.tell(remark);
                 Cow::Owned(portable)

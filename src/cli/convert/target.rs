@@ -17,12 +17,12 @@ pub enum Place {
     /// A file, of a format that may hold a sequence.
     File {
         path: PathBuf,
-        format: &'static dyn Format,
+        format: &'static Format,
     },
     /// Files `stem_0000` and so on, and lists of them.
     Listed {
         stem: PathBuf,
-        format: &'static dyn Format,
+        format: &'static Format,
         lists: Vec<PathBuf>,
     },
 }
@@ -38,9 +38,9 @@ pub struct Written {
 
 impl Place {
     /// Numbered files with a .pvd, and with a .vtk.series where they are legacy VTK files.
-    pub fn listed(stem: &Path, format: &'static dyn Format) -> Self {
+    pub fn listed(stem: &Path, format: &'static Format) -> Self {
         let mut lists = vec![with_ending(stem, "pvd")];
-        lists.extend(format.list_ending().map(|ending| with_ending(stem, ending)));
+        lists.extend(format.list_ending.map(|ending| with_ending(stem, ending)));
         Place::Listed {
             stem: stem.to_path_buf(),
             format,
@@ -50,7 +50,7 @@ impl Place {
 
     /// Whether it takes one mesh only.
     pub fn is_one_mesh(&self) -> bool {
-        matches!(self, Place::File { format, .. } if format.sequence().is_none())
+        matches!(self, Place::File { format, .. } if format.sequence.is_none())
     }
 }
 
@@ -82,10 +82,10 @@ impl Run<'_> {
             (None, Some(name)) => formats::to_write(formats::by_name(name)?)?,
             (None, None) => formats::by_name("vtu")?,
         };
-        if format.case().is_some() {
+        if format.case.is_some() {
             return Err(Error::input(format!(
                 "a list has a file for each step, and {} keeps all steps in one folder; give its name instead",
-                format.title()
+                format.title
             ))
             .file(path));
         }
@@ -97,16 +97,16 @@ impl Run<'_> {
     }
 
     /// The ending of one mesh of this format.
-    pub(super) fn ending(&self, format: &dyn Format) -> &'static str {
+    pub(super) fn ending(&self, format: &Format) -> &'static str {
         match self.args.pieces {
-            Some(_) => formats::in_pieces().extensions()[0],
-            None => format.extensions()[0],
+            Some(_) => formats::in_pieces().extensions[0],
+            None => format.extensions[0],
         }
     }
 
     /// Writes every mesh of a sequence.
     pub(super) fn sequence(&self, input: &Input, times: &[f64], place: &Place) -> Result<()> {
-        let is_case = matches!(place, Place::File { format, .. } if format.case().is_some());
+        let is_case = matches!(place, Place::File { format, .. } if format.case.is_some());
         if self.args.pieces.is_some() && !is_case {
             return Err(
                 Error::input("--pieces is for one mesh, and this is a sequence").file(input.path()),
@@ -130,9 +130,9 @@ impl Run<'_> {
             Place::File { path, format } => {
                 let (options, commit) = (self.options(), self.args.write.commit());
                 let write = |file: &mut dyn SequenceFile| {
-                    self.write_one_file(input, steps, path, file, *format)
+                    self.write_one_file(input, steps, path, file, format)
                 };
-                let ((), file) = formats::stage_sequence(path, *format, &options, commit, write)?;
+                let ((), file) = formats::stage_sequence(path, format, &options, commit, write)?;
                 self.wait(file);
                 Ok(())
             }
@@ -140,7 +140,7 @@ impl Run<'_> {
                 stem,
                 format,
                 lists,
-            } => self.write_files(input, steps, stem, *format, lists),
+            } => self.write_files(input, steps, stem, format, lists),
         }
     }
 
@@ -151,7 +151,7 @@ impl Run<'_> {
         steps: impl Iterator<Item = (Option<usize>, f64)>,
         path: &Path,
         file: &mut dyn SequenceFile,
-        format: &'static dyn Format,
+        format: &'static Format,
     ) -> Result<()> {
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
@@ -166,15 +166,15 @@ impl Run<'_> {
     }
 
     /// Tells what a format cannot hold; of cells that become flat once for all meshes of a sequence.
-    fn tell_dropped(&self, notes: &Notes, format: &dyn Format) {
+    fn tell_dropped(&self, notes: &Notes, format: &Format) {
         for dropped in notes.iter() {
             if !is_flattened(dropped) || !self.is_flat_told.replace(true) {
-                self.tell(format!("{}: {dropped}", format.title()));
+                self.tell(format!("{}: {dropped}", format.title));
             }
         }
     }
 
-    fn remark_on_options(&self, format: &dyn Format) {
+    fn remark_on_options(&self, format: &Format) {
         for remark in self.args.write.remarks(format) {
             self.tell(remark);
         }
@@ -185,12 +185,12 @@ impl Run<'_> {
         input: &Input,
         steps: impl ExactSizeIterator<Item = (Option<usize>, f64)>,
         stem: &Path,
-        format: &'static dyn Format,
+        format: &'static Format,
         lists: &[PathBuf],
     ) -> Result<()> {
         let digits = steps.len().saturating_sub(1).to_string().len().max(4);
         let name = stem.file_name().unwrap_or_default().to_string_lossy();
-        let file = |i| format!("{name}_{i:0digits$}.{}", format.extensions()[0]);
+        let file = |i| format!("{name}_{i:0digits$}.{}", format.extensions[0]);
         if lists.iter().any(|list| is_pvd(list)) {
             check_listed(&name).map_err(|error| error.file(stem))?;
         }
@@ -229,13 +229,13 @@ impl Run<'_> {
         mesh: &Mesh,
         by_ranks: Option<ByRanks<'_>>,
         path: &Path,
-        format: &'static dyn Format,
+        format: &'static Format,
     ) -> Result<()> {
         self.remark_on_options(format);
         let mesh = &*self.portable(mesh, format)?;
         let options = self.options();
         let written_as = match options.pieces {
-            Some(_) if format.case().is_none() => formats::in_pieces(),
+            Some(_) if format.case.is_none() => formats::in_pieces(),
             _ => format,
         };
         let commit = self.args.write.commit();
@@ -262,11 +262,11 @@ impl Run<'_> {
         self.waiting.borrow_mut().push(files);
     }
 
-    fn note_written(&self, mesh: &Mesh, path: &Path, format: &dyn Format, time: Option<f64>) {
+    fn note_written(&self, mesh: &Mesh, path: &Path, format: &Format, time: Option<f64>) {
         if path.as_os_str() != "-" {
             self.written.borrow_mut().push(Written {
                 path: path.to_path_buf(),
-                format: format.name(),
+                format: format.name,
                 nodes: mesh.points.len(),
                 cells: mesh.cells.len(),
                 time,

@@ -68,7 +68,7 @@ impl<'a> Facts<'a> {
             mesh,
             format: input
                 .title()
-                .unwrap_or_else(|| loaded.format.title().to_owned()),
+                .unwrap_or_else(|| loaded.format.title.to_owned()),
             version: input.version(),
             notes: input.remark_on_times().into_iter().chain(notes).collect(),
             times: input.times(),

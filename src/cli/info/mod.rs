@@ -67,7 +67,7 @@ enum Told {
 
 fn tell(
     path: &Path,
-    format: Option<&'static dyn formats::Format>,
+    format: Option<&'static formats::Format>,
     step: Option<usize>,
     context: &Context,
 ) -> Result<Told> {

@@ -109,9 +109,9 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
 #[derive(Clone, Copy)]
 struct Formats {
     /// Of what is read; without it the content tells.
-    input: Option<&'static dyn Format>,
+    input: Option<&'static Format>,
     /// Of the mesh that is written.
-    output: Option<&'static dyn Format>,
+    output: Option<&'static Format>,
 }
 
 impl QualityArgs {

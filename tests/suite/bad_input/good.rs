@@ -18,7 +18,7 @@ use tempfile::TempDir;
 
 /// A file that can be damaged: a mesh, or one that belongs to it.
 pub struct Good {
-    pub format: &'static dyn Format,
+    pub format: &'static Format,
     mesh: PathBuf,
     file: PathBuf,
     pub bytes: Vec<u8>,
@@ -37,15 +37,19 @@ impl Good {
         let folder = tempfile::tempdir().unwrap();
         let mut files = Vec::new();
         // Files of Fluent are in `testdata/`.
-        for format in formats::with_flavours().filter(|format| format.name() != "fluent") {
-            let at = folder.path().join(format.name());
+        for format in formats::FORMATS
+            .iter()
+            .copied()
+            .filter(|format| format.name != "fluent")
+        {
+            let at = folder.path().join(format.name);
             let first = files.len();
             match format.is_written() {
                 true => written(format, &at, &mut files),
                 false => made(format, &at, &mut files),
             }
             let n = files.len() - first;
-            assert!(n > 0, "{} is damaged nowhere", format.name());
+            assert!(n > 0, "{} is damaged nowhere", format.name);
         }
         let own = 0..files.len();
         for case in cases_in(&testdata("openfoam")) {
@@ -120,8 +124,8 @@ impl Good {
 }
 
 /// The small mesh, written to `folder` in every way that the format has.
-fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
-    let extension = format.extensions()[0];
+fn written(format: &'static Format, folder: &Path, files: &mut Vec<Good>) {
+    let extension = format.extensions[0];
     let mut n = 0;
     let mut add = |write: &dyn Fn(&Path) -> Result<()>| -> Result<()> {
         let folder = folder.join(n.to_string());
@@ -170,9 +174,9 @@ fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
         ..ways[0].clone()
     };
     let _ = add(&|path| save(&plane(), path, &single));
-    if let Some(create) = format.sequence() {
+    if let Some(create) = format.sequence {
         let sequence = |path: &Path| {
-            if format.case().is_some() {
+            if format.case.is_some() {
                 let options = WriteOptions::default();
                 let fill = |file: &mut dyn formats::SequenceFile| {
                     file.push(0.0, &solid.view())?;
@@ -190,9 +194,9 @@ fn written(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
 }
 
 /// Files of a format that is only read, of 16 nodes.
-fn made(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
+fn made(format: &'static Format, folder: &Path, files: &mut Vec<Good>) {
     fs::create_dir_all(folder).unwrap();
-    let contents: Vec<Vec<u8>> = match format.name() {
+    let contents: Vec<Vec<u8>> = match format.name {
         "exodus" => [1, 2, 5].map(exodus::small).to_vec(),
         name => {
             let every = plot3d::every_way().into_iter();
@@ -217,7 +221,7 @@ fn made(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
             bytes,
         });
     }
-    if format.name() == "plot3d" {
+    if format.name == "plot3d" {
         let mesh = folder.join("mapped.p3dfmt");
         fs::write(&mesh, plot3d::file(plot3d::TEXT, true, 3)).unwrap();
         let (file, bytes) = (
@@ -235,7 +239,7 @@ fn made(format: &'static dyn Format, folder: &Path, files: &mut Vec<Good>) {
 }
 
 /// Every encoding and compression of a format.
-fn ways(format: &dyn Format) -> Vec<WriteOptions> {
+fn ways(format: &Format) -> Vec<WriteOptions> {
     let mut ways = Vec::new();
     for encoding in [Encoding::Raw, Encoding::Base64, Encoding::Ascii] {
         for compression in [
@@ -247,7 +251,7 @@ fn ways(format: &dyn Format) -> Vec<WriteOptions> {
             let options = WriteOptions {
                 encoding,
                 compression,
-                pieces: NonZeroUsize::new(2).filter(|_| format.is_in_pieces()),
+                pieces: NonZeroUsize::new(2).filter(|_| format.is_in_pieces),
                 ..WriteOptions::default()
             };
             if options.without_effect(format).is_empty() {
@@ -268,7 +272,7 @@ fn cases_in(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The small files of a case, copied so that they can be damaged.
-fn damaged_there(format: &'static dyn Format, case: &Path, to: &Path, files: &mut Vec<Good>) {
+fn damaged_there(format: &'static Format, case: &Path, to: &Path, files: &mut Vec<Good>) {
     let mesh = to.join(case.file_name().unwrap());
     for file in all_files(case) {
         let bytes = fs::read(&file).unwrap();
@@ -378,7 +382,7 @@ fn every_file_is_read_before_it_is_damaged() {
         mesh.validate().unwrap();
         let n = mesh.points.len();
         // A surface is without the nodes inside and those of curved edges.
-        let is_small = all.own.contains(&at) && !file.format.is_surface();
+        let is_small = all.own.contains(&at) && !file.format.is_surface;
         assert!(!is_small || n == 5 || n == 16, "{n} nodes");
     }
 }

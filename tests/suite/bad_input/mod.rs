@@ -142,7 +142,7 @@ fn announced_billions_take_no_memory() {
 }
 
 /// The error that a file of a format is refused with.
-fn refusal(format: &dyn Format, bytes: &[u8]) -> Error {
+fn refusal(format: &Format, bytes: &[u8]) -> Error {
     let error = parse(format, bytes, &ReadOptions::default()).err();
     let error = error.unwrap_or_else(|| panic!("it is read: {}", bytes.escape_ascii()));
     assert_eq!(error.kind, ErrorKind::Input, "{error}");
@@ -158,7 +158,7 @@ type Wrong = (
 );
 
 /// Each change of a good file of text is refused at its place.
-fn refused(format: &dyn Format, good: &str, wrong: &[Wrong]) {
+fn refused(format: &Format, good: &str, wrong: &[Wrong]) {
     for (old, new, place, parts) in wrong {
         assert!(good.contains(old), "{old}");
         let error = refusal(format, good.replace(old, new).as_bytes());

@@ -2,7 +2,7 @@
 
 use super::{Wrong, line, refusal, refused};
 use crate::support::assert_says;
-use azimesh_io::formats::su2::Su2;
+use azimesh_io::formats::su2::SU2;
 
 const GOOD: &str = "% a plane mesh\nNDIME= 2\nNELEM= 2\n5 0 1 2 0\n9 1 3 4 2 1\nNPOIN= 5 5\n\
                     0 0 0\n1 0 1\n0 1 2\n2 0 3\n1.5e0 1 4\nNMARK= 2\nMARKER_TAG= wall\n\
@@ -53,10 +53,10 @@ fn a_wrong_line_is_named_with_what_would_be_right() {
         ("5 0 1 2 0", "206 0 1 2 0", line(4), &["206"]),
         ("NPOIN= 5 5", "NPOIN= -5", line(6), &["NPOIN", "negative"]),
     ];
-    refused(&Su2, GOOD, &wrong);
+    refused(&SU2, GOOD, &wrong);
     let solid = GOOD.replace("NDIME= 2", "NDIME= 3");
     let error = refusal(
-        &Su2,
+        &SU2,
         format!("IZONE= 1\n{GOOD}IZONE= 2\n{solid}").as_bytes(),
     );
     assert_eq!(error.position, Some(line(22)), "{error}");
@@ -109,5 +109,5 @@ fn a_wrong_count_is_named_where_it_stands() {
             &["MARKER_ELEMS= 70", "2 lines", "\"MARKER_TAG= far\""],
         ),
     ];
-    refused(&Su2, GOOD, &wrong);
+    refused(&SU2, GOOD, &wrong);
 }

@@ -3,13 +3,13 @@
 use super::{Wrong, line, refusal, refused};
 use crate::support::assert_says;
 use azimesh_core::error::Position;
-use azimesh_io::formats::{Format, ReadOptions, WriteOptions, parse, ugrid};
+use azimesh_io::formats::{FORMATS, Format, ReadOptions, WriteOptions, parse, ugrid};
 
 const GOOD: &str = "5 2 1 1 1 0 0\n0.0 0.0 0.0\n1.0 0.0 0.0\n1.0 1.0 0.0\n0.0 1.0 0.0\n\
                     0.5 0.5 1.5e0\n1 2 5\n2 3 5\n1 4 3 2\n3\n3\n7\n1 2 3 5\n2 1 5 3 4\n";
 
 /// The good mesh as bytes.
-fn written(flavour: &dyn Format) -> Vec<u8> {
+fn written(flavour: &Format) -> Vec<u8> {
     let mesh = parse(&ugrid::TEXT, GOOD.as_bytes(), &ReadOptions::default()).unwrap();
     let mut file = Vec::new();
     let written = flavour.write_file(&mesh.view(), &mut file, &WriteOptions::default());
@@ -51,8 +51,8 @@ fn a_wrong_number_is_named_with_what_would_be_right() {
 
 #[test]
 fn a_file_that_lacks_its_last_bytes_is_refused() {
-    let flavours = ugrid::TEXT.flavours().iter().copied();
-    for flavour in flavours.chain([&ugrid::TEXT as &dyn Format]) {
+    let flavours = FORMATS.iter().filter(|f| f.name.starts_with("ugrid"));
+    for flavour in flavours {
         let file = written(flavour);
         refusal(flavour, &file[..file.len() - 2]);
     }

@@ -3,8 +3,8 @@
 use super::good::Good;
 use super::{Wrong, dataset, line, refusal, refused};
 use azimesh_core::diagnostic::formats::ArrayRead;
-use azimesh_io::formats::vtu::Vtu;
-use azimesh_io::formats::{Format, Notes, ReadOptions, Source};
+use azimesh_io::formats::vtu::VTU;
+use azimesh_io::formats::{Notes, ReadOptions, Source};
 
 /// Padding is right for base64, but leaves fewer bytes than the header or the blocks have.
 #[test]
@@ -13,7 +13,7 @@ fn base64_padded_too_early_is_refused_with_a_place() {
     let mut refused = 0;
     let is_base64 = |file: &&Good| {
         let has = |text: &str| memchr::memmem::find(&file.bytes, text.as_bytes()).is_some();
-        file.format.name() == "vtu" && (has("base64") || has("format=\"binary\""))
+        file.format.name == "vtu" && (has("base64") || has("format=\"binary\""))
     };
     for file in all.files[all.own].iter().filter(is_base64) {
         // Every third: all places of a group of four.
@@ -69,7 +69,7 @@ fn what_is_wrong_in_text_is_named_with_its_place() {
             &[],
         ),
     ];
-    refused(&Vtu, TRIANGLE, &wrong);
+    refused(&VTU, TRIANGLE, &wrong);
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn raw_data_of_fewer_bytes_than_a_value_has_is_refused() {
             "\"offsets\" format=\"appended\" offset=\"0\"/>",
         )
         .replace("</VTKFile>", appended);
-    let error = refusal(&Vtu, file.as_bytes());
+    let error = refusal(&VTU, file.as_bytes());
     assert_eq!(error.position, Some(dataset("offsets")), "{error}");
 }
 
@@ -90,7 +90,7 @@ fn an_array_of_too_many_tuples_is_left_out_of_text_too() {
     let file = TRIANGLE.replace("7 8", "7 8 9 10").into_bytes();
     let source = Source::from_bytes("long.vtu".as_ref(), file);
     let mut notes = Notes::default();
-    let mesh = Vtu.read_file(&source, &ReadOptions::default(), &mut notes);
+    let mesh = VTU.read_file(&source, &ReadOptions::default(), &mut notes);
     assert!(mesh.expect("a good file").cell_arrays.is_empty());
     let what = ArrayRead::TooLong {
         what: "cell",

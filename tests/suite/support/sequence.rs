@@ -28,7 +28,7 @@ pub fn write(mesh: &Mesh, path: &Path) {
 
 /// Writes a mesh in the format of this name.
 pub fn write_as(format: &str, mesh: &Mesh, path: &Path) {
-    let format = formats::with_flavours().find(|known| known.name() == format);
+    let format = formats::FORMATS.iter().find(|known| known.name == format);
     let mut bytes = Vec::new();
     let options = WriteOptions::default();
     format

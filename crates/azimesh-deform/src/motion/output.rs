@@ -146,7 +146,7 @@ impl OutputOptions {
     pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
         let section = entry.section("[output]", OUTPUT)?;
         let mut options = Self::default();
-        let names = formats::written().map(|format| format.name());
+        let names = formats::written().map(|format| format.name);
         let known: Vec<(&str, &str)> = names.map(|name| (name, name)).collect();
         let format = |entry: &Entry<'_>| Ok(entry.choice(&known)?.to_owned());
         section.set("format", &mut options.format, format)?;

@@ -21,7 +21,7 @@ use azimesh_core::diagnostic::{in_digits, short};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
-use azimesh_io::formats::{Format, openfoam, su2};
+use azimesh_io::formats::{openfoam, su2};
 use azimesh_io::mesh::{Boundary, CellSet, Mesh, OneLayer, ZoneSides, faces_on_no_cell};
 use azimesh_quality::remarks;
 use azimesh_rbf::modes::{Form, RigidSurface};
@@ -210,7 +210,7 @@ pub(crate) fn leave_out_boxes(mesh: &mut Mesh) -> bool {
 /// Meshes of a case are written as a case, where the schedule says nothing; a note where that is so.
 fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Diagnostic> {
     let output = &mut schedule.output;
-    let format = openfoam::OpenFoam.name();
+    let format = openfoam::OPENFOAM.name;
     if output.format_given || output.format == format {
         return None;
     }

@@ -32,7 +32,7 @@ pub fn without_compression(name: &str) -> &str {
     }
 }
 
-/// How a file with these first bytes is compressed.
+/// The codec of a file with these first bytes.
 fn codec(bytes: &[u8]) -> Option<Codec> {
     match bytes {
         [0x1f, 0x8b, ..] => Some(Codec::Gzip),
@@ -42,7 +42,7 @@ fn codec(bytes: &[u8]) -> Option<Codec> {
     }
 }
 
-/// Whether a file with these first bytes is compressed.
+/// Checks if a file with these first bytes is compressed.
 pub(super) fn is_compressed(bytes: &[u8]) -> bool {
     codec(bytes).is_some()
 }
@@ -89,15 +89,17 @@ fn refusal(codec: Codec, n_bytes: usize, error: &io::Error) -> Error {
     }
 }
 
-/// What is wrong with compressed data, in the words of its decoder where these are plain ones.
+/// The fault of compressed data, in the words of its decoder if these are plain.
 pub fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     if error.kind() == ErrorKind::UnexpectedEof || text.contains("UnexpectedEof") {
         return "it ends too early".to_owned();
     }
-    match text.contains(['{', '(']) {
-        true => "a block cannot be decoded".to_owned(),
-        false => text,
+    let is_plain = !text.contains(['{', '(']);
+    if is_plain {
+        text
+    } else {
+        "a block cannot be decoded".to_owned()
     }
 }
 

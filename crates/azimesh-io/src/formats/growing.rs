@@ -69,7 +69,7 @@ impl GrowingFile {
         Ok(n)
     }
 
-    /// Passes so many bytes from offset `at` on; tells whether it has as many.
+    /// Passes so many bytes from offset `at` on; returns whether it has as many.
     pub fn pass(&mut self, at: u64, n: u64, take: &mut dyn FnMut(&[u8])) -> io::Result<bool> {
         self.file.0.seek(SeekFrom::Start(at))?;
         let mut left = n;
@@ -85,25 +85,27 @@ impl GrowingFile {
         Ok(true)
     }
 
-    /// Its length in bytes.
-    pub fn n_bytes(&self) -> io::Result<u64> {
-        Ok(self.file.0.metadata()?.len())
+    /// True if the file ends at this offset or before it.
+    pub fn ends_at(&self, at: u64) -> io::Result<bool> {
+        Ok(self.file.0.metadata()?.len() <= at)
     }
 
-    /// Truncates the file.
-    pub fn cut(&mut self, n_bytes: u64) -> io::Result<()> {
-        self.file.0.set_len(n_bytes)
-    }
-
-    /// Continues in a staged copy of the first `n_bytes`, which replaces this file with
-    /// [`GrowingFile::commit`].
-    pub fn continue_in_copy(&mut self, n_bytes: u64) -> io::Result<()> {
-        let (mut file, temporary) = Temporary::file_for(&self.path)?;
-        self.temporary = Some(temporary);
-        self.file.0.seek(SeekFrom::Start(0))?;
-        io::copy(&mut (&mut self.file.0).take(n_bytes), &mut file)?;
-        self.file = Pieces(file);
-        Ok(())
+    /// Truncates the file at `at`; `superblock` makes the rest a valid file. Without one the file begins again in a staged
+    /// copy of its first bytes, which replaces this file with [`GrowingFile::commit`].
+    pub fn truncate(&mut self, at: u64, superblock: Option<&[u8]>) -> io::Result<()> {
+        self.seek(SeekFrom::Start(0))?;
+        if let Some(superblock) = superblock {
+            self.write_all(superblock)?;
+            // The disk may store later writes before earlier ones.
+            self.sync()?;
+            self.file.0.set_len(at)?;
+        } else {
+            let (mut file, temporary) = Temporary::file_for(&self.path)?;
+            self.temporary = Some(temporary);
+            io::copy(&mut (&mut self.file.0).take(at), &mut file)?;
+            self.file = Pieces(file);
+        }
+        self.seek(SeekFrom::Start(at)).map(|_| ())
     }
 
     /// Syncs to the disk what was written, if `sync` is set. A staged file need not be synced yet.

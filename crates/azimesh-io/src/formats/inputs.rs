@@ -1,10 +1,20 @@
-//! Input files by their identity on the disk: device and inode, so that links count. An output must not take the place of one.
+//! Input files: those that an output must not replace, and hashes of the bytes that were read.
+//!
+//! Inputs are known by their identity on the disk, device and inode, so that links count. The inputs of a run are kept
+//! open until they are hashed: a hash is then that of the bytes that were read, also where another file has taken the
+//! name meanwhile.
 
+use super::source::check_file;
+use super::{openfoam, pvtu};
+use crate::mesh::Mesh;
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File, Metadata};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
 /// The inputs that no output may replace, once [`guard_inputs`] has been called.
 static GUARDED: Mutex<Option<Inputs>> = Mutex::new(None);
@@ -19,19 +29,21 @@ type Identity = (u64, u64);
 #[cfg(not(unix))]
 type Identity = PathBuf;
 
+#[cfg(unix)]
+fn identity_of(_: &Path, found: &Metadata) -> Option<Identity> {
+    use std::os::unix::fs::MetadataExt;
+    Some((found.dev(), found.ino()))
+}
+#[cfg(not(unix))]
+fn identity_of(path: &Path, _: &Metadata) -> Option<Identity> {
+    fs::canonicalize(path).ok()
+}
+
 /// The identity of a file or folder; `None` of a device or a pipe, and of what is not there.
 fn identity(path: &Path) -> Option<Identity> {
     let found = fs::metadata(path).ok()?;
     let is_stored = found.is_file() || found.is_dir();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        is_stored.then(|| (found.dev(), found.ino()))
-    }
-    #[cfg(not(unix))]
-    {
-        fs::canonicalize(path).ok().filter(|_| is_stored)
-    }
+    is_stored.then(|| identity_of(path, &found)).flatten()
 }
 
 impl Inputs {
@@ -55,18 +67,16 @@ impl Inputs {
 
     /// Refuses an output at a path that leads to an input.
     pub fn refuse(&self, output: &Path) -> Result<()> {
-        match self.find(output) {
-            None => Ok(()),
-            Some(input) => Err(replaced(output, input)),
-        }
+        (self.find(output)).map_or(Ok(()), |input| Err(replaced(output, input)))
     }
 }
 
 /// The refusal of an output that would replace an input.
 pub fn replaced(output: &Path, input: &Path) -> Error {
-    let which = match output == input {
-        true => "this is an input".to_owned(),
-        false => format!("this is the input {}", input.display()),
+    let which = if output == input {
+        "this is an input".to_owned()
+    } else {
+        format!("this is the input {}", input.display())
     };
     Error::input(format!(
         "{which}, which the output would replace; give the output another name or folder"
@@ -90,14 +100,202 @@ pub fn note_inputs<P: AsRef<Path>>(paths: impl IntoIterator<Item = P>) {
 
 /// Refuses an output that would replace a guarded input.
 pub(super) fn refuse_guarded(output: &Path) -> Result<()> {
-    match guarded().as_ref() {
-        Some(inputs) => inputs.refuse(output),
-        None => Ok(()),
-    }
+    (guarded().as_ref()).map_or(Ok(()), |inputs| inputs.refuse(output))
 }
 
 fn guarded() -> MutexGuard<'static, Option<Inputs>> {
     GUARDED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Open files, at the most; of further ones the stamps are kept alone.
+const MOST_OPEN: usize = 64;
+
+/// The opened inputs, by their paths; `None` where they are not kept.
+static OPENED: Mutex<Option<BTreeMap<PathBuf, Opened>>> = Mutex::new(None);
+
+struct Opened {
+    file: Option<File>,
+    /// `None` where two files were read.
+    stamp: Option<Stamp>,
+}
+
+/// Size, time of change and identity of a file.
+type Stamp = (u64, Option<SystemTime>, Option<Identity>);
+
+fn stamp(path: &Path, found: &Metadata) -> Stamp {
+    let identity = identity_of(path, found);
+    (found.len(), found.modified().ok(), identity)
+}
+
+fn opened() -> MutexGuard<'static, Option<BTreeMap<PathBuf, Opened>>> {
+    OPENED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The inputs that are opened while this is there are kept open.
+#[must_use]
+pub struct KeptInputs(());
+
+impl KeptInputs {
+    /// Begins.
+    pub fn begin() -> Self {
+        *opened() = Some(BTreeMap::new());
+        Self(())
+    }
+
+    /// The files that are kept, their sizes and the times of their last change.
+    pub fn stamps(&self) -> Vec<(PathBuf, u64, Option<SystemTime>)> {
+        let opened = opened();
+        let stamped = |(path, file): (&PathBuf, &Opened)| {
+            let (n_bytes, modified, _) = file.stamp?;
+            Some((path.clone(), n_bytes, modified))
+        };
+        opened.iter().flatten().filter_map(stamped).collect()
+    }
+}
+
+impl Drop for KeptInputs {
+    fn drop(&mut self) {
+        *opened() = None;
+    }
+}
+
+/// Notes an input that is about to be read, and keeps it. One that is opened again as another file has no hash.
+pub(super) fn note_opened(path: &Path, file: &File) {
+    note_inputs([path]);
+    let mut opened = opened();
+    let (Some(files), Ok(found)) = (opened.as_mut(), file.metadata()) else {
+        return;
+    };
+    if !found.is_file() {
+        return;
+    }
+    let is_kept = files.len() < MOST_OPEN;
+    let stamp = Some(stamp(path, &found));
+    match files.get_mut(path) {
+        Some(before) if before.stamp == stamp => {}
+        Some(before) => before.stamp = None,
+        None => {
+            let file = is_kept.then(|| file.try_clone().ok()).flatten();
+            files.insert(path.to_path_buf(), Opened { file, stamp });
+        }
+    }
+}
+
+/// The hash of the file that was read from a path: of the file that is there where none was kept.
+///
+/// # Errors
+/// Where its bytes have changed since.
+pub fn hash_of_read(path: &Path) -> io::Result<blake3::Hash> {
+    let kept = opened().as_ref().and_then(|files| {
+        let kept = files.get(path)?;
+        Some((kept.file.as_ref().map(File::try_clone), kept.stamp))
+    });
+    let Some((file, before)) = kept else {
+        return hash_of(path);
+    };
+    let mut file = file.unwrap_or_else(|| File::open(path))?;
+    let hash = hash_of_file(&mut file, 0..u64::MAX)?;
+    if before == Some(stamp(path, &file.metadata()?)) {
+        return Ok(hash);
+    }
+    let message = "this input was changed while it was read; start again";
+    Err(io::Error::new(io::ErrorKind::InvalidInput, message))
+}
+
+/// Bytes that are read at once for a hash.
+const PIECE: usize = 4 << 20;
+
+/// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, that of
+/// its files.
+pub fn hash_of(path: &Path) -> io::Result<blake3::Hash> {
+    if !path.is_dir() {
+        return hash_of_range(path, 0..u64::MAX);
+    }
+    let names = files_in(path)?.into_iter();
+    let hashes = names.map(|name| Ok((name.clone(), hash_of(&path.join(name))?)));
+    Ok(hash_of_names(&hashes.collect::<io::Result<_>>()?))
+}
+
+/// The hash of a mesh that was read from `path`, of the bytes that were read: of the file, or of what a case holds of the mesh.
+pub fn hash_of_input(path: &Path, mesh: &Mesh) -> io::Result<blake3::Hash> {
+    openfoam::hash_of_origin(mesh).map_or_else(|| hash_of_pieces(path, hash_of_read), Ok)
+}
+
+/// The hash of a file or folder with a mesh; of a list of pieces (.pvtu, not compressed) that of these too.
+pub fn hash_of_mesh_file(path: &Path) -> io::Result<blake3::Hash> {
+    hash_of_pieces(path, hash_of)
+}
+
+fn hash_of_pieces(
+    path: &Path,
+    hash_of: fn(&Path) -> io::Result<blake3::Hash>,
+) -> io::Result<blake3::Hash> {
+    let pieces = if path.is_file() {
+        pvtu::pieces_of(path)?
+    } else {
+        Vec::new()
+    };
+    if pieces.is_empty() {
+        return hash_of(path);
+    }
+    let mut named = BTreeMap::new();
+    for name in pieces {
+        let hash = hash_of(&path.with_file_name(&name))?;
+        named.insert(name, hash);
+    }
+    named.insert(String::new(), hash_of(path)?);
+    Ok(hash_of_names(&named))
+}
+
+/// The hash of some bytes of a file.
+pub fn hash_of_range(path: &Path, bytes: Range<u64>) -> io::Result<blake3::Hash> {
+    check_file(path)?;
+    hash_of_file(&mut File::open(path)?, bytes)
+}
+
+/// The hash of some bytes of an open file.
+fn hash_of_file(file: &mut File, bytes: Range<u64>) -> io::Result<blake3::Hash> {
+    file.seek(SeekFrom::Start(bytes.start))?;
+    let mut file = file.take(bytes.end.saturating_sub(bytes.start));
+    let mut hasher = blake3::Hasher::new();
+    let mut piece = Vec::with_capacity(PIECE);
+    loop {
+        piece.clear();
+        if file.by_ref().take(PIECE as u64).read_to_end(&mut piece)? == 0 {
+            return Ok(hasher.finalize());
+        }
+        hasher.update_rayon(&piece);
+    }
+}
+
+/// One hash of several files: that of their names and hashes, ordered by name.
+pub fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    for (name, hash) in files {
+        hasher.update(name.as_bytes());
+        hasher.update(&[0]);
+        hasher.update(hash.as_bytes());
+    }
+    hasher.finalize()
+}
+
+/// Paths of all files in a folder and its subfolders, relative to it, ascending.
+pub(super) fn files_in(folder: &Path) -> io::Result<Vec<String>> {
+    let mut files = Vec::new();
+    let mut folders = vec![String::new()];
+    while let Some(before) = folders.pop() {
+        for entry in fs::read_dir(folder.join(&before))? {
+            let entry = entry?;
+            let name = format!("{before}{}", entry.file_name().to_string_lossy());
+            if entry.path().is_dir() {
+                folders.push(name + "/");
+            } else {
+                files.push(name);
+            }
+        }
+    }
+    files.sort();
+    Ok(files)
 }
 
 #[cfg(test)]
@@ -122,5 +320,35 @@ mod tests {
         for path in [&*other, Path::new("/dev/null"), &folder.path().join("none")] {
             inputs.refuse(path).expect("it is no input");
         }
+    }
+
+    #[test]
+    fn a_hash_is_that_of_the_bytes_that_were_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("motion.csv");
+        let new = folder.path().join("new.csv");
+        let read = |content: &str| {
+            fs::write(&path, content).expect("it can be written");
+            note_opened(&path, &File::open(&path).expect("it is there"));
+        };
+        let kept = KeptInputs::begin();
+        read("old");
+        fs::write(&new, "new").expect("it can be written");
+        fs::rename(&new, &path).expect("it can be renamed");
+        let hash = hash_of_read(&path).expect("the old file is open");
+        assert_eq!(hash, blake3::hash(b"old"));
+        // Changed in place, or read twice with a change in between.
+        read("short");
+        fs::write(&path, "longer").expect("it can be written");
+        hash_of_read(&path).expect_err("it was changed");
+        read("one");
+        fs::remove_file(&path).expect("it is there");
+        read("another");
+        hash_of_read(&path).expect_err("two files were read");
+        drop(kept);
+        assert_eq!(
+            hash_of_read(&path).expect("it is there"),
+            blake3::hash(b"another")
+        );
     }
 }

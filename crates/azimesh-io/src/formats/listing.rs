@@ -19,15 +19,17 @@ pub fn list_nodes(
     sink: Sink,
 ) -> Result<()> {
     let is_wide = wanted.is_wide;
-    let mut turned = Vec::new();
-    let sink: Sink = match wanted.is_big_endian {
-        false => sink,
-        true => &mut |bytes| {
-            turned.clear();
-            turned.extend_from_slice(bytes);
-            turn(&mut turned, wanted.size());
-            sink(&turned)
-        },
+    let mut swapped = Vec::new();
+    let mut swap = |bytes: &[u8]| {
+        swapped.clear();
+        swapped.extend_from_slice(bytes);
+        turn(&mut swapped, wanted.size());
+        sink(&swapped)
+    };
+    let sink: Sink = if wanted.is_big_endian {
+        &mut swap
+    } else {
+        sink
     };
     for run in cells.runs_in(range).filter(|run| wanted.lists(run.kind)) {
         let end = run.first_cell + run.n_cells();
@@ -62,10 +64,9 @@ fn as_integers(
     sink: Sink,
 ) -> Result<()> {
     let numbers = nodes.iter().map(|&node| number(node));
-    match is_wide {
-        false => sink(bytemuck::cast_slice(&numbers.collect::<Vec<u32>>())),
-        true => sink(bytemuck::cast_slice(
-            &numbers.map(i64::from).collect::<Vec<i64>>(),
-        )),
+    if is_wide {
+        let wide: Vec<i64> = numbers.map(i64::from).collect();
+        return sink(bytemuck::cast_slice(&wide));
     }
+    sink(bytemuck::cast_slice(&numbers.collect::<Vec<u32>>()))
 }

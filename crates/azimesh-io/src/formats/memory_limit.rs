@@ -1,4 +1,4 @@
-//! How many bytes of one input may be held in memory. The size of a compressed file's content, or of a pipe, is
+//! The limit of the bytes of one input that may be held in memory. The size of a compressed file's content, or of a pipe, is
 //! not known before its end, so that it is read up to a limit.
 
 use azimesh_core::error::option;
@@ -22,7 +22,7 @@ pub(super) struct MemoryLimit {
     reason: Reason,
 }
 
-/// Where the limit comes from.
+/// Origin of the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Reason {
     /// The option of the user.
@@ -46,13 +46,11 @@ impl MemoryLimit {
     /// The limit for a compressed file of `n` bytes: meshes do not compress to a hundredth, decompression bombs do.
     pub fn for_compressed(self, n: usize) -> Self {
         let bytes = n.saturating_mul(RATIO).max(COMPRESSED);
-        match self.reason == Reason::Option || bytes >= self.bytes {
-            true => self,
-            false => Self {
-                bytes,
-                reason: Reason::Ratio,
-            },
+        if self.reason == Reason::Option || bytes >= self.bytes {
+            return self;
         }
+        let reason = Reason::Ratio;
+        Self { bytes, reason }
     }
 
     /// Reads to the end and appends to `out`; an error where that exceeds the limit.

@@ -2,10 +2,11 @@
 //! unique where a format needs that, and names of arrays that several have.
 
 use super::Notes;
-use crate::mesh::{Group, Mesh};
+use crate::mesh::{Group, Mesh, MeshView};
 use azimesh_core::diagnostic::formats::{ArrayRead, GroupWritten, Read};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// Text of a file: UTF-8, or else Latin-1, which is noted.
 pub fn text_of(bytes: &[u8], notes: &mut Notes) -> String {
@@ -41,7 +42,7 @@ pub struct Rule {
     pub longest: usize,
     /// The name as the format takes it, in so many bytes.
     pub fit: fn(&str, usize) -> String,
-    /// What the format allows, as part of a sentence.
+    /// The allowed names, as part of a sentence.
     pub why: &'static str,
 }
 
@@ -82,18 +83,18 @@ impl Given {
 
     /// A name for each: first come those that can stay as they are.
     pub fn give_all(&mut self, names: &[&str], rule: &Rule) -> Vec<String> {
-        let stays = |name: &&str| (rule.fit)(name, rule.longest) == **name;
-        let staying: Vec<bool> = names
-            .iter()
-            .map(|name| stays(name) && self.names.insert((*name).to_owned()))
-            .collect();
-        let names = names.iter().zip(staying);
-        names
-            .map(|(name, stays)| match stays {
-                true => (*name).to_owned(),
-                false => self.give(name, rule),
-            })
-            .collect()
+        let fits = |name: &str| (rule.fit)(name, rule.longest) == name;
+        let stays = names.iter();
+        let stays = stays.map(|name| fits(name) && self.names.insert((*name).to_owned()));
+        let staying: Vec<bool> = stays.collect();
+        let given = |(name, stays): (&&str, bool)| {
+            if stays {
+                (*name).to_owned()
+            } else {
+                self.give(name, rule)
+            }
+        };
+        names.iter().zip(staying).map(given).collect()
     }
 }
 
@@ -104,10 +105,8 @@ impl Rule {
         names: impl IntoIterator<Item = &'a str>,
     ) -> BTreeMap<&'a str, String> {
         let mut seen = BTreeSet::new();
-        let names: Vec<&str> = names
-            .into_iter()
-            .filter(|name| seen.insert(*name))
-            .collect();
+        let new = names.into_iter().filter(|name| seen.insert(*name));
+        let names: Vec<&str> = new.collect();
         let written = Given::default().give_all(&names, self);
         names.into_iter().zip(written).collect()
     }
@@ -124,7 +123,7 @@ impl Rule {
     }
 }
 
-/// Where a list has the entry of each key, such as a name. A list of many is not searched for each.
+/// Index of the entry of each key in a list, such as of a name.
 pub struct Places<K>(BTreeMap<K, usize>);
 
 impl<K: Ord> Default for Places<K> {
@@ -191,26 +190,23 @@ pub fn check(mesh: &mut Mesh, notes: &mut Notes) {
     }
     let dimension = mesh.dimension();
     let repeated = repeated(&mesh.groups);
-    for (of, what) in [
-        (dimension, "zones"),
-        (dimension.wrapping_sub(1), "boundary tags"),
-    ] {
-        let here = repeated.iter().filter(|((d, _), _)| *d == of);
-        note_repeated(what, here.collect(), notes);
+    let kinds: [(&str, &dyn Fn(u8) -> bool); 3] = [
+        ("zones", &|d| d == dimension),
+        ("boundary tags", &|d| d + 1 == dimension),
+        ("groups", &|d| d + 1 < dimension),
+    ];
+    for (what, is_of) in kinds {
+        let here = repeated.iter().filter(|((d, _), _)| is_of(*d));
+        let named = here.map(|((_, name), n)| ((*name).to_owned(), *n));
+        notes.list(named.collect(), |names| Read::SharedNames { what, names });
     }
-    let lower = repeated.iter().filter(|((d, _), _)| d + 1 < dimension);
-    note_repeated("groups", lower.collect(), notes);
 }
 
-fn note_repeated(what: &'static str, found: Vec<(&(u8, &str), &usize)>, notes: &mut Notes) {
-    if found.is_empty() {
-        return;
-    }
-    let named = |((_, name), n): (&(u8, &str), &usize)| ((*name).to_owned(), *n);
-    notes.push(Read::SharedNames {
-        what,
-        names: found.into_iter().map(named).collect(),
-    });
+/// Names of the groups of some dimensions.
+pub fn names_in(mesh: &MeshView, dimensions: Range<u8>) -> Vec<String> {
+    let groups = mesh.groups.iter();
+    let groups = groups.filter(|group| dimensions.contains(&group.dimension));
+    groups.map(|group| group.name.clone()).collect()
 }
 
 /// Dimension and name that several groups share, with their number.
@@ -221,6 +217,19 @@ pub fn repeated<'a>(groups: impl IntoIterator<Item = &'a Group>) -> BTreeMap<(u8
     }
     counts.retain(|_, n| *n > 1);
     counts
+}
+
+/// Types of patches of OpenFOAM and what they are in CGNS.
+const OF_OPENFOAM: &[(&str, &str)] = &[
+    ("wall", "BCWall"),
+    ("symmetry", "BCSymmetryPlane"),
+    ("symmetryPlane", "BCSymmetryPlane"),
+];
+
+/// A condition in CGNS's word, where there is one for it; else as it is.
+pub fn in_cgns(condition: &str) -> &str {
+    let known = OF_OPENFOAM.iter().find(|(word, _)| *word == condition);
+    known.map_or(condition, |(_, in_cgns)| in_cgns)
 }
 
 #[cfg(test)]

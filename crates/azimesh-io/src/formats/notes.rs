@@ -1,8 +1,11 @@
 //! The notes that readers and writers collect: each once, in order.
 
 use super::dialect::{first_fortran_real, n_comments};
+use super::names::repeated;
+use super::{Precision, WriteOptions};
+use crate::mesh::{Group, MeshView};
 use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::formats::Read;
+use azimesh_core::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, Read, Written};
 use std::collections::BTreeSet;
 
 /// Notes of readers and writers, without duplicates: an iterator of [`Diagnostic`]s. See
@@ -10,7 +13,7 @@ use std::collections::BTreeSet;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Notes {
     list: Vec<Diagnostic>,
-    /// Those of the list, as text that tells them apart.
+    /// Text of each note of the list.
     known: BTreeSet<String>,
     /// Texts that were read as Latin-1.
     latin1: BTreeSet<String>,
@@ -44,6 +47,60 @@ impl Notes {
         }
     }
 
+    /// Adds a note of a number, unless that is zero.
+    pub(super) fn count<T: Into<Diagnostic>>(&mut self, n: usize, note: impl FnOnce(usize) -> T) {
+        self.extend((n > 0).then(|| note(n)));
+    }
+
+    /// Adds a note of a list, unless that is empty.
+    pub(super) fn list<L, T: Into<Diagnostic>>(
+        &mut self,
+        list: Vec<L>,
+        note: impl FnOnce(Vec<L>) -> T,
+    ) {
+        self.extend((!list.is_empty()).then(|| note(list)));
+    }
+
+    /// Notes the arrays that a format without arrays leaves out. It writes the field arrays in `kept` in another way.
+    pub(super) fn arrays_left_out(&mut self, format: &'static str, mesh: &MeshView, kept: &[&str]) {
+        let is_kept = |name: &String| kept.contains(&name.as_str());
+        for (what, arrays) in [
+            ("point", &mesh.point_arrays),
+            ("cell", &mesh.cell_arrays),
+            ("field", &mesh.field_arrays),
+        ] {
+            let mut names: Vec<String> = arrays.iter().map(|array| array.name.clone()).collect();
+            names.retain(|name| what != "field" || !is_kept(name));
+            self.list(names, |names| ArrayWritten::LeftOut {
+                format,
+                what,
+                names,
+            });
+        }
+    }
+
+    /// Notes a format whose coordinates have 64 bits, if 32 are asked for.
+    pub(super) fn in_64_bits(&mut self, format: &'static str, options: &WriteOptions) {
+        let is_asked = options.precision == Precision::F32;
+        self.extend(is_asked.then_some(Written::CoordinatesIn64 { format }));
+    }
+
+    /// Notes the types of boundary conditions, for a format that has none.
+    pub(super) fn conditions_left_out(&mut self, format: &'static str, mesh: &MeshView) {
+        let groups = mesh.groups.iter();
+        let n = groups.filter(|group| group.condition.is_some()).count();
+        self.count(n, |n| Condition::NotWritten { format, n });
+    }
+
+    /// Notes groups of one dimension and name, for a format that knows them by their names alone.
+    pub(super) fn joined<'a>(&mut self, groups: impl IntoIterator<Item = &'a Group>) {
+        let several = repeated(groups).into_iter();
+        self.extend(several.map(|((_, name), n)| GroupWritten::Joined {
+            name: name.to_owned(),
+            n,
+        }));
+    }
+
     /// Notes a text that was read as Latin-1.
     pub(super) fn latin1(&mut self, text: &str) {
         self.latin1.insert(text.to_owned());
@@ -67,7 +124,7 @@ impl Notes {
         self.list.len()
     }
 
-    /// Whether there are no notes.
+    /// Checks if there are no notes.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

@@ -47,13 +47,13 @@ pub struct ReadOptions {
 /// ```
 #[derive(Debug, Clone)]
 pub struct WriteOptions {
-    /// How numbers are stored.
+    /// Encoding of numbers.
     pub encoding: Encoding,
     /// Compression of binary data, in formats that have it.
     pub compression: Compression,
     /// Precision of coordinates.
     pub precision: Precision,
-    /// Whether names of tags are written as string arrays (VTU); some readers refuse them.
+    /// True if names of tags are written as string arrays (VTU); some readers refuse them.
     pub tag_names: bool,
     /// Number of pieces that the mesh is cut into, in formats of pieces.
     pub pieces: Option<NonZeroUsize>,
@@ -61,13 +61,13 @@ pub struct WriteOptions {
 
 impl WriteOptions {
     /// Names of the options that are set but have no effect on files of this format.
-    pub fn without_effect(&self, format: &dyn Format) -> Vec<&'static str> {
+    pub fn without_effect(&self, format: &Format) -> Vec<&'static str> {
         let is_set = self.compression != Compression::None;
-        let compresses = format.compresses() && self.encoding != Encoding::Ascii;
+        let compresses = format.compresses && self.encoding != Encoding::Ascii;
         let dropped = [
-            ("encoding", !format.encodings().contains(&self.encoding)),
+            ("encoding", !format.encodings.contains(&self.encoding)),
             ("compression", is_set && !compresses),
-            ("tag-names", !self.tag_names && !format.has_tag_names()),
+            ("tag-names", !self.tag_names && !format.holds.tag_names),
         ];
         let dropped = dropped.into_iter().filter(|(_, is_dropped)| *is_dropped);
         dropped.map(|(option, _)| option).collect()
@@ -96,62 +96,40 @@ impl Default for WriteOptions {
     }
 }
 
-/// How numbers are stored in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
-    /// Binary, as in memory.
-    Raw,
-    /// Binary in base64 (VTU).
-    Base64,
-    /// Text.
-    Ascii,
+macro_rules! choices {
+    ($(#[doc = $doc:literal] $name:ident [$n:literal] { $($value:ident $text:literal $meaning:literal,)* })*) => {$(
+        #[doc = $doc]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $name {
+            $(#[doc = $meaning] $value,)*
+        }
+
+        impl $name {
+            /// Each with its name and its meaning.
+            pub const ALL: [(&'static str, Self, &'static str); $n] = [$(($text, Self::$value, $meaning)),*];
+        }
+    )*};
 }
 
-impl Encoding {
-    /// Each with its name and its meaning.
-    pub const ALL: [(&str, Self, &str); 3] = [
-        ("raw", Self::Raw, "Binary, as in memory"),
-        ("base64", Self::Base64, "Binary in base64 (VTU)"),
-        ("ascii", Self::Ascii, "Text"),
-    ];
-}
-
-/// Compression of binary data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Compression {
-    /// None.
-    None,
-    /// zlib.
-    Zlib,
-    /// LZ4 blocks.
-    Lz4,
-    /// LZMA in xz containers.
-    Lzma,
-}
-
-impl Compression {
-    /// Each with its name and its meaning.
-    pub const ALL: [(&str, Self, &str); 4] = [
-        ("none", Self::None, "None"),
-        ("zlib", Self::Zlib, "zlib"),
-        ("lz4", Self::Lz4, "LZ4 blocks"),
-        ("lzma", Self::Lzma, "LZMA in xz containers"),
-    ];
-}
-
-/// Precision of coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Precision {
-    /// 64 bits.
-    F64,
-    /// 32 bits.
-    F32,
-}
-
-impl Precision {
-    /// Each with its name and its meaning.
-    pub const ALL: [(&str, Self, &str); 2] =
-        [("f64", Self::F64, "64 bits"), ("f32", Self::F32, "32 bits")];
+choices! {
+    /// Encoding of numbers in a file.
+    Encoding [3] {
+        Raw "raw" "Binary, as in memory",
+        Base64 "base64" "Binary in base64 (VTU)",
+        Ascii "ascii" "Text",
+    }
+    /// Compression of binary data.
+    Compression [4] {
+        None "none" "None",
+        Zlib "zlib" "zlib",
+        Lz4 "lz4" "LZ4 blocks",
+        Lzma "lzma" "LZMA in xz containers",
+    }
+    /// Precision of coordinates.
+    Precision [2] {
+        F64 "f64" "64 bits",
+        F32 "f32" "32 bits",
+    }
 }
 
 #[cfg(test)]

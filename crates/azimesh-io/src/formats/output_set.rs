@@ -1,19 +1,20 @@
 //! The output of one mesh: a file, a file with companion files, or a folder. All files are complete before any gets
 //! its name.
 
-use super::out::Out;
-use super::save::{PIECE, Staged, stage_bytes, stage_whole};
-use super::sink::refuse_special;
-use super::staged::{Commit, folder_of};
-use super::staged_folder::Folder;
+use super::inputs::{files_in, hash_of_names, refuse_guarded};
+use super::save::{
+    Out, PIECE, Staged, exists, fill_file, is_special, refuse_special, stage_bytes, stage_file,
+    stage_path,
+};
+use super::staged::{Commit, Temporary, folder_of, sync_file, sync_folder};
 use crate::mesh::NumbersApart;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::with_own_thread;
 use azimesh_core::ranks::hash::{HashedBytes, TreeHasher};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes whose hash is worth a thread.
 const LARGE: usize = 4 << 20;
@@ -24,13 +25,16 @@ pub struct OutputSet<'a> {
     path: &'a Path,
     /// `None` where nothing is kept.
     commit: Option<Commit>,
-    folder: Option<Folder>,
+    folder: Option<StagedFolder>,
     files: Vec<Staged>,
-    main: Option<Staged>,
     /// Content of the main file of a set with a folder, which refers to the files in it: staged only when those
     /// have their names, since a signal commits staged files and removes a staged folder.
     list: Option<Vec<u8>>,
-    tally: Tally,
+    is_hashed: bool,
+    hash: Option<blake3::Hash>,
+    n_bytes: u64,
+    /// Hashes of the files of a folder, by their names.
+    of_folder: BTreeMap<String, blake3::Hash>,
 }
 
 /// The complete files of one mesh.
@@ -45,14 +49,14 @@ pub struct Output {
     pub of_folder: BTreeMap<String, blake3::Hash>,
 }
 
-/// Number of bytes written, and their hash with [`OutputSet::hashed`].
-#[derive(Default)]
-struct Tally {
-    n_bytes: u64,
-    is_hashed: bool,
-    main: Option<blake3::Hash>,
-    /// Hashes of the files of a folder, by their names.
-    of_folder: BTreeMap<String, blake3::Hash>,
+/// A folder that a mesh shares with files that are not of the mesh.
+pub struct SharedFolder {
+    /// The folder.
+    pub folder: PathBuf,
+    /// The folders inside it that are the mesh's own.
+    pub own: Vec<String>,
+    /// An empty file that viewers open.
+    pub mark: String,
 }
 
 impl<'a> OutputSet<'a> {
@@ -71,16 +75,18 @@ impl<'a> OutputSet<'a> {
             commit: None,
             folder: None,
             files: Vec::new(),
-            main: None,
             list: None,
-            tally: Tally::default(),
+            is_hashed: false,
+            hash: None,
+            n_bytes: 0,
+            of_folder: BTreeMap::new(),
         }
     }
 
     /// Computes a hash of what is written.
     #[must_use]
     pub fn hashed(mut self) -> Self {
-        self.tally.is_hashed = true;
+        self.is_hashed = true;
         self
     }
 
@@ -89,31 +95,60 @@ impl<'a> OutputSet<'a> {
         self.path
     }
 
-    /// Whether it is standard output, a device or a pipe, which can have no companion files.
+    /// Checks if it is standard output, a device or a pipe, which can have no companion files.
     pub fn is_stream(&self) -> bool {
-        let is_special = |found: fs::Metadata| !found.is_file() && !found.is_dir();
-        self.path.as_os_str() == "-" || fs::metadata(self.path).is_ok_and(is_special)
+        self.path.as_os_str() == "-" || is_special(self.path)
     }
 
     /// Writes the main file, front to back.
     pub fn main<T>(&mut self, write: impl FnOnce(&mut dyn Out) -> Result<T>) -> Result<T> {
-        let Some(commit) = self.commit else {
-            let (written, hash) = self.tally.count(&mut io::sink(), write)?;
-            self.tally.main = hash;
+        let (written, hash) = match (self.commit, &self.folder) {
+            (None, _) => self.count(&mut io::sink(), write)?,
+            (Some(commit), None) => {
+                let path = self.path;
+                let (counted, file) = stage_file(path, commit, |out| self.count(out, write))?;
+                self.files.push(file);
+                counted
+            }
+            (Some(_), Some(_)) => {
+                let mut list = Vec::new();
+                let counted = self.count(&mut list, write)?;
+                self.list = Some(list);
+                counted
+            }
+        };
+        self.hash = hash;
+        Ok(written)
+    }
+
+    /// Lets `write` fill the main file, or the folder where all files are in one, whose staged path it is given.
+    pub(super) fn at_path<T>(
+        &mut self,
+        folder: Option<Option<SharedFolder>>,
+        commit: Commit,
+        write: impl FnOnce(&Path) -> Result<T>,
+    ) -> Result<T> {
+        let Some(shared) = folder else {
+            let (written, file) = stage_path(self.path, commit, write)?;
+            self.files.push(file);
             return Ok(written);
         };
-        if self.folder.is_some() {
-            let mut list = Vec::new();
-            let (written, hash) = self.tally.count(&mut list, write)?;
-            self.tally.main = hash;
-            self.list = Some(list);
-            return Ok(written);
+        let mut folder = match &shared {
+            Some(shared) => StagedFolder::new(&shared.folder, Some(&shared.own), commit)?,
+            None => StagedFolder::new(self.path, None, commit)?,
+        };
+        let staged = folder.temporary.path();
+        let written = write(staged).map_err(|mut error| {
+            // The user knows `path`, not the temporary folder.
+            error.path = error.path.filter(|path| !path.starts_with(staged));
+            error.file(self.path)
+        })?;
+        let failed = |error: io::Error| Error::io(self.path, &error);
+        if let Some(shared) = shared.filter(|shared| !shared.folder.join(&shared.mark).exists()) {
+            fs::write(staged.join(shared.mark), "").map_err(failed)?;
         }
-        let tally = &mut self.tally;
-        let counted = |out: &mut dyn Out| tally.count(out, write);
-        let ((written, hash), file) = stage_whole(self.path, commit, counted)?;
-        self.tally.main = hash;
-        self.main = Some(file);
+        folder.names = files_in(staged).map_err(failed)?;
+        self.folder = Some(folder);
         Ok(written)
     }
 
@@ -130,11 +165,10 @@ impl<'a> OutputSet<'a> {
 
     /// Makes `folder`, which may be there and hold other files, the folder of all files. The folders in `owned` inside it
     /// are replaced as a whole.
-    pub fn place_in<N: AsRef<str>>(&mut self, folder: &Path, owned: &[N]) -> Result<()> {
-        let Some(commit) = self.commit else {
-            return Ok(());
-        };
-        self.folder = Some(Folder::into(folder, owned, commit)?);
+    pub fn place_in(&mut self, folder: &Path, owned: &[String]) -> Result<()> {
+        if let Some(commit) = self.commit {
+            self.folder = Some(StagedFolder::new(folder, Some(owned), commit)?);
+        }
         Ok(())
     }
 
@@ -146,45 +180,30 @@ impl<'a> OutputSet<'a> {
         name: &str,
         write: impl FnOnce(&mut dyn Out) -> Result<T>,
     ) -> Result<T> {
-        let Some(commit) = self.commit else {
-            let (written, hash) = self.tally.count(&mut io::sink(), write)?;
-            self.tally
-                .of_folder
-                .extend(hash.map(|hash| (name.to_owned(), hash)));
-            return Ok(written);
-        };
-        if self.folder.is_none() {
-            // Whether the main file may be replaced decides for its folder too.
-            let replace = folder != self.path || commit.replace;
-            self.folder = Some(Folder::new(folder, Commit { replace, ..commit })?);
-        }
-        let staged = self.folder.as_mut().expect("it was just made");
-        let path = staged.temporary.path().join(name);
-        fs::create_dir_all(folder_of(&path)).map_err(|error| Error::io(folder, &error))?;
-        let tally = &mut self.tally;
-        let counted = |out: &mut dyn Out| tally.count(out, write);
-        // It is synced when the folder is put in place.
-        let replace = Commit {
-            replace: true,
-            sync: false,
-        };
-        let known = |mut error: Error| {
-            // The user knows the folder, not the staged one.
-            if error
-                .path
-                .as_ref()
-                .is_some_and(|path| path.starts_with(staged.temporary.path()))
-            {
-                error.path = Some(folder.join(name));
+        let (written, hash) = match self.commit {
+            None => self.count(&mut io::sink(), write)?,
+            Some(commit) => {
+                if self.folder.is_none() {
+                    // Whether the main file may be replaced decides for its folder too.
+                    let replace = folder != self.path || commit.replace;
+                    let commit = Commit { replace, ..commit };
+                    self.folder = Some(StagedFolder::new(folder, None, commit)?);
+                }
+                let staged = self.folder.as_mut().expect("it was just made");
+                let path = staged
+                    .place(name)
+                    .map_err(|error| Error::io(folder, &error))?;
+                fill_file(&path, |out| self.count(out, write)).map_err(|mut error| {
+                    // The user knows the folder, not the staged one.
+                    if error.path.as_ref() == Some(&path) {
+                        error.path = Some(folder.join(name));
+                    }
+                    error
+                })?
             }
-            error
         };
-        let ((written, hash), file) = stage_whole(&path, replace, counted).map_err(known)?;
-        file.keep().map_err(known)?;
-        staged.names.push(name.to_owned());
-        self.tally
-            .of_folder
-            .extend(hash.map(|hash| (name.to_owned(), hash)));
+        let hash = hash.map(|hash| (name.to_owned(), hash));
+        self.of_folder.extend(hash);
         Ok(written)
     }
 
@@ -193,39 +212,34 @@ impl<'a> OutputSet<'a> {
         let Some(staged) = &mut self.folder else {
             return Ok(());
         };
-        let path = staged.temporary.path().join(name);
-        let made = fs::create_dir_all(folder_of(&path)).and_then(|()| link_folder(to, &path));
-        made.map_err(|error| Error::io(&self.path.join(name), &error))?;
-        staged.names.push(name.to_owned());
-        Ok(())
+        let made = staged.place(name).and_then(|path| link_folder(to, &path));
+        made.map_err(|error| Error::io(&self.path.join(name), &error))
     }
 
     /// The files, all of them complete.
     pub fn finish(self) -> Output {
-        let files = self.files.into_iter().chain(self.main);
-        let files: Vec<Staged> = files.collect();
         let files = match (self.folder, self.commit) {
             (Some(folder), Some(commit)) => {
-                let path = self.path.to_path_buf();
-                let list = self.list;
-                folder.staged(commit, move || {
-                    Staged::keep_all(files)?;
-                    let list = list.map(|list| stage_bytes(&list, &path, commit));
-                    list.transpose()?.map_or(Ok(()), Staged::keep)
+                let (path, list, files) = (self.path.to_path_buf(), self.list, self.files);
+                Staged::new(move || {
+                    folder.commit(commit, || {
+                        Staged::keep_all(files)?;
+                        let list = list.map(|list| stage_bytes(&list, &path, commit));
+                        list.transpose()?.map_or(Ok(()), Staged::keep)
+                    })
                 })
             }
-            _ => Staged::all(files),
+            _ => Staged::all(self.files),
         };
+        let of_folder = || self.is_hashed.then(|| hash_of_names(&self.of_folder));
         Output {
             files,
-            hash: self.tally.hash(),
-            n_bytes: self.tally.n_bytes,
-            of_folder: self.tally.of_folder,
+            hash: self.hash.or_else(of_folder),
+            n_bytes: self.n_bytes,
+            of_folder: self.of_folder,
         }
     }
-}
 
-impl Tally {
     /// Lets `write` write to `out`; counts and hashes the bytes.
     fn count<T>(
         &mut self,
@@ -241,11 +255,6 @@ impl Tally {
         self.n_bytes += counting.n_bytes;
         Ok((written, counting.hasher.map(|hasher| hasher.finalize())))
     }
-
-    fn hash(&self) -> Option<blake3::Hash> {
-        let of_folder = || hash_of_names(&self.of_folder);
-        self.main.or_else(|| self.is_hashed.then(of_folder))
-    }
 }
 
 /// Counts and hashes the bytes that pass through.
@@ -258,21 +267,21 @@ struct Counting<'a> {
 impl Out for Counting<'_> {
     fn apart(&mut self, numbers: &NumbersApart, hash_from: u64) -> Result<Vec<HashedBytes>> {
         let hash_from = self.hasher.as_ref().map_or(hash_from, TreeHasher::n_bytes);
-        let mut told = self.out.apart(numbers, hash_from)?;
+        let mut hashed = self.out.apart(numbers, hash_from)?;
         if let Some(hasher) = &mut self.hasher {
-            if told.is_empty() {
+            if hashed.is_empty() {
                 // It was written nowhere.
-                told = numbers.by.write(None, &numbers.numbers, hash_from)?;
+                hashed = numbers.by.write(None, &numbers.numbers, hash_from)?;
             }
-            told.iter().for_each(|part| hasher.take(part));
+            hashed.iter().for_each(|part| hasher.take(part));
         }
         self.n_bytes += numbers.n_bytes;
-        Ok(told)
+        Ok(hashed)
     }
 }
 
 impl Write for Counting<'_> {
-    /// Large pieces are hashed beside the writing.
+    /// Large pieces are hashed while they are written.
     fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
         let (out, mut hasher) = (&mut *self.out, self.hasher.as_mut());
         match hasher.as_mut().filter(|_| bytes.len() >= LARGE) {
@@ -298,12 +307,7 @@ impl Write for Counting<'_> {
     }
 
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let n = self.out.write(bytes)?;
-        self.n_bytes += n as u64;
-        if let Some(hasher) = &mut self.hasher {
-            hasher.update(&bytes[..n]);
-        }
-        Ok(n)
+        self.write_all(bytes).map(|()| bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -316,41 +320,147 @@ use std::os::unix::fs::symlink as link_folder;
 #[cfg(windows)]
 use std::os::windows::fs::symlink_dir as link_folder;
 
-/// One hash of several files: that of their names and hashes, ordered by name.
-pub fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
-    let mut hasher = blake3::Hasher::new();
-    for (name, hash) in files {
-        hasher.update(name.as_bytes());
-        hasher.update(&[0]);
-        hasher.update(hash.as_bytes());
-    }
-    hasher.finalize()
+/// Files in a staged folder that are moved to their folder, which may exist.
+struct StagedFolder {
+    temporary: Temporary,
+    target: PathBuf,
+    /// Names of the files, which may contain folders.
+    names: Vec<String>,
+    /// Folders in `target` that are replaced as a whole.
+    owned: Vec<String>,
+    /// True if they are; otherwise those that are there by then are kept.
+    replace: bool,
 }
 
-/// The [`Output::hash`] of the files in a folder; `of_file` hashes a file.
-pub fn hash_of_folder(
-    folder: &Path,
-    of_file: impl Fn(&Path) -> io::Result<blake3::Hash>,
-) -> io::Result<blake3::Hash> {
-    let names = files_in(folder)?.into_iter();
-    let hashes = names.map(|name| Ok((name.clone(), of_file(&folder.join(name))?)));
-    Ok(hash_of_names(&hashes.collect::<io::Result<_>>()?))
-}
-
-/// Paths of all files in a folder and its subfolders, relative to it, ascending.
-pub(super) fn files_in(folder: &Path) -> io::Result<Vec<String>> {
-    let mut files = Vec::new();
-    let mut folders = vec![String::new()];
-    while let Some(before) = folders.pop() {
-        for entry in fs::read_dir(folder.join(&before))? {
-            let entry = entry?;
-            let name = format!("{before}{}", entry.file_name().to_string_lossy());
-            match entry.path().is_dir() {
-                true => folders.push(name + "/"),
-                false => files.push(name),
-            }
+impl StagedFolder {
+    /// An empty staged folder for files in `target`. Where the target may have other files, it is inside an existing
+    /// target, and the folders `owned` are replaced as a whole. Refuses to replace what may not be.
+    fn new(target: &Path, owned: Option<&[String]>, commit: Commit) -> Result<Self> {
+        let places: Vec<PathBuf> = match owned {
+            Some(owned) => owned.iter().map(|name| target.join(name)).collect(),
+            None => vec![target.to_path_buf()],
+        };
+        let taken = places.iter().find(|path| path.exists());
+        if let Some(taken) = taken.filter(|_| !commit.replace) {
+            return Err(exists(taken));
         }
+        if owned.is_some() && target.is_file() {
+            return Err(Error::input("this is a file, not a folder").file(target));
+        }
+        for folder in &places {
+            refuse_guarded(folder)?;
+            let mut files = fs::read_dir(folder).into_iter().flatten().flatten();
+            files.try_for_each(|file| refuse_guarded(&file.path()))?;
+        }
+        let is_inside = owned.is_some() && target.is_dir();
+        let inside = is_inside.then(|| target.join("files"));
+        let temporary = Temporary::folder_for(inside.as_deref().unwrap_or(target));
+        Ok(Self {
+            temporary: temporary.map_err(|error| Error::io(target, &error))?,
+            target: target.to_path_buf(),
+            names: Vec::new(),
+            owned: owned.unwrap_or_default().to_vec(),
+            replace: commit.replace || owned.is_none(),
+        })
     }
-    files.sort();
-    Ok(files)
+
+    /// Adds a file or a link; gives its staged path, whose folder is made.
+    fn place(&mut self, name: &str) -> io::Result<PathBuf> {
+        let path = self.temporary.path().join(name);
+        fs::create_dir_all(folder_of(&path))?;
+        self.names.push(name.to_owned());
+        Ok(path)
+    }
+
+    /// Moves the files, then calls `last`. After an error the files that were there before are restored. A system that
+    /// stops between two renames leaves a mixture of old and new files: no file system renames several files at once.
+    fn commit(self, commit: Commit, last: impl FnOnce() -> Result<()>) -> Result<Option<PathBuf>> {
+        if commit.sync {
+            self.sync_files()?;
+        }
+        let mut undo = Undo::new();
+        let mut done = self.move_all(&mut undo);
+        if commit.sync {
+            done = done.and_then(|()| self.sync_names());
+        }
+        if let Err(error) = done.and_then(|()| last()) {
+            undo.into_iter().rev().for_each(|undo| undo());
+            return Err(error);
+        }
+        Ok(commit.sync.then(|| folder_of(&self.target).to_path_buf()))
+    }
+
+    /// Syncs what is in the files.
+    fn sync_files(&self) -> Result<()> {
+        let staged = |name: &&String| self.temporary.path().join(name);
+        let mut files = self.names.iter().filter(|name| !staged(name).is_symlink());
+        files.try_for_each(|name| {
+            let synced = sync_file(&staged(&name));
+            synced.map_err(|error| Error::io(&self.target.join(name), &error))
+        })
+    }
+
+    /// Syncs the names of all files and folders.
+    fn sync_names(&self) -> Result<()> {
+        let of_name = |name| Path::new(name).ancestors().skip(1);
+        let folders: BTreeSet<&Path> = self.names.iter().flat_map(of_name).collect();
+        folders.into_iter().try_for_each(|folder| {
+            let folder = self.target.join(folder);
+            sync_folder(&folder).map_err(|error| Error::io(&folder, &error))
+        })
+    }
+
+    fn move_all(&self, undo: &mut Undo) -> Result<()> {
+        let (target, old) = (&self.target, self.temporary.path().join("old"));
+        let owned = self.owned.iter();
+        let there: Vec<&String> = owned.filter(|name| target.join(name).exists()).collect();
+        for name in there.iter().filter(|_| self.replace) {
+            rename(&target.join(name), &old.join(name), undo)?;
+        }
+        let is_kept = |name: &&String| {
+            !self.replace && there.iter().any(|own| Path::new(name).starts_with(own))
+        };
+        for name in self.names.iter().filter(|name| !is_kept(name)) {
+            let Some(piece) = self.new_piece(name) else {
+                continue;
+            };
+            let (from, to) = (self.temporary.path().join(piece), target.join(piece));
+            if to.exists() {
+                rename(&to, &old.join(piece), undo)?;
+            }
+            rename(&from, &to, undo)?;
+        }
+        Ok(())
+    }
+
+    /// The largest part of a name that is to be moved in one piece: the first folder on the way that is not there yet,
+    /// or else the file. `None` where it has been moved with another one.
+    fn new_piece<'n>(&self, name: &'n str) -> Option<&'n Path> {
+        let path = Path::new(name);
+        // A link may lead to what has been moved.
+        fs::symlink_metadata(self.temporary.path().join(path)).ok()?;
+        let folders = path.ancestors().skip(1);
+        let new = folders.take_while(|folder| !self.target.join(folder).exists());
+        let first = new.filter(|folder| !folder.as_os_str().is_empty()).last();
+        Some(first.unwrap_or(path))
+    }
+}
+
+/// What brings back the state before, in reverse order. A file that cannot be restored matters less than the error that
+/// is reported.
+type Undo = Vec<Box<dyn FnOnce()>>;
+
+/// Renames `from` to `to`, whose folder is made where it is not there.
+fn rename(from: &Path, to: &Path, undo: &mut Undo) -> Result<()> {
+    let io = |error: io::Error| Error::io(to, &error);
+    let missing = folder_of(to).ancestors().take_while(|path| !path.exists());
+    let missing: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+    fs::create_dir_all(folder_of(to)).map_err(io)?;
+    for folder in missing.into_iter().rev() {
+        undo.push(Box::new(move || drop(fs::remove_dir(folder))));
+    }
+    fs::rename(from, to).map_err(io)?;
+    let (from, to) = (from.to_path_buf(), to.to_path_buf());
+    undo.push(Box::new(move || drop(fs::rename(to, from))));
+    Ok(())
 }

@@ -1,10 +1,11 @@
-//! What a format holds and the programs that read it do not take: notes, and meshes without it.
+//! Contents that a format holds and the programs that read it do not take: notes, and meshes without them.
 
-use crate::mesh::{CellKind, Cells, Mesh, MeshView, inner_faces};
+use crate::mesh::{CellKind, Mesh, MeshView, inner_faces, linear};
 use azimesh_core::diagnostic::formats::NotTaken;
 use azimesh_core::error::option;
+use std::collections::BTreeSet;
 
-/// What can be done with cells of a kind that a format cannot hold, as the end of a sentence.
+/// The remedy for cells of a kind that a format cannot hold, as the end of a sentence.
 pub(super) fn remedy(kind: CellKind) -> String {
     match kind {
         kind if kind.is_curved() => format!("; {} keeps only corner nodes", option("linearize")),
@@ -16,30 +17,25 @@ pub(super) fn remedy(kind: CellKind) -> String {
     }
 }
 
-/// What of a mesh readers of a format do not take.
+/// Contents of a mesh that readers of a format do not take.
 pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<NotTaken> {
     match format {
         "su2" => {
-            let inner = inner_faces(mesh);
-            let tagged = |face: &&u32| {
+            let mut tagged = inner_faces(mesh);
+            tagged.retain(|face| {
                 let mut tags = mesh.boundary_tags();
-                tags.any(|tag| tag.cells.contains(**face as usize))
-            };
-            let tagged: Vec<u32> = inner.iter().filter(tagged).copied().collect();
+                tags.any(|tag| tag.cells.contains(*face as usize))
+            });
             let first = *tagged.first()?;
             let n = tagged.len();
             Some(NotTaken::InnerMarkers { n, first })
         }
         "cgns" => {
-            let has_arrays = !mesh.cell_arrays.is_empty();
             let n = far_below(mesh).count();
-            (has_arrays && n > 0).then_some(NotTaken::LowerCells { n })
+            (n > 0 && !mesh.cell_arrays.is_empty()).then_some(NotTaken::LowerCells { n })
         }
         "vtu" | "pvtu" | "vtk" | "vtk42" | "vtkhdf" => {
-            let pyramids = mesh
-                .cells
-                .runs()
-                .filter(|run| run.kind == CellKind::LagrangePyramid);
+            let pyramids = mesh.cells.runs().filter(|run| is_pyramid(run.kind));
             let n = pyramids.map(|run| run.n_cells()).sum();
             (n > 0).then_some(NotTaken::LagrangePyramids { n })
         }
@@ -52,21 +48,25 @@ pub fn make_portable(mesh: &mut Mesh, format: &str) -> Option<String> {
     let (n, change) = match not_taken(&mesh.view(), format)? {
         NotTaken::InnerMarkers { n, .. } => {
             let inner = inner_faces(&mesh.view());
-            leave_out(mesh, |cell| inner.binary_search(&(cell as u32)).is_ok());
+            leave_out(mesh, inner.into_iter().map(|face| face as usize).collect());
             (n, "faces between two cells left out")
         }
         NotTaken::LowerCells { n } => {
-            let mut lower = far_below(&mesh.view()).collect::<Vec<_>>();
-            lower.sort_unstable();
-            leave_out(mesh, |cell| lower.binary_search(&cell).is_ok());
+            let lower = far_below(&mesh.view()).collect();
+            leave_out(mesh, lower);
             (n, "cells of lower dimension than boundary faces left out")
         }
         NotTaken::LagrangePyramids { n } => {
-            mesh.cells = with_linear_pyramids(&mesh.cells);
+            // The other nodes stay, in no cell.
+            mesh.cells = linear(&mesh.cells, is_pyramid);
             (n, "Lagrange pyramids made linear")
         }
     };
     Some(format!("{}: {change}: {n}", option("portable")))
+}
+
+fn is_pyramid(kind: CellKind) -> bool {
+    kind == CellKind::LagrangePyramid
 }
 
 /// Cells of two dimensions less than the mesh, or fewer.
@@ -78,27 +78,11 @@ fn far_below<'a>(mesh: &MeshView<'a>) -> impl Iterator<Item = usize> + use<'a> {
 }
 
 /// Removes cells; groups and arrays follow, and groups that had only these go.
-fn leave_out(mesh: &mut Mesh, is_out: impl Fn(usize) -> bool) {
-    let keep: Vec<usize> = (0..mesh.cells.len())
-        .filter(|&cell| !is_out(cell))
-        .collect();
+fn leave_out(mesh: &mut Mesh, cells: BTreeSet<usize>) {
+    let all = 0..mesh.cells.len();
+    let keep: Vec<usize> = all.filter(|cell| !cells.contains(cell)).collect();
     mesh.keep_cells(&keep);
     mesh.groups.retain(|group| !group.cells.is_empty());
-}
-
-/// The cells with Lagrange pyramids made linear: their corners come first. The other nodes stay, in no cell.
-fn with_linear_pyramids(cells: &Cells) -> Cells {
-    let mut linear = Cells::new();
-    for cell in cells.iter() {
-        match (cell.kind, cells.face_stream(cell.index)) {
-            (CellKind::LagrangePyramid, _) => linear.push(CellKind::Pyramid, &cell.nodes[..5]),
-            (_, Some(stream)) => linear
-                .push_polyhedron_with_nodes(cell.nodes, stream)
-                .expect("it was checked when it was added"),
-            (kind, None) => linear.push(kind, cell.nodes),
-        }
-    }
-    linear
 }
 
 #[cfg(test)]

@@ -1,11 +1,5 @@
-//! Writes many records: formats them on all threads and writes them in order. Also gives the notes on what a format
-//! without arrays leaves out.
+//! Writes many records: formats them on all threads and writes them in order.
 
-use super::names::repeated;
-use super::{Precision, WriteOptions};
-use crate::mesh::{Group, MeshView};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, Written};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel;
 use std::io::Write;
@@ -94,57 +88,6 @@ const PAIRS: &[u8; 200] = b"\
 pub fn push_real(buffer: &mut Vec<u8>, value: f64) {
     let mut text = zmij::Buffer::new();
     buffer.extend_from_slice(text.format(value).as_bytes());
-}
-
-/// A note for each array and option that a format with f64 coordinates and without arrays
-/// leaves out; it writes the field arrays in `kept` in another way.
-pub fn left_out(
-    format: &'static str,
-    mesh: &MeshView,
-    options: &WriteOptions,
-    kept: &[&str],
-) -> Vec<Diagnostic> {
-    let kinds = [
-        ("point", &mesh.point_arrays),
-        ("cell", &mesh.cell_arrays),
-        ("field", &mesh.field_arrays),
-    ];
-    let mut notes = Vec::new();
-    for (what, arrays) in kinds {
-        let names = arrays.iter().map(|array| array.name.clone());
-        let names = names.filter(|name| what != "field" || !kept.contains(&name.as_str()));
-        let names: Vec<String> = names.collect();
-        if !names.is_empty() {
-            let note = ArrayWritten::LeftOut {
-                format,
-                what,
-                names,
-            };
-            notes.push(note.into());
-        }
-    }
-    if options.precision == Precision::F32 {
-        notes.push(Written::CoordinatesIn64 { format }.into());
-    }
-    notes
-}
-
-/// A note on the types of boundary conditions, for a format that has none.
-pub fn conditions_left_out(format: &'static str, mesh: &MeshView) -> Option<Condition> {
-    let with_condition = mesh.groups.iter().filter(|group| group.condition.is_some());
-    let n = with_condition.count();
-    (n > 0).then_some(Condition::NotWritten { format, n })
-}
-
-/// Notes on groups of one dimension and name, for formats that know them by their names alone.
-pub fn shared_names<'a>(
-    groups: impl IntoIterator<Item = &'a Group>,
-) -> impl Iterator<Item = GroupWritten> {
-    let several = repeated(groups).into_iter();
-    several.map(|((_, name), n)| GroupWritten::Joined {
-        name: name.to_owned(),
-        n,
-    })
 }
 
 #[cfg(test)]

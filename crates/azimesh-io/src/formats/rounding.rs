@@ -1,4 +1,4 @@
-//! What coordinates of 32 bits do to a mesh: whether digits are lost, and which cells become flat or fold.
+//! Effects of coordinates of 32 bits on a mesh: lost digits, and cells that become flat or fold.
 
 use crate::mesh::{CellRef, Cells, MeshView, corners, first_where};
 use azimesh_core::diagnostic::formats::{FormatNote, Written};
@@ -11,7 +11,7 @@ const BLOCK: usize = 1 << 12;
 /// Jacobian over the lengths of its edges, below which a corner is flat before it is rounded.
 const FLAT: f64 = 1e-9;
 
-/// Whether a coordinate is another one in 32 bits.
+/// Checks if a coordinate is another one in 32 bits.
 pub(super) fn loses_digits(mesh: &MeshView) -> bool {
     let is_rounded = |x: &f64| f64::from(*x as f32) != *x;
     first_where(mesh.points.as_flattened(), is_rounded).is_some()
@@ -39,7 +39,7 @@ pub(super) fn flattened(mesh: &MeshView) -> Option<Written> {
     first.map(|first| Written::Flattened { n, of, first })
 }
 
-/// Whether a note tells of cells that become flat in coordinates of 32 bits.
+/// Checks if a note reports cells that become flat in coordinates of 32 bits.
 pub fn is_flattened(note: &Diagnostic) -> bool {
     let kind = &note.kind;
     matches!(
@@ -48,7 +48,7 @@ pub fn is_flattened(note: &Diagnostic) -> bool {
     )
 }
 
-/// Whether a corner of a cell, or a polyhedron as a whole, has no volume in coordinates of 32 bits, or one of the other sign.
+/// Checks if a corner of a cell, or a polyhedron as a whole, has no volume in coordinates of 32 bits, or one of the other sign.
 fn becomes_flat(cells: &Cells, cell: &CellRef<'_>, points: &[Vector]) -> bool {
     let exact = |node: u32| points[node as usize];
     let rounded = |node: u32| points[node as usize].map(|x| f64::from(x as f32));
@@ -97,8 +97,8 @@ fn area(nodes: &[u32], place: &dyn Fn(u32) -> Vector) -> Vector {
 fn jacobian([corner, ends @ ..]: [Vector; 4], is_solid: bool) -> (Vector, f64) {
     let [a, b, c] = ends.map(|end| sub(end, corner));
     let (area, size) = (cross(a, b), norm(a) * norm(b));
-    match is_solid {
-        true => ([dot(area, c), 0.0, 0.0], size * norm(c)),
-        false => (area, size),
+    if is_solid {
+        return ([dot(area, c), 0.0, 0.0], size * norm(c));
     }
+    (area, size)
 }

@@ -1,14 +1,12 @@
 //! Writes a file completely or not at all: it is staged under a temporary name and renamed when it is complete.
 
 use super::inputs::refuse_guarded;
-use super::out::Out;
-use super::sink::{Sink, name_of};
 use super::staged::{Commit, Temporary, folder_of, sync_folder};
 use crate::mesh::NumbersApart;
 use azimesh_core::error::{Error, ErrorKind, Result, option};
 use azimesh_core::ranks::hash::HashedBytes;
 use std::collections::BTreeSet;
-use std::fs::File;
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -42,11 +40,10 @@ impl Staged {
     /// Renames the files of several outputs, in order.
     pub fn keep_all(files: impl IntoIterator<Item = Self>) -> Result<()> {
         let mut folders = BTreeSet::new();
-        let mut give = |file: Self| {
+        let given = files.into_iter().try_for_each(|file| {
             folders.extend((file.0)()?);
             Ok(())
-        };
-        let given = files.into_iter().try_for_each(&mut give);
+        });
         let sync =
             |folder: &PathBuf| sync_folder(folder).map_err(|error| Error::io(folder, &error));
         given.and(folders.iter().try_for_each(sync))
@@ -64,76 +61,110 @@ pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Staged> 
         let written = out.write_all(bytes);
         written.map_err(|error| Error::io(path, &error))
     };
-    stage_whole(path, commit, write).map(|((), file)| file)
+    stage_file(path, commit, write).map(|((), file)| file)
 }
 
 /// Stages a file that `write` fills. Where `path` is standard output, a device or a pipe, it is written to directly.
-pub(super) fn stage_whole<T>(
+pub(super) fn stage_file<T>(
     path: &Path,
     commit: Commit,
     write: impl FnOnce(&mut dyn Out) -> Result<T>,
 ) -> Result<(T, Staged)> {
-    let target = match Sink::of(path, commit)? {
-        Sink::Stream(stream) => {
-            let out = BufWriter::with_capacity(PIECE, Pieces(stream));
-            let written = fill(out, name_of(path), write)?;
-            return Ok((written, Staged::new(|| Ok(None))));
-        }
-        Sink::File(target) => target,
-    };
-    let (file, temporary) =
-        Temporary::file_for(&target).map_err(|error| Error::io(path, &error))?;
-    let out = StagedFile {
-        out: BufWriter::with_capacity(PIECE, Pieces(file)),
-        path: temporary.path(),
-    };
-    let written = fill(out, path, write)?;
-    Ok((written, staged(temporary, path, target, commit)))
-}
-
-/// Lets `write` fill a staged file, whose path it is given. Where `path` is standard output, a device or a pipe, the
-/// file is copied to it and removed.
-pub(super) fn stage_file<T>(
-    path: &Path,
-    commit: Commit,
-    write: impl FnOnce(&Path) -> Result<T>,
-) -> Result<(T, Staged)> {
-    let (target, stream) = match Sink::of(path, commit)? {
-        Sink::Stream(stream) => (std::env::temp_dir().join("azimesh"), Some(stream)),
-        Sink::File(target) => (target, None),
-    };
-    let told = if stream.is_some() { &target } else { path };
-    let (_, temporary) = Temporary::file_for(&target).map_err(|error| Error::io(told, &error))?;
-    let written = write(temporary.path()).map_err(|mut error| {
-        // The user knows `path`, not the temporary file.
-        error.path = error.path.filter(|path| path != temporary.path());
-        match (&stream, error.kind) {
-            (Some(_), ErrorKind::System) => error.file(temporary.path()),
-            _ => error.file(name_of(path)),
-        }
-    })?;
-    let Some(mut stream) = stream else {
-        return Ok((written, staged(temporary, path, target, commit)));
-    };
-    let mut file = File::open(temporary.path()).map_err(|error| Error::io(&target, &error))?;
-    let copied = io::copy(&mut file, &mut Pieces(&mut *stream));
-    let copied = copied.and_then(|_| stream.flush());
-    copied.map_err(|error| Error::io(name_of(path), &error))?;
-    Ok((written, Staged::new(|| Ok(None))))
-}
-
-/// A complete file that is to be renamed to `target`, which the user knows as `path`.
-fn staged(mut temporary: Temporary, path: &Path, target: PathBuf, commit: Commit) -> Staged {
+    if let Some(stream) = stream(path, commit)? {
+        let standard = (path.as_os_str() == "-").then(|| Path::new("<stdout>"));
+        let written = fill(stream, None, standard.unwrap_or(path), write)?;
+        return Ok((written, Staged::new(|| Ok(None))));
+    }
+    // Links are followed.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let failed = |error: io::Error| Error::io(path, &error);
+    let (file, mut temporary) = Temporary::file_for(&target).map_err(failed)?;
+    let copy = file.try_clone().map_err(failed)?;
+    let written = fill(Box::new(file), Some((copy, temporary.path())), path, write)?;
     temporary.set_complete(&target, commit);
     let path = path.to_path_buf();
-    Staged::new(move || {
+    let give = move || {
         let named = temporary.commit(&target, commit);
         named.map_err(|error| match error.kind() {
             io::ErrorKind::AlreadyExists => exists(&path),
             _ => Error::io(&path, &error),
         })?;
         Ok(commit.sync.then(|| folder_of(&target).to_path_buf()))
+    };
+    Ok((written, Staged::new(give)))
+}
+
+/// Stages a file as [`stage_file`] does; `write` is given its path. What goes to standard output, a device or a pipe is
+/// copied from a temporary file.
+pub(super) fn stage_path<T>(
+    path: &Path,
+    commit: Commit,
+    write: impl FnOnce(&Path) -> Result<T>,
+) -> Result<(T, Staged)> {
+    // The user knows `path`, not the temporary file.
+    let known = |mut error: Error, temporary: &Path| {
+        error.path = error.path.filter(|path| path != temporary);
+        error
+    };
+    stage_file(path, commit, |out| {
+        if let Some(staged) = out.path().map(Path::to_path_buf) {
+            return write(&staged).map_err(|error| known(error, &staged));
+        }
+        let target = std::env::temp_dir().join("azimesh");
+        let failed = |error: io::Error| Error::io(&target, &error);
+        let (mut file, temporary) = Temporary::file_for(&target).map_err(failed)?;
+        let written = write(temporary.path()).map_err(|error| {
+            match (known(error, temporary.path()), temporary.path()) {
+                (error, path) if error.kind == ErrorKind::System => error.file(path),
+                (error, _) => error,
+            }
+        })?;
+        io::copy(&mut file, out).map_err(|error| Error::io(Path::new(""), &error))?;
+        Ok(written)
     })
+}
+
+/// Writes the file at this path, which is in a staged folder.
+pub(super) fn fill_file<T>(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Out) -> Result<T>,
+) -> Result<T> {
+    let failed = |error: io::Error| Error::io(path, &error);
+    let file = File::create(path).map_err(failed)?;
+    let copy = file.try_clone().map_err(failed)?;
+    fill(Box::new(file), Some((copy, path)), path, write)
+}
+
+fn fill<'a, T>(
+    out: Box<dyn Write + 'a>,
+    file: Option<(File, &'a Path)>,
+    path: &Path,
+    write: impl FnOnce(&mut dyn Out) -> Result<T>,
+) -> Result<T> {
+    let out = BufWriter::with_capacity(PIECE, Pieces(out));
+    let mut filled = Filled { out, file };
+    let written = write(&mut filled).map_err(|error| error.file(path))?;
+    filled.flush().map_err(|error| Error::io(path, &error))?;
+    Ok(written)
+}
+
+/// Standard output, or an opened device or pipe; `None` where the path is that of a file, new or to be replaced. Refuses
+/// an existing file that must not be replaced.
+fn stream(path: &Path, commit: Commit) -> Result<Option<Box<dyn Write>>> {
+    if path.as_os_str() == "-" {
+        return Ok(Some(Box::new(UntilClosed(Some(io::stdout().lock())))));
+    }
+    commit.check(path)?;
+    let failed = |error: io::Error| Error::io(path, &error);
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => Err(Error::input("this is a folder, not a file").file(path)),
+        Ok(found) if !found.is_file() => {
+            let device = OpenOptions::new().write(true).open(path).map_err(failed)?;
+            Ok(Some(Box::new(device)))
+        }
+        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => Err(failed(error)),
+        _ => Ok(None),
+    }
 }
 
 impl Commit {
@@ -144,10 +175,8 @@ impl Commit {
             return Ok(());
         }
         refuse_guarded(path)?;
-        if self.replace {
-            return Ok(());
-        }
-        match std::fs::metadata(path) {
+        match fs::metadata(path) {
+            _ if self.replace => Ok(()),
             Ok(found) if found.is_file() => Err(exists(path)),
             Err(_) if path.is_symlink() => Err(Error::input(format!(
                 "is a symbolic link to a file that does not exist; {} replaces it",
@@ -163,36 +192,85 @@ pub(super) fn exists(path: &Path) -> Error {
     Error::input(format!("exists already; {} replaces it", option("force"))).file(path)
 }
 
-fn fill<T>(
-    mut out: impl Out,
-    path: &Path,
-    write: impl FnOnce(&mut dyn Out) -> Result<T>,
-) -> Result<T> {
-    let written = write(&mut out).map_err(|error| error.file(path))?;
-    out.flush().map_err(|error| Error::io(path, &error))?;
-    Ok(written)
+/// Checks if a path leads to a device or a pipe.
+pub(super) fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// A file under a temporary name.
-struct StagedFile<'a> {
-    out: BufWriter<Pieces<File>>,
-    path: &'a Path,
+/// Refuses a pipe or a device under the name of a file that is to be written, but that the user has not named: a pipe
+/// blocks until a program reads from it.
+pub fn refuse_special(path: &Path) -> Result<()> {
+    if !is_special(path) {
+        return Ok(());
+    }
+    let message = "a file of this name is needed here, but this is a pipe or a device; remove it";
+    Err(Error::input(message).file(path))
 }
 
-impl Out for StagedFile<'_> {
-    fn apart(&mut self, numbers: &NumbersApart, hash_from: u64) -> Result<Vec<HashedBytes>> {
-        let failed = |error: io::Error| Error::system(error.to_string());
-        self.out.flush().map_err(failed)?;
-        let at = self.out.get_mut().0.stream_position().map_err(failed)?;
-        let to = Some((self.path, at));
-        let told = numbers.by.write(to, &numbers.numbers, hash_from)?;
-        let end = SeekFrom::Start(at + numbers.n_bytes);
-        self.out.get_mut().0.seek(end).map_err(failed)?;
-        Ok(told)
+/// Takes the bytes of a file front to back; some of them may be written by other ranks.
+pub trait Out: Write {
+    /// Has other ranks write the next bytes. Gives their hashes of these bytes, from byte `hash_from` on.
+    ///
+    /// # Errors
+    /// Where this is no file, which alone all ranks can open.
+    fn apart(&mut self, _numbers: &NumbersApart, _hash_from: u64) -> Result<Vec<HashedBytes>> {
+        Err(no_file())
+    }
+
+    /// The path of the file, where it is one.
+    fn path(&self) -> Option<&Path> {
+        None
     }
 }
 
-impl Write for StagedFile<'_> {
+fn no_file() -> Error {
+    Error::system("what other ranks have is written to files only")
+}
+
+impl Out for Vec<u8> {}
+
+/// What is written nowhere is written by no rank.
+impl Out for io::Sink {
+    fn apart(&mut self, _: &NumbersApart, _: u64) -> Result<Vec<HashedBytes>> {
+        Ok(Vec::new())
+    }
+}
+
+impl Out for BufWriter<&mut dyn Out> {
+    fn apart(&mut self, numbers: &NumbersApart, hash_from: u64) -> Result<Vec<HashedBytes>> {
+        self.flush()
+            .map_err(|error| Error::system(error.to_string()))?;
+        self.get_mut().apart(numbers, hash_from)
+    }
+}
+
+/// A file or a stream that is filled.
+struct Filled<'a> {
+    out: BufWriter<Pieces<Box<dyn Write + 'a>>>,
+    /// The file and its path.
+    file: Option<(File, &'a Path)>,
+}
+
+impl Out for Filled<'_> {
+    fn apart(&mut self, numbers: &NumbersApart, hash_from: u64) -> Result<Vec<HashedBytes>> {
+        let Some((file, path)) = &mut self.file else {
+            return Err(no_file());
+        };
+        let failed = |error: io::Error| Error::system(error.to_string());
+        self.out.flush().map_err(failed)?;
+        let at = file.stream_position().map_err(failed)?;
+        let hashed = (numbers.by).write(Some((path, at)), &numbers.numbers, hash_from)?;
+        let end = SeekFrom::Start(at + numbers.n_bytes);
+        file.seek(end).map_err(failed)?;
+        Ok(hashed)
+    }
+
+    fn path(&self) -> Option<&Path> {
+        self.file.as_ref().map(|(_, path)| *path)
+    }
+}
+
+impl Write for Filled<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.out.write(bytes)
     }
@@ -212,6 +290,31 @@ impl<W: Write> Write for Pieces<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
+    }
+}
+
+/// A pipe whose reader may close it early, as `head` does: what is written after that is discarded.
+struct UntilClosed<W>(Option<W>);
+
+impl<W: Write> UntilClosed<W> {
+    /// Passes on what `write` does, or `closed` once the pipe is closed.
+    fn pass<T>(&mut self, closed: T, write: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
+        match self.0.as_mut().map(write) {
+            Some(Err(error)) if error.kind() == io::ErrorKind::BrokenPipe => self.0 = None,
+            Some(done) => return done,
+            None => {}
+        }
+        Ok(closed)
+    }
+}
+
+impl<W: Write> Write for UntilClosed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.pass(bytes.len(), |pipe| pipe.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.pass((), W::flush)
     }
 }
 
@@ -235,7 +338,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("mesh.txt");
         save_text("old", &path, Commit::REPLACE).expect("it can be written");
-        let failed = stage_whole(&path, Commit::REPLACE, |out| -> Result<()> {
+        let failed = stage_file(&path, Commit::REPLACE, |out| -> Result<()> {
             out.write_all(b"half").expect("it is buffered");
             Err(Error::system("disk full"))
         });

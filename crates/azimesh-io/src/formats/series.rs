@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Endings of such lists.
 const ENDINGS: [&str; 2] = [".pvd", ".series"];
 
-/// Whether a file is, by its name, a list of meshes.
+/// Checks if a file is, by its name, a list of meshes.
 pub fn is_series(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.to_ascii_lowercase();
@@ -37,10 +37,7 @@ pub fn read_series(path: &Path) -> Result<Vec<Listed>> {
         .map_err(|_| Error::input("the list is not UTF-8 text").file(path))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let is_json = text.trim_start().starts_with('{');
-    let entries = match is_json {
-        true => of_json(text),
-        false => of_pvd(text),
-    };
+    let entries = if is_json { of_json(text) } else { of_pvd(text) };
     let mut entries = entries.map_err(|error| error.file(path))?;
     if entries.is_empty() {
         return Err(Error::input("the list has no meshes").file(path));
@@ -81,9 +78,9 @@ fn of_pvd(text: &str) -> Result<Vec<Listed>> {
     loop {
         let start = reader.buffer_position() as usize;
         let line = || lexer::line_of(text.as_bytes(), start);
-        let event = reader
-            .read_event()
-            .map_err(|error| Error::input(error.to_string()).line(line()))?;
+        let wrong = |message: String| Error::input(message).line(line());
+        let event = reader.read_event();
+        let event = event.map_err(|error| wrong(error.to_string()))?;
         let element = match event {
             Event::Eof => return Ok(entries),
             Event::Start(element) | Event::Empty(element) => element,
@@ -94,27 +91,24 @@ fn of_pvd(text: &str) -> Result<Vec<Listed>> {
         }
         let value = |name: &str| -> Result<Option<String>> {
             let found = element.try_get_attribute(name);
-            let found = found.map_err(|error| Error::input(error.to_string()).line(line()))?;
+            let found = found.map_err(|error| wrong(error.to_string()))?;
             let text = found.map(|attribute| attribute.normalized_value(XmlVersion::Implicit1_0));
-            let text = text.transpose();
-            let text = text.map_err(|error| Error::input(error.to_string()).line(line()))?;
+            let text = text.transpose().map_err(|error| wrong(error.to_string()))?;
             Ok(text.map(|text| text.into_owned()))
         };
         let time = value("timestep")?.unwrap_or_else(|| entries.len().to_string());
-        let time: f64 = time.trim().parse().map_err(|_| {
-            Error::input(format!("timestep=\"{time}\" is not a number")).line(line())
-        })?;
-        let file =
-            value("file")?.ok_or_else(|| Error::input("a DataSet has no file").line(line()))?;
+        let number = time.trim().parse();
+        let time: f64 =
+            number.map_err(|_| wrong(format!("timestep=\"{time}\" is not a number")))?;
+        let file = value("file")?.ok_or_else(|| wrong("a DataSet has no file".to_owned()))?;
         let part = [value("part")?, value("group")?, value("name")?];
         let is_part = part[0].is_none();
         // The two zeros are one time.
         let before = parts.insert((time + 0.0).to_bits(), part.clone());
         if before.is_some_and(|before| is_part || before != part) {
-            return Err(Error::input(format!(
+            return Err(wrong(format!(
                 "several files have the time {time} as parts of one mesh; only lists with one file for each time are read"
-            ))
-            .line(line()));
+            )));
         }
         entries.push(Listed {
             time,

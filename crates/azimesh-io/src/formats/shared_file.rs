@@ -55,7 +55,7 @@ impl SharedFile {
     /// Why it cannot be read by slabs, as far as that is found here.
     pub fn new(
         path: &Path,
-        format: Option<&'static dyn Format>,
+        format: Option<&'static Format>,
         options: &ReadOptions,
     ) -> std::result::Result<Self, String> {
         let named = |error: Error| error.message;
@@ -68,7 +68,7 @@ impl SharedFile {
         let format = format.map_or_else(|| of(&location), Ok).map_err(named)?;
         Ok(Self {
             path: text.to_owned(),
-            format: format.name().to_owned(),
+            format: format.name.to_owned(),
             step: options.step,
             tag_array: options.tag_array.clone(),
             stamp,
@@ -81,12 +81,12 @@ impl SharedFile {
     }
 
     /// Opens the same file on any rank.
-    fn open(&self) -> Result<(Location, &'static dyn Format)> {
+    fn open(&self) -> Result<(Location, &'static Format)> {
         let format = by_name(&self.format)?;
         let (location, stamp) = open(self.path())?;
         match (stamp == self.stamp, format.recognizes(&location)) {
             (true, true) => Ok((location, format)),
-            (true, false) => Err(Error::input(format!("it is not like {}", format.title()))),
+            (true, false) => Err(Error::input(format!("it is not like {}", format.title))),
             (false, _) => Err(Error::input(DIFFERENT)),
         }
     }
@@ -125,7 +125,7 @@ pub fn read_parts(file: &SharedFile, ranks: &Ranks) -> std::result::Result<Mesh,
 }
 
 fn parts(
-    (location, format): (Location, &'static dyn Format),
+    (location, format): (Location, &'static Format),
     file: &SharedFile,
     ranks: &Ranks,
 ) -> Result<Mesh> {
@@ -143,7 +143,7 @@ fn parts(
         points: &|nodes| released(source, slabs.points(nodes)),
         cells: &|cells| released(source, slabs.cells(cells)),
     };
-    Mesh::from_slabs(&slabs, format.lists_faces_again(), ranks)
+    Mesh::from_slabs(&slabs, format.lists_faces_again, ranks)
 }
 
 /// A mesh that all ranks read, and write, together.
@@ -240,7 +240,7 @@ pub(crate) fn reason(error: Error) -> String {
 }
 
 fn by_slabs<'a>(
-    format: &dyn Format,
+    format: &Format,
     source: &'a Source,
     options: &ReadOptions,
 ) -> Result<Box<dyn Slabs + 'a>> {

@@ -1,15 +1,14 @@
-//! The bytes of an input: a mapped file, a decompressed one, or standard input.
+//! The location of a mesh that is read, and its bytes: a mapped file, a decompressed one, or standard input.
 
 use super::decompress::{decompress, is_compressed};
-use super::inputs::note_inputs;
+use super::inputs::{note_inputs, note_opened};
 use super::memory_limit::MemoryLimit;
-use super::opened::note_opened;
 use azimesh_core::error::{Error, Result};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 
 /// The bytes of one input file, and its name in messages. Copies share the bytes.
 #[derive(Clone)]
@@ -34,16 +33,17 @@ struct MappedFile {
     bytes: Weak<Bytes>,
 }
 
+fn mapped() -> MutexGuard<'static, Vec<MappedFile>> {
+    MAPPED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Lets go of the memory that holds mapped files, as `Source::release` does.
 pub fn release_mapped() {
-    let files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
-    let all: Vec<_> = files
-        .iter()
-        .filter_map(|file| file.bytes.upgrade())
-        .collect();
     // The last handle on a file takes it from the list.
-    drop(files);
-    all.iter().for_each(|bytes| bytes.release());
+    let handles = |file: &MappedFile| file.bytes.upgrade();
+    let all: Vec<_> = mapped().iter().filter_map(handles).collect();
+    all.iter()
+        .for_each(|bytes| bytes.release(0..(**bytes).as_ref().len()));
 }
 
 /// Calls `act` with the name of the mapped file at an address; returns whether there is one. A handler of signals may call
@@ -70,9 +70,8 @@ struct Mapped(memmap2::Mmap);
 
 impl Drop for Mapped {
     fn drop(&mut self) {
-        let mut files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
         let start = self.0.as_ptr().addr();
-        files.retain(|file| file.addresses.start != start);
+        mapped().retain(|file| file.addresses.start != start);
     }
 }
 
@@ -87,16 +86,16 @@ impl Bytes {
             path: path.to_path_buf(),
             bytes: Arc::downgrade(&bytes),
         };
-        let mut files = MAPPED.lock().unwrap_or_else(PoisonError::into_inner);
-        files.push(file);
+        mapped().push(file);
         bytes
     }
 
-    fn release(&self) {
+    fn release(&self, bytes: Range<usize>) {
         #[cfg(unix)]
         if let Bytes::Mapped(Mapped(map)) = self {
+            let advice = memmap2::UncheckedAdvice::DontNeed;
             // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
-            let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+            let _ = unsafe { map.unchecked_advise_range(advice, bytes.start, bytes.len()) };
         }
     }
 }
@@ -150,30 +149,29 @@ impl Source {
         check_no_device(path).map_err(io)?;
         let file = File::open(path).map_err(io)?;
         if file.metadata().map_err(io)?.is_dir() {
-            return Err(Error::input("this is a folder, not a mesh file").file(path));
+            return Err(folder(path));
         }
-        note_inputs([path]);
         note_opened(path, &file);
         let bytes = match map(&file, 0) {
             Some(map) => Bytes::mapped(map, path),
             None => Arc::new(Bytes::Owned(read_all(&file, limit).map_err(io)?)),
         };
-        Ok(Self {
+        Ok(Self::of(path, bytes))
+    }
+
+    fn of(path: &Path, bytes: Arc<Bytes>) -> Self {
+        Self {
             path: path.to_path_buf(),
             bytes,
             n_padding: 0,
-        })
+        }
     }
 
     /// Standard input: mapped where it is a file, read where it is a pipe.
     fn standard_input(limit: MemoryLimit) -> Result<Self> {
         let name = Path::new("<stdin>");
         if let Some(map) = map_standard_input() {
-            return Ok(Self {
-                path: name.to_path_buf(),
-                bytes: Bytes::mapped(map, name),
-                n_padding: 0,
-            });
+            return Ok(Self::of(name, Bytes::mapped(map, name)));
         }
         let bytes = read_all(std::io::stdin().lock(), limit);
         let bytes = bytes.map_err(|error| Error::io(name, &error))?;
@@ -182,11 +180,7 @@ impl Source {
 
     /// A source of bytes in memory, with a name for messages.
     pub fn from_bytes(name: &Path, bytes: Vec<u8>) -> Self {
-        Self {
-            path: name.to_path_buf(),
-            bytes: Arc::new(Bytes::Owned(bytes)),
-            n_padding: 0,
-        }
+        Self::of(name, Arc::new(Bytes::Owned(bytes)))
     }
 
     /// The same source with its content decompressed, where it is compressed.
@@ -202,12 +196,12 @@ impl Source {
         }
     }
 
-    /// Whether the bytes are compressed: those of a file as it is [stored](Self::stored).
+    /// Checks if the bytes are compressed: those of a file as it is [stored](Self::stored).
     pub(super) fn is_compressed(&self) -> bool {
         is_compressed((*self.bytes).as_ref())
     }
 
-    /// Whether the file is mapped, so that only what is read of it is in memory.
+    /// Checks if the file is mapped, so that only what is read of it is in memory.
     pub(super) fn is_mapped(&self) -> bool {
         matches!(*self.bytes, Bytes::Mapped(_))
     }
@@ -216,10 +210,10 @@ impl Source {
     pub(super) fn check_whole(&self) -> Result<()> {
         let n_bytes = (*self.bytes).as_ref().len() as u64;
         let is_shorter = |found: std::fs::Metadata| found.is_file() && found.len() < n_bytes;
-        match self.is_mapped() && std::fs::metadata(&self.path).is_ok_and(is_shorter) {
-            true => Err(Error::system(SHORTER).file(&self.path)),
-            false => Ok(()),
+        if self.is_mapped() && std::fs::metadata(&self.path).is_ok_and(is_shorter) {
+            return Err(Error::system(SHORTER).file(&self.path));
         }
+        Ok(())
     }
 
     /// Zeros behind compressed data, which were passed over.
@@ -239,22 +233,75 @@ impl Source {
 
     /// Lets go of the memory that holds a mapped file: its bytes are read again from the file where they are needed again.
     pub(super) fn release(&self) {
-        self.bytes.release();
+        self.bytes.release(0..(*self.bytes).as_ref().len());
     }
 
     /// [`Source::release`] of some of its bytes.
     pub(super) fn release_part(&self, bytes: Range<usize>) {
-        #[cfg(unix)]
-        if let Bytes::Mapped(Mapped(map)) = &*self.bytes {
-            let advice = memmap2::UncheckedAdvice::DontNeed;
-            // SAFETY: as in `Bytes::release`.
-            let _ = unsafe { map.unchecked_advise_range(advice, bytes.start, bytes.len()) };
-        }
+        self.bytes.release(bytes);
     }
 
     /// A shared handle on the bytes, for a reader that has to own them; nothing is copied.
     pub(super) fn shared(&self) -> Shared {
         Shared(Arc::clone(&self.bytes))
+    }
+}
+
+fn folder(path: &Path) -> Error {
+    Error::input("this is a folder, not a mesh file").file(path)
+}
+
+/// The location of a mesh that is read.
+pub enum Location {
+    /// A file, decompressed, or standard input.
+    File(Source),
+    /// A folder, in which a format finds its files.
+    Folder(PathBuf),
+}
+
+impl Location {
+    /// Opens a path; `-` is standard input. Decompressed content, and that of a pipe, may take
+    /// half of the free memory.
+    pub fn open(path: &Path) -> Result<Self> {
+        Self::open_within(path, None)
+    }
+
+    /// [`Location::open`] with a limit in bytes for decompressed content and that of a pipe.
+    pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
+        if path.is_dir() {
+            return Ok(Self::Folder(path.to_path_buf()));
+        }
+        Source::open_within(path, max_memory).map(Self::File)
+    }
+
+    /// The path, as messages give it.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(source) => source.path(),
+            Self::Folder(path) => path,
+        }
+    }
+
+    /// The file.
+    ///
+    /// # Errors
+    /// Where it is a folder.
+    pub fn file(&self) -> Result<&Source> {
+        match self {
+            Self::File(source) => Ok(source),
+            Self::Folder(path) => Err(folder(path)),
+        }
+    }
+
+    /// The bytes of the file; none of a folder.
+    pub fn bytes(&self) -> &[u8] {
+        self.file().map_or(&[], Source::bytes)
+    }
+}
+
+impl From<Source> for Location {
+    fn from(source: Source) -> Self {
+        Self::File(source)
     }
 }
 
@@ -287,16 +334,14 @@ pub fn check_no_device(path: &Path) -> io::Result<()> {
 /// Refuses what is no regular file: a folder, a device, or a pipe, whose reader may wait for ever. For files that
 /// another file refers to, and for companion files.
 pub fn check_file(path: &Path) -> io::Result<()> {
-    match std::fs::metadata(path)?.is_file() {
-        true => Ok(()),
-        false => Err(io::Error::new(
-            ErrorKind::InvalidInput,
-            "this is a folder, a pipe or a device, not a file",
-        )),
-    }
+    let message = "this is a folder, a pipe or a device, not a file";
+    let is_file = std::fs::metadata(path)?.is_file();
+    is_file
+        .then_some(())
+        .ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, message))
 }
 
-/// The content of a small file that lies beside others, which must be one: a pipe would be waited for.
+/// The content of a small companion file, which must be a file: a pipe may wait for ever.
 pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     check_file(path)?;
     note_inputs([path]);
@@ -307,7 +352,6 @@ pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
 pub fn read_input(path: &Path) -> io::Result<Vec<u8>> {
     check_no_device(path)?;
     let mut file = File::open(path)?;
-    note_inputs([path]);
     note_opened(path, &file);
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
@@ -350,7 +394,7 @@ fn map_standard_input() -> Option<memmap2::Mmap> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Encoding, ReadOptions, WriteOptions, read, with_flavours};
+    use crate::formats::{Encoding, FORMATS, ReadOptions, WriteOptions, read};
     use crate::mesh::{CellKind, Mesh};
 
     const MARK: &[u8] = b"\xef\xbb\xbf";
@@ -367,11 +411,11 @@ mod tests {
             ..WriteOptions::default()
         };
         let mut n_texts = 0;
-        for format in with_flavours() {
+        for format in FORMATS {
             let mut file = MARK.to_vec();
             // A list of pieces is nothing without them, and surfaces have an order of their own.
-            if format.name() == "pvtu"
-                || format.is_surface()
+            if format.name == "pvtu"
+                || format.is_surface
                 || format
                     .write_file(&mesh.view(), &mut file, &options)
                     .is_err()
@@ -383,8 +427,8 @@ mod tests {
             }
             let source = Source::from_bytes(Path::new("marked"), file);
             let found = read(&source.into(), &ReadOptions::default()).map(|loaded| loaded.mesh);
-            let found = found.unwrap_or_else(|error| panic!("{}: {error}", format.name()));
-            assert_eq!(found.points, mesh.points, "{}", format.name());
+            let found = found.unwrap_or_else(|error| panic!("{}: {error}", format.name));
+            assert_eq!(found.points, mesh.points, "{}", format.name);
             n_texts += 1;
         }
         assert_eq!(n_texts, 7, "vtu, vtk, vtk42, msh, msh22, su2 and ugrid");

@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, Write};
 use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,10 +23,10 @@ const END: &str = ".part";
 /// How a complete file gets its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Commit {
-    /// Whether an existing file of that name is replaced (its permissions are kept). Otherwise it stays, and
+    /// True if an existing file of that name is replaced (its permissions are kept). Otherwise it stays, and
     /// committing is an error.
     pub replace: bool,
-    /// Whether the file and its name are synced to the disk, so that they survive a power cut.
+    /// True if the file and its name are synced to the disk, so that they survive a power cut.
     pub sync: bool,
 }
 
@@ -157,7 +157,7 @@ impl Drop for Temporary {
         // A folder is opened to be removed, and a program may have as many files open as it can.
         self.file = None;
         let mut registry = registry();
-        // Files in a staged folder are no longer looked for there: open ones would keep their room on the disk.
+        // Files in a staged folder are no longer looked for there: open ones would keep their space on the disk.
         registry
             .locked
             .retain(|folder, _| !folder.starts_with(&self.path));
@@ -181,21 +181,17 @@ fn rename(temporary: &Path, target: &Path, commit: Commit) -> io::Result<()> {
 
 /// The folder that contains a path.
 pub fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
+    let folder = path.parent();
+    let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }
 
 /// Syncs the bytes of a file to the disk.
 pub(super) fn sync_file(path: &Path) -> io::Result<()> {
-    let mut options = OpenOptions::new();
     // Windows syncs only files that are open for writing.
-    options
-        .read(true)
-        .write(cfg!(windows))
-        .open(path)?
-        .sync_all()
+    let mut options = OpenOptions::new();
+    let opened = options.read(true).write(cfg!(windows)).open(path);
+    opened?.sync_all()
 }
 
 /// Syncs the names in a folder to the disk.
@@ -223,15 +219,16 @@ fn remove(path: &Path) {
 fn remove_one_by_one(folder: &Path) -> io::Result<()> {
     let entries = fs::read_dir(folder)?.collect::<io::Result<Vec<_>>>()?;
     for entry in entries {
-        match entry.file_type()?.is_dir() {
-            true => remove_one_by_one(&entry.path())?,
-            false => fs::remove_file(entry.path())?,
+        if entry.file_type()?.is_dir() {
+            remove_one_by_one(&entry.path())?;
+        } else {
+            fs::remove_file(entry.path())?;
         }
     }
     fs::remove_dir(folder)
 }
 
-/// Removes the temporary files that killed programs have left in a folder: those of processes that hold no lock
+/// Removes the temporary files that killed programs have left in a folder: the files of processes that hold no lock
 /// there.
 pub fn clear_left(folder: &Path) {
     let mut of_processes: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
@@ -241,14 +238,12 @@ pub fn clear_left(folder: &Path) {
             files.push(entry.path());
         }
     }
-    for files in of_processes.values() {
-        if files.iter().all(|path| is_unlocked(path)) {
-            files.iter().for_each(|path| remove(path));
-        }
-    }
+    of_processes.retain(|_, files| files.iter().all(|path| is_unlocked(path)));
+    let files = of_processes.values().flatten();
+    files.for_each(|path| remove(path));
 }
 
-/// Whether a temporary file could be locked, so that no program is using it.
+/// Checks if a temporary file could be locked, so that no program is using it.
 fn is_unlocked(path: &Path) -> bool {
     let file = if path.is_dir() {
         File::open(path)
@@ -284,7 +279,7 @@ fn lock(file: &File) -> Option<bool> {
     }
 }
 
-/// Whether an open file is the one at this path.
+/// Checks if an open file is the one at this path.
 #[cfg(unix)]
 pub fn is_same(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -295,7 +290,7 @@ pub fn is_same(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Whether an open file is the one at this path: always, where an open file cannot be renamed.
+/// Checks if an open file is the one at this path: always, where an open file cannot be renamed.
 #[cfg(not(unix))]
 pub fn is_same(_file: &File, _path: &Path) -> bool {
     true
@@ -331,22 +326,33 @@ pub fn end_staged_soon() {
 
 fn end_all(mut registry: MutexGuard<'static, Registry>) {
     for (temporary, wanted) in mem::take(&mut registry.entries) {
-        let named = wanted.is_some_and(|(target, commit)| {
-            let synced = if commit.sync {
-                sync_file(&temporary)
-            } else {
-                Ok(())
-            };
-            synced
-                .and_then(|()| rename(&temporary, &target, commit))
-                .and_then(|()| sync_folder(folder_of(&target)))
-                .is_ok()
-        });
-        if !named {
+        let name = |(target, commit): (PathBuf, Commit)| {
+            if commit.sync {
+                sync_file(&temporary)?;
+            }
+            rename(&temporary, &target, commit)?;
+            sync_folder(folder_of(&target))
+        };
+        if wanted.is_none_or(|wanted| name(wanted).is_err()) {
             remove(&temporary);
         }
     }
     mem::forget(registry);
+}
+
+/// A hidden file that takes space on the disk until this is dropped. One that a killed program has left is removed like other staged
+/// files.
+pub struct Reserve(#[expect(dead_code)] Option<Temporary>);
+
+impl Reserve {
+    /// So many bytes in the folder of a file; none where they cannot be had.
+    pub fn beside(path: &Path, n_bytes: usize) -> Self {
+        let filled = Temporary::file_for(path).and_then(|(mut file, temporary)| {
+            file.write_all(&vec![0; n_bytes])?;
+            Ok(temporary)
+        });
+        Self(filled.ok())
+    }
 }
 
 #[cfg(test)]
@@ -450,5 +456,19 @@ mod tests {
             .expect("it is replaced");
         assert_eq!(fs::read(&target).expect("it is there"), b"");
         assert_eq!(names(folder.path()), ["mesh.vtu"]);
+    }
+
+    #[test]
+    fn it_takes_room_until_it_is_dropped() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let sizes = || -> Vec<u64> {
+            let entries = fs::read_dir(folder.path()).expect("a folder").flatten();
+            let sizes = entries.map(|entry| entry.metadata().expect("it is there").len());
+            sizes.collect()
+        };
+        let reserve = Reserve::beside(&folder.path().join("run.json"), 10_000);
+        assert_eq!(sizes(), [10_000]);
+        drop(reserve);
+        assert!(sizes().is_empty());
     }
 }

@@ -5,8 +5,8 @@
 //! time of a sequence.
 
 use super::{
-    Begin, Commit, CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SequenceFile,
-    Staged, WriteOptions, save, stage_bytes,
+    Begin, Commit, Folder, Format, Location, Notes, ReadOptions, SequenceFile, Staged,
+    WriteOptions, save, stage_bytes,
 };
 use crate::mesh::{CellKind, Mesh, MeshView};
 use azimesh_core::error::{Error, Result};
@@ -15,47 +15,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A folder of two files of text.
-pub struct Toy;
-
-impl Format for Toy {
-    fn name(&self) -> &'static str {
-        "toy"
-    }
-    fn title(&self) -> &'static str {
-        "toy (a folder)"
-    }
-    fn extensions(&self) -> &'static [&'static str] {
-        &["toy"]
-    }
-    fn is_folder(&self) -> bool {
-        true
-    }
-    fn recognizes(&self, location: &Location) -> bool {
-        matches!(location, Location::Folder(folder) if folder.join("cells").is_file())
-    }
-    fn read(&self, location: &Location, options: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
-        let folder = location.path();
-        let times = times(folder)?;
-        let step = options.step.or(times.len().checked_sub(1));
-        let points = match step.and_then(|step| times.get(step)) {
-            Some((_, name)) => folder.join(name).join("points"),
-            None => folder.join("points"),
-        };
-        let points = numbers::<f64>(&points)?;
-        let mut mesh = Mesh {
-            points: points.as_chunks().0.to_vec(),
-            ..Mesh::default()
-        };
-        for nodes in numbers::<u32>(&folder.join("cells"))?.as_chunks::<4>().0 {
-            mesh.cells.push(CellKind::Tetrahedron, nodes);
-        }
-        Ok(mesh)
-    }
-    fn steps(&self, location: &Location) -> Result<Vec<f64>> {
-        let times = times(location.path())?;
-        Ok(times.into_iter().map(|(time, _)| time).collect())
-    }
-    fn write(&self, mesh: &MeshView, out: &mut OutputSet, _: &WriteOptions) -> Result<Notes> {
+pub static TOY: Format = Format {
+    name: "toy",
+    title: "toy (a folder)",
+    extensions: &["toy"],
+    folder: Some(Folder {
+        detect: |location| matches!(location, Location::Folder(folder) if folder.join("cells").is_file()),
+        read,
+        steps: |location| {
+            let times = times(location.path())?;
+            Ok(times.into_iter().map(|(time, _)| time).collect())
+        },
+        shared: |_| None,
+    }),
+    write_files: Some(|mesh, out, _| {
         let folder = out.path().to_path_buf();
         for (name, text) in [("points", points_of(mesh)), ("cells", cells_of(mesh)?)] {
             out.in_folder(&folder, name, |out| {
@@ -64,23 +37,41 @@ impl Format for Toy {
             })?;
         }
         Ok(Notes::default())
+    }),
+    sequence: Some(|path, _, begin, sync| {
+        Ok(Box::new(Sequence {
+            folder: path.to_path_buf(),
+            is_resuming: begin == Begin::Resume,
+            commit: Commit {
+                replace: true,
+                sync,
+            },
+            names: Vec::new(),
+            n_bytes: 0,
+            staged: Vec::new(),
+            notes: Notes::default(),
+        }))
+    }),
+    ..Format::NEW
+};
+
+fn read(location: &Location, options: &ReadOptions, _: &mut Notes) -> Result<Mesh> {
+    let folder = location.path();
+    let times = times(folder)?;
+    let step = options.step.or(times.len().checked_sub(1));
+    let points = match step.and_then(|step| times.get(step)) {
+        Some((_, name)) => folder.join(name).join("points"),
+        None => folder.join("points"),
+    };
+    let points = numbers::<f64>(&points)?;
+    let mut mesh = Mesh {
+        points: points.as_chunks().0.to_vec(),
+        ..Mesh::default()
+    };
+    for nodes in numbers::<u32>(&folder.join("cells"))?.as_chunks::<4>().0 {
+        mesh.cells.push(CellKind::Tetrahedron, nodes);
     }
-    fn sequence(&self) -> Option<CreateSequence> {
-        Some(|path, _, begin, sync| {
-            Ok(Box::new(Sequence {
-                folder: path.to_path_buf(),
-                is_resuming: begin == Begin::Resume,
-                commit: Commit {
-                    replace: true,
-                    sync,
-                },
-                names: Vec::new(),
-                n_bytes: 0,
-                staged: Vec::new(),
-                notes: Notes::default(),
-            }))
-        })
-    }
+    Ok(mesh)
 }
 
 fn points_of(mesh: &MeshView) -> String {
@@ -200,10 +191,10 @@ fn a_folder_is_written_whole_or_not_at_all_and_found_by_its_files() {
     let mesh = tetrahedron();
     mesh.write(&path).expect("it can be written");
     let loaded = Mesh::read_with(&path, &ReadOptions::default()).expect("it can be read");
-    assert_eq!((loaded.mesh, loaded.format.name()), (mesh.clone(), "toy"));
+    assert_eq!((loaded.mesh, loaded.format.name), (mesh.clone(), "toy"));
     let (options, keep) = (WriteOptions::default(), Commit::with_force(false));
     assert!(
-        save(&mesh.view(), &path, &Toy, &options, keep).is_err(),
+        save(&mesh.view(), &path, &TOY, &options, keep).is_err(),
         "it is there"
     );
     let mut other = mesh.clone();
@@ -223,7 +214,7 @@ fn a_folder_is_written_whole_or_not_at_all_and_found_by_its_files() {
 fn a_sequence_has_a_folder_a_step() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("moving.toy");
-    let create = Toy.sequence().expect("it has sequences");
+    let create = TOY.sequence.expect("it has sequences");
     let write = |begin, n: u32| {
         let mut file = create(&path, &WriteOptions::default(), begin, false).expect("it starts");
         let mesh = tetrahedron();
@@ -243,7 +234,7 @@ fn a_sequence_has_a_folder_a_step() {
     assert_eq!(write(Begin::Resume, 2), (true, true));
     assert_eq!(write(Begin::Resume, 4), (false, false));
     let location = Location::open(&path).expect("it is there");
-    assert_eq!(Toy.steps(&location).expect("times"), [0.0, 0.5, 1.0, 1.5]);
+    assert_eq!(TOY.steps(&location).expect("times"), [0.0, 0.5, 1.0, 1.5]);
     let options = ReadOptions {
         step: Some(2),
         ..ReadOptions::default()

@@ -1,6 +1,6 @@
 //! Curved cells made straight: their corner nodes alone.
 
-use super::{Cells, Mesh};
+use super::{CellKind, Cells, Mesh};
 
 impl Mesh {
     /// Replaces curved cells by linear ones with the same corners; nodes that only they had go, with
@@ -12,7 +12,7 @@ impl Mesh {
             return (0, 0);
         }
         let used_before = self.nodes_of_cells();
-        self.cells = linear(&self.cells);
+        self.cells = linear(&self.cells, |_| true);
         let used = self.nodes_of_cells();
         let keep: Vec<usize> = (0..self.points.len())
             .filter(|&node| used[node] || !used_before[node])
@@ -36,11 +36,12 @@ impl Mesh {
     }
 }
 
-fn linear(cells: &Cells) -> Cells {
+/// The cells with those of some kinds made linear.
+pub fn linear(cells: &Cells, makes: impl Fn(CellKind) -> bool) -> Cells {
     let mut linear = Cells::new();
     linear.reserve(cells.connectivity().len());
     for run in cells.runs() {
-        if run.kind == super::CellKind::Polyhedron {
+        if run.kind == CellKind::Polyhedron {
             for (i, nodes) in run.cells().enumerate() {
                 let stream = cells.face_stream(run.first_cell + i);
                 linear
@@ -50,7 +51,7 @@ fn linear(cells: &Cells) -> Cells {
             continue;
         }
         let n_corners = run.kind.n_corners(run.n_nodes);
-        if n_corners == run.n_nodes {
+        if !run.kind.is_curved() || !makes(run.kind) {
             linear.push_run(run.kind, run.n_nodes, run.connectivity);
             continue;
         }
@@ -63,7 +64,7 @@ fn linear(cells: &Cells) -> Cells {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{CellKind, DataArray, Values};
+    use super::super::{DataArray, Values};
     use super::*;
 
     #[test]

@@ -61,6 +61,7 @@ pub use doubled::Doubled;
 pub use faces::Faces;
 pub use groups::{CellSet, Group};
 pub use kind::CellKind;
+pub use linearize::linear;
 pub use node_bits::NodeBits;
 pub(crate) use nodes::for_each_shared_place;
 pub use numbering::Numbering;

@@ -1,8 +1,7 @@
 //! Cells from faces: which faces each cell has, and the cells in the order of the file, in blocks on all threads.
 
-use super::faces::{Faces, FacesView};
-use super::labels::{Label, Labels};
-use super::{hexahedra, shapes, tetrahedra};
+use super::faces::{Faces, FacesView, Label, Labels};
+use super::{shapes, uniform};
 use crate::mesh::{CellKind, Cells};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::parallel::{for_items, map_blocks, n_threads};
@@ -18,9 +17,9 @@ pub(in crate::formats) const INWARD: u32 = 1 << 31;
 const CELLS: usize = 1 << 12;
 /// Tasks whose cells are held before they are appended.
 const BATCH: usize = 64;
-/// Parts of the cells whose faces are collected one beside the other.
+/// Parts of the cells whose faces are collected at once.
 const PARTS: usize = 16;
-/// Parts whose faces are held at a time, at the least: a few, so that they take little memory.
+/// Least number of parts whose faces are held at a time: a few, so that they take little memory.
 const HELD: usize = 4;
 
 /// Of a part of the cells, the ends of the lists of their faces with a 0 before them, and the lists.
@@ -137,12 +136,8 @@ pub(in crate::formats) fn assemble(
     first: usize,
 ) -> Result<Cells> {
     let blocks = Blocks::new(owner.view(), neighbour.view());
-    let of_one_kind = tetrahedra::assemble(&blocks, faces.view(), n_cells)
-        .or_else(|| hexahedra::assemble(&blocks, faces.view(), n_cells));
-    match of_one_kind {
-        Some(cells) => Ok(cells),
-        None => one_by_one(&blocks, faces.view(), n_cells, first),
-    }
+    uniform::assemble(&blocks, faces.view(), n_cells)
+        .map_or_else(|| one_by_one(&blocks, faces.view(), n_cells, first), Ok)
 }
 
 /// [`assemble`] of cells of any kind, each found from its own faces.
@@ -199,7 +194,7 @@ fn push_face(cells: &mut Cells, nodes: &[Label], scratch: &mut Vec<u32>) {
     cells.push(kind, scratch);
 }
 
-/// Appends the cells of a range; after the first batch of them room is made for those up to `last`.
+/// Appends the cells of a range; after the first batch reserves memory for the cells up to `last`.
 fn in_batches(
     range: Range<usize>,
     last: usize,

@@ -1,18 +1,119 @@
-//! Faces as lists of nodes, one after another.
+//! Faces as lists of nodes, one after another. The labels of a list are in the file, as far as it has them as the machine
+//! does, or decoded.
 
-use super::labels::{Label, Labels};
+use crate::formats::Source;
 use azimesh_core::parallel::map_blocks;
+use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
-/// Faces that one task looks through.
+/// Labels or faces that one task looks through.
 const BLOCK: usize = 1 << 16;
+
+/// A label at any byte of a file, in the machine's own order of bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(in crate::formats) struct Label([u8; 4]);
+
+impl Label {
+    /// Its value.
+    #[inline]
+    pub fn get(self) -> u32 {
+        u32::from_ne_bytes(self.0)
+    }
+}
+
+/// The labels of a list, from 0 on.
+#[derive(Clone, Default)]
+pub(in crate::formats) struct Labels {
+    decoded: Vec<u32>,
+    /// A file and the bytes in it that the labels are read from, instead.
+    stored: Option<(Source, Range<usize>)>,
+}
+
+impl From<Vec<u32>> for Labels {
+    fn from(decoded: Vec<u32>) -> Self {
+        Self {
+            decoded,
+            stored: None,
+        }
+    }
+}
+
+impl Labels {
+    /// These bytes of a file: labels of 32 bits in the machine's own order of bytes.
+    pub fn stored(content: Source, bytes: Range<usize>) -> Self {
+        Self {
+            decoded: Vec::new(),
+            stored: Some((content, bytes)),
+        }
+    }
+
+    /// The labels. Loops ask for them once.
+    pub fn view(&self) -> &[Label] {
+        match &self.stored {
+            Some((content, bytes)) => bytemuck::cast_slice(&content.bytes()[bytes.clone()]),
+            None => bytemuck::cast_slice(&self.decoded),
+        }
+    }
+
+    /// Number of labels.
+    pub fn len(&self) -> usize {
+        self.view().len()
+    }
+
+    /// Checks if there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The largest label.
+    pub fn largest(&self) -> Option<u32> {
+        let labels = self.view();
+        // Numbers rather than options: so the loop over a block takes many labels at a time.
+        let of_block = |range: Range<usize>| {
+            let values = labels[range].iter().map(|label| label.get());
+            values.fold(0, u32::max)
+        };
+        map_blocks(labels.len(), BLOCK, &of_block).into_iter().max()
+    }
+
+    /// Checks if they are read from the file when they are needed.
+    pub fn is_stored(&self) -> bool {
+        self.stored.is_some()
+    }
+
+    /// Frees the memory that holds their part of a mapped file, which is read again where it is needed again.
+    pub fn release(&self) {
+        if let Some((content, bytes)) = &self.stored {
+            content.release_part(bytes.clone());
+        }
+    }
+
+    /// Takes away the last ones that are `label`.
+    pub fn trim_end(&mut self, label: u32) {
+        if self.view().last().is_some_and(|last| last.get() == label) {
+            let labels = self.decoded();
+            let n = labels.iter().rposition(|own| *own != label);
+            labels.truncate(n.map_or(0, |last| last + 1));
+        }
+    }
+
+    /// The labels as a list that can grow.
+    pub fn decoded(&mut self) -> &mut Vec<u32> {
+        if self.is_stored() {
+            self.decoded = self.view().iter().map(|label| label.get()).collect();
+            self.stored = None;
+        }
+        &mut self.decoded
+    }
+}
 
 /// Faces as lists of nodes, one after another.
 #[derive(Clone, Default)]
 pub(in crate::formats) struct Faces {
-    /// Where each face starts in `nodes`, and the end of the last; empty where all faces have one size.
+    /// Start of each face in `nodes`, and the end of the last; empty if all faces have one size.
     starts: Labels,
-    /// The size of all faces; 0 where `starts` tells it.
+    /// The size of all faces; 0 if `starts` gives it.
     size: usize,
     /// Nodes of all faces.
     pub nodes: Labels,
@@ -36,26 +137,21 @@ impl Faces {
     }
 
     pub fn of_size(size: Option<usize>, starts: Labels, nodes: Labels) -> Self {
-        if size.is_some() {
-            starts.release();
-        }
-        Self {
-            starts: if size.is_some() {
-                Labels::default()
-            } else {
-                starts
-            },
+        let mut faces = Self {
+            starts: Labels::default(),
             size: size.unwrap_or(0),
             nodes,
+        };
+        match size {
+            Some(_) => starts.release(),
+            None => faces.starts = starts,
         }
+        faces
     }
 
     /// Number of faces.
     pub fn len(&self) -> usize {
-        match self.size {
-            0 => self.starts.len().saturating_sub(1),
-            size => self.nodes.len() / size,
-        }
+        self.view().len()
     }
 
     /// The lists. Loops ask for them once.
@@ -97,7 +193,7 @@ impl<'a> FacesView<'a> {
         &self.nodes[self.start(face)..self.start(face + 1)]
     }
 
-    /// Where the nodes of a face start.
+    /// Place of the first node of a face.
     #[inline]
     fn start(&self, face: usize) -> usize {
         match self.size {
@@ -146,4 +242,36 @@ pub(in crate::formats) fn regular_size(starts: &[Label]) -> Option<usize> {
     };
     let is_regular = is_sound && !map_blocks(starts.len(), BLOCK, &differs).contains(&true);
     is_regular.then_some(size as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn labels_in_a_file_are_those_that_are_decoded_at_any_byte() {
+        let values = [7, 0, 41, 3, 3];
+        for before in 0..5 {
+            let mut bytes = vec![b'('; before];
+            bytes.extend(values.iter().flat_map(|value: &u32| value.to_ne_bytes()));
+            let end = bytes.len();
+            bytes.push(b')');
+            let content = Source::from_bytes(Path::new("owner"), bytes);
+            let mut stored = Labels::stored(content, before..end);
+            let decoded = Labels::from(values.to_vec());
+            assert_eq!(stored.view(), decoded.view());
+            assert_eq!((stored.len(), stored.largest()), (5, Some(41)));
+            stored.release();
+            stored.trim_end(7);
+            assert!(stored.is_stored());
+            stored.trim_end(3);
+            assert!(!stored.is_stored());
+            assert_eq!(stored.decoded(), &[7, 0, 41]);
+        }
+        assert_eq!(Labels::default().largest(), None);
+        let mut same = Labels::from(vec![3, 3]);
+        same.trim_end(3);
+        assert!(same.is_empty());
+    }
 }

@@ -1,40 +1,13 @@
-//! What kind of cell faces make: tetrahedra, hexahedra, wedges and pyramids in VTK's order of nodes, else polyhedra.
+//! Kinds of cells from their faces: tetrahedra, hexahedra, wedges and pyramids in VTK's order of nodes, else polyhedra.
 //!
 //! A kind is taken only where every face is one of its faces and turns outward, as OpenFOAM's own shapes are found. Its
 //! shapes with a collapsed edge (`wedge`, `tetWedge`) are polyhedra.
 
 use super::cells::INWARD;
-use super::faces::FacesView;
-use super::labels::Label;
+use super::faces::{FacesView, Label};
+use super::uniform::{hexahedron, tetrahedron};
 use crate::mesh::{CellKind, Cells};
 use azimesh_core::error::Result;
-
-/// Faces by the corners of the cell, outward.
-type Table = &'static [&'static [u8]];
-
-const TETRAHEDRON: Table = &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]];
-const PYRAMID: Table = &[
-    &[0, 3, 2, 1],
-    &[0, 1, 4],
-    &[1, 2, 4],
-    &[2, 3, 4],
-    &[3, 0, 4],
-];
-const WEDGE: Table = &[
-    &[0, 2, 1],
-    &[3, 4, 5],
-    &[0, 1, 4, 3],
-    &[1, 2, 5, 4],
-    &[2, 0, 3, 5],
-];
-const HEXAHEDRON: Table = &[
-    &[0, 3, 2, 1],
-    &[4, 5, 6, 7],
-    &[0, 1, 5, 4],
-    &[1, 2, 6, 5],
-    &[2, 3, 7, 6],
-    &[3, 0, 4, 7],
-];
 
 /// Memory that is used again from cell to cell.
 #[derive(Default)]
@@ -56,10 +29,6 @@ pub(in crate::formats) fn push(
     of_cell: &[u32],
     scratch: &mut Scratch,
 ) -> Result<()> {
-    if let Some(nodes) = tetrahedron(faces, of_cell) {
-        cells.push(CellKind::Tetrahedron, &nodes);
-        return Ok(());
-    }
     if let Some(outward) = Outward::new(faces, of_cell)
         && let Some((kind, nodes)) = outward.shape()
     {
@@ -73,50 +42,14 @@ pub(in crate::formats) fn push(
     for face in of_cell {
         let nodes = faces.get((face & !INWARD) as usize);
         stream.push(nodes.len() as u32);
-        match face & INWARD == 0 {
-            true => stream.extend(nodes.iter().map(value)),
-            false => {
-                stream.push(nodes[0].get());
-                stream.extend(nodes[1..].iter().rev().map(value));
-            }
+        if face & INWARD == 0 {
+            stream.extend(nodes.iter().map(value));
+        } else {
+            stream.push(nodes[0].get());
+            stream.extend(nodes[1..].iter().rev().map(value));
         }
     }
     cells.push_polyhedron(stream)
-}
-
-/// The nodes of a tetrahedron: the base seen from inside, then the apex.
-#[inline]
-fn tetrahedron(faces: FacesView, of_cell: &[u32]) -> Option<[u32; 4]> {
-    let &[base, ref sides @ ..] = of_cell else {
-        return None;
-    };
-    let triangle = |face: u32| match (faces.get((face & !INWARD) as usize), face & INWARD) {
-        (&[a, b, c], 0) => Some([a.get(), b.get(), c.get()]),
-        (&[a, b, c], _) => Some([a.get(), c.get(), b.get()]),
-        _ => None,
-    };
-    let &[first, second, third] = sides else {
-        return None;
-    };
-    let [c, b, a] = triangle(base)?;
-    let sides = [triangle(first)?, triangle(second)?, triangle(third)?];
-    let apex = sides[0]
-        .into_iter()
-        .find(|node| ![a, b, c].contains(node))?;
-    let mut found = 0;
-    for [x, y, z] in sides {
-        // The edge that a side has on the base.
-        let edge = match apex {
-            _ if apex == z => (x, y),
-            _ if apex == x => (y, z),
-            _ if apex == y => (z, x),
-            _ => return None,
-        };
-        let edges = [(a, b), (b, c), (c, a)];
-        found |= 1 << edges.iter().position(|known| *known == edge)?;
-    }
-    let is_whole = found == 0b111 && a != b && b != c && c != a;
-    is_whole.then_some([a, b, c, apex])
 }
 
 impl Outward {
@@ -151,86 +84,72 @@ impl Outward {
 
     /// The kind of cell and its nodes.
     fn shape(&self) -> Option<(CellKind, [u32; 8])> {
-        let sizes = self.sizes[..self.n].iter();
-        let n_triangles = sizes.filter(|size| **size == 3).count();
-        let (kind, base, table) = match (self.n, n_triangles) {
-            (4, 4) => (CellKind::Tetrahedron, 3, TETRAHEDRON),
-            (5, 4) => (CellKind::Pyramid, 4, PYRAMID),
-            (5, 2) => (CellKind::Wedge, 3, WEDGE),
-            (6, 0) => (CellKind::Hexahedron, 4, HEXAHEDRON),
+        let mut nodes = [u32::MAX; 8];
+        let of_size = |n: u8| self.sizes.iter().filter(|size| **size == n).count();
+        let kind = match (self.n, of_size(3), of_size(4)) {
+            (4, 4, 0) => {
+                let triangles = [0, 1, 2, 3].map(|i| self.faces[i].as_chunks::<3>().0[0]);
+                nodes[..4].copy_from_slice(&tetrahedron(triangles)?);
+                return Some((CellKind::Tetrahedron, nodes));
+            }
+            (6, 0, 6) => return Some((CellKind::Hexahedron, hexahedron(self.faces)?)),
+            (5, 4, 1) => CellKind::Pyramid,
+            (5, 2, 3) => CellKind::Wedge,
             _ => return None,
         };
-        let first = self.sizes[..self.n].iter().position(|size| *size == base)?;
-        let mut nodes = [u32::MAX; 8];
+        let n = if kind == CellKind::Pyramid { 4 } else { 3 };
+        let base = self.sizes.iter().position(|size| usize::from(*size) == n)?;
         // Seen from inside, the base turns the other way.
-        let n = usize::from(base);
-        for (i, node) in self.get(first).iter().rev().enumerate() {
-            nodes[i] = *node;
+        for (own, node) in nodes.iter_mut().zip(self.get(base).iter().rev()) {
+            *own = *node;
         }
-        match kind {
-            CellKind::Tetrahedron | CellKind::Pyramid => {
-                let is_apex = |node: &&u32| !nodes[..n].contains(*node);
-                let other = self.get(usize::from(first == 0));
-                nodes[n] = *other.iter().find(is_apex)?;
-            }
-            _ => self.raise(first, n, &mut nodes)?,
+        if kind == CellKind::Pyramid {
+            let is_apex = |node: &&u32| !nodes[..n].contains(*node);
+            let other = self.get(usize::from(base == 0));
+            nodes[n] = *other.iter().find(is_apex)?;
+        } else {
+            self.raise(&mut nodes)?;
         }
-        self.is_of(&nodes[..kind.n_nodes()?], table)
+        self.is_of(kind, &nodes[..kind.n_nodes()?])
             .then_some((kind, nodes))
     }
 
-    /// The nodes above those of the base, by the quadrilaterals on its sides.
-    fn raise(&self, base: usize, n: usize, nodes: &mut [u32; 8]) -> Option<()> {
+    /// The upper nodes of a wedge, by the quadrilaterals on its sides.
+    fn raise(&self, nodes: &mut [u32; 8]) -> Option<()> {
         let mut n_sides = 0;
-        for side in (0..self.n).filter(|side| *side != base && self.sizes[*side] == 4) {
-            let face = self.faces[side];
+        for (face, _) in self.faces.iter().zip(self.sizes).filter(|side| side.1 == 4) {
             for corner in 0..4 {
-                let [from, to] = [face[corner], face[(corner + 1) % 4]];
-                let place = (0..n).find(|i| nodes[*i] == from && nodes[(*i + 1) % n] == to);
-                if let Some(place) = place {
-                    nodes[n + (place + 1) % n] = face[(corner + 2) % 4];
+                let edge = [face[corner], face[(corner + 1) % 4]];
+                if let Some(i) = (0..3).find(|i| [nodes[*i], nodes[(i + 1) % 3]] == edge) {
+                    nodes[3 + (i + 1) % 3] = face[(corner + 2) % 4];
                     n_sides += 1;
                 }
             }
         }
-        (n_sides == n).then_some(())
+        (n_sides == 3).then_some(())
     }
 
-    /// Whether the faces are those of a kind with these nodes, each once.
-    fn is_of(&self, nodes: &[u32], table: Table) -> bool {
+    /// Checks if the faces are the faces of a kind with these nodes, each once.
+    fn is_of(&self, kind: CellKind, nodes: &[u32]) -> bool {
         let mut found = 0u32;
-        for face in 0..self.n {
-            let mut local = [0u8; 4];
-            let face = self.get(face);
-            for (local, node) in local.iter_mut().zip(face) {
-                let mut place = u8::MAX;
-                for (i, own) in nodes.iter().enumerate() {
-                    if own == node {
-                        place = i as u8;
-                    }
-                }
-                *local = place;
-            }
-            let local = &local[..face.len()];
-            match table.iter().position(|expected| is_turned(local, expected)) {
+        for face in (0..self.n).map(|face| self.get(face)) {
+            let mut table = kind.faces().iter();
+            match table.position(|expected| is_turned(face, expected, nodes)) {
                 Some(place) => found |= 1 << place,
                 None => return false,
             }
         }
-        found == (1 << table.len()) - 1
+        let is_distinct = (1..nodes.len()).all(|i| !nodes[..i].contains(&nodes[i]));
+        found == (1 << kind.faces().len()) - 1 && is_distinct
     }
 }
 
-/// Whether two faces are the same from some corner on.
-fn is_turned(face: &[u8], expected: &[u8]) -> bool {
+/// Checks if a face has these corners of a cell, from some corner on.
+fn is_turned(face: &[u32], expected: &[u8], nodes: &[u32]) -> bool {
     let n = expected.len();
-    if face.len() != n {
-        return false;
-    }
-    let Some(start) = expected.iter().position(|corner| *corner == face[0]) else {
-        return false;
-    };
-    (1..n).all(|i| face[i] == expected[(start + i) % n])
+    let at = |i: usize| nodes[usize::from(expected[i % n])];
+    let start = (0..n).find(|start| at(*start) == face[0]);
+    face.len() == n && start.is_some_and(|start| (1..n).all(|i| face[i] == at(start + i)))
 }
 
 #[cfg(test)]
@@ -254,7 +173,7 @@ mod tests {
     }
 
     /// The faces of a kind, with its nodes called by these numbers, some of them turned round and given to another owner.
-    fn pulled_apart(table: Table, names: &[u32], reversed: u32) -> (Vec<Vec<u32>>, Vec<u32>) {
+    fn pulled_apart(table: &[&[u8]], names: &[u32], reversed: u32) -> (Vec<Vec<u32>>, Vec<u32>) {
         let mut owner = Vec::new();
         let faces = table.iter().enumerate().map(|(i, face)| {
             let mut nodes: Vec<u32> = face
@@ -275,12 +194,13 @@ mod tests {
     #[test]
     fn a_cell_is_found_from_its_faces_whichever_way_they_turn() {
         let names = [40, 11, 27, 3, 9, 55, 8, 21];
-        for (kind, table) in [
-            (CellKind::Tetrahedron, TETRAHEDRON),
-            (CellKind::Pyramid, PYRAMID),
-            (CellKind::Wedge, WEDGE),
-            (CellKind::Hexahedron, HEXAHEDRON),
+        for kind in [
+            CellKind::Tetrahedron,
+            CellKind::Pyramid,
+            CellKind::Wedge,
+            CellKind::Hexahedron,
         ] {
+            let table = kind.faces();
             for reversed in 0..1 << table.len() {
                 let (faces, owner) = pulled_apart(table, &names, reversed);
                 let faces: Vec<&[u32]> = faces.iter().map(Vec::as_slice).collect();

@@ -53,13 +53,8 @@ mod zone;
 
 use super::adf::is_adf;
 use super::hdf5::is_hdf5;
-use super::slabs::{Opened, opened};
-use super::{
-    CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
-};
-use crate::formats::Out;
-use crate::mesh::{Mesh, MeshView};
-use azimesh_core::error::Result;
+use super::slabs::opened;
+use super::{Encoding, Format, Holds, Precision};
 pub(super) use write::{list_elements, list_mixed};
 
 /// Name of the node that holds a name in full which is too long for CGNS.
@@ -78,88 +73,42 @@ const FIELD_POINTERS: &str = "FieldArraysPointers";
 struct FromAdf;
 
 /// CGNS (.cgns); written in HDF5.
-pub struct Cgns;
-
-impl Format for Cgns {
-    fn name(&self) -> &'static str {
-        "cgns"
-    }
-
-    fn title(&self) -> &'static str {
-        "CGNS (.cgns)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["cgns"]
-    }
-
-    fn title_of(&self, head: &[u8]) -> String {
-        match (is_adf(head), is_hdf5(head)) {
-            (true, _) => "CGNS in ADF (.cgns)".to_owned(),
-            (_, true) => "CGNS in HDF5 (.cgns)".to_owned(),
-            _ => self.title().to_owned(),
-        }
-    }
-
-    /// The start of an ADF file; that of an HDF5 file does not tell its format.
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        is_adf(head)
-    }
-
-    fn recognizes_file(&self, source: &Source) -> bool {
-        self.recognizes_start(source.bytes())
-            || (is_hdf5(source.bytes()) && node::has_bases(source))
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source, options, notes)
-    }
-
-    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
-        opened(slabs::open(source, options))
-    }
-
-    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
+pub static CGNS: Format = Format {
+    name: "cgns",
+    title: "CGNS (.cgns)",
+    extensions: &["cgns"],
+    holds: Holds::ARRAYS,
+    encodings: &[Encoding::Raw],
+    precisions: &[Precision::F64, Precision::F32],
+    detect: |source| {
+        let bytes = source.bytes();
+        is_adf(bytes) || (is_hdf5(bytes) && node::has_bases(source))
+    },
+    title_of: Some(|head| {
+        let title = match (is_adf(head), is_hdf5(head)) {
+            (true, _) => "CGNS in ADF (.cgns)",
+            (_, true) => "CGNS in HDF5 (.cgns)",
+            _ => "CGNS (.cgns)",
+        };
+        title.to_owned()
+    }),
+    read: read::read,
+    steps: |source| {
         time::times(&node::Node::root(source)?.0).map_err(|error| error.file(source.path()))
-    }
-
-    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
-        true
-    }
-
-    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
-        // Of arrays at cells it is told which have values on faces that their cells do not have.
+    },
+    slabs: Some(|source, options| opened(slabs::open(source, options))),
+    write: Some(write::write),
+    sequence: Some(|path, options, begin, sync| {
+        let file = write::sequence::Sequence::create(path, options, begin, sync)?;
+        Ok(Box::new(file))
+    }),
+    takes_numbers_apart: |_| true,
+    // Of arrays at cells it is told which have values on faces that their cells do not have.
+    takes_cells_apart: |mesh| {
         matches!(write::other_order(mesh), Ok(None)) && mesh.cell_arrays.is_empty()
-    }
-
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write::write(mesh, out, options)
-    }
-
-    fn encodings(&self) -> &'static [Encoding] {
-        &[Encoding::Raw]
-    }
-
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-
-    fn sequence(&self) -> Option<CreateSequence> {
-        use write::sequence::Sequence;
-        Some(|path, options, begin, sync| {
-            Ok(Box::new(Sequence::create(path, options, begin, sync)?))
-        })
-    }
-
-    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
-        write::sequence::step_bytes(step)
-    }
-}
+    },
+    ..Format::NEW
+};
 
 #[cfg(test)]
 mod tests;

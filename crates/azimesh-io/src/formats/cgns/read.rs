@@ -25,9 +25,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
             if is_adf(source.bytes()) {
                 mesh.origin = Origin::new(FromAdf);
             }
-            if !files.is_empty() {
-                notes.push(Read::BrokenLinks { files });
-            }
+            notes.list(files, |files| Read::BrokenLinks { files });
             Ok(mesh)
         }
         Err(error) if files.iter().all(|file| error.message.contains(file)) => Err(error),
@@ -53,9 +51,7 @@ pub(super) fn complete(
     let cells = std::mem::take(&mut mesh.cells);
     let read = read_bases(&root, options, Some(cells), notes)?;
     let files = missing.names();
-    if !files.is_empty() {
-        notes.push(Read::BrokenLinks { files });
-    }
+    notes.list(files, |files| Read::BrokenLinks { files });
     mesh.cells = read.cells;
     mesh.groups = read.groups;
     mesh.point_arrays = read.point_arrays;

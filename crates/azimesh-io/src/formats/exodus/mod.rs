@@ -36,7 +36,7 @@
 //! variables  results at a step -> arrays
 //! ```
 //!
-//! Format: "EXODUS II: A Finite Element Data Model", SAND92-2137, with the names of variables of SEACAS's library.
+//! Format: "Exodus II: A Finite Element Data Model", SAND92-2137, with the names of variables of SEACAS's library.
 
 mod blocks;
 mod element;
@@ -49,43 +49,23 @@ mod step;
 mod variables;
 
 use super::netcdf::{self, File};
-use super::{Format, Notes, ReadOptions, Source, hdf5};
-use crate::mesh::Mesh;
-use azimesh_core::error::Result;
+use super::{Format, hdf5};
 
 /// Exodus II.
-pub struct Exodus;
-
-impl Format for Exodus {
-    fn name(&self) -> &'static str {
-        "exodus"
-    }
-
-    fn title(&self) -> &'static str {
-        "Exodus II (.exo)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["exo", "e", "ex2", "exii", "gen", "g"]
-    }
-
-    fn is_written(&self) -> bool {
-        false
-    }
-
-    /// netCDF files hold anything: those of Exodus have dimensions of their own.
-    fn recognizes_file(&self, source: &Source) -> bool {
+pub static EXODUS: Format = Format {
+    name: "exodus",
+    title: "Exodus II (.exo)",
+    extensions: &["exo", "e", "ex2", "exii", "gen", "g"],
+    // netCDF files hold anything: those of Exodus have dimensions of their own.
+    detect: |source| {
         let bytes = source.bytes();
         (netcdf::is_classic(bytes) || hdf5::is_hdf5(bytes))
             && File::open(source).is_ok_and(|file| read::is_exodus(&file))
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source, options, notes)
-    }
-
-    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
+    },
+    read: read::read,
+    steps: |source| {
         let times = File::open(source).and_then(|file| step::times(&file));
         times.map_err(|error| error.file(source.path()))
-    }
-}
+    },
+    ..Format::NEW
+};

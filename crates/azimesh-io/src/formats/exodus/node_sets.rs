@@ -34,10 +34,8 @@ pub(super) fn read(
         }
     }
     let groups = tags(sets, n_nodes, cells, faces, &mut left)?;
-    if !left.is_empty() {
-        let what = "node sets".to_owned();
-        notes.push(NotKept::NamedNodes { what, names: left });
-    }
+    let what = "node sets".to_owned();
+    notes.list(left, |names| NotKept::NamedNodes { what, names });
     Ok(groups)
 }
 

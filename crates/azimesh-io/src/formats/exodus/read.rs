@@ -168,9 +168,7 @@ fn say_what_is_left(file: &File, notes: &mut Notes) -> Result<()> {
         number.is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit()))
     });
     let n = n.count();
-    if n > 0 {
-        let what = "attributes of element blocks".to_owned();
-        notes.push(NotKept::Nodes { what, n });
-    }
+    let what = "attributes of element blocks".to_owned();
+    notes.count(n, |n| NotKept::Nodes { what, n });
     Ok(())
 }

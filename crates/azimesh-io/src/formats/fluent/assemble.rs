@@ -25,13 +25,11 @@ pub(super) fn mesh(mut content: Content, bytes: &[u8], notes: &mut Notes) -> Res
     }
     note_left_out(&content, notes);
     let mut joined = join(&mut content, bytes)?;
-    if joined.n_loose > 0 {
-        notes.push(NotKept::Of {
-            what: "faces on no cell",
-            n: joined.n_loose,
-            item: "face",
-        });
-    }
+    notes.count(joined.n_loose, |n| NotKept::Of {
+        what: "faces on no cell",
+        n,
+        item: "face",
+    });
     let n_faces = joined.faces.len();
     if joined.n_cells > 2 * n_faces || n_faces >= 1 << 31 {
         return Err(too_many_cells(joined.n_cells, n_faces));
@@ -234,9 +232,7 @@ fn note_left_out(content: &Content, notes: &mut Notes) {
         }
     }
     let named: Vec<String> = names.into_iter().filter(|name| is_given(name)).collect();
-    if !named.is_empty() {
-        notes.push(Fluent::Interior { names: named });
-    }
+    notes.list(named, |names| Fluent::Interior { names });
     if n_overlaps > 0 {
         notes.push(Fluent::Overlaps { n: n_overlaps });
     }
@@ -256,7 +252,5 @@ fn note_left_out(content: &Content, notes: &mut Notes) {
             kinds.map(|(zone, kind)| content.name(*zone, kind))
         })
         .collect();
-    if !pairs.is_empty() {
-        notes.push(Fluent::Periodic { pairs });
-    }
+    notes.list(pairs, |pairs| Fluent::Periodic { pairs });
 }

@@ -36,57 +36,28 @@ mod read;
 mod scan;
 mod text;
 
-use super::{Format, Notes, ReadOptions, Source};
-use crate::mesh::Mesh;
-use azimesh_core::error::Result;
+use super::Format;
 
 /// Fluent's files, which are read and not written.
-pub struct Fluent;
-
-impl Format for Fluent {
-    fn name(&self) -> &'static str {
-        "fluent"
-    }
-
-    fn title(&self) -> &'static str {
-        "Fluent mesh or case (.msh, .cas, .msh.h5, .cas.h5)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["cas", "cas.h5", "msh.h5"]
-    }
-
-    fn is_written(&self) -> bool {
-        false
-    }
-
-    fn lists_faces_again(&self) -> bool {
-        false
-    }
-
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        is_text(head)
-    }
-
-    fn recognizes_file(&self, source: &Source) -> bool {
-        is_text(source.bytes()) || cff::is_of_fluent(source)
-    }
-
-    fn title_of(&self, head: &[u8]) -> String {
-        match is_text(head) {
-            true => "Fluent mesh or case".to_owned(),
-            false => "Fluent mesh or case in HDF5".to_owned(),
-        }
-    }
-
-    fn read_file(&self, source: &Source, _: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+pub static FLUENT: Format = Format {
+    name: "fluent",
+    title: "Fluent mesh or case (.msh, .cas, .msh.h5, .cas.h5)",
+    extensions: &["cas", "cas.h5", "msh.h5"],
+    lists_faces_again: false,
+    detect: |source| is_text(source.bytes()) || cff::is_of_fluent(source),
+    title_of: Some(|head| match is_text(head) {
+        true => "Fluent mesh or case".to_owned(),
+        false => "Fluent mesh or case in HDF5".to_owned(),
+    }),
+    read: |source, _, notes| {
         let content = match super::hdf5::is_hdf5(source.bytes()) {
             true => cff::read(source, notes)?,
             false => read::read(source.bytes(), notes)?,
         };
         assemble::mesh(content, source.bytes(), notes).map_err(|error| error.dataset("faces"))
-    }
-}
+    },
+    ..Format::NEW
+};
 
 /// Whether a file starts with a section: a parenthesis and the index of one that comes first, then a blank, a
 /// parenthesis or a string.

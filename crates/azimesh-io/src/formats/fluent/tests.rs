@@ -2,15 +2,17 @@
 
 use super::fixtures::{Small, Stored, house, refined, zone};
 use super::*;
-use crate::mesh::CellKind;
+use crate::formats::{Notes, ReadOptions, Source};
+use crate::mesh::{CellKind, Mesh};
 use azimesh_core::diagnostic::formats::Fluent as Told;
+use azimesh_core::error::Result;
 use std::path::Path;
 
 fn load(bytes: impl Into<Vec<u8>>) -> Result<(Mesh, Vec<String>)> {
     let source = Source::from_bytes(Path::new("m.msh"), bytes.into());
-    assert!(Fluent.recognizes_file(&source));
+    assert!((FLUENT.detect)(&source));
     let loaded = crate::formats::read(&source.into(), &ReadOptions::default())?;
-    assert_eq!(loaded.format.name(), "fluent");
+    assert_eq!(loaded.format.name, "fluent");
     let notes = loaded.notes.iter().map(ToString::to_string).collect();
     Ok((loaded.mesh, notes))
 }
@@ -199,11 +201,7 @@ fn gmsh_and_fluent_share_an_ending_and_are_told_apart_by_their_content() {
         ("(1234567 8)", false),
         ("(2", false),
     ] {
-        assert_eq!(
-            Fluent.recognizes_start(start.as_bytes()),
-            is_fluent,
-            "{start}"
-        );
+        assert_eq!(is_text(start.as_bytes()), is_fluent, "{start}");
     }
 }
 
@@ -332,7 +330,7 @@ fn damaged_files_are_refused_with_the_place() {
     let binary = house().binary(stored, true);
     for n in (20..binary.len()).step_by(7) {
         let source = Source::from_bytes(Path::new("m"), binary[..n].to_vec());
-        let read = Fluent.read_file(&source, &ReadOptions::default(), &mut Notes::default());
+        let read = FLUENT.read_file(&source, &ReadOptions::default(), &mut Notes::default());
         // Names at the end may be missing.
         assert!(read.is_err() || n > 800, "{n} of {}", binary.len());
     }

@@ -296,13 +296,11 @@ fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<
         });
         n_lost += data.fill(index, &mut arrays[at])?;
     }
-    if n_lost > 0 {
-        notes.push(ArrayRead::ValuesElsewhere {
-            name: name.clone(),
-            what,
-            n: n_lost,
-        });
-    }
+    notes.count(n_lost, |n| ArrayRead::ValuesElsewhere {
+        name: name.clone(),
+        what,
+        n,
+    });
     let array = |values| DataArray::tuples(name.clone(), n_components, Values::F64(values));
     Ok(arrays.into_iter().map(array).collect())
 }
@@ -325,13 +323,11 @@ pub(super) fn note_missing(mesh: &Mesh, notes: &mut Notes) {
         let of = rows.len();
         let missing = rows.filter(|row| row.iter().all(|value| value.is_nan()));
         let missing = missing.count();
-        if missing > 0 {
-            notes.push(ArrayRead::ValuesMissing {
-                name: array.name.clone(),
-                what: kind.items(),
-                n: missing,
-                of,
-            });
-        }
+        notes.count(missing, |n| ArrayRead::ValuesMissing {
+            name: array.name.clone(),
+            what: kind.items(),
+            n,
+            of,
+        });
     }
 }

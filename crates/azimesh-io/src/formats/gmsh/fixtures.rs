@@ -1,6 +1,6 @@
 //! Files that gmsh wrote, by `scripts/make_gmsh_versions.py`.
 
-use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
+use super::super::{Encoding, Notes, ReadOptions, Source, WriteOptions};
 use super::{MSH22, MSH41};
 use crate::mesh::{CellKind, Mesh, Values, lagrange};
 use azimesh_core::diagnostic::formats::{FormatNote, NotKept};
@@ -190,10 +190,7 @@ fn nodes_of_high_order_lie_where_their_lattice_says() {
 #[test]
 fn values_at_nodes_and_elements_are_read_at_each_time() {
     let source = Source::open(&folder().join("data_v41.msh")).expect("the file is there");
-    assert_eq!(
-        MSH41.steps_of_file(&source).expect("a good file"),
-        [0.0, 0.5]
-    );
+    assert_eq!((MSH41.steps)(&source).expect("a good file"), [0.0, 0.5]);
     let text = std::fs::read_to_string(folder().join("data_v41.msh")).expect("it is text");
     let comment = "$NodeData\n$Comments\nby hand\n$EndComments\n";
     let commented = text.replace("$NodeData\n", comment);
@@ -272,7 +269,7 @@ fn what_gmsh_wrote_comes_back_from_both_versions() {
             .expect("plain");
         let mesh = read(&name);
         for (format, encoding) in [
-            (&MSH41 as &dyn Format, Encoding::Raw),
+            (&MSH41, Encoding::Raw),
             (&MSH41, Encoding::Ascii),
             (&MSH22, Encoding::Raw),
             (&MSH22, Encoding::Ascii),
@@ -290,12 +287,7 @@ fn what_gmsh_wrote_comes_back_from_both_versions() {
                 .read_file(&source, &ReadOptions::default(), &mut Notes::default())
                 .expect("a good file");
             back.merge_repeated_faces();
-            assert_eq!(
-                canonical(&back),
-                canonical(&mesh),
-                "{name} {}",
-                format.name()
-            );
+            assert_eq!(canonical(&back), canonical(&mesh), "{name} {}", format.name);
             for (old, new) in [
                 (&mesh.point_arrays, &back.point_arrays),
                 (&mesh.cell_arrays, &back.cell_arrays),
@@ -317,10 +309,7 @@ fn a_section_without_its_end_is_passed_over_when_times_are_asked_for() {
     let file = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$Elements\n1\n1 2 2 0 1 1 2 3\n$EndElements\n";
     std::fs::write(&path, file).expect("it can be written");
     let source = Source::open(&path).expect("it is there");
-    assert_eq!(
-        MSH41.steps_of_file(&source).expect("it is good enough"),
-        [0.0; 0]
-    );
+    assert_eq!((MSH41.steps)(&source).expect("it is good enough"), [0.0; 0]);
     let mesh = crate::formats::read(&source.into(), &ReadOptions::default());
     assert_eq!(mesh.expect("it is good enough").mesh.cells.len(), 1);
 }

@@ -43,84 +43,38 @@ mod write22;
 mod write41;
 mod write_data;
 
-use super::slabs::{Opened, opened};
-use super::{Format, Notes, Precision, ReadOptions, Source, WriteOptions};
-use crate::formats::Out;
-use crate::mesh::{Mesh, MeshView};
-use azimesh_core::error::Result;
-use std::io::Write;
-
-/// Gmsh MSH: reads every version and writes one of them.
-pub struct Msh {
-    name: &'static str,
-    title: &'static str,
-    extensions: &'static [&'static str],
-    write: fn(&MeshView, &mut dyn Write, &WriteOptions) -> Result<Notes>,
-}
+use super::slabs::opened;
+use super::{Format, Holds};
 
 /// Gmsh MSH, written in version 4.1 (.msh).
-pub static MSH41: Msh = Msh {
+pub static MSH41: Format = Format {
     name: "msh",
     title: "Gmsh MSH 4.1 (.msh)",
     extensions: &["msh", "msh4"],
-    write: write41::write,
+    write: Some(|mesh, out, options| write41::write(mesh, out, options)),
+    ..MSH
 };
 
 /// Gmsh MSH, written in version 2.2 (.msh2).
-pub static MSH22: Msh = Msh {
+pub static MSH22: Format = Format {
     name: "msh22",
     title: "Gmsh MSH 2.2 (.msh2)",
     extensions: &["msh2", "msh22"],
-    write: write22::write,
+    write: Some(|mesh, out, options| write22::write(mesh, out, options)),
+    ..MSH
 };
 
-impl Format for Msh {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-    fn title(&self) -> &'static str {
-        self.title
-    }
-    fn extensions(&self) -> &'static [&'static str] {
-        self.extensions
-    }
-    fn flavours(&self) -> &'static [&'static dyn Format] {
-        static FLAVOURS: [&dyn Format; 1] = [&MSH22];
-        &FLAVOURS
-    }
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        is_msh(head)
-    }
-    fn title_of(&self, head: &[u8]) -> String {
-        title_of(head)
-    }
-    fn version(&self, head: &[u8]) -> Option<String> {
-        version(head)
-    }
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes(), options, notes)
-    }
-    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
-        opened(slabs::open(source.bytes(), options))
-    }
-    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
-        read::steps(source.bytes())
-    }
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        (self.write)(mesh, out, options)
-    }
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-    fn rounds(&self, _asked: Precision) -> bool {
-        false
-    }
-}
+/// Reads every version.
+const MSH: Format = Format {
+    holds: Holds::ARRAYS,
+    detect: |source| is_msh(source.bytes()),
+    title_of: Some(title_of),
+    version,
+    read: |source, options, notes| read::read(source.bytes(), options, notes),
+    steps: |source| read::steps(source.bytes()),
+    slabs: Some(|source, options| opened(slabs::open(source.bytes(), options))),
+    ..Format::NEW
+};
 
 /// The title of a file, by whether it is text or binary: `$MeshFormat` is followed by the version and a 1 for binary.
 fn title_of(head: &[u8]) -> String {

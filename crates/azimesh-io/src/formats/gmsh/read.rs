@@ -358,13 +358,11 @@ impl<'a> FileContent<'a> {
         options: &ReadOptions,
         notes: &mut Notes,
     ) -> Result<()> {
-        if nodes.n_parametric > 0 {
-            notes.push(NotKept::Of {
-                what: "parametric coordinates",
-                n: nodes.n_parametric,
-                item: "node",
-            });
-        }
+        notes.count(nodes.n_parametric, |n| NotKept::Of {
+            what: "parametric coordinates",
+            n,
+            item: "node",
+        });
         if self.tags.n_ghosts > 0 {
             let n = self.tags.n_ghosts;
             notes.push(Read::SeveralPartitions { n });

@@ -76,7 +76,7 @@ fn every_kind() -> Mesh {
     mesh
 }
 
-fn written(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
+fn written(format: &Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
     let options = WriteOptions {
         encoding,
         ..WriteOptions::default()
@@ -91,7 +91,7 @@ fn written(format: &dyn Format, mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
 #[test]
 fn every_kind_and_group_comes_back_from_every_flavour() {
     let mut mesh = every_kind();
-    for format in [&MSH41 as &dyn Format, &MSH22] {
+    for format in [&MSH41, &MSH22] {
         for encoding in [Encoding::Raw, Encoding::Ascii] {
             let back = read(&written(format, &mesh, encoding));
             assert_eq!(back.points, mesh.points);
@@ -143,7 +143,7 @@ fn what_is_left_out_is_said() {
     ];
     assert_eq!(notes, expected);
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
-    for format in [&MSH41 as &dyn Format, &MSH22] {
+    for format in [&MSH41, &MSH22] {
         let error = format
             .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
             .expect_err("a polygon");
@@ -156,7 +156,7 @@ fn empty_groups_and_unused_nodes_are_kept() {
     let mut mesh = every_kind();
     mesh.groups.push(group(2, "spare", 11, &[]));
     mesh.groups.push(group(2, "12", 12, &[]));
-    for format in [&MSH41 as &dyn Format, &MSH22] {
+    for format in [&MSH41, &MSH22] {
         let back = read(&written(format, &mesh, Encoding::Raw));
         let empty = back.groups.iter().filter(|group| group.cells.is_empty());
         let names: Vec<&str> = empty.map(|group| &group.name[..]).collect();
@@ -297,7 +297,7 @@ fn tags_entities_and_values_survive_both_versions() {
     assert_eq!(mesh.cell_arrays[0].values, Values::I32(vec![5, 9]));
     assert_eq!(mesh.cell_arrays[2].values, Values::I64(vec![30, 11]));
     let shown = |mesh: &Mesh| format!("{:?}", (&mesh.point_arrays, &mesh.cell_arrays));
-    for format in [&MSH41 as &dyn Format, &MSH22] {
+    for format in [&MSH41, &MSH22] {
         for encoding in [Encoding::Raw, Encoding::Ascii] {
             let back = read(&written(format, &mesh, encoding));
             assert_eq!(shown(&back), shown(&mesh));
@@ -420,7 +420,7 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
     for (n, is_written) in [(100, true), (101, false)] {
         let wide = DataArray::tuples("wide", n, Values::F64(vec![0.5; 3 * n]));
         let mesh = triangle([1, 2, 3], wide);
-        for format in [&MSH41 as &dyn Format, &MSH22] {
+        for format in [&MSH41, &MSH22] {
             let mut bytes = Vec::new();
             let notes = format.write_file(&mesh.view(), &mut bytes, &WriteOptions::default());
             let notes = notes.expect("it can be written");

@@ -1,14 +1,14 @@
 //! Writing arrays as `$NodeData` and `$ElementData`, and notes on arrays that MSH does not hold.
 
 use super::super::names::Given;
-use super::super::records::{conditions_left_out, push_integer, push_real, write_records};
+use super::super::records::{push_integer, push_real, write_records};
 use super::super::vtk::chunk::Chunk;
-use super::super::{Notes, Precision, WriteOptions};
+use super::super::{Notes, WriteOptions};
 use super::content::MshContent;
 use super::data::MOST_COMPONENTS;
 use super::sink::{ARRAY, Sink};
 use crate::mesh::{DataArray, MeshView, Values};
-use azimesh_core::diagnostic::formats::{ArrayWritten, Written};
+use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::Result;
 
 /// The format in a sentence.
@@ -118,16 +118,13 @@ fn all_are_exact(values: &Values) -> bool {
 
 /// A note for each array and option that MSH has no place for.
 pub(super) fn note_left_out(mesh: &MeshView, options: &WriteOptions, notes: &mut Notes) {
-    if !mesh.field_arrays.is_empty() {
-        let names = mesh.field_arrays.iter().map(|array| array.name.clone());
-        notes.push(ArrayWritten::LeftOut {
-            format: MSH,
-            what: "field",
-            names: names.collect(),
-        });
-    }
-    notes.extend(conditions_left_out(MSH, mesh));
-    if options.precision == Precision::F32 {
-        notes.push(Written::CoordinatesIn64 { format: MSH });
-    }
+    let (format, what) = (MSH, "field");
+    let names = mesh.field_arrays.iter().map(|array| array.name.clone());
+    notes.list(names.collect(), |names| ArrayWritten::LeftOut {
+        format,
+        what,
+        names,
+    });
+    notes.conditions_left_out(format, mesh);
+    notes.in_64_bits(format, options);
 }

@@ -5,7 +5,7 @@
 
 use super::address::{NOWHERE, Storage, Stored};
 use super::element::{Element, Number};
-use super::index::{Chunks, index_bytes};
+use super::index::Chunks;
 use azimesh_core::error::Result;
 
 /// Bytes of the smallest chunk.
@@ -137,12 +137,6 @@ impl Column {
         let words: Vec<u64> = (1..=n as u64).flat_map(row).collect();
         bytemuck::cast_slice(&words).to_vec()
     }
-}
-
-/// Bytes that a step writes of a dataset of so many rows, at the most.
-pub(in crate::formats) fn column_bytes(n_rows: u64, row_bytes: u64) -> u64 {
-    let rows = chunk_rows(n_rows as usize, row_bytes as usize) as u64;
-    rows * row_bytes + index_bytes(n_rows.div_ceil(rows))
 }
 
 /// Rows of a chunk: so many that the chunk and the list of all chunks take about as many bytes.

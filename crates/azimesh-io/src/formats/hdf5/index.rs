@@ -209,21 +209,6 @@ impl Chunks {
     }
 }
 
-/// Bytes that a step writes of an index of so many chunks, at the most.
-pub(in crate::formats) fn index_bytes(n_chunks: u64) -> u64 {
-    // The header, and the nodes that become full once in a while.
-    const HEADER: u64 = 80;
-    let chunks = Chunks::new(2);
-    let width = chunks.level(0).width() as u64;
-    let mut n_nodes = n_chunks.div_ceil(width);
-    let mut bytes = HEADER + NODE as u64;
-    while n_nodes > 1 {
-        n_nodes = n_nodes.div_ceil(width / 2);
-        bytes += NODE as u64;
-    }
-    bytes
-}
-
 /// The end of the layout message of a dataset with an index of this kind.
 pub(super) fn layout_of(index: Stored) -> Vec<u8> {
     const KIND_OF_INDEX: u8 = 5;

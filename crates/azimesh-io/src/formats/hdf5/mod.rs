@@ -62,9 +62,9 @@ mod write;
 
 pub(super) use self::{
     address::Stored,
-    column::{Column, column_bytes},
+    column::Column,
     element::Element,
-    index::{Chunks, index_bytes},
+    index::Chunks,
     links::Links,
     read::{Dataset, File, Group, MissingFiles},
     step_file::StepFile,

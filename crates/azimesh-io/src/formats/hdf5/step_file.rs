@@ -27,88 +27,9 @@ use std::path::Path;
 /// Bytes gathered before they are handed on.
 const BUFFER: usize = 1 << 20;
 
-/// The file that an HDF5 file is written to, step by step.
-pub(in crate::formats) trait StepTarget: Write + Seek {
-    /// Where other ranks find it; none where they cannot.
-    fn path(&self) -> Option<&Path> {
-        None
-    }
-
-    /// Syncs to the disk what was written, if that is wanted.
-    fn sync(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
-
-    /// Called when the file is valid.
-    fn set_complete(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
-
-    /// How many of these bytes, from the first on, the file has already at offset `at`.
-    fn matching(&mut self, _at: u64, _bytes: &[u8]) -> std::io::Result<usize> {
-        Ok(0)
-    }
-
-    /// Passes so many bytes of the file from offset `at` on; tells whether it has as many.
-    fn pass(&mut self, _at: u64, _n: u64, _take: &mut dyn FnMut(&[u8])) -> std::io::Result<bool> {
-        Ok(false)
-    }
-
-    /// Whether the file ends at this offset.
-    fn ends_at(&self, _at: u64) -> std::io::Result<bool> {
-        Ok(true)
-    }
-
-    /// Truncates the file at `at`; `superblock` makes the rest a valid file. Without one the file begins again,
-    /// with the same first bytes.
-    fn truncate(&mut self, _at: u64, _superblock: Option<&[u8]>) -> std::io::Result<()> {
-        Ok(())
-    }
-}
-
-impl StepTarget for GrowingFile {
-    fn path(&self) -> Option<&Path> {
-        Some(GrowingFile::path(self))
-    }
-
-    fn sync(&mut self) -> std::io::Result<()> {
-        GrowingFile::sync(self)
-    }
-
-    fn set_complete(&mut self) -> std::io::Result<()> {
-        self.commit()
-    }
-
-    fn matching(&mut self, at: u64, bytes: &[u8]) -> std::io::Result<usize> {
-        GrowingFile::matching(self, at, bytes)
-    }
-
-    fn pass(&mut self, at: u64, n: u64, take: &mut dyn FnMut(&[u8])) -> std::io::Result<bool> {
-        GrowingFile::pass(self, at, n, take)
-    }
-
-    fn ends_at(&self, at: u64) -> std::io::Result<bool> {
-        Ok(self.n_bytes()? <= at)
-    }
-
-    fn truncate(&mut self, at: u64, superblock: Option<&[u8]>) -> std::io::Result<()> {
-        match superblock {
-            Some(superblock) => {
-                self.seek(SeekFrom::Start(0))?;
-                self.write_all(superblock)?;
-                // The disk may store later writes before earlier ones.
-                GrowingFile::sync(self)?;
-                self.cut(at)?;
-            }
-            None => self.continue_in_copy(at)?,
-        }
-        self.seek(SeekFrom::Start(at)).map(|_| ())
-    }
-}
-
 /// An HDF5 file that grows step by step.
-pub(in crate::formats) struct StepFile<F: StepTarget = GrowingFile> {
-    out: Counted<Buffered<F>>,
+pub(in crate::formats) struct StepFile {
+    out: Counted<Buffered>,
     hasher: TreeHasher,
     /// Whether all bytes so far equal those of an earlier run.
     is_resuming: bool,
@@ -119,12 +40,12 @@ pub(in crate::formats) struct StepFile<F: StepTarget = GrowingFile> {
 }
 
 /// Gathers bytes before they are handed on; those that are left when it is dropped are not.
-struct Buffered<F> {
-    file: F,
+struct Buffered {
+    file: GrowingFile,
     bytes: Vec<u8>,
 }
 
-impl<F: StepTarget> Write for Buffered<F> {
+impl Write for Buffered {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         if self.bytes.len() + bytes.len() > BUFFER {
             self.flush()?;
@@ -148,29 +69,24 @@ impl StepFile {
     /// filled. With `sync` each step is on the disk when it is committed.
     pub fn create(path: &Path, begin: Begin, sync: bool) -> Result<Self> {
         match begin {
-            Begin::Resume if path.is_file() => Ok(Self::resume(GrowingFile::reopen(path, sync)?)),
+            Begin::Resume if path.is_file() => {
+                let mut growing = Self::at(SUPERBLOCK as u64, GrowingFile::reopen(path, sync)?);
+                growing.is_resuming = true;
+                Ok(growing)
+            }
             Begin::Resume | Begin::Create => Self::start(GrowingFile::create(path, sync)?),
             Begin::Fill => Self::start(GrowingFile::reopen(path, sync)?),
         }
     }
-}
 
-impl<F: StepTarget> StepFile<F> {
     /// Starts in an empty file. It is no HDF5 file before the first [`StepFile::commit`].
-    pub fn start(file: F) -> Result<Self> {
+    fn start(file: GrowingFile) -> Result<Self> {
         let mut growing = Self::at(0, file);
         growing.out.write(&[0; SUPERBLOCK])?;
         Ok(growing)
     }
 
-    /// Starts behind the superblock of a file with content.
-    pub fn resume(file: F) -> Self {
-        let mut growing = Self::at(SUPERBLOCK as u64, file);
-        growing.is_resuming = true;
-        growing
-    }
-
-    fn at(at: u64, file: F) -> Self {
+    fn at(at: u64, file: GrowingFile) -> Self {
         Self {
             out: Counted {
                 out: Buffered {
@@ -276,7 +192,7 @@ impl<F: StepTarget> StepFile<F> {
             file.write_all(&superblock).map_err(failed)?;
             file.seek(SeekFrom::Start(at)).map_err(failed)?;
             file.sync().map_err(failed)?;
-            file.set_complete().map_err(failed)?;
+            file.commit().map_err(failed)?;
         }
         self.finished = Some((superblock, at));
         Ok(())
@@ -297,10 +213,10 @@ impl<F: StepTarget> StepFile<F> {
         Ok(!is_whole)
     }
 
-    /// The file itself, as far as it was handed on.
+    /// The bytes of the file, as far as they were handed on.
     #[cfg(test)]
-    pub(super) fn file(&self) -> &F {
-        &self.out.out.file
+    pub(super) fn bytes(&self) -> Vec<u8> {
+        std::fs::read(self.out.out.file.path()).expect("it can be read")
     }
 
     /// Appends what a node has that is not stored yet.
@@ -365,7 +281,7 @@ impl<F: StepTarget> StepFile<F> {
         }
         self.out.out.flush().map_err(failed)?;
         let file = &mut self.out.out.file;
-        let to = file.path().map(|path| (path, self.out.at));
+        let to = Some((file.path(), self.out.at));
         let told = (numbers.by).write(to, &numbers.numbers, self.hasher.n_bytes())?;
         told.iter().for_each(|part| self.hasher.take(part));
         self.out.at += numbers.n_bytes;
@@ -411,7 +327,7 @@ impl<F: StepTarget> StepFile<F> {
     }
 }
 
-impl<F: StepTarget> Drop for StepFile<F> {
+impl Drop for StepFile {
     /// Removes a step that failed, so that a full disk has space again for other files.
     fn drop(&mut self) {
         if let Some((superblock, end)) = &self.finished

@@ -1,9 +1,8 @@
 //! What is written is read back, by another implementation; h5py and VTK do so in scripts/verify.
 
 use super::*;
-use crate::formats::Source;
+use crate::formats::{Begin, Source};
 use crate::mesh::Values;
-use std::io::Cursor;
 use std::path::Path;
 
 fn open(bytes: Vec<u8>) -> Group {
@@ -114,11 +113,10 @@ fn many_children_and_many_strings_fit() {
     assert_eq!(values(&root, "strings"), Values::Text(strings));
 }
 
-impl super::step_file::StepTarget for Cursor<Vec<u8>> {}
-
 /// A sequence with everything that grows.
 struct Sequence {
-    file: StepFile<Cursor<Vec<u8>>>,
+    file: StepFile,
+    _folder: tempfile::TempDir,
     fixed: Stored,
     chunks: Chunks,
     links: Links,
@@ -140,8 +138,11 @@ fn name(step: u64) -> String {
 
 impl Sequence {
     fn start() -> Self {
-        let mut file = StepFile::start(Cursor::new(Vec::new())).expect("it starts");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("steps.h5");
+        let mut file = StepFile::create(&path, Begin::Create, false).expect("it starts");
         Self {
+            _folder: folder,
             fixed: file.store(|sink| sink(&[1, 2, 3])).expect("it is stored"),
             file,
             chunks: Chunks::new(2),
@@ -195,7 +196,7 @@ impl Sequence {
     }
 
     fn bytes(&self) -> Vec<u8> {
-        self.file.file().get_ref().clone()
+        self.file.bytes()
     }
 }
 

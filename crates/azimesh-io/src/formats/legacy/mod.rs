@@ -37,75 +37,39 @@ mod read;
 mod values;
 mod write;
 
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
-use crate::formats::Out;
-use crate::mesh::{Mesh, MeshView};
-use azimesh_core::error::Result;
+use super::{Format, Holds, Precision};
 use write::Version;
 
-/// VTK legacy file: reads every version and writes one of them.
-pub struct Legacy {
-    name: &'static str,
-    title: &'static str,
-    version: Version,
-}
-
 /// VTK legacy file (.vtk), written in version 5.1.
-pub static VTK51: Legacy = Legacy {
+pub static VTK51: Format = Format {
     name: "vtk",
     title: "VTK legacy file (.vtk)",
-    version: Version::V51,
+    write: Some(|mesh, out, options| write::write(mesh, out, options, Version::V51)),
+    ..VTK
 };
 
 /// VTK legacy file, written in version 4.2 for older readers.
-pub static VTK42: Legacy = Legacy {
+pub static VTK42: Format = Format {
     name: "vtk42",
     title: "VTK legacy file of version 4.2 (.vtk)",
-    version: Version::V42,
+    write: Some(|mesh, out, options| write::write(mesh, out, options, Version::V42)),
+    ..VTK
 };
 
-impl Format for Legacy {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-    fn title(&self) -> &'static str {
-        self.title
-    }
-    fn extensions(&self) -> &'static [&'static str] {
-        &["vtk"]
-    }
-    fn flavours(&self) -> &'static [&'static dyn Format] {
-        static FLAVOURS: [&dyn Format; 1] = [&VTK42];
-        &FLAVOURS
-    }
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        let start = head.trim_ascii_start().get(..14);
+/// Reads every version.
+const VTK: Format = Format {
+    extensions: &["vtk"],
+    holds: Holds::NAMED_ARRAYS,
+    precisions: &[Precision::F64, Precision::F32],
+    list_ending: Some("vtk.series"),
+    detect: |source| {
+        let start = source.bytes().trim_ascii_start().get(..14);
         start.is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile"))
-    }
-    fn list_ending(&self) -> Option<&'static str> {
-        Some("vtk.series")
-    }
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-    fn has_tag_names(&self) -> bool {
-        true
-    }
-    fn version(&self, head: &[u8]) -> Option<String> {
-        super::word_after(head, b"Version")
-    }
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes(), options, notes)
-    }
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write::write(mesh, out, options, self.version)
-    }
-}
+    },
+    version: |head| super::word_after(head, b"Version"),
+    read: |source, options, notes| read::read(source.bytes(), options, notes),
+    ..Format::NEW
+};
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 use super::*;
-use crate::formats::{Encoding, Precision, parse};
-use crate::mesh::{CellKind, DataArray, Group, Values};
+use crate::formats::{Encoding, Notes, ReadOptions, Source, WriteOptions, parse};
+use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::formats::Read;
 
@@ -98,7 +98,7 @@ fn rich_mesh() -> Mesh {
 
 #[test]
 fn everything_in_a_mesh_survives_both_versions_as_text_and_binary() {
-    for format in [&VTK51 as &dyn Format, &VTK42] {
+    for format in [&VTK51, &VTK42] {
         for encoding in [Encoding::Raw, Encoding::Ascii] {
             for precision in [Precision::F64, Precision::F32] {
                 let options = WriteOptions {
@@ -116,7 +116,7 @@ fn everything_in_a_mesh_survives_both_versions_as_text_and_binary() {
                 }
                 let (mesh, notes) = read_with_notes(&bytes);
                 assert_eq!(notes, []);
-                assert_eq!(mesh, expected, "{} {options:?}", format.name());
+                assert_eq!(mesh, expected, "{} {options:?}", format.name);
             }
         }
     }
@@ -139,7 +139,7 @@ fn a_large_text_is_read_in_parts() {
         encoding: Encoding::Ascii,
         ..WriteOptions::default()
     };
-    for format in [&VTK51 as &dyn Format, &VTK42] {
+    for format in [&VTK51, &VTK42] {
         let mut bytes = Vec::new();
         format
             .write_file(&mesh.view(), &mut bytes, &options)

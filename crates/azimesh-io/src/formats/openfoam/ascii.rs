@@ -1,6 +1,6 @@
 //! Lists as text, parsed in parts on all threads. Line ends mean nothing: a list is cut between its values.
 
-use super::faces::too_many_nodes;
+use super::lists::too_many_nodes;
 use super::text::{Text, integer};
 use crate::formats::by_faces::Faces;
 use azimesh_core::error::{Error, Result};

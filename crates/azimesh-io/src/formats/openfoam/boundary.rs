@@ -1,5 +1,5 @@
 //! Patches of a mesh that is written: one for each boundary tag, with its name and type, and one for the outer faces of
-//! no tag. Owns the words of OpenFOAM for types of patches, and what those of other formats become.
+//! no tag. Owns the words of OpenFOAM for types of patches, and for types of other formats.
 
 use super::topology::{Patch, Topology};
 use crate::formats::Notes;
@@ -25,7 +25,7 @@ pub const GIVEN: &[&str] = &[
 /// Types of CGNS and the most similar ones of OpenFOAM; other words of CGNS become `patch`.
 const OF_CGNS: &[(&str, &str)] = &[("BCWall", "wall"), ("BCSymmetryPlane", "symmetry")];
 
-/// What OpenFOAM takes as a name: a word that cannot be read as a number or as punctuation.
+/// Names of OpenFOAM: a word that cannot be read as a number or as punctuation.
 const NAMES: Rule = Rule {
     longest: 200,
     fit: fit_name,
@@ -47,7 +47,7 @@ pub(super) struct NewPatch {
 pub(super) struct Patches {
     /// The patches.
     pub list: Vec<NewPatch>,
-    /// For each cell the patch of a boundary cell; `list.len() - 1` for those of no tag.
+    /// For each cell the patch of a boundary cell; `list.len() - 1` for cells without a tag.
     pub of_cell: Vec<u32>,
     /// Faces in more than one tag.
     n_several: usize,
@@ -57,7 +57,7 @@ impl Patches {
     /// The patches of the tags. `origin` is what the mesh was read from, whose entries are kept.
     ///
     /// # Errors
-    /// Where a type needs entries that are not known.
+    /// If a type needs entries that are not known.
     pub fn of(mesh: &MeshView, origin: Option<&Topology>, notes: &mut Notes) -> Result<Self> {
         let tags: Vec<_> = mesh.boundary_tags().collect();
         let rest = tags.len() as u32;
@@ -81,8 +81,8 @@ impl Patches {
         })
     }
 
-    /// Notes on faces that are in no patch, or in another than some of their tags say; `sizes` are those of the
-    /// patches.
+    /// Notes on faces that are in no patch, or in another than some of their tags say; `sizes` has the sizes
+    /// of the patches.
     pub fn notes_on_faces(&self, mesh: &MeshView, sizes: &[usize]) -> Vec<GroupWritten> {
         let mut notes = Vec::new();
         if self.n_several > 0 {
@@ -111,7 +111,7 @@ impl Patches {
         notes
     }
 
-    /// The content of the file `boundary` behind its header. `sizes` are those of the patches, `n_inner` is the number
+    /// The content of the file `boundary` behind its header. `sizes` has the sizes of the patches, `n_inner` is the number
     /// of faces before them.
     pub fn text(&self, n_inner: usize, sizes: &[usize]) -> String {
         let is_written = |at: &usize| *at + 1 < self.list.len() || sizes[*at] > 0;
@@ -214,7 +214,7 @@ fn kind_of(condition: Option<&str>, known: Option<&Patch>, tag: &str, notes: &mu
     "patch".to_owned()
 }
 
-/// Whether patches of this type come in pairs.
+/// Checks if patches of this type come in pairs.
 fn is_pair(kind: &str) -> bool {
     kind.starts_with("cyclic") || kind.starts_with("nonConformal")
 }

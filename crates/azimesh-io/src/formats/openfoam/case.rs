@@ -1,4 +1,4 @@
-//! Which folders and times a path stands for: a case, a `.foam` file in it, `constant/polyMesh`, a region.
+//! The folders of a case, its times, regions and pieces, and the mesh that a path in it names.
 //!
 //! ```text
 //! CASE                            the mesh at every time
@@ -8,184 +8,366 @@
 //! CASE/processor0                 one piece as a case of its own; CASE/processors4: all pieces
 //! ```
 //!
-//! As in OpenFOAM, a file that a time does not have is that of the latest time before it.
+//! As in OpenFOAM, a file that a time does not have is taken from the latest time before it.
 
 use super::file::{FoamFile, path_of};
-use super::folders::{
-    CONSTANT, MESH, Pieces, Step, is_case, is_instance, is_mesh, mesh_folder, parent_of, pieces_in,
-    regions_in, regions_of, steps_in, time_of, times_in,
-};
+use super::topology::{StoredPieces, Topology};
 use crate::formats::{Location, Source};
+use crate::mesh::MeshView;
 use azimesh_core::error::{Error, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A case with the times at which its mesh is known.
-pub(super) struct Case {
-    /// Its folder.
+/// The folder of what does not change.
+pub(super) const CONSTANT: &str = "constant";
+/// The folder of a mesh.
+pub(super) const MESH: &str = "polyMesh";
+
+/// A path in a case: the case, and the region and the time that the path names.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct CasePath {
+    /// The case, or a folder of pieces.
     pub root: PathBuf,
     /// Region, where it is not the default one.
     pub region: Option<String>,
+    /// The one time that is meant.
+    pub time: Option<String>,
+}
+
+/// A mesh of the sequence.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Step {
+    /// Its time; 0 of `constant`.
+    pub time: f64,
+    /// Name of its folder.
+    pub name: String,
+    /// Only the pieces have it.
+    pub is_decomposed: bool,
+}
+
+/// A folder of one piece, `processorN`, or a collated one of several, `processorsN`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PieceFolder {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Number of the first piece in it.
+    pub first: usize,
+    /// It is a collated one.
+    pub is_collated: bool,
+}
+
+/// A case with the times at which its mesh is known.
+pub(super) struct Case {
+    /// Its folder and region.
+    pub path: CasePath,
     /// Folders of the pieces of a decomposed case.
-    pub pieces: Vec<Pieces>,
+    pub pieces: Vec<PieceFolder>,
     /// The meshes of the sequence, in the order of their times.
     pub steps: Vec<Step>,
     /// Regions of the case.
     pub regions: Vec<String>,
 }
 
-/// What a path says of itself.
-struct Spot {
-    root: PathBuf,
-    region: Option<String>,
-    /// The one time that is meant.
-    only: Option<String>,
-    /// Whether the root is the folder of the mesh, of no case.
-    is_bare: bool,
-}
-
-/// Folders of one piece, or of the whole case, at the times up to one.
+/// Folders of one piece, or of the whole case, at the times up to one: the latest first.
 pub(super) struct Instances {
     folders: Vec<PathBuf>,
+    /// The folder that errors name: the last one if `None`.
+    named: Option<PathBuf>,
 }
 
-impl Instances {
-    /// The folders of a mesh in `root` up to this time, the latest first.
-    fn up_to(root: &Path, region: Option<&str>, step: &Step) -> Self {
-        let mut times = times_in(root);
-        times.retain(|(time, name)| *name == step.name || *time <= step.time);
-        // Of two names of one time, that of the step comes first.
-        times.sort_by(|a, b| {
-            b.0.total_cmp(&a.0)
-                .then((b.1 == step.name).cmp(&(a.1 == step.name)))
-        });
-        let mut names: Vec<String> = times.into_iter().map(|(_, name)| name).collect();
-        if step.name == CONSTANT {
-            names.clear();
-        }
-        names.push(CONSTANT.to_owned());
-        let folder = |name: String| mesh_folder(root, &name, region);
+/// The folders that a mesh is written to.
+pub(super) struct Place<'m> {
+    /// The case and the region.
+    pub path: CasePath,
+    /// The pieces that it is written in; none where it is written as a whole.
+    pub pieces: &'m [StoredPieces],
+}
+
+impl CasePath {
+    /// A whole case.
+    pub fn new(root: impl Into<PathBuf>) -> Self {
         Self {
-            folders: names.into_iter().map(folder).collect(),
+            root: root.into(),
+            ..Self::default()
         }
     }
 
+    /// The path of a file or folder that is a case or a mesh.
+    pub fn of(location: &Location) -> Option<Self> {
+        let folder = match location {
+            Location::File(source) => return Self::of_mark(source.path()),
+            Location::Folder(folder) => folder,
+        };
+        if is_mesh(folder) {
+            let named = parent_of(folder).filter(|(name, _)| name == MESH);
+            let path = named.and_then(|(_, above)| Self::of_instance(&above, true));
+            return Some(path.unwrap_or_else(|| Self::new(folder.clone())));
+        }
+        let path = folder
+            .join(MESH)
+            .is_dir()
+            .then(|| Self::of_instance(folder, false));
+        path.flatten()
+            .or_else(|| Self::of_region_in_pieces(folder))
+            .or_else(|| is_case(folder).then(|| Self::new(folder.clone())))
+    }
+
+    /// The path of points: `CASE/TIME/polyMesh/points`, or with a region in between.
+    pub fn of_points(path: &Path) -> Option<Self> {
+        let (name, above) = parent_of(path.parent()?)?;
+        let path = (name == MESH).then(|| Self::of_instance(&above, true));
+        path.flatten()
+    }
+
+    /// An empty file for ParaView.
+    fn of_mark(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        if !["foam", "openfoam"].contains(&extension.as_str()) {
+            return None;
+        }
+        let stem = path.file_stem()?.to_string_lossy().into_owned();
+        let region = stem.split_once('{').map(|(_, rest)| rest);
+        Some(Self {
+            region: region.and_then(|rest| Some(rest.strip_suffix('}')?.to_owned())),
+            ..Self::new(parent_of(path)?.1)
+        })
+    }
+
+    /// The folder of a region with a mesh in the pieces alone.
+    fn of_region_in_pieces(folder: &Path) -> Option<Self> {
+        let (region, constant) = parent_of(folder)?;
+        let (name, root) = parent_of(&constant)?;
+        let pieces = pieces_in(&root);
+        let is_there = name == CONSTANT && regions_in(&pieces.first()?.folder).contains(&region);
+        is_there.then_some(Self {
+            region: Some(region),
+            ..Self::new(root)
+        })
+    }
+
+    /// The folder above a `polyMesh`: a time, or a region in it. A region without `is_exact` is meant at
+    /// every time.
+    fn of_instance(folder: &Path, is_exact: bool) -> Option<Self> {
+        let is_instance = |name: &str| name == CONSTANT || time_of(name).is_some();
+        let (name, above) = parent_of(folder)?;
+        if is_instance(&name) {
+            return Some(Self {
+                time: Some(name),
+                ..Self::new(above)
+            });
+        }
+        let (time, root) = parent_of(&above)?;
+        is_instance(&time).then(|| Self {
+            region: Some(name),
+            time: (is_exact || time != CONSTANT).then_some(time),
+            ..Self::new(root)
+        })
+    }
+
+    /// The case and the region without a time, as a location that can be read.
+    pub fn location(&self) -> Location {
+        match &self.region {
+            None => Location::Folder(self.root.clone()),
+            // The file by which viewers open a region, which does not have to be there.
+            Some(region) => {
+                let mark = self.root.join(format!("case{{{region}}}.foam"));
+                Source::from_bytes(&mark, Vec::new()).into()
+            }
+        }
+    }
+
+    /// The folder of fields at a time, in the folder of the case or of a piece.
+    pub fn fields(&self, time: &str) -> String {
+        match &self.region {
+            Some(region) => format!("{time}/{region}"),
+            None => time.to_owned(),
+        }
+    }
+
+    /// The folder of the mesh at a time, in the folder of the case or of a piece.
+    pub fn folder(&self, time: &str) -> String {
+        format!("{}/{MESH}", self.fields(time))
+    }
+
+    /// The folders in the case that have the mesh that the case begins with, whole or in pieces.
+    pub fn owned(&self) -> Vec<String> {
+        let folder = self.folder(CONSTANT);
+        let pieces = pieces_in(&self.root);
+        let pieces = pieces
+            .iter()
+            .map(|pieces| format!("{}/{folder}", pieces.name()));
+        pieces.chain([folder.clone()]).collect()
+    }
+
+    /// The folders of the mesh up to a step.
+    fn up_to(&self, step: &Step) -> Instances {
+        let mut times = times_in(&self.root);
+        times.retain(|(time, name)| *name == step.name || *time <= step.time);
+        // Of two names of one time, the name of the step comes first.
+        times.sort_by(|a, b| {
+            let is_step = |name: &String| *name == step.name;
+            b.0.total_cmp(&a.0).then(is_step(&b.1).cmp(&is_step(&a.1)))
+        });
+        if step.name == CONSTANT {
+            times.clear();
+        }
+        let names = times
+            .iter()
+            .map(|(_, name)| name.as_str())
+            .chain([CONSTANT]);
+        Instances {
+            folders: names
+                .map(|name| self.root.join(self.folder(name)))
+                .collect(),
+            named: None,
+        }
+    }
+
+    /// The times at which the folder has points, `constant` before them unless there is one at time 0 or before.
+    fn steps(&self, is_decomposed: bool) -> Vec<Step> {
+        let step = |(time, name)| Step {
+            time,
+            name,
+            is_decomposed,
+        };
+        let has_points = |(_, name): &(f64, String)| {
+            let folder = self.root.join(self.folder(name));
+            path_of(&folder, "points").is_some() || path_of(&folder, "faces").is_some()
+        };
+        let mut times = times_in(&self.root);
+        times.retain(has_points);
+        // Names such as 0.5 and 0.50 are one time.
+        times.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        times.dedup_by(|a, b| a.0 == b.0);
+        let constant = (0.0, CONSTANT.to_owned());
+        if has_points(&constant) && times.first().is_none_or(|first| first.0 > 0.0) {
+            times.insert(0, constant);
+        }
+        times.into_iter().map(step).collect()
+    }
+}
+
+impl PieceFolder {
+    /// Its name in the case.
+    pub fn name(&self) -> String {
+        let name = self.folder.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+}
+
+impl Instances {
     /// The latest file of this name.
     pub fn find(&self, name: &str) -> Result<Option<FoamFile>> {
-        match self.folder_of(name) {
-            Some(folder) => FoamFile::find(folder, name),
-            None => Ok(None),
-        }
+        let folders = self.folders.iter();
+        let mut paths = folders.filter_map(|folder| path_of(folder, name));
+        paths.next().map(|path| FoamFile::open(&path)).transpose()
     }
 
     /// The latest file of this name, which must be there.
     pub fn need(&self, name: &str) -> Result<FoamFile> {
         self.find(name)?.ok_or_else(|| {
-            let folder = self.folders.last().map_or(Path::new(""), PathBuf::as_path);
+            let folder = self.named.as_ref().or(self.folders.last());
+            let folder = folder.map_or(Path::new(""), PathBuf::as_path);
             Error::input(format!("the mesh has no file \"{name}\"")).file(folder)
         })
     }
 
-    /// The latest folder with a file of this name.
-    pub fn folder_of(&self, name: &str) -> Option<&Path> {
-        let mut folders = self.folders.iter();
-        let folder = folders.find(|folder| path_of(folder, name).is_some());
-        folder.map(PathBuf::as_path)
-    }
-
-    /// The folders from the latest to that of `faces`, which has the files that belong to them.
+    /// The folders from the latest to the folder of `faces`, which has the files that belong to them.
     pub fn since_faces(&self) -> Self {
-        let faces = self
-            .folders
-            .iter()
-            .position(|folder| path_of(folder, "faces").is_some());
-        let n = faces.map_or(self.folders.len(), |faces| faces + 1);
+        let is_last = |folder: &PathBuf| path_of(folder, "faces").is_some();
+        let last = self.folders.iter().position(is_last);
+        let n = last.map_or(self.folders.len(), |last| last + 1);
         Self {
             folders: self.folders[..n].to_vec(),
+            named: self.named.clone(),
         }
     }
 }
 
 impl Case {
-    /// Whether the file or folder is a case or a mesh.
-    pub fn is_at(location: &Location) -> bool {
-        Spot::of(location).is_some()
-    }
-
-    /// The case that a path stands for.
+    /// The case that a path names.
     pub fn at(location: &Location) -> Result<Self> {
         let path = location.path();
-        let spot = Spot::of(location).ok_or_else(|| {
+        let mut of = CasePath::of(location).ok_or_else(|| {
             Error::input(
                 "this is no case of OpenFOAM: it has no constant/polyMesh, no polyMesh at a time, no processor folders and no system/controlDict",
             )
             .file(path)
         })?;
-        let collated = parent_of(&spot.root).filter(|(name, _)| name.starts_with("processors"));
-        let is_collated = collated.is_some();
-        let root = collated.map_or(spot.root, |(_, case)| case);
-        let pieces = pieces_in(&root);
+        let collated = parent_of(&of.root).filter(|(name, _)| name.starts_with("processors"));
+        let is_decomposed = collated.is_some();
+        if let Some((_, case)) = collated {
+            of.root = case;
+        }
+        let pieces = pieces_in(&of.root);
+        let mut regions = regions_in(&of.root);
+        if let Some(pieces) = pieces.first() {
+            regions.extend(regions_in(&pieces.folder));
+        }
+        regions.sort();
+        regions.dedup();
         let mut case = Self {
             steps: Vec::new(),
-            regions: regions_of(&root, &pieces),
-            region: spot.region,
-            root,
+            regions,
+            path: of,
             pieces,
         };
-        case.steps = match (spot.is_bare, spot.only) {
-            (true, _) => vec![Step::constant()],
-            (false, Some(name)) => vec![Step {
-                time: time_of(&name).unwrap_or(0.0),
-                is_decomposed: is_collated,
-                name,
-            }],
-            (false, None) => case.find_steps(),
+        let step = |time, name| Step {
+            time,
+            name,
+            is_decomposed,
         };
-        if is_collated {
-            case.steps
-                .iter_mut()
-                .for_each(|step| step.is_decomposed = true);
+        case.steps = match case.path.time.take() {
+            Some(name) => vec![step(time_of(&name).unwrap_or(0.0), name)],
+            None if is_mesh(&case.path.root) => vec![step(0.0, CONSTANT.to_owned())],
+            None => case.find_steps(is_decomposed),
+        };
+        if case.steps.is_empty() {
+            return Err(case.without_mesh(path));
         }
-        match case.steps.is_empty() {
-            true => Err(case.without_mesh(path)),
-            false => Ok(case),
-        }
+        Ok(case)
     }
 
     /// The folders of the whole mesh, up to a step.
     pub fn whole(&self, step: &Step) -> Instances {
-        if is_mesh(&self.root) {
-            return Instances {
-                folders: vec![self.root.clone()],
-            };
+        if !is_mesh(&self.path.root) {
+            return self.path.up_to(step);
         }
-        Instances::up_to(&self.root, self.region.as_deref(), step)
+        Instances {
+            folders: vec![self.path.root.clone()],
+            named: None,
+        }
     }
 
     /// The folders of a piece, or of several collated ones, up to a step.
-    pub fn of_pieces(&self, pieces: &Pieces, step: &Step) -> Instances {
-        Instances::up_to(&pieces.folder, self.region.as_deref(), step)
+    pub fn of_pieces(&self, pieces: &PieceFolder, step: &Step) -> Instances {
+        Instances {
+            named: Some(pieces.folder.clone()),
+            ..self.path_in(pieces).up_to(step)
+        }
+    }
+
+    fn path_in(&self, pieces: &PieceFolder) -> CasePath {
+        CasePath {
+            root: pieces.folder.clone(),
+            ..self.path.clone()
+        }
     }
 
     /// Times whose folders have files besides a mesh.
     pub fn n_times_with_fields(&self) -> usize {
-        let has_fields = |(_, name): &(f64, String)| {
-            let mut folder = self.root.join(name);
-            folder.extend(&self.region);
-            let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let has_fields = |(_, name): &&(f64, String)| {
+            let entries = fs::read_dir(self.path.root.join(self.path.fields(name)));
+            let mut entries = entries.into_iter().flatten().flatten();
             entries.any(|entry| entry.path().is_file())
         };
-        times_in(&self.root)
-            .iter()
-            .filter(|time| has_fields(time))
-            .count()
+        times_in(&self.path.root).iter().filter(has_fields).count()
     }
 
-    fn find_steps(&self) -> Vec<Step> {
-        let region = self.region.as_deref();
-        let mut steps = steps_in(&self.root, region, false);
+    fn find_steps(&self, is_decomposed: bool) -> Vec<Step> {
+        let mut steps = self.path.steps(is_decomposed);
         if let Some(pieces) = self.pieces.first() {
-            for step in steps_in(&pieces.folder, region, true) {
+            for step in self.path_in(pieces).steps(true) {
                 if !steps.iter().any(|known| known.time == step.time) {
                     steps.push(step);
                 }
@@ -196,111 +378,197 @@ impl Case {
     }
 
     fn without_mesh(&self, path: &Path) -> Error {
-        let message = match (&self.region, &self.regions[..]) {
+        let message = match (&self.path.region, &self.regions[..]) {
             (Some(region), _) => format!("the case has no mesh of region {region}"),
             (None, []) => {
                 "the case has no mesh: there is no constant/polyMesh with points".to_owned()
             }
-            (None, regions) => format!(
-                "the case has no mesh of its own but regions; give one of {}",
-                list(regions.iter().map(|region| format!("{CONSTANT}/{region}")))
-            ),
+            (None, regions) => {
+                let regions = regions.iter().map(|region| format!("{CONSTANT}/{region}"));
+                format!(
+                    "the case has no mesh of its own but regions; give one of {}",
+                    regions.collect::<Vec<_>>().join(", ")
+                )
+            }
         };
         Error::input(message).file(path)
     }
 }
 
-/// A region of a case, by the file that viewers open it with, which does not have to be there.
-pub(super) fn of_region(case: &Path, region: &str) -> Location {
-    let mark = case.join(format!("case{{{region}}}.foam"));
-    Source::from_bytes(&mark, Vec::new()).into()
-}
-
-fn list(names: impl Iterator<Item = String>) -> String {
-    names.collect::<Vec<_>>().join(", ")
-}
-
-impl Spot {
-    fn of(location: &Location) -> Option<Self> {
-        match location {
-            Location::File(source) => Self::of_file(source.path()),
-            Location::Folder(folder) => Self::of_folder(folder),
-        }
-    }
-
-    /// An empty file for ParaView.
-    fn of_file(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        if !["foam", "openfoam"].contains(&extension.as_str()) {
-            return None;
-        }
-        let stem = path.file_stem()?.to_string_lossy().into_owned();
-        let region = stem
-            .split_once('{')
-            .and_then(|(_, rest)| rest.strip_suffix('}'));
-        Some(Self {
-            root: parent_of(path)?.1,
-            region: region.map(str::to_owned),
-            only: None,
-            is_bare: false,
-        })
-    }
-
-    fn of_folder(folder: &Path) -> Option<Self> {
-        let of_case = |root: &Path| Self {
-            root: root.to_path_buf(),
-            region: None,
-            only: None,
-            is_bare: false,
+impl<'m> Place<'m> {
+    /// Of a path that is a case or a `.foam` file in it. The mesh keeps the region that it was read from, and its
+    /// pieces, unless its cells or tags are others now or `as_one`.
+    pub fn of(path: &Path, mesh: &MeshView<'m>, as_one: bool) -> Self {
+        let origin = mesh.origin.get::<Topology>();
+        let fits = |origin: &&Topology| {
+            !origin.pieces.is_empty() && origin.has_groups_of(mesh) && origin.has_cells_of(mesh)
         };
-        if is_mesh(folder) {
-            let named = parent_of(folder).filter(|(name, _)| name == MESH);
-            let spot = named.and_then(|(_, parent)| Self::of_instance(&parent, true));
-            return Some(spot.unwrap_or_else(|| Self {
-                is_bare: true,
-                ..of_case(folder)
-            }));
+        Self {
+            path: CasePath {
+                region: origin.and_then(|origin| origin.path.region.clone()),
+                ..CasePath::new(case_of(path))
+            },
+            pieces: origin
+                .filter(|_| !as_one)
+                .filter(fits)
+                .map_or(&[], |origin| &origin.pieces),
         }
-        if folder.join(MESH).is_dir()
-            && let Some(spot) = Self::of_instance(folder, false)
-        {
-            return Some(spot);
-        }
-        Self::of_region_in_pieces(folder).or_else(|| is_case(folder).then(|| of_case(folder)))
     }
 
-    /// The folder of a region of which only the pieces have a mesh.
-    fn of_region_in_pieces(folder: &Path) -> Option<Self> {
-        let (region, constant) = parent_of(folder)?;
-        let (name, root) = parent_of(&constant)?;
-        let pieces = pieces_in(&root);
-        let is_there = name == CONSTANT && regions_in(&pieces.first()?.folder).contains(&region);
-        is_there.then_some(Self {
-            root,
-            region: Some(region),
-            only: None,
-            is_bare: false,
-        })
+    /// The folders of the mesh at a time, from the case on: one, or one in each folder of pieces.
+    pub fn folders(&self, time: &str) -> Vec<String> {
+        let folder = self.path.folder(time);
+        match self.pieces {
+            [] => vec![folder],
+            pieces => {
+                let pieces = pieces.iter().map(|pieces| &pieces.folder);
+                pieces.map(|pieces| format!("{pieces}/{folder}")).collect()
+            }
+        }
     }
 
-    /// The folder above a `polyMesh`: that of a time, or of a region in it. A region without `is_exact` is meant at
-    /// every time.
-    fn of_instance(folder: &Path, is_exact: bool) -> Option<Self> {
-        let (name, above) = parent_of(folder)?;
-        if is_instance(&name) {
-            return Some(Self {
-                root: above,
-                region: None,
-                only: Some(name),
-                is_bare: false,
-            });
+    /// The folders that this mesh replaces as a whole. With pieces no other mesh of the case stays: that would be read
+    /// in their place.
+    pub fn owned(&self) -> Vec<String> {
+        let mut owned = self.folders(CONSTANT);
+        if !self.pieces.is_empty() {
+            owned.extend(self.path.owned());
+            owned.sort();
+            owned.dedup();
         }
-        let (time, root) = parent_of(&above)?;
-        is_instance(&time).then(|| Self {
-            root,
-            region: Some(name),
-            only: (is_exact || time != CONSTANT).then_some(time),
-            is_bare: false,
+        owned
+    }
+}
+
+/// Checks if a path is a `.foam` file.
+fn is_mark(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "foam") && !path.is_dir()
+}
+
+/// The folder of the case that is written to a path, which may be a `.foam` file in it.
+pub(super) fn case_of(path: &Path) -> PathBuf {
+    match path.parent().filter(|_| is_mark(path)) {
+        Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
+        Some(folder) => folder.to_path_buf(),
+        None => path.to_path_buf(),
+    }
+}
+
+/// Name of the empty file by which ParaView opens a case.
+pub(super) fn mark_of(path: &Path) -> String {
+    let full = std::path::absolute(path).unwrap_or_default();
+    let name = full.file_name().unwrap_or_default().to_string_lossy();
+    match (is_mark(path), &*name) {
+        (true, name) => name.to_owned(),
+        (false, "") => "case.foam".to_owned(),
+        (false, name) => format!("{name}.foam"),
+    }
+}
+
+/// Checks if a folder has the files of a mesh.
+fn is_mesh(folder: &Path) -> bool {
+    let has = |name: &str| path_of(folder, name).is_some();
+    let is_named = || parent_of(folder).is_some_and(|(name, _)| name == MESH);
+    has("faces") && has("owner") || has("points") && is_named()
+}
+
+fn is_case(folder: &Path) -> bool {
+    folder.join("system/controlDict").is_file()
+        || folder.join(CONSTANT).join(MESH).is_dir()
+        || !CasePath::new(folder).steps(false).is_empty()
+        || !pieces_in(folder).is_empty()
+        || !regions_in(folder).is_empty()
+}
+
+/// The name of a file or folder, and the folder that it is in.
+fn parent_of(path: &Path) -> Option<(String, PathBuf)> {
+    let Some(name) = path.file_name() else {
+        let whole = fs::canonicalize(path).ok()?;
+        let name = whole.file_name()?.to_string_lossy().into_owned();
+        return Some((name, whole.parent()?.to_path_buf()));
+    };
+    let parent = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    Some((name.to_string_lossy().into_owned(), parent))
+}
+
+/// The time that a folder is called by.
+fn time_of(name: &str) -> Option<f64> {
+    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | 'E');
+    let is_number = name.chars().all(is_part) && !name.starts_with('+');
+    let time: f64 = is_number.then(|| name.parse().ok())??;
+    time.is_finite().then_some(time)
+}
+
+/// Names of what a folder has.
+fn names_in(folder: &Path) -> impl Iterator<Item = String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter_map(|entry| entry.file_name().into_string().ok())
+}
+
+/// Times with their folders, in any order.
+fn times_in(root: &Path) -> Vec<(f64, String)> {
+    let times = names_in(root).filter_map(|name| Some((time_of(&name)?, name)));
+    times.collect()
+}
+
+/// Names of the regions of a case or a piece.
+fn regions_in(root: &Path) -> Vec<String> {
+    let constant = root.join(CONSTANT);
+    let is_region = |name: &String| is_mesh(&constant.join(name).join(MESH));
+    names_in(&constant).filter(is_region).collect()
+}
+
+/// The folders of the pieces of a decomposed case, in the order of the pieces.
+pub(super) fn pieces_in(root: &Path) -> Vec<PieceFolder> {
+    let pieces = names_in(root).filter_map(|name| {
+        let rest = name.strip_prefix("processor")?;
+        let (first, is_collated) = match rest.strip_prefix('s') {
+            None => (rest.parse().ok()?, false),
+            // `processorsN_A-B` has the pieces A to B.
+            Some(range) => match range.split_once('_') {
+                Some((_, range)) => (range.split_once('-')?.0.parse().ok()?, true),
+                None if range.bytes().all(|byte| byte.is_ascii_digit()) => (0, true),
+                None => return None,
+            },
+        };
+        let folder = root.join(&name);
+        let is_one = folder.is_dir() && first < u32::MAX as usize;
+        is_one.then_some(PieceFolder {
+            folder,
+            first,
+            is_collated,
         })
+    });
+    let mut pieces: Vec<PieceFolder> = pieces.collect();
+    let has_single = pieces.iter().any(|pieces| !pieces.is_collated);
+    // A case has the one or the other; both after it was decomposed twice.
+    pieces.retain(|pieces| pieces.is_collated != has_single);
+    pieces.sort_by(|a, b| (a.first, &a.folder).cmp(&(b.first, &b.folder)));
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_of_a_step_name_their_case_and_time() {
+        let of = |path: &str| CasePath::of_points(Path::new(path));
+        let found = |case: &str, region: Option<&str>, time: &str| {
+            Some(CasePath {
+                region: region.map(str::to_owned),
+                time: Some(time.to_owned()),
+                ..CasePath::new(case)
+            })
+        };
+        let points = of("c/azimesh/../0.1/polyMesh/points");
+        assert_eq!(points, found("c/azimesh/..", None, "0.1"));
+        let points = of("c/constant/solid/polyMesh/points");
+        assert_eq!(points, found("c", Some("solid"), "constant"));
+        assert_eq!(of("10/1e-05/polyMesh/points"), found("10", None, "1e-05"));
+        assert_eq!(of("c/0.1/points"), None);
     }
 }

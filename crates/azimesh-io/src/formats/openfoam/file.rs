@@ -1,9 +1,10 @@
-//! One file of OpenFOAM: opened, decompressed, its header read; the blocks of a collated file.
+//! One file of OpenFOAM: opened, decompressed, its header read; the blocks of a collated file; single entries of
+//! dictionaries.
 
-use super::dictionary::Header;
 use super::text::Text;
 use crate::formats::Source;
 use crate::formats::by_faces::Labels;
+use crate::formats::names::decoded;
 use crate::formats::source::check_file;
 use azimesh_core::error::{Error, Result};
 use std::ops::Range;
@@ -12,25 +13,17 @@ use std::path::{Path, PathBuf};
 /// A file, or the block of one piece in a collated file.
 #[derive(Clone)]
 pub(super) struct FoamFile {
-    /// As it is on the disk.
+    /// Bytes on the disk.
     pub stored: Source,
     /// Decompressed.
     content: Source,
-    /// What its header says.
+    /// Content of its header.
     pub header: Header,
-    /// What comes after the header.
+    /// Bytes after the header.
     body: Range<usize>,
 }
 
 impl FoamFile {
-    /// Opens a file that is not compressed, or with `.gz` behind its name; `None` where there is neither.
-    pub fn find(folder: &Path, name: &str) -> Result<Option<Self>> {
-        match path_of(folder, name) {
-            Some(path) => Self::open(&path).map(Some),
-            None => Ok(None),
-        }
-    }
-
     /// Opens a file.
     pub fn open(path: &Path) -> Result<Self> {
         check_file(path).map_err(|error| Error::io(path, &error))?;
@@ -59,7 +52,7 @@ impl FoamFile {
         Ok(file)
     }
 
-    /// The text after the header. Errors tell the byte where lists are binary.
+    /// The text after the header. Errors have the byte if lists are binary.
     pub fn text(&self) -> Text<'_> {
         Text {
             is_binary: self.header.is_binary,
@@ -135,10 +128,11 @@ impl FoamFile {
             });
             text.at = end + 1;
         }
-        match blocks.is_empty() {
-            true => Err(text.error("the file has no block of any piece: it is cut off or damaged")),
-            false => Ok(blocks),
+        if blocks.is_empty() {
+            let message = "the file has no block of any piece: it is cut off or damaged";
+            return Err(text.error(message));
         }
+        Ok(blocks)
     }
 }
 
@@ -150,4 +144,143 @@ pub(super) fn path_of(folder: &Path, name: &str) -> Option<PathBuf> {
     }
     let packed = folder.join(format!("{name}.gz"));
     packed.is_file().then_some(packed)
+}
+
+/// Content of the header of a file, `FoamFile { ... }`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Header {
+    /// Class of the content: `vectorField`, `faceCompactList` ...
+    pub class: String,
+    /// Lists are binary.
+    pub is_binary: bool,
+    /// Storage of numbers, if the header has it: `LSB;label=32;scalar=64`.
+    pub arch: Option<String>,
+}
+
+impl Header {
+    /// Reads the header; leaves the text after it. `None` where there is none.
+    pub fn read(text: &mut Text) -> Result<Option<Self>> {
+        let mut start = text.clone();
+        if !matches!(start.peek(), Some(b'F')) || start.word("a header")? != b"FoamFile" {
+            return Ok(None);
+        }
+        start.expect(b'{', "after FoamFile")?;
+        let mut header = Self::default();
+        while !start.take(b'}') {
+            let place = start.at;
+            let key = start.word("an entry of the header")?;
+            if start.peek() == Some(b'{') {
+                start.braces()?;
+                continue;
+            }
+            let value = decoded(unquoted(start.value()?)).into_owned();
+            match key {
+                b"class" => header.class = value,
+                b"arch" => header.arch = Some(value),
+                b"format" => {
+                    header.is_binary = match value.as_str() {
+                        "ascii" => false,
+                        "binary" => true,
+                        other => {
+                            return Err(start.error_at(
+                                place,
+                                format!("the format is \"{other}\"; it must be ascii or binary"),
+                            ));
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        *text = start;
+        Ok(Some(header))
+    }
+
+    /// Checks if numbers have their highest byte first.
+    pub fn is_big_endian(&self) -> bool {
+        let arch = self.arch.as_deref().unwrap_or_default();
+        arch.trim_start().starts_with("MSB")
+    }
+
+    /// Bytes of a `label` or `scalar`, where the header says it.
+    pub fn width(&self, of: &str) -> Option<usize> {
+        let parts = self.arch.as_deref()?.split(';');
+        let mut bits = parts.filter_map(|part| part.trim().strip_prefix(of)?.strip_prefix('='));
+        match bits.next()?.trim() {
+            "32" => Some(4),
+            "64" => Some(8),
+            _ => None,
+        }
+    }
+}
+
+/// A value without the quotes around it.
+fn unquoted(value: &[u8]) -> &[u8] {
+    let inside = value
+        .strip_prefix(b"\"")
+        .and_then(|rest| rest.strip_suffix(b"\""));
+    inside.unwrap_or(value)
+}
+
+/// The value of an entry of a dictionary such as `system/controlDict`; entries in braces, directives and what cannot be
+/// read are passed over.
+pub(super) fn entry_of(bytes: &[u8], key: &str) -> Option<String> {
+    let mut text = Text::new(bytes, 0..bytes.len());
+    let mut found = None;
+    while let Some(byte) = text.peek() {
+        match byte {
+            b'{' => {
+                text.braces().ok()?;
+                continue;
+            }
+            // A directive takes its line.
+            b'#' => {
+                let rest = text.rest();
+                text.at += memchr::memchr(b'\n', rest).unwrap_or(rest.len());
+                continue;
+            }
+            b';' | b'}' | b')' | b'(' | b'[' | b']' => {
+                text.at += 1;
+                continue;
+            }
+            _ => {}
+        }
+        let word = text.word("a key").ok()?;
+        if !matches!(text.peek(), Some(b'{') | None) {
+            let value = text.value().ok()?;
+            if word == key.as_bytes() {
+                found = Some(decoded(unquoted(value)).into_owned());
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_header_says_what_the_file_holds() {
+        let text = b"/* banner */\nFoamFile\n{\n format binary; class labelList; // c\n arch \"MSB;label=64;scalar=32\";\n meta { names 1 (a); }\n}\n7";
+        let mut text = Text::new(text, 0..text.len());
+        let header = Header::read(&mut text).expect("a good one").expect("one");
+        assert!(header.is_binary && header.is_big_endian());
+        assert_eq!(header.class, "labelList");
+        assert_eq!(
+            [header.width("label"), header.width("scalar")],
+            [Some(8), Some(4)]
+        );
+        assert_eq!(text.integer("what follows").expect("7"), 7);
+        let mut none = Text::new(b"12(", 0..3);
+        assert_eq!(Header::read(&mut none).expect("no error"), None);
+    }
+
+    #[test]
+    fn an_entry_is_found_beside_directives_and_dictionaries() {
+        let text = b"#include \"x\"\nfunctions { timePrecision 3; }\nlibs (\"a.so\" \"b.so\");\n\
+            application pimpleFoam; timePrecision 8; // 9\n";
+        assert_eq!(entry_of(text, "timePrecision").as_deref(), Some("8"));
+        assert_eq!(entry_of(text, "startTime"), None);
+    }
 }

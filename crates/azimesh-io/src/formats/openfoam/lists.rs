@@ -6,15 +6,15 @@
 use super::ascii;
 use super::file::FoamFile;
 use super::text::Text;
-use crate::formats::by_faces::Labels;
+use crate::formats::by_faces::{Faces, Labels, regular_size};
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel::collect;
+use azimesh_core::parallel::{any, collect};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What of a list comes first.
+/// The first byte of a list after its number of values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Open {
+enum Open {
     /// `(`: the values follow.
     Values,
     /// `{`: one value for all.
@@ -23,19 +23,19 @@ pub(super) enum Open {
     Nothing,
 }
 
-/// How binary numbers are stored.
+/// Storage of binary numbers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
     /// Bytes of a label, the likeliest first.
     pub labels: [usize; 2],
     /// Bytes of a scalar, the likeliest first.
-    pub scalars: [usize; 2],
+    scalars: [usize; 2],
     /// Highest byte first.
-    pub is_big_endian: bool,
+    is_big_endian: bool,
 }
 
 impl Layout {
-    /// As the header of a file has it, else the usual one first.
+    /// The layout in the header of a file, else the usual one first.
     pub fn of(file: &FoamFile) -> Self {
         let either = |likeliest: Option<usize>, usual: usize| match likeliest.unwrap_or(usual) {
             4 => [4, 8],
@@ -70,9 +70,9 @@ pub(super) fn indices(
     file.checked(indices_at(&mut text, file, Layout::of(file), most, &of))
 }
 
-/// The indices of a list, as [`labels_at`], without a copy where the file has them as the machine does. `of` takes all
-/// from 0 on as they are.
-pub(super) fn indices_at(
+/// The indices of a list, as [`labels_at`], without a copy where the file has them as the machine does and none is
+/// negative. `of` takes all from 0 on as they are.
+fn indices_at(
     text: &mut Text,
     file: &FoamFile,
     layout: Layout,
@@ -80,29 +80,19 @@ pub(super) fn indices_at(
     of: &(impl Fn(i64) -> Option<u32> + Sync),
 ) -> Result<Labels> {
     let mut after = text.clone();
-    if let Some(found) = stored(&mut after, file, layout) {
-        *text = after;
-        return Ok(found);
+    if text.is_binary
+        && layout.is_big_endian == cfg!(target_endian = "big")
+        && let Ok((n, Open::Values)) = head(&mut after)
+        && let Ok((values, 4)) = binary(&mut after, n, "label", layout.labels, ends)
+    {
+        let labels = file.labels(values);
+        let is_index = |largest: u32| i32::try_from(largest).is_ok();
+        if labels.largest().is_none_or(is_index) {
+            *text = after;
+            return Ok(labels);
+        }
     }
     labels_at(text, layout, most, of).map(Labels::from)
-}
-
-/// The labels of a list where none is negative and the file has them as the machine does; moves past it.
-fn stored(text: &mut Text, file: &FoamFile, layout: Layout) -> Option<Labels> {
-    let is_as_here = text.is_binary && layout.is_big_endian == cfg!(target_endian = "big");
-    let (Some(n), Open::Values) = head(text).ok()? else {
-        return None;
-    };
-    let mut widths = layout.labels.into_iter();
-    let width = widths.find(|width| ends(text, n, *width))?;
-    if !is_as_here || width != 4 {
-        return None;
-    }
-    let values = text.at..text.at + n * width;
-    text.at = values.end + 1;
-    let labels = file.labels(values);
-    let is_index = |largest: u32| i32::try_from(largest).is_ok();
-    labels.largest().is_none_or(is_index).then_some(labels)
 }
 
 /// The labels of a list; moves past it.
@@ -127,15 +117,12 @@ pub(super) fn labels_at<T: Copy + Default + Send + Sync>(
             Ok(vec![value; n])
         }
         Open::Values if text.is_binary => {
-            let n = needed(text, n)?;
-            let width = layout
-                .labels
-                .into_iter()
-                .find(|width| ends(text, n, *width));
-            let width = width.ok_or_else(|| cut_off(text, n, "label", layout.labels))?;
-            let values = start..start + n * width;
-            text.at = values.end + 1;
-            decode(text, values, width, layout.is_big_endian, of)
+            let (values, width) = binary(text, n, "label", layout.labels, ends)?;
+            match width {
+                1 => decode::<1, T>(text, values, layout, of),
+                4 => decode::<4, T>(text, values, layout, of),
+                _ => decode::<8, T>(text, values, layout, of),
+            }
         }
         Open::Values => ascii::labels(text, n, of),
     }
@@ -162,20 +149,116 @@ fn points_in(file: &FoamFile, most: usize) -> Result<Vec<[f64; 3]>> {
             Ok(vec![point; n])
         }
         Open::Values if text.is_binary => {
-            let n = needed(&text, n)?;
-            let is_all = |width: &usize| ends_file(&text, n, 3 * width);
-            let width = layout.scalars.into_iter().find(is_all);
-            let widths = layout.scalars.map(|width| 3 * width);
-            let width = width.ok_or_else(|| cut_off(&text, n, "point", widths))?;
-            let values = &text.bytes[text.at..text.at + n * 3 * width];
-            Ok(decode_points(values, width, layout.is_big_endian))
+            let sizes = layout.scalars.map(|width| 3 * width);
+            let (values, size) = binary(&mut text, n, "point", sizes, ends_file)?;
+            let bytes = &text.bytes[values];
+            Ok(match size {
+                12 => decode_points::<4>(bytes, layout),
+                _ => decode_points::<8>(bytes, layout),
+            })
         }
         Open::Values => ascii::points(&mut text, n),
     }
 }
 
+/// The faces in a file: a `faceList`, or a `faceCompactList` (where each starts, then the nodes of all).
+pub(super) fn faces(file: &FoamFile) -> Result<Faces> {
+    let mut text = file.text();
+    let layout = Layout::of(file);
+    let faces = match file.header.class.as_str() {
+        "faceCompactList" => compact_faces(&text, file, layout),
+        _ => head(&mut text).and_then(|(n, open)| match open {
+            Open::Nothing => Ok(Faces::default()),
+            Open::Uniform => {
+                Err(text.error("all faces are the same; there must be a list of them"))
+            }
+            Open::Values if text.is_binary => {
+                let n = needed(&text, n)?;
+                of_either_width(&text, layout, |text, layout| binary_faces(text, n, layout))
+            }
+            Open::Values => ascii::faces(&mut text, n),
+        }),
+    };
+    file.checked(faces)
+}
+
+/// Reads with the one width of labels, and then with the other; the error comes from the likeliest width.
+fn of_either_width<'a, T>(
+    text: &Text<'a>,
+    layout: Layout,
+    read: impl Fn(&mut Text<'a>, Layout) -> Result<T>,
+) -> Result<T> {
+    let of_width = |width: usize| {
+        let labels = [width; 2];
+        read(&mut text.clone(), Layout { labels, ..layout })
+    };
+    let [likeliest, other] = layout.labels;
+    of_width(likeliest).or_else(|error| match text.is_binary {
+        true => of_width(other).map_err(|_| error),
+        false => Err(error),
+    })
+}
+
+fn compact_faces(text: &Text, file: &FoamFile, layout: Layout) -> Result<Faces> {
+    let index = |label: i64| u32::try_from(label).ok();
+    // The second list settles the width of both.
+    let (starts, nodes) = of_either_width(text, layout, |text, layout| {
+        let starts = indices_at(text, file, layout, 0, &index)?;
+        if starts.is_empty() && text.peek().is_none() {
+            return Ok((starts, Labels::default()));
+        }
+        let nodes = indices_at(text, file, layout, 0, &index)?;
+        Ok((starts, nodes))
+    })?;
+    let list = starts.view();
+    let fits = list.first().is_none_or(|first| first.get() == 0)
+        && list.last().map_or(0, |last| last.get() as usize) == nodes.len();
+    let size = regular_size(list);
+    let falls = |i: usize| list[i].get() > list[i + 1].get();
+    let is_ascending = size.is_some() || !any(list.len().saturating_sub(1), falls);
+    if !is_ascending || !fits {
+        return Err(text.error(format!(
+            "the faces start at {} places, which do not ascend from 0 to {}, the number of nodes in the list",
+            starts.len(),
+            nodes.len()
+        )));
+    }
+    Ok(Faces::of_size(size, starts, nodes))
+}
+
+/// A binary `faceList`, after its bracket: each face is its number of nodes and a binary list.
+fn binary_faces(text: &mut Text, n: usize, layout: Layout) -> Result<Faces> {
+    let mut faces = Faces::default();
+    let mut nodes = Vec::new();
+    for _ in 0..n {
+        let (n, open) = head(text)?;
+        nodes.clear();
+        if open == Open::Values {
+            let (values, width) = binary(text, n, "label", layout.labels, ends)?;
+            for (i, bytes) in text.bytes[values.clone()].chunks_exact(width).enumerate() {
+                let node = number(bytes, layout);
+                let index = u32::try_from(node);
+                nodes.push(index.map_err(|_| wrong_label(text, values.start, i, node))?);
+            }
+        } else {
+            needed(text, n)?;
+        }
+        if faces.nodes.len() + nodes.len() > u32::MAX as usize {
+            return Err(text.error(too_many_nodes()));
+        }
+        faces.push(nodes.iter().copied());
+    }
+    text.expect(b')', "after the last face")?;
+    Ok(faces)
+}
+
+/// Refuses more nodes of faces than 32 bits count.
+pub(super) fn too_many_nodes() -> String {
+    "the faces have more than 4294967295 nodes together, the most that are read".to_owned()
+}
+
 /// The start of a list, `List<...>`, the number of values and a bracket, which it moves past.
-pub(super) fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
+fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
     if text.peek().is_some_and(|byte| byte.is_ascii_alphabetic()) {
         let place = text.at;
         let word = text.word("a list")?;
@@ -203,7 +286,7 @@ pub(super) fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
     Ok((n, open))
 }
 
-pub(super) fn needed(text: &Text, n: Option<usize>) -> Result<usize> {
+fn needed(text: &Text, n: Option<usize>) -> Result<usize> {
     n.ok_or_else(|| text.error("a binary list has no number of values"))
 }
 
@@ -217,37 +300,53 @@ fn checked_uniform(text: &Text, n: Option<usize>, most: usize) -> Result<usize> 
     }
 }
 
-/// Whether `n` values of so many bytes, from here on, end at a closing bracket.
-pub(super) fn ends(text: &Text, n: usize, size: usize) -> bool {
-    let end = n.checked_mul(size).and_then(|n| n.checked_add(text.at));
-    let Some(end) = end.filter(|end| *end < text.end && text.bytes[*end] == b')') else {
+/// The bytes of a binary list and the size of its values, the first of `sizes` with which it `ends` here; moves past it.
+fn binary(
+    text: &mut Text,
+    n: Option<usize>,
+    what: &str,
+    sizes: [usize; 2],
+    ends: impl Fn(&Text, usize) -> bool,
+) -> Result<(Range<usize>, usize)> {
+    let n = needed(text, n)?;
+    for size in sizes {
+        let n_bytes = n.checked_mul(size);
+        if let Some(end) = n_bytes.and_then(|n_bytes| text.at.checked_add(n_bytes))
+            && ends(text, end)
+        {
+            let values = text.at..end;
+            text.at = end + 1;
+            return Ok((values, size));
+        }
+    }
+    let [low, high] = [sizes[0].min(sizes[1]), sizes[0].max(sizes[1])];
+    let left = text.end.saturating_sub(text.at);
+    Err(text.error(format!(
+        "the list of {n} {what}s ends at a closing bracket neither with {low} nor with {high} bytes a {what}: \
+         {left} bytes follow, so the file is cut off or damaged"
+    )))
+}
+
+/// Checks if a list ends here at a closing bracket.
+fn ends(text: &Text, end: usize) -> bool {
+    if end >= text.end || text.bytes[end] != b')' {
         return false;
-    };
+    }
     let next = text.bytes[end + 1..text.end].first();
     next.is_none_or(|byte| byte.is_ascii_whitespace() || matches!(byte, b';' | b'/' | b')'))
 }
 
 /// [`ends`] where nothing but comments follows.
-fn ends_file(text: &Text, n: usize, size: usize) -> bool {
-    ends(text, n, size) && {
+fn ends_file(text: &Text, end: usize) -> bool {
+    ends(text, end) && {
         let mut after = text.clone();
-        after.at += n * size + 1;
+        after.at = end + 1;
         after.peek().is_none()
     }
 }
 
 #[cold]
-pub(super) fn cut_off(text: &Text, n: usize, what: &str, sizes: [usize; 2]) -> Error {
-    let [low, high] = [sizes[0].min(sizes[1]), sizes[0].max(sizes[1])];
-    let left = text.end.saturating_sub(text.at);
-    text.error(format!(
-        "the list of {n} {what}s ends at a closing bracket neither with {low} nor with {high} bytes a {what}: \
-         {left} bytes follow, so the file is cut off or damaged"
-    ))
-}
-
-#[cold]
-pub(super) fn wrong_label(text: &Text, start: usize, i: usize, value: i64) -> Error {
+fn wrong_label(text: &Text, start: usize, i: usize, value: i64) -> Error {
     text.error_at(
         start,
         format!("value {i} of the list is {value}, which is no index"),
@@ -257,80 +356,60 @@ pub(super) fn wrong_label(text: &Text, start: usize, i: usize, value: i64) -> Er
 /// The one binary label of a list of equal values, before its `}`.
 fn binary_value(text: &mut Text, layout: Layout) -> Result<i64> {
     let rest = text.rest();
-    let width = layout
-        .labels
-        .into_iter()
-        .find(|width| rest.get(*width) == Some(&b'}'));
-    let Some(width) = width else {
-        return Err(text.error("the value of a list does not end at its }"));
-    };
+    let mut widths = layout.labels.into_iter();
+    let width = widths.find(|width| rest.get(*width) == Some(&b'}'));
+    let width = width.ok_or_else(|| text.error("the value of a list does not end at its }"))?;
     text.at += width;
-    Ok(number(&rest[..width], layout.is_big_endian))
+    Ok(number(&rest[..width], layout))
 }
 
-/// A label of 4 or 8 bytes.
-pub(super) fn number(bytes: &[u8], is_big_endian: bool) -> i64 {
-    let mut wide = [0; 8];
-    let n = bytes.len().min(8);
-    wide[..n].copy_from_slice(&bytes[..n]);
-    if is_big_endian {
-        wide[..n].reverse();
-    }
-    match n {
-        4 => i64::from(u64::from_le_bytes(wide) as u32 as i32),
-        _ => i64::from_le_bytes(wide),
+/// A label of 4 or 8 bytes, or a `bool`.
+#[inline]
+fn number(bytes: &[u8], layout: Layout) -> i64 {
+    let is_big = layout.is_big_endian;
+    match (<[u8; 4]>::try_from(bytes), <[u8; 8]>::try_from(bytes)) {
+        (Ok(bytes), _) if is_big => i32::from_be_bytes(bytes).into(),
+        (Ok(bytes), _) => i32::from_le_bytes(bytes).into(),
+        (_, Ok(bytes)) if is_big => i64::from_be_bytes(bytes),
+        (_, Ok(bytes)) => i64::from_le_bytes(bytes),
+        _ => bytes.first().map_or(0, |byte| i64::from(*byte)),
     }
 }
 
-fn decode<T: Copy + Default + Send + Sync>(
+/// A scalar of 4 or 8 bytes.
+#[inline]
+fn real(bytes: &[u8], layout: Layout) -> f64 {
+    let bits = number(bytes, layout);
+    match bytes.len() {
+        4 => f32::from_bits(bits as u32).into(),
+        _ => f64::from_bits(bits as u64),
+    }
+}
+
+fn decode<const W: usize, T: Copy + Default + Send + Sync>(
     text: &Text,
     values: Range<usize>,
-    width: usize,
-    is_big_endian: bool,
+    layout: Layout,
     of: &(impl Fn(i64) -> Option<T> + Sync),
 ) -> Result<Vec<T>> {
-    let bytes = &text.bytes[values.clone()];
+    let bytes = text.bytes[values.clone()].as_chunks::<W>().0;
     let is_wrong = AtomicBool::new(false);
-    let checked = |label: i64| {
-        of(label).unwrap_or_else(|| {
+    let all = collect(bytes.len(), |i| {
+        of(number(&bytes[i], layout)).unwrap_or_else(|| {
             is_wrong.store(true, Ordering::Relaxed);
             T::default()
         })
-    };
-    let n = bytes.len() / width;
-    let all = match (width, is_big_endian) {
-        (4, false) => {
-            let bytes = bytes.as_chunks::<4>().0;
-            collect(n, |i| checked(i32::from_le_bytes(bytes[i]).into()))
-        }
-        (8, false) => {
-            let bytes = bytes.as_chunks::<8>().0;
-            collect(n, |i| checked(i64::from_le_bytes(bytes[i])))
-        }
-        _ => collect(n, |i| {
-            checked(number(&bytes[i * width..(i + 1) * width], is_big_endian))
-        }),
-    };
+    });
     if is_wrong.into_inner() {
-        let label = |i: usize| number(&bytes[i * width..(i + 1) * width], is_big_endian);
-        let i = (0..n).find(|i| of(label(*i)).is_none()).unwrap_or(0);
-        return Err(wrong_label(text, values.start + i * width, i, label(i)));
+        let mut labels = bytes.iter().map(|bytes| number(bytes, layout)).enumerate();
+        if let Some((i, label)) = labels.find(|(_, label)| of(*label).is_none()) {
+            return Err(wrong_label(text, values.start + i * W, i, label));
+        }
     }
     Ok(all)
 }
 
-fn decode_points(bytes: &[u8], width: usize, is_big_endian: bool) -> Vec<[f64; 3]> {
-    let n = bytes.len() / (3 * width);
-    if width == 8 {
-        let bytes = bytes.as_chunks::<8>().0.as_chunks::<3>().0;
-        return match is_big_endian {
-            false => collect(n, |i| bytes[i].map(f64::from_le_bytes)),
-            true => collect(n, |i| bytes[i].map(f64::from_be_bytes)),
-        };
-    }
-    let bytes = bytes.as_chunks::<4>().0.as_chunks::<3>().0;
-    match is_big_endian {
-        false => collect(n, |i| bytes[i].map(|x| f32::from_le_bytes(x).into())),
-        true => collect(n, |i| bytes[i].map(|x| f32::from_be_bytes(x).into())),
-    }
+fn decode_points<const W: usize>(bytes: &[u8], layout: Layout) -> Vec<[f64; 3]> {
+    let points = bytes.as_chunks::<W>().0.as_chunks::<3>().0;
+    collect(points.len(), |i| points[i].map(|x| real(&x, layout)))
 }

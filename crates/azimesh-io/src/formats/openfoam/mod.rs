@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use azimesh_io::formats::{Commit, Location, of, read, save};
-//! use azimesh_io::formats::openfoam::OpenFoam;
+//! use azimesh_io::formats::openfoam::OPENFOAM;
 //! use azimesh_io::{Mesh, ReadOptions, WriteOptions};
 //! # fn main() -> azimesh_io::Result<()> {
 //! # let folder = tempfile::tempdir().expect("a folder");
@@ -22,7 +22,7 @@
 //! let zones: Vec<_> = mesh.zones().map(|zone| zone.name.as_str()).collect();
 //! assert_eq!(zones, ["rotor", "stator"]);
 //!
-//! save(&mesh.view(), &case, &OpenFoam, &WriteOptions::default(), Commit::REPLACE)?;
+//! save(&mesh.view(), &case, &OPENFOAM, &WriteOptions::default(), Commit::REPLACE)?;
 //! assert!(case.join("constant/polyMesh/points").exists());
 //! # Ok(())
 //! # }
@@ -31,40 +31,26 @@
 //! Parts of the module:
 //!
 //! ```text
-//! case         which folders and times a path stands for; folders: what a case has of them
-//! file         a file, decompressed, and its header; text: its words; dictionary: text in braces
-//! lists, faces points, labels and faces, binary; ascii: as text; zones: named lists
-//! read         all of it -> a mesh (`by_faces`: cells from faces)
-//! decomposed   the pieces of a case, joined by numbers (addressed) or by the faces that they share (matched)
-//! topology     what is left for the writer: the files as they are, and the patches
+//! case        the folders of a case: a path, times, regions, pieces; the place where a mesh is written
+//! file        a file, decompressed, and its header; text: its words, and text in braces
+//! lists       points, labels and faces, binary; ascii: as text; zones: named lists, read and written
+//! read        files -> a mesh (`by_faces`: cells from faces); decomposed: the pieces of a case, joined
+//! topology    what the writer gets of the files that a mesh was read from: their bytes, the patches
 //!
-//! write        a mesh -> the files of a polyMesh; place: where in a case
-//! order, orientation  cells -> faces
-//! boundary     tags -> patches; kept: zones of faces and points, which a mesh does not hold
-//! points       headers and lists, written; pieces: files of each piece of a decomposed case
-//! motion       points and displacement of a time; times: names of their folders
-//! sequence     a case with many times; beside: what is copied to it
+//! write       a mesh -> the files of a polyMesh; output: headers and lists, of the whole or of each piece
+//! faces       cells -> faces, numbered and oriented; boundary: tags -> patches
+//! sequence    a case with many times; times: their folders and files; copy: files that it gets from another case
 //! ```
 
-mod addressed;
 mod ascii;
-mod beside;
 mod boundary;
 mod case;
+mod copy;
 mod decomposed;
-mod dictionary;
 mod faces;
 mod file;
-mod folders;
-mod kept;
 mod lists;
-mod matched;
-mod motion;
-mod order;
-mod orientation;
-mod pieces;
-mod place;
-mod points;
+mod output;
 mod read;
 mod sequence;
 mod text;
@@ -79,15 +65,10 @@ mod fixtures;
 mod tests;
 
 pub use boundary::set_patch_types;
+pub use sequence::{Begun, CaseFormat, DISPLACEMENT};
 
-use super::case::CaseFormat;
-use super::{
-    CreateSequence, Format, Location, Notes, OutputSet, ReadOptions, SharedFolder, StepBytes,
-    StepSize, WriteOptions,
-};
-use crate::mesh::{Mesh, MeshView, Origin};
-use azimesh_core::error::Result;
-use std::path::Path;
+use super::{Folder, Format, Holds, SharedFolder};
+use crate::mesh::{Mesh, Origin};
 
 /// The hash of a mesh that was read from a case; `None` of others.
 pub fn hash_of_origin(mesh: &Mesh) -> Option<blake3::Hash> {
@@ -103,68 +84,35 @@ pub fn neighbour_patch(origin: &Origin, patch: &str) -> Option<String> {
 }
 
 /// OpenFOAM case (polyMesh).
-pub struct OpenFoam;
-
-impl Format for OpenFoam {
-    fn name(&self) -> &'static str {
-        "openfoam"
-    }
-
-    fn title(&self) -> &'static str {
-        "OpenFOAM case (polyMesh)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["foam", "openfoam"]
-    }
-
-    fn is_folder(&self) -> bool {
-        true
-    }
-
-    fn recognizes(&self, location: &Location) -> bool {
-        case::Case::is_at(location)
-    }
-
-    fn lists_faces_again(&self) -> bool {
-        false
-    }
-
-    fn read(&self, location: &Location, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(location, options, notes)
-    }
-
-    fn steps(&self, location: &Location) -> Result<Vec<f64>> {
-        let steps = case::Case::at(location)?.steps;
-        Ok(steps.iter().map(|step| step.time).collect())
-    }
-
-    fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
-        write::write(mesh, out, options)
-    }
-
-    fn shared_folder(&self, path: &Path) -> Option<SharedFolder> {
-        Some(SharedFolder {
-            folder: place::case_of(path),
-            own: place::owned_in(&place::case_of(path)),
-            mark: place::foam_file(path),
-        })
-    }
-
-    fn sequence(&self) -> Option<CreateSequence> {
-        use sequence::Sequence;
-        Some(|path, options, begin, _| Ok(Box::new(Sequence::create(path, options, begin)?)))
-    }
-
-    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
-        sequence::step_bytes(step)
-    }
-
-    fn case(&self) -> Option<&'static dyn CaseFormat> {
-        Some(&OpenFoam)
-    }
-
-    fn holds_displacement(&self) -> bool {
-        true
-    }
-}
+pub static OPENFOAM: Format = Format {
+    name: "openfoam",
+    title: "OpenFOAM case (polyMesh)",
+    extensions: &["foam", "openfoam"],
+    holds: Holds {
+        displacement: true,
+        ..Holds::NOTHING
+    },
+    lists_faces_again: false,
+    folder: Some(Folder {
+        detect: |location| case::CasePath::of(location).is_some(),
+        read: read::read,
+        steps: |location| {
+            let steps = case::Case::at(location)?.steps;
+            Ok(steps.iter().map(|step| step.time).collect())
+        },
+        shared: |path| {
+            let folder = case::case_of(path);
+            Some(SharedFolder {
+                own: case::CasePath::new(&*folder).owned(),
+                mark: case::mark_of(path),
+                folder,
+            })
+        },
+    }),
+    write_files: Some(write::write),
+    sequence: Some(|path, options, begin, _| {
+        Ok(Box::new(sequence::Sequence::create(path, options, begin)?))
+    }),
+    case: Some(CaseFormat),
+    ..Format::NEW
+};

@@ -1,17 +1,11 @@
 //! Reads a mesh: from the files of the whole case, or from its pieces.
 
 use super::case::{Case, Instances};
-use super::decomposed;
-use super::dictionary;
-use super::faces;
 use super::file::FoamFile;
-use super::folders::Step;
-use super::lists;
 use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
-use crate::formats::by_faces::Faces;
-use crate::formats::by_faces::{self, NONE};
-use crate::formats::by_faces::{Label, Labels};
+use super::{decomposed, lists};
+use crate::formats::by_faces::{self, Faces, Label, Labels, NONE};
 use crate::formats::{Location, Notes, ReadOptions};
 use crate::mesh::{CellSet, Group, Mesh, Origin, too_many};
 use azimesh_core::diagnostic::formats::Foam;
@@ -19,12 +13,20 @@ use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::any;
 use std::collections::BTreeMap;
 
+/// The files of the topology that a mesh must have.
+const TOPOLOGY: [&str; 4] = ["faces", "owner", "neighbour", "boundary"];
+/// Files that are kept for the writer without reading them.
+const ONLY_STORED: [&str; 3] = ["faceZones", "pointZones", "boundaryProcAddressing"];
+
+/// The files of a mesh by their names; of collated files a block of each.
+pub(super) type Files = BTreeMap<&'static str, FoamFile>;
+
 /// The lists of a mesh.
 #[derive(Default)]
 pub(super) struct Lists {
     /// Nodes.
     pub points: Vec<[f64; 3]>,
-    /// Faces between two cells, then those of the patches.
+    /// Faces between two cells, then faces of the patches.
     pub faces: Faces,
     /// The cell that each face points out of.
     pub owner: Labels,
@@ -46,30 +48,25 @@ pub(super) fn read(location: &Location, options: &ReadOptions, notes: &mut Notes
             .file(location.path())
     })?;
     note_rest(&case, step.is_decomposed, notes);
-    let stored = match step.is_decomposed {
-        true => {
-            let (lists, pieces) = decomposed::read(&case, step, notes)?;
-            Stored {
-                lists,
-                pieces,
-                files: Vec::new(),
-            }
-        }
-        false => whole(&case, step, notes)?,
-    };
-    mesh(stored, &case, notes)
+    if step.is_decomposed {
+        let (lists, pieces) = decomposed::read(&case, step, notes)?;
+        return mesh(lists, Vec::new(), pieces, &case, notes);
+    }
+    let (mut meshes, stored) = read_lists(&case.whole(step), false, &[])?;
+    let (lists, files) = meshes.swap_remove(0);
+    for (name, key) in [("faceZones", "faceLabels"), ("pointZones", "pointLabels")] {
+        let names = files
+            .get(name)
+            .map_or(Vec::new(), |file| zones::names(file, key));
+        notes.list(names, |names| Foam::Zones { what: name, names });
+    }
+    drop(files);
+    mesh(lists, stored, Vec::new(), &case, notes)
 }
 
-/// The lists of a mesh and the files that they were read from, whole or in pieces.
-struct Stored {
-    lists: Lists,
-    files: Vec<StoredFile>,
-    pieces: Vec<StoredPieces>,
-}
-
-/// What of a case is not read.
+/// Adds notes on parts of a case that are not read.
 fn note_rest(case: &Case, is_decomposed: bool, notes: &mut Notes) {
-    if case.region.is_none() && !case.regions.is_empty() {
+    if case.path.region.is_none() && !case.regions.is_empty() {
         notes.push(Foam::Regions {
             names: case.regions.clone(),
         });
@@ -85,94 +82,61 @@ fn note_rest(case: &Case, is_decomposed: bool, notes: &mut Notes) {
     }
 }
 
-/// The mesh of the case as a whole, and its files.
-fn whole(case: &Case, step: &Step, notes: &mut Notes) -> Result<Stored> {
-    let found = case.whole(step);
+/// Reads the meshes in some folders: one or, from collated files, one of each block. Returns their files too, and all
+/// files of the topology as they are.
+#[allow(clippy::type_complexity)]
+pub(super) fn read_lists(
+    found: &Instances,
+    is_collated: bool,
+    further: &[&'static str],
+) -> Result<(Vec<(Lists, Files)>, Vec<StoredFile>)> {
+    let points = found.need("points")?;
     let topology = found.since_faces();
-    let read = LabelFiles::open(&topology)?;
-    let mut lists = read.lists(&found.need("points")?)?;
-    let mut files = read.into_files();
-    if let Some(file) = topology.find("cellZones")? {
-        lists.zones = zones::zones(&file, "cellLabels", lists.owner.len())?;
-        files.push(StoredFile::of(&file));
+    if let Some(old) = topology.find("cells")?
+        && topology.find("owner")?.is_none()
+    {
+        let message = "the mesh has a file \"cells\" and no \"owner\": this is how OpenFOAM before 1.3 wrote it";
+        return Err(old.refuse(Error::input(message)));
     }
-    for (name, key) in [("faceZones", "faceLabels"), ("pointZones", "pointLabels")] {
-        let Some(file) = topology.find(name)? else {
+    let mut files = vec![("points", points)];
+    for name in TOPOLOGY {
+        files.push((name, topology.need(name)?));
+    }
+    let zones = ["cellZones", "faceZones", "pointZones"];
+    for name in zones.iter().chain(further) {
+        files.extend(topology.find(name)?.map(|file| (*name, file)));
+    }
+    let stored = files[1..].iter().map(|(_, file)| StoredFile::of(file));
+    let stored = stored.collect();
+    let mut meshes: Vec<Files> = Vec::new();
+    for (name, file) in files {
+        if is_collated && ONLY_STORED.contains(&name) {
             continue;
-        };
-        let names = zones::names(&file, key);
-        if !names.is_empty() {
-            notes.push(Foam::Zones { what: name, names });
         }
-        files.push(StoredFile::of(&file));
-    }
-    Ok(Stored {
-        lists,
-        files,
-        pieces: Vec::new(),
-    })
-}
-
-/// The files of faces and patches.
-pub(super) struct LabelFiles {
-    pub faces: FoamFile,
-    pub owner: FoamFile,
-    pub neighbour: FoamFile,
-    pub boundary: FoamFile,
-}
-
-impl LabelFiles {
-    fn open(topology: &Instances) -> Result<Self> {
-        if let Some(old) = topology.find("cells")?
-            && topology.folder_of("owner").is_none()
-        {
-            let message = "the mesh has a file \"cells\" and no \"owner\": this is how OpenFOAM before 1.3 wrote it";
-            return Err(old.refuse(Error::input(message)));
-        }
-        Ok(Self {
-            faces: topology.need("faces")?,
-            owner: topology.need("owner")?,
-            neighbour: topology.need("neighbour")?,
-            boundary: topology.need("boundary")?,
-        })
-    }
-
-    /// Reads them all, and the points.
-    pub fn lists(&self, points: &FoamFile) -> Result<Lists> {
-        let faces = faces::faces(&self.faces)?;
-        release(&self.faces, &faces.nodes);
-        let n_faces = faces.len();
-        let index = |label: i64| u32::try_from(label).ok().filter(|cell| *cell < NONE - 1);
-        let owner = lists::indices(&self.owner, n_faces, index)?;
-        release(&self.owner, &owner);
-        let mut neighbour = lists::indices(&self.neighbour, n_faces, |label| match label {
-            -1 => Some(NONE),
-            label => index(label),
-        })?;
-        release(&self.neighbour, &neighbour);
-        // Old files have -1 for each face on the boundary.
-        neighbour.trim_end(NONE);
-        let mut text = self.boundary.text();
-        text.is_binary = false;
-        let patches = self.boundary.checked(dictionary::patches(&mut text))?;
-        let read = lists::points(points, faces.nodes.len().max(1))?;
-        points.release();
-        let lists = Lists {
-            points: read,
-            faces,
-            owner,
-            neighbour,
-            patches,
-            zones: Vec::new(),
+        let blocks = if is_collated {
+            file.blocks()?
+        } else {
+            vec![file.clone()]
         };
-        lists.check(self)?;
-        Ok(lists)
+        if meshes.is_empty() {
+            meshes.resize_with(blocks.len(), Files::new);
+        }
+        let n = meshes.len();
+        if blocks.len() != n {
+            let message = format!(
+                "the file has {} blocks, but \"points\" has {n}",
+                blocks.len()
+            );
+            return Err(file.refuse(Error::input(message).byte(0)));
+        }
+        for (mesh, block) in meshes.iter_mut().zip(blocks) {
+            mesh.insert(name, block);
+        }
     }
-
-    fn into_files(self) -> Vec<StoredFile> {
-        let files = [self.faces, self.owner, self.neighbour, self.boundary];
-        files.iter().map(StoredFile::of).collect()
-    }
+    let lists = meshes
+        .into_iter()
+        .map(|files| Ok((Lists::of(&files)?, files)));
+    Ok((lists.collect::<Result<_>>()?, stored))
 }
 
 /// Lets go of the memory of a file whose labels were copied out of it.
@@ -182,35 +146,56 @@ fn release(file: &FoamFile, labels: &Labels) {
     }
 }
 
-impl StoredFile {
-    pub fn of(file: &FoamFile) -> Self {
-        let name = file.path().file_name().unwrap_or_default();
-        Self {
-            name: name.to_string_lossy().into_owned(),
-            stored: file.stored.clone(),
-        }
-    }
-}
-
 impl Lists {
+    /// Reads the files of a mesh.
+    fn of(files: &Files) -> Result<Self> {
+        let [points, faces, owner, neighbour, boundary] =
+            ["points", "faces", "owner", "neighbour", "boundary"].map(|name| &files[name]);
+        let mut lists = Self {
+            faces: lists::faces(faces)?,
+            ..Self::default()
+        };
+        release(faces, &lists.faces.nodes);
+        let n_faces = lists.faces.len();
+        let index = |label: i64| u32::try_from(label).ok().filter(|cell| *cell < NONE - 1);
+        lists.owner = lists::indices(owner, n_faces, index)?;
+        release(owner, &lists.owner);
+        lists.neighbour = lists::indices(neighbour, n_faces, |label| match label {
+            -1 => Some(NONE),
+            label => index(label),
+        })?;
+        release(neighbour, &lists.neighbour);
+        // Old files have -1 for each face on the boundary.
+        lists.neighbour.trim_end(NONE);
+        let mut text = boundary.text();
+        text.is_binary = false;
+        lists.patches = boundary.checked(topology::patches(&mut text))?;
+        lists.points = lists::points(points, lists.faces.nodes.len().max(1))?;
+        points.release();
+        lists.check(files)?;
+        if let Some(file) = files.get("cellZones") {
+            lists.zones = zones::zones(file, "cellLabels", n_faces)?;
+        }
+        Ok(lists)
+    }
+
     /// Checks that the lists fit each other.
-    fn check(&self, files: &LabelFiles) -> Result<()> {
+    fn check(&self, files: &Files) -> Result<()> {
         let n_faces = self.faces.len();
-        let wrong = |file: &FoamFile, message: String| {
+        let wrong = |name: &'static str, message: String| {
+            let file = &files[name];
             let name = file.path().file_name().unwrap_or_default();
             let error = Error::input(message).dataset(&name.to_string_lossy());
             Err(file.refuse(error))
         };
         if self.points.len() >= u32::MAX as usize {
-            return wrong(&files.faces, too_many("nodes"));
+            return wrong("faces", too_many("nodes"));
         }
         let faces = self.faces.view();
         if let Some(face) = faces.first_below(3) {
             let n = faces.get(face).len();
-            return wrong(
-                &files.faces,
-                format!("face {face} has {n} nodes; it must have at least 3"),
-            );
+            let message = format!("face {face} has {n} nodes; it must have at least 3");
+            return wrong("faces", message);
         }
         let n_points = self.points.len() as u32;
         let is_beyond = |node: &Label| node.get() >= n_points;
@@ -222,23 +207,19 @@ impl Lists {
             let node = faces.nodes[at].get();
             let message =
                 format!("face {face} has node {node}, but the mesh has {n_points} nodes (from 0)");
-            return wrong(&files.faces, message);
-        }
-        if self.owner.len() != n_faces {
-            let message = format!(
-                "{} faces have an owner, but there are {n_faces}",
-                self.owner.len()
-            );
-            return wrong(&files.owner, message);
-        }
-        if self.neighbour.len() > n_faces {
-            let message = format!(
-                "{} faces have a neighbour, but there are {n_faces}",
-                self.neighbour.len()
-            );
-            return wrong(&files.neighbour, message);
+            return wrong("faces", message);
         }
         let (owner, neighbour) = (self.owner.view(), self.neighbour.view());
+        if owner.len() != n_faces {
+            let n = owner.len();
+            let message = format!("{n} faces have an owner, but there are {n_faces}");
+            return wrong("owner", message);
+        }
+        if neighbour.len() > n_faces {
+            let n = neighbour.len();
+            let message = format!("{n} faces have a neighbour, but there are {n_faces}");
+            return wrong("neighbour", message);
+        }
         let is_alone = |face: usize| [NONE, owner[face].get()].contains(&neighbour[face].get());
         if any(neighbour.len(), is_alone)
             && let Some(face) = (0..neighbour.len()).find(|face| is_alone(*face))
@@ -250,10 +231,10 @@ impl Lists {
                 ),
                 cell => format!("face {face} has cell {cell} on both sides"),
             };
-            return wrong(&files.neighbour, message);
+            return wrong("neighbour", message);
         }
         self.check_patches()
-            .or_else(|message| wrong(&files.boundary, message))
+            .or_else(|message| wrong("boundary", message))
     }
 
     fn check_patches(&self) -> std::result::Result<(), String> {
@@ -288,12 +269,13 @@ impl Lists {
 }
 
 /// Puts the cells together, with their tags and zones.
-fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
-    let Stored {
-        mut lists,
-        files,
-        pieces,
-    } = stored;
+fn mesh(
+    mut lists: Lists,
+    files: Vec<StoredFile>,
+    pieces: Vec<StoredPieces>,
+    case: &Case,
+    notes: &mut Notes,
+) -> Result<Mesh> {
     let n_cells = lists.n_cells();
     let n_internal = lists.neighbour.len();
     if n_cells > lists.owner.len() + n_internal {
@@ -337,11 +319,16 @@ fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
         topology::hash_of_groups(&groups),
     ];
     let topology = Topology {
-        content: topology::hash_of_content(all_files(&files, &pieces), &lists.points, &own),
+        content: topology::hash_of_content(
+            files
+                .iter()
+                .chain(pieces.iter().flat_map(|folder| &folder.files)),
+            &lists.points,
+            &own,
+        ),
         cells: own[0],
         groups: own[1],
-        case: case.root.clone(),
-        region: case.region.clone(),
+        path: case.path.clone(),
         files,
         pieces,
         patches: lists.patches,
@@ -354,15 +341,6 @@ fn mesh(stored: Stored, case: &Case, notes: &mut Notes) -> Result<Mesh> {
         origin: Origin::new(topology),
         ..Mesh::default()
     })
-}
-
-/// The files of the whole and of its pieces.
-fn all_files<'f>(
-    whole: &'f [StoredFile],
-    pieces: &'f [StoredPieces],
-) -> impl Iterator<Item = &'f StoredFile> {
-    let of_pieces = pieces.iter().flat_map(|folder| &folder.files);
-    whole.iter().chain(of_pieces)
 }
 
 fn group(dimension: u8, name: &str, condition: Option<String>, cells: CellSet) -> Group {
@@ -384,8 +362,5 @@ fn note_pairs(patches: &[Patch], notes: &mut Notes) {
         let is_first = patch.name < other.name;
         is_first.then(|| (patch.kind.clone(), [patch.name.clone(), other.name.clone()]))
     });
-    let pairs: Vec<_> = pairs.collect();
-    if !pairs.is_empty() {
-        notes.push(Foam::Pairs { pairs });
-    }
+    notes.list(pairs.collect(), |pairs| Foam::Pairs { pairs });
 }

@@ -1,76 +1,87 @@
-//! A case with the points of many times: that of a run, written step by step beside a mesh that all steps share, and that
-//! of a conversion, written as a whole.
+//! A case with the points of many times: the case of a run, written step by step next to a mesh that all steps share,
+//! and the case of a conversion, written as a whole.
 
-use super::case::{Case, of_region};
-use super::folders::{CONSTANT, MESH, piece_folders};
-use super::motion::{field_path, write_time};
-use super::place::{Place, foam_file};
-use super::times::TimeNames;
-use super::topology::Topology;
-use super::write::{check, points, topology};
-use super::{OpenFoam, beside};
-use crate::formats::case::{Begun, CaseFormat};
-use crate::formats::hash::hash_of;
-use crate::formats::output_set::hash_of_names;
+use super::case::{CONSTANT, Case, CasePath, Place, mark_of, pieces_in};
+use super::copy;
+use super::output::CaseFiles;
+use super::times::{TimeNames, WANTED, write_time};
+use super::topology::hash_of_cells;
+use super::write::check;
+use crate::formats::inputs::{hash_of, hash_of_names};
 use crate::formats::{
-    Begin, Commit, Location, Notes, OutputSet, SequenceFile, Staged, StepBytes, StepSize,
-    WriteOptions,
+    Begin, Commit, Location, Notes, OutputSet, SequenceFile, Staged, WriteOptions,
 };
 use crate::mesh::MeshView;
 use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How the names of the folders of pieces begin.
-const PIECE: &str = "processor";
+/// Name of the point array that is the displacement of the nodes.
+pub const DISPLACEMENT: &str = "Displacement";
 
-/// Bytes of the header of a file and of what stands around a list, at the most.
-const AROUND: u64 = 1000;
-
-/// Bytes that a mesh after the first adds to a case.
-pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
-    StepBytes {
-        coordinates: 24 * step.n_nodes + AROUND,
-        arrays: step.n_vectors * (24 * step.n_nodes + AROUND),
-        rest: 0,
-    }
+/// The mesh that all steps share, as it is in the case.
+pub struct Begun {
+    /// Notes of the writer.
+    pub notes: Notes,
+    /// Hashes of its files but the points, by their paths from the case on.
+    pub files: BTreeMap<String, blake3::Hash>,
+    /// The files that are to be put in place.
+    pub staged: Staged,
 }
 
-impl CaseFormat for OpenFoam {
-    fn is_case(&self, folder: &Path) -> bool {
+/// Format of sequences in a folder that holds more than meshes: a file for each step, next to what all steps share.
+#[derive(Clone, Copy)]
+pub struct CaseFormat;
+
+impl CaseFormat {
+    /// Checks if a folder is a case, with or without a mesh.
+    pub fn is_case(&self, folder: &Path) -> bool {
         folder.join("system").join("controlDict").is_file() || folder.join(CONSTANT).is_dir()
     }
 
-    fn records(&self) -> &'static str {
+    /// The folder in the case that has the records of a run.
+    pub fn records(&self) -> &'static str {
         "azimesh"
     }
 
-    fn check(&self, case: &Path, mesh: &MeshView) -> Result<()> {
+    /// Refuses to write the sequence of a mesh to a case.
+    pub fn check(&self, case: &Path, mesh: &MeshView) -> Result<()> {
         check(mesh)?;
-        beside::check(case, mesh)
+        copy::check(case, mesh)
     }
 
-    fn shared(&self, mesh: &MeshView) -> String {
-        Place::of(Path::new(""), mesh)
-            .folders(CONSTANT)
-            .swap_remove(0)
+    /// The folder of the mesh that all steps share, from the case on.
+    pub fn shared(&self, mesh: &MeshView) -> String {
+        let place = Place::of(Path::new(""), mesh, false);
+        place.folders(CONSTANT).swap_remove(0)
     }
 
-    fn step_files(&self, case: &Path, mesh: &MeshView, times: &[f64]) -> Result<Vec<String>> {
-        let place = Place::of(case, mesh);
-        let folders = time_names(&place.case, mesh)?.folders(times)?;
+    /// The file of each step, as a path from the case on, for steps of these times.
+    ///
+    /// # Errors
+    /// If two steps would have one file.
+    pub fn step_files(&self, case: &Path, mesh: &MeshView, times: &[f64]) -> Result<Vec<String>> {
+        let place = Place::of(case, mesh, false);
+        let folders = TimeNames::of(&place.path.root, mesh)?.folders(times)?;
         let file = |folder: &String| format!("{}/points", place.folders(folder)[0]);
         Ok(folders.iter().map(file).collect())
     }
 
-    fn is_shared(&self, file: &str) -> bool {
+    /// Checks if the file of a step takes the place of the mesh that all steps share.
+    pub fn is_shared(&self, file: &str) -> bool {
         time_in(file) == CONSTANT
     }
 
-    fn begin(
+    /// Stages what all steps share, and copies what belongs to the case that the mesh was read from. What is there
+    /// already stays as it is; a mesh that is there is replaced with [`Begin::Create`]. With [`Begin::Resume`] it is kept where it is
+    /// this one; where a file is missing or another, all but its points are written again.
+    ///
+    /// # Errors
+    /// If the mesh that is there is another one.
+    pub fn begin(
         &self,
         case: &Path,
         mesh: &MeshView,
@@ -78,21 +89,26 @@ impl CaseFormat for OpenFoam {
         begin: Begin,
         commit: Commit,
     ) -> Result<Begun> {
-        let place = Place::of(case, mesh);
+        let place = Place::of(case, mesh, false);
+        let root = &place.path.root;
         let owned = place.owned();
         let write = |out: &mut OutputSet| -> Result<Notes> {
-            out.place_in(&place.case, &owned)?;
-            topology(mesh, out, &place, options)
+            out.place_in(root, &owned)?;
+            CaseFiles::new(out, &place, options).topology(mesh, options)
         };
-        let is_there_already = owned.iter().any(|own| place.case.join(own).exists());
+        let is_there_already = owned.iter().any(|own| root.join(own).exists());
         let own = place.folders(CONSTANT);
+        let points = || own.iter().map(|own| format!("{own}/points"));
         let mut has_points = false;
         if begin == Begin::Resume && is_there_already {
-            let mut wanted = OutputSet::nowhere(&place.case).hashed();
+            let mut wanted = OutputSet::nowhere(root).hashed();
             let notes = write(&mut wanted)?;
             let files = wanted.finish().of_folder;
-            has_points = own.iter().all(|own| points_in(&place, own).1.is_file());
-            if has_points && is_there(&place.case, &files) {
+            has_points = points().all(|points| root.join(points).is_file());
+            let is_there = |(name, hash): (&String, &blake3::Hash)| {
+                hash_of(&root.join(name)).is_ok_and(|own| own == *hash)
+            };
+            if has_points && files.iter().all(is_there) {
                 return Ok(Begun {
                     notes,
                     files,
@@ -102,22 +118,22 @@ impl CaseFormat for OpenFoam {
         }
         // Of several runs that find none, each a part of the sequence, one puts its mesh in place.
         let replace = is_there_already || begin != Begin::Resume;
-        let mut out = OutputSet::new(&place.case, Commit { replace, ..commit }).hashed();
+        let mut out = OutputSet::new(root, Commit { replace, ..commit }).hashed();
         let mut notes = write(&mut out)?;
-        match has_points {
-            // They may be those of a step.
-            true => {
-                own.iter()
-                    .try_for_each(|own| keep_points(&place, own, &mut out))?;
-                notes.push(Written::MeshAgain { folders: own });
+        let mut files = CaseFiles::new(&mut out, &place, options);
+        if has_points {
+            // They may be the points of a step. Their folder is replaced as a whole.
+            for points in points() {
+                let path = root.join(&points);
+                let file = File::open(&path).map_err(|error| Error::io(&path, &error))?;
+                files.copy(file, &points, &path)?;
             }
-            false => points(mesh.points, &mut out, &place, CONSTANT, options)?,
+            notes.push(Written::MeshAgain { folders: own });
+        } else {
+            files.points(mesh.points, CONSTANT)?;
         }
-        beside::copy(mesh, &place, &mut out)?;
-        let foam = foam_file(case);
-        if !place.case.join(&foam).exists() {
-            out.in_folder(&place.case, &foam, |_| Ok(()))?;
-        }
+        copy::copy(mesh, &mut files)?;
+        files.mark(&mark_of(case))?;
         let written = out.finish();
         let mut files = written.of_folder;
         let is_own = |name: &str| owned.iter().any(|own| Path::new(name).starts_with(own));
@@ -129,157 +145,116 @@ impl CaseFormat for OpenFoam {
         })
     }
 
-    fn write_step(
+    /// Writes a step, whose displacement is the point array [`DISPLACEMENT`] where it has one.
+    pub fn write_step(
         &self,
         mesh: &MeshView,
         file: &str,
         out: &mut OutputSet,
         options: &WriteOptions,
     ) -> Result<()> {
-        let place = Place::of(out.path(), mesh);
+        let place = Place::of(out.path(), mesh, false);
         let folder = time_in(file);
         let of_field = match folder {
-            CONSTANT => time_names(&place.case, mesh)?.name(0.0),
+            CONSTANT => TimeNames::of(&place.path.root, mesh)?.name(0.0),
             folder => folder.to_owned(),
         };
-        write_time(mesh, folder, &of_field, &place, out, options)
+        let mut files = CaseFiles::new(out, &place, options);
+        write_time(&mut files, mesh, folder, &of_field)
     }
 
-    fn has_hash(&self, path: &Path, hash: &str) -> io::Result<bool> {
-        let points = hash_of(path)?;
-        if points.to_string() == hash {
+    /// Checks if a step that was written has this hash, as [`OutputSet`] gave it.
+    pub fn has_hash(&self, path: &Path, hash: &str) -> io::Result<bool> {
+        if hash_of(path)?.to_string() == hash {
             return Ok(true);
         }
-        let files = self.files_of(path);
-        let Some((root, _)) = split(path) else {
+        let Some((case, files)) = files_in_case(path) else {
             return Ok(false);
         };
-        let (case, _) = roots_of(root);
         let mut hashes = BTreeMap::new();
-        for file in files {
-            let name = file.strip_prefix(&case).unwrap_or(&file);
-            hashes.insert(name.to_string_lossy().replace('\\', "/"), hash_of(&file)?);
+        for name in files {
+            let hash = hash_of(&case.join(&name))?;
+            hashes.insert(name, hash);
         }
         Ok(hash_of_names(&hashes).to_string() == hash)
     }
 
-    fn step_at(&self, path: &Path) -> Option<(Location, usize)> {
-        let (root, inside) = split(path)?;
-        let (case, _) = roots_of(root.clone());
-        if case == root {
+    /// The case and the index in it of the step whose file this is, where the file has a part of the mesh only.
+    pub fn step_at(&self, path: &Path) -> Option<(Location, usize)> {
+        let path = CasePath::of_points(path)?;
+        let (case, folders) = whole_case(&path);
+        if folders.is_empty() {
             return None;
         }
-        let location = match &inside[..] {
-            [_, region, _, _] => of_region(&case, region),
-            _ => Location::Folder(case),
-        };
-        let all = Case::at(&location).ok()?.steps;
-        let step = all.iter().position(|step| step.name == inside[0])?;
+        let location = case.location();
+        let steps = Case::at(&location).ok()?.steps;
+        let step = steps
+            .iter()
+            .position(|step| Some(&step.name) == path.time.as_ref())?;
         Some((location, step))
     }
 
-    fn files_of(&self, path: &Path) -> Vec<PathBuf> {
-        let Some((root, inside)) = split(path) else {
-            return Vec::new();
-        };
-        let folder = inside.first().map_or("", |folder| folder.as_str());
-        let region = (inside.len() == 4).then(|| inside[1].clone());
-        let (case, roots) = roots_of(root);
-        let place = Place {
-            case: case.clone(),
-            region,
-            pieces: &[],
-        };
-        // The displacement at the mesh that a case begins with lies in the folder of its first time.
-        let names = TimeNames::of_case(&case).unwrap_or_default();
-        let field = match folder {
-            CONSTANT => field_path(&place, &names.name(0.0)),
-            folder => field_path(&place, folder),
-        };
-        let points = inside.join("/");
-        let files = roots
-            .iter()
-            .flat_map(|root| [root.join(&points), root.join(&field)]);
-        files.filter(|path| path.is_file()).collect()
+    /// All files of a step that are there, as paths.
+    pub fn files_of(&self, path: &Path) -> Vec<PathBuf> {
+        files_in_case(path).map_or(Vec::new(), |(case, files)| {
+            files.iter().map(|name| case.join(name)).collect()
+        })
     }
 }
 
-/// The time of the file of a step, `time/polyMesh/points` or that of a piece.
+/// The time of the file of a step, `time/polyMesh/points`, also in a piece.
 fn time_in(file: &str) -> &str {
     let mut names = file.split('/');
     let first = names.next().unwrap_or(file);
-    match first.starts_with(PIECE) {
-        true => names.next().unwrap_or(first),
-        false => first,
+    if first.starts_with("processor") {
+        names.next().unwrap_or(first)
+    } else {
+        first
     }
 }
 
-/// The case that a folder of times is, or is a piece of, and all folders of its times.
-fn roots_of(root: PathBuf) -> (PathBuf, Vec<PathBuf>) {
-    let name = root.file_name().unwrap_or_default().to_string_lossy();
-    let is_piece = |case: &Path| piece_folders(case).iter().any(|piece| *piece == name);
-    match root.parent().filter(|case| is_piece(case)) {
-        Some(case) => {
-            let pieces = piece_folders(case);
-            let roots = pieces.iter().map(|piece| case.join(piece)).collect();
-            (case.to_path_buf(), roots)
-        }
-        None => (root.clone(), vec![root]),
-    }
-}
-
-/// A path of points as the case, or the piece of one, and what comes after it: `time/polyMesh/points`, or with a region in between.
-pub(super) fn split(path: &Path) -> Option<(PathBuf, Vec<String>)> {
-    let names: Vec<String> = path
-        .iter()
-        .map(|name| name.to_string_lossy().into_owned())
-        .collect();
-    let at = names.len().checked_sub(2)?;
-    if names[at] != MESH {
-        return None;
-    }
-    let is_time = |name: &String| name == CONSTANT || name.parse::<f64>().is_ok();
-    let first = [at.checked_sub(1), at.checked_sub(2)];
-    let first = first
-        .into_iter()
-        .flatten()
-        .find(|&at| is_time(&names[at]))?;
-    let case = path.iter().take(first).collect();
-    Some((case, names[first..].to_vec()))
-}
-
-/// Names of times as the case says that is written or, before it has anything to say, that of the mesh.
-fn time_names(case: &Path, mesh: &MeshView) -> Result<TimeNames> {
-    let has_own = case.join("system").join("controlDict").is_file();
-    match mesh.origin.get::<Topology>().filter(|_| !has_own) {
-        Some(origin) => TimeNames::of_case(&origin.case),
-        None => TimeNames::of_case(case),
-    }
-}
-
-/// Whether all these files of a case have these hashes.
-fn is_there(case: &Path, files: &BTreeMap<String, blake3::Hash>) -> bool {
-    let is_same = |(name, hash): (&String, &blake3::Hash)| {
-        hash_of(&case.join(name)).is_ok_and(|own| own == *hash)
+/// The case of a path, and the folders of its pieces if the path is in one of them.
+fn whole_case(path: &CasePath) -> (CasePath, Vec<String>) {
+    let case = CasePath {
+        root: path.root.parent().unwrap_or(Path::new("")).to_path_buf(),
+        ..path.clone()
     };
-    files.iter().all(is_same)
+    let pieces = pieces_in(&case.root);
+    let pieces: Vec<String> = pieces.iter().map(|pieces| pieces.name()).collect();
+    let own = path.root.file_name().map(|name| name.to_string_lossy());
+    if own.is_some_and(|own| pieces.iter().any(|piece| *piece == own)) {
+        (case, pieces)
+    } else {
+        (path.clone(), Vec::new())
+    }
 }
 
-/// The points in a folder of a mesh: from the case on, and as a path.
-fn points_in(place: &Place, folder: &str) -> (String, PathBuf) {
-    let name = format!("{folder}/points");
-    let path = place.case.join(&name);
-    (name, path)
-}
-
-/// Copies points that are there, since their folder is replaced as a whole.
-fn keep_points(place: &Place, folder: &str, out: &mut OutputSet) -> Result<()> {
-    let (name, path) = points_in(place, folder);
-    let io = |error: io::Error| Error::io(&path, &error);
-    let mut points = fs::File::open(&path).map_err(io)?;
-    out.in_folder(&place.case, &name, |out| {
-        io::copy(&mut points, out).map(|_| ()).map_err(io)
-    })
+/// The case of the points of a step, and all files of the step that are there.
+fn files_in_case(points: &Path) -> Option<(PathBuf, Vec<String>)> {
+    let path = CasePath::of_points(points)?;
+    let time = path.time.as_deref()?;
+    let (case, pieces) = whole_case(&path);
+    // The displacement at the mesh that a case begins with is in the folder of its first time.
+    let field_time = match time {
+        CONSTANT => TimeNames::of_case(&case.root).unwrap_or_default().name(0.0),
+        time => time.to_owned(),
+    };
+    let name = points.file_name()?.to_string_lossy();
+    let own = [
+        format!("{}/{name}", path.folder(time)),
+        format!("{}/{WANTED}", path.fields(&field_time)),
+    ];
+    let mut files: Vec<String> = match &pieces[..] {
+        [] => own.into(),
+        pieces => {
+            let pieces = pieces.iter();
+            let in_pieces =
+                pieces.flat_map(|piece| own.each_ref().map(|own| format!("{piece}/{own}")));
+            in_pieces.collect()
+        }
+    };
+    files.retain(|name| case.root.join(name).is_file());
+    Some((case.root, files))
 }
 
 /// A case that takes one mesh after another, as a whole.
@@ -288,7 +263,7 @@ pub(super) struct Sequence {
     options: WriteOptions,
     times: Vec<f64>,
     names: TimeNames,
-    /// Hash of the cells and groups of the first mesh.
+    /// Hash of the cells of the first mesh.
     first: Option<blake3::Hash>,
     n_bytes: u64,
     notes: Notes,
@@ -310,51 +285,38 @@ impl Sequence {
             notes: Notes::default(),
         })
     }
-
-    /// Makes sure that a later mesh has the cells of the first.
-    fn fix(&mut self, mesh: &MeshView) -> Result<bool> {
-        let hash = super::topology::hash_of_cells(mesh.points.len(), mesh.cells);
-        match self.first {
-            None => self.first = Some(hash),
-            Some(first) if first == hash => return Ok(false),
-            Some(_) => {
-                return Err(Error::input(format!(
-                    "step {} has other nodes or cells than the first step; all times of an OpenFOAM case that is written \
-                     have the same",
-                    self.times.len()
-                )));
-            }
-        }
-        Ok(true)
-    }
 }
 
 impl SequenceFile for Sequence {
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
         check(mesh)?;
-        let is_first = self.fix(mesh)?;
+        let cells = hash_of_cells(mesh.points.len(), mesh.cells);
+        let is_first = self.first.is_none();
+        if *self.first.get_or_insert(cells) != cells {
+            return Err(Error::input(format!(
+                "step {} has other nodes or cells than the first step; all times of an OpenFOAM case that is written \
+                 have the same",
+                self.times.len()
+            )));
+        }
         self.times.push(time);
         let folders = self.names.folders(&self.times)?;
         let folder = &folders[folders.len() - 1];
-        let place = Place {
-            case: self.folder.clone(),
-            ..Place::with(&self.folder, mesh, &self.options)
+        let mut place = Place::of(&self.folder, mesh, self.options.pieces.is_some());
+        place.path.root.clone_from(&self.folder);
+        let commit = Commit {
+            replace: true,
+            sync: false,
         };
-        let mut out = OutputSet::new(
-            &self.folder,
-            Commit {
-                replace: true,
-                sync: false,
-            },
-        )
-        .hashed();
-        out.place_in(&self.folder, &[] as &[&str])?;
+        let mut out = OutputSet::new(&self.folder, commit).hashed();
+        out.place_in(&self.folder, &[])?;
+        let mut files = CaseFiles::new(&mut out, &place, &self.options);
         if is_first {
-            self.notes = topology(mesh, &mut out, &place, &self.options)?;
-            points(mesh.points, &mut out, &place, CONSTANT, &self.options)?;
+            self.notes = files.topology(mesh, &self.options)?;
+            files.points(mesh.points, CONSTANT)?;
         }
         if !is_first || folder != CONSTANT {
-            points(mesh.points, &mut out, &place, folder, &self.options)?;
+            files.points(mesh.points, folder)?;
         }
         let written = out.finish();
         self.n_bytes += written.n_bytes;
@@ -381,32 +343,5 @@ impl SequenceFile for Sequence {
 
     fn is_resuming(&self) -> bool {
         false
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_points_of_a_step_tell_their_case_and_time() {
-        let parts = |path: &str| {
-            split(Path::new(path))
-                .map(|(case, inside)| (case.display().to_string(), inside.join(" ")))
-        };
-        let found = |case: &str, inside: &str| Some((case.to_owned(), inside.to_owned()));
-        assert_eq!(
-            parts("c/azimesh/../0.1/polyMesh/points"),
-            found("c/azimesh/..", "0.1 polyMesh points")
-        );
-        assert_eq!(
-            parts("c/constant/solid/polyMesh/points"),
-            found("c", "constant solid polyMesh points")
-        );
-        assert_eq!(
-            parts("10/1e-05/polyMesh/points"),
-            found("10", "1e-05 polyMesh points")
-        );
-        assert_eq!(parts("c/0.1/points"), None);
     }
 }

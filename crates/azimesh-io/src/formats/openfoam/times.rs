@@ -1,35 +1,63 @@
-//! Names of the folders of times, as OpenFOAM writes numbers: with `timePrecision` digits, in `timeFormat`.
+//! The folders of times and their files. Folders are named as OpenFOAM writes numbers: with `timePrecision` digits, in
+//! `timeFormat`. They have the points, and the displacement of the points that solvers interpolate between times.
 
-use super::dictionary::entry_of;
-use super::folders::CONSTANT;
+use super::boundary::patches_of;
+use super::case::CONSTANT;
+use super::file::entry_of;
+use super::output::{CaseFiles, Named, vectors};
+use super::sequence::DISPLACEMENT;
+use super::topology::{StoredPiece, Topology};
+use crate::formats::Notes;
+use crate::formats::records::write_all;
+use crate::mesh::{MeshView, Values};
 use azimesh_core::error::{Error, Result};
 use std::path::Path;
 
-/// How OpenFOAM writes a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TimeNames {
-    /// Significant digits, or digits behind the point where the format is not `general`.
-    precision: usize,
-    format: TimeFormat,
-}
+/// Name of the field that OpenFOAM's mover `interpolator` reads.
+pub(super) const WANTED: &str = "wantedDisplacement";
 
+/// Types of patches that fields at points have under the same name; on other patches they are `calculated`.
+const CONSTRAINTS: &[&str] = &[
+    "empty",
+    "wedge",
+    "symmetry",
+    "symmetryPlane",
+    "cyclic",
+    "cyclicSlip",
+    "cyclicAMI",
+    "cyclicACMI",
+    "nonConformalCyclic",
+    "nonConformalError",
+    "nonConformalProcessorCyclic",
+    "nonuniformTransformCyclic",
+    "processor",
+    "processorCyclic",
+];
+
+/// Format of the names of times: digits behind the point or, of general ones, significant digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum TimeFormat {
-    General,
-    Fixed,
-    Scientific,
+pub(super) enum TimeNames {
+    General(usize),
+    Fixed(usize),
+    Scientific(usize),
 }
 
 impl Default for TimeNames {
     fn default() -> Self {
-        Self {
-            precision: 6,
-            format: TimeFormat::General,
-        }
+        Self::General(6)
     }
 }
 
 impl TimeNames {
+    /// From the case that is written or, before it has a file `controlDict`, from the case of the mesh.
+    pub fn of(case: &Path, mesh: &MeshView) -> Result<Self> {
+        let origin = mesh.origin.get::<Topology>();
+        match origin.filter(|_| !case.join("system").join("controlDict").is_file()) {
+            Some(origin) => Self::of_case(&origin.path.root),
+            None => Self::of_case(case),
+        }
+    }
+
     /// As the file `controlDict` of a case says; the usual ones where there is none.
     pub fn of_case(case: &Path) -> Result<Self> {
         let path = case.join("system").join("controlDict");
@@ -37,79 +65,63 @@ impl TimeNames {
             return Ok(Self::default());
         }
         let bytes = std::fs::read(&path).map_err(|error| Error::io(&path, &error))?;
-        Self::of_dictionary(&bytes).map_err(|error| error.file(&path))
+        Self::of_dictionary(&bytes).map_err(|error| Error::input(error).file(&path))
     }
 
-    fn of_dictionary(bytes: &[u8]) -> Result<Self> {
-        let mut names = Self::default();
-        if let Some(text) = entry_of(bytes, "timePrecision") {
-            let number = text.parse().ok().filter(|n| (1..=100).contains(n));
-            names.precision = number.ok_or_else(|| {
-                Error::input(format!(
-                    "timePrecision is \"{text}\"; it must be a number from 1 to 100"
-                ))
-            })?;
+    fn of_dictionary(bytes: &[u8]) -> std::result::Result<Self, String> {
+        let precision = match entry_of(bytes, "timePrecision") {
+            None => 6,
+            Some(text) => {
+                let number = text.parse().ok().filter(|n| (1..=100).contains(n));
+                number.ok_or_else(|| {
+                    format!("timePrecision is \"{text}\"; it must be a number from 1 to 100")
+                })?
+            }
+        };
+        match entry_of(bytes, "timeFormat").as_deref() {
+            None | Some("general") => Ok(Self::General(precision)),
+            Some("fixed") => Ok(Self::Fixed(precision)),
+            Some("scientific") => Ok(Self::Scientific(precision)),
+            Some(text) => Err(format!(
+                "timeFormat is \"{text}\"; it must be general, fixed or scientific"
+            )),
         }
-        if let Some(text) = entry_of(bytes, "timeFormat") {
-            names.format = match text.as_str() {
-                "general" => TimeFormat::General,
-                "fixed" => TimeFormat::Fixed,
-                "scientific" => TimeFormat::Scientific,
-                _ => {
-                    return Err(Error::input(format!(
-                        "timeFormat is \"{text}\"; it must be general, fixed or scientific"
-                    )));
-                }
-            };
-        }
-        Ok(names)
     }
 
-    /// The name of a time.
+    /// The name of a time: of general ones, as `%g` of C writes it.
     pub fn name(&self, time: f64) -> String {
         // Zero has no sign.
         let time = time + 0.0;
-        match self.format {
-            TimeFormat::Fixed => format!("{time:.*}", self.precision),
-            TimeFormat::Scientific => scientific(time, self.precision),
-            TimeFormat::General => self.general(time),
+        let digits = match *self {
+            Self::Fixed(precision) => return format!("{time:.precision$}"),
+            Self::Scientific(precision) => return scientific(time, precision),
+            Self::General(digits) => digits,
+        };
+        let text = scientific(time, digits - 1);
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let power: i32 = exponent.parse().unwrap_or(0);
+        if power < -4 || power >= digits as i32 {
+            return format!("{}e{exponent}", without_zeros(mantissa));
         }
-    }
-
-    /// As `%g` of C writes it.
-    fn general(&self, time: f64) -> String {
-        let digits = self.precision.max(1);
-        let text = format!("{time:.*e}", digits - 1);
-        let exponent = text
-            .split_once('e')
-            .and_then(|(_, exponent)| exponent.parse::<i32>().ok());
-        let exponent = exponent.unwrap_or(0);
-        if exponent < -4 || exponent >= digits as i32 {
-            let text = scientific(time, digits - 1);
-            return match text.split_once('e') {
-                Some((mantissa, exponent)) => format!("{}e{exponent}", without_zeros(mantissa)),
-                None => text,
-            };
-        }
-        let behind = (digits as i32 - 1 - exponent).max(0) as usize;
+        let behind = (digits as i32 - 1 - power).max(0) as usize;
         without_zeros(&format!("{time:.behind$}")).to_owned()
     }
 
-    /// The folder of each step: that of its time, and [`CONSTANT`] of a first one at time 0.
+    /// The folder of each step: its time, and [`CONSTANT`] for a first step at time 0.
     pub fn folders(&self, times: &[f64]) -> Result<Vec<String>> {
-        let name = |(step, time): (usize, &f64)| match step == 0 && *time == 0.0 {
-            true => CONSTANT.to_owned(),
-            false => self.name(*time),
+        let name = |(step, time): (usize, &f64)| match (step, *time) {
+            (0, 0.0) => CONSTANT.to_owned(),
+            (_, time) => self.name(time),
         };
         let names: Vec<String> = times.iter().enumerate().map(name).collect();
         let mut order: Vec<usize> = (0..names.len()).collect();
         order.sort_by_key(|step| (&names[*step], *step));
+        let same = order.windows(2).find(|two| names[two[0]] == names[two[1]]);
+        let same = same.map(|two| (two[0], two[1]));
         // A later step at time 0 would be a second mesh of that time.
         let zero = self.name(0.0);
         let zeros = (0..names.len()).filter(|&step| names[step] == zero || names[step] == CONSTANT);
         let zeros: Vec<usize> = zeros.collect();
-        let same = order.windows(2).find(|two| names[two[0]] == names[two[1]]);
-        let same = same.map(|two| (two[0], two[1]));
         match same.or(zeros.get(1).map(|second| (zeros[0], *second))) {
             None => Ok(names),
             Some((a, b)) => Err(Error::input(format!(
@@ -118,7 +130,9 @@ impl TimeNames {
                 times[a],
                 times[b],
                 self.name(times[b]),
-                self.precision
+                match self {
+                    Self::General(n) | Self::Fixed(n) | Self::Scientific(n) => n,
+                }
             ))),
         }
     }
@@ -138,10 +152,70 @@ fn scientific(time: f64, precision: usize) -> String {
 }
 
 fn without_zeros(text: &str) -> &str {
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.'),
-        false => text,
+    if !text.contains('.') {
+        return text;
     }
+    text.trim_end_matches('0').trim_end_matches('.')
+}
+
+/// Writes the points of a time and, where the mesh has it as an array, the displacement.
+pub(super) fn write_time(
+    files: &mut CaseFiles,
+    mesh: &MeshView,
+    folder: &str,
+    field_folder: &str,
+) -> Result<()> {
+    files.out.place_in(&files.place.path.root, &[])?;
+    files.points(mesh.points, folder)?;
+    let mut arrays = mesh.point_arrays.iter();
+    let displacement = arrays.find(|array| array.name == DISPLACEMENT && array.n_components == 3);
+    let Some(Values::F64(values)) = displacement.map(|array| &array.values) else {
+        return Ok(());
+    };
+    let named = Named {
+        folder: &files.place.path.fields(field_folder),
+        name: WANTED,
+        class: "pointVectorField",
+        note: None,
+    };
+    let of_whole = boundary_field(mesh)?;
+    let is_binary = files.is_binary;
+    files.write(&named, &|out, piece| {
+        let before =
+            "dimensions      [0 1 0 0 0 0 0];\n\ninternalField   nonuniform List<vector> \n";
+        write_all(out, before.as_bytes())?;
+        vectors(out, values.as_chunks().0, piece, is_binary)?;
+        let patches = piece.map_or_else(|| of_whole.clone(), boundary_field_of);
+        let after = format!(";\n\nboundaryField\n{{\n{patches}}}\n");
+        write_all(out, after.as_bytes())
+    })
+}
+
+fn entry(name: &str, kind: &str) -> String {
+    let mut known = CONSTRAINTS.iter();
+    let of_field = known.find(|known| **known == kind).unwrap_or(&"calculated");
+    format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
+}
+
+/// The entry of each patch of a piece.
+fn boundary_field_of(piece: &StoredPiece) -> String {
+    let patches = piece.patches.iter();
+    patches
+        .map(|patch| entry(&patch.name, &patch.kind))
+        .collect()
+}
+
+/// The entry of each patch. The patch of faces without a tag is there where such faces are.
+fn boundary_field(mesh: &MeshView) -> Result<String> {
+    let mut patches = patches_of(mesh, mesh.origin.get::<Topology>(), &mut Notes::default())?;
+    if let Some(rest) = patches.last_mut() {
+        // A pattern for faces of no tag, which may not be there.
+        rest.name = format!("\"{}.*\"", rest.name);
+    }
+    let patches = patches.iter();
+    Ok(patches
+        .map(|patch| entry(&patch.name, &patch.kind))
+        .collect())
 }
 
 #[cfg(test)]
@@ -173,7 +247,7 @@ mod tests {
         let scientific = of("timeFormat scientific;\n");
         assert_eq!(scientific.name(1234.5), "1.234500e+03");
         let text = "FoamFile { timePrecision 2; }\n/* timePrecision 3; */ timePrecision 9;\nfunctions { a { timePrecision 4; } }";
-        assert_eq!(of(text).precision, 9);
+        assert_eq!(of(text), TimeNames::General(9));
         assert_eq!(of("application x;"), TimeNames::default());
         assert!(TimeNames::of_dictionary(b"timePrecision many;").is_err());
     }

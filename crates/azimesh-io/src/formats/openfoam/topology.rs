@@ -1,17 +1,18 @@
-//! What a mesh that was read from OpenFOAM leaves for its writer: the files of its topology as they are, its patches,
-//! and where they lie. A mesh has it in [`Mesh::origin`](crate::mesh::Mesh::origin).
+//! Files and patches that a mesh which was read from OpenFOAM keeps for its writer. A mesh has them in [`Mesh::origin`](crate::mesh::Mesh::origin).
 
+use super::case::CasePath;
+use super::file::FoamFile;
+use super::text::Text;
 use crate::formats::Source;
+use crate::formats::names::decoded;
 use crate::mesh::{Cells, Group, MeshView};
+use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::collect;
-use std::path::PathBuf;
 
 /// The files of a mesh that do not change while it moves.
 pub(crate) struct Topology {
-    /// The folder of the case.
-    pub case: PathBuf,
-    /// Region, where it is not the default one.
-    pub region: Option<String>,
+    /// The case and the region.
+    pub path: CasePath,
     /// `faces`, `owner`, `neighbour`, `boundary` and, where there are some, `cellZones`, `faceZones`, `pointZones` and
     /// further files of the folder; none where the mesh was joined from the pieces of a decomposed case.
     pub files: Vec<StoredFile>,
@@ -41,15 +42,15 @@ pub(crate) struct StoredFile {
 pub(crate) struct StoredPieces {
     /// Its name in the case: `processor0`, `processors4`.
     pub folder: String,
-    /// Whether a file has a block for each piece.
+    /// A file has a block for each piece.
     pub is_collated: bool,
-    /// The files of the topology, those of the numbers in the whole among them.
+    /// The files of the topology, and of the numbers in the whole.
     pub files: Vec<StoredFile>,
     /// The pieces.
     pub pieces: Vec<StoredPiece>,
 }
 
-/// What is needed to write the points of a piece.
+/// Data to write the points of a piece.
 pub(crate) struct StoredPiece {
     /// The node of the whole that each of its points is.
     pub nodes: Vec<u32>,
@@ -73,8 +74,19 @@ pub(crate) struct Patch {
     pub entries: Vec<(String, String)>,
 }
 
+impl StoredFile {
+    /// The file that was opened.
+    pub fn of(file: &FoamFile) -> Self {
+        let name = file.path().file_name().unwrap_or_default();
+        Self {
+            name: name.to_string_lossy().into_owned(),
+            stored: file.stored.clone(),
+        }
+    }
+}
+
 impl StoredPiece {
-    /// What its points have of what nodes of the whole have.
+    /// Takes the values at its points from the values at the nodes of the whole.
     pub fn of(&self, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
         collect(self.nodes.len(), |i| values[self.nodes[i] as usize])
     }
@@ -86,12 +98,12 @@ impl Topology {
         self.content
     }
 
-    /// Whether the mesh has the nodes and cells that the files give, boundary faces too, in their order.
+    /// Checks if the mesh has the nodes and cells that the files give, boundary faces too, in their order.
     pub fn has_cells_of(&self, mesh: &MeshView) -> bool {
         hash_of_cells(mesh.points.len(), mesh.cells) == self.cells
     }
 
-    /// Whether the mesh has the tags, with their types, and the zones that the files give.
+    /// Checks if the mesh has the tags, with their types, and the zones that the files give.
     pub fn has_groups_of(&self, mesh: &MeshView) -> bool {
         hash_of_groups(mesh.groups) == self.groups
     }
@@ -108,6 +120,98 @@ impl Patch {
         let mut entries = self.entries.iter();
         let (_, text) = entries.find(|(known, _)| known == key)?;
         Some(text)
+    }
+}
+
+/// The patches in `boundary`, after its header.
+pub(super) fn patches(text: &mut Text) -> Result<Vec<Patch>> {
+    let n = match text.peek() {
+        Some(byte) if byte.is_ascii_digit() => Some(text.integer("the number of patches")?),
+        _ => None,
+    };
+    text.expect(b'(', "before the patches")?;
+    let mut patches = Vec::new();
+    while !text.take(b')') {
+        patches.push(patch(text)?);
+    }
+    match n {
+        Some(n) if usize::try_from(n) != Ok(patches.len()) => Err(text.error(format!(
+            "the number of patches is given as {n}, but there are {}",
+            patches.len()
+        ))),
+        _ => Ok(patches),
+    }
+}
+
+fn patch(text: &mut Text) -> Result<Patch> {
+    text.skip();
+    let place = text.at;
+    let name = text.word("the name of a patch")?;
+    check_plain(text, place, name)?;
+    let name = decoded(name).into_owned();
+    text.expect(b'{', &format!("after the name of patch \"{name}\""))?;
+    let mut entries = Vec::new();
+    while !text.take(b'}') {
+        entries.push(entry(text)?);
+    }
+    let number = |key: &str| {
+        let value = value_of(&entries, key)
+            .ok_or_else(|| text.error(format!("patch \"{name}\" has no {key}")))?;
+        value.parse::<u32>().map(|n| n as usize).map_err(|_| {
+            text.error(format!(
+                "{key} of patch \"{name}\" is {value}; it must be a number of faces"
+            ))
+        })
+    };
+    let kind = value_of(&entries, "type")
+        .ok_or_else(|| text.error(format!("patch \"{name}\" has no type")))?;
+    Ok(Patch {
+        kind: kind.to_owned(),
+        n_faces: number("nFaces")?,
+        start_face: number("startFace")?,
+        name,
+        entries,
+    })
+}
+
+/// The last entry with this key counts.
+fn value_of<'e>(entries: &'e [(String, String)], key: &str) -> Option<&'e str> {
+    let mut entries = entries.iter().rev();
+    let (_, value) = entries.find(|(known, _)| known == key)?;
+    Some(value)
+}
+
+fn entry(text: &mut Text) -> Result<(String, String)> {
+    text.skip();
+    let place = text.at;
+    let key = text.word("an entry of a patch")?;
+    check_plain(text, place, key)?;
+    let value = match text.peek() {
+        Some(b'{') => text.braces()?,
+        _ => {
+            let place = text.at;
+            let value = text.value()?;
+            check_plain(text, place, value)?;
+            value
+        }
+    };
+    Ok((decoded(key).into_owned(), decoded(value).into_owned()))
+}
+
+/// Refuses directives and macros, whose meaning depends on other text.
+fn check_plain(text: &Text, place: usize, found: &[u8]) -> Result<()> {
+    let refuse = |what: &str| -> Error {
+        let name = found.split(u8::is_ascii_whitespace).next();
+        let name = decoded(name.unwrap_or_default()).into_owned();
+        text.error_at(
+            place,
+            format!("{what} {name} is not followed; write what it stands for in its place"),
+        )
+    };
+    match found.first() {
+        Some(b'#') => Err(refuse("the directive")),
+        Some(b'$') => Err(refuse("the macro")),
+        _ => Ok(()),
     }
 }
 
@@ -128,7 +232,7 @@ pub(super) fn hash_of_cells(n_nodes: usize, cells: &Cells) -> blake3::Hash {
     hasher.finalize()
 }
 
-/// Hash of files and points, and of cells, tags and zones, of which their own hashes are given.
+/// Hash of files, points and `further` hashes, of cells, tags and zones.
 pub(super) fn hash_of_content<'f>(
     files: impl IntoIterator<Item = &'f StoredFile>,
     points: &[[f64; 3]],
@@ -155,13 +259,10 @@ fn update(hasher: &mut blake3::Hasher, numbers: &[u32]) {
     hasher.update(&(numbers.len() as u64).to_le_bytes());
     if cfg!(target_endian = "little") {
         hasher.update_rayon(bytemuck::cast_slice(numbers));
-        return;
-    }
-    let mut bytes = Vec::with_capacity(1 << 20);
-    for block in numbers.chunks(1 << 18) {
-        bytes.clear();
-        bytes.extend(block.iter().flat_map(|number| number.to_le_bytes()));
-        hasher.update_rayon(&bytes);
+    } else {
+        for number in numbers {
+            hasher.update(&number.to_le_bytes());
+        }
     }
 }
 
@@ -179,4 +280,58 @@ pub(super) fn hash_of_groups(groups: &[Group]) -> blake3::Hash {
         text(&format!("{} {}", group.dimension, ranges.join(" ")));
     }
     hasher.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn patches_in(text: &str) -> Result<Vec<Patch>> {
+        patches(&mut Text::new(text.as_bytes(), 0..text.len()))
+    }
+
+    #[test]
+    fn patches_keep_their_entries_as_they_are() {
+        let found = patches_in(
+            "2\n(\n left { type cyclic; inGroups 1(cyclic); nFaces 4; startFace 10; neighbourPatch right; }\n\
+             \"a b\" { type wall; extra { deep { x 1; } } nFaces 0; startFace 14; } )",
+        );
+        let found = found.expect("two patches");
+        assert_eq!(found[0].kind, "cyclic");
+        assert_eq!((found[0].n_faces, found[0].start_face), (4, 10));
+        assert_eq!(found[0].entry("inGroups"), Some("1(cyclic)"));
+        assert_eq!(found[0].entry("neighbourPatch"), Some("right"));
+        assert_eq!(found[1].name, "a b");
+        assert_eq!(found[1].entry("extra"), Some("{ deep { x 1; } }"));
+        assert_eq!(found[1].n_faces, 0);
+    }
+
+    #[test]
+    fn directives_and_macros_are_refused_by_name() {
+        for (text, expected) in [
+            (
+                "(\n#include \"patches\"\n)",
+                "line 2: the directive #include is not followed; write what it stands for in its place",
+            ),
+            (
+                "(\na { type wall; nFaces $n; startFace 1; } )",
+                "line 2: the macro $n is not followed; write what it stands for in its place",
+            ),
+            (
+                "1 ( )",
+                "line 1: the number of patches is given as 1, but there are 0",
+            ),
+            (
+                "( a { type wall; nFaces 1; } )",
+                "line 1: patch \"a\" has no startFace",
+            ),
+            (
+                "( a { type wall; nFaces -1; startFace 0; } )",
+                "line 1: nFaces of patch \"a\" is -1; it must be a number of faces",
+            ),
+        ] {
+            let error = patches_in(text).expect_err("it is wrong").to_string();
+            assert_eq!(error, expected);
+        }
+    }
 }

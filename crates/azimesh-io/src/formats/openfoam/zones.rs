@@ -1,10 +1,23 @@
 //! Zones: named lists of cells, faces or points in `cellZones`, `faceZones` and `pointZones`.
+//!
+//! A mesh does not hold zones of faces and of points. They are read again from the files that it was read from, so that
+//! they can be written where faces have another order, or where pieces are joined.
 
+use super::boundary::zone_names;
+use super::faces::{CellNumbers, FaceList};
 use super::file::FoamFile;
-use super::lists::{Layout, labels_at};
+use super::lists::{self, Layout, labels_at};
+use super::output::{CaseFiles, flags, labels};
 use super::text::Text;
+use super::topology::{StoredFile, StoredPiece, Topology};
 use crate::formats::names::{Places, decoded};
+use crate::formats::records::write_all;
+use crate::mesh::{Group, MeshView};
 use azimesh_core::error::Result;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// More labels than a zone of one value for all may have.
+const MOST: usize = u32::MAX as usize / 64;
 
 /// A named list.
 pub(super) struct Zone {
@@ -52,47 +65,296 @@ fn zones_in(file: &FoamFile, key: &str, most: usize) -> Result<Vec<Zone>> {
     Ok(zones)
 }
 
-/// Passes an entry of a zone; gives its labels if it is the one that is wanted.
+/// Passes an entry of a zone; returns its labels if it is the one that is wanted.
 fn entry(text: &mut Text, file: &FoamFile, key: &str, most: usize) -> Result<Option<Vec<u32>>> {
-    let index = |label: i64| u32::try_from(label).ok();
-    let found = text.word("an entry of a zone")?;
-    let is_list = text.rest().trim_ascii_start().starts_with(b"List<");
-    if found == key.as_bytes() {
-        let labels = labels_at(text, layout(text, file), most, &index)?;
+    let is_wanted = text.word("an entry of a zone")? == key.as_bytes();
+    let rest = text.rest().trim_ascii_start();
+    if is_wanted || text.is_binary && rest.starts_with(b"List<") {
+        let mut layout = Layout::of(file);
+        if rest.starts_with(b"List<bool>") {
+            layout.labels = [1, 4];
+        }
+        let index = |label: i64| match is_wanted {
+            true => u32::try_from(label).ok(),
+            false => Some(0),
+        };
+        let labels = labels_at(text, layout, most, &index)?;
         text.expect(b';', "after a list")?;
-        return Ok(Some(labels));
+        return Ok(is_wanted.then_some(labels));
     }
     match text.peek() {
         Some(b'{') => drop(text.braces()?),
-        _ if is_list && text.is_binary => pass_list(text, file, most)?,
         _ => drop(text.value()?),
     }
     Ok(None)
 }
 
-/// Passes a binary list: of labels, or of `bool`, which are bytes.
-fn pass_list(text: &mut Text, file: &FoamFile, most: usize) -> Result<()> {
-    labels_at(text, layout(text, file), most, &Some)?;
-    text.expect(b';', "after a list")
-}
-
-/// How the numbers of a list are stored: each `bool` is a byte.
-fn layout(text: &Text, file: &FoamFile) -> Layout {
-    let mut layout = Layout::of(file);
-    if text.rest().trim_ascii_start().starts_with(b"List<bool>") {
-        layout.labels = [1, 4];
-    }
-    layout
-}
-
 /// The names of the zones in a file, or how many there are where it cannot be read: these zones are no part of a mesh.
 pub(super) fn names(file: &FoamFile, key: &str) -> Vec<String> {
-    if let Ok(zones) = zones(file, key, u32::MAX as usize / 64) {
+    if let Ok(zones) = zones(file, key, MOST) {
         return zones.into_iter().map(|zone| zone.name).collect();
     }
     let n = file.text().integer("the number of zones").unwrap_or(0);
     match n {
         0 => Vec::new(),
         n => vec![format!("{n} zones")],
+    }
+}
+
+/// Zones of faces and of points of a whole mesh.
+#[derive(Default)]
+pub(super) struct KeptZones {
+    points: Vec<Zone>,
+    /// Zones of faces: names, and the nodes of each face in the order that the zone has.
+    faces: Vec<(String, FaceList)>,
+}
+
+/// A zone that is written.
+#[derive(Debug, Default, PartialEq)]
+struct NewZone {
+    name: String,
+    labels: Vec<u32>,
+    /// Of faces: whether the zone has a face turned round.
+    flips: Option<Vec<bool>>,
+}
+
+impl KeptZones {
+    /// The zones in the files of a mesh, whole or in pieces.
+    ///
+    /// # Errors
+    /// If the files of these zones are damaged.
+    pub fn of(origin: &Topology) -> Result<Self> {
+        let mut kept = Self::default();
+        // Of zones of points, and of faces.
+        let mut places = Default::default();
+        kept.add(&origin.files, false, &[None], &mut places)?;
+        for folder in &origin.pieces {
+            let pieces: Vec<_> = folder.pieces.iter().map(Some).collect();
+            kept.add(&folder.files, folder.is_collated, &pieces, &mut places)?;
+        }
+        for zone in &mut kept.points {
+            zone.labels.sort_unstable();
+            zone.labels.dedup();
+        }
+        Ok(kept)
+    }
+
+    /// Adds the zones in the files of a folder, which has the whole mesh (`None`) or pieces.
+    fn add(
+        &mut self,
+        files: &[StoredFile],
+        is_collated: bool,
+        pieces: &[Option<&StoredPiece>],
+        places: &mut [Places<String>; 2],
+    ) -> Result<()> {
+        let [faces, of_faces, of_points] =
+            ["faces", "faceZones", "pointZones"].map(|name| found(files, name, is_collated));
+        let (faces, of_faces, of_points) = (faces?, of_faces?, of_points?);
+        for (i, piece) in pieces.iter().enumerate() {
+            let whole = |node: u32| {
+                let nodes = piece.map(|piece| piece.nodes.as_slice());
+                let whole = nodes.and_then(|nodes| nodes.get(node as usize));
+                whole.copied().unwrap_or(node)
+            };
+            if let Some(file) = of_points.get(i) {
+                for zone in zones(file, "pointLabels", MOST)? {
+                    let nodes = zone.labels.iter().map(|node| whole(*node));
+                    of_name(&zone.name, &mut self.points, &mut places[0]).extend(nodes);
+                }
+            }
+            if let (Some(file), Some(faces)) = (of_faces.get(i), faces.get(i)) {
+                self.add_faces(file, faces, &whole, &mut places[1])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds zones of faces of a piece, whose nodes in the whole `whole` gives.
+    fn add_faces(
+        &mut self,
+        file: &FoamFile,
+        faces: &FoamFile,
+        whole: &dyn Fn(u32) -> u32,
+        places: &mut Places<String>,
+    ) -> Result<()> {
+        let zones_of_faces = zones(file, "faceLabels", MOST)?;
+        if zones_of_faces.is_empty() {
+            return Ok(());
+        }
+        let flips = zones(file, "flipMap", MOST)?;
+        let faces = lists::faces(faces)?;
+        let faces = faces.view();
+        for (zone, flips) in zones_of_faces.into_iter().zip(flips) {
+            let new = || (zone.name.clone(), FaceList::default());
+            let own = places.entry(zone.name.clone(), &mut self.faces, new);
+            for (i, face) in zone.labels.iter().enumerate() {
+                if *face as usize >= faces.len() {
+                    continue;
+                }
+                let nodes = faces.get(*face as usize).iter();
+                let mut nodes: Vec<u32> = nodes.map(|node| whole(node.get())).collect();
+                if flips.labels.get(i) == Some(&1) {
+                    nodes.reverse();
+                }
+                own.1.push(&nodes);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the zones, for faces in the order of a list.
+    pub fn write(self, files: &mut CaseFiles, faces: &FaceList) -> Result<()> {
+        write(files, "face", &self.numbered(faces))?;
+        let points = self.points.into_iter().map(|zone| NewZone {
+            name: zone.name,
+            labels: zone.labels,
+            flips: None,
+        });
+        write(files, "point", &points.collect::<Vec<_>>())
+    }
+
+    /// The zones of faces, by the numbers that these have in a list.
+    fn numbered(&self, list: &FaceList) -> Vec<NewZone> {
+        let mut places = BTreeMap::new();
+        let all = self.faces.iter().flat_map(|(_, faces)| faces.iter());
+        places.extend(all.map(|face| (sorted(face), u32::MAX)));
+        let lowest: BTreeSet<u32> = places.keys().map(|face| face[0]).collect();
+        let n = if places.is_empty() { 0 } else { list.len() };
+        for face in 0..n {
+            let nodes = list.get(face);
+            let low = nodes.iter().min();
+            if low.is_some_and(|node| lowest.contains(node))
+                && let Some(place) = places.get_mut(&sorted(nodes))
+            {
+                *place = face as u32;
+            }
+        }
+        let numbered = |(name, faces): &(String, FaceList)| {
+            let found = faces.iter().filter_map(|face| {
+                let place = *places.get(&sorted(face))?;
+                (place != u32::MAX).then(|| (place, !is_same(face, list.get(place as usize))))
+            });
+            let mut found: Vec<(u32, bool)> = found.collect();
+            found.sort_unstable();
+            // Two pieces have the faces between them.
+            found.dedup_by_key(|(face, _)| *face);
+            let (labels, flips) = found.into_iter().unzip();
+            NewZone {
+                name: name.clone(),
+                labels,
+                flips: Some(flips),
+            }
+        };
+        self.faces.iter().map(numbered).collect()
+    }
+}
+
+/// A file of this name, as the blocks of the pieces where it is collated; nothing where there is none.
+fn found(files: &[StoredFile], name: &str, is_collated: bool) -> Result<Vec<FoamFile>> {
+    let is_it = |file: &&StoredFile| file.name.strip_suffix(".gz").unwrap_or(&file.name) == name;
+    let Some(file) = files.iter().find(is_it) else {
+        return Ok(Vec::new());
+    };
+    let file = FoamFile::of(file.stored.clone())?;
+    if is_collated {
+        file.blocks()
+    } else {
+        Ok(vec![file])
+    }
+}
+
+fn sorted(face: &[u32]) -> Vec<u32> {
+    let mut nodes = face.to_vec();
+    nodes.sort_unstable();
+    nodes
+}
+
+/// Checks if two faces of the same nodes have one orientation.
+fn is_same(face: &[u32], other: &[u32]) -> bool {
+    let n = face.len().min(other.len());
+    let start = other.iter().position(|node| Some(node) == face.first());
+    start.is_some_and(|start| n > 1 && other[(start + 1) % n] == face[1])
+}
+
+/// Writes the zones of cells of a mesh.
+pub(super) fn write_cell_zones(mesh: &MeshView, files: &mut CaseFiles) -> Result<()> {
+    let zones: Vec<&Group> = mesh.zones().filter(|zone| !zone.cells.is_empty()).collect();
+    let numbers = CellNumbers::of(mesh);
+    let zones = zones.iter().zip(zone_names(&zones)).map(|(zone, name)| {
+        let cells = zone.cells.iter();
+        NewZone {
+            name,
+            labels: cells.map(|cell| numbers.get(cell as u32)).collect(),
+            flips: None,
+        }
+    });
+    write(files, "cell", &zones.collect::<Vec<_>>())
+}
+
+/// Writes zones of a kind: `cell`, `face` or `point`. A case without any has no such file.
+fn write(files: &mut CaseFiles, kind: &str, zones: &[NewZone]) -> Result<()> {
+    if zones.is_empty() {
+        return Ok(());
+    }
+    let is_binary = files.is_binary;
+    files.constant(&format!("{kind}Zones"), "regIOobject", None, &|out| {
+        write_all(out, format!("{}\n(\n", zones.len()).as_bytes())?;
+        for zone in zones {
+            let key = format!("{kind}Labels");
+            let before = format!(
+                "{}\n{{\n    type            {kind}Zone;\n    {key:<15} List<label> ",
+                zone.name
+            );
+            write_all(out, before.as_bytes())?;
+            labels(out, &zone.labels, is_binary)?;
+            if let Some(flips) = &zone.flips {
+                write_all(out, b";\n    flipMap         List<bool> ")?;
+                flags(out, flips, is_binary)?;
+            }
+            write_all(out, b";\n}\n")?;
+        }
+        write_all(out, b")\n")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::Source;
+    use std::path::Path;
+
+    #[test]
+    fn flips_of_a_binary_zone_are_bytes() {
+        let head = "FoamFile { format binary; class regIOobject; arch \"LSB;label=32;scalar=64\"; }\n1\n(\ndisk\n{\ntype faceZone;\n";
+        let mut bytes = format!("{head}faceLabels List<label> 9\n(").into_bytes();
+        bytes.extend((0..9_u32).flat_map(u32::to_le_bytes));
+        bytes.extend(b");\nflipMap List<bool> 9\n(\0\x01\x01\0\0\0\x01\0\x01);\n}\n)\n");
+        let file = Source::from_bytes(Path::new("faceZones"), bytes);
+        let file = FoamFile::of(file).expect("a good file");
+        let labels = |key: &str| zones(&file, key, MOST).expect("a zone")[0].labels.clone();
+        assert_eq!(labels("faceLabels"), (0..9).collect::<Vec<_>>());
+        assert_eq!(labels("flipMap"), [0, 1, 1, 0, 0, 0, 1, 0, 1]);
+    }
+
+    #[test]
+    fn faces_of_a_zone_are_found_and_turned_as_it_has_them() {
+        let mut faces = FaceList::default();
+        for face in [&[4, 5, 6][..], &[2, 1, 0], &[6, 4, 5]] {
+            faces.push(face);
+        }
+        let kept = KeptZones {
+            faces: vec![("disk".to_owned(), faces)],
+            ..KeptZones::default()
+        };
+        let mut list = FaceList::default();
+        for face in [&[7, 8, 9][..], &[0, 1, 2], &[5, 6, 4]] {
+            list.push(face);
+        }
+        let expected = NewZone {
+            name: "disk".to_owned(),
+            labels: vec![1, 2],
+            flips: Some(vec![true, false]),
+        };
+        assert_eq!(kept.numbered(&list), [expected]);
     }
 }

@@ -44,18 +44,15 @@ mod read;
 mod records;
 mod text;
 
-use super::{Format, Notes, ReadOptions, Source, without_compression};
-use crate::mesh::Mesh;
-use azimesh_core::error::Result;
+use super::{Format, Source, without_compression};
 use layout::Layout;
 
 /// Endings of names.
 const EXTENSIONS: &[&str] = &["p3d", "xyz", "p3dfmt", "p2dfmt", "x", "fmt", "xfmt", "grd"];
 
 /// Plot3D, with what is stated of the file.
-pub struct Plot3d {
+struct Plot3d {
     name: &'static str,
-    title: &'static str,
     /// Whether a layout is what is stated.
     allows: fn(&Layout) -> bool,
 }
@@ -64,10 +61,17 @@ macro_rules! flavours {
     ($($id:ident $name:literal $title:literal $allows:expr;)*) => {
         $(
             #[doc = $title]
-            pub static $id: Plot3d = Plot3d { name: $name, title: $title, allows: $allows };
+            pub static $id: Format = {
+                const STATED: &Plot3d = &Plot3d { name: $name, allows: $allows };
+                Format {
+                    name: $name,
+                    title: $title,
+                    read: |source, _, notes| read::read(source, STATED, notes),
+                    ..if matches!($name.as_bytes(), b"plot3d") { DETECTED } else { Format::NEW }
+                }
+            };
         )*
-        static FORMATS: [&dyn Format; 9] = [$(&$id),*];
-        static ALL: [&Plot3d; 9] = [$(&$id),*];
+        static ALL: &[Plot3d] = &[$(Plot3d { name: $name, allows: $allows }),*];
     };
 }
 
@@ -83,53 +87,25 @@ flavours! {
     F64 "plot3d-f64" "Plot3D grid of 64 bits" |layout| layout.real() == Some(8);
 }
 
-impl Format for Plot3d {
-    fn name(&self) -> &'static str {
-        self.name
-    }
+/// The flavour of which nothing is stated.
+const DETECTED: Format = Format {
+    extensions: EXTENSIONS,
+    detect: is_grid,
+    ..Format::NEW
+};
 
-    fn title(&self) -> &'static str {
-        self.title
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        match self.name {
-            "plot3d" => EXTENSIONS,
-            _ => &[],
-        }
-    }
-
-    fn flavours(&self) -> &'static [&'static dyn Format] {
-        &FORMATS[1..]
-    }
-
-    fn is_written(&self) -> bool {
-        false
-    }
-
-    /// The counts at the start must fit the whole file. Text is looked at where its name is that of a grid.
-    fn recognizes_file(&self, source: &Source) -> bool {
-        let name = source.path().to_string_lossy().to_ascii_lowercase();
-        let is_named = || {
-            let name = without_compression(&name);
-            let ending = name.rsplit_once('.').map(|(_, ending)| ending);
-            ending.is_some_and(|ending| EXTENSIONS.contains(&ending))
-        };
-        let bytes = source.bytes();
-        self.name == ANY.name
-            && match read::is_text(bytes) {
-                true => is_named() && !text::fits(bytes).0.is_empty(),
-                false => records::recognizes(bytes),
-            }
-    }
-
-    fn read_file(
-        &self,
-        source: &Source,
-        _options: &ReadOptions,
-        notes: &mut Notes,
-    ) -> Result<Mesh> {
-        read::read(source, self, notes)
+/// Whether the counts at the start fit the whole file. Text is looked at where its name is that of a grid.
+fn is_grid(source: &Source) -> bool {
+    let name = source.path().to_string_lossy().to_ascii_lowercase();
+    let is_named = || {
+        let name = without_compression(&name);
+        let ending = name.rsplit_once('.').map(|(_, ending)| ending);
+        ending.is_some_and(|ending| EXTENSIONS.contains(&ending))
+    };
+    let bytes = source.bytes();
+    match read::is_text(bytes) {
+        true => is_named() && !text::fits(bytes).0.is_empty(),
+        false => records::recognizes(bytes),
     }
 }
 

@@ -168,8 +168,6 @@ fn by_sides(blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) {
 }
 
 fn say_interfaces(n: usize, notes: &mut Notes) {
-    if n > 0 {
-        let what = "interfaces to other zones".to_owned();
-        notes.push(NotKept::Nodes { what, n });
-    }
+    let what = "interfaces to other zones".to_owned();
+    notes.count(n, |n| NotKept::Nodes { what, n });
 }

@@ -42,9 +42,8 @@ mod subset;
 mod write;
 
 use super::vtu::xml::as_utf8;
-use super::{Encoding, Format, Notes, OutputSet, ReadOptions, Source, WriteOptions};
-use crate::mesh::{Mesh, MeshView};
-use azimesh_core::error::{Error, Result, option};
+use super::{Encoding, Format, Holds, Notes};
+use azimesh_core::error::{Error, option};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -56,14 +55,11 @@ const NODE_IDS: &str = "GlobalNodeIds";
 /// Cell array with the number of each cell in the whole mesh.
 const CELL_IDS: &str = "GlobalCellIds";
 
-/// VTK XML grid in several files (.pvtu).
-pub struct Pvtu;
-
 /// The names of the pieces that a file lists, from its folder; none where it is no list of pieces.
 pub(super) fn pieces_of(path: &Path) -> std::io::Result<Vec<String>> {
     let mut head = Vec::new();
     File::open(path)?.take(HEAD as u64).read_to_end(&mut head)?;
-    if !Pvtu.recognizes_start(&head) {
+    if !is_list(&head) {
         return Ok(Vec::new());
     }
     let bytes = std::fs::read(path)?;
@@ -71,46 +67,21 @@ pub(super) fn pieces_of(path: &Path) -> std::io::Result<Vec<String>> {
     Ok(read::piece_names(&text).unwrap_or_default())
 }
 
-impl Format for Pvtu {
-    fn name(&self) -> &'static str {
-        "pvtu"
-    }
-
-    fn title(&self) -> &'static str {
-        "VTK XML grid in pieces (.pvtu)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["pvtu"]
-    }
-
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        let head = &head[..head.len().min(HEAD)];
-        let finds = |what: &str| memchr::memmem::find(head, what.as_bytes()).is_some();
-        finds("<VTKFile") && (finds("\"PUnstructuredGrid\"") || finds("'PUnstructuredGrid'"))
-    }
-
-    fn encodings(&self) -> &'static [Encoding] {
-        &[Encoding::Raw, Encoding::Base64, Encoding::Ascii]
-    }
-
-    fn compresses(&self) -> bool {
-        true
-    }
-
-    fn has_tag_names(&self) -> bool {
-        true
-    }
-
-    fn is_in_pieces(&self) -> bool {
-        true
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source, options, notes)
-    }
-
-    fn write(&self, mesh: &MeshView, out: &mut OutputSet, options: &WriteOptions) -> Result<Notes> {
+/// VTK XML grid in several files (.pvtu).
+pub static PVTU: Format = Format {
+    name: "pvtu",
+    title: "VTK XML grid in pieces (.pvtu)",
+    extensions: &["pvtu"],
+    holds: Holds {
+        tag_names: true,
+        ..Holds::NOTHING
+    },
+    is_in_pieces: true,
+    encodings: &[Encoding::Raw, Encoding::Base64, Encoding::Ascii],
+    compresses: true,
+    detect: |source| is_list(source.bytes()),
+    read: read::read,
+    write_files: Some(|mesh, out, options| {
         let n = options.pieces.ok_or_else(|| {
             let pieces = option("pieces");
             Error::input(format!(
@@ -119,7 +90,14 @@ impl Format for Pvtu {
             .file(out.path())
         })?;
         write::write(mesh, n.get(), out, options)
-    }
+    }),
+    ..Format::NEW
+};
+
+fn is_list(head: &[u8]) -> bool {
+    let head = &head[..head.len().min(HEAD)];
+    let finds = |what: &str| memchr::memmem::find(head, what.as_bytes()).is_some();
+    finds("<VTKFile") && (finds("\"PUnstructuredGrid\"") || finds("'PUnstructuredGrid'"))
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 use super::*;
-use crate::formats::{self, Commit, Loaded, Staged, stage};
-use crate::mesh::{CellKind, DataArray, Group, Values};
+use crate::formats::{self, Commit, Loaded, ReadOptions, Source, Staged, WriteOptions, stage};
+use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use azimesh_core::diagnostic::formats::{ArrayRead, Pieces};
+use azimesh_core::error::Result;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
@@ -52,7 +53,7 @@ fn stage_pieces(mesh: &Mesh, path: &Path, n: usize) -> Result<(Notes, Staged)> {
         pieces: NonZeroUsize::new(n),
         ..WriteOptions::default()
     };
-    stage(&mesh.view(), path, &Pvtu, &options, Commit::REPLACE)
+    stage(&mesh.view(), path, &PVTU, &options, Commit::REPLACE)
 }
 
 fn write_pieces(mesh: &Mesh, path: &Path, n: usize) -> Result<Notes> {
@@ -95,7 +96,7 @@ fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
         let notes = write_pieces(&mesh, &path, n);
         assert_eq!(notes.expect("it can be written"), []);
         let loaded = load(&path);
-        assert_eq!(loaded.format.name(), "pvtu");
+        assert_eq!(loaded.format.name, "pvtu");
         assert_eq!(loaded.mesh, mesh, "{n} pieces");
         let files = std::fs::read_dir(path.with_extension("")).expect("the pieces");
         assert_eq!(files.count(), n);

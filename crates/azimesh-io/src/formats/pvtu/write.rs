@@ -4,8 +4,8 @@ use super::super::rounding::is_flattened;
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
-use super::super::vtu::{NAMES, Vtu, escaped};
-use super::super::{Format, Notes, Out, OutputSet, WriteOptions, check_listed};
+use super::super::vtu::{NAMES, VTU, escaped};
+use super::super::{Notes, Out, OutputSet, WriteOptions, check_listed};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS, cut};
 use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
@@ -71,7 +71,7 @@ fn write_all(
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
         let part = part.view();
-        let write = |out: &mut dyn Out| Vtu.write_file(&part, out, options);
+        let write = |out: &mut dyn Out| VTU.write_file(&part, out, options);
         let of_piece = out.in_folder(&folder, name, write)?.into_iter();
         // Flat cells are counted in the whole mesh.
         notes.extend(of_piece.filter(|note| !is_flattened(note)));

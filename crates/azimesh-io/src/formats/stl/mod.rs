@@ -25,60 +25,32 @@ mod read;
 mod triangles;
 mod write;
 
-use super::surface::{OuterFaces, surface_of};
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
-use crate::formats::Out;
+use super::format::{OuterFaces, surface_of};
+use super::{Format, Notes};
 use crate::mesh::{Mesh, MeshView};
-use azimesh_core::error::Result;
 
 /// STL (.stl).
-pub struct Stl;
-
-impl Format for Stl {
-    fn name(&self) -> &'static str {
-        "stl"
-    }
-
-    fn title(&self) -> &'static str {
-        "STL surface (.stl)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["stl"]
-    }
-
-    fn is_surface(&self) -> bool {
-        true
-    }
-
-    fn recognizes_file(&self, source: &Source) -> bool {
-        read::recognizes(source.bytes())
-    }
-
-    fn lists_faces_again(&self) -> bool {
-        false
-    }
-
-    fn read_file(&self, source: &Source, _: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes(), notes)
-    }
-
-    fn surface(&self, mesh: &MeshView, outer: OuterFaces) -> Option<(Mesh, Notes)> {
-        let (surface, mut notes) = surface_of(mesh, "STL", outer);
-        let triangles = triangles::of(surface, &mut notes);
-        Some((triangles, notes))
-    }
-
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        let (surface, mut notes) = self.surface(mesh, OuterFaces::All).expect("it has one");
+pub static STL: Format = Format {
+    name: "stl",
+    title: "STL surface (.stl)",
+    extensions: &["stl"],
+    is_surface: true,
+    lists_faces_again: false,
+    detect: |source| read::recognizes(source.bytes()),
+    read: |source, _, notes| read::read(source.bytes(), notes),
+    surface: Some(surface),
+    write: Some(|mesh, out, options| {
+        let (surface, mut notes) = surface(mesh, OuterFaces::All);
         notes.extend(write::write(&surface.view(), out, options)?);
         Ok(notes)
-    }
+    }),
+    ..Format::NEW
+};
+
+fn surface(mesh: &MeshView, outer: OuterFaces) -> (Mesh, Notes) {
+    let (surface, mut notes) = surface_of(mesh, "STL", outer);
+    let triangles = triangles::of(surface, &mut notes);
+    (triangles, notes)
 }
 
 #[cfg(test)]

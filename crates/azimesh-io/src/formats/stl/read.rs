@@ -113,9 +113,7 @@ fn binary(bytes: &[u8], n: usize, notes: &mut Notes) -> Result<Mesh> {
         }
         n_attributes += usize::from(triangle[48..] != [0, 0]);
     }
-    if n_attributes > 0 {
-        notes.push(Read::TriangleAttributes { n: n_attributes });
-    }
+    notes.count(n_attributes, |n| Read::TriangleAttributes { n });
     Ok(nodes.mesh(triangles, Vec::new()))
 }
 

@@ -2,6 +2,7 @@ use super::super::{Encoding, ReadOptions, Source, WriteOptions, read};
 use super::*;
 use crate::mesh::{CellKind, Values};
 use azimesh_core::diagnostic::formats::{GroupWritten, Read, Written};
+use azimesh_core::error::Result;
 use std::path::Path;
 
 /// A hexahedron with three of its faces in two tags, one of them in both.
@@ -27,7 +28,7 @@ fn written(mesh: &Mesh, encoding: Encoding) -> (Vec<u8>, Notes) {
         ..WriteOptions::default()
     };
     let mut bytes = Vec::new();
-    let notes = Stl.write_file(&mesh.view(), &mut bytes, &options);
+    let notes = STL.write_file(&mesh.view(), &mut bytes, &options);
     (bytes, notes.expect("it can be written"))
 }
 
@@ -66,7 +67,7 @@ fn text_has_a_solid_for_each_tag_and_reads_back_to_the_last_bit() {
     }
     assert!(has(&notes, GroupWritten::OneSolid { n: 2 }));
     let loaded = loaded(bytes).expect("it is a mesh");
-    assert_eq!(loaded.format.name(), "stl");
+    assert_eq!(loaded.format.name, "stl");
     let mesh = loaded.mesh;
     assert_eq!((mesh.points.len(), mesh.cells.len()), (8, 12));
     assert_eq!(mesh.dimension(), 3);
@@ -154,7 +155,7 @@ fn what_is_wrong_is_told_with_its_place() {
     assert!(cut.to_string().contains("\"endsolid\" is missing"), "{cut}");
     let (mut bytes, _) = written(&cube(), Encoding::Raw);
     bytes.pop();
-    let cut = Stl.read_file(
+    let cut = STL.read_file(
         &Source::from_bytes(Path::new("m.stl"), bytes.clone()),
         &ReadOptions::default(),
         &mut Notes::default(),

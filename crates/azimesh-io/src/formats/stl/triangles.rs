@@ -26,9 +26,7 @@ pub(super) fn of(mut mesh: Mesh, notes: &mut Notes) -> Mesh {
         }
         starts.push(sources.len());
     }
-    if n_lower > 0 {
-        notes.push(Written::LowerCellsLeftOut { n: n_lower });
-    }
+    notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
     if n_cut > 0 {
         notes.push(Written::CutIntoTriangles { n: n_cut });
     }

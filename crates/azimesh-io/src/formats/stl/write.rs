@@ -1,8 +1,6 @@
 //! Writing triangles: text with a solid for each tag, or binary.
 
-use super::super::records::{
-    conditions_left_out, left_out, push_real, shared_names, write_all, write_records,
-};
+use super::super::records::{push_real, write_all, write_records};
 use super::super::{Encoding, Precision, WriteOptions};
 use crate::formats::Notes;
 use crate::formats::names::Rule;
@@ -27,12 +25,8 @@ const RULE: Rule = Rule {
 /// Writes a mesh of triangles; returns a note for each thing that is left out.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
     let mut notes = Notes::default();
-    let as_it_is = WriteOptions {
-        precision: Precision::F64,
-        ..options.clone()
-    };
-    notes.extend(left_out("STL", mesh, &as_it_is, &[]));
-    notes.extend(conditions_left_out("STL", mesh));
+    notes.arrays_left_out("STL", mesh, &[]);
+    notes.conditions_left_out("STL", mesh);
     match options.encoding {
         Encoding::Ascii => text(mesh, out, &mut notes)?,
         _ => {
@@ -66,7 +60,7 @@ fn normal([a, b, c]: [Vector; 3]) -> Vector {
 /// without a name.
 fn solids(mesh: &MeshView, notes: &mut Notes) -> Vec<(String, Vec<usize>)> {
     let groups = mesh.groups.iter().filter(|group| group.dimension == 2);
-    notes.extend(shared_names(groups.clone()));
+    notes.joined(groups.clone());
     let written = RULE.by_name(groups.clone().map(|group| group.name.as_str()));
     let mut is_free = vec![true; mesh.cells.len()];
     let mut n_again = 0;
@@ -88,9 +82,7 @@ fn solids(mesh: &MeshView, notes: &mut Notes) -> Vec<(String, Vec<usize>)> {
             None => solids.push((name.clone(), own)),
         }
     }
-    if n_again > 0 {
-        notes.push(GroupWritten::OneSolid { n: n_again });
-    }
+    notes.count(n_again, |n| GroupWritten::OneSolid { n });
     let left: Vec<usize> = (0..is_free.len()).filter(|cell| is_free[*cell]).collect();
     if !left.is_empty() || solids.is_empty() {
         solids.push((String::new(), left));
@@ -129,9 +121,7 @@ fn text(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()> {
 fn binary(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()> {
     let names = mesh.groups.iter().filter(|group| group.dimension == 2);
     let names: Vec<String> = names.map(|group| group.name.clone()).collect();
-    if !names.is_empty() {
-        notes.push(GroupWritten::NamesInText { names });
-    }
+    notes.list(names, |names| GroupWritten::NamesInText { names });
     if loses_digits(mesh) {
         notes.push(Written::CoordinatesRounded);
     }

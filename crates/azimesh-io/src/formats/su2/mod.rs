@@ -32,44 +32,19 @@ mod zone;
 pub use extra::{BOXES, PERIODIC};
 pub use surface::{n_zones, write_surface};
 
-use super::{Format, Notes, ReadOptions, Source, WriteOptions};
-use crate::formats::Out;
-use crate::mesh::{CellKind, Mesh, MeshView};
-use azimesh_core::error::Result;
+use super::Format;
+use crate::mesh::CellKind;
 
 /// SU2 mesh (.su2).
-pub struct Su2;
-
-impl Format for Su2 {
-    fn name(&self) -> &'static str {
-        "su2"
-    }
-    fn title(&self) -> &'static str {
-        "SU2 mesh (.su2)"
-    }
-    fn extensions(&self) -> &'static [&'static str] {
-        &["su2"]
-    }
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        read::recognizes(head)
-    }
-    fn read_file(
-        &self,
-        source: &Source,
-        _options: &ReadOptions,
-        notes: &mut Notes,
-    ) -> Result<Mesh> {
-        read::read(source.bytes(), notes)
-    }
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write::write(mesh, out, options)
-    }
-}
+pub static SU2: Format = Format {
+    name: "su2",
+    title: "SU2 mesh (.su2)",
+    extensions: &["su2"],
+    detect: |source| read::recognizes(source.bytes()),
+    read: |source, _, notes| read::read(source.bytes(), notes),
+    write: Some(|mesh, out, options| write::write(mesh, out, options)),
+    ..Format::NEW
+};
 
 /// Whether SU2 has cells of this kind; it numbers them as VTK does.
 fn holds(kind: CellKind) -> bool {

@@ -234,9 +234,7 @@ impl<'a> File<'a> {
             });
         }
         let left = self.unknown.len().saturating_sub(LISTED);
-        if left > 0 {
-            notes.push(NotKept::Keywords { n: left });
-        }
+        notes.count(left, |n| NotKept::Keywords { n });
     }
 
     fn mesh(mut self, lexer: &Lexer, notes: &mut Notes) -> Result<Mesh> {

@@ -1,17 +1,17 @@
 //! Round trips, and the oddities of real files.
 
-use super::super::{Format, ReadOptions, WriteOptions};
 use super::super::{Notes, Source};
-use super::Su2;
+use super::super::{ReadOptions, WriteOptions};
+use super::SU2;
 use crate::mesh::{CellKind, Group, Mesh, Values};
 use azimesh_core::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, NotKept, Read};
 use std::path::Path;
 
 fn read_with_notes(text: &str) -> (Mesh, Notes) {
-    assert!(Su2.recognizes_start(text.as_bytes()));
     let source = Source::from_bytes(Path::new("mesh.su2"), text.into());
+    assert!((SU2.detect)(&source));
     let mut notes = Notes::default();
-    let mesh = Su2.read_file(&source, &ReadOptions::default(), &mut notes);
+    let mesh = SU2.read_file(&source, &ReadOptions::default(), &mut notes);
     let mesh = mesh.expect("a good file");
     mesh.validate().expect("a good mesh");
     (mesh, notes)
@@ -25,7 +25,7 @@ fn read(text: &str) -> Mesh {
 
 fn write(mesh: &Mesh) -> (String, Notes) {
     let mut file = Vec::new();
-    let notes = Su2
+    let notes = SU2
         .write_file(&mesh.view(), &mut file, &WriteOptions::default())
         .expect("SU2 holds it");
     (String::from_utf8(file).expect("text"), notes)
@@ -84,7 +84,7 @@ fn what_is_left_out_is_said() {
     );
     assert_eq!(read(&file).groups[0].name, "upper_wall");
     mesh.cells.push(CellKind::Tetrahedron10, &[0; 10]);
-    let error = Su2
+    let error = SU2
         .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect_err("second order");
     assert!(error.to_string().contains("tetrahedron10"), "{error}");
@@ -101,7 +101,7 @@ fn a_plane_mesh_loses_no_shape() {
     assert!(file.starts_with("NDIME= 2\n"));
     assert_eq!(notes.len(), 1, "{notes:?}");
     mesh.points[2][2] = 2.1;
-    let refused = Su2.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
+    let refused = SU2.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     assert!(refused.is_err());
 }
 
@@ -243,7 +243,7 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
         item: "element",
     };
     assert_eq!(notes, [degrees.into()]);
-    let refused = Su2.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
+    let refused = SU2.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
     assert!(message.contains("`linearize`"), "{message}");
 }

@@ -1,13 +1,12 @@
 //! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
 
 use super::super::WriteOptions;
-use super::super::records::{
-    conditions_left_out, left_out, push_integer, push_real, shared_names, write_all, write_records,
-};
+use super::super::records::{push_integer, push_real, write_all, write_records};
 use super::extra::{self, Extra};
 use super::holds;
 use super::parts::{Marker, RULE, WrittenZones, of_markers};
 use crate::formats::Notes;
+use crate::formats::names::names_in;
 use crate::formats::portable::remedy;
 use crate::mesh::{CellRun, Group, MeshView};
 use azimesh_core::diagnostic::formats::{GroupWritten, Written};
@@ -22,11 +21,12 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     let n_zones = parts.zones.len();
     let kept = extra::written(mesh, n_zones);
     let mut notes = Notes::default();
-    notes.extend(left_out("SU2", mesh, options, &kept));
+    notes.arrays_left_out("SU2", mesh, &kept);
+    notes.in_64_bits("SU2", options);
     if dimension == 2 {
         notes.extend(height(mesh)?);
     }
-    notes.extend(shared_names(of_markers(mesh)));
+    notes.joined(of_markers(mesh));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
         notes.push(Written::NodesByZone);
@@ -163,26 +163,21 @@ fn height(mesh: &MeshView) -> Result<Option<Written>> {
     Ok((!lies_flat).then_some(Written::HeightLeftOut { z: high[2] }))
 }
 
-fn names<'a>(groups: impl Iterator<Item = &'a Group>) -> Vec<String> {
-    groups.map(|group| group.name.clone()).collect()
-}
-
 /// A note on zones that are left out or lose their names.
 fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<GroupWritten> {
-    let mut zones = mesh.zones().peekable();
-    zones.peek()?;
-    if !parts.is_split {
-        return Some(GroupWritten::ZonesLeftOut {
-            format: "SU2",
-            names: names(zones),
-        });
+    let dimension = mesh.dimension();
+    let names = names_in(mesh, dimension..dimension + 1);
+    if names.is_empty() {
+        return None;
     }
-    let is_numbered = |(i, group): (usize, &Group)| group.name == (i + 1).to_string();
-    let keeps_names = zones.clone().enumerate().all(is_numbered);
-    (!keeps_names).then(|| GroupWritten::ZoneNames {
-        n: parts.zones.len(),
-        names: names(zones),
-    })
+    if !parts.is_split {
+        let format = "SU2";
+        return Some(GroupWritten::ZonesLeftOut { format, names });
+    }
+    let n = parts.zones.len();
+    let is_numbered = |(i, name): (usize, &String)| *name == (i + 1).to_string();
+    let keeps_names = names.iter().enumerate().all(is_numbered);
+    (!keeps_names).then_some(GroupWritten::ZoneNames { n, names })
 }
 
 /// Notes on tags whose names are changed.
@@ -194,14 +189,10 @@ fn renamed(parts: &WrittenZones) -> impl Iterator<Item = GroupWritten> {
 /// Notes on cells and groups of lower dimension that are not written.
 fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
     let dimension = mesh.dimension();
-    let is_lower = |group: &&Group| group.dimension + 1 < dimension && group.dimension > 0;
-    let mut lower = mesh.groups.iter().filter(is_lower).peekable();
-    if lower.peek().is_some() {
-        notes.push(GroupWritten::LowerLeftOut {
-            format: "SU2",
-            names: names(lower),
-        });
-    }
+    let format = "SU2";
+    notes.list(names_in(mesh, 1..dimension.saturating_sub(1)), |names| {
+        GroupWritten::LowerLeftOut { format, names }
+    });
     let mut is_tagged = vec![false; mesh.cells.len()];
     let is_point = |group: &&Group| group.dimension == 0 && dimension > 1;
     let points = mesh.groups.iter().filter(is_point);
@@ -224,13 +215,9 @@ fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
             n_lower += n_untagged();
         }
     }
-    if n_faces > 0 {
-        notes.push(GroupWritten::UntaggedLeftOut { n: n_faces });
-    }
-    if n_lower > 0 {
-        notes.push(Written::LowerCellsLeftOut { n: n_lower });
-    }
-    notes.extend(conditions_left_out("SU2", mesh));
+    notes.count(n_faces, |n| GroupWritten::UntaggedLeftOut { n });
+    notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
+    notes.conditions_left_out(format, mesh);
 }
 
 /// Type and nodes of each cell, and its index where `first_index` is given.

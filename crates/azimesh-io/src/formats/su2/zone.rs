@@ -262,13 +262,11 @@ fn append_cells(
             rest = tail;
         }
     }
-    if n_solutions > 0 {
-        notes.push(NotKept::Of {
-            what: "degrees of the solution",
-            n: n_solutions,
-            item: "element",
-        });
-    }
+    notes.count(n_solutions, |n| NotKept::Of {
+        what: "degrees of the solution",
+        n,
+        item: "element",
+    });
     Ok(())
 }
 

@@ -37,12 +37,7 @@ pub(super) fn read(bytes: &[u8], binary: &Binary, flavour: &Ugrid) -> Result<Con
     read_kinds(faces)?;
     let face_numbers = stored.face_numbers()?;
     read_kinds(solid)?;
-    if stored.n_rest > 0 {
-        notes.push(NotKept::Rest {
-            n: stored.n_rest,
-            what: "bytes",
-        });
-    }
+    notes.count(stored.n_rest, |n| NotKept::Rest { n, what: "bytes" });
     Ok(Content {
         counts,
         points: stored.points(0..counts.n_nodes),

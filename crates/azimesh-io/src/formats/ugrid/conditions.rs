@@ -1,6 +1,6 @@
 //! Boundary conditions: FUN3D's numbers, and their names in CGNS.
 
-use crate::formats::conditions::in_cgns;
+use crate::formats::names::in_cgns;
 
 /// A line of a `.mapbc`: a face number with its condition and name.
 #[derive(Debug, Clone, PartialEq, Eq)]

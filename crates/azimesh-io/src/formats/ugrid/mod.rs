@@ -35,20 +35,16 @@ mod slabs;
 mod text;
 mod write;
 
-use super::slabs::{Opened, opened};
-use super::{Encoding, Format, Notes, Precision, ReadOptions, Source, WriteOptions};
-use crate::formats::Out;
-use crate::mesh::{Mesh, MeshView};
-use azimesh_core::error::Result;
+use super::slabs::opened;
+use super::{Encoding, Format, Precision};
+use crate::mesh::MeshView;
 use layout::Layout;
 pub(super) use layout::in_order;
 use std::path::{Path, PathBuf};
 
 /// One way of storing a UGRID file.
-pub struct Ugrid {
+struct Ugrid {
     name: &'static str,
-    title: &'static str,
-    extensions: &'static [&'static str],
     layout: Layout,
 }
 
@@ -56,16 +52,29 @@ macro_rules! flavours {
     ($($id:ident $name:literal $title:literal [$($extension:literal),*] $layout:expr;)*) => {
         $(
             #[doc = $title]
-            pub static $id: Ugrid = Ugrid {
-                name: $name,
-                title: $title,
-                extensions: &[$($extension),*],
-                layout: $layout,
+            pub static $id: Format = {
+                const FLAVOUR: &Ugrid = &Ugrid { name: $name, layout: $layout };
+                Format {
+                    name: $name,
+                    title: $title,
+                    extensions: &[$($extension),*],
+                    // There is no magic number: the counts at the start must fit the whole length.
+                    detect: |source| FLAVOUR.layout.fits(source.bytes()),
+                    read: |source, _, notes| {
+                        let patches = mapbc::companion(&case(source.path()), notes)?;
+                        read::read(source.bytes(), FLAVOUR, &patches, notes)
+                    },
+                    slabs: Some(|source, _| opened(slabs::open(source, FLAVOUR))),
+                    write: Some(|mesh, out, options| {
+                        write::write(mesh, out, &FLAVOUR.layout, options)
+                    }),
+                    takes_cells_apart: |mesh| write::takes_cells_apart(mesh, &FLAVOUR.layout),
+                    ..FLAVOUR.layout.format()
+                }
             };
         )*
         /// Every way of storing a UGRID file.
-        static ALL: [&Ugrid; 11] = [$(&$id),*];
-        static FORMATS: [&dyn Format; 11] = [$(&$id),*];
+        static ALL: &[Ugrid] = &[$(Ugrid { name: $name, layout: $layout }),*];
     };
 }
 
@@ -84,67 +93,38 @@ flavours! {
         Layout::c_binary(false, 8, 8);
 }
 
-impl Format for Ugrid {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-    fn title(&self) -> &'static str {
-        self.title
-    }
-    fn extensions(&self) -> &'static [&'static str] {
-        self.extensions
-    }
-    fn flavours(&self) -> &'static [&'static dyn Format] {
-        &FORMATS[1..]
-    }
-    /// There is no magic number: the counts at the start must fit the whole length.
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        self.layout.fits(head)
-    }
-    fn read_file(
-        &self,
-        source: &Source,
-        _options: &ReadOptions,
-        notes: &mut Notes,
-    ) -> Result<Mesh> {
-        let patches = mapbc::companion(&case(source.path()), notes)?;
-        read::read(source.bytes(), self, &patches, notes)
-    }
-    fn slabs<'a>(&self, source: &'a Source, _: &ReadOptions) -> Result<Opened<'a>> {
-        opened(slabs::open(source, self))
-    }
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write::write(mesh, out, &self.layout, options)
-    }
-    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
-        let is_plain = |binary: &layout::Binary| !binary.has_records && binary.real == 8;
-        self.layout.binary().is_some_and(is_plain)
-    }
-    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
-        write::takes_cells_apart(mesh, &self.layout)
-    }
-    fn encodings(&self) -> &'static [Encoding] {
-        match self.layout {
-            Layout::Text => &[Encoding::Raw, Encoding::Ascii],
-            Layout::Binary(_) => &[Encoding::Raw],
+impl Layout {
+    /// What depends on the widths of numbers.
+    const fn format(&self) -> Format {
+        let (encodings, is_single, is_plain): (&[Encoding], _, _) = match self {
+            Self::Text => (Format::NEW.encodings, false, false),
+            Self::Binary(binary) => (
+                &[Encoding::Raw],
+                binary.real == 4,
+                !binary.has_records && binary.real == 8,
+            ),
+        };
+        Format {
+            encodings,
+            precisions: if is_single {
+                &[Precision::F32]
+            } else {
+                &[Precision::F64]
+            },
+            takes_numbers_apart: if is_plain { |_| true } else { |_| false },
+            companions,
+            ..Format::NEW
         }
     }
-    fn rounds(&self, _asked: Precision) -> bool {
-        matches!(self.layout, Layout::Binary(binary) if binary.real == 4)
+}
+
+fn companions(mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let file = mapbc::path(&case(path));
+    // One that is there already would name the tags of this mesh.
+    if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {
+        return Vec::new();
     }
-    fn companion_files(&self, mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-        let file = mapbc::path(&case(path));
-        // One that is there already would name the tags of this mesh.
-        if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {
-            return Vec::new();
-        }
-        vec![(file, mapbc::content(mesh).into_bytes())]
-    }
+    vec![(file, mapbc::content(mesh).into_bytes())]
 }
 
 impl Ugrid {

@@ -1,15 +1,16 @@
 //! Writing UGRID in every layout: counts, nodes, boundary faces and their numbers, solid cells.
 
-use super::super::records::{left_out, push_integer, push_real, write_all, write_records};
-use super::super::{Precision, WriteOptions};
+use super::super::WriteOptions;
+use super::super::records::{push_integer, push_real, write_all, write_records};
 use super::faces::{self, FaceNumbers, Tag};
 use super::fortran::Record;
 use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, in_order};
 use super::mapbc;
+use crate::formats::names::names_in;
 use crate::formats::portable::remedy;
 use crate::formats::rounding::{flattened, loses_digits};
 use crate::formats::{Notes, Out};
-use crate::mesh::{CellKind, CellRun, Group, MeshView, first_where};
+use crate::mesh::{CellKind, CellRun, MeshView, first_where};
 use azimesh_core::diagnostic::formats::{GroupWritten, Written};
 use azimesh_core::error::{Error, Result};
 
@@ -24,19 +25,13 @@ pub(super) fn write(
     let counts = counts(mesh, layout)?;
     let tags = faces::tags(mesh);
     let numbers = FaceNumbers::of(mesh, &tags);
-    let precision = options.precision;
-    let options = WriteOptions {
-        precision: Precision::F64,
-        ..options.clone()
-    };
     let mut notes = Notes::default();
-    notes.extend(left_out("UGRID", mesh, &options, faces::KEPT));
+    notes.arrays_left_out("UGRID", mesh, faces::KEPT);
     let is_single = matches!(layout, Layout::Binary(binary) if binary.real == 4);
-    if precision == Precision::F32 && !is_single {
-        notes.push(Written::CoordinatesIn64 { format: "UGRID" });
-    }
     if is_single {
         note_rounding(mesh, &mut notes)?;
+    } else {
+        notes.in_64_bits("UGRID", options);
     }
     note_dropped(mesh, &mut notes);
     note_faces(&numbers, &tags, &mut notes);
@@ -140,32 +135,21 @@ fn note_rounding(mesh: &MeshView, notes: &mut Notes) -> Result<()> {
 /// Notes on cells and groups that are not written.
 fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
     let format = "UGRID";
-    let names = |dimensions: std::ops::Range<u8>| -> Vec<String> {
-        let groups = mesh.groups.iter();
-        let groups = groups.filter(|group| dimensions.contains(&group.dimension));
-        groups.map(|group: &Group| group.name.clone()).collect()
-    };
-    let (zones, lower) = (names(3..4), names(0..2));
-    if !zones.is_empty() {
-        let names = zones;
-        notes.push(GroupWritten::ZonesLeftOut { format, names });
-    }
-    if !lower.is_empty() {
-        let names = lower;
-        notes.push(GroupWritten::LowerLeftOut { format, names });
-    }
+    notes.list(names_in(mesh, 3..4), |names| GroupWritten::ZonesLeftOut {
+        format,
+        names,
+    });
+    notes.list(names_in(mesh, 0..2), |names| GroupWritten::LowerLeftOut {
+        format,
+        names,
+    });
     let lower = mesh.cells.runs().filter(|run| run.kind.dimension() < 2);
     let n_lower: usize = lower.map(|run| run.n_cells()).sum();
-    if n_lower > 0 {
-        notes.push(Written::LowerCellsLeftOut { n: n_lower });
-    }
+    notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
 }
 
 fn note_faces(numbers: &FaceNumbers, tags: &[Tag], notes: &mut Notes) {
-    if numbers.n_shared > 0 {
-        let n = numbers.n_shared;
-        notes.push(GroupWritten::FaceTagsLeftOut { n });
-    }
+    notes.count(numbers.n_shared, |n| GroupWritten::FaceTagsLeftOut { n });
     if numbers.n_untagged > 0 {
         notes.push(GroupWritten::UntaggedNumbered {
             n: numbers.n_untagged,

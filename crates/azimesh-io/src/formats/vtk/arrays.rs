@@ -6,7 +6,6 @@ use super::number::Element;
 use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
 use crate::formats::Notes;
 use crate::formats::names::{Given, Rule};
-use crate::formats::records::conditions_left_out;
 use crate::formats::{Precision, WriteOptions};
 use crate::mesh::{Coordinates, DataArray, Group, Listing, MeshView, NodesOfCells, Values};
 use azimesh_core::diagnostic::formats::{ArrayWritten, GroupWritten};
@@ -128,7 +127,7 @@ impl<'a> VtkArrays<'a> {
         if !self.options.tag_names && !self.labels.is_empty() {
             self.notes.push(GroupWritten::NamesNotWritten);
         }
-        self.notes.extend(conditions_left_out("VTK", mesh));
+        self.notes.conditions_left_out("VTK", mesh);
         let arrays = mesh.arrays();
         let dropped = arrays.clone().filter(|array| !self.is_kept(array));
         let dropped: Vec<String> = dropped.map(|array| array.name.clone()).collect();

@@ -88,9 +88,7 @@ pub fn swap(mesh: &mut Mesh, notes: &mut Notes) {
     let degrees = mesh.cell_arrays.iter().find(|array| is_degrees(array));
     let (cells, n_unknown) = swapped(&mesh.cells, degrees);
     mesh.cells = cells;
-    if n_unknown > 0 {
-        notes.push(Read::OldOrder { n: n_unknown });
-    }
+    notes.count(n_unknown, |n| Read::OldOrder { n });
 }
 
 /// Cells in the other order, and how many hexahedra have degrees that cannot be known.

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::formats::hdf5::{Data, Element, Tree};
-use crate::formats::parse;
+use crate::formats::{Notes, ReadOptions, parse};
+use crate::mesh::Mesh;
 use azimesh_core::diagnostic::formats::ArrayRead;
 use std::path::Path;
 
@@ -33,7 +34,7 @@ fn two_vertices(point_offsets: &[i64], connectivity: &[u64]) -> Result<Mesh> {
     }
     let mut bytes = Vec::new();
     tree.write(&mut bytes).expect("it can be written");
-    parse(&VtkHdf, &bytes, &ReadOptions::default())
+    parse(&VTKHDF, &bytes, &ReadOptions::default())
 }
 
 #[test]
@@ -86,7 +87,7 @@ fn with_arrays(point: usize, cell: usize, n_points: i64) -> Result<(Mesh, Notes)
     tree.write(&mut bytes).expect("it can be written");
     let source = Source::from_bytes(Path::new("x"), bytes);
     let mut notes = Notes::default();
-    let mesh = VtkHdf.read_file(&source, &ReadOptions::default(), &mut notes)?;
+    let mesh = VTKHDF.read_file(&source, &ReadOptions::default(), &mut notes)?;
     Ok((mesh, notes))
 }
 

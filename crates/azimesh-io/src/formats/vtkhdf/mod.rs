@@ -4,7 +4,7 @@
 //! groups are HDF5's (`hdf5`). Format: VTKHDF 2.0, with polyhedra 2.5.
 //!
 //! ```
-//! use azimesh_io::formats::vtkhdf::VtkHdf;
+//! use azimesh_io::formats::vtkhdf::VTKHDF;
 //! use azimesh_io::formats::{Begin, Format, Location, read};
 //! use azimesh_io::{Mesh, ReadOptions, WriteOptions};
 //! # fn main() -> azimesh_io::Result<()> {
@@ -12,7 +12,7 @@
 //! # let path = folder.path().join("rising.vtkhdf");
 //!
 //! let mesh = Mesh::read("testdata/naca0012.vtu")?;
-//! let create = VtkHdf.sequence().expect("VTKHDF holds sequences");
+//! let create = VTKHDF.sequence.expect("VTKHDF holds sequences");
 //! let mut file = create(&path, &WriteOptions::default(), Begin::Create, false)?;
 //! for time in [0.0, 0.5, 1.0] {
 //!     let points: Vec<_> = mesh.points.iter().map(|[x, y, z]| [*x, y + time, *z]).collect();
@@ -20,7 +20,7 @@
 //! }
 //!
 //! let location = Location::open(&path)?;
-//! assert_eq!(VtkHdf.steps(&location)?, [0.0, 0.5, 1.0]);
+//! assert_eq!(VTKHDF.steps(&location)?, [0.0, 0.5, 1.0]);
 //! let options = ReadOptions { step: Some(1), ..ReadOptions::default() };
 //! let step = read(&location, &options)?.mesh;
 //! assert_eq!(step.points[7][1], mesh.points[7][1] + 0.5);
@@ -51,97 +51,40 @@ mod slabs;
 mod write;
 
 use super::hdf5::{self, File, Group};
+use super::slabs::opened;
 use super::vtk::tags;
-use super::{
-    CreateSequence, Encoding, Format, Notes, ReadOptions, Source, StepBytes, StepSize, WriteOptions,
-};
-use crate::formats::Out;
-use crate::formats::slabs::{Opened, opened};
-use crate::mesh::{Mesh, MeshView};
+use super::{Encoding, Format, Holds, Precision, Source};
 use azimesh_core::error::{Error, Result};
 
 /// Name of the group that holds everything.
 const ROOT: &str = "VTKHDF";
 
 /// VTK's unstructured grids in HDF5 (.vtkhdf).
-pub struct VtkHdf;
-
-impl Format for VtkHdf {
-    fn name(&self) -> &'static str {
-        "vtkhdf"
-    }
-
-    fn title(&self) -> &'static str {
-        "VTKHDF unstructured grid (.vtkhdf)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["vtkhdf", "hdf"]
-    }
-
-    /// The start of an HDF5 file does not tell its format.
-    fn recognizes_start(&self, _head: &[u8]) -> bool {
-        false
-    }
-
-    fn recognizes_file(&self, source: &Source) -> bool {
-        hdf5::is_hdf5(source.bytes()) && matches!(grid(source), Ok(Some(_)))
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        let read = |grid: Group| read::read(&grid, options, notes);
-        placed(unstructured(source).and_then(read))
-    }
-
-    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
+pub static VTKHDF: Format = Format {
+    name: "vtkhdf",
+    title: "VTKHDF unstructured grid (.vtkhdf)",
+    extensions: &["vtkhdf", "hdf"],
+    holds: Holds::NAMED_ARRAYS,
+    encodings: &[Encoding::Raw],
+    precisions: &[Precision::F64, Precision::F32],
+    detect: |source| hdf5::is_hdf5(source.bytes()) && matches!(grid(source), Ok(Some(_))),
+    read: |source, options, notes| {
+        placed(unstructured(source).and_then(|grid| read::read(&grid, options, notes)))
+    },
+    steps: |source| placed(unstructured(source).and_then(|grid| extent::times(&grid))),
+    slabs: Some(|source, options| {
         let grid = placed(unstructured(source))?;
         placed(opened(slabs::open(grid, options)))
-    }
-
-    fn encodings(&self) -> &'static [Encoding] {
-        &[Encoding::Raw]
-    }
-
-    fn has_tag_names(&self) -> bool {
-        true
-    }
-
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-
-    fn steps_of_file(&self, source: &Source) -> Result<Vec<f64>> {
-        placed(unstructured(source).and_then(|grid| extent::times(&grid)))
-    }
-
-    fn takes_numbers_apart(&self, _: &WriteOptions) -> bool {
-        true
-    }
-
-    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
-        !tags::has_repeated(mesh)
-    }
-
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write::write(mesh, out, options)
-    }
-
-    fn sequence(&self) -> Option<CreateSequence> {
-        use sequence::Sequence;
-        Some(|path, options, begin, sync| {
-            Ok(Box::new(Sequence::create(path, options, begin, sync)?))
-        })
-    }
-
-    fn sequence_bytes(&self, step: &StepSize) -> StepBytes {
-        sequence::step_bytes(step)
-    }
-}
+    }),
+    write: Some(write::write),
+    sequence: Some(|path, options, begin, sync| {
+        let file = sequence::Sequence::create(path, options, begin, sync)?;
+        Ok(Box::new(file))
+    }),
+    takes_numbers_apart: |_| true,
+    takes_cells_apart: |mesh| !tags::has_repeated(mesh),
+    ..Format::NEW
+};
 
 /// The group that makes an HDF5 file one of VTK's.
 fn grid(source: &Source) -> Result<Option<Group>> {

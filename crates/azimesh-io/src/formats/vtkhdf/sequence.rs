@@ -1,11 +1,10 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
 use super::super::hdf5::{Column, Data, Element, Links, StepFile, Stored, Tree};
-use super::super::hdf5::{column_bytes, index_bytes};
 use super::super::portable::not_taken;
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::order;
-use super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
+use super::super::{Begin, SequenceFile, WriteOptions};
 use super::blocks::{Block, Blocks, NAMES, shape};
 use super::series::Series;
 use super::write::{Grid, POLYHEDRA, SEQUENCE};
@@ -298,21 +297,6 @@ fn tree<'a>(
         tree.column(steps, "PointOffsets", &points.offsets);
     }
     grid
-}
-
-/// Bytes that a step adds to a file: values; headers, indices and datasets of one number a step.
-pub(super) fn step_bytes(step: &StepSize) -> StepBytes {
-    const GROUPS: u64 = 2400;
-    const ARRAY: u64 = 450;
-    const STILL: u64 = 250;
-    let (n_at_cells, of_a_cell) = step.at_cells;
-    let n_series = 1 + step.n_vectors + n_at_cells;
-    let of_arrays = n_series * (ARRAY + index_bytes(step.n_steps)) + step.n_still * STILL;
-    StepBytes {
-        coordinates: step.n_nodes * 3 * step.number,
-        arrays: step.n_nodes * 24 * step.n_vectors + step.n_cells.0 * of_a_cell,
-        rest: GROUPS + of_arrays + column_bytes(step.n_steps, 8),
-    }
 }
 
 fn store(file: &mut StepFile, block: &Block) -> Result<Stored> {

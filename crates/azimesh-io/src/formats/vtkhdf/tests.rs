@@ -4,8 +4,8 @@
 mod sequence;
 
 use super::*;
-use crate::formats::{Precision, parse};
-use crate::mesh::{CellKind, DataArray, Group, Values};
+use crate::formats::{Notes, ReadOptions, WriteOptions, parse};
+use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
 use azimesh_core::diagnostic::formats::{ArrayWritten, GroupWritten};
 use std::path::Path;
 
@@ -59,7 +59,7 @@ fn text<const N: usize>(words: [&str; N]) -> Values {
 
 pub(super) fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Notes) {
     let mut bytes = Vec::new();
-    let notes = VtkHdf
+    let notes = VTKHDF
         .write_file(&mesh.view(), &mut bytes, options)
         .expect("it can be written");
     (bytes, notes)
@@ -74,7 +74,7 @@ fn read(source: &Source, step: Option<usize>) -> Mesh {
         step,
         ..ReadOptions::default()
     };
-    let mesh = VtkHdf.read_file(source, &options, &mut Notes::default());
+    let mesh = VTKHDF.read_file(source, &options, &mut Notes::default());
     mesh.expect("it can be read")
 }
 
@@ -88,14 +88,9 @@ fn a_mesh_comes_back_with_everything() {
     let (bytes, notes) = written(&mesh(), &WriteOptions::default());
     assert!(notes.is_empty(), "{notes:?}");
     let source = Source::from_bytes(Path::new("x"), bytes);
-    assert!(VtkHdf.recognizes_file(&source));
+    assert!((VTKHDF.detect)(&source));
     assert_same(&read(&source, None), &mesh());
-    assert!(
-        VtkHdf
-            .steps_of_file(&source)
-            .expect("it can be asked")
-            .is_empty()
-    );
+    assert!((VTKHDF.steps)(&source).expect("it can be asked").is_empty());
 }
 
 #[test]
@@ -106,7 +101,7 @@ fn an_empty_mesh_and_nodes_without_cells_come_back() {
     };
     for mesh in [Mesh::default(), nodes] {
         let (bytes, _) = written(&mesh, &WriteOptions::default());
-        let found = parse(&VtkHdf, &bytes, &ReadOptions::default()).expect("it can be read");
+        let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
         assert_same(&found, &mesh);
     }
 }
@@ -116,7 +111,7 @@ fn a_face_in_two_tags_is_written_once_for_each() {
     let mut twice = mesh();
     twice.groups[1].cells = [4].into_iter().collect();
     let (bytes, _) = written(&twice, &WriteOptions::default());
-    let found = parse(&VtkHdf, &bytes, &ReadOptions::default()).expect("it can be read");
+    let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
     assert_eq!(found.cells.len(), 6);
     assert_eq!(found.cells.get(5).nodes, [2, 3, 4, 5, 6]);
     let faces: Vec<usize> = found.groups.iter().map(|group| group.cells.len()).collect();
@@ -130,7 +125,7 @@ fn coordinates_of_32_bits_are_the_nearest() {
         ..WriteOptions::default()
     };
     let (bytes, _) = written(&mesh(), &options);
-    let found = parse(&VtkHdf, &bytes, &ReadOptions::default()).expect("it can be read");
+    let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
     let nearest = |point: &[f64; 3]| point.map(|x| f64::from(x as f32));
     assert_eq!(
         found.points,
@@ -154,7 +149,7 @@ fn text_at_nodes_and_cells_which_vtk_cannot_read_is_left_out() {
             "{notes:?}"
         );
     }
-    let found = parse(&VtkHdf, &bytes, &ReadOptions::default()).expect("it can be read");
+    let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
     assert_same(&found, &mesh());
 }
 
@@ -172,7 +167,7 @@ fn names_that_hdf5_does_not_allow_are_changed_and_told() {
         is_taken: true,
     };
     assert!(notes.has(renamed), "{notes:?}");
-    let found = parse(&VtkHdf, &bytes, &ReadOptions::default()).expect("it can be read");
+    let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
     odd.point_arrays[0].name = "p_p0_2".into();
     assert_same(&found, &odd);
 }
@@ -199,7 +194,7 @@ fn files_of_vtk_are_read_as_the_same_mesh_in_vtu() {
 fn the_steps_of_vtk_are_read_one_by_one() {
     let source = file("moving_by_vtk.vtkhdf");
     assert_eq!(
-        VtkHdf.steps_of_file(&source).expect("it has steps"),
+        (VTKHDF.steps)(&source).expect("it has steps"),
         [0.0, 0.5, 1.0]
     );
     let first = read(&source, Some(0));
@@ -224,7 +219,7 @@ fn the_steps_of_vtk_are_read_one_by_one() {
         step: Some(3),
         ..ReadOptions::default()
     };
-    let error = VtkHdf
+    let error = VTKHDF
         .read_file(&source, &options, &mut Notes::default())
         .expect_err("there are three");
     assert_eq!(
@@ -282,8 +277,8 @@ fn other_hdf5_files_are_told_apart() {
         bytes
     };
     let other = Source::from_bytes(Path::new("x"), bytes(None));
-    assert!(!VtkHdf.recognizes_file(&other));
+    assert!(!(VTKHDF.detect)(&other));
     let image = bytes(Some("ImageData"));
-    let error = parse(&VtkHdf, &image, &ReadOptions::default()).expect_err("it is no grid");
+    let error = parse(&VTKHDF, &image, &ReadOptions::default()).expect_err("it is no grid");
     assert!(error.to_string().contains("type ImageData"), "{error}");
 }

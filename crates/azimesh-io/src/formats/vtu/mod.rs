@@ -1,6 +1,6 @@
 //! VTK XML unstructured grids (.vtu).
 //!
-//! Reads every way in which VTK stores numbers and writes the ones that [`WriteOptions`] names.
+//! Reads every way in which VTK stores numbers and writes the ones that [`WriteOptions`](crate::WriteOptions) names.
 //! Boundary tags and zones are integer cell arrays; their names are in string arrays (see `vtk::tags`).
 //!
 //! ```
@@ -50,86 +50,51 @@ mod structured;
 mod write;
 pub(super) mod xml;
 
-pub use polydata::Vtp;
+pub use polydata::VTP;
 
 pub use file::NAMES;
 pub(super) use file::{escaped, is_xml};
 
-use super::slabs::{Opened, opened};
+use super::slabs::opened;
 use super::vtk::tags;
-use super::{Compression, Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
-use crate::formats::Out;
-use crate::mesh::{Mesh, MeshView};
-use azimesh_core::error::Result;
+use super::{Compression, Encoding, Format, Holds, Precision};
 
 /// VTK XML unstructured grid (.vtu).
-pub struct Vtu;
-
-impl Format for Vtu {
-    fn name(&self) -> &'static str {
-        "vtu"
-    }
-
-    fn title(&self) -> &'static str {
-        "VTK XML unstructured grid (.vtu)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["vtu"]
-    }
-
-    /// Any VTK XML file; the reader refuses other grids with their names.
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        let head = &head[..head.len().min(4096)];
-        memchr::memmem::find(head, b"<VTKFile").is_some()
-    }
-
-    fn encodings(&self) -> &'static [Encoding] {
-        &[Encoding::Raw, Encoding::Base64, Encoding::Ascii]
-    }
-
-    fn compresses(&self) -> bool {
-        true
-    }
-
-    fn has_tag_names(&self) -> bool {
-        true
-    }
-
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-
-    fn version(&self, head: &[u8]) -> Option<String> {
-        // An XML declaration before it also has a version.
-        let start = memchr::memmem::find(&head[..head.len().min(4096)], b"<VTKFile")?;
-        super::word_after(&head[start..], b" version=\"")
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        read::read(source.bytes(), options, notes)
-    }
-
-    fn slabs<'a>(&self, source: &'a Source, options: &ReadOptions) -> Result<Opened<'a>> {
-        opened(slabs::open(source.bytes(), options))
-    }
-
-    fn takes_numbers_apart(&self, options: &WriteOptions) -> bool {
+pub static VTU: Format = Format {
+    name: "vtu",
+    title: "VTK XML unstructured grid (.vtu)",
+    extensions: &["vtu"],
+    // Any VTK XML file; the reader refuses other grids with their names.
+    detect: |source| start_of_xml(source.bytes()).is_some(),
+    slabs: Some(|source, options| opened(slabs::open(source.bytes(), options))),
+    write: Some(write::write),
+    takes_numbers_apart: |options| {
         options.encoding == Encoding::Raw && options.compression == Compression::None
-    }
+    },
+    takes_cells_apart: |mesh| !tags::has_repeated(mesh),
+    ..XML
+};
 
-    fn takes_cells_apart(&self, mesh: &MeshView) -> bool {
-        !tags::has_repeated(mesh)
-    }
+/// What the files of VTK in XML have in common.
+const XML: Format = Format {
+    holds: Holds::NAMED_ARRAYS,
+    encodings: &[Encoding::Raw, Encoding::Base64, Encoding::Ascii],
+    precisions: &[Precision::F64, Precision::F32],
+    compresses: true,
+    version,
+    read: |source, options, notes| read::read(source.bytes(), options, notes),
+    ..Format::NEW
+};
 
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        write::write(mesh, out, options)
-    }
+/// The first bytes of a file of VTK in XML, from its root element on.
+fn start_of_xml(head: &[u8]) -> Option<&[u8]> {
+    let head = &head[..head.len().min(4096)];
+    memchr::memmem::find(head, b"<VTKFile").map(|at| &head[at..])
+}
+
+fn version(head: &[u8]) -> Option<String> {
+    // An XML declaration before it also has a version.
+    super::word_after(start_of_xml(head)?, b" version=\"")
 }
 
 #[cfg(test)]

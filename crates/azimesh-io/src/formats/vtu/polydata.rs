@@ -1,101 +1,55 @@
 //! VTK XML polygonal data (.vtp): the surface of a mesh, as vertices, lines and polygons. Read like any XML of VTK.
 
-use super::super::surface::{OuterFaces, surface_of};
+use super::super::format::{OuterFaces, surface_of};
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::content::{Content, owned, slice};
 use super::super::vtk::number::Element;
-use super::super::{Encoding, Format, Notes, ReadOptions, Source, WriteOptions};
+use super::super::{Format, Notes, WriteOptions};
 use super::file::{File, NAMES};
-use super::{Vtu, write};
+use super::{XML, start_of_xml, write};
 use crate::formats::Out;
 use crate::mesh::{CellSet, Cells, Group, Mesh, MeshView};
 use azimesh_core::error::Result;
 
 /// VTK XML polygonal data (.vtp).
-pub struct Vtp;
-
-impl Format for Vtp {
-    fn name(&self) -> &'static str {
-        "vtp"
-    }
-
-    fn title(&self) -> &'static str {
-        "VTK XML polygonal data (.vtp)"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["vtp"]
-    }
-
-    fn is_surface(&self) -> bool {
-        true
-    }
-
-    fn recognizes_start(&self, head: &[u8]) -> bool {
-        let head = &head[..head.len().min(4096)];
-        let after = memchr::memmem::find(head, b"<VTKFile").map(|at| &head[at..]);
+pub static VTP: Format = Format {
+    name: "vtp",
+    title: "VTK XML polygonal data (.vtp)",
+    extensions: &["vtp"],
+    is_surface: true,
+    detect: |source| {
         let is_poly = |element: &[u8]| {
             let element = &element[..memchr::memchr(b'>', element).unwrap_or(element.len())];
             memchr::memmem::find(element, b"PolyData").is_some()
         };
-        after.is_some_and(is_poly)
-    }
+        start_of_xml(source.bytes()).is_some_and(is_poly)
+    },
+    surface: Some(|mesh, outer| surface_of(mesh, "VTP", outer)),
+    write: Some(write_surface),
+    ..XML
+};
 
-    fn encodings(&self) -> &'static [Encoding] {
-        Vtu.encodings()
-    }
-
-    fn compresses(&self) -> bool {
-        true
-    }
-
-    fn has_tag_names(&self) -> bool {
-        true
-    }
-
-    fn holds_arrays(&self) -> bool {
-        true
-    }
-
-    fn version(&self, head: &[u8]) -> Option<String> {
-        Vtu.version(head)
-    }
-
-    fn read_file(&self, source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-        Vtu.read_file(source, options, notes)
-    }
-
-    fn surface(&self, mesh: &MeshView, outer: OuterFaces) -> Option<(Mesh, Notes)> {
-        Some(surface_of(mesh, "VTP", outer))
-    }
-
-    fn write_file(
-        &self,
-        mesh: &MeshView,
-        out: &mut dyn Out,
-        options: &WriteOptions,
-    ) -> Result<Notes> {
-        let (surface, mut notes) = surface_of(mesh, "VTP", OuterFaces::All);
-        notes.extend(options.check_coordinates(&surface.view())?);
-        let surface = with_faces_apart(surface);
-        let view = surface.view();
-        let plan = VtkArrays::new(&view, options, &NAMES);
-        let mut sections = plan.sections();
-        let lists = lists(&surface.cells);
-        sections.cells = lists.iter().flat_map(List::contents).collect();
-        let file = File {
-            sections,
-            n_points: surface.points.len(),
-            n_cells: plan.n_cells(),
-            lists: Some([0, 1, 2, 3].map(|list| lists[list].ends.len())),
-            version: "1.0",
-            has_wedges: false,
-            options,
-        };
-        write::write_file(&file, out)?;
-        notes.extend(plan.notes);
-        Ok(notes)
-    }
+fn write_surface(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
+    let (surface, mut notes) = surface_of(mesh, "VTP", OuterFaces::All);
+    notes.extend(options.check_coordinates(&surface.view())?);
+    let surface = with_faces_apart(surface);
+    let view = surface.view();
+    let plan = VtkArrays::new(&view, options, &NAMES);
+    let mut sections = plan.sections();
+    let lists = lists(&surface.cells);
+    sections.cells = lists.iter().flat_map(List::contents).collect();
+    let file = File {
+        sections,
+        n_points: surface.points.len(),
+        n_cells: plan.n_cells(),
+        lists: Some([0, 1, 2, 3].map(|list| lists[list].ends.len())),
+        version: "1.0",
+        has_wedges: false,
+        options,
+    };
+    write::write_file(&file, out)?;
+    notes.extend(plan.notes);
+    Ok(notes)
 }
 
 /// The cells of one list: their nodes, and where the nodes of each end.

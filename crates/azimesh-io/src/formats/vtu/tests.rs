@@ -1,6 +1,6 @@
 use super::*;
-use crate::formats::{Compression, Encoding, Precision, parse};
-use crate::mesh::{CellKind, CellSet, DataArray, Group, Values};
+use crate::formats::{Notes, ReadOptions, WriteOptions, parse};
+use crate::mesh::{CellKind, CellSet, DataArray, Group, Mesh, Values};
 use azimesh_core::diagnostic::formats::GroupWritten;
 
 /// Every kind of thing that a mesh can hold: mixed cells, a polyhedron, a face in two tags, zones,
@@ -89,14 +89,14 @@ fn rich_mesh() -> Mesh {
 
 fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Notes) {
     let mut bytes = Vec::new();
-    let notes = Vtu
+    let notes = VTU
         .write_file(&mesh.view(), &mut bytes, options)
         .expect("it can be written");
     (bytes, notes)
 }
 
 fn read(bytes: &[u8]) -> Mesh {
-    let mut mesh = parse(&Vtu, bytes, &ReadOptions::default()).expect("it can be read");
+    let mut mesh = parse(&VTU, bytes, &ReadOptions::default()).expect("it can be read");
     mesh.validate().expect("it is a good mesh");
     mesh.merge_repeated_faces();
     mesh
@@ -231,7 +231,7 @@ fn error(text: &str, tag_array: Option<&str>) -> String {
         tag_array: tag_array.map(str::to_owned),
         ..ReadOptions::default()
     };
-    let result = parse(&Vtu, text.as_bytes(), &options);
+    let result = parse(&VTU, text.as_bytes(), &options);
     result.expect_err("it cannot be read").to_string()
 }
 
@@ -264,7 +264,7 @@ fn the_users_tag_array_is_taken_and_a_missing_one_is_named() {
         tag_array: Some("wall id".into()),
         ..ReadOptions::default()
     };
-    let mesh = parse(&Vtu, text.as_bytes(), &options).expect("it can be read");
+    let mesh = parse(&VTU, text.as_bytes(), &options).expect("it can be read");
     assert_eq!(mesh.boundary_tags().count(), 2);
     let message = error(&text, Some("wall_id"));
     assert!(message.contains("did you mean wall id") && message.contains("cell arrays: wall id"));
@@ -342,6 +342,6 @@ fn pieces_are_joined_and_keep_arrays_that_all_have() {
 #[test]
 fn the_version_is_not_that_of_xml() {
     let head = b"<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"2.1\">";
-    assert_eq!(Vtu.version(head).as_deref(), Some("2.1"));
-    assert_eq!(Vtu.version(b"<?xml version=\"1.0\"?>"), None);
+    assert_eq!((VTU.version)(head).as_deref(), Some("2.1"));
+    assert_eq!((VTU.version)(b"<?xml version=\"1.0\"?>"), None);
 }

@@ -57,7 +57,7 @@ fn every_file_of_hdf5_is_the_same_mesh_in_adf() {
             continue;
         }
         let drafts = drafts_of(name);
-        let n_steps = Cgns.steps_of_file(&Source::open(&path(name)).expect("it is there"));
+        let n_steps = (CGNS.steps)(&Source::open(&path(name)).expect("it is there"));
         let n_steps = n_steps.expect("it has steps").len();
         for (i, layout) in layouts().enumerate() {
             let bytes = file(layout, drafts.clone());
@@ -80,11 +80,11 @@ fn every_file_of_hdf5_is_the_same_mesh_in_adf() {
 #[test]
 fn a_mesh_from_adf_is_written_in_hdf5_and_told() {
     let bytes = file(PLAIN, drafts_of("polyhedra_offsets.cgns"));
-    let mesh = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is good");
+    let mesh = parse(&CGNS, &bytes, &ReadOptions::default()).expect("it is good");
     let (out, notes) = written(&mesh);
     assert!(crate::formats::hdf5::is_hdf5(&out));
     assert!(notes.has(Written::Hdf5ForAdf), "{notes:?}");
-    let again = parse(&Cgns, &out, &ReadOptions::default()).expect("it is good");
+    let again = parse(&CGNS, &out, &ReadOptions::default()).expect("it is good");
     assert!(!written(&again).1.has(Written::Hdf5ForAdf));
 }
 
@@ -98,7 +98,7 @@ fn a_grid_in_another_file_is_followed_and_told_when_it_is_not_there() {
     let main = folder.path().join("main.cgns");
     std::fs::write(&main, file(PLAIN, drafts)).expect("it is written");
     let open = || {
-        Cgns.read_file(
+        CGNS.read_file(
             &Source::open(&main)?,
             &ReadOptions::default(),
             &mut Notes::default(),
@@ -118,7 +118,10 @@ fn a_grid_in_another_file_is_followed_and_told_when_it_is_not_there() {
 #[test]
 fn a_file_without_a_base_is_not_cgns() {
     let bytes = file(PLAIN, vec![Draft::text("Other", "Other_t", "x")]);
-    assert!(Cgns.recognizes_start(&bytes));
+    assert!((CGNS.detect)(&Source::from_bytes(
+        Path::new("a"),
+        bytes.clone()
+    )));
     let message = refused(&bytes).to_string();
     assert!(
         message.contains("this is not a CGNS file: it has no CGNSBase_t"),
@@ -135,7 +138,7 @@ fn texts_that_are_not_utf8_are_read_as_latin1_and_told() {
     at.into_iter().for_each(|at| bytes[at + 2] = 0xfc);
     let mut notes = Notes::default();
     let source = Source::from_bytes(Path::new("f"), bytes);
-    let read = Cgns.read_file(&source, &ReadOptions::default(), &mut notes);
+    let read = CGNS.read_file(&source, &ReadOptions::default(), &mut notes);
     read.expect("it is good");
     notes.close();
     let texts = vec!["Fl\u{fc}gel".to_owned()];

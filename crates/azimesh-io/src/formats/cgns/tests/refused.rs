@@ -18,7 +18,7 @@ fn files_that_link_to_themselves_end() {
     let itself = folder.path().join("linked_grid.cgns");
     std::fs::copy(path("linked_families.cgns"), &itself).expect("it is copied");
     let source = Source::open(&itself).expect("it is there");
-    let read = Cgns.read_file(&source, &ReadOptions::default(), &mut Notes::default());
+    let read = CGNS.read_file(&source, &ReadOptions::default(), &mut Notes::default());
     let message = read.expect_err("it has no coordinates").to_string();
     assert!(message.contains("/Base/Zone/GridCoordinates"), "{message}");
 }
@@ -72,7 +72,7 @@ fn cells_in_space_without_a_third_coordinate_are_refused() {
     mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
     let (plane, _) = written(&mesh);
     assert_eq!(
-        parse(&Cgns, &plane, &ReadOptions::default())
+        parse(&CGNS, &plane, &ReadOptions::default())
             .expect("it is good")
             .points,
         mesh.points

@@ -92,7 +92,7 @@ fn conditions_without_faces_are_named_and_missing_cells_counted() {
     First(&[8, 1, 0], &[8, 2, 0]).apply(&mut bytes);
     let source = Source::from_bytes(Path::new("m.cgns"), bytes);
     let mut notes = Notes::default();
-    let mesh = Cgns.read_file(&source, &ReadOptions::default(), &mut notes);
+    let mesh = CGNS.read_file(&source, &ReadOptions::default(), &mut notes);
     assert!(mesh.is_ok());
     let cells = Read::CellCount {
         zone: "/Base/Zone".into(),
@@ -129,7 +129,7 @@ fn single_nodes_come_back_with_and_without_a_group() {
         assert_eq!(notes, []);
         // cgnscheck takes no subregions of nodes.
         assert!(memchr::memmem::find(&bytes, b"ZoneSubRegion_t").is_none());
-        let again = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read again");
+        let again = parse(&CGNS, &bytes, &ReadOptions::default()).expect("it is read again");
         assert_eq!(again.groups.len(), mesh.groups.len());
         let difference = Difference::between(&mesh, &again, Tolerance::default());
         assert!(difference.is_same(), "{difference:?}");

@@ -19,7 +19,7 @@ fn field_arrays(step: i32) -> Vec<DataArray> {
 fn a_sequence_grows_and_is_whole_after_each_step() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("moving.cgns");
-    let create = Cgns.sequence().expect("CGNS has sequences");
+    let create = CGNS.sequence.expect("CGNS has sequences");
     let mut file =
         create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
     assert!(!path.exists(), "no file before the first step is whole");
@@ -36,13 +36,13 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
             .expect("it is appended");
         let source = Source::open(&path).expect("it has its name");
         let times: Vec<f64> = (0..=step).map(|i| f64::from(i) * 0.25).collect();
-        assert_eq!(Cgns.steps_of_file(&source).expect("steps"), times);
+        assert_eq!((CGNS.steps)(&source).expect("steps"), times);
         for earlier in 0..=step {
             let options = ReadOptions {
                 step: usize::try_from(earlier).ok(),
                 ..ReadOptions::default()
             };
-            let found = Cgns
+            let found = CGNS
                 .read_file(&source, &options, &mut Notes::default())
                 .expect("it is read");
             assert_eq!(found.points[5][2], 1.5 + f64::from(earlier));
@@ -67,7 +67,7 @@ fn a_sequence_grows_and_is_whole_after_each_step() {
 #[test]
 fn round_off_does_not_lift_a_plane_sequence_out_of_its_plane() {
     let folder = tempfile::tempdir().expect("a folder");
-    let create = Cgns.sequence().expect("CGNS has sequences");
+    let create = CGNS.sequence.expect("CGNS has sequences");
     let path = folder.path().join("m.cgns");
     let mut file =
         create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
@@ -87,14 +87,14 @@ fn round_off_does_not_lift_a_plane_sequence_out_of_its_plane() {
         .expect_err("it is lifted");
     assert!(error.to_string().contains("not in the plane"), "{error}");
     let bytes = std::fs::read(&path).expect("it is there");
-    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    let back = parse(&CGNS, &bytes, &ReadOptions::default()).expect("it is read");
     assert_eq!(back.points, triangle(0.0).points);
 }
 
 #[test]
 fn a_sequence_refuses_polyhedra_of_the_same_nodes_with_other_faces() {
     let folder = tempfile::tempdir().expect("a folder");
-    let create = Cgns.sequence().expect("CGNS has sequences");
+    let create = CGNS.sequence.expect("CGNS has sequences");
     let path = folder.path().join("m.cgns");
     let mut file =
         create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
@@ -130,7 +130,7 @@ fn arrays_that_are_left_out_are_named_in_a_file_and_in_a_sequence() {
         DataArray::scalar("seed", large(1)),
         DataArray::scalar("none", Values::F64(Vec::new())),
     ];
-    let create = Cgns.sequence().expect("CGNS has sequences");
+    let create = CGNS.sequence.expect("CGNS has sequences");
     let path = folder.path().join("m.cgns");
     let mut file =
         create(&path, &WriteOptions::default(), Begin::Create, false).expect("it starts");
@@ -148,7 +148,7 @@ fn arrays_that_are_left_out_are_named_in_a_file_and_in_a_sequence() {
     assert!(notes.has(ArrayWritten::WithoutValues {
         name: named("none")
     }));
-    let back = parse(&Cgns, &bytes, &ReadOptions::default()).expect("it is read");
+    let back = parse(&CGNS, &bytes, &ReadOptions::default()).expect("it is read");
     assert!(back.point_arrays.iter().all(|array| array.name != "hash"));
     assert!(back.field_arrays.is_empty());
 }

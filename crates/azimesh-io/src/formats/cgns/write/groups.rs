@@ -6,8 +6,7 @@ use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
 use super::numbering::Numbering;
 use crate::formats::Notes;
-use crate::formats::conditions::in_cgns;
-use crate::formats::records::shared_names;
+use crate::formats::names::in_cgns;
 use crate::mesh::{CellSet, Group, MeshView};
 use azimesh_core::diagnostic::formats::{Condition, GroupWritten};
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,7 +53,7 @@ pub(super) fn add(
     let mut families = Families::new(base, mesh);
     let mut conditions = None;
     let mut condition_names = condition_names(mesh).into_iter();
-    notes.extend(shared_names(mesh.groups));
+    notes.joined(mesh.groups);
     for group in mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {

@@ -1,15 +1,14 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
 //! once; pointers of the zone to those of each step, and times.
 
-use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree, column_bytes};
+use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree};
 use super::super::super::portable::not_taken;
-use super::super::super::{Begin, SequenceFile, StepBytes, StepSize, WriteOptions};
+use super::super::super::{Begin, SequenceFile, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS, FromAdf};
 use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
 use super::draft::{self, DataType, Draft, Open};
 use super::faces::FaceTable;
 use super::fields::fields;
-use super::names::LONGEST;
 use super::numbering::Numbering;
 use super::series::{Given, Series, names, padded, step_name};
 use super::{SIMULATION, Static, TIMES};
@@ -264,25 +263,6 @@ impl SequenceFile for Sequence {
 
     fn is_resuming(&self) -> bool {
         self.file.is_resuming()
-    }
-}
-
-/// Bytes that a step adds to a file: values; nodes, and lists of one number or name a step.
-pub(in crate::formats::cgns) fn step_bytes(step: &StepSize) -> StepBytes {
-    const NODES: u64 = 3700;
-    const COORDINATE: u64 = 950;
-    const ARRAY: u64 = 500;
-    let n_axes = if step.is_plane { 2 } else { 3 };
-    let (n_at_cells, of_a_cell) = step.at_cells;
-    let n_lists = 1 + u64::from(step.n_vectors > 0) + u64::from(n_at_cells > 0);
-    let lists = n_lists * column_bytes(step.n_steps, LONGEST as u64);
-    let arrays = n_axes * COORDINATE + (3 * step.n_vectors + n_at_cells) * ARRAY;
-    // A step that changes one array of a solution has nodes for all of them.
-    let still = (n_lists - 1).min(1) * step.n_still * ARRAY;
-    StepBytes {
-        coordinates: step.n_nodes * n_axes * step.number,
-        arrays: step.n_nodes * n_axes * 8 * step.n_vectors + step.n_cells.1 * of_a_cell,
-        rest: NODES + arrays + still + lists + column_bytes(step.n_steps, 8),
     }
 }
 

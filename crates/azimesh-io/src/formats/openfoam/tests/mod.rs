@@ -52,7 +52,7 @@ fn change(case: &TempDir, name: &str, from: &str, to: &str) {
 fn a_mesh_has_the_cells_faces_tags_and_zones_of_its_files() {
     let case = case_of(&small(), ASCII);
     let found = loaded(case.path()).expect("it is read");
-    assert_eq!(found.format.name(), "openfoam");
+    assert_eq!(found.format.name, "openfoam");
     let mesh = found.mesh;
     assert_eq!(mesh.points, small().points);
     let cells: Vec<_> = mesh

@@ -17,7 +17,7 @@ fn moving(step: usize) -> Mesh {
 
 fn sequence(folder: &Path) -> (Box<dyn SequenceFile>, std::path::PathBuf) {
     let path = folder.join("moving.vtkhdf");
-    let create = VtkHdf.sequence().expect("it has sequences");
+    let create = VTKHDF.sequence.expect("it has sequences");
     let sequence =
         create(&path, &WriteOptions::default(), Begin::Create, false).expect("it can be made");
     (sequence, path)
@@ -35,7 +35,7 @@ fn a_sequence_is_whole_under_its_name_after_each_step() {
             .expect("it is appended");
         let source = Source::open(&path).expect("it has its name");
         let times: Vec<f64> = (0..=step).map(|i| i as f64 * 0.25).collect();
-        assert_eq!(VtkHdf.steps_of_file(&source).expect("it has steps"), times);
+        assert_eq!((VTKHDF.steps)(&source).expect("it has steps"), times);
         for earlier in 0..=step {
             assert_same(&read(&source, Some(earlier)), &moving(earlier));
         }
@@ -66,7 +66,7 @@ fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged
     hashes.extend(append(&mut whole, 1..3));
     drop(whole);
     let wanted = std::fs::read(&path).expect("it is there");
-    let create = VtkHdf.sequence().expect("it has sequences");
+    let create = VTKHDF.sequence.expect("it has sequences");
     let resume =
         || create(&path, &WriteOptions::default(), Begin::Resume, false).expect("it opens");
     let check = |content: &[u8], what: &str| {
@@ -185,7 +185,7 @@ fn a_sequence_refuses_other_cells_and_other_arrays() {
     );
     drop(sequence);
     let source = Source::open(&path).expect("the first step is there");
-    assert_eq!(VtkHdf.steps_of_file(&source).expect("it has a step"), [0.0]);
+    assert_eq!((VTKHDF.steps)(&source).expect("it has a step"), [0.0]);
 }
 
 #[test]

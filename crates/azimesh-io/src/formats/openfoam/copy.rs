@@ -1,10 +1,10 @@
-//! What belongs to a case beside its mesh: `system`, `0` and `constant`, and those of its pieces where these are written,
-//! copied where the mesh was read from a case.
+//! Files of a case that are copied to the case of a sequence: `system`, `0` and `constant` of the case that the mesh was
+//! read from, and the same folders of its pieces if these are written.
 
-use super::folders::{CONSTANT, MESH};
-use super::place::Place;
+use super::case::{CONSTANT, MESH, Place};
+use super::output::CaseFiles;
 use super::topology::{StoredPieces, Topology};
-use crate::formats::{OutputSet, check_file};
+use crate::formats::check_file;
 use crate::mesh::MeshView;
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
     let Some(origin) = mesh.origin.get::<Topology>() else {
         return Ok(());
     };
-    let (from, to) = (resolved(&origin.case), resolved(case));
+    let (from, to) = (resolved(&origin.path.root), resolved(case));
     if from == to {
         return Err(Error::input(
             "this is the case that the mesh is read from; give another folder, to which its system, 0 and constant are \
@@ -45,29 +45,24 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
             name.display()
         ))
         .file(case)),
-        None => Copying::of(origin, &Place::of(case, mesh))?.check(),
+        None => Copying::of(origin, &Place::of(case, mesh, false))?.check(),
     }
 }
 
-/// A path without links, as far as it is there.
+/// A path without links, as far as it exists.
 fn resolved(path: &Path) -> PathBuf {
     let full = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let known = full
-        .ancestors()
-        .find_map(|above| Some((above, fs::canonicalize(above).ok()?)));
-    match known {
-        Some((above, found)) => match full.strip_prefix(above) {
-            Ok(rest) if !rest.as_os_str().is_empty() => found.join(rest),
-            _ => found,
-        },
-        None => full,
-    }
+    let known = full.ancestors().find_map(|above| {
+        let found = fs::canonicalize(above).ok()?;
+        Some(found.join(full.strip_prefix(above).ok()?))
+    });
+    known.unwrap_or(full)
 }
 
-/// Copies what belongs to the case of the mesh. What is there already stays as it is.
-pub(super) fn copy(mesh: &MeshView, place: &Place, out: &mut OutputSet) -> Result<()> {
+/// Copies the files that belong to the case of the mesh. Files that are there already stay as they are.
+pub(super) fn copy(mesh: &MeshView, files: &mut CaseFiles) -> Result<()> {
     match mesh.origin.get::<Topology>() {
-        Some(origin) => Copying::of(origin, place)?.copy(&place.case, out),
+        Some(origin) => Copying::of(origin, files.place)?.copy(files),
         None => Ok(()),
     }
 }
@@ -92,10 +87,10 @@ struct Copying<'a> {
 impl<'a> Copying<'a> {
     fn of(origin: &'a Topology, place: &Place) -> Result<Self> {
         let mut own: Vec<PathBuf> = place.folders(CONSTANT).iter().map(PathBuf::from).collect();
-        own.push(PathBuf::from(place.folder(CONSTANT)));
-        let real = resolved(&origin.case);
+        own.push(PathBuf::from(place.path.folder(CONSTANT)));
+        let real = resolved(&origin.path.root);
         let mut copying = Self {
-            from: &origin.case,
+            from: &origin.path.root,
             places: BTreeMap::from([(real.clone(), PathBuf::new())]),
             real,
             roots: copied(place.pieces),
@@ -128,20 +123,21 @@ impl<'a> Copying<'a> {
             .map_err(io)?;
         let mut names: Vec<_> = entries.iter().map(fs::DirEntry::file_name).collect();
         names.sort();
-        // Of the folder of the mesh only what lies in folders, such as sets.
+        // From the folder of the mesh only folders are copied, such as sets.
         let is_own = self.own.iter().any(|own| inside == own);
         for name in names {
             let inside = inside.join(name);
             let path = self.from.join(&inside);
-            match path.is_dir() {
-                true if is_first_mesh(&inside) => {}
-                true => match self.copy_of(&path, &inside) {
+            if !path.is_dir() {
+                // A link that leads nowhere is left out.
+                if !is_own && path.exists() {
+                    self.files.push(inside);
+                }
+            } else if !is_first_mesh(&inside) {
+                match self.copy_of(&path, &inside) {
                     Some(place) => self.links.push((inside, place)),
                     None => self.folder(&inside)?,
-                },
-                // A link that leads nowhere is left out.
-                false if is_own || !path.exists() => {}
-                false => self.files.push(inside),
+                }
             }
         }
         Ok(())
@@ -166,31 +162,29 @@ impl<'a> Copying<'a> {
         files.try_for_each(|path| open(&path).map(|_| ()))
     }
 
-    fn copy(&self, case: &Path, out: &mut OutputSet) -> Result<()> {
+    fn copy(&self, files: &mut CaseFiles) -> Result<()> {
+        let case = &files.place.path.root;
         for inside in self
             .files
             .iter()
             .filter(|inside| !case.join(inside).exists())
         {
-            let mut file = open(&self.from.join(inside))?;
-            out.in_folder(case, &inside.to_string_lossy(), |out| {
-                io::copy(&mut file, out)
-                    .map(|_| ())
-                    .map_err(|error| Error::io(&case.join(inside), &error))
-            })?;
+            let file = open(&self.from.join(inside))?;
+            files.copy(file, &inside.to_string_lossy(), &case.join(inside))?;
         }
         for (inside, place) in &self.links {
             if fs::symlink_metadata(case.join(inside)).is_err() {
                 let above = inside.components().skip(1).map(|_| "..");
                 let to: PathBuf = above.collect();
-                out.link_in_folder(&inside.to_string_lossy(), &to.join(place))?;
+                let name = inside.to_string_lossy();
+                files.out.link_in_folder(&name, &to.join(place))?;
             }
         }
         Ok(())
     }
 }
 
-/// Whether a folder holds the mesh at the first time: points there are those of the mesh that is written.
+/// Checks if a folder holds the mesh at the first time, whose points are written.
 fn is_first_mesh(inside: &Path) -> bool {
     inside.iter().any(|name| name == "0") && inside.file_name().is_some_and(|name| name == MESH)
 }
