@@ -26,7 +26,7 @@ pub struct SurfaceNodes {
     pub roles: Vec<Role>,
 }
 
-/// Boundary faces with a role. Those of an interface are in [`ZoneSides`](azimesh_io::mesh::ZoneSides).
+/// Boundary faces with a role. The faces of an interface are in [`ZoneSides`](azimesh_io::mesh::ZoneSides).
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SurfaceFaces {
     /// Cell indices of the mesh, ascending.

@@ -78,7 +78,7 @@ pub fn to_write(format: &'static Format) -> Result<&'static Format> {
     written.ok_or_else(|| read_only(format.title))
 }
 
-/// Checks if the ending of a file name is that of a format that is only read.
+/// Checks if a format with the ending of this file name is only read.
 pub fn is_only_read(path: &Path) -> bool {
     with_extension(&file_name(path)).is_some_and(|format| !format.is_written())
 }
@@ -109,7 +109,7 @@ fn with_extension(name: &str) -> Option<&'static Format> {
 }
 
 /// A file name without the extensions of compression and format, which the files of one case share. The whole name
-/// where its extension is not that of a format.
+/// if no format has its extension.
 pub fn case_name(name: &str) -> &str {
     let inside = without_compression(name);
     let extensions = all().flat_map(|format| format.extensions);

@@ -69,9 +69,9 @@ pub struct Format {
     pub case: Option<CaseFormat>,
     /// True if ranks that have coordinates can write them into the file.
     pub takes_numbers_apart: fn(&WriteOptions) -> bool,
-    /// True if ranks that have the cells of this mesh can write their nodes into such a file too: cells are there in
-    /// their order, or in that of their kinds, each once. Asks for nothing but the kinds of cells, the groups and
-    /// where boundary faces are at rest.
+    /// True if ranks that have the cells of this mesh can write their nodes into such a file too: the file has each
+    /// cell once, in the order of the mesh or by kind. Uses only the kinds of cells, the groups and the boundary
+    /// faces of the reference mesh.
     pub takes_cells_apart: fn(&MeshView) -> bool,
 }
 

@@ -1,7 +1,7 @@
 //! Input files: those that an output must not replace, and hashes of the bytes that were read.
 //!
 //! Inputs are known by their identity on the disk, device and inode, so that links count. The inputs of a run are kept
-//! open until they are hashed: a hash is then that of the bytes that were read, also where another file has taken the
+//! open until they are hashed: the hash is then the hash of the bytes that were read, also if another file has taken the
 //! name meanwhile.
 
 use super::source::check_file;
@@ -107,7 +107,7 @@ fn guarded() -> MutexGuard<'static, Option<Inputs>> {
     GUARDED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Open files, at the most; of further ones the stamps are kept alone.
+/// Maximum number of open files; of further inputs only the stamps are kept.
 const MOST_OPEN: usize = 64;
 
 /// The opened inputs, by their paths; `None` where they are not kept.

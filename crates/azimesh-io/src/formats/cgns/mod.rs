@@ -69,7 +69,7 @@ const CELL_ORDER: &str = "CellOrder";
 /// Name of the list of these nodes, one for each step of a sequence.
 const FIELD_POINTERS: &str = "FieldArraysPointers";
 
-/// What the reader leaves for the writer: that the file was in ADF.
+/// Mark of a mesh that was read from an ADF file, for the writer.
 struct FromAdf;
 
 /// CGNS (.cgns); written in HDF5.
@@ -103,7 +103,7 @@ pub static CGNS: Format = Format {
         Ok(Box::new(file))
     }),
     takes_numbers_apart: |_| true,
-    // Of arrays at cells it is told which have values on faces that their cells do not have.
+    // Arrays at cells need a check for values on boundary faces, which needs the values of all ranks.
     takes_cells_apart: |mesh| {
         matches!(write::other_order(mesh), Ok(None)) && mesh.cell_arrays.is_empty()
     },

@@ -56,7 +56,7 @@ pub static EXODUS: Format = Format {
     name: "exodus",
     title: "Exodus II (.exo)",
     extensions: &["exo", "e", "ex2", "exii", "gen", "g"],
-    // netCDF files hold anything: those of Exodus have dimensions of their own.
+    // netCDF files hold anything: Exodus files have dimensions with known names.
     detect: |source| {
         let bytes = source.bytes();
         (netcdf::is_classic(bytes) || hdf5::is_hdf5(bytes))
