@@ -39,6 +39,7 @@
 use ::vtkio::model;
 use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::{Error, Result};
+use azimesh_io::formats::column::Column;
 use azimesh_io::formats::pvtu::merge::{self, Piece};
 use azimesh_io::formats::vtk::arrays::VtkArrays;
 use azimesh_io::formats::vtk::cells::{Built, CellTable, repeat_tuples};
@@ -74,10 +75,9 @@ pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     let plan = VtkArrays::new(mesh, &options, &NAMES);
     notes.extend(plan.notes.iter().cloned());
     let sections = plan.sections();
-    let attributes =
-        |arrays: &[azimesh_io::formats::vtk::content::Content]| -> Result<Vec<model::Attribute>> {
-            arrays.iter().map(attribute).collect()
-        };
+    let attributes = |arrays: &[Column]| -> Result<Vec<model::Attribute>> {
+        arrays.iter().map(attribute).collect()
+    };
     let piece = model::UnstructuredGridPiece {
         points: model::IOBuffer::F64(mesh.points.as_flattened().to_vec()),
         cells: cells(&in_vtk_order(mesh.cells), &plan.repeated)?,
@@ -99,19 +99,19 @@ pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     })
 }
 
-fn attribute(content: &azimesh_io::formats::vtk::content::Content) -> Result<model::Attribute> {
-    let mut bytes = Vec::with_capacity(content.n_bytes);
-    content.for_each(&mut |some| {
+fn attribute(column: &Column) -> Result<model::Attribute> {
+    let mut bytes = Vec::with_capacity(column.n_bytes());
+    column.for_each(&mut |some| {
         bytes.extend_from_slice(some);
         Ok(())
     })?;
     macro_rules! buffer {
         ($($element:ident => $variant:ident),*) => {
-            match content.element {
+            match column.element {
                 $(Element::$element => {
                     model::IOBuffer::$variant(bytemuck::pod_collect_to_vec(&bytes))
                 })*
-                Element::String => return Err(Error::input("vtkio holds no strings").dataset(content.name)),
+                Element::String => return Err(Error::input("vtkio holds no strings").dataset(column.name)),
             }
         };
     }
@@ -120,8 +120,8 @@ fn attribute(content: &azimesh_io::formats::vtk::content::Content) -> Result<mod
         Int64 => I64, UInt64 => U64, Float32 => F32, Float64 => F64
     );
     Ok(model::Attribute::DataArray(model::DataArray {
-        name: content.name.to_owned(),
-        elem: model::ElementType::Generic(content.n_components as u32),
+        name: column.name.to_owned(),
+        elem: model::ElementType::Generic(column.n_components as u32),
         data,
     }))
 }

@@ -1,6 +1,6 @@
 //! The nodes of cells as files list them, for ranks that write those of their own cells.
 
-use super::hdf5::Sink;
+use super::column::Sink;
 use super::vtk::order;
 use super::{cgns, ugrid};
 use crate::mesh::{Cells, Listing, NodesOfCells, turn};

@@ -7,6 +7,7 @@ mod adf;
 mod by_faces;
 pub mod cgns;
 mod choice;
+pub mod column;
 mod decompress;
 mod dialect;
 pub mod exodus;

@@ -1,6 +1,7 @@
 //! Small meshes as Fluent stores them, written by the tests: text, binary, HDF5.
 
-use crate::formats::hdf5::{Data, Element, Tree};
+use crate::formats::column::Data;
+use crate::formats::hdf5::{Element, Tree};
 use std::fmt::Write;
 
 /// A file: numbers count from 1, as in it.
@@ -284,7 +285,7 @@ impl Small {
             "Thread Variables",
             Element::String,
             &[1],
-            Data::Strings(text.into()),
+            Data::Text(text.into()),
         );
         let mut bytes = Vec::new();
         tree.write(&mut bytes).expect("it is in memory");

@@ -1,5 +1,7 @@
 //! Types of values, as HDF5 describes them.
 
+use crate::formats::vtk::number::Element as VtkElement;
+
 /// A number that has its own type in HDF5.
 pub(in crate::formats) trait Number: bytemuck::NoUninit {
     /// That type.
@@ -97,5 +99,23 @@ impl Element {
             }
         }
         message
+    }
+}
+
+impl From<VtkElement> for Element {
+    fn from(element: VtkElement) -> Self {
+        match element {
+            VtkElement::Int8 => Element::I8,
+            VtkElement::UInt8 => Element::U8,
+            VtkElement::Int16 => Element::I16,
+            VtkElement::UInt16 => Element::U16,
+            VtkElement::Int32 => Element::I32,
+            VtkElement::UInt32 => Element::U32,
+            VtkElement::Int64 => Element::I64,
+            VtkElement::UInt64 => Element::U64,
+            VtkElement::Float32 => Element::F32,
+            VtkElement::Float64 => Element::F64,
+            VtkElement::String => Element::String,
+        }
     }
 }

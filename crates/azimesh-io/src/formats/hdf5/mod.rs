@@ -8,24 +8,24 @@
 //! let group = tree.group(Tree::ROOT, "VTKHDF");
 //! tree.text_attribute(group, "Type", "UnstructuredGrid");
 //! tree.number_attribute(group, "Version", &[2_i64, 3], false);
-//! let bytes = Data::Bytes(bytemuck::cast_slice(&mesh.points).into());   // not copied
-//! tree.dataset(group, "Points", Element::F64, &[n_points, 3], bytes);
+//! let points = Data::slice(mesh.points.as_flattened());                 // not copied
+//! tree.dataset(group, "Points", Element::F64, &[n_points, 3], points);
 //! tree.write(out)?;
 //! ```
 //!
-//! Values that are not in memory in the form that they have in the file are a [`Data::Stream`], a closure
+//! Values that are not in memory in the form that they have in the file are a [`Data::Made`], a closure
 //! that hands over bytes. A file that grows step by step and is valid after each:
 //!
 //! ```text
 //! let mut file = StepFile::create(path, Begin::Create, true)?;             // staged until the first step is complete
-//! let x = file.store(|sink| sink(bytemuck::cast_slice(&x)))?;           // keep `x` for later steps
+//! let x = file.store(&Data::slice(&x))?;                               // keep `x` for later steps
 //! let mut tree = ...;                                                   // all that is in the file now
-//! tree.dataset(group, "CoordinateX", Element::F64, &[n], Data::Stored(x));
+//! tree.dataset(group, "CoordinateX", Element::F64, &[n], x);
 //! let hash = file.finish_step(&tree)?;
 //! file.commit()?;                                                       // from here on it can be read
 //! ```
 //!
-//! A dataset that gets longer with each step has one [`Data::Chunks`] piece a step, or is a [`Column`]
+//! A dataset that gets longer with each step has one [`Payload::Chunks`] piece a step, or has [`Rows`]
 //! where that is a number or a name. What later steps have too is an object in a list of [`Links`]:
 //! so a step writes what is new in it, and the groups on the way there:
 //!
@@ -47,13 +47,13 @@
 mod address;
 mod bits;
 mod checksum;
-mod column;
 mod element;
 mod header;
 mod index;
 mod links;
 mod messages;
 mod read;
+mod rows;
 mod short_chunks;
 mod step_file;
 mod tree;
@@ -62,13 +62,13 @@ mod write;
 
 pub(super) use self::{
     address::Stored,
-    column::Column,
     element::Element,
     index::Chunks,
     links::Links,
     read::{Dataset, File, Group, MissingFiles},
+    rows::Rows,
     step_file::StepFile,
-    tree::{Data, Id, Sink, Tree},
+    tree::{Id, Payload, Tree},
     whole::{SIGNATURE, cut_off, first_bytes, is_hdf5},
 };
 

@@ -9,14 +9,14 @@
 //! their addresses and hashes again. From the first byte that differs, or from its end on, the file is written.
 
 use super::address::{NOWHERE, Storage, Stored};
-use super::column::Column;
-use super::element::Element;
 use super::header::{self, SUPERBLOCK};
 use super::index::Chunks;
 use super::links::Links;
-use super::tree::{Data, Sink, Tree};
-use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_values};
+use super::rows::Rows;
+use super::tree::{Payload, Tree};
+use super::write::{ALIGNMENT, Counted, failed, headers, stored_bytes, write_data, write_values};
 use crate::formats::Begin;
+use crate::formats::column::Data;
 use crate::formats::growing::GrowingFile;
 use crate::mesh::NumbersApart;
 use azimesh_core::error::Result;
@@ -112,33 +112,19 @@ impl StepFile {
         self.is_resuming
     }
 
-    /// Appends values, for a dataset of this step or of later ones ([`Data::Stored`],
-    /// [`Data::Chunks`]).
-    pub fn store(&mut self, make: impl FnOnce(Sink) -> Result<()>) -> Result<Stored> {
-        let address = self.align()?;
-        make(&mut |bytes| self.append(bytes))?;
-        Ok(Stored { address })
-    }
-
-    /// Appends numbers that other ranks write.
-    pub fn store_apart(&mut self, numbers: &NumbersApart) -> Result<Stored> {
-        let address = self.align()?;
-        self.append_apart(numbers)?;
+    /// Appends values, for a dataset of this step or of later ones ([`Payload::Stored`], [`Payload::Chunks`]).
+    pub fn store(&mut self, data: &Data) -> Result<Stored> {
+        let address = self.align_to(ALIGNMENT)?;
+        match data {
+            Data::Remote(numbers) => self.append_remote(numbers)?,
+            data => write_data(data, address, &mut |bytes| self.append(bytes))?,
+        }
         Ok(Stored { address })
     }
 
     /// Appends bytes right behind the values stored last.
     pub fn continue_with(&mut self, bytes: &[u8]) -> Result<()> {
         self.append(bytes)
-    }
-
-    /// Appends strings, for a dataset of [`Element::String`].
-    pub fn store_strings(&mut self, strings: &[String]) -> Result<Stored> {
-        let at = self.align()? + strings.len() as u64 * Element::String.size();
-        let (heap, references) = header::heap(at, strings);
-        let stored = self.store(|sink| sink(&references))?;
-        self.append(&heap)?;
-        Ok(stored)
     }
 
     /// Appends the root of a tree and all below it, for a group of this step or of later ones
@@ -156,12 +142,12 @@ impl StepFile {
         links.store(|bytes| self.put(bytes))
     }
 
-    /// Appends what is not in the file yet of a dataset of one row a step ([`Tree::column`]).
-    pub fn store_column(&mut self, column: &mut Column) -> Result<()> {
-        column.store(|bytes| self.put(bytes))
+    /// Appends what is not in the file yet of a dataset of one row a step ([`Tree::rows`]).
+    pub fn store_rows(&mut self, rows: &mut Rows) -> Result<()> {
+        rows.store(|bytes| self.put(bytes))
     }
 
-    /// Appends what is not in the file yet of the index of a dataset ([`Data::Chunks`]).
+    /// Appends what is not in the file yet of the index of a dataset ([`Payload::Chunks`]).
     pub fn store_index(&mut self, chunks: &mut Chunks) -> Result<()> {
         chunks.store(|bytes| self.put(bytes))
     }
@@ -226,20 +212,20 @@ impl StepFile {
         };
         match &dataset.data {
             _ if stored_bytes(dataset) == 0 => Ok(Storage::Contiguous(NOWHERE)),
-            Data::Stored(stored) => Ok(Storage::Contiguous(stored.address)),
-            Data::Chunks { rows, chunks } => Ok(Storage::Chunked {
+            Payload::Stored(stored) => Ok(Storage::Contiguous(stored.address)),
+            Payload::Chunks { rows, chunks } => Ok(Storage::Chunked {
                 rows: *rows,
                 index: chunks.stored.expect("its index was stored before"),
             }),
-            Data::Column(column) => Ok(column.place()),
+            Payload::Rows(rows) => Ok(rows.place()),
             _ => {
                 let alignment = stored_bytes(dataset)
                     .min(ALIGNMENT)
                     .next_power_of_two()
                     .max(8);
                 let address = self.align_to(alignment)?;
-                if let Data::Apart(numbers) = &dataset.data {
-                    self.append_apart(numbers)?;
+                if let Payload::New(Data::Remote(numbers)) = &dataset.data {
+                    self.append_remote(numbers)?;
                     return Ok(Storage::Contiguous(address));
                 }
                 write_values(dataset, address, &mut |bytes| self.append(bytes))?;
@@ -253,10 +239,6 @@ impl StepFile {
         let address = self.align_to(8)?;
         self.append(bytes)?;
         Ok(address)
-    }
-
-    fn align(&mut self) -> Result<u64> {
-        self.align_to(ALIGNMENT)
     }
 
     fn align_to(&mut self, alignment: u64) -> Result<u64> {
@@ -275,8 +257,8 @@ impl StepFile {
         self.out.write(&bytes[known..])
     }
 
-    fn append_apart(&mut self, numbers: &NumbersApart) -> Result<()> {
-        if self.is_resuming && self.has_apart(numbers)? {
+    fn append_remote(&mut self, numbers: &NumbersApart) -> Result<()> {
+        if self.is_resuming && self.has_remote(numbers)? {
             return Ok(());
         }
         self.out.out.flush().map_err(failed)?;
@@ -301,7 +283,7 @@ impl StepFile {
     }
 
     /// Skips numbers that others have where they are in the file already, as their hash tells; else writing begins with them.
-    fn has_apart(&mut self, numbers: &NumbersApart) -> Result<bool> {
+    fn has_remote(&mut self, numbers: &NumbersApart) -> Result<bool> {
         let (mut found, mut wanted) = (self.hasher.clone(), self.hasher.clone());
         let (file, n) = (&mut self.out.out.file, numbers.n_bytes);
         let is_there = file.pass(self.out.at, n, &mut |bytes| found.update(bytes));

@@ -1,6 +1,7 @@
 //! What is written is read back, by another implementation; h5py and VTK do so in scripts/verify.
 
 use super::*;
+use crate::formats::column::Data;
 use crate::formats::{Begin, Source};
 use crate::mesh::Values;
 use std::path::Path;
@@ -41,17 +42,9 @@ fn a_tree_is_read_back_in_the_order_it_was_made() {
     tree.number_attribute(zone, "one", &[2.5_f64], true);
     let point = tree.numbers(zone, "x", &[1.0, 2.5, -1e300]);
     tree.number_attribute(point, "unit", &[7_u8], true);
-    let made = Data::Stream(Box::new(|sink| {
-        (0..6_i16).try_for_each(|i| sink(&i.to_ne_bytes()))
-    }));
+    let made = Data::made(|sink| (0..6_i16).try_for_each(|i| sink(&i.to_ne_bytes())));
     tree.dataset(zone, "a", Element::I16, &[3, 2], made);
-    tree.dataset(
-        zone,
-        "names",
-        Element::String,
-        &[3],
-        Data::Strings(names_of[..].into()),
-    );
+    tree.dataset(zone, "names", Element::String, &[3], Data::text(&names_of));
     tree.numbers::<f32>(zone, "empty", &[]);
     tree.group(Tree::ROOT, "another");
     let mut bytes = Vec::new();
@@ -93,13 +86,13 @@ fn a_tree_is_read_back_in_the_order_it_was_made() {
 
 #[test]
 fn many_children_and_many_strings_fit() {
+    let strings: Vec<String> = (0..70_000).map(|i| i.to_string()).collect();
     let mut tree = Tree::new();
     for i in 0..3000_i64 {
         let child = tree.group(Tree::ROOT, &i.to_string());
         tree.number_attribute(child, "i", &[i], true);
     }
-    let strings: Vec<String> = (0..70_000).map(|i| i.to_string()).collect();
-    let data = Data::Strings(strings.clone().into());
+    let data = Data::text(&strings);
     tree.dataset(Tree::ROOT, "strings", Element::String, &[70_000], data);
     let mut bytes = Vec::new();
     tree.write(&mut bytes).expect("it is written");
@@ -110,7 +103,7 @@ fn many_children_and_many_strings_fit() {
         groups[2999].attribute("i").expect("it is read"),
         Some(Values::I64(vec![2999]))
     );
-    assert_eq!(values(&root, "strings"), Values::Text(strings));
+    assert_eq!(values(&root, "strings"), Values::Text(strings.clone()));
 }
 
 /// A sequence with everything that grows.
@@ -120,10 +113,10 @@ struct Sequence {
     fixed: Stored,
     chunks: Chunks,
     links: Links,
-    steps: Column,
-    names: Column,
+    steps: Rows,
+    names: Rows,
     /// Alike up to a step.
-    alike: Column,
+    alike: Rows,
     n: u64,
 }
 
@@ -143,13 +136,15 @@ impl Sequence {
         let mut file = StepFile::create(&path, Begin::Create, false).expect("it starts");
         Self {
             _folder: folder,
-            fixed: file.store(|sink| sink(&[1, 2, 3])).expect("it is stored"),
+            fixed: file
+                .store(&Data::slice(&[1_u8, 2, 3]))
+                .expect("it is stored"),
             file,
             chunks: Chunks::new(2),
             links: Links::default(),
-            steps: Column::new(Element::U64, &[]),
-            names: Column::new(Element::I8, &[32]),
-            alike: Column::new(Element::I64, &[]),
+            steps: Rows::new(Element::U64, &[]),
+            names: Rows::new(Element::I8, &[32]),
+            alike: Rows::new(Element::I64, &[]),
             n: 0,
         }
     }
@@ -161,8 +156,7 @@ impl Sequence {
     fn try_append(&mut self) -> azimesh_core::error::Result<()> {
         let (step, file) = (self.n, &mut self.file);
         let x = [step as f64; 4];
-        self.chunks
-            .push(file.store(|sink| sink(bytemuck::cast_slice(&x)))?);
+        self.chunks.push(file.store(&Data::slice(&x))?);
         file.store_index(&mut self.chunks)?;
         let mut tree = Tree::new();
         tree.number_attribute(Tree::ROOT, "step", &[step], true);
@@ -172,23 +166,23 @@ impl Sequence {
         self.steps.push(&[step]);
         self.names.push(name(step).as_bytes());
         self.alike.push(&[alike(step)]);
-        for column in [&mut self.steps, &mut self.names, &mut self.alike] {
-            file.store_column(column)?;
+        for rows in [&mut self.steps, &mut self.names, &mut self.alike] {
+            file.store_rows(rows)?;
         }
         let mut tree = Tree::new();
         let group = tree.group(Tree::ROOT, "same");
-        tree.dataset(group, "fixed", Element::U8, &[3], Data::Stored(self.fixed));
+        tree.dataset(group, "fixed", Element::U8, &[3], self.fixed);
         let group = tree.group(Tree::ROOT, "links");
         tree.links(group, &self.links);
         tree.numbers(group, "last", &[step]);
-        let data = Data::Chunks {
+        let data = Payload::Chunks {
             rows: 2,
             chunks: &self.chunks,
         };
         tree.dataset(Tree::ROOT, "x", Element::F64, &[2 * (step + 1), 2], data);
-        tree.column(Tree::ROOT, "steps", &self.steps);
-        tree.column(Tree::ROOT, "names", &self.names);
-        tree.column(Tree::ROOT, "alike", &self.alike);
+        tree.rows(Tree::ROOT, "steps", &self.steps);
+        tree.rows(Tree::ROOT, "names", &self.names);
+        tree.rows(Tree::ROOT, "alike", &self.alike);
         file.finish_step(&tree)?;
         file.commit()?;
         self.n += 1;

@@ -1,16 +1,11 @@
 //! The content of a file: groups, datasets and attributes, before they have addresses.
 
 use super::address::Stored;
-use super::column::Column;
 use super::element::{Element, Number};
 use super::index::Chunks;
 use super::links::Links;
-use crate::mesh::NumbersApart;
-use azimesh_core::error::Result;
-use std::borrow::Cow;
-
-/// Takes bytes as they are made.
-pub(in crate::formats) type Sink<'s> = &'s mut dyn FnMut(&[u8]) -> Result<()>;
+use super::rows::Rows;
+use crate::formats::column::Data;
 
 /// The content of a file. Children come back in the order in which they were added.
 pub(in crate::formats) struct Tree<'a> {
@@ -21,47 +16,32 @@ pub(in crate::formats) struct Tree<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::formats) struct Id(pub(super) usize);
 
-/// Values of a dataset, in the byte order of this machine, the last index running fastest.
-pub(in crate::formats) enum Data<'a> {
-    /// Bytes in memory.
-    Bytes(Cow<'a, [u8]>),
-    /// Bytes that are made as they are written: exactly as many as element and shape say.
-    Stream(Box<dyn Fn(Sink) -> Result<()> + 'a>),
-    /// Numbers that other ranks write.
-    Apart(NumbersApart<'a>),
-    /// Strings, for [`Element::String`].
-    Strings(Cow<'a, [String]>),
-    /// Written to a growing file before.
+/// Values of a dataset, the last index running fastest.
+pub(in crate::formats) enum Payload<'a> {
+    /// Values that are written now.
+    New(Data<'a>),
+    /// Values in a growing file.
     Stored(Stored),
-    /// Pieces of a growing dataset, each of `rows` of the first index, with their index; all were
-    /// written before.
+    /// Pieces of a dataset in a growing file, each of `rows` of the first index, with their index.
     Chunks {
         /// Rows of each piece.
         rows: u64,
         /// The index.
         chunks: &'a Chunks,
     },
-    /// A dataset that was written before.
-    Column(&'a Column),
+    /// A dataset in a growing file, of one row per step.
+    Rows(&'a Rows),
 }
 
-impl Data<'_> {
-    /// Hands the bytes of values that are numbers and not stored yet to `sink`.
-    ///
-    /// # Panics
-    /// For other values.
-    pub fn each(&self, sink: Sink) -> Result<()> {
-        match self {
-            Data::Bytes(bytes) => sink(bytes),
-            Data::Stream(make) => make(sink),
-            Data::Apart(_)
-            | Data::Strings(_)
-            | Data::Stored(_)
-            | Data::Chunks { .. }
-            | Data::Column(_) => panic!(
-                "strings have no bytes of their own, and what is stored or with other ranks is not here"
-            ),
-        }
+impl<'a> From<Data<'a>> for Payload<'a> {
+    fn from(data: Data<'a>) -> Self {
+        Payload::New(data)
+    }
+}
+
+impl From<Stored> for Payload<'_> {
+    fn from(stored: Stored) -> Self {
+        Payload::Stored(stored)
     }
 }
 
@@ -86,7 +66,7 @@ pub(super) struct Attribute {
 pub(super) struct Dataset<'a> {
     pub element: Element,
     pub shape: Vec<u64>,
-    pub data: Data<'a>,
+    pub data: Payload<'a>,
 }
 
 impl Dataset<'_> {
@@ -118,12 +98,12 @@ impl<'a> Tree<'a> {
         name: &str,
         element: Element,
         shape: &[u64],
-        data: Data<'a>,
+        data: impl Into<Payload<'a>>,
     ) -> Id {
         let dataset = Dataset {
             element,
             shape: shape.to_vec(),
-            data,
+            data: data.into(),
         };
         let node = Node {
             dataset: Some(dataset),
@@ -133,12 +113,12 @@ impl<'a> Tree<'a> {
     }
 
     /// A tree that is one dataset, to be an object of a growing file.
-    pub fn of_dataset(element: Element, shape: &[u64], data: Data<'a>) -> Self {
+    pub fn of_dataset(element: Element, shape: &[u64], data: impl Into<Payload<'a>>) -> Self {
         let mut tree = Self::new();
         tree.nodes[0].dataset = Some(Dataset {
             element,
             shape: shape.to_vec(),
-            data,
+            data: data.into(),
         });
         tree
     }
@@ -158,16 +138,20 @@ impl<'a> Tree<'a> {
     }
 
     /// Adds a dataset that has one more row with each step.
-    pub fn column(&mut self, parent: Id, name: &str, column: &'a Column) -> Id {
-        let data = Data::Column(column);
-        self.dataset(parent, name, column.element, &column.shape(), data)
+    pub fn rows(&mut self, parent: Id, name: &str, rows: &'a Rows) -> Id {
+        self.dataset(
+            parent,
+            name,
+            rows.element,
+            &rows.shape(),
+            Payload::Rows(rows),
+        )
     }
 
     /// Adds a dataset of numbers with one index.
     pub fn numbers<T: Number>(&mut self, parent: Id, name: &str, values: &[T]) -> Id {
-        let bytes: Vec<u8> = bytemuck::cast_slice(values).to_vec();
-        let data = Data::Bytes(bytes.into());
-        self.dataset(parent, name, T::ELEMENT, &[values.len() as u64], data)
+        let shape = [values.len() as u64];
+        self.dataset(parent, name, T::ELEMENT, &shape, Data::owned(values))
     }
 
     /// Adds an attribute of text that takes as many bytes as it has, at least one, without a zero

@@ -2,8 +2,9 @@
 
 use super::address::{NOWHERE, Storage};
 use super::header::{self, SUPERBLOCK};
-use super::tree::{Data, Dataset, Tree};
+use super::tree::{Dataset, Payload, Tree};
 use crate::formats::Out;
+use crate::formats::column::{Data, Sink};
 use azimesh_core::error::{Error, Result};
 use std::io::Write;
 
@@ -30,7 +31,7 @@ impl Tree<'_> {
                 && address != NOWHERE
             {
                 out.pad_to(address)?;
-                if let Data::Apart(numbers) = &dataset.data {
+                if let Payload::New(Data::Remote(numbers)) = &dataset.data {
                     out.out.apart(numbers, 0)?;
                     out.at += numbers.n_bytes;
                     continue;
@@ -92,7 +93,7 @@ pub(super) fn headers(
 /// Bytes that the values take in the file, with the heap of strings.
 pub(super) fn stored_bytes(dataset: &Dataset) -> u64 {
     match &dataset.data {
-        Data::Strings(strings) => {
+        Payload::New(Data::Text(strings)) => {
             let (heap, references) = header::heap(0, strings);
             (heap.len() + references.len()) as u64
         }
@@ -101,27 +102,29 @@ pub(super) fn stored_bytes(dataset: &Dataset) -> u64 {
 }
 
 /// Hands the values of a dataset that will lie at `at` to `sink`.
-pub(super) fn write_values(
-    dataset: &Dataset,
-    at: u64,
-    sink: &mut dyn FnMut(&[u8]) -> Result<()>,
-) -> Result<()> {
+pub(super) fn write_values(dataset: &Dataset, at: u64, sink: Sink) -> Result<()> {
     let mut n_bytes = 0;
     let mut counted = |bytes: &[u8]| {
         n_bytes += bytes.len() as u64;
         sink(bytes)
     };
     match &dataset.data {
-        Data::Strings(strings) => {
-            let (heap, references) = header::heap(at + strings.len() as u64 * 16, strings);
-            counted(&references)?;
-            counted(&heap)?;
-        }
-        data => data.each(&mut counted)?,
+        Payload::New(data) => write_data(data, at, &mut counted)?,
+        _ => panic!("what is stored is not written again"),
     }
     let expected = stored_bytes(dataset);
     assert_eq!(n_bytes, expected, "values must fit element and shape");
     Ok(())
+}
+
+/// Hands values that will be at `at` to `sink`: numbers, or references to strings and their heap.
+pub(super) fn write_data(data: &Data, at: u64, sink: Sink) -> Result<()> {
+    let Data::Text(strings) = data else {
+        return data.for_each(sink);
+    };
+    let (heap, references) = header::heap(at + strings.len() as u64 * 16, strings);
+    sink(&references)?;
+    sink(&heap)
 }
 
 /// Counts what goes by.

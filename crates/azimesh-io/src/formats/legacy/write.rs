@@ -1,9 +1,9 @@
 //! Writes a mesh as a legacy file; `vtk::arrays` decides which arrays there are.
 
+use super::super::column::Column;
 use super::super::names::{Rule, decoded};
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::chunk::reverse_each;
-use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::order;
 use super::super::vtk::text::{ascii, failed};
@@ -126,7 +126,7 @@ impl Writer<'_> {
     }
 
     /// Arrays as one field.
-    fn field(&mut self, arrays: &[Content]) -> Result<()> {
+    fn field(&mut self, arrays: &[Column]) -> Result<()> {
         if arrays.is_empty() {
             return Ok(());
         }
@@ -148,7 +148,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn component_names(&mut self, array: &Content) -> Result<()> {
+    fn component_names(&mut self, array: &Column) -> Result<()> {
         self.text("METADATA\nCOMPONENT_NAMES\n")?;
         for i in 0..array.n_components {
             let name = array.component_names.get(i).map_or("", String::as_str);
@@ -157,7 +157,7 @@ impl Writer<'_> {
         self.text("\n")
     }
 
-    fn values(&mut self, array: &Content) -> Result<()> {
+    fn values(&mut self, array: &Column) -> Result<()> {
         if !self.binary {
             return ascii(array, self.out);
         }
@@ -176,7 +176,7 @@ impl Writer<'_> {
     }
 
     /// Strings, which the content holds with a zero after each.
-    fn strings(&mut self, array: &Content) -> Result<()> {
+    fn strings(&mut self, array: &Column) -> Result<()> {
         let mut bytes = Vec::new();
         array.for_each(&mut |some| {
             bytes.extend_from_slice(some);
@@ -195,7 +195,7 @@ impl Writer<'_> {
     }
 
     /// Types of cells, four bytes each.
-    fn types(&mut self, types: &Content) -> Result<()> {
+    fn types(&mut self, types: &Column) -> Result<()> {
         self.text(&format!("CELL_TYPES {}\n", types.n_tuples))?;
         let mut out = Integers::new(self.out, self.binary, 4);
         types.for_each(&mut |bytes| bytes.iter().try_for_each(|vtk| out.push((*vtk).into())))?;

@@ -1,8 +1,8 @@
 //! Writes a mesh as pieces, each in a file, and the list of them.
 
+use super::super::column::Column;
 use super::super::rounding::is_flattened;
 use super::super::vtk::arrays::VtkArrays;
-use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtu::{NAMES, VTU, escaped};
 use super::super::{Notes, Out, OutputSet, WriteOptions, check_listed};
@@ -146,7 +146,7 @@ fn declared(plan: &VtkArrays) -> String {
     xml + "    <PPoints>\n" + &points.collect::<String>() + "    </PPoints>\n"
 }
 
-fn declaration(array: &Content) -> String {
+fn declaration(array: &Column) -> String {
     let element = match array.element {
         Element::String => "PArray",
         _ => "PDataArray",

@@ -1,32 +1,36 @@
 //! The arrays of a mesh that VTK's formats write, by section of the file, and notes on what is left out. Their layout
 //! in the file is left to the format.
 
-use super::content::{Content, ContentPart, of_values, owned, slice};
 use super::number::Element;
+use super::order;
 use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
 use crate::formats::Notes;
+use crate::formats::column::{BLOCK, Column, Data, Sink, stream, stream_integers};
 use crate::formats::names::{Given, Rule};
 use crate::formats::{Precision, WriteOptions};
-use crate::mesh::{Coordinates, DataArray, Group, Listing, MeshView, NodesOfCells, Values};
+use crate::mesh::{
+    CellKind, Cells, Coordinates, DataArray, Group, Listing, MeshView, NodesOfCells, Values,
+};
 use azimesh_core::diagnostic::formats::{ArrayWritten, GroupWritten};
+use azimesh_core::error::Result;
 
 /// The arrays of each part of a file.
 pub struct Sections<'a> {
     /// Arrays of the mesh as a whole.
-    pub fields: Vec<Content<'a>>,
+    pub fields: Vec<Column<'a>>,
     /// Arrays with one tuple a node.
-    pub point_data: Vec<Content<'a>>,
+    pub point_data: Vec<Column<'a>>,
     /// Arrays with one tuple a cell.
-    pub cell_data: Vec<Content<'a>>,
+    pub cell_data: Vec<Column<'a>>,
     /// Node coordinates.
-    pub points: Vec<Content<'a>>,
+    pub points: Vec<Column<'a>>,
     /// Node indices, ends, types; of polyhedra faces and their ends.
-    pub cells: Vec<Content<'a>>,
+    pub cells: Vec<Column<'a>>,
 }
 
 impl<'a> Sections<'a> {
     /// Every array, in the order of an XML file.
-    pub fn all(&self) -> impl Iterator<Item = &Content<'a>> {
+    pub fn all(&self) -> impl Iterator<Item = &Column<'a>> {
         let of_piece = [&self.point_data, &self.cell_data, &self.points, &self.cells];
         self.fields.iter().chain(of_piece.into_iter().flatten())
     }
@@ -183,16 +187,19 @@ impl<'a> VtkArrays<'a> {
             .filter(|(_, array)| self.is_kept(array))
     }
 
-    fn fields(&self) -> Vec<Content<'_>> {
+    fn fields(&self) -> Vec<Column<'_>> {
         let arrays = self
             .kept(&self.mesh.field_arrays)
-            .map(|(at, array)| content(array, &self.names[2][at]));
+            .map(|(at, array)| column(array, &self.names[2][at]));
         let with_names = self.labels.iter().filter(|_| self.options.tag_names);
-        let names = with_names.map(|(pair, n)| Content::strings(pair.names, &n.names));
+        let names = with_names.map(|(pair, n)| {
+            let data = Data::text(&n.names);
+            Column::scalar(pair.names, Element::String, n.names.len(), data)
+        });
         arrays.chain(names).collect()
     }
 
-    fn cell_data(&self) -> Vec<Content<'_>> {
+    fn cell_data(&self) -> Vec<Column<'_>> {
         let n_cells = self.n_cells();
         let labels = self.labels.iter().map(|(pair, numbers)| {
             let repeated: Vec<i32> = if pair.array == BOUNDARY.array {
@@ -203,58 +210,64 @@ impl<'a> VtkArrays<'a> {
                     .map(|&cell| numbers.of_cells.get(cell))
                     .collect()
             };
-            let (element, parts) = match &numbers.of_cells {
+            let (element, own, repeated) = match &numbers.of_cells {
                 CellNumbers::Narrow(numbers) => {
                     let repeated: Vec<u8> = repeated.iter().map(|n| *n as u8).collect();
-                    (Element::UInt8, vec![slice(numbers), owned(&repeated)])
+                    (Element::UInt8, Data::slice(numbers), Data::owned(&repeated))
                 }
                 CellNumbers::Wide(numbers) => {
-                    (Element::Int32, vec![slice(numbers), owned(&repeated)])
+                    (Element::Int32, Data::slice(numbers), Data::owned(&repeated))
                 }
             };
-            Content::scalar(pair.array, element, n_cells, parts)
+            Column::scalar(
+                pair.array,
+                element,
+                n_cells,
+                Data::Parts(vec![own, repeated]),
+            )
         });
         let arrays = self.kept(&self.mesh.cell_arrays).map(|(at, array)| {
-            let mut content = content(array, &self.names[1][at]);
-            content.append(of_values(&self.repeated_arrays[at]).1);
-            content.n_tuples = n_cells;
-            content
+            let repeated = Data::of(&self.repeated_arrays[at]);
+            Column {
+                data: Data::Parts(vec![Data::of(&array.values), repeated]),
+                n_tuples: n_cells,
+                ..column(array, &self.names[1][at])
+            }
         });
         labels.chain(arrays).collect()
     }
 
-    fn at_nodes<'s>(&'s self, array: &'s DataArray, name: &'s str) -> Content<'s> {
-        let content = content(array, name);
-        match self.mesh.values_apart(array, None) {
-            Some(numbers) => Content {
-                parts: vec![ContentPart::Apart(numbers)],
-                ..content
-            },
-            None => content,
+    fn at_nodes<'s>(&'s self, array: &'s DataArray, name: &'s str) -> Column<'s> {
+        let mut column = column(array, name);
+        if let Some(numbers) = self.mesh.values_apart(array, None) {
+            column.data = Data::Remote(numbers);
         }
+        column
     }
 
-    fn points(&self) -> Content<'_> {
+    fn points(&self) -> Column<'_> {
         let coordinates = self.mesh.points.as_flattened();
         let is_single = self.options.precision == Precision::F32;
-        let element = match is_single {
-            true => Element::Float32,
-            false => Element::Float64,
+        let element = if is_single {
+            Element::Float32
+        } else {
+            Element::Float64
         };
         let numbers = Coordinates::new(None, is_single);
-        let part = match self.mesh.coordinates_apart(numbers) {
-            Some(numbers) => ContentPart::Apart(numbers),
-            None if is_single => ContentPart::Singles(coordinates),
-            None => slice(coordinates),
+        let data = match self.mesh.coordinates_apart(numbers) {
+            Some(numbers) => Data::Remote(numbers),
+            None if is_single => {
+                Data::made(|sink| stream(coordinates.iter().map(|x| *x as f32), sink))
+            }
+            None => Data::slice(coordinates),
         };
-        Content {
+        Column {
             n_components: 3,
-            n_tuples: self.mesh.points.len(),
-            ..Content::scalar("Points", element, coordinates.len(), vec![part])
+            ..Column::scalar("Points", element, self.mesh.points.len(), data)
         }
     }
 
-    fn cells(&self) -> Vec<Content<'_>> {
+    fn cells(&self) -> Vec<Column<'_>> {
         let cells = self.mesh.cells;
         let n_cells = self.n_cells();
         let n_entries = cells.connectivity().len() + self.repeated_nodes.len();
@@ -263,17 +276,20 @@ impl<'a> VtkArrays<'a> {
             Err(_) => Element::UInt32,
         };
         let numbers = NodesOfCells::new(0..cells.len(), Listing::Vtk, false);
-        let nodes = match self.mesh.nodes_apart(numbers) {
+        let node_data = match self.mesh.nodes_apart(numbers) {
             Some(numbers) => {
                 assert!(
                     self.repeated.is_empty(),
                     "cells with other ranks are written once"
                 );
-                vec![ContentPart::Apart(numbers)]
+                Data::Remote(numbers)
             }
-            None => vec![ContentPart::Nodes(cells), slice(&self.repeated_nodes)],
+            None => {
+                let own = Data::made(|sink| nodes(cells, sink));
+                Data::Parts(vec![own, Data::slice(&self.repeated_nodes)])
+            }
         };
-        let offset = narrowest(n_entries);
+        let (offset, is_wide) = narrowest(n_entries);
         let mut ends = Vec::with_capacity(self.repeated.len());
         let mut types = Vec::with_capacity(self.repeated.len());
         let mut end = cells.connectivity().len();
@@ -283,44 +299,37 @@ impl<'a> VtkArrays<'a> {
             ends.push(end as i64);
             types.push(cell.kind.vtk());
         }
-        let ends = vec![ContentPart::Offsets(cells, offset), integers(&ends, offset)];
-        let types = vec![ContentPart::Types(cells), types.into()];
+        let own = Data::made(move |sink| stream_integers(ends_of(cells), is_wide, sink));
+        let ends = Data::Parts(vec![own, Data::integers(&ends, is_wide)]);
+        let own = Data::made(|sink| stream(types_of(cells), sink));
+        let types = Data::Parts(vec![own, Data::owned(&types)]);
         let mut arrays = vec![
-            Content::scalar("connectivity", index, n_entries, nodes),
-            Content::scalar("offsets", offset, n_cells, ends),
-            Content::scalar("types", Element::UInt8, n_cells, types),
+            Column::scalar("connectivity", index, n_entries, node_data),
+            Column::scalar("offsets", offset, n_cells, ends),
+            Column::scalar("types", Element::UInt8, n_cells, types),
         ];
         if cells.has_polyhedra() {
             let streams = cells
                 .iter()
                 .filter_map(|cell| cells.face_stream(cell.index));
             let n_entries = streams.map(<[u32]>::len).sum();
-            let offset = narrowest(n_entries);
+            let (offset, is_wide) = narrowest(n_entries);
             let repeated = vec![-1; self.repeated.len()];
-            let ends = vec![
-                ContentPart::FaceOffsets(cells, offset),
-                integers(&repeated, offset),
-            ];
-            let faces = vec![ContentPart::Faces(cells)];
-            arrays.push(Content::scalar("faces", index, n_entries, faces));
-            arrays.push(Content::scalar("faceoffsets", offset, n_cells, ends));
+            let own = Data::made(move |sink| stream_integers(face_ends(cells), is_wide, sink));
+            let ends = Data::Parts(vec![own, Data::integers(&repeated, is_wide)]);
+            let faces = Data::made(|sink| faces(cells, sink));
+            arrays.push(Column::scalar("faces", index, n_entries, faces));
+            arrays.push(Column::scalar("faceoffsets", offset, n_cells, ends));
         }
         arrays
     }
 }
 
-/// Type of offsets up to `n`.
-fn narrowest(n: usize) -> Element {
+/// Type of offsets up to `n`; whether they have 64 bits.
+fn narrowest(n: usize) -> (Element, bool) {
     match i32::try_from(n) {
-        Ok(_) => Element::Int32,
-        Err(_) => Element::Int64,
-    }
-}
-
-fn integers(values: &[i64], element: Element) -> ContentPart<'static> {
-    match element {
-        Element::Int32 => owned(&values.iter().map(|x| *x as i32).collect::<Vec<_>>()),
-        _ => owned(values),
+        Ok(_) => (Element::Int32, false),
+        Err(_) => (Element::Int64, true),
     }
 }
 
@@ -334,14 +343,74 @@ const TEXT: Rule = Rule {
     why: "names of tags in VTK files have at least one byte and no zero byte",
 };
 
-fn content<'a>(array: &'a DataArray, name: &'a str) -> Content<'a> {
-    let (element, part) = of_values(&array.values);
-    let mut content = Content {
+fn column<'a>(array: &'a DataArray, name: &'a str) -> Column<'a> {
+    let element = Element::of(&array.values);
+    Column {
         n_components: array.n_components,
         component_names: &array.component_names,
-        ..Content::scalar(name, element, array.n_tuples(), Vec::new())
-    };
-    content.n_bytes = 0;
-    content.append(part);
-    content
+        ..Column::scalar(name, element, array.n_tuples(), Data::of(&array.values))
+    }
+}
+
+/// Nodes of each cell.
+fn nodes(cells: &Cells, sink: Sink) -> Result<()> {
+    if !order::has_wedges(cells) {
+        return sink(bytemuck::cast_slice(cells.connectivity()));
+    }
+    let mut values: Vec<u32> = Vec::new();
+    for run in cells.runs() {
+        let n_nodes = run.n_nodes.max(1);
+        for some in run.connectivity.chunks(BLOCK / n_nodes * n_nodes) {
+            values.extend_from_slice(&order::listed(run.kind, some));
+            if values.len() >= BLOCK {
+                sink(bytemuck::cast_slice(&values))?;
+                values.clear();
+            }
+        }
+    }
+    sink(bytemuck::cast_slice(&values))
+}
+
+/// VTK type of each cell.
+fn types_of(cells: &Cells) -> impl Iterator<Item = u8> {
+    let runs = cells.runs();
+    runs.flat_map(|run| std::iter::repeat_n(run.kind.vtk(), run.n_cells()))
+}
+
+/// End of each cell's nodes.
+pub fn ends_of(cells: &Cells) -> impl Iterator<Item = i64> {
+    let mut first = 0;
+    cells.runs().flat_map(move |run| {
+        let (start, step) = (first, run.n_nodes as i64);
+        let n_cells = run.n_cells() as i64;
+        first += n_cells * step;
+        (1..=n_cells).map(move |i| start + i * step)
+    })
+}
+
+/// Face streams of the polyhedra.
+fn faces(cells: &Cells, sink: Sink) -> Result<()> {
+    let mut streams = cells
+        .runs()
+        .filter(|run| run.kind == CellKind::Polyhedron)
+        .flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
+        .map(|cell| cells.face_stream(cell).unwrap_or(&[]));
+    streams.try_for_each(|stream| sink(bytemuck::cast_slice(stream)))
+}
+
+/// End of each polyhedron's face stream, -1 for other cells.
+fn face_ends(cells: &Cells) -> impl Iterator<Item = i64> {
+    let mut end = 0;
+    let kinds = cells.runs().flat_map(|run| {
+        let own = run.first_cell..run.first_cell + run.n_cells();
+        own.map(move |cell| (cell, run.kind))
+    });
+    kinds.map(move |(cell, kind)| {
+        let is_polyhedron = kind == CellKind::Polyhedron;
+        let Some(stream) = is_polyhedron.then(|| cells.face_stream(cell)).flatten() else {
+            return -1;
+        };
+        end += stream.len() as i64;
+        end
+    })
 }

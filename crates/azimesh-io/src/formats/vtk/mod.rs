@@ -9,13 +9,12 @@
 //! structured cells of blocks that list none
 //! list       cells as legacy files list them
 //! tags       integer cell arrays <-> groups
-//! arrays     mesh -> list of arrays to be written; content: bytes of one array; text: as text
+//! arrays     mesh -> list of arrays to be written; text: numbers as text
 //! ```
 
 pub mod arrays;
 pub mod cells;
 pub mod chunk;
-pub mod content;
 pub mod list;
 pub mod number;
 pub mod order;

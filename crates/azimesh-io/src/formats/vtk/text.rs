@@ -1,6 +1,6 @@
 //! Values as text, many at a time; text cut between words.
 
-use super::content::Content;
+use super::super::column::Column;
 use super::number::{Element, Number, with_type};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::map_blocks;
@@ -47,7 +47,7 @@ pub fn failed(error: io::Error) -> Error {
 }
 
 /// Writes the values as text, a tuple or ten scalars a line.
-pub fn ascii(array: &Content, out: &mut dyn Write) -> Result<()> {
+pub fn ascii(array: &Column, out: &mut dyn Write) -> Result<()> {
     let element = match array.element {
         // Characters are written as numbers.
         Element::String => Element::UInt8,

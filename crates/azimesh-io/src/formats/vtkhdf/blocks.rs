@@ -1,29 +1,21 @@
 //! What is written of a mesh: the datasets, and notes on what they leave out.
 
-use super::super::hdf5::{Data, Element, Sink};
-use super::super::vtk::arrays::{Sections, VtkArrays};
-use super::super::vtk::content::{Content, ContentPart, owned};
-use super::super::vtk::number::Element as VtkElement;
-use super::faces::{self, FaceCounts, Index};
+use super::super::column::{BLOCK, Column, Data, Sink, stream_integers};
+use super::super::vtk::arrays::{Sections, VtkArrays, ends_of};
+use super::super::vtk::number::Element;
+use super::faces::{self, FaceCounts};
 use crate::formats::Notes;
-use crate::formats::names::{Rule, decoded};
+use crate::formats::names::Rule;
 use crate::mesh::{DataArray, Listing, MeshView, NodesOfCells};
 use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::Result;
 use azimesh_core::parallel::collect;
 
-/// Indices converted at a time.
-const CHUNK: usize = 1 << 19;
-
 /// One dataset.
 pub(super) struct Block<'a> {
     /// The group in that of the grid; empty for the grid itself.
     pub group: &'static str,
-    pub name: String,
-    pub element: Element,
-    pub n_rows: u64,
-    pub n_components: u64,
-    pub data: Data<'a>,
+    pub column: Column<'a>,
 }
 
 /// The arrays of a mesh, and the numbers that say how long they are.
@@ -41,7 +33,7 @@ pub(super) struct Blocks<'a> {
 
 impl Block<'_> {
     pub fn shape(&self) -> Vec<u64> {
-        shape(self.n_rows, self.n_components)
+        shape(self.column.n_tuples as u64, self.column.n_components as u64)
     }
 }
 
@@ -65,20 +57,20 @@ impl<'a> Blocks<'a> {
         let mut notes = plan.notes.clone();
         notes.extend(unwritten_components(mesh));
         let mut arrays = Vec::new();
-        for (group, contents) in [
+        for (group, columns) in [
             ("PointData", point_data),
             ("CellData", cell_data),
             ("FieldData", fields),
         ] {
-            for content in contents {
-                if content.element == VtkElement::String && group != "FieldData" {
+            for column in columns {
+                if column.element == Element::String && group != "FieldData" {
                     // VTK reads text in field data only; elsewhere it makes VTK refuse all arrays.
                     notes.push(ArrayWritten::TextLeftOut {
                         format: "VTKHDF",
-                        name: content.name.to_owned(),
+                        name: column.name.to_owned(),
                     });
                 } else {
-                    arrays.push(array(group, content.name.to_owned(), content));
+                    arrays.push(Block { group, column });
                 }
             }
         }
@@ -90,7 +82,7 @@ impl<'a> Blocks<'a> {
             .pop()
             .expect("a plan has coordinates, perhaps of no node");
         Self {
-            points: array("", "Points".into(), points),
+            points: of_grid(points),
             cells: cell_blocks(mesh, plan, cells, &mut counts),
             arrays,
             counts,
@@ -115,94 +107,41 @@ fn unwritten_components(mesh: &MeshView) -> impl Iterator<Item = ArrayWritten> {
     names.map(|name| ArrayWritten::ComponentNames { name })
 }
 
-fn array<'a>(group: &'static str, name: String, content: Content<'a>) -> Block<'a> {
-    let (n_rows, n_components) = (content.n_tuples as u64, content.n_components as u64);
-    let element = element(content.element);
-    let data = match (element, content.apart()) {
-        (_, Some(numbers)) => Data::Apart(numbers.clone()),
-        (Element::String, _) => Data::Strings(strings(&content).into()),
-        _ => Data::Stream(Box::new(move |sink| content.for_each(sink))),
-    };
-    Block {
-        group,
-        name,
-        element,
-        n_rows,
-        n_components,
-        data,
-    }
-}
-
-fn element(element: VtkElement) -> Element {
-    match element {
-        VtkElement::Int8 => Element::I8,
-        VtkElement::UInt8 => Element::U8,
-        VtkElement::Int16 => Element::I16,
-        VtkElement::UInt16 => Element::U16,
-        VtkElement::Int32 => Element::I32,
-        VtkElement::UInt32 => Element::U32,
-        VtkElement::Int64 => Element::I64,
-        VtkElement::UInt64 => Element::U64,
-        VtkElement::Float32 => Element::F32,
-        VtkElement::Float64 => Element::F64,
-        VtkElement::String => Element::String,
-    }
-}
-
-/// Strings, each ended by a zero in the content's bytes.
-fn strings(content: &Content) -> Vec<String> {
-    let mut bytes = Vec::with_capacity(content.n_bytes);
-    let gathered = content.for_each(&mut |some| {
-        bytes.extend_from_slice(some);
-        Ok(())
-    });
-    gathered.expect("gathering in memory does not fail");
-    let words = bytes.split(|byte| *byte == 0);
-    let n = content.n_tuples * content.n_components;
-    words
-        .take(n)
-        .map(|word| decoded(word).into_owned())
-        .collect()
+/// A dataset of the grid itself.
+fn of_grid(column: Column) -> Block {
+    Block { group: "", column }
 }
 
 /// The datasets of the cells: both of a pair have indices of the same size, as VTK wants them.
 fn cell_blocks<'a>(
     mesh: &'a MeshView<'a>,
     plan: &'a VtkArrays<'a>,
-    contents: Vec<Content<'a>>,
+    columns: Vec<Column<'a>>,
     counts: &mut Vec<(&'static str, u64)>,
 ) -> Vec<Block<'a>> {
     let mut blocks = Vec::new();
     let mut n_entries = 0;
-    for content in contents {
-        match content.name {
+    for column in columns {
+        match column.name {
             "connectivity" => {
-                n_entries = content.n_tuples as u64;
+                n_entries = column.n_tuples as u64;
                 let wide = is_wide(n_entries.max(mesh.points.len() as u64));
-                blocks.push(match wide {
-                    false => Block {
-                        element: Element::I32,
-                        ..array("", "Connectivity".into(), content)
-                    },
-                    true => match mesh.nodes_apart(NodesOfCells::new(
-                        0..mesh.cells.len(),
-                        Listing::Vtk,
-                        true,
-                    )) {
-                        Some(numbers) => Block {
-                            data: Data::Apart(numbers),
-                            element: Element::I64,
-                            ..array("", "Connectivity".into(), content)
-                        },
-                        None => made("Connectivity", n_entries, true, move |sink| {
-                            content
-                                .for_each(&mut |bytes| widened(bytemuck::cast_slice(bytes), sink))
-                        }),
-                    },
-                });
+                let remote =
+                    || mesh.nodes_apart(NodesOfCells::new(0..mesh.cells.len(), Listing::Vtk, true));
+                let data = match wide.then(remote).flatten() {
+                    Some(numbers) => Data::Remote(numbers),
+                    None if wide => Data::made(move |sink| {
+                        column.for_each(&mut |bytes| widened(bytemuck::cast_slice(bytes), sink))
+                    }),
+                    None => column.data,
+                };
+                blocks.push(indices("Connectivity", n_entries, wide, data));
                 blocks.push(offsets(mesh, plan, wide));
             }
-            "types" => blocks.push(array("", "Types".into(), content)),
+            "types" => blocks.push(of_grid(Column {
+                name: "Types",
+                ..column
+            })),
             _ => {}
         }
     }
@@ -227,32 +166,20 @@ fn face_blocks<'a>(
     let (n_cells, n_more) = (plan.n_cells() as u64, plan.repeated.len());
     let wide = is_wide(entries.max(mesh.points.len() as u64));
     let wide_faces = is_wide(faces);
+    let starts = move |sink: Sink| stream_integers(faces::starts(cells), wide, sink);
+    let numbers = move |sink: Sink| stream_integers(0..faces as i64, wide_faces, sink);
+    let cell_starts =
+        move |sink: Sink| stream_integers(faces::cell_starts(cells, n_more), wide_faces, sink);
+    let nodes = move |sink: Sink| stream_integers(faces::nodes(cells), wide, sink);
     [
-        made("FaceConnectivity", entries, wide, move |sink| match wide {
-            false => faces::nodes::<i32>(cells, sink),
-            true => faces::nodes::<i64>(cells, sink),
-        }),
-        made("FaceOffsets", faces + 1, wide, move |sink| match wide {
-            false => faces::starts::<i32>(cells, sink),
-            true => faces::starts::<i64>(cells, sink),
-        }),
-        made(
-            "PolyhedronToFaces",
-            faces,
-            wide_faces,
-            move |sink| match wide_faces {
-                false => faces::numbers::<i32>(faces, sink),
-                true => faces::numbers::<i64>(faces, sink),
-            },
-        ),
-        made(
+        indices("FaceConnectivity", entries, wide, Data::made(nodes)),
+        indices("FaceOffsets", faces + 1, wide, Data::made(starts)),
+        indices("PolyhedronToFaces", faces, wide_faces, Data::made(numbers)),
+        indices(
             "PolyhedronOffsets",
             n_cells + 1,
             wide_faces,
-            move |sink| match wide_faces {
-                false => faces::cell_starts::<i32>(cells, n_more, sink),
-                true => faces::cell_starts::<i64>(cells, n_more, sink),
-            },
+            Data::made(cell_starts),
         ),
     ]
 }
@@ -262,61 +189,32 @@ fn is_wide(largest: u64) -> bool {
 }
 
 /// A dataset of indices.
-fn made<'a>(
-    name: &str,
-    n_rows: u64,
-    wide: bool,
-    make: impl Fn(Sink) -> Result<()> + 'a,
-) -> Block<'a> {
-    Block {
-        group: "",
-        name: name.into(),
-        element: if wide { Element::I64 } else { Element::I32 },
-        n_rows,
-        n_components: 1,
-        data: Data::Stream(Box::new(make)),
-    }
+fn indices<'a>(name: &'a str, n_rows: u64, wide: bool, data: Data<'a>) -> Block<'a> {
+    let element = if wide { Element::Int64 } else { Element::Int32 };
+    of_grid(Column::scalar(name, element, n_rows as usize, data))
 }
 
 fn widened(nodes: &[u32], sink: Sink) -> Result<()> {
-    for some in nodes.chunks(CHUNK) {
+    for some in nodes.chunks(BLOCK) {
         let wide = collect(some.len(), |i| i64::from(some[i]));
         sink(bytemuck::cast_slice(&wide))?;
     }
     Ok(())
 }
 
-/// Where the nodes of each cell start, and where those of the last end.
+/// Start of the nodes of each cell, and the end of the last.
 fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &VtkArrays, wide: bool) -> Block<'a> {
-    let mut end = mesh.cells.connectivity().len() as u64;
-    let ends: Vec<u64> = plan
-        .repeated
-        .iter()
-        .map(|cell| {
-            end += mesh.cells.get(*cell).nodes.len() as u64;
-            end
-        })
-        .collect();
-    let element = if wide {
-        VtkElement::Int64
-    } else {
-        VtkElement::Int32
-    };
-    let parts = vec![
-        integers(&[0], wide),
-        ContentPart::Offsets(mesh.cells, element),
-        integers(&ends, wide),
-    ];
-    let content = Content::scalar("Offsets", element, plan.n_cells() + 1, parts);
-    array("", "Offsets".into(), content)
-}
-
-fn integers(values: &[u64], wide: bool) -> ContentPart<'static> {
-    fn narrowed<T: Index>(values: &[u64]) -> ContentPart<'static> {
-        owned(&values.iter().map(|x| T::from_u64(*x)).collect::<Vec<T>>())
-    }
-    match wide {
-        false => narrowed::<i32>(values),
-        true => narrowed::<i64>(values),
-    }
+    let cells = mesh.cells;
+    let mut end = cells.connectivity().len();
+    let ends = plan.repeated.iter().map(|cell| {
+        end += cells.get(*cell).nodes.len();
+        end as i64
+    });
+    let ends: Vec<i64> = ends.collect();
+    let data = Data::Parts(vec![
+        Data::integers(&[0], wide),
+        Data::made(move |sink| stream_integers(ends_of(cells), wide, sink)),
+        Data::integers(&ends, wide),
+    ]);
+    indices("Offsets", plan.n_cells() as u64 + 1, wide, data)
 }

@@ -1,7 +1,8 @@
 //! Files whose parts do not fit.
 
 use super::*;
-use crate::formats::hdf5::{Data, Element, Tree};
+use crate::formats::column::Data;
+use crate::formats::hdf5::{Element, Tree};
 use crate::formats::{Notes, ReadOptions, parse};
 use crate::mesh::Mesh;
 use azimesh_core::diagnostic::formats::ArrayRead;
@@ -17,11 +18,10 @@ fn two_vertices(point_offsets: &[i64], connectivity: &[u64]) -> Result<Mesh> {
     for name in ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"] {
         tree.numbers(root, name, &[1_i64, 1]);
     }
-    let points = bytemuck::cast_slice(&[0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0]).to_vec();
-    let points = Data::Bytes(points.into());
+    let points = Data::owned(&[0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0]);
     tree.dataset(root, "Points", Element::F64, &[2, 3], points);
     let nodes = vec![0_u8; 8 * connectivity.iter().product::<u64>() as usize];
-    let nodes = Data::Bytes(nodes.into());
+    let nodes = Data::owned(&nodes);
     tree.dataset(root, "Connectivity", Element::I64, connectivity, nodes);
     tree.numbers(root, "Offsets", &[0_i64, 1, 0, 1]);
     tree.numbers(root, "Types", &[1_u8, 1]);
@@ -68,14 +68,8 @@ fn with_arrays(point: usize, cell: usize, n_points: i64) -> Result<(Mesh, Notes)
     for name in ["NumberOfCells", "NumberOfConnectivityIds"] {
         tree.numbers(root, name, &[2_i64]);
     }
-    let points = bytemuck::cast_slice(&[0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0]).to_vec();
-    tree.dataset(
-        root,
-        "Points",
-        Element::F64,
-        &[2, 3],
-        Data::Bytes(points.into()),
-    );
+    let points = Data::owned(&[0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    tree.dataset(root, "Points", Element::F64, &[2, 3], points);
     tree.numbers(root, "Connectivity", &[0_i64, 1]);
     tree.numbers(root, "Offsets", &[0_i64, 1, 2]);
     tree.numbers(root, "Types", &[1_u8, 1]);

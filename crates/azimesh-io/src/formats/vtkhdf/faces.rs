@@ -1,11 +1,6 @@
 //! Faces of the polyhedra of a mesh as VTKHDF lists them: every polyhedron has its own.
 
-use super::super::hdf5::Sink;
 use crate::mesh::{CellKind, Cells};
-use azimesh_core::error::Result;
-
-/// Values made at a time.
-const CHUNK: usize = 1 << 19;
 
 /// How many there are.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -18,7 +13,7 @@ impl FaceCounts {
     pub fn of(cells: &Cells) -> Self {
         let mut counts = Self::default();
         for stream in streams(cells) {
-            let n = u64::from(stream.first().copied().unwrap_or(0));
+            let n = u64::from(n_faces(stream));
             counts.faces += n;
             counts.entries += (stream.len() as u64).saturating_sub(1 + n);
         }
@@ -26,74 +21,40 @@ impl FaceCounts {
     }
 }
 
-/// An integer of 32 or 64 bits.
-pub(super) trait Index: bytemuck::NoUninit {
-    fn from_u64(value: u64) -> Self;
-}
-
-impl Index for i32 {
-    fn from_u64(value: u64) -> Self {
-        value as i32
-    }
-}
-
-impl Index for i64 {
-    fn from_u64(value: u64) -> Self {
-        value as i64
-    }
-}
-
 /// Nodes of all faces.
-pub(super) fn nodes<T: Index>(cells: &Cells, sink: Sink) -> Result<()> {
-    let mut out = Buffer::<T>::new(sink);
-    for face in faces(cells) {
-        for &node in face {
-            out.push(node.into())?;
-        }
-    }
-    out.finish()
+pub(super) fn nodes(cells: &Cells) -> impl Iterator<Item = i64> {
+    faces(cells).flatten().map(|node| i64::from(*node))
 }
 
-/// Where the nodes of each face start, and where those of the last end.
-pub(super) fn starts<T: Index>(cells: &Cells, sink: Sink) -> Result<()> {
-    let mut out = Buffer::<T>::new(sink);
+/// Start of the nodes of each face, and the end of the last.
+pub(super) fn starts(cells: &Cells) -> impl Iterator<Item = i64> {
     let mut end = 0;
-    out.push(0)?;
-    for face in faces(cells) {
-        end += face.len() as u64;
-        out.push(end)?;
-    }
-    out.finish()
+    let ends = faces(cells).map(move |face| {
+        end += face.len() as i64;
+        end
+    });
+    std::iter::once(0).chain(ends)
 }
 
-/// Where the faces of each cell start, and where those of the last end; `n_more` cells without
-/// faces follow.
-pub(super) fn cell_starts<T: Index>(cells: &Cells, n_more: usize, sink: Sink) -> Result<()> {
-    let mut out = Buffer::<T>::new(sink);
+/// Start of the faces of each cell, and the end of the last; `n_more` cells without faces follow.
+pub(super) fn cell_starts(cells: &Cells, n_more: usize) -> impl Iterator<Item = i64> {
+    let of_mesh = cells.runs().flat_map(move |run| {
+        let own = run.first_cell..run.first_cell + run.n_cells();
+        own.map(move |cell| match run.kind {
+            CellKind::Polyhedron => n_faces(cells.face_stream(cell).unwrap_or(&[])),
+            _ => 0,
+        })
+    });
     let mut end = 0;
-    out.push(0)?;
-    for run in cells.runs() {
-        for cell in run.first_cell..run.first_cell + run.n_cells() {
-            if run.kind == CellKind::Polyhedron {
-                let stream = cells.face_stream(cell).unwrap_or(&[]);
-                end += u64::from(stream.first().copied().unwrap_or(0));
-            }
-            out.push(end)?;
-        }
-    }
-    for _ in 0..n_more {
-        out.push(end)?;
-    }
-    out.finish()
+    let ends = of_mesh.chain(std::iter::repeat_n(0, n_more));
+    std::iter::once(0).chain(ends.map(move |n| {
+        end += i64::from(n);
+        end
+    }))
 }
 
-/// 0, 1, 2, ...: the faces in the order of the cells.
-pub(super) fn numbers<T: Index>(n: u64, sink: Sink) -> Result<()> {
-    let mut out = Buffer::<T>::new(sink);
-    for face in 0..n {
-        out.push(face)?;
-    }
-    out.finish()
+fn n_faces(stream: &[u32]) -> u32 {
+    stream.first().copied().unwrap_or(0)
 }
 
 fn streams(cells: &Cells) -> impl Iterator<Item = &[u32]> {
@@ -107,33 +68,4 @@ fn faces(cells: &Cells) -> impl Iterator<Item = &[u32]> {
 fn polyhedra(cells: &Cells) -> impl Iterator<Item = usize> {
     let runs = cells.runs().filter(|run| run.kind == CellKind::Polyhedron);
     runs.flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
-}
-
-/// Gathers values and hands them on.
-struct Buffer<'s, T> {
-    values: Vec<T>,
-    sink: Sink<'s>,
-}
-
-impl<'s, T: Index> Buffer<'s, T> {
-    fn new(sink: Sink<'s>) -> Self {
-        Self {
-            values: Vec::new(),
-            sink,
-        }
-    }
-
-    fn push(&mut self, value: u64) -> Result<()> {
-        self.values.push(T::from_u64(value));
-        if self.values.len() < CHUNK {
-            return Ok(());
-        }
-        (self.sink)(bytemuck::cast_slice(&self.values))?;
-        self.values.clear();
-        Ok(())
-    }
-
-    fn finish(self) -> Result<()> {
-        (self.sink)(bytemuck::cast_slice(&self.values))
-    }
 }

@@ -1,6 +1,7 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
-use super::super::hdf5::{Column, Data, Element, Links, StepFile, Stored, Tree};
+use super::super::column::Data;
+use super::super::hdf5::{Element, Links, Rows, StepFile, Tree};
 use super::super::portable::not_taken;
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::order;
@@ -35,7 +36,7 @@ pub(super) struct Sequence {
     /// Positions, then the arrays.
     series: Vec<Series>,
     /// The datasets of `Steps` that every file has.
-    columns: Vec<(&'static str, Column)>,
+    columns: Vec<(&'static str, Rows)>,
 }
 
 /// Datasets that all steps share.
@@ -124,14 +125,15 @@ impl Sequence {
         }
         let mut datasets = Links::default();
         for (name, n) in &blocks.counts {
-            let bytes = (*n as i64).to_ne_bytes().to_vec();
-            let tree = Tree::of_dataset(Element::I64, &[1], Data::Bytes(bytes.into()));
+            let tree = Tree::of_dataset(Element::I64, &[1], Data::owned(&[*n as i64]));
             datasets.add(name, self.file.store_object(&tree)?)?;
         }
         for block in &blocks.cells {
-            let stored = Data::Stored(store(&mut self.file, block)?);
-            let tree = Tree::of_dataset(block.element, &[block.n_rows], stored);
-            datasets.add(&block.name, self.file.store_object(&tree)?)?;
+            let column = &block.column;
+            let stored = self.file.store(&column.data)?;
+            let shape = [column.n_tuples as u64];
+            let tree = Tree::of_dataset(column.element.into(), &shape, stored);
+            datasets.add(column.name, self.file.store_object(&tree)?)?;
         }
         self.file.store_links(&mut datasets)?;
         let has_polyhedra = mesh.cells.has_polyhedra();
@@ -148,7 +150,8 @@ impl Sequence {
 
     fn append_block(&mut self, block: &Block) -> Result<()> {
         let step = self.n_steps;
-        let is_same = |s: &&mut Series| (s.group, &s.name) == (block.group, &block.name);
+        let column = &block.column;
+        let is_same = |s: &&mut Series| (s.group, &*s.name) == (block.group, column.name);
         let known = self.series.iter_mut().find(is_same);
         let series = match known {
             Some(series) => series,
@@ -158,8 +161,9 @@ impl Sequence {
             }
             None => return Err(changed(step, block, "is not in the first step")),
         };
-        if (series.element, series.n_rows, series.n_components)
-            != (block.element, block.n_rows, block.n_components)
+        let block_shape = (column.n_tuples as u64, column.n_components as u64);
+        if series.element != column.element.into()
+            || (series.n_rows, series.n_components) != block_shape
         {
             return Err(changed(
                 step,
@@ -167,15 +171,15 @@ impl Sequence {
                 "has another type or length than in the first step",
             ));
         }
-        let hash = hash_of_block(block)?;
+        let hash = column.data.hash()?;
         if series.last != Some(hash) {
-            let stored = store(&mut self.file, block)?;
+            let stored = self.file.store(&column.data)?;
             pad(&mut self.file, series.padding())?;
             series.add(stored);
             series.object = match series.n_pieces {
                 1 => {
                     let shape = shape(series.n_rows, series.n_components);
-                    let tree = Tree::of_dataset(series.element, &shape, Data::Stored(stored));
+                    let tree = Tree::of_dataset(series.element, &shape, stored);
                     Some(self.file.store_object(&tree)?)
                 }
                 _ => None,
@@ -197,12 +201,12 @@ impl Sequence {
                 PARTS => column.push(&[1_i64]),
                 _ => column.push(&[0_i64]),
             }
-            self.file.store_column(column)?;
+            self.file.store_rows(column)?;
         }
         for series in &mut self.series {
-            self.file.store_column(&mut series.offsets)?;
+            self.file.store_rows(&mut series.offsets)?;
             if series.group == FIELDS {
-                self.file.store_column(&mut series.sizes)?;
+                self.file.store_rows(&mut series.sizes)?;
             }
             if series.object.is_none() {
                 self.file.store_index(&mut series.chunks)?;
@@ -226,14 +230,14 @@ impl Sequence {
 }
 
 fn changed(step: usize, block: &Block, how: &str) -> Error {
-    let name = &block.name;
+    let name = block.column.name;
     Error::input(format!(
         "step {step}: the array \"{name}\" {how}; all steps in one VTKHDF file must have the same arrays"
     ))
 }
 
 /// The datasets of `Steps` of one number a step, but for those that belong to a series.
-fn columns(has_polyhedra: bool) -> Vec<(&'static str, Column)> {
+fn columns(has_polyhedra: bool) -> Vec<(&'static str, Rows)> {
     let mut names = vec![
         VALUES,
         PARTS,
@@ -252,7 +256,7 @@ fn columns(has_polyhedra: bool) -> Vec<(&'static str, Column)> {
         VALUES => Element::F64,
         _ => Element::I64,
     };
-    let column = |name| (name, Column::new(element(name), &[]));
+    let column = |name| (name, Rows::new(element(name), &[]));
     names.into_iter().map(column).collect()
 }
 
@@ -260,7 +264,7 @@ fn columns(has_polyhedra: bool) -> Vec<(&'static str, Column)> {
 fn tree<'a>(
     topology: &'a Topology,
     series: &'a [Series],
-    columns: &'a [(&'static str, Column)],
+    columns: &'a [(&'static str, Rows)],
     n_steps: usize,
 ) -> Grid<'a> {
     let version = match topology.has_polyhedra {
@@ -276,7 +280,7 @@ fn tree<'a>(
     let tree = &mut grid.tree;
     tree.number_attribute(steps, "NSteps", &[n_steps as i64], true);
     for (name, column) in columns {
-        tree.column(steps, name, column);
+        tree.rows(steps, name, column);
     }
     let groups = [
         ("PointData", "PointDataOffsets"),
@@ -286,25 +290,17 @@ fn tree<'a>(
     for (group, offsets) in groups {
         let offsets = tree.group(steps, offsets);
         for series in series.iter().filter(|series| series.group == group) {
-            tree.column(offsets, &series.name, &series.offsets);
+            tree.rows(offsets, &series.name, &series.offsets);
         }
     }
     let sizes = tree.group(steps, "FieldDataSizes");
     for series in series.iter().filter(|series| series.group == FIELDS) {
-        tree.column(sizes, &series.name, &series.sizes);
+        tree.rows(sizes, &series.name, &series.sizes);
     }
     if let Some(points) = series.iter().find(|series| series.group.is_empty()) {
-        tree.column(steps, "PointOffsets", &points.offsets);
+        tree.rows(steps, "PointOffsets", &points.offsets);
     }
     grid
-}
-
-fn store(file: &mut StepFile, block: &Block) -> Result<Stored> {
-    match &block.data {
-        Data::Strings(strings) => file.store_strings(strings),
-        Data::Apart(numbers) => file.store_apart(numbers),
-        data => file.store(|sink| data.each(sink)),
-    }
 }
 
 fn pad(file: &mut StepFile, mut n_bytes: u64) -> Result<()> {
@@ -314,24 +310,6 @@ fn pad(file: &mut StepFile, mut n_bytes: u64) -> Result<()> {
         n_bytes -= n;
     }
     Ok(())
-}
-
-fn hash_of_block(block: &Block) -> Result<blake3::Hash> {
-    let mut hasher = blake3::Hasher::new();
-    match &block.data {
-        Data::Apart(numbers) => return numbers.hash(),
-        Data::Strings(strings) => {
-            for string in strings.iter() {
-                hasher.update(&(string.len() as u64).to_le_bytes());
-                hasher.update(string.as_bytes());
-            }
-        }
-        data => data.each(&mut |bytes| {
-            hasher.update_rayon(bytes);
-            Ok(())
-        })?,
-    }
-    Ok(hasher.finalize())
 }
 
 fn hash_of(mesh: &MeshView) -> blake3::Hash {

@@ -1,6 +1,6 @@
 //! A dataset of a sequence that grows with the steps at which it changes.
 
-use super::super::hdf5::{Chunks, Column, Data, Element, Stored};
+use super::super::hdf5::{Chunks, Element, Payload, Rows, Stored};
 use super::blocks::{Block, shape};
 use super::write::Grid;
 
@@ -20,29 +20,32 @@ pub(super) struct Series {
     /// The whole dataset as long as all steps have the rows of the first.
     pub object: Option<Stored>,
     /// The first row of each step.
-    pub offsets: Column,
+    pub offsets: Rows,
     /// Of an array of the mesh as a whole, its components and rows at each step.
-    pub sizes: Column,
+    pub sizes: Rows,
 }
 
 impl Series {
     pub fn new(block: &Block, chunk_limit: u64) -> Self {
-        let row = block.n_components * block.element.size();
-        let n_chunks = (block.n_rows * row).div_ceil(chunk_limit).max(1);
+        let column = &block.column;
+        let (n_rows, n_components) = (column.n_tuples as u64, column.n_components as u64);
+        let element = Element::from(column.element);
+        let n_chunks = (n_rows * n_components * element.size()).div_ceil(chunk_limit);
+        let n_chunks = n_chunks.max(1);
         Self {
             group: block.group,
-            name: block.name.clone(),
-            element: block.element,
-            n_rows: block.n_rows,
-            n_components: block.n_components,
-            chunk_rows: block.n_rows.div_ceil(n_chunks),
+            name: column.name.to_owned(),
+            element,
+            n_rows,
+            n_components,
+            chunk_rows: n_rows.div_ceil(n_chunks),
             n_chunks,
             n_pieces: 0,
-            chunks: Chunks::new(shape(1, block.n_components).len()),
+            chunks: Chunks::new(shape(1, n_components).len()),
             last: None,
             object: None,
-            offsets: Column::new(Element::I64, &[]),
-            sizes: Column::new(Element::I64, &[2]),
+            offsets: Rows::new(Element::I64, &[]),
+            sizes: Rows::new(Element::I64, &[2]),
         }
     }
 
@@ -77,7 +80,7 @@ impl Series {
             return;
         }
         let shape = shape(self.n_pieces * self.stride(), self.n_components);
-        let data = Data::Chunks {
+        let data = Payload::Chunks {
             rows: self.chunk_rows,
             chunks: &self.chunks,
         };

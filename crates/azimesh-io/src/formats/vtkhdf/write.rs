@@ -1,6 +1,7 @@
 //! A file of one mesh.
 
 use super::super::WriteOptions;
+use super::super::column::Column;
 use super::super::hdf5::{Id, Tree};
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::order;
@@ -31,8 +32,14 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
         .chain(blocks.arrays)
     {
         let (shape, parent) = (block.shape(), grid.group(block.group));
+        let Column {
+            name,
+            element,
+            data,
+            ..
+        } = block.column;
         grid.tree
-            .dataset(parent, &block.name, block.element, &shape, block.data);
+            .dataset(parent, name, element.into(), &shape, data);
     }
     grid.tree.write(out)?;
     Ok(notes)

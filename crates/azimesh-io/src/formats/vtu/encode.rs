@@ -1,7 +1,7 @@
 //! Bytes of one array as a file stores them: text, base64, raw, compressed blocks.
 
 use super::super::Compression;
-use super::super::vtk::content::Content;
+use super::super::column::Column;
 pub(super) use super::super::vtk::text::{ascii, failed};
 use crate::formats::Out;
 use azimesh_core::error::Result;
@@ -12,18 +12,18 @@ use std::io::Write;
 const BLOCK: usize = 256 << 10;
 
 /// Writes the values as they are, after their number of bytes.
-pub(super) fn raw(array: &Content, out: &mut dyn Out) -> Result<()> {
-    out.write_all(&size(array.n_bytes)).map_err(failed)?;
-    if let Some(numbers) = array.apart() {
+pub(super) fn raw(array: &Column, out: &mut dyn Out) -> Result<()> {
+    out.write_all(&size(array.n_bytes())).map_err(failed)?;
+    if let Some(numbers) = array.remote() {
         return out.apart(numbers, 0).map(drop);
     }
     array.for_each(&mut |bytes| out.write_all(bytes).map_err(failed))
 }
 
 /// Writes the number of bytes and the values as one base64 text.
-pub(super) fn base64(array: &Content, out: &mut dyn Write) -> Result<()> {
+pub(super) fn base64(array: &Column, out: &mut dyn Write) -> Result<()> {
     let mut text = Base64 {
-        pending: size(array.n_bytes).to_vec(),
+        pending: size(array.n_bytes()).to_vec(),
         out,
     };
     array.for_each(&mut |bytes| text.push(bytes))?;
@@ -85,7 +85,7 @@ pub(super) struct CompressedBlocks {
 
 impl CompressedBlocks {
     /// Compresses an array.
-    pub fn new(array: &Content, compression: Compression) -> Result<Self> {
+    pub fn new(array: &Column, compression: Compression) -> Result<Self> {
         let mut blocks = Vec::new();
         let mut pending: Vec<u8> = Vec::new();
         array.for_each(&mut |bytes| {

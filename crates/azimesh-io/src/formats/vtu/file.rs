@@ -1,8 +1,8 @@
 //! The XML of a .vtu file that is written, with values behind it or inside it.
 
+use super::super::column::Column;
 use super::super::names::Rule;
 use super::super::vtk::arrays::Sections;
-use super::super::vtk::content::Content;
 use super::super::vtk::number::Element;
 use super::super::vtk::order::{OUTWARD, WEDGES};
 use super::super::{Compression, Encoding, WriteOptions};
@@ -47,7 +47,11 @@ impl File<'_> {
         };
         let sizes: Vec<usize> = match &compressed {
             Some(compressed) => compressed.iter().map(CompressedBlocks::n_bytes).collect(),
-            None => self.sections.all().map(|array| 8 + array.n_bytes).collect(),
+            None => self
+                .sections
+                .all()
+                .map(|array| 8 + array.n_bytes())
+                .collect(),
         };
         let mut sizes = sizes.into_iter();
         let mut offset = 0;
@@ -94,7 +98,7 @@ impl File<'_> {
     fn xml(
         &self,
         out: &mut dyn Write,
-        array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
+        array: &mut dyn FnMut(&Column, &mut dyn Write) -> Result<()>,
     ) -> Result<()> {
         let version = self.version;
         let grid = match self.lists {
@@ -154,9 +158,9 @@ impl File<'_> {
 
 fn section(
     name: &str,
-    arrays: &[Content],
+    arrays: &[Column],
     out: &mut dyn Write,
-    write_array: &mut dyn FnMut(&Content, &mut dyn Write) -> Result<()>,
+    write_array: &mut dyn FnMut(&Column, &mut dyn Write) -> Result<()>,
 ) -> Result<()> {
     let ids = arrays.iter().find(|array| GLOBAL_IDS.contains(&array.name));
     let ids = ids.map_or(String::new(), |array| {
@@ -170,7 +174,7 @@ fn section(
 }
 
 /// Start tag of an array without its last character, and end tag.
-fn tag(array: &Content, format: &str, offset: Option<usize>) -> (String, &'static str) {
+fn tag(array: &Column, format: &str, offset: Option<usize>) -> (String, &'static str) {
     // VTK calls arrays that hold no numbers by another name.
     let (element, end) = match array.element {
         Element::String => ("Array", "</Array>"),

@@ -1,8 +1,8 @@
 //! VTK XML polygonal data (.vtp): the surface of a mesh, as vertices, lines and polygons. Read like any XML of VTK.
 
+use super::super::column::{Column, Data};
 use super::super::format::{OuterFaces, surface_of};
 use super::super::vtk::arrays::VtkArrays;
-use super::super::vtk::content::{Content, owned, slice};
 use super::super::vtk::number::Element;
 use super::super::{Format, Notes, WriteOptions};
 use super::file::{File, NAMES};
@@ -34,10 +34,11 @@ fn write_surface(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> 
     notes.extend(options.check_coordinates(&surface.view())?);
     let surface = with_faces_apart(surface);
     let view = surface.view();
-    let plan = VtkArrays::new(&view, options, &NAMES);
-    let mut sections = plan.sections();
     let lists = lists(&surface.cells);
-    sections.cells = lists.iter().flat_map(List::contents).collect();
+    let plan = VtkArrays::new(&view, options, &NAMES);
+    notes.extend(plan.notes.clone());
+    let mut sections = plan.sections();
+    sections.cells = lists.iter().flat_map(List::columns).collect();
     let file = File {
         sections,
         n_points: surface.points.len(),
@@ -48,7 +49,6 @@ fn write_surface(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> 
         options,
     };
     write::write_file(&file, out)?;
-    notes.extend(plan.notes);
     Ok(notes)
 }
 
@@ -59,19 +59,19 @@ struct List<'a> {
 }
 
 impl List<'_> {
-    fn contents(&self) -> [Content<'_>; 2] {
+    fn columns(&self) -> [Column<'_>; 2] {
         let n = self.nodes.len();
         let nodes = match i32::try_from(n) {
             Ok(_) => Element::Int32,
             Err(_) => Element::UInt32,
         };
         [
-            Content::scalar("connectivity", nodes, n, vec![slice(self.nodes)]),
-            Content::scalar(
+            Column::scalar("connectivity", nodes, n, Data::slice(self.nodes)),
+            Column::scalar(
                 "offsets",
                 Element::Int64,
                 self.ends.len(),
-                vec![owned(&self.ends)],
+                Data::owned(&self.ends),
             ),
         ]
     }

@@ -17,7 +17,8 @@ const BUFFER: usize = 1 << 20;
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
     let flattened = options.check_coordinates(mesh)?;
     let mut plan = VtkArrays::new(mesh, options, &NAMES);
-    plan.notes.extend(flattened);
+    let mut notes = std::mem::take(&mut plan.notes);
+    notes.extend(flattened);
     let file = File {
         sections: plan.sections(),
         n_points: mesh.points.len(),
@@ -28,7 +29,7 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
         options,
     };
     write_file(&file, out)?;
-    Ok(plan.notes)
+    Ok(notes)
 }
 
 /// Writes a file in the encoding of its options.

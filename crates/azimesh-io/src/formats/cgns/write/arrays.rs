@@ -1,9 +1,10 @@
 //! Arrays of a mesh as solutions at nodes and at cells.
 
 use super::super::FULL_NAME;
-use super::draft::{DataType, Draft, Make, NodeIndex};
+use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
 use crate::formats::Notes;
+use crate::formats::column::Data;
 use crate::mesh::arrays::with_numbers;
 use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, NumbersApart, Values};
 use azimesh_core::diagnostic::formats::ArrayWritten;
@@ -27,7 +28,7 @@ pub(super) struct Scalar<'a> {
     pub kind: DataType,
     pub n: usize,
     /// The values, where they are elsewhere.
-    pub apart: Option<NumbersApart<'a>>,
+    apart: Option<NumbersApart<'a>>,
     array: &'a DataArray,
     component: usize,
     /// Tuples that are written.
@@ -156,10 +157,13 @@ fn kind(values: &Values) -> DataType {
 }
 
 impl<'a> Scalar<'a> {
-    /// Makes its bytes.
-    pub fn make(&self) -> Make<'a> {
+    /// Its values.
+    pub fn data(&self) -> Data<'a> {
+        if let Some(numbers) = &self.apart {
+            return Data::Remote(numbers.clone());
+        }
         let (array, component, tuples) = (self.array, self.component, self.tuples.clone());
-        Box::new(move |sink| {
+        Data::made(move |sink| {
             for range in &tuples {
                 let mut start = range.start;
                 while start < range.end {
@@ -175,10 +179,7 @@ impl<'a> Scalar<'a> {
     /// Adds it to a solution.
     pub fn add(&self, draft: &mut Draft<'a>, solution: NodeIndex) {
         let name = (self.name.as_str(), "DataArray_t");
-        let node = match &self.apart {
-            Some(numbers) => draft.apart(solution, name, (self.kind, self.n), numbers.clone()),
-            None => draft.stream(solution, name, self.kind, self.n, self.make()),
-        };
+        let node = draft.data(solution, name, self.kind, &[self.n as u64], self.data());
         if let Some(full_name) = &self.full_name {
             draft.text(node, FULL_NAME, "Descriptor_t", full_name);
         }

@@ -1,8 +1,8 @@
 //! The nodes of a CGNS file to be: names, labels, data. Turned into groups and datasets of HDF5 as
 //! the CGNS library lays them out.
 
-use crate::formats::hdf5::{Column, Data, Element, Id, Links, Sink, StepFile, Stored, Tree};
-use crate::mesh::NumbersApart;
+use crate::formats::column::Data;
+use crate::formats::hdf5::{Element, Id, Links, Payload, Rows, StepFile, Stored, Tree};
 use azimesh_core::error::Result;
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ struct Node<'a> {
     parent: Option<NodeIndex>,
     name: String,
     label: &'static str,
-    data: Option<(DataType, Vec<u64>, Payload<'a>)>,
+    data: Option<(DataType, Vec<u64>, Values<'a>)>,
 }
 
 /// Type of data.
@@ -40,15 +40,10 @@ pub(super) enum DataType {
     R8,
 }
 
-/// Makes bytes as they are written.
-pub(super) type Make<'a> = Box<dyn Fn(Sink) -> Result<()> + Send + Sync + 'a>;
-
-enum Payload<'a> {
-    Bytes(Vec<u8>),
-    Stream(Make<'a>),
-    Apart(NumbersApart<'a>),
+enum Values<'a> {
+    New(Data<'a>),
     Stored(Stored),
-    Column(&'a Column),
+    Rows(&'a Rows),
 }
 
 impl DataType {
@@ -72,15 +67,9 @@ impl DataType {
         }
     }
 
-    /// Integers as bytes of this type, which is I4 or I8 and holds them.
-    pub fn bytes_of(self, numbers: &[i64]) -> Vec<u8> {
-        match self {
-            DataType::I8 => bytemuck::cast_slice(numbers).to_vec(),
-            _ => {
-                let narrow: Vec<i32> = numbers.iter().map(|&n| n as i32).collect();
-                bytemuck::cast_slice(&narrow).to_vec()
-            }
-        }
+    /// Integers as values of this type, which is I4 or I8 and holds them.
+    pub fn data_of(self, numbers: &[i64]) -> Data<'static> {
+        Data::integers(numbers, self == DataType::I8)
     }
 }
 
@@ -90,7 +79,7 @@ impl<'a> Draft<'a> {
         parent: Option<NodeIndex>,
         name: &str,
         label: &'static str,
-        data: Option<(DataType, Vec<u64>, Payload<'a>)>,
+        data: Option<(DataType, Vec<u64>, Values<'a>)>,
     ) -> NodeIndex {
         self.nodes.push(Node {
             parent,
@@ -119,20 +108,25 @@ impl<'a> Draft<'a> {
         label: &'static str,
         text: &str,
     ) -> NodeIndex {
-        let bytes = Payload::Bytes(text.as_bytes().to_vec());
-        let data = (DataType::C1, vec![text.len() as u64], bytes);
-        self.add(Some(parent), name, label, Some(data))
+        let sizes = [text.len() as u64];
+        self.data(
+            parent,
+            (name, label),
+            DataType::C1,
+            &sizes,
+            Data::owned(text.as_bytes()),
+        )
     }
 
     /// Adds a node with one row of data for each step: numbers, or names.
-    pub fn column(
+    pub fn rows(
         &mut self,
         parent: NodeIndex,
         name: &str,
         kind: DataType,
-        column: &'a Column,
+        rows: &'a Rows,
     ) -> NodeIndex {
-        let data = (kind, Vec::new(), Payload::Column(column));
+        let data = (kind, Vec::new(), Values::Rows(rows));
         self.add(Some(parent), name, "DataArray_t", Some(data))
     }
 
@@ -145,8 +139,7 @@ impl<'a> Draft<'a> {
         sizes: &[u64],
         numbers: &[i64],
     ) -> NodeIndex {
-        let data = (kind, sizes.to_vec(), Payload::Bytes(kind.bytes_of(numbers)));
-        self.add(parent.into(), name, label, Some(data))
+        self.data(parent, (name, label), kind, sizes, kind.data_of(numbers))
     }
 
     /// Adds a node that holds a few floating-point numbers.
@@ -156,56 +149,33 @@ impl<'a> Draft<'a> {
         (name, label): (&str, &'static str),
         numbers: &[f64],
     ) -> NodeIndex {
-        let bytes = Payload::Bytes(bytemuck::cast_slice(numbers).to_vec());
-        let data = (DataType::R8, vec![numbers.len() as u64], bytes);
-        self.add(Some(parent), name, label, Some(data))
+        let sizes = [numbers.len() as u64];
+        self.data(
+            parent,
+            (name, label),
+            DataType::R8,
+            &sizes,
+            Data::owned(numbers),
+        )
     }
 
-    /// Adds a node that holds these bytes.
-    pub fn bytes(
+    /// Adds a node that holds these values.
+    pub fn data(
         &mut self,
-        parent: NodeIndex,
+        parent: impl Into<Option<NodeIndex>>,
         (name, label): (&str, &'static str),
         kind: DataType,
         sizes: &[u64],
-        bytes: Vec<u8>,
+        data: Data<'a>,
     ) -> NodeIndex {
-        let data = (kind, sizes.to_vec(), Payload::Bytes(bytes));
-        self.add(Some(parent), name, label, Some(data))
+        let data = (kind, sizes.to_vec(), Values::New(data));
+        self.add(parent.into(), name, label, Some(data))
     }
 
     /// Adds the version of CGNS that the file follows.
     pub fn version(&mut self, version: f32) {
-        let bytes = Payload::Bytes(version.to_ne_bytes().to_vec());
-        let data = (DataType::R4, vec![1], bytes);
-        let label = "CGNSLibraryVersion_t";
-        self.add(None, "CGNSLibraryVersion", label, Some(data));
-    }
-
-    /// Adds a node whose `n` values are made as they are written.
-    pub fn stream(
-        &mut self,
-        parent: NodeIndex,
-        (name, label): (&str, &'static str),
-        kind: DataType,
-        n: usize,
-        make: Make<'a>,
-    ) -> NodeIndex {
-        let data = (kind, vec![n as u64], Payload::Stream(make));
-        self.add(Some(parent), name, label, Some(data))
-    }
-
-    /// Adds a node whose `n` values other ranks write.
-    pub fn apart(
-        &mut self,
-        parent: NodeIndex,
-        (name, label): (&str, &'static str),
-        (kind, n): (DataType, usize),
-        numbers: NumbersApart<'a>,
-    ) -> NodeIndex {
-        let sizes = vec![n as u64];
-        let data = (kind, sizes, Payload::Apart(numbers));
-        self.add(Some(parent), name, label, Some(data))
+        let name = ("CGNSLibraryVersion", "CGNSLibraryVersion_t");
+        self.data(None, name, DataType::R4, &[1], Data::owned(&[version]));
     }
 
     /// Adds a node whose values are in the file already.
@@ -216,7 +186,7 @@ impl<'a> Draft<'a> {
         (kind, sizes): (DataType, &[u64]),
         stored: Stored,
     ) -> NodeIndex {
-        let data = (kind, sizes.to_vec(), Payload::Stored(stored));
+        let data = (kind, sizes.to_vec(), Values::Stored(stored));
         self.add(Some(parent), name, "DataArray_t", Some(data))
     }
 
@@ -265,8 +235,8 @@ impl<'a> Draft<'a> {
     ) -> Result<Open> {
         let node = &self.nodes[place];
         let mut links = Links::default();
-        if let Some((kind, sizes, payload)) = &node.data {
-            let tree = Tree::of_dataset(kind.element(), &shape(sizes), payload.data());
+        if let Some((kind, sizes, values)) = &node.data {
+            let tree = Tree::of_dataset(kind.element(), &shape(sizes), values.payload());
             links.add(DATA, file.store_object(&tree)?)?;
         }
         self.store(file, Some(place), child, &mut links)?;
@@ -282,7 +252,7 @@ impl<'a> Draft<'a> {
     pub fn open_root(&self, file: &mut StepFile, open: NodeIndex) -> Result<Links> {
         let mut links = Links::default();
         for (name, text) in marks() {
-            let data = Data::Bytes(text.as_slice().into());
+            let data = Data::slice(&text);
             let tree = Tree::of_dataset(Element::I8, &[text.len() as u64], data);
             links.add(name, file.store_object(&tree)?)?;
         }
@@ -296,7 +266,7 @@ impl<'a> Draft<'a> {
         describe_root(&mut tree);
         for (name, text) in marks() {
             let shape = [text.len() as u64];
-            let data = Data::Bytes(text.into());
+            let data = Data::owned(&text);
             tree.dataset(Tree::ROOT, name, Element::I8, &shape, data);
         }
         self.add_to(&mut tree, Tree::ROOT);
@@ -353,25 +323,23 @@ impl Node<'_> {
         describe(tree, id, (&self.name, self.label, self.kind()));
         flags(tree, id);
         match &self.data {
-            Some((_, _, Payload::Column(column))) => {
-                tree.column(id, DATA, column);
+            Some((_, _, Values::Rows(rows))) => {
+                tree.rows(id, DATA, rows);
             }
-            Some((kind, sizes, payload)) => {
-                tree.dataset(id, DATA, kind.element(), &shape(sizes), payload.data());
+            Some((kind, sizes, values)) => {
+                tree.dataset(id, DATA, kind.element(), &shape(sizes), values.payload());
             }
             None => {}
         }
     }
 }
 
-impl Payload<'_> {
-    fn data(&self) -> Data<'_> {
+impl Values<'_> {
+    fn payload(&self) -> Payload<'_> {
         match self {
-            Payload::Bytes(bytes) => Data::Bytes(bytes.into()),
-            Payload::Stream(make) => Data::Stream(Box::new(|sink| make(sink))),
-            Payload::Apart(numbers) => Data::Apart(numbers.clone()),
-            Payload::Stored(stored) => Data::Stored(*stored),
-            Payload::Column(column) => Data::Column(column),
+            Values::New(data) => data.borrowed().into(),
+            Values::Stored(stored) => (*stored).into(),
+            Values::Rows(rows) => Payload::Rows(rows),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::arrays::fits;
 use super::draft::{DataType, Draft, NodeIndex};
 use super::names::{Names, RULE};
 use crate::formats::Notes;
+use crate::formats::column::Data;
 use crate::mesh::{DataArray, Values};
 use azimesh_core::diagnostic::formats::ArrayWritten;
 
@@ -18,7 +19,7 @@ pub(super) struct Field {
     pub kind: DataType,
     /// Sizes, the fastest index first.
     pub sizes: Vec<u64>,
-    pub bytes: Vec<u8>,
+    pub data: Data<'static>,
 }
 
 /// Adds the arrays to the base.
@@ -30,7 +31,7 @@ pub(super) fn add(draft: &mut Draft, base: NodeIndex, arrays: &[&DataArray], not
     let parent = draft.group(base, FIELD_ARRAYS, "UserDefinedData_t");
     for field in fields {
         let name = (field.name.as_str(), "DataArray_t");
-        let node = draft.bytes(parent, name, field.kind, &field.sizes, field.bytes);
+        let node = draft.data(parent, name, field.kind, &field.sizes, field.data);
         if let Some(full_name) = &field.full_name {
             draft.text(node, FULL_NAME, "Descriptor_t", full_name);
         }
@@ -51,16 +52,16 @@ pub(super) fn fields(arrays: &[&DataArray], notes: &mut Notes) -> Vec<Field> {
             notes.push(ArrayWritten::IntegersTooLarge { name });
             continue;
         }
-        let (kind, bytes) = bytes_of(&array.values);
+        let (kind, data) = data_of(&array.values);
         fields.push(Field {
             full_name: None,
             name: array.name.clone(),
-            sizes: match kind {
-                DataType::C1 => vec![bytes.len() as u64],
+            sizes: match (kind, &data) {
+                (DataType::C1, Data::Bytes(bytes)) => vec![bytes.len() as u64],
                 _ => vec![array.n_components as u64, array.n_tuples() as u64],
             },
             kind,
-            bytes,
+            data,
         });
     }
     let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
@@ -73,20 +74,18 @@ pub(super) fn fields(arrays: &[&DataArray], notes: &mut Notes) -> Vec<Field> {
     fields
 }
 
-fn bytes_of(values: &Values) -> (DataType, Vec<u8>) {
-    match values {
-        Values::F64(v) => (DataType::R8, bytemuck::cast_slice(v).to_vec()),
-        Values::F32(v) => (DataType::R4, bytemuck::cast_slice(v).to_vec()),
+fn data_of(values: &Values) -> (DataType, Data<'static>) {
+    let kind = match values {
+        Values::F64(v) => return (DataType::R8, Data::owned(v)),
+        Values::F32(v) => return (DataType::R4, Data::owned(v)),
         Values::Text(lines) => {
             let ended = lines.iter().flat_map(|line| [line.as_bytes(), b"\0"]);
-            (DataType::C1, ended.flatten().copied().collect())
+            let bytes: Vec<u8> = ended.flatten().copied().collect();
+            return (DataType::C1, Data::Bytes(bytes.into()));
         }
-        Values::U32(_) | Values::I64(_) | Values::U64(_) => integers(DataType::I8, values),
-        _ => integers(DataType::I4, values),
-    }
-}
-
-fn integers(kind: DataType, values: &Values) -> (DataType, Vec<u8>) {
+        Values::U32(_) | Values::I64(_) | Values::U64(_) => DataType::I8,
+        _ => DataType::I4,
+    };
     let numbers = values.to_integers().expect("they fit");
-    (kind, kind.bytes_of(&numbers))
+    (kind, kind.data_of(&numbers))
 }

@@ -22,6 +22,7 @@ mod series;
 
 use super::super::{Precision, WriteOptions};
 use super::{CELL_ORDER, FromAdf};
+use crate::formats::column::Data;
 use crate::formats::{Notes, Out};
 use crate::mesh::{Coordinates, MeshView};
 use azimesh_core::diagnostic::formats::Written;
@@ -30,7 +31,7 @@ use azimesh_core::geometry::vector::Vector;
 pub(super) use plan::other_order;
 pub(in crate::formats) use sections::{list_elements, list_mixed};
 
-use draft::{DataType, Draft, Make, NodeIndex};
+use draft::{DataType, Draft, NodeIndex};
 use faces::FaceTable;
 use names::Names;
 use numbering::Numbering;
@@ -212,17 +213,18 @@ fn add_coordinates<'a>(
     for (axis, name) in names.into_iter().enumerate().take(n_axes) {
         let name = (name, "DataArray_t");
         let numbers = Coordinates::new(Some(axis), is_single);
-        let node = match mesh.coordinates_apart(numbers) {
-            Some(numbers) => draft.apart(grid, name, (kind, n), numbers),
-            None => draft.stream(grid, name, kind, n, listed(numbers, mesh.points)),
+        let data = match mesh.coordinates_apart(numbers) {
+            Some(numbers) => Data::Remote(numbers),
+            None => listed(numbers, mesh.points),
         };
+        let node = draft.data(grid, name, kind, &[n as u64], data);
         add_length_exponents(draft, node);
     }
 }
 
 /// The coordinates of nodes.
-fn listed(numbers: Coordinates, points: &[Vector]) -> Make<'_> {
-    Box::new(move |sink| {
+fn listed(numbers: Coordinates, points: &[Vector]) -> Data<'_> {
+    Data::made(move |sink| {
         let mut bytes = Vec::new();
         for block in points.chunks(BLOCK) {
             bytes.clear();

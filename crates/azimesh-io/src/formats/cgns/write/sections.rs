@@ -1,10 +1,10 @@
 //! Sections of elements: connectivity in CGNS's node order, counted from 1.
 
 use super::super::element::{ElementType, MIXED, NFACE_N, NGON_N};
-use super::draft::{DataType, Draft, Make, NodeIndex};
+use super::draft::{DataType, Draft, NodeIndex};
 use super::faces::FaceTable;
 use super::plan::{Form, Planned};
-use crate::formats::hdf5::Sink;
+use crate::formats::column::{Data, Sink, stream_integers};
 use crate::mesh::{CellKind, CellRun, Cells, Listing, MeshView, NodesOfCells};
 use azimesh_core::error::Result;
 use azimesh_core::parallel::for_blocks;
@@ -39,7 +39,7 @@ pub(super) fn add<'a>(
         range,
         kind,
     );
-    let (n, offsets): (usize, Option<Make>) = match planned.form {
+    let (n, offsets): (usize, Option<Data>) = match planned.form {
         Form::Fixed(element) => (cells.len() * element.n_nodes, None),
         _ => {
             let sizes = move |emit: &mut dyn FnMut(usize)| sizes(mesh, cells.clone(), number, emit);
@@ -50,7 +50,8 @@ pub(super) fn add<'a>(
     };
     if let Some(offsets) = offsets {
         let name = ("ElementStartOffset", "DataArray_t");
-        draft.stream(section, name, kind, planned.cells.len() + 1, offsets);
+        let sizes = [planned.cells.len() as u64 + 1];
+        draft.data(section, name, kind, &sizes, offsets);
     }
     let name = ("ElementConnectivity", "DataArray_t");
     let cells = planned.cells.clone();
@@ -61,20 +62,22 @@ pub(super) fn add<'a>(
     let is_wide = kind == DataType::I8;
     let numbers = NodesOfCells::new(cells.clone(), listing, is_wide);
     if let Some(numbers) = mesh.nodes_apart(numbers) {
-        draft.apart(section, name, (kind, n), numbers);
+        draft.data(section, name, kind, &[n as u64], Data::Remote(numbers));
         return;
     }
     let own = |node| node;
-    let make: Make<'a> = match planned.form {
+    let data = match planned.form {
         Form::Fixed(_) | Form::Polygons => {
-            Box::new(move |sink| list_elements(mesh.cells, cells.clone(), is_wide, &own, sink))
+            Data::made(move |sink| list_elements(mesh.cells, cells.clone(), is_wide, &own, sink))
         }
         Form::Mixed => {
-            Box::new(move |sink| list_mixed(mesh.cells, cells.clone(), is_wide, &own, sink))
+            Data::made(move |sink| list_mixed(mesh.cells, cells.clone(), is_wide, &own, sink))
         }
-        Form::Polyhedra => Box::new(move |sink| polyhedra(mesh, cells.clone(), faces, kind, sink)),
+        Form::Polyhedra => {
+            Data::made(move |sink| polyhedra(mesh, cells.clone(), faces, kind, sink))
+        }
     };
-    draft.stream(section, name, kind, n, make);
+    draft.data(section, name, kind, &[n as u64], data);
 }
 
 /// Adds the section of those faces of polyhedra that are no cells.
@@ -90,8 +93,9 @@ pub(super) fn add_faces<'a>(
     let section = header(draft, zone, name, (NGON_N, 0), range, kind);
     let sizes = move |emit: &mut dyn FnMut(usize)| faces.iter().for_each(|face| emit(face.len()));
     let name = ("ElementStartOffset", "DataArray_t");
-    draft.stream(section, name, kind, faces.len() + 1, offsets(kind, sizes));
-    let make: Make<'a> = Box::new(move |sink| {
+    let n = [faces.len() as u64 + 1];
+    draft.data(section, name, kind, &n, offsets(kind, sizes));
+    let nodes = Data::made(move |sink| {
         let mut buffer = Buffer::new(kind, sink);
         for face in faces.iter() {
             face.iter()
@@ -100,7 +104,8 @@ pub(super) fn add_faces<'a>(
         buffer.flush()
     });
     let name = ("ElementConnectivity", "DataArray_t");
-    draft.stream(section, name, kind, faces.n_entries(), make);
+    let n = [faces.n_entries() as u64];
+    draft.data(section, name, kind, &n, nodes);
 }
 
 fn header(
@@ -141,8 +146,8 @@ fn n_faces(mesh: &MeshView, cell: usize) -> usize {
 fn offsets<'a>(
     kind: DataType,
     sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a,
-) -> Make<'a> {
-    Box::new(move |sink| {
+) -> Data<'a> {
+    Data::made(move |sink| {
         let mut buffer = Buffer::new(kind, sink);
         buffer.push(0)?;
         let mut offset = 0;
@@ -292,8 +297,6 @@ impl<'s> Buffer<'s> {
     }
 
     fn flush(&mut self) -> Result<()> {
-        let bytes = self.kind.bytes_of(&self.numbers);
-        self.numbers.clear();
-        (self.sink)(&bytes)
+        stream_integers(self.numbers.drain(..), self.kind == DataType::I8, self.sink)
     }
 }

@@ -1,7 +1,7 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
 //! once; pointers of the zone to those of each step, and times.
 
-use super::super::super::hdf5::{Column, Element, Links, StepFile, Tree};
+use super::super::super::hdf5::{Element, Links, Rows, StepFile, Tree};
 use super::super::super::portable::not_taken;
 use super::super::super::{Begin, SequenceFile, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS, FromAdf};
@@ -36,9 +36,9 @@ pub(in crate::formats::cgns) struct Sequence {
 /// The nodes of each step.
 struct Steps {
     n: usize,
-    times: Column,
-    grids: Column,
-    motions: Column,
+    times: Rows,
+    grids: Rows,
+    motions: Rows,
     at_nodes: Series,
     at_cells: Series,
     fields: Series,
@@ -125,7 +125,7 @@ impl Steps {
         let solutions = "FlowSolution_t";
         Self {
             n: 0,
-            times: Column::new(Element::F64, &[]),
+            times: Rows::new(Element::F64, &[]),
             grids: names(),
             motions: names(),
             at_nodes: Series::new(AT_NODES, solutions, Some("Vertex")),
@@ -161,12 +161,12 @@ impl Steps {
 
     /// Puts into the file what grows with the steps.
     fn store(&mut self, file: &mut StepFile) -> Result<()> {
-        for column in [&mut self.times, &mut self.grids, &mut self.motions] {
-            file.store_column(column)?;
+        for rows in [&mut self.times, &mut self.grids, &mut self.motions] {
+            file.store_rows(rows)?;
         }
         for series in [&mut self.at_nodes, &mut self.at_cells, &mut self.fields] {
             if series.is_used() {
-                file.store_column(&mut series.pointers)?;
+                file.store_rows(&mut series.pointers)?;
             }
         }
         Ok(())
@@ -178,9 +178,9 @@ impl Steps {
         let n = self.n as i64;
         let label = "BaseIterativeData_t";
         let times = draft.integers(None, (TIMES, label), DataType::I4, &[1], &[n]);
-        draft.column(times, "TimeValues", DataType::R8, &self.times);
+        draft.rows(times, "TimeValues", DataType::R8, &self.times);
         if self.fields.is_used() {
-            draft.column(times, FIELD_POINTERS, DataType::C1, &self.fields.pointers);
+            draft.rows(times, FIELD_POINTERS, DataType::C1, &self.fields.pointers);
         }
         draft
     }
@@ -189,8 +189,8 @@ impl Steps {
     fn pointers(&self) -> Draft<'_> {
         let mut draft = Draft::default();
         let data = draft.group(None, "ZoneIterativeData", "ZoneIterativeData_t");
-        draft.column(data, "GridCoordinatesPointers", DataType::C1, &self.grids);
-        draft.column(
+        draft.rows(data, "GridCoordinatesPointers", DataType::C1, &self.grids);
+        draft.rows(
             data,
             "ArbitraryGridMotionPointers",
             DataType::C1,
@@ -200,7 +200,7 @@ impl Steps {
         let used = [&self.at_nodes, &self.at_cells].into_iter();
         for series in used.filter(|series| series.is_used()) {
             if let Some(list) = lists.next() {
-                draft.column(data, list, DataType::C1, &series.pointers);
+                draft.rows(data, list, DataType::C1, &series.pointers);
             }
         }
         draft

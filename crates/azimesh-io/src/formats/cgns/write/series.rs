@@ -1,13 +1,13 @@
 //! Arrays of the steps of a sequence: a node for each step whose arrays are other than those of the
 //! step before, and the list that says which node each step has.
 
-use super::super::super::hdf5::{Column, Element, Links, StepFile, Stored};
+use super::super::super::hdf5::{Element, Links, Rows, StepFile, Stored};
 use super::super::FULL_NAME;
 use super::arrays::Scalar;
-use super::draft::{DataType, Draft, Make};
+use super::draft::{DataType, Draft};
 use super::fields::Field;
 use super::names::LONGEST;
-use crate::mesh::NumbersApart;
+use crate::formats::column::Data;
 use azimesh_core::error::{Error, Result};
 
 /// The entry of a list for a step without such a node.
@@ -30,9 +30,7 @@ pub(super) struct Given<'a> {
     full_name: Option<String>,
     kind: DataType,
     sizes: Vec<u64>,
-    make: Make<'a>,
-    /// The values, where they are elsewhere.
-    apart: Option<NumbersApart<'a>>,
+    data: Data<'a>,
 }
 
 /// Nodes with arrays, of which a step has a new one unless its arrays are those of the step before.
@@ -44,7 +42,7 @@ pub(super) struct Series {
     /// Name and arrays of the newest.
     newest: Option<(String, Vec<Array>)>,
     /// The name of each step's node.
-    pub pointers: Column,
+    pub pointers: Rows,
 }
 
 impl Series {
@@ -131,8 +129,7 @@ impl<'a> From<&'a Field> for Given<'a> {
             full_name: field.full_name.clone(),
             kind: field.kind,
             sizes: field.sizes.clone(),
-            make: Box::new(|sink| sink(&field.bytes)),
-            apart: None,
+            data: field.data.borrowed(),
         }
     }
 }
@@ -144,8 +141,7 @@ impl<'a> From<&Scalar<'a>> for Given<'a> {
             full_name: scalar.full_name.clone(),
             kind: scalar.kind,
             sizes: vec![scalar.n as u64],
-            make: scalar.make(),
-            apart: scalar.apart.clone(),
+            data: scalar.data(),
         }
     }
 }
@@ -153,19 +149,15 @@ impl<'a> From<&Scalar<'a>> for Given<'a> {
 impl Given<'_> {
     /// The array in the file: that of the step before where it is the same.
     fn stored(self, before: &[Array], file: &mut StepFile) -> Result<Array> {
-        let hash = match &self.apart {
-            Some(numbers) => numbers.hash()?,
-            None => hash_of_bytes(&self.make)?,
-        };
+        let hash = self.data.hash()?;
         let is_same = |array: &&Array| {
             array.name == self.name
                 && (array.kind, &array.sizes) == (self.kind, &self.sizes)
                 && array.hash == hash
         };
-        let stored = match (before.iter().find(is_same), &self.apart) {
-            (Some(array), _) => array.stored,
-            (None, Some(numbers)) => file.store_apart(numbers)?,
-            (None, None) => file.store(|sink| (self.make)(sink))?,
+        let stored = match before.iter().find(is_same) {
+            Some(array) => array.stored,
+            None => file.store(&self.data)?,
         };
         Ok(Array {
             name: self.name,
@@ -179,8 +171,8 @@ impl Given<'_> {
 }
 
 /// A list of names, one for each step.
-pub(super) fn names() -> Column {
-    Column::new(Element::I8, &[LONGEST as u64])
+pub(super) fn names() -> Rows {
+    Rows::new(Element::I8, &[LONGEST as u64])
 }
 
 /// A name as it is in a list.
@@ -198,13 +190,4 @@ pub(super) fn step_name(name: &str, step: usize) -> String {
         0 => name.to_owned(),
         _ => format!("{name}#{step:04}"),
     }
-}
-
-fn hash_of_bytes(make: &Make) -> Result<blake3::Hash> {
-    let mut hasher = blake3::Hasher::new();
-    make(&mut |bytes| {
-        hasher.update(bytes);
-        Ok(())
-    })?;
-    Ok(hasher.finalize())
 }

@@ -13,8 +13,8 @@ const SMALLEST: usize = 512;
 /// The fewest rows that are extrapolated.
 const FEWEST: usize = 64;
 
-/// Rows of one length.
-pub(in crate::formats) struct Column {
+/// The rows, all of one length.
+pub(in crate::formats) struct Rows {
     pub(super) element: Element,
     /// Sizes of a row; none where it is one value.
     row: Vec<u64>,
@@ -29,7 +29,7 @@ pub(in crate::formats) struct Column {
     chunks: Chunks,
 }
 
-impl Column {
+impl Rows {
     /// No row yet. Bytes of a row are those of some numbers of 8 bytes.
     pub fn new(element: Element, row: &[u64]) -> Self {
         let row_bytes = (row.iter().product::<u64>() * element.size()) as usize;
