@@ -137,6 +137,7 @@ fn squares(n: usize) -> Vec<Piece> {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
 fn a_picture_of_a_large_mesh_stays_small_and_shows_the_worst_cell() {
     let pieces = squares(600);
     let mut quality = vec![0.9; pieces.len()];

@@ -376,6 +376,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
     fn evaluation_equals_the_double_sum_for_every_kernel_and_width() {
         let (points, base) = (cloud(531, 0.1), cloud(2 * NEAR + 3, 0.7));
         for kernel in [
@@ -413,6 +414,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
     fn what_a_point_gets_does_not_depend_on_the_others() {
         let (points, base) = (cloud(3000, 0.1), cloud(2 * NEAR + 3, 0.7));
         for r in [1, 3, 6, 8, 9, 12, 30] {

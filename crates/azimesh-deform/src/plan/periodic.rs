@@ -266,6 +266,7 @@ mod tests {
     use azimesh_io::mesh::cubes::{cubes, shuffled};
 
     #[test]
+    #[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
     fn directions_into_the_mesh_are_those_of_the_whole_on_every_rank() {
         let mesh = cubes(40);
         for mesh in [shuffled(&mesh), mesh] {

@@ -203,6 +203,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
     fn parts_know_the_groups_of_the_whole_mesh_and_what_is_around_their_cells() {
         for (mesh, ranks) in meshes() {
             for &n in ranks {
@@ -261,6 +262,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
     fn sides_of_zones_are_those_of_the_whole_mesh() {
         for (mesh, ranks) in meshes() {
             for (cells, has_rim) in marked(&mesh).into_iter().zip([false, true]) {
@@ -279,6 +281,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
     fn parts_of_a_mesh_with_copies_of_nodes_are_parts_of_the_whole_mesh_with_them() {
         for (mesh, ranks) in meshes() {
             for (cells, ranks) in marked(&mesh).into_iter().zip([ranks, &[3]]) {

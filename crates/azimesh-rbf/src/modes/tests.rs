@@ -301,6 +301,7 @@ fn a_displacement_that_is_no_number_is_refused() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
 fn modes_are_the_same_bytes_on_any_number_of_threads() {
     let points = blade(3_000);
     let on = |threads: usize| {
