@@ -62,18 +62,9 @@ def values(driver):
 
 
 def marks(driver):
-    """Value of the horizontal axis at the line that marks the step: in each live plot, and in each drawing for paper."""
+    """Value of the horizontal axis at the line that marks the step, in each plot."""
     return driver.execute_script("""
-        const live = steps.map(plot => {
-            const x = new DOMMatrix(plot.mark.style.transform).e;
-            return plot.live.posToVal(x, "x");
-        });
-        const drawn = [...document.querySelectorAll("svg[data-from]")].map(plot => {
-            const { from, to, left, width } = plot.dataset;
-            const x = plot.querySelector(".mark").transform.baseVal[0].matrix.e;
-            return Number(from) + (x - left) / width * (to - from);
-        });
-        return [...live, ...drawn];""")
+        return steps.map(plot => plot.live.posToVal(new DOMMatrix(plot.mark.style.transform).e, "x"));""")
 
 
 def check_step(driver, row):
@@ -92,7 +83,7 @@ def check_step(driver, row):
         largest = max(largest, abs(float(short) - wanted) / max(abs(wanted), 1e-300))
         n += 1
     found = marks(driver)
-    assert len(found) > 10, found
+    assert len(found) > 5, found
     for at in found:
         assert abs(at - float(row["azimuth_deg"])) < 1e-3, f"a mark is at {at}, not {row['azimuth_deg']}"
     said = driver.find_element("id", "which").text
@@ -312,8 +303,8 @@ def check_widths(page, folder):
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
         shown = driver.execute_script("""
             const seen = (part) => [...document.querySelectorAll(part)].filter(e => e.getClientRects().length > 0).length;
-            return [seen("figure.plot > svg"), seen(".live-plot"), seen("#play")];""")
-        assert shown[0] > 10 and shown[1:] == [0, 0], shown
+            return [seen(".live-plot canvas"), seen("#play")];""")
+        assert shown[0] > 5 and shown[1] == 0, shown
         paper = driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})
         pdf = base64.b64decode(paper["data"])
         assert pdf.startswith(b"%PDF")

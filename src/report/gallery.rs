@@ -320,15 +320,12 @@ fn histogram(counted: &[(String, Vec<f64>)]) -> Option<Plot> {
         0.0
     };
     let width = (1.0 - low) / BARS as f64;
-    let bars: Vec<(String, Vec<[f64; 3]>)> = sets
+    let bars: Vec<(String, Vec<(f64, Option<f64>)>)> = sets
         .iter()
         .map(|(name, values)| (name.clone(), shares(values, low, width)))
         .collect();
-    let least = bars
-        .iter()
-        .flat_map(|(_, bars)| bars)
-        .map(|bar| bar[2])
-        .reduce(f64::min)?;
+    let heights = bars.iter().flat_map(|(_, bars)| bars);
+    let least = heights.filter_map(|bar| bar.1).reduce(f64::min)?;
     Some(Plot {
         title: "Scaled Jacobian of the cells".to_owned(),
         x: "scaled Jacobian".to_owned(),
@@ -340,21 +337,18 @@ fn histogram(counted: &[(String, Vec<f64>)]) -> Option<Plot> {
     })
 }
 
-/// Bars with a cell at least, in percent of all.
-fn shares(values: &[f64], low: f64, width: f64) -> Vec<[f64; 3]> {
+/// Left edge and percentage of each bar; no height where there is no cell.
+fn shares(values: &[f64], low: f64, width: f64) -> Vec<(f64, Option<f64>)> {
     let mut counts = [0u64; BARS];
     for value in values {
         let bar = ((value - low) / width).max(0.0) as usize;
         counts[bar.min(BARS - 1)] += 1;
     }
     let all = values.len() as f64;
-    let bars = counts
-        .into_iter()
-        .enumerate()
-        .filter(|(_, count)| *count > 0);
+    let bars = counts.into_iter().enumerate();
     bars.map(|(bar, count)| {
-        let from = low + bar as f64 * width;
-        [from, from + width, 100.0 * count as f64 / all]
+        let height = (count > 0).then(|| 100.0 * count as f64 / all);
+        (low + bar as f64 * width, height)
     })
     .collect()
 }

@@ -6,12 +6,9 @@
 //!               └── a few meshes ── gallery: histogram, cuts coloured by quality ─────┘
 //! ```
 //!
-//! Owns the page and how a mesh is cut to be drawn on it. Leaves to others what a step is, how good
-//! a cell is and how a mesh file is read. The figures are SVG of its own making: their colours and
-//! strokes are classes, so that one style sheet serves a bright screen, a dark one and paper, which
-//! the plotting crates, with colours and sizes in every element, do not allow.
+//! Owns the page and how a mesh is cut to be drawn on it. Other modules say what a step is, how good a cell is and how a
+//! mesh file is read. uPlot draws the charts and three.js the bodies, in the browser.
 
-mod axis;
 mod charts;
 mod choose;
 mod columns;

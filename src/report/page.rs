@@ -217,7 +217,7 @@ fn slider(sequence: &Sequence, stops: &[usize]) -> String {
          <button type=\"button\" data-by=\"-1\" aria-label=\"step before\">◀</button>\
          <input type=\"range\" id=\"step\" min=\"0\" max=\"{last}\" step=\"1\" value=\"0\">\
          <button type=\"button\" data-by=\"1\" aria-label=\"next step\">▶</button>{worst}</div>{left_out}\n</form>\n\
-         <noscript><p class=\"remark\">The slider needs JavaScript; steps.csv has the values of every step.</p></noscript>\n"
+         <noscript><p class=\"remark\">The slider and the plots need JavaScript; steps.csv has the values of every step.</p></noscript>\n"
     )
 }
 

@@ -1,4 +1,4 @@
-// Plots that zoom, in place of the drawings that paper and pages without a script have.
+// The plots, drawn by uPlot. They zoom, and those over the steps follow the slider.
 const DASHES = [[], [7, 3], [2, 2.5], [9, 3, 2, 3], [], [5, 2], [1.5, 3], [12, 4]];
 const steps = [];
 const plots = [];
@@ -42,19 +42,29 @@ function label(value) {
   return short(String(Number(value.toPrecision(6)))).replace("-", "\u2212");
 }
 
+// Lines with dots where there are few; bars, of which the second set is an outline.
+function styleOf(series, plot) {
+  if (!series.bars) return { width: 1.8, dash: DASHES[series.style], points: { show: series.points < 40, size: 5 }, spanGaps: !plot.marked };
+  const fill = series.style === 0 ? () => colour("--s0", 0.75) : null;
+  return { width: fill ? 0 : 1.5, fill, points: { show: false }, paths: uPlot.paths.bars({ size: [1, Infinity], align: 1, gap: 0 }) };
+}
+
 function optionsOf(plot, width) {
   const font = '12px system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
   const axis = (title, size) => ({
     label: title, labelSize: 20, size, font, labelFont: font, stroke: () => colour("--soft"),
     grid: { stroke: () => colour("--line"), width: 1 }, ticks: { stroke: () => colour("--line"), width: 1 },
   });
-  const x = axis(plot.x, 32), y = axis(plot.y, 58);
+  const x = axis(plot.x, 32), y = axis(plot.y, (u, values) => Math.max(58, 32 + 6.6 * Math.max(0, ...(values ?? []).map((value) => value.length))));
   x.values = y.values = (_, splits) => splits.map((value) => (value === null ? "" : label(value)));
   if (plot.log) {
     y.splits = (u, _, low, high) => decades(low, high);
     y.values = (_, splits) => splits.map(power);
     y.filter = (_, splits) => splits;
   }
+  // A bar begins at its x: the axis ends one width after the last.
+  const barred = plot.series.find((series) => series.bars);
+  const width0 = barred ? barred.x[1] - barred.x[0] : 0;
   if (plot.degrees) x.incrs = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440, 3600];
   const level = plot.levels.map(([, value]) => value);
   const range = (u, low, high) => {
@@ -66,12 +76,9 @@ function optionsOf(plot, width) {
   };
   return {
     width, height: Math.round(Math.max(210, 0.58 * width)), legend: { show: false }, pxAlign: 0, padding: [10, 12, 0, 0],
-    scales: { x: { time: false }, y: { distr: plot.log ? 3 : 1, range } },
+    scales: { x: { time: false, range: (u, low, high) => [low, high + (high === barred?.x.at(-1) ? width0 : 0)] }, y: { distr: plot.log ? 3 : 1, range } },
     axes: [x, y],
-    series: [{}, ...plot.series.map((series) => ({
-      label: series.name, stroke: () => colour(`--s${series.style}`), width: 1.8, dash: DASHES[series.style],
-      points: { show: series.points < 40, size: 5 }, spanGaps: !plot.marked,
-    }))],
+    series: [{}, ...plot.series.map((series) => ({ label: series.name, stroke: () => colour(`--s${series.style}`), ...styleOf(series, plot) }))],
     bands: plot.bands.map(([low, high]) => ({ series: [high + 1, low + 1], fill: () => colour(`--s${plot.series[low].style}`, 0.18) })),
     cursor: { drag: { x: true, y: false }, ...(plot.marked ? { sync: { key: "steps" } } : {}) },
     hooks: { drawSeries: [], draw: [(u) => drawLevels(u, level)], setScale: [(u, key) => key === "x" && scaled(u, plot)], setCursor: [(u) => tell(u, plot)] },
@@ -144,9 +151,6 @@ function mark(stop) {
     plot.mark.style.transform = `translateX(${x}px)`;
     plot.mark.hidden = x < -0.5 || x > plot.live.over.clientWidth + 0.5;
     plot.mark.dataset.x = data.x[stop];
-    const { from, to, left, width } = plot.svg.dataset;
-    const part = (data.x[stop] - from) / (to - from);
-    plot.svg.querySelector(".mark").setAttribute("transform", `translate(${+left + part * width})`);
   }
 }
 
@@ -167,15 +171,10 @@ function buttonsOf(plot, title) {
 
 function bring(figure) {
   const plot = JSON.parse(figure.querySelector("script").textContent);
-  const svg = figure.querySelector(":scope > svg");
   const caption = figure.querySelector("figcaption");
-  const box = document.createElement("div");
-  box.className = "live-plot";
-  box.tabIndex = 0;
-  box.setAttribute("role", "group");
-  box.setAttribute("aria-label", `${svg.getAttribute("aria-label")} Keys: + and − zoom, arrows move, 0 shows all.`);
-  svg.before(box);
-  Object.assign(plot, { figure, svg, zoomed: false, tip: document.createElement("p"), mark: document.createElement("div") });
+  const box = figure.querySelector(".live-plot");
+  box.ariaLabel += " Keys: + and − zoom, arrows move, 0 shows all.";
+  Object.assign(plot, { figure, zoomed: false, tip: document.createElement("p"), mark: document.createElement("div") });
   if (plot.marked) steps.push(plot);
   plot.live = new uPlot(optionsOf(plot, box.clientWidth), valuesOf(plot), box);
   plot.live.root.ariaHidden = "true";
@@ -196,16 +195,12 @@ function bring(figure) {
     const x = plot.live.posToVal(event.clientX - plot.live.over.getBoundingClientRect().left, "x");
     showStep(nearest(data.x, x));
   });
-  figure.classList.add("live");
   plots.push(plot);
-  return plot;
 }
 
 if (typeof uPlot !== "undefined") {
   uPlot.sync("steps");
-  for (const figure of document.querySelectorAll("figure.plot")) {
-    if (figure.querySelector("script")) bring(figure);
-  }
+  document.querySelectorAll("figure.plot").forEach(bring);
   new ResizeObserver(() => {
     for (const plot of plots) {
       const width = plot.live.root.parentElement.clientWidth;
@@ -213,6 +208,9 @@ if (typeof uPlot !== "undefined") {
     }
     if (slider) mark(Number(slider.value));
   }).observe(document.body);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => plots.forEach((plot) => plot.live.redraw()));
+  // Paper has the bright colours.
+  for (const media of ["(prefers-color-scheme: dark)", "print"]) {
+    matchMedia(media).addEventListener("change", () => plots.forEach((plot) => plot.live.redraw()));
+  }
   if (slider) followers.push(mark);
 }

@@ -280,37 +280,6 @@ fn title_and_unit_are_those_of_the_schedule_and_the_summary_comes_before_hashes(
 }
 
 #[test]
-fn a_plot_has_room_for_its_labels_and_names_its_levels_below() {
-    let figure = |low: f64, high: f64| {
-        let plot = Plot {
-            y: "largest equiangle skew".to_owned(),
-            series: vec![Series {
-                name: "skew".to_owned(),
-                style: 0,
-                column: None,
-                points: vec![(0.0, Some(low)), (1.0, Some(high))],
-            }],
-            is_marked: true,
-            levels: vec![("tolerance".to_owned(), low)],
-            ..Plot::default()
-        };
-        plot.figure()
-    };
-    let short = figure(0.0, 1.0);
-    assert!(short.contains("data-left=\"64\""), "{short}");
-    // Seven characters of 7.7 beside the title.
-    let long = figure(0.939_61, 0.939_65);
-    assert!(
-        long.contains(">0.93961<") && long.contains("data-left=\"78\""),
-        "{long}"
-    );
-    let (drawing, legend) = long
-        .split_once("<ul class=\"legend\">")
-        .expect("it has a legend");
-    assert!(!drawing.contains(">tolerance<") && legend.contains("tolerance <b>0.93961</b>"));
-}
-
-#[test]
 fn parts_of_a_sequence_are_put_in_order() {
     let part = |from: usize| {
         format!(
