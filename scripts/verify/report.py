@@ -267,6 +267,9 @@ def check_space(page, rows, folder):
         boxes[2].click()
         assert differ(drawn(driver), pictures[2]) > 0.003, "displacement has no colour"
         assert driver.find_element("id", "scene-key").is_displayed()
+        stills = driver.execute_script("return [...document.querySelectorAll('img.solid')].map(i => [i.src, i.naturalWidth, i.hidden])")
+        assert len(stills) > 2 and len({src for src, _, _ in stills}) == len(stills), "stills in space are alike"
+        assert all(width > 100 and not hidden for _, width, hidden in stills)
         check_alone(driver)
         found = frames_a_second(driver)
         if folder:
@@ -275,7 +278,7 @@ def check_space(page, rows, folder):
         driver.get(page.as_uri())
         note = wait_for(driver, "note", "return document.getElementById('scene-note').textContent")
         assert "WebGL" in note, note
-        assert driver.find_element("css selector", "#scene-still svg").is_displayed()
+        assert not driver.find_elements("css selector", "img.solid:not([hidden])")
         check_alone(driver)
         if folder:
             shoot(driver, folder / "blade_without_webgl.png", 1280)

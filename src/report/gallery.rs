@@ -53,8 +53,8 @@ pub struct Picture {
     pub row: Option<usize>,
     /// Which step it is.
     pub caption: String,
-    /// The bodies in space.
-    pub solid: Option<String>,
+    /// Its frame in space: -1 for the reference mesh.
+    pub frame: Option<isize>,
     /// The cut.
     pub cut: String,
 }
@@ -255,25 +255,19 @@ impl Studio {
             .unzip();
         let place = worst.and_then(|worst| film.rows.iter().position(|&row| row == worst));
         let chosen = stills(rest.as_ref().map(|rest| &rest.pose), &poses, place);
-        let solid = |frame: Option<usize>, name: &str| {
-            let scene = self.scene.as_ref()?;
-            Some(scene.still(frame, &format!("The bodies in space. {name}.")))
-        };
-        let rest = rest.map(|rest| {
-            let caption = "Reference mesh".to_owned();
-            Picture {
-                row: None,
-                solid: solid(None, &caption),
-                caption,
-                cut: rest.cut,
-            }
+        let is_solid = self.scene.is_some();
+        let rest = rest.map(|rest| Picture {
+            row: None,
+            frame: is_solid.then_some(-1),
+            caption: "Reference mesh".to_owned(),
+            cut: rest.cut,
         });
         let steps = chosen.into_iter().map(|frame| {
             let row = film.rows[frame];
             let caption = caption(sequence, row, Some(row) == worst);
             Picture {
                 row: Some(row),
-                solid: solid(Some(frame), &caption),
+                frame: is_solid.then_some(frame as isize),
                 caption,
                 cut: cuts[frame].clone(),
             }

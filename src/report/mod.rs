@@ -28,7 +28,6 @@ mod scene;
 mod section;
 mod selection;
 mod series;
-mod shaded;
 mod slice;
 mod stills;
 mod summary;

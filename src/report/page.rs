@@ -59,7 +59,7 @@ pub fn html(sequence: &Sequence, gallery: &Gallery) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
          <title>{title}: azimesh report</title>\n<style>\n{STYLE}{}</style>\n</head>\n<body>\n{body}\
          <script type=\"application/json\" id=\"data\">{}</script>\n{}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         libraries.style(),

@@ -209,6 +209,13 @@ class Stage {
     });
   }
 
+  // A picture of a frame in the first view.
+  picture(frame) {
+    this.show(frame);
+    this.renderer.render(this.scene, this.camera);
+    return canvas.toDataURL();
+  }
+
   resize() {
     const { clientWidth: width, clientHeight: height } = canvas.parentElement;
     if (!width || !height) return;
@@ -285,32 +292,28 @@ function choicesOf(stage) {
   key.querySelector(".most").textContent = `${short(String(stage.farthest))} ${data.unit}`;
 }
 
-// Without WebGL the still picture of the nearest step.
-function showStills(why) {
+function showNoSpace(why) {
   const note = document.getElementById("scene-note");
   note.textContent = why;
   note.hidden = false;
   canvas.parentElement.hidden = true;
   document.getElementById("scene-tools").hidden = true;
-  const place = document.getElementById("scene-still");
-  const stills = [...document.querySelectorAll("figure[data-still]")];
-  const rows = stills.map((still) => Number(still.dataset.still));
-  followers.push((stop) => {
-    const still = stills[nearest(rows, data.stops[stop])];
-    place.replaceChildren(...(still ? [still.querySelector(".solid").cloneNode(true)] : []));
-  });
-  place.hidden = false;
 }
 
 async function raise(packed) {
   if (!document.createElement("canvas").getContext("webgl2")) {
-    showStills("This browser offers no WebGL, so the bodies cannot be turned. Here is the still picture of the nearest step that has one.");
+    showNoSpace("This browser offers no WebGL, so the bodies are not shown in space.");
     return;
   }
   const [bodies, others] = await Promise.all([surfaceOf(packed.bodies), surfaceOf(packed.others)]);
   const stage = new Stage(packed, bodies, others);
   keysOf(stage);
   choicesOf(stage);
+  stage.resize();
+  for (const image of document.querySelectorAll("img.solid")) {
+    image.src = stage.picture(Number(image.dataset.frame));
+    image.hidden = false;
+  }
   new ResizeObserver(() => stage.resize()).observe(canvas.parentElement);
   const follow = (stop) => {
     if (stage.frame !== pictureOf[stop]) stage.show(pictureOf[stop]);
@@ -324,7 +327,7 @@ async function raise(packed) {
 
 if (slider && canvas) {
   raise(JSON.parse(document.getElementById("scene-data").textContent))
-    .catch((error) => showStills(`The bodies cannot be shown in space: ${error.message}. Here is the still picture of the nearest step that has one.`))
+    .catch((error) => showNoSpace(`The bodies cannot be shown in space: ${error.message}.`))
     .finally(() => show(Number(slider.value)));
 }
 if (slider) show(0);

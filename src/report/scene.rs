@@ -1,20 +1,51 @@
-//! The bodies in space, step by step: what the page needs to show them, and still pictures of them.
+//! The bodies in space, step by step: the data with which the page shows them.
 
-use super::decimate::{Labelled, decimate};
 use super::html::count;
 use super::pack::{self, Pose};
-use super::shaded::{self, Camera, Face};
 use super::surface::{Surface, Surfaces, is_near};
 use crate::record::MotionRecord;
-use azimesh_core::geometry::vector::{Vector, distance, sub};
+use azimesh_core::geometry::vector::{Vector, cross, distance, dot, sub, unit};
 use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_io::mesh::Mesh;
 use serde_json::{Value, json};
 
 /// Coordinates of all frames together, at most.
 const COORDINATES: usize = 12_000_000;
-/// Triangles of a still picture: of the bodies, and of the boundaries beside them.
-const STILL: [usize; 2] = [1500, 700];
+/// Width of a picture over its height.
+const ASPECT: f64 = 10.0 / 7.0;
+
+/// The first view.
+#[derive(Debug, Clone, Copy)]
+struct Camera {
+    /// Middle of the picture.
+    centre: Vector,
+    /// Half of the height that is seen.
+    radius: f64,
+    /// From the middle towards the eye.
+    towards: Vector,
+    /// Upward.
+    up: Vector,
+}
+
+impl Camera {
+    /// Axes of the picture: right, up, towards the eye.
+    fn axes(&self) -> [Vector; 3] {
+        let towards = unit(self.towards).unwrap_or([0.0, 0.0, 1.0]);
+        let right = unit(cross(self.up, towards)).unwrap_or([1.0, 0.0, 0.0]);
+        [right, cross(towards, right), towards]
+    }
+
+    /// Distance of a point from the plane through the centre, towards the eye.
+    fn depth(&self, x: Vector) -> f64 {
+        dot(sub(x, self.centre), self.axes()[2])
+    }
+
+    /// Radius with which a point is just in view.
+    fn needs(&self, x: Vector) -> f64 {
+        let [right, up, _] = self.axes().map(|axis| dot(sub(x, self.centre), axis).abs());
+        up.max(right / ASPECT)
+    }
+}
 
 /// Surfaces and where they are at each frame.
 pub struct Scene {
@@ -26,8 +57,6 @@ pub struct Scene {
     /// Of each other part, how far it is at the frames from where it would be if it stayed, and if it turned.
     strayed: Vec<[f64; 2]>,
     near: Vec<bool>,
-    few: [Vec<Labelled>; 2],
-    outward: [Vec<f64>; 2],
 }
 
 impl Scene {
@@ -43,18 +72,10 @@ impl Scene {
             .iter()
             .map(|part| is_near(part, &around))
             .collect();
-        let few = few(&surfaces, &near);
-        let outward = [&surfaces.bodies, &surfaces.others].map(|surface| {
-            (0..surface.parts.len())
-                .map(|part| surface.outward(part))
-                .collect()
-        });
         Some(Self {
             poses: vec![surfaces.bodies.points.iter().map(|x| single(*x)).collect()],
             azimuths_deg: Vec::new(),
             strayed: vec![[0.0; 2]; near.len()],
-            few,
-            outward,
             near,
             motion,
             surfaces,
@@ -168,40 +189,6 @@ impl Scene {
         self.motion.carry(azimuth.copied().unwrap_or(0.0))
     }
 
-    /// Still picture of a frame, or of the reference mesh.
-    pub fn still(&self, frame: Option<usize>, in_words: &str) -> String {
-        let frame = frame.map_or(0, |frame| frame + 1);
-        let carry = self.carry(frame);
-        let pose = &self.poses[frame];
-        let mut faces = Vec::new();
-        for triangle in &self.few[0] {
-            let corners = triangle
-                .corners
-                .map(|vertex| carry.apply(pose[vertex as usize].map(f64::from)));
-            faces.push(Face {
-                corners,
-                class: format!("b{}", triangle.label % 8),
-                outward: self.outward[0][triangle.label as usize],
-            });
-        }
-        for triangle in &self.few[1] {
-            let carry = if self.turns(triangle.label as usize) {
-                carry
-            } else {
-                Transform::IDENTITY
-            };
-            let corners = triangle
-                .corners
-                .map(|vertex| carry.apply(self.surfaces.others.points[vertex as usize]));
-            faces.push(Face {
-                corners,
-                class: "bo".to_owned(),
-                outward: self.outward[1][triangle.label as usize],
-            });
-        }
-        shaded::svg(&faces, &self.camera(), in_words)
-    }
-
     /// What the script of the page shows. Frames of bodies begin with the reference mesh.
     pub fn data(&self) -> Value {
         let camera = self.camera();
@@ -262,22 +249,6 @@ impl Scene {
 
 fn single(x: Vector) -> [f32; 3] {
     x.map(|x| x as f32)
-}
-
-/// Fewer triangles still, for pictures: of the bodies, and of what stands beside them.
-fn few(surfaces: &Surfaces, near: &[bool]) -> [Vec<Labelled>; 2] {
-    let bodies = decimate(
-        &surfaces.bodies.points,
-        &surfaces.bodies.triangles,
-        STILL[0],
-    );
-    let others = surfaces
-        .others
-        .triangles
-        .iter()
-        .filter(|triangle| near[triangle.label as usize]);
-    let others: Vec<Labelled> = others.copied().collect();
-    [bodies, decimate(&surfaces.others.points, &others, STILL[1])]
 }
 
 /// A surface for the script; `is_shown_and_turns` of each part.

@@ -3,7 +3,7 @@
 
 use super::decimate::{Labelled, decimate};
 use crate::record::BodyRecord;
-use azimesh_core::geometry::vector::{Vector, cross, dot, sub};
+use azimesh_core::geometry::vector::{Vector, sub};
 use azimesh_core::geometry::{Bounds, curve};
 use azimesh_io::mesh::facets::facets;
 use azimesh_io::mesh::{CellKind, Mesh};
@@ -231,32 +231,6 @@ impl Surface {
         }
     }
 
-    /// 1 where the triangles of a part turn anticlockwise seen from outside, -1 where clockwise, 0 where not all turn alike.
-    pub fn outward(&self, part: usize) -> f64 {
-        let centre = self.parts[part].bounds.centre();
-        let mut edges = Vec::new();
-        let mut volume = 0.0;
-        for triangle in self
-            .triangles
-            .iter()
-            .filter(|triangle| triangle.label as usize == part)
-        {
-            let [a, b, c] = triangle.corners;
-            edges.extend([(a, b), (b, c), (c, a)]);
-            let [a, b, c] = triangle
-                .corners
-                .map(|corner| sub(self.points[corner as usize], centre));
-            volume += dot(a, cross(b, c));
-        }
-        edges.sort_unstable();
-        let turns_alike = edges.windows(2).all(|pair| pair[0] != pair[1]);
-        if turns_alike && volume != 0.0 {
-            volume.signum()
-        } else {
-            0.0
-        }
-    }
-
     /// Around everything in the reference mesh.
     pub fn bounds(&self) -> Bounds {
         Bounds::around(&self.points)
@@ -312,11 +286,6 @@ mod tests {
         );
         assert_eq!(shown.bodies.parts[0].name, "the wing");
         assert_eq!(shown.others.n_given, 396 + 348);
-        assert_eq!(
-            shown.bodies.outward(0).abs(),
-            1.0,
-            "its triangles turn alike"
-        );
         let near: Vec<bool> = shown
             .others
             .parts

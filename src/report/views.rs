@@ -46,7 +46,6 @@ fn space(gallery: &Gallery) -> String {
         "<section class=\"space\">\n<h2>The bodies in space</h2>\n<p id=\"scene-note\" hidden></p>\n\
          <div class=\"stage\"><canvas id=\"scene\" tabindex=\"0\" role=\"img\" aria-label=\"The bodies in space at the step of the \
          slider. Keys: arrows turn, + and − come nearer and go farther, 0 is the first view, the space bar plays.\"></canvas></div>\n\
-         <div id=\"scene-still\" hidden></div>\n\
          <div id=\"scene-tools\"><div class=\"tools\">{buttons}</div><div id=\"scene-choices\" role=\"group\" aria-label=\"What is shown\"></div>\n\
          <p class=\"key\" id=\"scene-key\" hidden><span>0</span>{}<span class=\"most\"></span> <span>displacement</span></p></div>\n\
          <p class=\"remark\"><span class=\"how\">Drag to turn; click and use the wheel, or two fingers, to zoom; drag with the right button to shift.</span> {}</p>\n\
@@ -84,16 +83,15 @@ pub fn stills(gallery: &Gallery) -> String {
 
 fn figure(picture: &Picture) -> String {
     let caption = escape(&picture.caption);
-    let (caption, row) = match picture.row {
-        Some(row) => (
-            format!("<button type=\"button\" data-row=\"{row}\">{caption}</button>"),
-            format!(" data-still=\"{row}\""),
-        ),
-        None => (caption, String::new()),
+    let solid = picture.frame.map_or_else(String::new, |frame| {
+        format!("<img class=\"solid\" data-frame=\"{frame}\" alt=\"The bodies in space. {caption}.\" hidden>")
+    });
+    let title = match picture.row {
+        Some(row) => format!("<button type=\"button\" data-row=\"{row}\">{caption}</button>"),
+        None => caption.clone(),
     };
-    let solid = picture.solid.as_deref().unwrap_or_default();
     format!(
-        "<figure{row}><figcaption>{caption}</figcaption>{solid}{}</figure>\n",
+        "<figure><figcaption>{title}</figcaption>{solid}{}</figure>\n",
         picture.cut
     )
 }
