@@ -7,7 +7,7 @@ use super::embed::embedded;
 use super::folder::Sequence;
 use super::meshes::Meshes;
 use super::pack::Pose;
-use super::plot::Plot;
+use super::plot::{Bars, Plot};
 use super::sample;
 use super::scene::Scene;
 use super::slice::Slice;
@@ -314,7 +314,7 @@ fn histogram(counted: &[(String, Vec<f64>)]) -> Option<Plot> {
         0.0
     };
     let width = (1.0 - low) / BARS as f64;
-    let bars: Vec<(String, Vec<(f64, Option<f64>)>)> = sets
+    let bars: Vec<Bars> = sets
         .iter()
         .map(|(name, values)| (name.clone(), shares(values, low, width)))
         .collect();

@@ -6,6 +6,9 @@ use azimesh_core::diagnostic::short;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
+/// A name, and the left edge and the height of each bar.
+pub type Bars = (String, Vec<(f64, Option<f64>)>);
+
 /// A plot of lines, bands and bars.
 #[derive(Debug, Clone, Default)]
 pub struct Plot {
@@ -27,8 +30,8 @@ pub struct Plot {
     pub bands: Vec<[usize; 2]>,
     /// The lines.
     pub series: Vec<Series>,
-    /// Sets of bars of one width: left edge, height. The second set is an outline over the first.
-    pub bars: Vec<(String, Vec<(f64, Option<f64>)>)>,
+    /// Sets of bars of one width. The second set is an outline over the first.
+    pub bars: Vec<Bars>,
     /// Horizontal lines with their names.
     pub levels: Vec<(String, f64)>,
     /// A sentence under the plot.

@@ -1,10 +1,8 @@
-//! The room as a whole: sections of every kind of cell, pictures that stay small, tables and folders as
+//! The report as a whole: sections of every kind of cell, pictures that stay small, tables and folders as
 //! runs leave them.
 
 use super::cut::{Cut, Flat, Piece, Plane, Window};
 use super::folder::Sequence;
-use super::plot::Plot;
-use super::series::Series;
 use super::slice::Slice;
 use super::table::Table;
 use azimesh_core::geometry::Bounds;

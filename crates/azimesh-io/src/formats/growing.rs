@@ -1,6 +1,6 @@
 //! A growing file: staged until its first step is complete, then extended in place.
 
-use super::save::{PIECE, Pieces};
+use super::save::PIECE;
 use super::staged::{Commit, Temporary, folder_of, sync_folder};
 use azimesh_core::error::{Error, Result};
 use std::fs::{self, File, OpenOptions};
@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 /// A file that gets its name when its first step is complete, and is extended in place after that.
 pub(super) struct GrowingFile {
-    file: Pieces<File>,
+    file: File,
     path: PathBuf,
     /// The staged file, until the file has its name.
     temporary: Option<Temporary>,
-    /// Buffer for bytes that are read back.
-    piece: Vec<u8>,
-    /// Whether each step is synced to the disk.
+    /// Bytes to be written, or bytes that are read back. Bytes that are left when it is dropped are not written.
+    buffer: Vec<u8>,
+    /// True if each step is synced to the disk.
     sync: bool,
 }
 
@@ -23,101 +23,124 @@ impl GrowingFile {
     /// A new, empty file, which is to get the name `path`.
     pub fn create(path: &Path, sync: bool) -> Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let (file, temporary) =
-            Temporary::file_for(&target).map_err(|error| Error::io(path, &error))?;
-        Ok(Self {
-            file: Pieces(file),
-            path: target,
-            temporary: Some(temporary),
-            piece: Vec::new(),
-            sync,
-        })
+        let staged = Temporary::file_for(&target);
+        let (file, temporary) = staged.map_err(|error| Error::io(path, &error))?;
+        Ok(Self::new(file, target, Some(temporary), sync))
     }
 
-    /// Where the file is at present.
+    /// The existing file of this name.
+    pub fn reopen(path: &Path, sync: bool) -> Result<Self> {
+        let failed = |error: io::Error| Error::io(path, &error);
+        let opened = OpenOptions::new().read(true).write(true).open(path);
+        let file = opened.map_err(failed)?;
+        let path = fs::canonicalize(path).map_err(failed)?;
+        Ok(Self::new(file, path, None, sync))
+    }
+
+    fn new(file: File, path: PathBuf, temporary: Option<Temporary>, sync: bool) -> Self {
+        Self {
+            file,
+            path,
+            temporary,
+            buffer: Vec::new(),
+            sync,
+        }
+    }
+
+    /// The present path of the file.
     pub fn path(&self) -> &Path {
         let staged = self.temporary.as_ref().map(Temporary::path);
         staged.unwrap_or(&self.path)
     }
 
-    /// The existing file of this name.
-    pub fn reopen(path: &Path, sync: bool) -> Result<Self> {
-        let opened = OpenOptions::new().read(true).write(true).open(path);
-        Ok(Self {
-            file: Pieces(opened.map_err(|error| Error::io(path, &error))?),
-            path: fs::canonicalize(path).map_err(|error| Error::io(path, &error))?,
-            temporary: None,
-            piece: Vec::new(),
-            sync,
-        })
-    }
-
-    /// How many of these bytes, from the first on, the file has already at offset `at`.
-    pub fn matching(&mut self, at: u64, bytes: &[u8]) -> io::Result<usize> {
-        self.file.0.seek(SeekFrom::Start(at))?;
-        let mut n = 0;
-        for wanted in bytes.chunks(PIECE) {
-            self.piece.clear();
-            let mut part = (&mut self.file.0).take(wanted.len() as u64);
-            part.read_to_end(&mut self.piece)?;
-            if self.piece != wanted {
-                let pairs = self.piece.iter().zip(wanted);
-                return Ok(n + pairs.take_while(|(a, b)| a == b).count());
-            }
-            n += wanted.len();
-        }
-        Ok(n)
-    }
-
-    /// Passes so many bytes from offset `at` on; returns whether it has as many.
-    pub fn pass(&mut self, at: u64, n: u64, take: &mut dyn FnMut(&[u8])) -> io::Result<bool> {
-        self.file.0.seek(SeekFrom::Start(at))?;
+    /// Checks if the file has `n` bytes from offset `at` on, all pieces of which `accept` accepts. No bytes may wait to be
+    /// written.
+    pub fn has(
+        &mut self,
+        at: u64,
+        n: u64,
+        accept: &mut dyn FnMut(&[u8]) -> bool,
+    ) -> io::Result<bool> {
+        self.seek(at)?;
         let mut left = n;
         while left > 0 {
-            self.piece.clear();
-            let mut part = (&mut self.file.0).take(left.min(PIECE as u64));
-            if part.read_to_end(&mut self.piece)? == 0 {
-                return Ok(false);
+            self.buffer.clear();
+            let mut part = (&mut self.file).take(left.min(PIECE as u64));
+            part.read_to_end(&mut self.buffer)?;
+            if self.buffer.is_empty() || !accept(&self.buffer) {
+                break;
             }
-            take(&self.piece);
-            left -= self.piece.len() as u64;
+            left -= self.buffer.len() as u64;
         }
-        Ok(true)
+        self.buffer.clear();
+        Ok(left == 0)
+    }
+
+    /// Checks if the file has these bytes at offset `at`, as [`GrowingFile::has`] does.
+    pub fn has_bytes(&mut self, at: u64, mut bytes: &[u8]) -> io::Result<bool> {
+        self.has(at, bytes.len() as u64, &mut |piece| {
+            let (wanted, rest) = bytes.split_at(piece.len());
+            bytes = rest;
+            piece == wanted
+        })
     }
 
     /// True if the file ends at this offset or before it.
     pub fn ends_at(&self, at: u64) -> io::Result<bool> {
-        Ok(self.file.0.metadata()?.len() <= at)
+        Ok(self.file.metadata()?.len() <= at)
+    }
+
+    /// Writes the next bytes.
+    pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        if self.buffer.len() + bytes.len() > PIECE {
+            self.flush()?;
+        }
+        if bytes.len() < PIECE {
+            self.buffer.extend(bytes);
+            return Ok(());
+        }
+        let mut pieces = bytes.chunks(PIECE);
+        pieces.try_for_each(|piece| self.file.write_all(piece))
+    }
+
+    /// Writes the bytes that wait.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.file.write_all(&self.buffer)?;
+        self.buffer.clear();
+        Ok(())
+    }
+
+    /// Goes on at offset `at`.
+    pub fn seek(&mut self, at: u64) -> io::Result<()> {
+        self.file.seek(SeekFrom::Start(at)).map(|_| ())
     }
 
     /// Truncates the file at `at`; `superblock` makes the rest a valid file. Without one the file begins again in a staged
     /// copy of its first bytes, which replaces this file with [`GrowingFile::commit`].
     pub fn truncate(&mut self, at: u64, superblock: Option<&[u8]>) -> io::Result<()> {
-        self.seek(SeekFrom::Start(0))?;
+        self.seek(0)?;
         if let Some(superblock) = superblock {
-            self.write_all(superblock)?;
+            self.file.write_all(superblock)?;
             // The disk may store later writes before earlier ones.
             self.sync()?;
-            self.file.0.set_len(at)?;
+            self.file.set_len(at)?;
         } else {
             let (mut file, temporary) = Temporary::file_for(&self.path)?;
             self.temporary = Some(temporary);
-            io::copy(&mut (&mut self.file.0).take(at), &mut file)?;
-            self.file = Pieces(file);
+            io::copy(&mut (&mut self.file).take(at), &mut file)?;
+            self.file = file;
         }
-        self.seek(SeekFrom::Start(at)).map(|_| ())
+        self.seek(at)
     }
 
-    /// Syncs to the disk what was written, if `sync` is set. A staged file need not be synced yet.
-    pub fn sync(&mut self) -> io::Result<()> {
-        if self.sync && self.temporary.is_none() {
-            self.file.0.sync_data()?;
-        }
-        Ok(())
-    }
-
-    /// Gives the file its name, unless it has it.
-    pub fn commit(&mut self) -> io::Result<()> {
+    /// Makes `superblock` the first bytes of the file, once all others are on the disk, and gives the file its name, unless
+    /// it has it. Goes on at offset `at`.
+    pub fn commit(&mut self, superblock: &[u8], at: u64) -> io::Result<()> {
+        self.sync()?;
+        self.seek(0)?;
+        self.file.write_all(superblock)?;
+        self.seek(at)?;
+        self.sync()?;
         let Some(temporary) = self.temporary.take() else {
             return Ok(());
         };
@@ -128,20 +151,12 @@ impl GrowingFile {
         }
         Ok(())
     }
-}
 
-impl Write for GrowingFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
-}
-
-impl Seek for GrowingFile {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.file.0.seek(to)
+    /// Syncs to the disk what was written, if `sync` is set. A staged file need not be synced yet.
+    fn sync(&mut self) -> io::Result<()> {
+        if self.sync && self.temporary.is_none() {
+            self.file.sync_data()?;
+        }
+        Ok(())
     }
 }

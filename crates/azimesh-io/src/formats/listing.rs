@@ -1,9 +1,10 @@
-//! The nodes of cells as files list them, for ranks that write those of their own cells.
+//! The nodes of cells as files list them, for ranks that write the nodes of their own cells.
 
 use super::column::Sink;
 use super::vtk::order;
 use super::{cgns, ugrid};
-use crate::mesh::{Cells, Listing, NodesOfCells, turn};
+use crate::mesh::reverse_each;
+use crate::mesh::{Cells, Listing, NodesOfCells};
 use azimesh_core::error::Result;
 use std::ops::Range;
 
@@ -23,7 +24,7 @@ pub fn list_nodes(
     let mut swap = |bytes: &[u8]| {
         swapped.clear();
         swapped.extend_from_slice(bytes);
-        turn(&mut swapped, wanted.size());
+        reverse_each(&mut swapped, wanted.size());
         sink(&swapped)
     };
     let sink: Sink = if wanted.is_big_endian {

@@ -164,17 +164,13 @@ pub fn tell_apart<'n>(
         fit: |name, _| name.to_owned(),
         why: "",
     };
-    let mut names: Vec<&mut String> = names.into_iter().collect();
+    let names: Vec<&mut String> = names.into_iter().collect();
     let before: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
-    let apart = Given::default().give_all(&before, &AS_IT_IS);
-    for (name, apart) in names.iter_mut().zip(apart) {
-        if **name != apart {
-            notes.push(ArrayRead::Renamed {
-                what,
-                name: name.clone(),
-                here: apart.clone(),
-            });
-            **name = apart;
+    let unique = Given::default().give_all(&before, &AS_IT_IS);
+    for (name, here) in names.into_iter().zip(unique) {
+        if *name != here {
+            let name = std::mem::replace(name, here.clone());
+            notes.push(ArrayRead::Renamed { what, name, here });
         }
     }
 }
@@ -219,17 +215,13 @@ pub fn repeated<'a>(groups: impl IntoIterator<Item = &'a Group>) -> BTreeMap<(u8
     counts
 }
 
-/// Types of patches of OpenFOAM and what they are in CGNS.
-const OF_OPENFOAM: &[(&str, &str)] = &[
-    ("wall", "BCWall"),
-    ("symmetry", "BCSymmetryPlane"),
-    ("symmetryPlane", "BCSymmetryPlane"),
-];
-
-/// A condition in CGNS's word, where there is one for it; else as it is.
+/// The word of CGNS for a condition of OpenFOAM; other conditions as they are.
 pub fn in_cgns(condition: &str) -> &str {
-    let known = OF_OPENFOAM.iter().find(|(word, _)| *word == condition);
-    known.map_or(condition, |(_, in_cgns)| in_cgns)
+    match condition {
+        "wall" => "BCWall",
+        "symmetry" | "symmetryPlane" => "BCSymmetryPlane",
+        condition => condition,
+    }
 }
 
 #[cfg(test)]

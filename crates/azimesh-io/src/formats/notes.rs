@@ -1,7 +1,7 @@
 //! The notes that readers and writers collect: each once, in order.
 
-use super::dialect::{first_fortran_real, n_comments};
 use super::names::repeated;
+use super::tokens::{first_fortran_real, n_comments};
 use super::{Precision, WriteOptions};
 use crate::mesh::{Group, MeshView};
 use azimesh_core::diagnostic::Diagnostic;
@@ -24,12 +24,8 @@ impl Notes {
     pub(super) fn dialect(&mut self, bytes: &[u8]) {
         self.fortran(bytes);
         let (n, n_trailing) = n_comments(bytes);
-        if n > 0 {
-            self.push(Read::CommentLines { n });
-        }
-        if n_trailing > 0 {
-            self.push(Read::TrailingComments { n: n_trailing });
-        }
+        self.count(n, |n| Read::CommentLines { n });
+        self.count(n_trailing, |n| Read::TrailingComments { n });
     }
 
     /// Adds a note of exponents of Fortran in a text that was read.
@@ -81,8 +77,9 @@ impl Notes {
 
     /// Notes a format whose coordinates have 64 bits, if 32 are asked for.
     pub(super) fn in_64_bits(&mut self, format: &'static str, options: &WriteOptions) {
-        let is_asked = options.precision == Precision::F32;
-        self.extend(is_asked.then_some(Written::CoordinatesIn64 { format }));
+        if options.precision == Precision::F32 {
+            self.push(Written::CoordinatesIn64 { format });
+        }
     }
 
     /// Notes the types of boundary conditions, for a format that has none.
@@ -94,11 +91,10 @@ impl Notes {
 
     /// Notes groups of one dimension and name, for a format that knows them by their names alone.
     pub(super) fn joined<'a>(&mut self, groups: impl IntoIterator<Item = &'a Group>) {
-        let several = repeated(groups).into_iter();
-        self.extend(several.map(|((_, name), n)| GroupWritten::Joined {
-            name: name.to_owned(),
-            n,
-        }));
+        for ((_, name), n) in repeated(groups) {
+            let name = name.to_owned();
+            self.push(GroupWritten::Joined { name, n });
+        }
     }
 
     /// Notes a text that was read as Latin-1.
@@ -108,10 +104,8 @@ impl Notes {
 
     /// Adds the notes on the file as a whole.
     pub(super) fn close(&mut self) {
-        let texts: Vec<String> = std::mem::take(&mut self.latin1).into_iter().collect();
-        if !texts.is_empty() {
-            self.push(Read::Latin1 { texts });
-        }
+        let texts = std::mem::take(&mut self.latin1).into_iter().collect();
+        self.list(texts, |texts| Read::Latin1 { texts });
     }
 
     /// The notes, in order.

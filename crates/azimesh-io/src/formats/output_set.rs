@@ -90,7 +90,7 @@ impl<'a> OutputSet<'a> {
         self
     }
 
-    /// Where the mesh goes.
+    /// The path of the output.
     pub fn path(&self) -> &Path {
         self.path
     }
@@ -152,8 +152,8 @@ impl<'a> OutputSet<'a> {
         Ok(written)
     }
 
-    /// Writes a small companion file, which is not part of the hash. One that may be replaced and has these bytes stays: it may be that of
-    /// the input too.
+    /// Writes a small companion file, which is not part of the hash. One that may be replaced and has these bytes stays: the
+    /// input may have it too.
     pub fn companion(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
         let is_there = || path.is_file() && fs::read(path).is_ok_and(|there| there == bytes);
         if let Some(commit) = self.commit.filter(|own| !(own.replace && is_there())) {
@@ -202,8 +202,8 @@ impl<'a> OutputSet<'a> {
                 })?
             }
         };
-        let hash = hash.map(|hash| (name.to_owned(), hash));
-        self.of_folder.extend(hash);
+        self.of_folder
+            .extend(hash.map(|hash| (name.to_owned(), hash)));
         Ok(written)
     }
 
@@ -284,21 +284,18 @@ impl Write for Counting<'_> {
     /// Large pieces are hashed while they are written.
     fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
         let (out, mut hasher) = (&mut *self.out, self.hasher.as_mut());
-        match hasher.as_mut().filter(|_| bytes.len() >= LARGE) {
-            Some(hasher) => {
-                let mut written = Ok(());
-                with_own_thread(&mut || written = out.write_all(bytes), &mut || {
-                    hasher.update(bytes);
-                });
-                written?;
-            }
-            None => {
-                // A piece is hashed while it is in the cache.
-                for piece in bytes.chunks(PIECE) {
-                    out.write_all(piece)?;
-                    if let Some(hasher) = &mut hasher {
-                        hasher.update(piece);
-                    }
+        if let Some(hasher) = hasher.as_mut().filter(|_| bytes.len() >= LARGE) {
+            let mut written = Ok(());
+            with_own_thread(&mut || written = out.write_all(bytes), &mut || {
+                hasher.update(bytes);
+            });
+            written?;
+        } else {
+            // A piece is hashed while it is in the cache.
+            for piece in bytes.chunks(PIECE) {
+                out.write_all(piece)?;
+                if let Some(hasher) = &mut hasher {
+                    hasher.update(piece);
                 }
             }
         }
@@ -446,7 +443,7 @@ impl StagedFolder {
     }
 }
 
-/// What brings back the state before, in reverse order. A file that cannot be restored matters less than the error that
+/// Actions that restore the state before, in reverse order. A file that cannot be restored matters less than the error that
 /// is reported.
 type Undo = Vec<Box<dyn FnOnce()>>;
 

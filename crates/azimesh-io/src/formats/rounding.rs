@@ -5,6 +5,7 @@ use azimesh_core::diagnostic::formats::{FormatNote, Written};
 use azimesh_core::diagnostic::{Diagnostic, NoteKind};
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, norm, sub};
 use azimesh_core::parallel;
+use std::ops::Range;
 
 /// Cells of a block.
 const BLOCK: usize = 1 << 12;
@@ -24,13 +25,11 @@ pub(super) fn flattened(mesh: &MeshView) -> Option<Written> {
     }
     let (mut n, mut of, mut first) = (0, 0, None);
     for run in mesh.volume_runs() {
-        let cells = |range: std::ops::Range<usize>| {
-            let flat = range.filter(|i| {
-                let cell = mesh.cells.get(run.first_cell + i);
-                becomes_flat(mesh.cells, &cell, mesh.points)
-            });
-            flat.collect::<Vec<usize>>()
+        let is_flat = |i: &usize| {
+            let cell = mesh.cells.get(run.first_cell + i);
+            becomes_flat(mesh.cells, &cell, mesh.points)
         };
+        let cells = |range: Range<usize>| range.filter(is_flat).collect::<Vec<usize>>();
         let flat = parallel::map_blocks(run.n_cells(), BLOCK, &cells).concat();
         n += flat.len();
         of += run.n_cells();
@@ -41,11 +40,8 @@ pub(super) fn flattened(mesh: &MeshView) -> Option<Written> {
 
 /// Checks if a note reports cells that become flat in coordinates of 32 bits.
 pub fn is_flattened(note: &Diagnostic) -> bool {
-    let kind = &note.kind;
-    matches!(
-        kind,
-        NoteKind::Format(FormatNote::Written(Written::Flattened { .. }))
-    )
+    use FormatNote::Written as Of;
+    matches!(note.kind, NoteKind::Format(Of(Written::Flattened { .. })))
 }
 
 /// Checks if a corner of a cell, or a polyhedron as a whole, has no volume in coordinates of 32 bits, or one of the other sign.

@@ -7,7 +7,7 @@ use azimesh_core::error::{Error, ErrorKind, Result, option};
 use azimesh_core::ranks::hash::HashedBytes;
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 
 /// Size of the write buffer and of the largest single write, in bytes: in writes of 4 MB and more Linux was measured
@@ -57,11 +57,11 @@ pub fn save_text(text: &str, path: &Path, commit: Commit) -> Result<()> {
 
 /// Stages a file with these bytes.
 pub fn stage_bytes(bytes: &[u8], path: &Path, commit: Commit) -> Result<Staged> {
-    let write = |out: &mut dyn Out| {
+    let staged = stage_file(path, commit, |out| {
         let written = out.write_all(bytes);
         written.map_err(|error| Error::io(path, &error))
-    };
-    stage_file(path, commit, write).map(|((), file)| file)
+    })?;
+    Ok(staged.1)
 }
 
 /// Stages a file that `write` fills. Where `path` is standard output, a device or a pipe, it is written to directly.
@@ -101,23 +101,23 @@ pub(super) fn stage_path<T>(
     commit: Commit,
     write: impl FnOnce(&Path) -> Result<T>,
 ) -> Result<(T, Staged)> {
-    // The user knows `path`, not the temporary file.
-    let known = |mut error: Error, temporary: &Path| {
-        error.path = error.path.filter(|path| path != temporary);
-        error
+    let write = |temporary: &Path| {
+        write(temporary).map_err(|mut error| {
+            // The user knows `path`, not the temporary file.
+            error.path = error.path.filter(|path| path != temporary);
+            error
+        })
     };
     stage_file(path, commit, |out| {
         if let Some(staged) = out.path().map(Path::to_path_buf) {
-            return write(&staged).map_err(|error| known(error, &staged));
+            return write(&staged);
         }
         let target = std::env::temp_dir().join("azimesh");
         let failed = |error: io::Error| Error::io(&target, &error);
         let (mut file, temporary) = Temporary::file_for(&target).map_err(failed)?;
-        let written = write(temporary.path()).map_err(|error| {
-            match (known(error, temporary.path()), temporary.path()) {
-                (error, path) if error.kind == ErrorKind::System => error.file(path),
-                (error, _) => error,
-            }
+        let written = write(temporary.path()).map_err(|error| match error.kind {
+            ErrorKind::System => error.file(temporary.path()),
+            _ => error,
         })?;
         io::copy(&mut file, out).map_err(|error| Error::io(Path::new(""), &error))?;
         Ok(written)
@@ -141,7 +141,7 @@ fn fill<'a, T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Out) -> Result<T>,
 ) -> Result<T> {
-    let out = BufWriter::with_capacity(PIECE, Pieces(out));
+    let out = BufWriter::with_capacity(PIECE, out);
     let mut filled = Filled { out, file };
     let written = write(&mut filled).map_err(|error| error.file(path))?;
     filled.flush().map_err(|error| Error::io(path, &error))?;
@@ -152,7 +152,7 @@ fn fill<'a, T>(
 /// an existing file that must not be replaced.
 fn stream(path: &Path, commit: Commit) -> Result<Option<Box<dyn Write>>> {
     if path.as_os_str() == "-" {
-        return Ok(Some(Box::new(UntilClosed(Some(io::stdout().lock())))));
+        return Ok(Some(Box::new(UntilClosed(io::stdout().lock()))));
     }
     commit.check(path)?;
     let failed = |error: io::Error| Error::io(path, &error);
@@ -212,7 +212,7 @@ pub trait Out: Write {
     /// Has other ranks write the next bytes. Gives their hashes of these bytes, from byte `hash_from` on.
     ///
     /// # Errors
-    /// Where this is no file, which alone all ranks can open.
+    /// If this is no file, which alone all ranks can open.
     fn apart(&mut self, _numbers: &NumbersApart, _hash_from: u64) -> Result<Vec<HashedBytes>> {
         Err(no_file())
     }
@@ -229,7 +229,7 @@ fn no_file() -> Error {
 
 impl Out for Vec<u8> {}
 
-/// What is written nowhere is written by no rank.
+/// Written by no rank.
 impl Out for io::Sink {
     fn apart(&mut self, _: &NumbersApart, _: u64) -> Result<Vec<HashedBytes>> {
         Ok(Vec::new())
@@ -246,7 +246,7 @@ impl Out for BufWriter<&mut dyn Out> {
 
 /// A file or a stream that is filled.
 struct Filled<'a> {
-    out: BufWriter<Pieces<Box<dyn Write + 'a>>>,
+    out: BufWriter<Box<dyn Write + 'a>>,
     /// The file and its path.
     file: Option<(File, &'a Path)>,
 }
@@ -271,8 +271,9 @@ impl Out for Filled<'_> {
 }
 
 impl Write for Filled<'_> {
+    /// Writes at most [`PIECE`] bytes at a time.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.out.write(bytes)
+        self.out.write(&bytes[..bytes.len().min(PIECE)])
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -280,41 +281,23 @@ impl Write for Filled<'_> {
     }
 }
 
-/// Writes at most [`PIECE`] bytes at a time.
-pub(super) struct Pieces<W>(pub W);
+/// Standard output, whose reader may close it early, as `head` does: what is written after that is discarded.
+struct UntilClosed(StdoutLock<'static>);
 
-impl<W: Write> Write for Pieces<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(&bytes[..bytes.len().min(PIECE)])
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
+fn unless_closed<T>(written: io::Result<T>, closed: T) -> io::Result<T> {
+    match written {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(closed),
+        written => written,
     }
 }
 
-/// A pipe whose reader may close it early, as `head` does: what is written after that is discarded.
-struct UntilClosed<W>(Option<W>);
-
-impl<W: Write> UntilClosed<W> {
-    /// Passes on what `write` does, or `closed` once the pipe is closed.
-    fn pass<T>(&mut self, closed: T, write: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
-        match self.0.as_mut().map(write) {
-            Some(Err(error)) if error.kind() == io::ErrorKind::BrokenPipe => self.0 = None,
-            Some(done) => return done,
-            None => {}
-        }
-        Ok(closed)
-    }
-}
-
-impl<W: Write> Write for UntilClosed<W> {
+impl Write for UntilClosed {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.pass(bytes.len(), |pipe| pipe.write(bytes))
+        unless_closed(self.0.write(bytes), bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.pass((), W::flush)
+        unless_closed(self.0.flush(), ())
     }
 }
 

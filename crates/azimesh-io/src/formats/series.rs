@@ -1,7 +1,7 @@
 //! Lists of the meshes of a sequence and their times: .pvd of ParaView, .vtk.series and .vtu.series.
 
-use super::lexer;
 use super::source::read_file;
+use super::tokens;
 use super::vtu::{escaped, is_xml};
 use azimesh_core::error::{Error, Result};
 use quick_xml::XmlVersion;
@@ -77,7 +77,7 @@ fn of_pvd(text: &str) -> Result<Vec<Listed>> {
     let mut parts: BTreeMap<u64, [Option<String>; 3]> = BTreeMap::new();
     loop {
         let start = reader.buffer_position() as usize;
-        let line = || lexer::line_of(text.as_bytes(), start);
+        let line = || tokens::line_of(text.as_bytes(), start);
         let wrong = |message: String| Error::input(message).line(line());
         let event = reader.read_event();
         let event = event.map_err(|error| wrong(error.to_string()))?;

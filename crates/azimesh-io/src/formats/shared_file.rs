@@ -1,4 +1,4 @@
-//! Files of which each of several ranks reads its own slab, so that no rank has the whole mesh.
+//! Files that ranks read together: each reads its own slab, so that no rank has the whole mesh.
 
 use super::slabs::{Refusal, Slabs};
 use super::{Format, Loaded, Location, Notes, ReadOptions, Source, by_name, of};
@@ -11,10 +11,10 @@ use std::fs::Metadata;
 use std::path::{Path, absolute};
 use std::time::UNIX_EPOCH;
 
-/// What is wrong where a path leads to another file on another rank.
+/// Error where a path leads to another file on another rank.
 const DIFFERENT: &str = "ranks see different files";
 
-/// A mesh in a file that ranks are told to read their parts of.
+/// A mesh in a file that each rank reads its part of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SharedFile {
     path: String,
@@ -24,10 +24,10 @@ pub struct SharedFile {
     stamp: Stamp,
 }
 
-/// A file of which each rank can read its part, or why it has to be read as a whole.
+/// A file that ranks can read by parts, or why it has to be read as a whole.
 pub type Shared = std::result::Result<SharedFile, String>;
 
-/// What tells a file from another of the same name.
+/// Size and time that tell a file from another of the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct Stamp {
     n_bytes: u64,
@@ -49,7 +49,7 @@ impl Stamp {
 }
 
 impl SharedFile {
-    /// A file as the first rank sees it, of a format that is known or that its content tells.
+    /// A file as the first rank sees it; without `format`, its content gives the format.
     ///
     /// # Errors
     /// Why it cannot be read by slabs, as far as that is found here.
@@ -84,11 +84,13 @@ impl SharedFile {
     fn open(&self) -> Result<(Location, &'static Format)> {
         let format = by_name(&self.format)?;
         let (location, stamp) = open(self.path())?;
-        match (stamp == self.stamp, format.recognizes(&location)) {
-            (true, true) => Ok((location, format)),
-            (true, false) => Err(Error::input(format!("it is not like {}", format.title))),
-            (false, _) => Err(Error::input(DIFFERENT)),
+        if stamp != self.stamp {
+            return Err(Error::input(DIFFERENT));
         }
+        if !format.recognizes(&location) {
+            return Err(Error::input(format!("it is not like {}", format.title)));
+        }
+        Ok((location, format))
     }
 
     fn options(&self) -> ReadOptions {
@@ -99,7 +101,7 @@ impl SharedFile {
     }
 }
 
-/// Opens a file that the system maps and that is not compressed: whoever reads some of it has no more of it in memory.
+/// Opens a file that the system maps and that is not compressed: only the parts that are read use memory.
 fn open(path: &Path) -> Result<(Location, Stamp)> {
     let io = |error| Error::io(path, &error);
     super::check_file(path).map_err(io)?;
@@ -108,10 +110,10 @@ fn open(path: &Path) -> Result<(Location, Stamp)> {
     if source.is_compressed() {
         return Err(Error::input("it is compressed"));
     }
-    match source.is_mapped() {
-        true => Ok((source.into(), stamp)),
-        false => Err(Error::input("the system does not map it")),
+    if !source.is_mapped() {
+        return Err(Error::input("the system does not map it"));
     }
+    Ok((source.into(), stamp))
 }
 
 /// The part of each rank of the mesh in a file, which is what [`Mesh::shared`] makes of the mesh that [`read`](super::read)
@@ -188,7 +190,7 @@ impl SharedFile {
         let (location, format) = self.open().map_err(reason)?;
         let source = location.file().map_err(reason)?;
         let slabs = by_slabs(format, source, &self.options()).map_err(reason)?;
-        // A part knows the dimension of the whole from there; of the whole its cells tell it.
+        // A part takes the dimension of the whole mesh from here; the whole mesh takes it from its cells.
         layout.space = slabs.space();
         let mut notes = Notes::default();
         super::note_steps(format, &location, &self.options(), &mut notes);
@@ -208,7 +210,7 @@ impl SharedFile {
         })
     }
 
-    /// Whether the file is still what it was.
+    /// Checks if the file has not changed.
     pub fn is_unchanged(&self) -> bool {
         self.open().is_ok()
     }
@@ -217,7 +219,8 @@ impl SharedFile {
     pub fn read_whole(&self) -> Result<Mesh> {
         let named = |error: Error| error.file(self.path());
         if !self.is_unchanged() {
-            return Err(named(changed()));
+            let message = "it has changed since it was read first, and more of it is needed";
+            return Err(named(Error::system(message)));
         }
         let (location, format) = self.open().map_err(named)?;
         let read = super::read_as(format, &location, &self.options());
@@ -225,18 +228,13 @@ impl SharedFile {
     }
 }
 
-/// What is wrong where a file that is read piece by piece is another one.
-fn changed() -> Error {
-    Error::system("it has changed since it was read first, and more of it is needed")
-}
-
 /// An error as a reason, without the path that is known.
 pub(crate) fn reason(error: Error) -> String {
-    let error = Error {
+    Error {
         path: None,
         ..error
-    };
-    error.to_string()
+    }
+    .to_string()
 }
 
 fn by_slabs<'a>(
@@ -247,7 +245,7 @@ fn by_slabs<'a>(
     format.slabs(source, options)?.map_err(Error::input)
 }
 
-/// What was read, once the memory that holds the mapped file is let go of.
+/// Gives back the value that was read, and releases the memory that holds the mapped file.
 fn released<T>(source: &Source, read: T) -> T {
     source.release();
     read

@@ -1,4 +1,4 @@
-//! Mesh files of which some nodes and some cells can be read without the rest, so that each of several ranks reads its own.
+//! Mesh files that can be read by ranges of nodes and cells, so that each rank reads its own.
 
 use super::Notes;
 use crate::mesh::{Cells, Mesh};
@@ -6,12 +6,12 @@ use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use std::ops::Range;
 
-/// A mesh in a file, of which each slab of nodes or cells can be read alone. Nodes and cells have the numbers that they
+/// A mesh in a file that can be read by slabs of nodes or cells. Nodes and cells have the numbers that they
 /// have in the mesh that [`Format::read`](super::Format::read) gives.
 pub trait Slabs: Send + Sync {
-    /// How many nodes the mesh has.
+    /// Number of nodes of the mesh.
     fn n_nodes(&self) -> usize;
-    /// How many cells it has, boundary faces among them.
+    /// Number of cells, with boundary faces.
     fn n_cells(&self) -> usize;
     /// [`Mesh::space`](crate::mesh::Mesh::space) of the mesh.
     fn space(&self) -> Option<u8> {
@@ -37,7 +37,7 @@ pub type Opened<'a> = std::result::Result<Box<dyn Slabs + 'a>, String>;
 /// Why a file is not opened by slabs.
 #[derive(Debug)]
 pub enum Refusal {
-    /// It has to be read as a whole, or reading it as a whole tells what is wrong with it.
+    /// It has to be read as a whole, also to find its fault.
     Whole(String),
     /// It is damaged.
     Damaged(Error),
@@ -54,7 +54,7 @@ pub(super) fn whole(reason: impl Into<String>) -> Refusal {
     Refusal::Whole(reason.into())
 }
 
-/// What [`Format::slabs`](super::Format::slabs) gives.
+/// The result of [`Format::slabs`](super::Format::slabs).
 pub(super) fn opened<'a>(
     found: std::result::Result<impl Slabs + 'a, Refusal>,
 ) -> Result<Opened<'a>> {

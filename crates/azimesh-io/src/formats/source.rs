@@ -42,8 +42,7 @@ pub fn release_mapped() {
     // The last handle on a file takes it from the list.
     let handles = |file: &MappedFile| file.bytes.upgrade();
     let all: Vec<_> = mapped().iter().filter_map(handles).collect();
-    all.iter()
-        .for_each(|bytes| bytes.release(0..(**bytes).as_ref().len()));
+    all.iter().for_each(|bytes| bytes.release_all());
 }
 
 /// Calls `act` with the name of the mapped file at an address; returns whether there is one. A handler of signals may call
@@ -61,26 +60,25 @@ pub fn with_mapped_at(address: usize, act: impl FnOnce(&Path)) -> bool {
 }
 
 enum Bytes {
-    Mapped(Mapped),
+    /// A map that is in the list of mapped files until it is dropped.
+    Mapped(memmap2::Mmap),
     Owned(Vec<u8>),
 }
 
-/// A map that is in the list of mapped files until it is dropped.
-struct Mapped(memmap2::Mmap);
-
-impl Drop for Mapped {
+impl Drop for Bytes {
     fn drop(&mut self) {
-        let start = self.0.as_ptr().addr();
-        mapped().retain(|file| file.addresses.start != start);
+        if let Self::Mapped(map) = self {
+            let start = map.as_ptr().addr();
+            mapped().retain(|file| file.addresses.start != start);
+        }
     }
 }
 
 impl Bytes {
-    /// A mapped file, which is in the list of mapped files.
     fn mapped(map: memmap2::Mmap, path: &Path) -> Arc<Self> {
         let start = map.as_ptr().addr();
         let addresses = start..start + map.len();
-        let bytes = Arc::new(Self::Mapped(Mapped(map)));
+        let bytes = Arc::new(Self::Mapped(map));
         let file = MappedFile {
             addresses,
             path: path.to_path_buf(),
@@ -90,9 +88,13 @@ impl Bytes {
         bytes
     }
 
+    fn release_all(&self) {
+        self.release(0..self.as_ref().len());
+    }
+
     fn release(&self, bytes: Range<usize>) {
         #[cfg(unix)]
-        if let Bytes::Mapped(Mapped(map)) = self {
+        if let Bytes::Mapped(map) = self {
             let advice = memmap2::UncheckedAdvice::DontNeed;
             // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
             let _ = unsafe { map.unchecked_advise_range(advice, bytes.start, bytes.len()) };
@@ -103,7 +105,7 @@ impl Bytes {
 impl AsRef<[u8]> for Bytes {
     fn as_ref(&self) -> &[u8] {
         match self {
-            Bytes::Mapped(Mapped(map)) => map,
+            Bytes::Mapped(map) => map,
             Bytes::Owned(bytes) => bytes,
         }
     }
@@ -152,11 +154,10 @@ impl Source {
             return Err(folder(path));
         }
         note_opened(path, &file);
-        let bytes = match map(&file, 0) {
-            Some(map) => Bytes::mapped(map, path),
-            None => Arc::new(Bytes::Owned(read_all(&file, limit).map_err(io)?)),
-        };
-        Ok(Self::of(path, bytes))
+        match map(&file, 0) {
+            Some(map) => Ok(Self::of(path, Bytes::mapped(map, path))),
+            None => Ok(Self::from_bytes(path, read_all(&file, limit).map_err(io)?)),
+        }
     }
 
     fn of(path: &Path, bytes: Arc<Bytes>) -> Self {
@@ -233,7 +234,7 @@ impl Source {
 
     /// Lets go of the memory that holds a mapped file: its bytes are read again from the file where they are needed again.
     pub(super) fn release(&self) {
-        self.bytes.release(0..(*self.bytes).as_ref().len());
+        self.bytes.release_all();
     }
 
     /// [`Source::release`] of some of its bytes.
@@ -335,10 +336,10 @@ pub fn check_no_device(path: &Path) -> io::Result<()> {
 /// another file refers to, and for companion files.
 pub fn check_file(path: &Path) -> io::Result<()> {
     let message = "this is a folder, a pipe or a device, not a file";
-    let is_file = std::fs::metadata(path)?.is_file();
-    is_file
-        .then_some(())
-        .ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, message))
+    if std::fs::metadata(path)?.is_file() {
+        return Ok(());
+    }
+    Err(io::Error::new(ErrorKind::InvalidInput, message))
 }
 
 /// The content of a small companion file, which must be a file: a pipe may wait for ever.

@@ -20,7 +20,7 @@ use tempfile::TempPath;
 const START: &str = ".azimesh_";
 const END: &str = ".part";
 
-/// How a complete file gets its name.
+/// Options for giving a complete file its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Commit {
     /// True if an existing file of that name is replaced (its permissions are kept). Otherwise it stays, and

@@ -156,14 +156,26 @@ impl Coordinates {
             (Some(axis), true) => push(points.iter().map(|x| x[axis] as f32), bytes),
         }
         if self.is_big_endian {
-            turn(&mut bytes[first..], if self.is_single { 4 } else { 8 });
+            reverse_each(&mut bytes[first..], if self.is_single { 4 } else { 8 });
         }
     }
 }
 
-/// Turns the bytes of each number round.
-pub fn turn(bytes: &mut [u8], size: usize) {
-    bytes.chunks_exact_mut(size).for_each(<[u8]>::reverse);
+/// Reverses the bytes of each value of `size` bytes.
+pub fn reverse_each(bytes: &mut [u8], size: usize) {
+    fn reverse<const N: usize>(bytes: &mut [u8]) {
+        bytes
+            .as_chunks_mut::<N>()
+            .0
+            .iter_mut()
+            .for_each(|value| value.reverse());
+    }
+    match size {
+        2 => reverse::<2>(bytes),
+        4 => reverse::<4>(bytes),
+        8 => reverse::<8>(bytes),
+        _ => {}
+    }
 }
 
 /// A place in numbers of 32 bits.

@@ -72,6 +72,11 @@ impl<'a> CellRun<'a> {
         self.connectivity.len() / self.n_nodes
     }
 
+    /// Its cells.
+    pub fn range(&self) -> std::ops::Range<usize> {
+        self.first_cell..self.first_cell + self.n_cells()
+    }
+
     /// Nodes of each cell, in order.
     pub fn cells(&self) -> std::slice::ChunksExact<'a, u32> {
         self.connectivity.chunks_exact(self.n_nodes)

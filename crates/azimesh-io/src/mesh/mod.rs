@@ -47,9 +47,9 @@ mod view;
 mod zone_sides;
 
 pub use adjacency::{Across, Adjacency};
+pub(crate) use apart::reverse_each;
 pub use apart::{
     Apart, Coordinates, Listing, NodesOfCells, Numbers, NumbersApart, check_in_32_bits, in_32_bits,
-    turn,
 };
 pub use arrays::{DataArray, Values};
 pub use boundary::Boundary;

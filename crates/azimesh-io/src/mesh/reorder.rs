@@ -142,8 +142,13 @@ impl Cells {
     /// # Panics
     /// When there is no such cell.
     pub fn select(&self, order: impl IntoIterator<Item = usize>) -> Self {
+        let order = order.into_iter();
         let mut cells = Self::new();
-        cells.reserve(self.connectivity().len());
+        let n = order
+            .size_hint()
+            .1
+            .map_or(self.len(), |n| n.min(self.len()));
+        cells.reserve(self.connectivity().len() * n / self.len().max(1));
         for cell in order {
             let cell = self.get(cell);
             match self.face_stream(cell.index) {

@@ -1,8 +1,8 @@
 //! The data of a node: its type, its dimensions, and its values in the byte order of this machine.
 
-use super::super::vtk::chunk::reverse_each;
 use super::file::File;
 use crate::mesh::Values;
+use crate::mesh::reverse_each;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::for_blocks;
 use bytemuck::allocation::{cast_vec, zeroed_vec};

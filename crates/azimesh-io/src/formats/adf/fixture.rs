@@ -1,6 +1,6 @@
 //! Files as the library of CGNS writes them, for tests: in every version, byte order and width, with data in pieces.
 
-use super::super::vtk::chunk::reverse_each;
+use crate::mesh::reverse_each;
 use crate::mesh::{Values, arrays::with_numbers};
 
 /// How a file is stored.

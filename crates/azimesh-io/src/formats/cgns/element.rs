@@ -144,14 +144,6 @@ impl ElementType {
         self.form != Incomplete
     }
 
-    /// Nodes of the cell: only the corners, where the element is not kept completely.
-    pub fn n_kept(self) -> usize {
-        match self.form {
-            Incomplete => self.kind.n_nodes().unwrap_or(self.n_nodes),
-            _ => self.n_nodes,
-        }
-    }
-
     /// Position in the element of each node of the cell; `None` where they are the same.
     pub fn vtk_from_cgns(self) -> Option<Vec<usize>> {
         match self.form {

@@ -21,31 +21,27 @@
 //! Parts of the module:
 //!
 //! ```text
-//! node          names, labels, data, children; stored: the same in HDF5 and in ADF, links followed
+//! node          names, labels, data, children, in HDF5 and in ADF
 //! read          all zones -> mesh; zone: one zone's sizes and nodes; time: steps of a sequence
 //! slabs         some nodes and cells of unstructured zones
-//! unstructured  sections, polyhedra -> cells; regions, node_set -> groups; exterior: faces the file lacks
+//! unstructured  sections, polyhedra -> cells; regions -> groups
 //! structured    index ranges -> cells, faces
-//! families, tags, arrays, solution: names of groups; groups; arrays of all zones
+//! solution      arrays of all zones
+//! builder       nodes, cells, groups and arrays so far
 //! element       element types and their node order; lattice: of third and fourth order
 //! ```
 
-mod arrays;
 mod builder;
 mod element;
-mod families;
 mod lattice;
 mod node;
-mod node_set;
 mod polyhedra;
 mod read;
 mod regions;
 mod sections;
 mod slabs;
 mod solution;
-mod stored;
 mod structured;
-mod tags;
 mod time;
 mod unstructured;
 mod write;

@@ -1,14 +1,18 @@
-//! Nodes of a CGNS file: a name, a label, data, children, whatever file format they are stored in.
+//! Nodes of a CGNS file: a name, a label, data, children. Stored as groups of HDF5 or as nodes of ADF; links, also into
+//! other files, are followed here.
 
-use super::super::hdf5::{File, MissingFiles};
+use super::super::hdf5::{self, Group, MissingFiles};
 use super::super::names::decoded;
-use super::super::{Notes, Source};
-use super::stored::{Data, Stored};
+use super::super::{Notes, Source, adf};
 use crate::mesh::Values;
 use azimesh_core::error::{Error, Result};
 use std::borrow::Cow;
 use std::cell::{OnceCell, RefCell};
+use std::ops::Range;
 use std::rc::Rc;
+
+/// Most links that lead from one to the next.
+const MOST_LINKS: usize = 16;
 
 /// A node; its children are read on first use.
 pub(super) struct Node {
@@ -17,35 +21,71 @@ pub(super) struct Node {
     label: String,
     path: String,
     children: OnceCell<Vec<Node>>,
-    latin1: Latin1,
+    /// Texts of the file that were read as Latin-1, known to all of its nodes.
+    latin1: Rc<RefCell<Vec<String>>>,
 }
 
-/// Texts of a file that were read as Latin-1, known to all of its nodes.
-type Latin1 = Rc<RefCell<Vec<String>>>;
+enum Stored {
+    Hdf5(Group),
+    Adf(adf::Node),
+}
 
 impl Node {
     /// The node above all bases, and the files that links lead to in vain.
     pub fn root(source: &Source) -> Result<(Self, MissingFiles)> {
-        let (stored, missing) = Stored::root(source)?;
+        let bytes = source.bytes();
+        let (stored, missing) = if adf::is_adf(bytes) {
+            (
+                Stored::Adf(adf::Node::root(source)?),
+                MissingFiles::default(),
+            )
+        } else if hdf5::is_hdf5(bytes) {
+            let file = hdf5::File::open(source)?;
+            (Stored::Hdf5(file.root()?), file.missing_files())
+        } else {
+            return Err(Error::input(format!(
+                "CGNS files are HDF5 or ADF files, and this is neither: it begins with {}; HDF5 begins with \"{}\", ADF with \
+                 four bytes of any kind and \"{}\"",
+                hdf5::first_bytes(bytes),
+                hdf5::SIGNATURE.escape_ascii(),
+                adf::NAME.escape_ascii()
+            ))
+            .byte(0));
+        };
         let root = Self {
             stored,
             name: String::new(),
             label: String::new(),
             path: String::new(),
             children: OnceCell::new(),
-            latin1: Latin1::default(),
+            latin1: Rc::default(),
         };
         Ok((root, missing))
     }
 
+    /// A child, or the node that it links to.
     fn below(&self, stored: Stored) -> Result<Self> {
-        let name = self.decoded(stored.name());
+        let name = match &stored {
+            Stored::Hdf5(group) => self.decoded(group.name().as_bytes()),
+            Stored::Adf(node) => self.decoded(node.name()),
+        };
         let path = format!("{}/{name}", self.path);
-        let stored = stored.target(&path)?;
+        let (stored, label) = match stored {
+            Stored::Hdf5(group) => {
+                let group = linked_group(group).map_err(|error| error.dataset(&path))?;
+                let label = text_of(&group, "label").map_err(|error| error.dataset(&path))?;
+                (Stored::Hdf5(group), label.unwrap_or_default())
+            }
+            Stored::Adf(node) => {
+                let node = node.target().map_err(|error| error.dataset(&path))?;
+                let label = decoded(node.label()).into_owned();
+                (Stored::Adf(node), label)
+            }
+        };
         Ok(Self {
-            label: stored.label(&path)?,
             stored,
             name,
+            label,
             path,
             children: OnceCell::new(),
             latin1: self.latin1.clone(),
@@ -77,9 +117,18 @@ impl Node {
         if let Some(children) = self.children.get() {
             return Ok(children);
         }
-        let children = self.stored.children();
-        let children = children.map_err(|e| e.dataset(&self.path))?.into_iter();
-        let children: Result<Vec<Node>> = children.map(|child| self.below(child)).collect();
+        let at = |error: Error| error.dataset(&self.path);
+        let children: Result<Vec<Node>> = match &self.stored {
+            Stored::Hdf5(group) => {
+                let groups = group.groups().map_err(at)?.into_iter();
+                let nodes = groups.filter(|group| !group.name().starts_with(' '));
+                nodes.map(|group| self.below(Stored::Hdf5(group))).collect()
+            }
+            Stored::Adf(node) => {
+                let nodes = node.children().map_err(at)?.into_iter();
+                nodes.map(|node| self.below(Stored::Adf(node))).collect()
+            }
+        };
         let children = children?;
         Ok(self.children.get_or_init(|| children))
     }
@@ -108,7 +157,13 @@ impl Node {
     }
 
     fn data_or_none(&self) -> Result<Option<Data>> {
-        let data = self.stored.data();
+        let data = match &self.stored {
+            Stored::Hdf5(group) => {
+                let data = group.dataset(" data");
+                data.map(|data| data.map(|data| Data::Hdf5(Box::new(data))))
+            }
+            Stored::Adf(node) => node.data().map(|data| data.map(Data::Adf)),
+        };
         data.map_err(|error| error.dataset(&self.path))
     }
 
@@ -182,12 +237,7 @@ impl Node {
     }
 
     fn bytes(&self) -> Result<Vec<u8>> {
-        match self.values()? {
-            Values::I8(bytes) => Ok(bytes.into_iter().map(|byte| byte as u8).collect()),
-            Values::U8(bytes) => Ok(bytes),
-            Values::Text(lines) => Ok(lines.concat().into_bytes()),
-            _ => Err(self.refuse("its data must be text")),
-        }
+        text_bytes(self.values()?).ok_or_else(|| self.refuse("its data must be text"))
     }
 
     /// Its name in full where the one that CGNS takes is another: azimesh has put it there.
@@ -209,14 +259,119 @@ impl Node {
     }
 }
 
+/// The data of a node.
+pub(super) enum Data {
+    Hdf5(Box<hdf5::Dataset>),
+    Adf(adf::Data),
+}
+
+/// `$body` with `$data` standing for the data of either kind.
+macro_rules! either {
+    ($self:expr, $data:ident => $body:expr) => {
+        match $self {
+            Data::Hdf5($data) => $body,
+            Data::Adf($data) => $body,
+        }
+    };
+}
+
+impl Data {
+    /// How many values there are along each index, the last index running fastest.
+    pub fn shape(&self) -> &[u64] {
+        either!(self, data => data.shape())
+    }
+
+    /// Number of rows: values of the first index.
+    pub fn n_rows(&self) -> u64 {
+        either!(self, data => data.n_rows())
+    }
+
+    /// Values in one row.
+    pub fn row(&self) -> Result<usize> {
+        either!(self, data => data.row())
+    }
+
+    /// At least `n` rows, so many that they are read without waste.
+    pub fn whole_chunks(&self, n: u64) -> u64 {
+        either!(self, data => data.whole_chunks(n))
+    }
+
+    /// Refuses rows that are not there, and more than the file can hold.
+    pub fn check_rows(&self, rows: &Range<u64>) -> Result<()> {
+        either!(self, data => data.check_rows(rows))
+    }
+
+    /// The values of some rows.
+    pub fn rows(&self, rows: Range<u64>) -> Result<Values> {
+        either!(self, data => data.rows(rows))
+    }
+
+    /// All values.
+    pub fn values(&self) -> Result<Values> {
+        either!(self, data => data.values())
+    }
+}
+
+/// The group that a chain of links ends at.
+fn linked_group(mut group: Group) -> Result<Group> {
+    let mut links = 0;
+    while text_of(&group, "type")?.as_deref() == Some("LK") {
+        links += 1;
+        if links > MOST_LINKS {
+            return Err(Error::input("its links form a loop"));
+        }
+        group = match group.group(" link") {
+            Ok(Some(next)) => next,
+            Ok(None) => return Err(broken_link(&group, None)),
+            Err(error) => return Err(broken_link(&group, Some(error))),
+        };
+    }
+    Ok(group)
+}
+
+fn text_of(group: &Group, attribute: &str) -> Result<Option<String>> {
+    let text = group.text(attribute)?;
+    Ok(text.map(|text| trimmed(text.as_bytes())))
+}
+
+/// A link that leads nowhere or, for a reason that the library gives, could not be followed.
+fn broken_link(group: &Group, why: Option<Error>) -> Error {
+    let word = |name: &str| {
+        let bytes = text_bytes(group.dataset(name).ok()??.values().ok()?)?;
+        Some(trimmed(&bytes)).filter(|word| !word.is_empty())
+    };
+    let mut to = format!("this links to \"{}\"", word(" path").unwrap_or_default());
+    let file = word(" file");
+    if let Some(file) = &file {
+        to += &format!(" in the file \"{file}\"");
+    }
+    Error::input(match (why, file) {
+        (Some(why), _) => format!("{to}, and the link could not be followed: {}", why.message),
+        (_, Some(_)) => {
+            format!("{to}; that file is not in the folder of this one, or has no such node")
+        }
+        _ => format!("{to}, which is not in the file"),
+    })
+}
+
+/// The bytes of text; `None` for numbers.
+fn text_bytes(values: Values) -> Option<Vec<u8>> {
+    match values {
+        Values::I8(bytes) => Some(bytes.into_iter().map(|byte| byte as u8).collect()),
+        Values::U8(bytes) => Some(bytes),
+        Values::Text(lines) => Some(lines.concat().into_bytes()),
+        _ => None,
+    }
+}
+
 /// Whether an HDF5 file holds what every CGNS file does.
 pub(super) fn has_bases(source: &Source) -> bool {
-    let names = File::open(source).and_then(|file| file.root()?.names());
+    let names = hdf5::File::open(source).and_then(|file| file.root()?.names());
     names.is_ok_and(|(groups, _)| groups.iter().any(|name| name == "CGNSLibraryVersion"))
 }
 
 /// Text up to the first zero, without spaces at its end.
-pub(super) fn trimmed(bytes: &[u8]) -> String {
+fn trimmed(bytes: &[u8]) -> String {
     decoded(to_zero(bytes)).trim_end().to_owned()
 }
 

@@ -7,9 +7,9 @@
 use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
 use super::node::Node;
-use super::sections::{Cells, Section, Span, node_index, node_indices};
+use super::sections::{Cells, Section, Span, node_indices, part};
 use super::zone::Zone;
-use crate::mesh::CellKind;
+use crate::mesh::{CellKind, Values};
 use azimesh_core::error::Result;
 use std::ops::Range;
 
@@ -101,13 +101,9 @@ impl Polyhedra {
     /// Marks the faces in these elements.
     pub fn name_elements(&self, elements: &[Range<i64>], named: &mut [bool]) {
         for section in &self.faces.sections {
-            let n = section.faces.len() as i64;
+            let named = &mut named[section.faces.clone()];
             for range in elements {
-                let start = range.start.saturating_sub(section.first).clamp(0, n) as usize;
-                let end = range.end.saturating_sub(section.first).clamp(0, n) as usize;
-                if start < end {
-                    named[section.faces.start + start..section.faces.start + end].fill(true);
-                }
+                named[part(section.first, section.faces.len(), range)].fill(true);
             }
         }
     }
@@ -135,22 +131,19 @@ impl Polyhedra {
         let faces = self.faces.section(section);
         found.check_room(section.n_elements)?;
         let first_cell = found.cells.len();
-        let is_cell = self.is_cell(faces, named);
-        if is_cell.iter().all(|is_cell| *is_cell) {
-            for face in faces.faces.clone() {
-                self.push_face(face, found);
-            }
-            let n = section.n_elements;
-            return Ok(span(section.first, n, Cells::From(first_cell)));
-        }
         let mut cells = vec![u32::MAX; section.n_elements];
-        for (i, face) in faces.faces.clone().enumerate() {
-            if is_cell[i] {
-                cells[i] = found.cells.len() as u32;
+        for (cell, (face, is_cell)) in cells.iter_mut().zip(self.is_cell(faces, named)) {
+            if is_cell {
+                *cell = found.cells.len() as u32;
                 self.push_face(face, found);
             }
         }
-        Ok(span(section.first, section.n_elements, Cells::Each(cells)))
+        let are_all = found.cells.len() - first_cell == cells.len();
+        Ok(section.span(if are_all {
+            Cells::From(first_cell)
+        } else {
+            Cells::Each(cells)
+        }))
     }
 
     /// Appends a face as a cell: of solid cells a triangle or a quadrilateral where it has so many corners.
@@ -164,24 +157,24 @@ impl Polyhedra {
         found.cells.push(kind, nodes);
     }
 
-    fn is_cell(&self, section: &FaceSection, named: &[bool]) -> Vec<bool> {
+    /// The faces of a section, and whether each is a cell.
+    fn is_cell<'s>(
+        &'s self,
+        section: &'s FaceSection,
+        named: &'s [bool],
+    ) -> impl Iterator<Item = (usize, bool)> + 's {
         let faces = section.faces.clone();
-        if !self.has_solids() {
-            return faces.map(|face| self.faces.has_shape(face)).collect();
-        }
+        let mut sections = self.faces.sections.iter();
+        let all_given = sections.any(|section| section.n_boundary > 0);
         let on_boundary = |face: usize| self.n_cells[face] < 2;
-        let told = self
-            .faces
-            .sections
-            .iter()
-            .any(|section| section.n_boundary > 0);
-        let is_patch = !told && self.faces.sections.len() > 1 && faces.clone().all(on_boundary);
-        let end_of_told = section.n_boundary.min(faces.len());
-        let cells = faces.clone().enumerate().map(|(i, face)| {
-            let is_wanted = named[face] || self.n_cells[face] == 0 || is_patch || i < end_of_told;
-            is_wanted && self.faces.has_shape(face)
-        });
-        cells.collect()
+        let is_patch =
+            !all_given && self.faces.sections.len() > 1 && faces.clone().all(on_boundary);
+        let end_of_given = faces.start + section.n_boundary.min(faces.len());
+        let is_wanted = move |face: usize| {
+            let is_free = named[face] || self.n_cells[face] == 0;
+            !self.has_solids() || is_free || is_patch || face < end_of_given
+        };
+        faces.map(move |face| (face, is_wanted(face) && self.faces.has_shape(face)))
     }
 
     /// Appends the polyhedra of a section.
@@ -221,29 +214,24 @@ impl Polyhedra {
                 stream[0] += 1;
                 let nodes = self.faces.get(face);
                 stream.push(nodes.len() as u32);
-                match *number > 0 {
-                    true => stream.extend(nodes),
-                    false => {
-                        stream.extend(&nodes[..1]);
-                        stream.extend(nodes[1..].iter().rev());
-                    }
+                stream.push(nodes[0]);
+                if *number > 0 {
+                    stream.extend(&nodes[1..]);
+                } else {
+                    stream.extend(nodes[1..].iter().rev());
                 }
             }
-            let number = solids.first.saturating_add(i as i64);
-            found
-                .cells
-                .push_polyhedron(&stream)
-                .map_err(|error| node.refuse(format!("polyhedron {number}: {}", error.message)))?;
+            let pushed = found.cells.push_polyhedron(&stream);
+            pushed.map_err(|error| {
+                let number = solids.first.saturating_add(i as i64);
+                node.refuse(format!("polyhedron {number}: {}", error.message))
+            })?;
         }
-        Ok(span(solids.first, n, Cells::From(first_cell)))
-    }
-}
-
-fn span(first: i64, n_elements: usize, cells: Cells) -> Span {
-    Span {
-        first,
-        n_elements,
-        cells,
+        Ok(Span {
+            first: solids.first,
+            n_elements: n,
+            cells: Cells::From(first_cell),
+        })
     }
 }
 
@@ -280,27 +268,12 @@ impl Faces {
     }
 
     fn read(&mut self, section: &Section, zone: &Zone) -> Result<()> {
-        let before = self.len();
-        let base = self.nodes.len();
-        let node = section.node.need("ElementConnectivity")?;
-        match section.node.child("ElementStartOffset")? {
-            Some(offsets) => {
-                let mut nodes = node_indices(&node.values()?, node, zone)?;
-                let starts = starts(offsets, section.n_elements, nodes.len())?;
-                self.nodes.append(&mut nodes);
-                self.starts
-                    .extend(starts[1..].iter().map(|start| base + start));
-            }
-            None => {
-                let stream = node.integers()?;
-                for part in counted(&stream, node, section.n_elements) {
-                    for &number in part? {
-                        self.nodes.push(node_index(number, node, zone)?);
-                    }
-                    self.starts.push(self.nodes.len());
-                }
-            }
-        }
+        let (before, base) = (self.len(), self.nodes.len());
+        let indices = |values: Values, node: &Node| node_indices(&values, node, zone);
+        let (starts, mut nodes) = lists(section, indices)?;
+        self.nodes.append(&mut nodes);
+        self.starts
+            .extend(starts[1..].iter().map(|start| base + start));
         self.sections.push(FaceSection {
             first: section.first,
             faces: before..self.len(),
@@ -312,26 +285,13 @@ impl Faces {
 
 impl Solids {
     fn read(section: &Section) -> Result<Self> {
-        let node = section.node.need("ElementConnectivity")?;
-        let mut solids = Self {
-            first: section.first,
-            starts: vec![0],
-            faces: Vec::new(),
-        };
-        match section.node.child("ElementStartOffset")? {
-            Some(offsets) => {
-                solids.faces = node.integers()?;
-                solids.starts = starts(offsets, section.n_elements, solids.faces.len())?;
-            }
-            None => {
-                let stream = node.integers()?;
-                for part in counted(&stream, node, section.n_elements) {
-                    solids.faces.extend(part?);
-                    solids.starts.push(solids.faces.len());
-                }
-            }
-        }
-        Ok(solids)
+        let (starts, faces) = lists(section, integers)?;
+        let first = section.first;
+        Ok(Self {
+            first,
+            starts,
+            faces,
+        })
     }
 
     /// The polyhedra that the faces name as those on their two sides.
@@ -350,42 +310,68 @@ impl Solids {
                 )));
             }
             let (left, right) = parents.split_at(section.n_elements);
-            let faces = section.range();
-            sides.extend(
-                left.iter()
-                    .zip(faces.clone())
-                    .map(|(&cell, face)| (cell, face)),
-            );
-            sides.extend(right.iter().zip(faces).map(|(&cell, face)| (cell, -face)));
+            for (cells, sign) in [(left, 1), (right, -1)] {
+                let faces = section.range().map(|face| sign * face);
+                sides.extend(cells.iter().copied().zip(faces));
+            }
         }
         sides.retain(|(cell, _)| *cell > 0);
         sides.sort_by_key(|(cell, face)| (*cell, face.unsigned_abs()));
         let Some(&(first, _)) = sides.first() else {
             return Ok(None);
         };
-        let mut starts = Vec::new();
-        for (i, (cell, _)) in sides.iter().enumerate() {
-            if i == 0 || sides[i - 1].0 != *cell {
-                starts.push(i);
-            }
+        let mut starts = vec![0];
+        for of_cell in sides.chunk_by(|a, b| a.0 == b.0) {
+            starts.push(starts[starts.len() - 1] + of_cell.len());
         }
-        starts.push(sides.len());
+        let faces = sides.into_iter().map(|(_, face)| face).collect();
         Ok(Some(Self {
             first,
             starts,
-            faces: sides.into_iter().map(|(_, face)| face).collect(),
+            faces,
         }))
     }
+}
+
+fn integers(values: Values, node: &Node) -> Result<Vec<i64>> {
+    let integers = values.to_integers();
+    integers.ok_or_else(|| node.refuse("its data must be integers"))
+}
+
+/// The entries of the elements of a section, which `convert` makes of numbers; starts of elements, and the end of the last.
+fn lists<T>(
+    section: &Section,
+    convert: impl Fn(Values, &Node) -> Result<Vec<T>>,
+) -> Result<(Vec<usize>, Vec<T>)> {
+    let n = section.n_elements;
+    let node = section.node.need("ElementConnectivity")?;
+    if let Some(offsets) = section.node.child("ElementStartOffset")? {
+        let entries = convert(node.values()?, node)?;
+        let starts = starts(offsets, n, entries.len())?;
+        return Ok((starts, entries));
+    }
+    // Before CGNS 3.4: each element is preceded by the number of its entries.
+    let stream = node.integers()?;
+    let mut rest = &stream[..];
+    let (mut starts, mut entries) = (vec![0], Vec::new());
+    for i in 0..n {
+        let count = rest.first().and_then(|&count| usize::try_from(count).ok());
+        let Some(count) = count.filter(|count| *count < rest.len()) else {
+            return Err(node.refuse(format!("the list ends inside element {} of {n}", i + 1)));
+        };
+        entries.extend_from_slice(&rest[1..=count]);
+        starts.push(entries.len());
+        rest = &rest[1 + count..];
+    }
+    Ok((starts, convert(Values::I64(entries), node)?))
 }
 
 /// Starts of `n` elements among `n_entries` entries, and the end of the last.
 fn starts(node: &Node, n: usize, n_entries: usize) -> Result<Vec<usize>> {
     let offsets = node.integers()?;
     let ascending = offsets.windows(2).all(|two| two[0] <= two[1]);
-    let fits = offsets.first() == Some(&0)
-        && offsets
-            .last()
-            .is_some_and(|last| usize::try_from(*last) == Ok(n_entries));
+    let ends = [offsets.first().copied(), offsets.last().copied()];
+    let fits = ends == [Some(0), i64::try_from(n_entries).ok()];
     if offsets.len() != n + 1 || !ascending || !fits {
         return Err(node.refuse(format!(
             "it has {} offsets; it must have {}, ascending from 0 to {n_entries}",
@@ -394,22 +380,4 @@ fn starts(node: &Node, n: usize, n_entries: usize) -> Result<Vec<usize>> {
         )));
     }
     Ok(offsets.into_iter().map(|offset| offset as usize).collect())
-}
-
-/// The entries of `n` elements that are each preceded by their number: how it was before CGNS 3.4.
-fn counted<'s>(
-    stream: &'s [i64],
-    node: &Node,
-    n: usize,
-) -> impl Iterator<Item = Result<&'s [i64]>> {
-    let mut rest = stream;
-    (0..n).map(move |i| {
-        let count = rest.first().and_then(|&count| usize::try_from(count).ok());
-        let Some(count) = count.filter(|count| *count < rest.len()) else {
-            return Err(node.refuse(format!("the list ends inside element {} of {n}", i + 1)));
-        };
-        let (part, others) = rest[1..].split_at(count);
-        rest = others;
-        Ok(part)
-    })
 }

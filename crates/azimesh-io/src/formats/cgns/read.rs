@@ -4,8 +4,8 @@ use super::super::adf::is_adf;
 use super::super::{Notes, ReadOptions, Source};
 use super::FromAdf;
 use super::builder::MeshBuilder;
-use super::families::Families;
 use super::node::Node;
+use super::regions::Families;
 use super::time::Step;
 use super::zone::Zone;
 use super::{solution, structured, unstructured};
@@ -20,24 +20,19 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     let (root, missing) = Node::root(source)?;
     let read = read_bases(&root, options, None, notes);
     let files = missing.names();
-    match read {
-        Ok(mut mesh) => {
-            if is_adf(source.bytes()) {
-                mesh.origin = Origin::new(FromAdf);
-            }
-            notes.list(files, |files| Read::BrokenLinks { files });
-            Ok(mesh)
+    let mut mesh = read.map_err(|error| {
+        if files.iter().all(|file| error.message.contains(file)) {
+            return error;
         }
-        Err(error) if files.iter().all(|file| error.message.contains(file)) => Err(error),
-        Err(error) => Err(Error {
-            message: format!(
-                "{}; links lead to files that are not there: {}",
-                error.message,
-                files.join(", ")
-            ),
-            ..error
-        }),
+        let (why, files) = (&error.message, files.join(", "));
+        let message = format!("{why}; links lead to files that are not there: {files}");
+        Error { message, ..error }
+    })?;
+    if is_adf(source.bytes()) {
+        mesh.origin = Origin::new(FromAdf);
     }
+    notes.list(files, |files| Read::BrokenLinks { files });
+    Ok(mesh)
 }
 
 /// Gives the mesh of a mesh of unstructured zones in HDF5, without arrays at cells, its groups and arrays.
@@ -59,7 +54,7 @@ pub(super) fn complete(
     Ok(())
 }
 
-/// All bases; where the cells of all are known without nodes.
+/// Reads all bases, all but nodes and cells where the cells are known.
 fn read_bases(
     root: &Node,
     options: &ReadOptions,
@@ -67,21 +62,23 @@ fn read_bases(
     notes: &mut Notes,
 ) -> Result<Mesh> {
     let step = Step::choose(root, options.step)?;
-    let version = version(root)?;
+    let (bases, version) = bases(root)?;
     let mut found = MeshBuilder::default();
-    let bases = bases(root)?;
     let mut zones: Vec<(Zone, Rc<Families>)> = Vec::new();
     for base in &bases {
         let families = Rc::new(Families::read(base)?);
         let of_base = zones_of(base, &step, (zones.len(), version))?;
         zones.extend(of_base.into_iter().map(|zone| (zone, families.clone())));
-        read_others(base, &step, &mut found)?;
+        leave_others(base, &OF_BASE, &mut found)?;
+        let arrays = solution::field_arrays(base, &step)?;
+        found.field_arrays.extend(arrays);
     }
     if zones.is_empty() {
         return Err(bases[0].refuse("it has no zone (Zone_t), so there is no mesh"));
     }
     let several = zones.len() > 1;
-    let mut known = cells.is_some().then(Known::default);
+    // The numbers of nodes and cells before a zone, where these are known.
+    let mut known = cells.is_some().then_some((0, 0));
     found.cells = cells.unwrap_or_default();
     for (zone, families) in zones {
         read_zone(zone, &families, (&step, several), &mut known, &mut found)?;
@@ -89,7 +86,7 @@ fn read_bases(
     found.say(notes);
     root.note_latin1(notes);
     let n_cells = found.cells.len();
-    let n_nodes = known.map_or(found.points.len(), |known| known.n_nodes);
+    let n_nodes = known.map_or(found.points.len(), |(n_nodes, _)| n_nodes);
     let mut mesh = Mesh {
         point_arrays: found.point_arrays.into_data_arrays(n_nodes),
         cell_arrays: found.cell_arrays.into_data_arrays(n_cells),
@@ -101,13 +98,6 @@ fn read_bases(
     };
     give_to_faces(&mut mesh);
     Ok(mesh)
-}
-
-/// How many nodes and cells the zones before one have, where cells are not read here.
-#[derive(Default)]
-struct Known {
-    n_nodes: usize,
-    n_cells: usize,
 }
 
 /// Solutions have values of cells alone: a boundary face gets those of the cell that it bounds.
@@ -124,20 +114,16 @@ fn give_to_faces(mesh: &mut Mesh) {
     }
 }
 
-/// The bases of a file.
-pub(super) fn bases(root: &Node) -> Result<Vec<&Node>> {
-    let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
-    match bases.is_empty() {
-        true => Err(Error::input("this is not a CGNS file: it has no CGNSBase_t").dataset("/")),
-        false => Ok(bases),
-    }
-}
-
-/// The CGNS version of a file.
-pub(super) fn version(root: &Node) -> Result<f64> {
+/// The bases of a file, and its CGNS version.
+pub(super) fn bases(root: &Node) -> Result<(Vec<&Node>, f64)> {
     let version = root.child("CGNSLibraryVersion")?.map(Node::numbers);
-    let version = version.transpose()?;
-    Ok(version.and_then(|v| v.first().copied()).unwrap_or(4.0))
+    let version = version.transpose()?.and_then(|v| v.first().copied());
+    let bases: Vec<&Node> = root.labelled("CGNSBase_t")?.collect();
+    if bases.is_empty() {
+        let message = "this is not a CGNS file: it has no CGNSBase_t";
+        return Err(Error::input(message).dataset("/"));
+    }
+    Ok((bases, version.unwrap_or(4.0)))
 }
 
 /// The zones of a base that exist at this step.
@@ -156,130 +142,111 @@ pub(super) fn zones_of<'a>(
         None => return Err(base.refuse("it does not give the dimension of its cells")),
     };
     let present = step.zones(base)?;
-    let is_present = |zone: &&Node| {
-        let listed = |names: &Vec<String>| names.iter().any(|name| name == zone.name());
-        present.as_ref().is_none_or(listed)
+    let is_present = |zone: &&Node| match &present {
+        Some(names) => names.iter().any(|name| name == zone.name()),
+        None => true,
     };
-    let mut zones = Vec::new();
-    for node in base.labelled("Zone_t")?.filter(is_present) {
-        let mut zone = Zone::open(node, base.name(), n_before + zones.len(), dimension)?;
-        zone.version = version;
-        zones.push(zone);
-    }
-    Ok(zones)
-}
-
-/// Reads the arrays of a base, and counts what it has that is not read.
-fn read_others(base: &Node, step: &Step, found: &mut MeshBuilder) -> Result<()> {
-    const KEPT: [&str; 7] = [
-        "Zone_t",
-        "Family_t",
-        "BaseIterativeData_t",
-        "SimulationType_t",
-        "DataClass_t",
-        "Ordinal_t",
-        "Descriptor_t",
-    ];
-    for child in base.children()? {
-        if !KEPT.contains(&child.label()) && !child.name().starts_with(super::FIELD_ARRAYS) {
-            found.leave(child.label(), 1);
-        }
-    }
-    found
-        .field_arrays
-        .extend(solution::field_arrays(base, step)?);
-    Ok(())
+    let nodes = base.labelled("Zone_t")?.filter(is_present);
+    nodes
+        .zip(n_before..)
+        .map(|(node, number)| Zone::open(node, base.name(), number, (dimension, version)))
+        .collect()
 }
 
 fn read_zone(
     mut zone: Zone,
     families: &Families,
     (step, is_group): (&Step, bool),
-    known: &mut Option<Known>,
+    known: &mut Option<(usize, usize)>,
     found: &mut MeshBuilder,
 ) -> Result<()> {
     if let Some((said, meant)) = &zone.odd_kind {
+        let (zone, found_kind) = (zone.node.path().to_owned(), said.clone());
         let note = Read::ZoneKind {
-            zone: zone.node.path().to_owned(),
-            found: said.clone(),
+            zone,
+            found: found_kind,
             meant,
         };
         found.remarks.push(note.into());
     }
-    let first_cell = (known.as_ref()).map_or(found.cells.len(), |known| known.n_cells);
-    let end = match known {
-        Some(known) => {
-            zone.first_node = known.n_nodes;
-            known.n_nodes += zone.total_nodes()?;
-            known.n_cells = unstructured::read_groups(&zone, families, first_cell, found)?;
-            known.n_cells
+    let cells = if let Some((n_nodes, n_cells)) = known {
+        zone.first_node = *n_nodes;
+        *n_nodes += zone.total_nodes()?;
+        let first = *n_cells;
+        *n_cells = unstructured::read_groups(&zone, families, first, found)?;
+        first..*n_cells
+    } else {
+        let first = found.cells.len();
+        zone.read_points(step, &mut found.points)?;
+        if zone.is_structured {
+            structured::read(&zone, families, found)?;
+        } else {
+            unstructured::read(&zone, families, found)?;
         }
-        None => {
-            let mut points = std::mem::take(&mut found.points);
-            let read = zone.read_points(step, &mut points);
-            found.points = points;
-            read?;
-            match zone.is_structured {
-                true => structured::read(&zone, families, found)?,
-                false => unstructured::read(&zone, families, found)?,
-            }
-            found.cells.len()
-        }
+        first..found.cells.len()
     };
-    let dimension = zone.cell_dimension;
-    let runs = found.cells.runs_in(first_cell..end);
-    let solid: Vec<Range<usize>> = runs
-        .filter(|run| run.kind.dimension() == dimension)
-        .map(|run| run.first_cell..run.first_cell + run.n_cells())
-        .collect();
+    let (name, base, dimension) = (zone.node.name(), zone.base, zone.cell_dimension);
+    let runs = found.cells.runs_in(cells);
+    let runs = runs.filter(|run| run.kind.dimension() == dimension);
+    let solid: Vec<Range<usize>> = runs.map(|run| run.range()).collect();
     solution::read(&zone, &solid, step, found)?;
     if is_group {
-        found
-            .tags
-            .add_new(zone.node.name(), zone.base, dimension, &solid);
+        found.tags.add_new(name, base, dimension, &solid);
     }
     for family in zone.node.labelled("FamilyName_t")? {
-        for name in families.names(&family.text_or_none()?) {
-            if !(is_group && name == zone.node.name()) {
-                found
-                    .tags
-                    .add(&name, zone.base, dimension, None, solid.clone());
+        for family in families.names(&family.text_or_none()?) {
+            if !is_group || family != name {
+                (found.tags).add(&family, base, dimension, None, solid.clone());
             }
         }
     }
-    leave_others(&zone, found)
-}
-
-/// Counts what a zone has that is not read.
-fn leave_others(zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
-    const KEPT: [&str; 16] = [
-        "ZoneType_t",
-        "UserDefinedData_t",
-        "GridCoordinates_t",
-        "Elements_t",
-        "ZoneBC_t",
-        "ZoneSubRegion_t",
-        "FlowSolution_t",
-        "DiscreteData_t",
-        "FamilyName_t",
-        "ZoneIterativeData_t",
-        "ArbitraryGridMotion_t",
-        "DataClass_t",
-        "DimensionalUnits_t",
-        "Ordinal_t",
-        "Descriptor_t",
-        "ZoneGridConnectivity_t",
-    ];
-    for child in zone.node.children()? {
-        if !KEPT.contains(&child.label()) {
-            found.leave(child.label(), 1);
-        }
-    }
+    leave_others(zone.node, &OF_ZONE, found)?;
     for connectivity in zone.node.labelled("ZoneGridConnectivity_t")? {
         for interface in connectivity.children()? {
             if interface.label().starts_with("GridConnectivity") {
                 found.leave("interfaces to other zones", 1);
             }
+        }
+    }
+    Ok(())
+}
+
+/// Labels of children of a base that are read, or say nothing of the mesh.
+const OF_BASE: [&str; 7] = [
+    "Zone_t",
+    "Family_t",
+    "BaseIterativeData_t",
+    "SimulationType_t",
+    "DataClass_t",
+    "Ordinal_t",
+    "Descriptor_t",
+];
+
+/// Such labels of children of a zone.
+const OF_ZONE: [&str; 16] = [
+    "ZoneType_t",
+    "UserDefinedData_t",
+    "GridCoordinates_t",
+    "Elements_t",
+    "ZoneBC_t",
+    "ZoneSubRegion_t",
+    "FlowSolution_t",
+    "DiscreteData_t",
+    "FamilyName_t",
+    "ZoneIterativeData_t",
+    "ArbitraryGridMotion_t",
+    "DataClass_t",
+    "DimensionalUnits_t",
+    "Ordinal_t",
+    "Descriptor_t",
+    "ZoneGridConnectivity_t",
+];
+
+/// Counts children that are not read.
+fn leave_others(node: &Node, kept: &[&str], found: &mut MeshBuilder) -> Result<()> {
+    for child in node.children()? {
+        if !kept.contains(&child.label()) && !child.name().starts_with(super::FIELD_ARRAYS) {
+            found.leave(child.label(), 1);
         }
     }
     Ok(())

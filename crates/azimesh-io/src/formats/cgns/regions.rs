@@ -1,10 +1,12 @@
-//! Boundary conditions and subregions of a zone: their names, and what they are given by.
+//! Boundary conditions and subregions of a zone: their nodes or elements, their names and conditions, by the families of
+//! their base.
 
 use super::builder::MeshBuilder;
-use super::families::{self, Families};
 use super::node::Node;
 use super::zone::Zone;
-use azimesh_core::error::Result;
+use crate::mesh::NodeBits;
+use azimesh_core::error::{Error, Result};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// A part of a zone that has a name.
@@ -45,38 +47,63 @@ pub(super) fn regions<'a>(
     found: &mut MeshBuilder,
 ) -> Result<Vec<Region<'a>>> {
     let mut regions = Vec::new();
-    for conditions in zone.node.labelled("ZoneBC_t")? {
-        for node in conditions.labelled("BC_t")? {
-            let text = node.text_or_none()?;
-            let known = families::condition(&text);
-            let boundary = zone.cell_dimension - 1;
-            regions.extend(region(node, boundary, known, families, found)?);
-        }
-    }
-    for node in zone.node.labelled("ZoneSubRegion_t")? {
-        regions.extend(region(node, dimension_of(node)?, None, families, found)?);
-    }
-    for node in zone.node.labelled("UserDefinedData_t")? {
-        if node.name() == super::CELL_ORDER {
-            continue;
-        }
-        if is_group(node)? {
-            regions.extend(region(node, own_dimension(node)?, None, families, found)?);
-        } else {
-            found.leave("UserDefinedData_t", 1);
+    for (node, dimension) in candidates(zone)? {
+        match dimension {
+            Some(dimension) => regions.extend(region(node, dimension, families, found)?),
+            None => found.leave(node.label(), 1),
         }
     }
     Ok(regions)
 }
 
+/// Nodes of a zone that may be regions with the dimension of their elements; none for other data of users.
+fn candidates<'a>(zone: &Zone<'a>) -> Result<Vec<(&'a Node, Option<u8>)>> {
+    let mut found = Vec::new();
+    for conditions in zone.node.labelled("ZoneBC_t")? {
+        let boundary = Some(zone.cell_dimension - 1);
+        found.extend(conditions.labelled("BC_t")?.map(|node| (node, boundary)));
+    }
+    for node in zone.node.labelled("ZoneSubRegion_t")? {
+        let [dimension @ 0..=3] = node.integers()?[..] else {
+            return Err(node.refuse("the dimension of a subregion must be 0 to 3"));
+        };
+        found.push((node, Some(dimension as u8)));
+    }
+    for node in zone.node.labelled("UserDefinedData_t")? {
+        let has = |name| Ok::<_, Error>(node.child(name)?.is_some());
+        if has("FamilyName")? && (has("PointRange")? || has("PointList")?) {
+            let is_of_nodes = node.child_text("GridLocation")?.as_deref() == Some("Vertex");
+            found.push((node, Some(if is_of_nodes { 0 } else { 1 })));
+        } else if node.name() != super::CELL_ORDER {
+            found.push((node, None));
+        }
+    }
+    Ok(found)
+}
+
+/// Whether a region of a zone may be given by nodes, for which faces are made where the file has none. O(regions).
+pub(super) fn may_be_of_nodes(zone: &Zone) -> Result<bool> {
+    for (node, dimension) in candidates(zone)? {
+        if dimension == Some(zone.cell_dimension - 1)
+            && given(node)?.is_some_and(|(_, place, _)| place == GridLocation::Nodes)
+        {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 fn region<'a>(
     node: &'a Node,
     dimension: u8,
-    mut condition: Option<String>,
     families: &Families,
     found: &mut MeshBuilder,
 ) -> Result<Option<Region<'a>>> {
     let mut names = Vec::new();
+    let mut condition = None;
+    if node.label() == "BC_t" {
+        condition = condition_of(&node.text_or_none()?);
+    }
     let mut full_name = None;
     for child in node.children()? {
         match (child.label(), child.name()) {
@@ -123,65 +150,22 @@ fn given(node: &Node) -> Result<Option<(&Node, GridLocation, bool)>> {
     let Some(points) = node.children()?.iter().rfind(is_list) else {
         return Ok(None);
     };
-    let said = match node.child("GridLocation")? {
-        Some(location) => place(location)?,
-        None => None,
-    };
-    let place = match said {
-        _ if points.name().starts_with("Element") => GridLocation::Elements,
-        said => said.unwrap_or(GridLocation::Nodes),
+    let said = node
+        .child("GridLocation")?
+        .map(place)
+        .transpose()?
+        .flatten();
+    let place = if points.name().starts_with("Element") {
+        GridLocation::Elements
+    } else {
+        said.unwrap_or(GridLocation::Nodes)
     };
     Ok(Some((points, place, said.is_some())))
 }
 
-/// Whether a region of a zone may be given by nodes, for which faces are made where the file has none. O(regions).
-pub(super) fn may_be_of_nodes(zone: &Zone) -> Result<bool> {
-    let boundary = zone.cell_dimension - 1;
-    let mut nodes: Vec<&Node> = Vec::new();
-    for conditions in zone.node.labelled("ZoneBC_t")? {
-        nodes.extend(conditions.labelled("BC_t")?);
-    }
-    for node in zone.node.labelled("ZoneSubRegion_t")? {
-        if dimension_of(node)? == boundary {
-            nodes.push(node);
-        }
-    }
-    for node in zone.node.labelled("UserDefinedData_t")? {
-        if is_group(node)? && own_dimension(node)? == boundary {
-            nodes.push(node);
-        }
-    }
-    for node in nodes {
-        if given(node)?.is_some_and(|(_, place, _)| place == GridLocation::Nodes) {
-            return Ok(true);
-        }
-    }
-    Ok(false)
-}
-
-/// The dimension of a subregion.
-fn dimension_of(subregion: &Node) -> Result<u8> {
-    match subregion.integers()?[..] {
-        [dimension @ 0..=3] => Ok(dimension as u8),
-        _ => Err(subregion.refuse("the dimension of a subregion must be 0 to 3")),
-    }
-}
-
-/// Whether data of users are a group.
-fn is_group(node: &Node) -> Result<bool> {
-    let has = |name| Ok::<_, azimesh_core::error::Error>(node.child(name)?.is_some());
-    Ok(has("FamilyName")? && (has("PointRange")? || has("PointList")?))
-}
-
-/// The dimension of a group that is in data of users.
-fn own_dimension(group: &Node) -> Result<u8> {
-    let is_of_nodes = group.child_text("GridLocation")?.as_deref() == Some("Vertex");
-    Ok(if is_of_nodes { 0 } else { 1 })
-}
-
 /// The grid location of a GridLocation_t; `None` where there is none.
 fn place(location: &Node) -> Result<Option<GridLocation>> {
-    let place = match location.text_or_none()?.as_str() {
+    Ok(Some(match location.text_or_none()?.as_str() {
         "" | "Null" | "UserDefined" | "GridLocationNull" | "GridLocationUserDefined" => {
             return Ok(None);
         }
@@ -197,15 +181,15 @@ fn place(location: &Node) -> Result<Option<GridLocation>> {
                  KFaceCenter and EdgeCenter"
             )));
         }
-    };
-    Ok(Some(place))
+    }))
 }
 
 /// The name of such regions in notes.
 fn noun(node: &Node) -> &'static str {
-    match node.label() {
-        "BC_t" => "boundary conditions",
-        _ => "groups",
+    if node.label() == "BC_t" {
+        "boundary conditions"
+    } else {
+        "groups"
     }
 }
 
@@ -216,15 +200,118 @@ impl Region<'_> {
         found.leave_named(&what, self.node.name());
     }
 
+    /// Its nodes in an unstructured zone; `None` for a region of elements, or where the numbers are too large for nodes.
+    pub fn nodes(&self, zone: &Zone) -> Option<NodeBits> {
+        let nodes = zone.nodes();
+        let ranges = self.ranges();
+        let fits = |range: &Range<i64>| range.start >= 1 && range.end <= nodes.len() as i64 + 1;
+        if self.place != GridLocation::Nodes || !ranges.iter().all(fits) {
+            return None;
+        }
+        let bits = NodeBits::new(&nodes);
+        let index = |number: i64| nodes.start + number as usize - 1;
+        for range in ranges {
+            bits.add_all(&(index(range.start)..index(range.end)));
+        }
+        Some(bits)
+    }
+
     /// The numbers of an unstructured zone as ranges, in the order of the file.
     pub fn ranges(&self) -> Vec<Range<i64>> {
         if let (true, &[a, b]) = (self.is_range, &self.numbers[..]) {
-            let range = a.min(b)..a.max(b).saturating_add(1);
-            return std::iter::once(range).collect();
+            return std::iter::once(a.min(b)..a.max(b).saturating_add(1)).collect();
         }
         let follows = |a: &i64, b: &i64| a.checked_add(1) == Some(*b);
         let stretches = self.numbers.chunk_by(follows);
         let range = |s: &[i64]| s[0]..s[s.len() - 1].saturating_add(1);
         stretches.map(range).collect()
     }
+}
+
+/// The families of a base by name.
+#[derive(Default)]
+pub(super) struct Families {
+    by_name: BTreeMap<String, Family>,
+    base: String,
+}
+
+#[derive(Default)]
+struct Family {
+    /// Full name, where that is too long for CGNS.
+    full_name: Option<String>,
+    condition: Option<String>,
+    /// Families that it belongs to.
+    within: Vec<String>,
+}
+
+/// Names that programs give to what belongs to no family.
+const NONE: [&str; 4] = ["", "Unspecified", "ORPHAN", "Null"];
+
+impl Families {
+    /// Reads the families of a base, also those inside one another.
+    pub fn read(base: &Node) -> Result<Self> {
+        let mut families = Self {
+            base: base.name().to_owned(),
+            ..Self::default()
+        };
+        for node in base.labelled("Family_t")? {
+            families.add(node, "", 0)?;
+        }
+        Ok(families)
+    }
+
+    fn add(&mut self, node: &Node, above: &str, depth: usize) -> Result<()> {
+        let name = format!("{above}{}", node.name());
+        let mut family = Family::default();
+        for child in node.children()? {
+            match child.label() {
+                "FamilyBC_t" => family.condition = condition_of(&child.text_or_none()?),
+                "FamilyName_t" => family.within.push(child.text_or_none()?),
+                "Descriptor_t" if child.name() == super::FULL_NAME => {
+                    family.full_name = Some(child.own_text()?);
+                }
+                "Family_t" if depth < 8 => self.add(child, &format!("{name}/"), depth + 1)?,
+                _ => {}
+            }
+        }
+        family.within.retain(|name| !name.is_empty());
+        self.by_name.insert(name, family);
+        Ok(())
+    }
+
+    /// The names that users know a family by: those of the families it belongs to, or its own; none for the name of no
+    /// family.
+    pub fn names(&self, family: &str) -> Vec<String> {
+        let key = self.key(family);
+        if NONE.contains(&key) {
+            return Vec::new();
+        }
+        let family = self.by_name.get(key);
+        match family.filter(|family| !family.within.is_empty()) {
+            Some(family) => family.within.clone(),
+            None => {
+                let full_name = family.and_then(|family| family.full_name.as_deref());
+                vec![full_name.unwrap_or(key).to_owned()]
+            }
+        }
+    }
+
+    /// The type of a family's boundary condition.
+    pub fn condition(&self, family: &str) -> Option<&str> {
+        self.by_name.get(self.key(family))?.condition.as_deref()
+    }
+
+    /// A family may be named by its path from the root.
+    fn key<'a>(&self, family: &'a str) -> &'a str {
+        let rest = family.strip_prefix('/').unwrap_or(family);
+        let below = rest.strip_prefix(&self.base);
+        let below = below.and_then(|rest| rest.strip_prefix('/'));
+        below.unwrap_or(family)
+    }
+}
+
+/// A type of boundary condition; `None` for words that say nothing.
+fn condition_of(text: &str) -> Option<String> {
+    let says_nothing = ["", "Null", "BCTypeNull", "FamilySpecified"].contains(&text);
+    (!says_nothing).then(|| text.to_owned())
 }

@@ -42,6 +42,12 @@ pub(super) enum Cells {
     Each(Vec<u32>),
 }
 
+/// Of `n` numbers from `first` on the part that is in a range, counted from `first`.
+pub(super) fn part(first: i64, n: usize, range: &Range<i64>) -> Range<usize> {
+    let at = |number: i64| number.saturating_sub(first).clamp(0, n as i64) as usize;
+    at(range.start)..at(range.end)
+}
+
 /// The sections of a zone in the order of their elements.
 pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
     let mut sections = Vec::new();
@@ -61,13 +67,12 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
                 "its ElementRange is {first} to {last}; it must start at 1 or higher and must not end before it starts"
             )));
         };
-        let n_boundary = data.get(1).map_or(0, |&n| usize::try_from(n).unwrap_or(0));
         sections.push(Section {
             node,
             element_type,
             first,
             n_elements: n as usize,
-            n_boundary,
+            n_boundary: data.get(1).map_or(0, |&n| usize::try_from(n).unwrap_or(0)),
         });
     }
     sections.sort_by_key(|section| section.first);
@@ -105,60 +110,70 @@ impl Section<'_> {
     /// Appends its elements to the cells. NGON_n and NFACE_n are for `polyhedra` to read.
     pub fn read(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<Span> {
         let first_cell = found.cells.len();
-        match self.element_type {
-            MIXED => self.read_mixed(zone, found)?,
-            number if old_polygon(number, zone.version).is_some() => {
-                self.read_old_polygons(zone, found)?;
-            }
-            number => {
-                let element = ElementType::from_number(number).ok_or_else(|| {
-                    let name = type_name(number);
-                    self.node
-                        .refuse(format!("elements of {name} are not known"))
-                })?;
-                self.read_fixed(element, zone, found)?;
-            }
+        let (number, n) = (self.element_type, self.n_elements);
+        if number == MIXED {
+            found.check_room(n)?;
+            self.with_rows(1, |mut rows| {
+                append_mixed((0..n, n), &mut rows, zone.version, &zone.nodes(), found)
+            })?;
+        } else if let Some(n_nodes) = old_polygon(number, zone.version) {
+            self.read_old_polygons(n_nodes, zone, found)?;
+        } else if let Some(element) = ElementType::from_number(number) {
+            self.check_entries(element)?;
+            found.check_room(n)?;
+            self.with_rows(element.n_nodes, |rows| {
+                append_rows(element, rows, &zone.nodes(), found)
+            })?;
+        } else {
+            let name = type_name(number);
+            return Err((self.node).refuse(format!("elements of {name} are not known")));
         }
-        Ok(Span {
+        Ok(self.span(Cells::From(first_cell)))
+    }
+
+    /// Its elements as these cells.
+    pub fn span(&self, cells: Cells) -> Span {
+        Span {
             first: self.first,
             n_elements: self.n_elements,
-            cells: Cells::From(first_cell),
-        })
+            cells,
+        }
     }
 
-    fn read_fixed(&self, element: ElementType, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
+    /// Refuses a section that does not have all nodes of its elements.
+    fn check_entries(&self, element: ElementType) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
         let data = node.data()?;
-        let n_entries: Option<u64> = data
-            .shape()
-            .iter()
-            .try_fold(1, |p: u64, n| p.checked_mul(*n));
+        let mut sizes = data.shape().iter();
+        let n_entries = sizes.try_fold(1, |p: u64, n| p.checked_mul(*n));
         let expected = self.n_elements as u64 * element.n_nodes as u64;
-        if n_entries != Some(expected) {
-            return Err(node.refuse(format!(
-                "it has {} entries; it must have {expected} for {} of type {}",
-                n_entries.unwrap_or(u64::MAX),
-                counted(self.n_elements, "element"),
-                element.name
-            )));
+        if n_entries == Some(expected) {
+            return Ok(());
         }
-        found.check_room(self.n_elements)?;
-        let step = match data.shape() {
-            [_] => data
-                .whole_chunks(BLOCK)
-                .next_multiple_of(element.n_nodes as u64),
-            _ => u64::MAX,
-        };
-        let rows = 0..data.n_rows();
-        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
-        let read = |rows| data.rows(rows);
-        append_rows(element, (rows, step), &read, &zone.nodes(), found)
-            .map_err(|e| node.refuse(e.message))
+        Err(node.refuse(format!(
+            "it has {} entries; it must have {expected} for {} of type {}",
+            n_entries.unwrap_or(u64::MAX),
+            counted(self.n_elements, "element"),
+            element.name
+        )))
     }
 
-    /// Polygons with one number of nodes, given by the element type.
-    fn read_old_polygons(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
-        let n = old_polygon(self.element_type, zone.version).expect("the type was checked");
+    /// Passes the entries of its connectivity to `append`, in blocks of whole elements of `n_nodes` nodes.
+    fn with_rows(&self, n_nodes: usize, append: impl FnOnce(Rows) -> Result<()>) -> Result<()> {
+        let node = self.node.need("ElementConnectivity")?;
+        let data = node.data()?;
+        let (rows, row) = (0..data.n_rows(), data.row().unwrap_or(1));
+        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
+        let step = match data.shape() {
+            [_] => data.whole_chunks(BLOCK).next_multiple_of(n_nodes as u64),
+            _ => u64::MAX,
+        };
+        let appended = append(Rows::new(rows, (row as u64, step), &|rows| data.rows(rows)));
+        appended.map_err(|e| node.refuse(e.message))
+    }
+
+    /// Polygons of `n` nodes each.
+    fn read_old_polygons(&self, n: usize, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
         let node = self.node.need("ElementConnectivity")?;
         let nodes = node_indices(&node.values()?, node, zone)?;
         if Some(nodes.len()) != n.checked_mul(self.n_elements) {
@@ -172,30 +187,12 @@ impl Section<'_> {
         found.cells.push_run(CellKind::Polygon, n, &nodes);
         Ok(())
     }
-
-    fn read_mixed(&self, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
-        let node = self.node.need("ElementConnectivity")?;
-        let data = node.data()?;
-        let rows = 0..data.n_rows();
-        data.check_rows(&rows).map_err(|e| node.refuse(e.message))?;
-        let row = data.row().unwrap_or(1) as u64;
-        let step = match data.shape() {
-            [_] => data.whole_chunks(BLOCK),
-            _ => u64::MAX,
-        };
-        found.check_room(self.n_elements)?;
-        let read = |rows| data.rows(rows);
-        let mut entries = Entries::new(rows, row, step, &read);
-        let elements = (0..self.n_elements, self.n_elements);
-        append_mixed(elements, &mut entries, zone.version, &zone.nodes(), found)
-            .map_err(|e| node.refuse(e.message))
-    }
 }
 
 /// Appends some of `n` elements that name their own type, each before its nodes, in a file of this version.
 pub(super) fn append_mixed(
     (elements, n_elements): (Range<usize>, usize),
-    entries: &mut Entries,
+    entries: &mut Rows,
     version: f64,
     of_zone: &Range<usize>,
     found: &mut MeshBuilder,
@@ -233,71 +230,71 @@ pub(super) fn append_mixed(
     Ok(())
 }
 
-/// Appends elements of one type, whose nodes are in rows that `read` gives, `step` rows at a time.
+/// Appends elements of one type.
 pub(super) fn append_rows(
     element: ElementType,
-    (rows, step): (Range<u64>, u64),
-    read: &dyn Fn(Range<u64>) -> Result<Values>,
+    mut entries: Rows,
     of_zone: &Range<usize>,
     found: &mut MeshBuilder,
 ) -> Result<()> {
     let order = element.vtk_from_cgns();
-    let mut start = rows.start;
-    while start < rows.end {
-        let end = start.saturating_add(step).min(rows.end);
-        let mut nodes = indices_in(of_zone, &read(start..end)?).map_err(Error::input)?;
+    while let Some(block) = entries.next_block()? {
+        let mut nodes = indices_in(of_zone, &block).map_err(Error::input)?;
         if let Some(order) = &order {
             permute(&mut nodes, order);
         }
         push(element, &nodes, found);
-        start = end;
     }
     Ok(())
 }
 
-/// The entries of a dataset, of which a block at a time is in memory.
-pub(super) struct Entries<'a> {
-    /// Gives rows.
-    read: &'a dyn Fn(Range<u64>) -> Result<Values>,
+/// Rows of entries of a dataset, of which a block at a time is in memory.
+pub(super) struct Rows<'a> {
     /// Rows that were not read.
     rows: Range<u64>,
-    /// Entries of a row.
-    row: u64,
-    /// Rows of a block.
-    step: u64,
+    /// Entries of a row, and rows of a block.
+    sizes: (u64, u64),
+    read: &'a dyn Fn(Range<u64>) -> Result<Values>,
     block: Vec<i64>,
     /// Entries of the block that were given.
     given: usize,
 }
 
-impl<'a> Entries<'a> {
-    /// The entries in rows of `row` entries, which `read` gives, `step` rows at a time.
+impl<'a> Rows<'a> {
+    /// The rows that `read` gives; `sizes` are the entries of a row and the rows of a block.
     pub fn new(
         rows: Range<u64>,
-        row: u64,
-        step: u64,
+        sizes: (u64, u64),
         read: &'a dyn Fn(Range<u64>) -> Result<Values>,
     ) -> Self {
         Self {
-            read,
             rows,
-            row,
-            step,
+            sizes,
+            read,
             block: Vec::new(),
             given: 0,
         }
     }
 
+    fn next_block(&mut self) -> Result<Option<Values>> {
+        if self.rows.is_empty() {
+            return Ok(None);
+        }
+        let start = self.rows.start;
+        self.rows.start = start.saturating_add(self.sizes.1).min(self.rows.end);
+        (self.read)(start..self.rows.start).map(Some)
+    }
+
     /// The next `n` entries; `None` where there are less.
     fn next(&mut self, n: usize) -> Result<Option<&[i64]>> {
-        while self.block.len() - self.given < n && !self.rows.is_empty() {
-            let end = self.rows.start.saturating_add(self.step).min(self.rows.end);
-            let numbers = (self.read)(self.rows.start..end)?.to_integers();
+        while self.block.len() - self.given < n
+            && let Some(block) = self.next_block()?
+        {
+            let numbers = block.to_integers();
             let refused = || Error::input("node numbers must be integers");
             self.block.drain(..self.given);
             self.given = 0;
             self.block.append(&mut numbers.ok_or_else(refused)?);
-            self.rows.start = end;
         }
         let start = self.given;
         if self.block.len() - start < n {
@@ -307,10 +304,10 @@ impl<'a> Entries<'a> {
         Ok(Some(&self.block[start..self.given]))
     }
 
-    /// How many are left.
+    /// How many entries are left.
     pub fn n_left(&self) -> u64 {
         let rows = self.rows.end - self.rows.start;
-        (self.block.len() - self.given) as u64 + rows.saturating_mul(self.row)
+        (self.block.len() - self.given) as u64 + rows.saturating_mul(self.sizes.0)
     }
 }
 
@@ -331,8 +328,8 @@ fn push(element: ElementType, nodes: &[u32], found: &mut MeshBuilder) {
         found.cells.push_run(element.kind, element.n_nodes, nodes);
         return;
     }
-    let n = element.n_kept();
     let corners = nodes.chunks_exact(element.n_nodes);
+    let n = element.kind.n_nodes().unwrap_or(element.n_nodes);
     let corners: Vec<u32> = corners.flat_map(|nodes| &nodes[..n]).copied().collect();
     found.cells.push_run(element.kind, n, &corners);
     *found.incomplete.entry(element.name).or_default() += nodes.len() / element.n_nodes;
@@ -355,11 +352,6 @@ fn indices_in(of_zone: &Range<usize>, values: &Values) -> std::result::Result<Ve
     Ok(indices)
 }
 
-/// The node index of the mesh for one node number of a zone.
-pub(super) fn node_index(number: i64, node: &Node, zone: &Zone) -> Result<u32> {
-    index_in(&zone.nodes(), number).map_err(|message| node.refuse(message))
-}
-
 /// The node index of the mesh for one node number of a zone with these nodes; or why there is none.
 fn index_in(of_zone: &Range<usize>, number: i64) -> std::result::Result<u32, String> {
     let n = of_zone.len();
@@ -369,11 +361,7 @@ fn index_in(of_zone: &Range<usize>, number: i64) -> std::result::Result<u32, Str
     }
 }
 
-pub(super) fn outside(number: impl Display, node: &Node, n: usize) -> Error {
-    node.refuse(not_of_zone(number, n))
-}
-
-fn not_of_zone(number: impl Display, n: usize) -> String {
+pub(super) fn not_of_zone(number: impl Display, n: usize) -> String {
     format!("it has node {number}; the zone has nodes 1 to {n}")
 }
 

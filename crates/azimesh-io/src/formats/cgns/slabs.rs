@@ -8,11 +8,11 @@ use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::super::{Notes, ReadOptions, Source};
 use super::builder::MeshBuilder;
 use super::element::{ElementType, MIXED, old_polygon, type_name};
-use super::node::Node;
-use super::read::{self, bases, version, zones_of};
+use super::node::{Data, Node};
+use super::read::{self, bases, zones_of};
 use super::regions::may_be_of_nodes;
-use super::sections::{BLOCK, Entries, Section, append_mixed, append_rows, sections};
-use super::stored::Data;
+use super::sections::{BLOCK, Rows, Section, append_mixed, append_rows, sections};
+
 use super::time::Step;
 use super::unstructured::order;
 use super::zone::{Zone, put};
@@ -84,9 +84,9 @@ pub(super) fn open<'a>(source: &'a Source, options: &ReadOptions) -> Found<impl 
     }
     let (root, _) = Node::root(source)?;
     let step = Step::choose(&root, options.step)?;
-    let version = version(&root)?;
+    let (bases, version) = bases(&root)?;
     let mut zones: Vec<Zone> = Vec::new();
-    for base in bases(&root)? {
+    for base in bases {
         zones.extend(zones_of(base, &step, (zones.len(), version))?);
     }
     if zones.is_empty() {
@@ -189,45 +189,30 @@ impl Elements {
 
     /// Appends some of the elements, counted from the first of the section.
     fn append(&self, elements: Range<usize>, found: &mut MeshBuilder) -> Result<()> {
-        let appended = match &self.form {
-            Form::Fixed(element) => self.append_fixed(*element, elements, found),
-            Form::Mixed { starts, version } => self.append_mixed(elements, starts, *version, found),
+        let (array, cells) = (&self.connectivity, elements.clone());
+        let read = |rows| array.rows(rows);
+        let mut append = || match &self.form {
+            Form::Fixed(element) => {
+                let n = element.n_nodes as u64;
+                let rows = cells.start as u64 * n..cells.end as u64 * n;
+                let sizes = (1, array.block.next_multiple_of(n));
+                append_rows(*element, Rows::new(rows, sizes, &read), &self.nodes, found)
+            }
+            Form::Mixed { starts, version } => {
+                let rows = starts.number(cells.start)?..starts.number(cells.end)?;
+                if rows.start > rows.end || rows.end > array.n as u64 {
+                    return Err(Error::input("its elements do not follow one another"));
+                }
+                let mut entries = Rows::new(rows, (1, array.block), &read);
+                let of_section = (cells.clone(), self.cells.len());
+                append_mixed(of_section, &mut entries, *version, &self.nodes, found)?;
+                if entries.n_left() > 0 {
+                    return Err(Error::input("an element does not begin where it should"));
+                }
+                Ok(())
+            }
         };
-        appended.map_err(|error| self.connectivity.refuse(error.message))
-    }
-
-    fn append_fixed(
-        &self,
-        element: ElementType,
-        elements: Range<usize>,
-        found: &mut MeshBuilder,
-    ) -> Result<()> {
-        let n = element.n_nodes as u64;
-        let rows = elements.start as u64 * n..elements.end as u64 * n;
-        let step = self.connectivity.block.next_multiple_of(n);
-        let read = |rows| self.connectivity.rows(rows);
-        append_rows(element, (rows, step), &read, &self.nodes, found)
-    }
-
-    fn append_mixed(
-        &self,
-        elements: Range<usize>,
-        starts: &Array,
-        version: f64,
-        found: &mut MeshBuilder,
-    ) -> Result<()> {
-        let rows = starts.number(elements.start)?..starts.number(elements.end)?;
-        if rows.start > rows.end || rows.end > self.connectivity.n as u64 {
-            return Err(Error::input("its elements do not follow one another"));
-        }
-        let read = |rows| self.connectivity.rows(rows);
-        let mut entries = Entries::new(rows, 1, self.connectivity.block, &read);
-        let elements = (elements, self.cells.len());
-        append_mixed(elements, &mut entries, version, &self.nodes, found)?;
-        match entries.n_left() {
-            0 => Ok(()),
-            _ => Err(Error::input("an element does not begin where it should")),
-        }
+        append().map_err(|error| array.refuse(error.message))
     }
 }
 
@@ -235,12 +220,15 @@ impl Elements {
 fn fixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
     let number = section.element_type;
     let is_polygon = old_polygon(number, version).is_some();
-    let element = ElementType::from_number(number).filter(|_| !is_polygon);
-    let unread = || whole(format!("it has a section of type {}", type_name(number)));
-    let element = element.ok_or_else(unread)?;
-    match section.n_elements.checked_mul(element.n_nodes) == Some(n_entries) {
-        true => Ok(Form::Fixed(element)),
-        false => Err(whole("a section is not as long as its elements need")),
+    match ElementType::from_number(number).filter(|_| !is_polygon) {
+        None => Err(whole(format!(
+            "it has a section of type {}",
+            type_name(number)
+        ))),
+        Some(element) if section.n_elements.checked_mul(element.n_nodes) != Some(n_entries) => {
+            Err(whole("a section is not as long as its elements need"))
+        }
+        Some(element) => Ok(Form::Fixed(element)),
     }
 }
 
@@ -256,10 +244,10 @@ fn mixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
     let starts = Array::open(node).map_err(|_| misfit())?;
     let n = section.n_elements;
     let is_at = |at, entry: usize| starts.number(at).is_ok_and(|found| found == entry as u64);
-    match starts.n == n + 1 && is_at(0, 0) && is_at(n, n_entries) {
-        true => Ok(Form::Mixed { starts, version }),
-        false => Err(misfit()),
+    if starts.n != n + 1 || !is_at(0, 0) || !is_at(n, n_entries) {
+        return Err(misfit());
     }
+    Ok(Form::Mixed { starts, version })
 }
 
 impl Array {
@@ -328,9 +316,9 @@ impl Slabs for Zones<'_> {
         for (section, own) in overlapping(&self.sections, |s| s.cells.clone(), cells) {
             section.append(own, &mut found)?;
         }
-        match found.incomplete.is_empty() {
-            true => Ok(found.cells),
-            false => Err(Error::input("of some elements only the corners are kept")),
+        if !found.incomplete.is_empty() {
+            return Err(Error::input("of some elements only the corners are kept"));
         }
+        Ok(found.cells)
     }
 }

@@ -3,8 +3,7 @@
 use super::super::grid::Grid;
 use super::super::vtk::structured;
 use super::builder::MeshBuilder;
-use super::families::Families;
-use super::regions::{GridLocation, Region, regions};
+use super::regions::{Families, GridLocation, Region, regions};
 use super::zone::Zone;
 use crate::mesh::Cells;
 use azimesh_core::error::{Error, Result};

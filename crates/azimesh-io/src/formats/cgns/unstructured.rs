@@ -3,12 +3,11 @@
 use super::super::exterior::exterior_faces;
 use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
-use super::families::Families;
-use super::node_set::NodeSet;
 use super::polyhedra::Polyhedra;
-use super::regions::{GridLocation, Region, regions};
-use super::sections::{Cells, Section, Span, outside, says_nothing, sections};
+use super::regions::{Families, GridLocation, Region, regions};
+use super::sections::{Cells, Section, Span, not_of_zone, part, says_nothing, sections};
 use super::zone::Zone;
+use crate::mesh::NodeBits;
 use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::Result;
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,7 +23,7 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) ->
     add_groups(zone, (&sections, spans), &regions, cells, found)
 }
 
-/// Appends the boundary conditions of a zone as groups, where its cells are there from this one on: of elements that each are a
+/// Appends the boundary conditions of a zone as groups, where its cells are there from this one on and each element is a
 /// cell. Gives the end of its cells.
 pub(super) fn read_groups(
     zone: &Zone,
@@ -34,20 +33,14 @@ pub(super) fn read_groups(
 ) -> Result<usize> {
     let sections = sections(zone)?;
     let regions = regions(zone, families, found)?;
-    let mut spans: Vec<Option<Span>> = sections.iter().map(|_| None).collect();
-    let mut next = first_cell;
-    for i in order(zone, &sections)? {
-        let section = &sections[i];
-        spans[i] = Some(Span {
-            first: section.first,
-            n_elements: section.n_elements,
-            cells: Cells::From(next),
-        });
-        next += section.n_elements;
-    }
-    let spans = spans.into_iter().flatten().collect();
-    add_groups(zone, (&sections, spans), &regions, first_cell..next, found)?;
-    Ok(next)
+    let mut end = first_cell;
+    let spans = in_order(zone, &sections, |section| {
+        let first = end;
+        end += section.n_elements;
+        Ok(section.span(Cells::From(first)))
+    })?;
+    add_groups(zone, (&sections, spans), &regions, first_cell..end, found)?;
+    Ok(end)
 }
 
 fn add_groups(
@@ -58,24 +51,19 @@ fn add_groups(
     found: &mut MeshBuilder,
 ) -> Result<()> {
     check_count(zone, sections, of_zone.clone(), found)?;
-    regions
-        .iter()
-        .try_for_each(|region| check(region, zone, &spans))?;
+    for region in regions {
+        check(region, zone, &spans)?;
+    }
+    let names = sections.iter().zip(0..);
     let mut members = Members {
         zone,
         sections,
         spans: &spans,
-        by_name: sections
-            .iter()
-            .enumerate()
-            .map(|(i, section)| (section.node.name(), i))
-            .collect(),
+        by_name: names.map(|(section, i)| (section.node.name(), i)).collect(),
         is_covered: vec![false; spans.len()],
     };
-    let mut cells: Vec<Vec<Range<usize>>> = regions
-        .iter()
-        .map(|region| members.cells_of(region, found))
-        .collect();
+    let of_region = |region| members.cells_of(region, found);
+    let mut cells: Vec<Vec<Range<usize>>> = regions.iter().map(of_region).collect();
     make_faces(zone, regions, &mut cells, of_zone.start, found);
     for (region, cells) in regions.iter().zip(&cells) {
         if cells.is_empty() {
@@ -96,52 +84,51 @@ fn read_cells(
     found: &mut MeshBuilder,
 ) -> Result<Vec<Span>> {
     let has_polygons = |s: &Section| [NGON_N, NFACE_N].contains(&s.element_type);
-    let polyhedra = match sections.iter().any(has_polygons) {
-        true => Some(Polyhedra::read(zone, sections)?),
-        false => None,
-    };
-    let n_degenerate = polyhedra.as_ref().map_or(0, Polyhedra::n_degenerate);
-    if n_degenerate > 0 {
-        let note = Read::DegeneratePolygons {
-            zone: zone.node.path().to_owned(),
-            n: n_degenerate,
-        };
-        found.remarks.push(note.into());
+    if !sections.iter().any(has_polygons) {
+        return in_order(zone, sections, |section| section.read(zone, found));
     }
-    let named = polyhedra
-        .as_ref()
-        .map_or_else(Vec::new, |polyhedra| named_faces(zone, polyhedra, regions));
+    let polyhedra = Polyhedra::read(zone, sections)?;
+    let n = polyhedra.n_degenerate();
+    if n > 0 {
+        let zone = zone.node.path().to_owned();
+        found
+            .remarks
+            .push(Read::DegeneratePolygons { zone, n }.into());
+    }
+    let named = named_faces(zone, &polyhedra, regions);
+    let mut spans = in_order(zone, sections, |section| match section.element_type {
+        NGON_N => polyhedra.append_faces(section, &named, found),
+        NFACE_N => polyhedra.append_section(section, found),
+        _ => section.read(zone, found),
+    })?;
+    spans.extend(polyhedra.append_others(sections, zone.node, found)?);
+    Ok(spans)
+}
+
+/// The spans of all sections, which `read` gives in the order in which they make up the cells.
+fn in_order(
+    zone: &Zone,
+    sections: &[Section],
+    mut read: impl FnMut(&Section) -> Result<Span>,
+) -> Result<Vec<Span>> {
     let mut spans: Vec<Option<Span>> = sections.iter().map(|_| None).collect();
     for i in order(zone, sections)? {
-        let section = &sections[i];
-        spans[i] = Some(match (&polyhedra, section.element_type) {
-            (Some(polyhedra), NGON_N) => polyhedra.append_faces(section, &named, found)?,
-            (Some(polyhedra), NFACE_N) => polyhedra.append_section(section, found)?,
-            _ => section.read(zone, found)?,
-        });
+        spans[i] = Some(read(&sections[i])?);
     }
-    let mut spans: Vec<Span> = spans.into_iter().flatten().collect();
-    if let Some(polyhedra) = &polyhedra {
-        spans.extend(polyhedra.append_others(sections, zone.node, found)?);
-    }
-    Ok(spans)
+    Ok(spans.into_iter().flatten().collect())
 }
 
 /// The order in which the sections make up the cells: that of their elements, unless azimesh has written
 /// which cell each begins with. Faces of polyhedra that are no cells may follow as a section.
 pub(super) fn order(zone: &Zone, sections: &[Section]) -> Result<Vec<usize>> {
     let mut order: Vec<usize> = (0..sections.len()).collect();
-    let said = zone.node.child(super::CELL_ORDER)?;
-    let Some(first) = said
-        .map(|node| node.child("FirstCell"))
-        .transpose()?
-        .flatten()
-    else {
-        return Ok(order);
-    };
-    let first = first.integers()?;
-    if first.len() <= sections.len() {
-        order.sort_by_key(|&i| first.get(i).copied().unwrap_or(i64::MAX));
+    if let Some(node) = zone.node.child(super::CELL_ORDER)?
+        && let Some(first) = node.child("FirstCell")?
+    {
+        let first = first.integers()?;
+        if first.len() <= sections.len() {
+            order.sort_by_key(|&i| first.get(i).copied().unwrap_or(i64::MAX));
+        }
     }
     Ok(order)
 }
@@ -185,34 +172,32 @@ fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
         )));
     }
     if region.place == GridLocation::Nodes {
-        let n = zone.n_nodes.iter().product::<usize>();
-        match ranges
-            .iter()
-            .find_map(|range| not_within(range, 1..n as i64 + 1))
-        {
+        let n = zone.nodes().len();
+        let outside = |range| not_within(range, 1..n as i64 + 1);
+        match ranges.iter().find_map(outside) {
             None => return Ok(()),
-            Some(number) if region.says_place => return Err(outside(number, region.node, n)),
+            Some(node) if region.says_place => {
+                return Err(region.node.refuse(not_of_zone(node, n)));
+            }
             Some(_) => {}
         }
     }
-    match ranges.iter().find_map(|range| not_in(range, spans)) {
-        None => Ok(()),
-        Some(number) => {
-            let first = spans.first().map_or(0, |span| span.first);
-            let last = spans.iter().map(|span| span.end() - 1).max().unwrap_or(0);
-            Err(region.node.refuse(format!(
-                "it has element {number}, which is in no section; the sections have elements {first} to {last}"
-            )))
-        }
-    }
+    let Some(number) = ranges.iter().find_map(|range| not_in(range, spans)) else {
+        return Ok(());
+    };
+    let first = spans.first().map_or(0, |span| span.first);
+    let last = spans.iter().map(|span| span.end() - 1).max().unwrap_or(0);
+    Err(region.node.refuse(format!(
+        "it has element {number}, which is in no section; the sections have elements {first} to {last}"
+    )))
 }
 
 /// The first number of a range that is not in another.
 fn not_within(range: &Range<i64>, whole: Range<i64>) -> Option<i64> {
-    match whole.contains(&range.start) {
-        true => (range.end > whole.end).then_some(whole.end),
-        false => Some(range.start),
+    if !whole.contains(&range.start) {
+        return Some(range.start);
     }
+    (range.end > whole.end).then_some(whole.end)
 }
 
 /// The first number of a range that is that of no element.
@@ -234,7 +219,7 @@ fn named_faces(zone: &Zone, polyhedra: &Polyhedra, regions: &[Region]) -> Vec<bo
         return named;
     }
     for region in regions {
-        match NodeSet::of(region, zone) {
+        match region.nodes(zone) {
             Some(nodes) => polyhedra.name_nodes(|node| nodes.has(node), &mut named),
             None => polyhedra.name_elements(&region.ranges(), &mut named),
         }
@@ -254,13 +239,11 @@ struct Members<'a> {
 
 impl Members<'_> {
     fn cells_of(&mut self, region: &Region, found: &MeshBuilder) -> Vec<Range<usize>> {
-        let Some(nodes) = NodeSet::of(region, self.zone) else {
+        let Some(nodes) = region.nodes(self.zone) else {
             return self.cells_in(&region.ranges());
         };
-        if let Some(cells) = self.section_of_name(region, &nodes, found) {
-            return cells;
-        }
-        self.faces_within(&nodes, region.dimension, found)
+        let section = self.section_of_name(region, &nodes, found);
+        section.unwrap_or_else(|| self.faces_within(&nodes, region.dimension, found))
     }
 
     /// The cells of the section that has the name of a region and all of its nodes: the region gives that section its
@@ -268,23 +251,17 @@ impl Members<'_> {
     fn section_of_name(
         &mut self,
         region: &Region,
-        nodes: &NodeSet,
+        nodes: &NodeBits,
         found: &MeshBuilder,
     ) -> Option<Vec<Range<usize>>> {
         let names = region.names.iter().map(String::as_str);
         let names = names.chain([region.node.name()]);
-        let named: BTreeSet<usize> = names
-            .filter_map(|name| self.by_name.get(name))
-            .copied()
-            .collect();
-        for i in named {
-            let section = &self.sections[i];
-            let mut cells = Vec::new();
-            self.spans[i].push_cells(0..section.n_elements, &mut cells);
-            let mut runs = cells
-                .iter()
-                .flat_map(|range| found.cells.runs_in(range.clone()));
-            let are_solid = runs.all(|run| run.kind.dimension() == self.zone.cell_dimension);
+        let named = names.filter_map(|name| self.by_name.get(name).copied());
+        for i in named.collect::<BTreeSet<usize>>() {
+            let cells = self.spans[i].cells(0..self.sections[i].n_elements);
+            let are_solid = found
+                .cells_in(&cells)
+                .all(|run| run.kind.dimension() == self.zone.cell_dimension);
             if !cells.is_empty() && are_solid && self.are_all(&cells, nodes, found) {
                 self.is_covered[i] = true;
                 return Some(cells);
@@ -302,11 +279,9 @@ impl Members<'_> {
                 if span.first >= range.end {
                     break;
                 }
-                let n = span.n_elements as i64;
-                let start = range.start.saturating_sub(span.first).clamp(0, n) as usize;
-                let end = range.end.saturating_sub(span.first).clamp(0, n) as usize;
-                self.is_covered[i] |= start < end;
-                span.push_cells(start..end, &mut cells);
+                let own = part(span.first, span.n_elements, range);
+                self.is_covered[i] |= !own.is_empty();
+                cells.extend(span.cells(own));
             }
         }
         cells
@@ -316,16 +291,15 @@ impl Members<'_> {
     /// alone: faces across a corner may have only such nodes too.
     fn faces_within(
         &mut self,
-        nodes: &NodeSet,
+        nodes: &NodeBits,
         dimension: u8,
         found: &MeshBuilder,
     ) -> Vec<Range<usize>> {
         let mut cells = Vec::new();
         for (i, span) in self.spans.iter().enumerate() {
-            let mut all = Vec::new();
-            span.push_cells(0..span.n_elements, &mut all);
+            let all = span.cells(0..span.n_elements);
             let (mut within, mut n) = (Vec::new(), 0);
-            for run in all.into_iter().flat_map(|range| found.cells.runs_in(range)) {
+            for run in found.cells_in(&all) {
                 n += run.n_cells();
                 if run.kind.dimension() != dimension {
                     continue;
@@ -346,13 +320,9 @@ impl Members<'_> {
     }
 
     /// Whether cells have all nodes of a set.
-    fn are_all(&self, cells: &[Range<usize>], nodes: &NodeSet, found: &MeshBuilder) -> bool {
-        let mut seen = NodeSet::none(self.zone);
-        for range in cells {
-            for run in found.cells.runs_in(range.clone()) {
-                run.connectivity.iter().for_each(|&node| seen.add(node));
-            }
-        }
+    fn are_all(&self, cells: &[Range<usize>], nodes: &NodeBits, found: &MeshBuilder) -> bool {
+        let seen = NodeBits::new(&self.zone.nodes());
+        seen.add_nodes_of(&found.cells, cells);
         seen.count() == nodes.count()
     }
 }
@@ -365,21 +335,18 @@ fn make_faces(
     first_cell: usize,
     found: &mut MeshBuilder,
 ) {
-    let lacks_faces = |(_, (_, cells)): &(usize, (&Region, &Vec<Range<usize>>))| cells.is_empty();
-    let wanted: Vec<(usize, NodeSet)> = regions
-        .iter()
-        .zip(cells.iter())
-        .enumerate()
-        .filter(lacks_faces)
-        .filter(|(_, (region, _))| region.dimension + 1 == zone.cell_dimension)
-        .filter_map(|(i, (region, _))| Some((i, NodeSet::of(region, zone)?)))
-        .collect();
+    let mut wanted: Vec<(usize, NodeBits)> = Vec::new();
+    for (i, region) in regions.iter().enumerate() {
+        if cells[i].is_empty() && region.dimension + 1 == zone.cell_dimension {
+            wanted.extend(region.nodes(zone).map(|nodes| (i, nodes)));
+        }
+    }
     if wanted.is_empty() {
         return;
     }
-    let mut any = NodeSet::none(zone);
+    let any = NodeBits::new(&zone.nodes());
     for (_, nodes) in &wanted {
-        any.unite(nodes);
+        any.add(&nodes.clone().take());
     }
     let end = found.cells.len();
     let has = |node| any.has(node);
@@ -404,17 +371,13 @@ fn tag(
     found: &mut MeshBuilder,
 ) {
     for dimension in 0..=3 {
-        let of_dimension = cells.iter().flat_map(|range| {
-            let runs = found.cells.runs_in(range.clone());
-            let runs = runs.filter(|run| run.kind.dimension() == dimension);
-            runs.map(|run| run.first_cell..run.first_cell + run.n_cells())
-        });
-        let of_dimension: Vec<Range<usize>> = of_dimension.collect();
+        let runs = found
+            .cells_in(cells)
+            .filter(|run| run.kind.dimension() == dimension);
+        let of_dimension: Vec<Range<usize>> = runs.map(|run| run.range()).collect();
         if !of_dimension.is_empty() {
             let place = zone.node.name();
-            found
-                .tags
-                .add(name, place, dimension, condition, of_dimension);
+            (found.tags).add(name, place, dimension, condition, of_dimension);
         }
     }
 }
@@ -425,12 +388,10 @@ fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mu
     let mut n_solid = 0;
     let mut named = Vec::new();
     for (i, section) in sections.iter().enumerate() {
-        let mut cells = Vec::new();
-        members.spans[i].push_cells(0..section.n_elements, &mut cells);
-        let mut runs = cells
-            .iter()
-            .flat_map(|range| found.cells.runs_in(range.clone()));
-        let has_solids = runs.any(|run| run.kind.dimension() == zone.cell_dimension);
+        let cells = members.spans[i].cells(0..section.n_elements);
+        let has_solids = found
+            .cells_in(&cells)
+            .any(|run| run.kind.dimension() == zone.cell_dimension);
         n_solid += usize::from(has_solids);
         if !members.is_covered[i] && !says_nothing(section.node.name(), has_solids) {
             named.push((section.node.name(), has_solids, cells));
@@ -449,21 +410,21 @@ impl Span {
     }
 
     /// The cells of some of its elements, counted from its first.
-    fn push_cells(&self, elements: Range<usize>, into: &mut Vec<Range<usize>>) {
-        if elements.is_empty() {
-            return;
-        }
+    fn cells(&self, elements: Range<usize>) -> Vec<Range<usize>> {
+        let mut found: Vec<Range<usize>> = Vec::new();
         match &self.cells {
-            Cells::From(first) => into.push(first + elements.start..first + elements.end),
+            _ if elements.is_empty() => {}
+            Cells::From(first) => found.push(first + elements.start..first + elements.end),
             Cells::Each(cells) => {
                 for &cell in cells[elements].iter().filter(|cell| **cell != u32::MAX) {
                     let cell = cell as usize;
-                    match into.last_mut() {
+                    match found.last_mut() {
                         Some(last) if last.end == cell => last.end += 1,
-                        _ => into.push(cell..cell + 1),
+                        _ => found.push(cell..cell + 1),
                     }
                 }
             }
         }
+        found
     }
 }

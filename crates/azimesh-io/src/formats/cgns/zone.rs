@@ -3,12 +3,9 @@
 use super::super::vtk::chunk::Chunk;
 use super::node::Node;
 use super::time::Step;
-use crate::mesh::Values;
-use crate::mesh::too_many;
+use crate::mesh::{Values, too_many};
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel::{BLOCK, for_blocks};
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A zone of the file and what is read of it first.
 pub(super) struct Zone<'a> {
@@ -33,7 +30,6 @@ pub(super) struct Zone<'a> {
 }
 
 const STRUCTURED: &str = "Structured";
-const UNSTRUCTURED: &str = "Unstructured";
 
 /// The kind that a text means: some programs abbreviate it, or write it in other letters.
 fn kind_of(said: &str) -> Option<&'static str> {
@@ -41,14 +37,17 @@ fn kind_of(said: &str) -> Option<&'static str> {
         let start = kind.get(..said.len());
         !said.is_empty() && start.is_some_and(|start| start.eq_ignore_ascii_case(said))
     };
-    [STRUCTURED, UNSTRUCTURED]
-        .into_iter()
-        .find(|kind| begins(kind))
+    [STRUCTURED, "Unstructured"].into_iter().find(begins)
 }
 
 impl<'a> Zone<'a> {
     /// Reads the kind and the sizes.
-    pub fn open(node: &'a Node, base: &'a str, number: usize, cell_dimension: u8) -> Result<Self> {
+    pub fn open(
+        node: &'a Node,
+        base: &'a str,
+        number: usize,
+        (cell_dimension, version): (u8, f64),
+    ) -> Result<Self> {
         let said = node.child_text("ZoneType")?.unwrap_or_default();
         let kind = kind_of(&said).ok_or_else(|| {
             node.refuse(format!(
@@ -56,19 +55,13 @@ impl<'a> Zone<'a> {
             ))
         })?;
         let is_structured = kind == STRUCTURED;
-        let n_indices = if is_structured {
-            cell_dimension.into()
-        } else {
-            1
+        let n_indices = if is_structured { cell_dimension } else { 1 }.into();
+        let count = |n: i64| {
+            let count = usize::try_from(n).ok().filter(|n| *n < u32::MAX as usize);
+            count.ok_or_else(|| node.refuse(format!("its size {n} is out of range")))
         };
-        let sizes = node.integers()?;
-        let count = |&n: &i64| {
-            usize::try_from(n)
-                .ok()
-                .filter(|n| *n < u32::MAX as usize)
-                .ok_or_else(|| node.refuse(format!("its size {n} is out of range")))
-        };
-        let sizes: Vec<usize> = sizes.iter().map(count).collect::<Result<_>>()?;
+        let sizes = node.integers()?.into_iter().map(count);
+        let sizes: Vec<usize> = sizes.collect::<Result<_>>()?;
         if sizes.len() < 2 * n_indices {
             return Err(node.refuse(format!(
                 "it has {} sizes; a zone with {n_indices} indices must have {}",
@@ -86,19 +79,14 @@ impl<'a> Zone<'a> {
             is_structured,
             odd_kind: (said != kind).then_some((said, kind)),
             first_node: 0,
-            version: 4.0,
+            version,
         })
     }
 
     /// Number of its nodes.
     pub fn total_nodes(&self) -> Result<usize> {
-        let product = self
-            .n_nodes
-            .iter()
-            .try_fold(1_usize, |p, n| p.checked_mul(*n));
-        product
-            .filter(|n| *n < u32::MAX as usize)
-            .ok_or_else(|| self.node.refuse(too_many("nodes")))
+        let n = product(&self.n_nodes).filter(|n| *n < u32::MAX as usize);
+        n.ok_or_else(|| self.node.refuse(too_many("nodes")))
     }
 
     /// Appends its nodes at this step to `points`.
@@ -121,7 +109,8 @@ impl<'a> Zone<'a> {
             let points = &mut points[self.first_node..];
             let all_finite = put(points, axis, &values)
                 .ok_or_else(|| node.refuse("coordinates must be numbers"))?;
-            if let (false, Some(at)) = (all_finite, first_odd(points, axis)) {
+            let is_odd = |point: &[f64; 3]| !point[axis].is_finite();
+            if !all_finite && let Some(at) = points.iter().position(is_odd) {
                 return Err(node.refuse(format!(
                     "node {} has the coordinate {}; coordinates must be finite",
                     at + 1,
@@ -149,15 +138,14 @@ impl<'a> Zone<'a> {
     }
 
     fn coordinates(&self, step: &Step) -> Result<&'a Node> {
-        let named = step.pointer(self.node, "GridCoordinatesPointers")?;
-        if let Some(name) = named {
+        if let Some(name) = step.pointer(self.node, "GridCoordinatesPointers")? {
             return self.node.need(&name);
         }
         if let Some(original) = self.node.child("GridCoordinates")? {
             return Ok(original);
         }
-        let mut any = self.node.labelled("GridCoordinates_t")?;
-        any.next().ok_or_else(|| {
+        let any = self.node.labelled("GridCoordinates_t")?.next();
+        any.ok_or_else(|| {
             self.node
                 .refuse("it has no coordinates (GridCoordinates_t)")
         })
@@ -175,10 +163,8 @@ impl<'a> Zone<'a> {
             both.checked_add(sizes[i])
         };
         let whole: Option<Vec<usize>> = (0..sizes.len()).map(full).collect();
-        let n = whole
-            .as_ref()
-            .and_then(|whole| whole.iter().try_fold(1_usize, |p, n| p.checked_mul(*n)));
-        let Some(whole) = whole.filter(|_| n == Some(values.len())) else {
+        let fits = |whole: &Vec<usize>| product(whole) == Some(values.len());
+        let Some(whole) = whole.filter(fits) else {
             return Err(node.refuse(format!(
                 "it has {} values, which do not fit the zone with its rind planes {rind:?}",
                 values.len()
@@ -209,29 +195,34 @@ pub(super) fn rind(node: &Node) -> Result<Vec<usize>> {
     planes.iter().map(count).collect()
 }
 
+fn product(sizes: &[usize]) -> Option<usize> {
+    sizes.iter().try_fold(1, |p: usize, n| p.checked_mul(*n))
+}
+
 /// The arrays for x, y and z.
 type Axes<'a> = [Option<&'a Node>; 3];
 
 fn axes_of(coordinates: &Node, cell_dimension: u8) -> Result<Axes<'_>> {
+    let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
     let mut axes = [None; 3];
-    for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"]
-        .iter()
-        .enumerate()
-    {
-        axes[axis] = coordinates.child(name)?;
+    for (axis, name) in axes.iter_mut().zip(names) {
+        *axis = coordinates.child(name)?;
     }
     let n_axes = axes.iter().flatten().count();
-    if axes[0].is_some() && n_axes < usize::from(cell_dimension) {
-        let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
-        let lacks = names.iter().zip(&axes).find(|(_, axis)| axis.is_none());
+    let lacks = names.iter().zip(&axes).find(|(_, axis)| axis.is_none());
+    if let Some((name, _)) = lacks
+        && axes[0].is_some()
+        && n_axes < usize::from(cell_dimension)
+    {
         return Err(coordinates.refuse(format!(
-            "it has no {}; cells of dimension {cell_dimension} need {cell_dimension} coordinates",
-            lacks.map_or("coordinate", |(name, _)| name)
+            "it has no {name}; cells of dimension {cell_dimension} need {cell_dimension} coordinates"
         )));
     }
     if axes[0].is_none() || (axes[1].is_none() && axes[2].is_some()) {
-        let found = coordinates.labelled("DataArray_t")?;
-        let found: Vec<&str> = found.map(Node::name).collect();
+        let found: Vec<&str> = coordinates
+            .labelled("DataArray_t")?
+            .map(Node::name)
+            .collect();
         return Err(coordinates.refuse(format!(
             "it has the coordinates {}; only CoordinateX, CoordinateY and CoordinateZ are read",
             found.join(", ")
@@ -242,23 +233,5 @@ fn axes_of(coordinates: &Node, cell_dimension: u8) -> Result<Axes<'_>> {
 
 /// Sets one coordinate of every point; returns whether all are finite, `None` for text.
 pub(super) fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
-    let values = Chunk::of(values)?;
-    let all_finite = AtomicBool::new(true);
-    for_blocks(points, BLOCK, &|first, points| {
-        let mut reals = [0.0; BLOCK];
-        let reals = &mut reals[..points.len()];
-        values.part(first..first + points.len()).few_reals(reals);
-        for (point, real) in points.iter_mut().zip(&*reals) {
-            point[axis] = *real;
-        }
-        if !reals.iter().all(|x| x.is_finite()) {
-            all_finite.store(false, Ordering::Relaxed);
-        }
-    });
-    Some(all_finite.into_inner())
-}
-
-/// The first point of which a coordinate is not finite.
-fn first_odd(points: &[[f64; 3]], axis: usize) -> Option<usize> {
-    points.iter().position(|point| !point[axis].is_finite())
+    Some(Chunk::of(values)?.axis(axis, points))
 }

@@ -27,10 +27,9 @@
 //! Parts of the module:
 //!
 //! ```text
-//! read       order of the work; step: which of the times
-//! names      names and numbers of blocks and sets
+//! read       order of the work; which of the times is read
 //! element    types of elements: kinds of cells, order of nodes, numbers of sides
-//! blocks     element blocks -> cells and zones; polyhedra: blocks of polygons and polyhedra
+//! blocks     element blocks -> cells and zones, names of blocks and sets; polyhedra: blocks of polygons and polyhedra
 //! sides      side sets -> boundary faces and tags
 //! node_sets  node sets -> groups of nodes, or tags
 //! variables  results at a step -> arrays
@@ -40,12 +39,10 @@
 
 mod blocks;
 mod element;
-mod names;
 mod node_sets;
 mod polyhedra;
 mod read;
 mod sides;
-mod step;
 mod variables;
 
 use super::netcdf::{self, File};
@@ -64,7 +61,7 @@ pub static EXODUS: Format = Format {
     },
     read: read::read,
     steps: |source| {
-        let times = File::open(source).and_then(|file| step::times(&file));
+        let times = File::open(source).and_then(|file| read::times(&file));
         times.map_err(|error| error.file(source.path()))
     },
     ..Format::NEW

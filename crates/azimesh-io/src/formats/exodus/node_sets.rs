@@ -3,8 +3,7 @@
 use super::super::Notes;
 use super::super::exterior::exterior_faces;
 use super::super::netcdf::File;
-use super::blocks::{check_number, indices};
-use super::names::{Named, named};
+use super::blocks::{Named, check_number, indices, named};
 use super::sides::{Faces, group};
 use crate::mesh::{CellKind, Cells, Group, too_many};
 use azimesh_core::diagnostic::formats::NotKept;

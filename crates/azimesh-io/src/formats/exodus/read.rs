@@ -2,12 +2,10 @@
 
 use super::super::netcdf::{File, Variable};
 use super::super::{Notes, ReadOptions, Source};
-use super::{blocks, node_sets, sides, step, variables};
+use super::{blocks, node_sets, sides, variables};
 use crate::mesh::{BoundedCells, Cells, Mesh, too_many};
 use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel::{BLOCK, for_blocks};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether a netCDF file is one of Exodus.
 pub(super) fn is_exodus(file: &File) -> bool {
@@ -26,7 +24,7 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
         .dataset("num_dim"));
     }
     refuse_piece(&file)?;
-    let step = step::choose(&file, options.step)?;
+    let step = choose_step(&file, options.step)?;
     let points = nodes(&file)?;
     let n_nodes = points.len();
     let n_coordinates = file.length("num_dim")?.unwrap_or(3);
@@ -121,19 +119,7 @@ fn put(
         )));
     }
     points.resize(n, [0.0; 3]);
-    let all_finite = AtomicBool::new(true);
-    for_blocks(points, BLOCK, &|first, points| {
-        let mut reals = [0.0; BLOCK];
-        let reals = &mut reals[..points.len()];
-        chunk.part(first..first + points.len()).few_reals(reals);
-        for (point, real) in points.iter_mut().zip(&*reals) {
-            point[axis] = *real;
-        }
-        if !reals.iter().all(|x| x.is_finite()) {
-            all_finite.store(false, Ordering::Relaxed);
-        }
-    });
-    if all_finite.into_inner() {
+    if chunk.axis(axis, points) {
         return Ok(());
     }
     let at = points.iter().position(|point| !point[axis].is_finite());
@@ -171,4 +157,25 @@ fn say_what_is_left(file: &File, notes: &mut Notes) -> Result<()> {
     let what = "attributes of element blocks".to_owned();
     notes.count(n, |n| NotKept::Nodes { what, n });
     Ok(())
+}
+
+/// Variable of the times.
+const TIMES: &str = "time_whole";
+
+/// Times of the steps; none where the file has no results.
+pub(super) fn times(file: &File) -> Result<Vec<f64>> {
+    file.variable(TIMES)?
+        .map_or(Ok(Vec::new()), |times| times.reals())
+}
+
+/// The step that is read: the one asked for, else the last; `None` where there are no times.
+fn choose_step(file: &File, asked: Option<usize>) -> Result<Option<usize>> {
+    let n = times(file)?.len();
+    let message = match asked {
+        Some(step) if step < n.max(1) => return Ok(asked.filter(|_| n > 0)),
+        None => return Ok(n.checked_sub(1)),
+        Some(step) if n <= 1 => format!("there is no step {step}: the file holds one mesh"),
+        Some(step) => format!("there is no step {step}: the file has steps 0 to {}", n - 1),
+    };
+    Err(Error::input(message).dataset(TIMES))
 }

@@ -2,9 +2,8 @@
 
 use super::super::Notes;
 use super::super::netcdf::{File, Variable};
-use super::blocks::{Block, check_number, check_room};
+use super::blocks::{Block, Named, check_number, check_room, named};
 use super::element::Side;
-use super::names::{Named, named};
 use crate::mesh::sides::{for_each_side, side};
 use crate::mesh::{CellKind, CellRef, Cells, Group};
 use azimesh_core::error::Result;

@@ -3,7 +3,7 @@
 use super::super::Notes;
 use super::super::netcdf::{File, Variable};
 use super::blocks::Block;
-use super::names::lines;
+use super::blocks::lines;
 use super::sides::Faces;
 use crate::mesh::{DataArray, Values};
 use azimesh_core::error::Result;

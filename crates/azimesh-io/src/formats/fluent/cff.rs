@@ -1,13 +1,15 @@
 //! Files in HDF5 (`.cas.h5`, `.msh.h5`): the group `meshes`, with the same zones, faces and cells as [`Content`].
 
-use super::content::{CellZone, Content, FaceList, FaceZone, NONE, Named, Place, check_cover};
-use super::kinds::{self, INACTIVE};
-use super::read::zones;
+use super::content::{CellZone, Content, FaceList, FaceZone, INACTIVE, NONE, Named, check_cover};
+use super::content::{kind_of_cells, kind_of_faces};
+use super::numbers::TOO_MANY_NODES;
+use super::sections::zones;
 use crate::formats::hdf5::{Dataset, File, Group, is_hdf5};
+use crate::formats::number::Chunk;
 use crate::formats::{Notes, Source};
 use crate::mesh::Values;
 use azimesh_core::diagnostic::formats::NotKept;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Position, Result};
 use std::ops::Range;
 
 /// Name of the group that holds meshes.
@@ -41,7 +43,7 @@ pub(super) fn read(source: &Source, notes: &mut Notes) -> Result<Content> {
     }
     let mesh = all.swap_remove(0);
     let mut content = Content {
-        dimension: match number(&mesh, "dimension")? {
+        dimension: match number(mesh.attribute("dimension")?) {
             Some(2) => 2,
             Some(3) | None => 3,
             Some(other) => {
@@ -71,25 +73,19 @@ fn need_group(group: &Group, name: &str) -> Result<Group> {
     found.ok_or_else(|| Error::input("the group is missing").dataset(name))
 }
 
-/// An attribute of one number.
-fn number(group: &Group, name: &str) -> Result<Option<i64>> {
-    let value = group
-        .attribute(name)?
-        .and_then(|values| values.to_integers());
-    Ok(value.and_then(|values| values.first().copied()))
+/// The first number of an attribute.
+fn number(attribute: Option<Values>) -> Option<i64> {
+    attribute?.to_integers()?.first().copied()
 }
 
 /// Attributes `minId` and `maxId`, as indices from 0.
 fn ids(read: impl Fn(&str) -> Result<Option<Values>>, of: &str) -> Result<Range<usize>> {
     let id = |name| -> Result<usize> {
-        let value = read(name)?.and_then(|values| values.to_integers());
-        let value = value.and_then(|values| values.first().copied());
-        let value = value.and_then(|value| usize::try_from(value).ok());
-        value
-            .filter(|value| *value <= NONE as usize)
-            .ok_or_else(|| {
-                Error::input(format!("the attribute {name} must be a number from 1 on")).dataset(of)
-            })
+        let value = number(read(name)?).and_then(|value| usize::try_from(value).ok());
+        let value = value.filter(|value| *value <= NONE as usize);
+        value.ok_or_else(|| {
+            Error::input(format!("the attribute {name} must be a number from 1 on")).dataset(of)
+        })
     };
     let (first, end) = (id("minId")?, id("maxId")?);
     match first.checked_sub(1).filter(|start| *start <= end) {
@@ -114,18 +110,25 @@ fn range_of(dataset: &Dataset, path: &str) -> Result<Range<usize>> {
 /// The values of a dataset as indices.
 fn indices(dataset: &Dataset, path: &str) -> Result<Vec<u32>> {
     let wrong = |what: String| Error::input(what).dataset(path);
-    match dataset.values()? {
-        Values::U32(values) => Ok(values),
-        values => {
-            let values = values
-                .to_integers()
-                .ok_or_else(|| wrong("its values must be integers".to_owned()))?;
-            let narrow = |value: &i64| {
-                u32::try_from(*value).map_err(|_| wrong(format!("{value} is no index of 32 bits")))
-            };
-            values.iter().map(narrow).collect()
-        }
-    }
+    let values = match dataset.values()? {
+        Values::U32(values) => return Ok(values),
+        values => values.to_integers(),
+    };
+    let values = values.ok_or_else(|| wrong("its values must be integers".to_owned()))?;
+    let narrow = |value: &i64| {
+        u32::try_from(*value).map_err(|_| wrong(format!("{value} is no index of 32 bits")))
+    };
+    values.iter().map(narrow).collect()
+}
+
+/// Checks that each of `n` items is in one range.
+fn cover(
+    ranges: impl Iterator<Item = Range<usize>>,
+    n: usize,
+    item: &str,
+    path: &str,
+) -> Result<()> {
+    check_cover(ranges, n, item).map_err(|(_, message)| Error::input(message).dataset(path))
 }
 
 fn points(mesh: &Group, dimension: u8) -> Result<Vec<[f64; 3]>> {
@@ -137,9 +140,8 @@ fn points(mesh: &Group, dimension: u8) -> Result<Vec<[f64; 3]>> {
         parts.push((range_of(&dataset, &path)?, dataset, path));
     }
     let n = parts.iter().map(|(range, ..)| range.end).max().unwrap_or(0);
-    let ranges = parts.iter().map(|(range, ..)| range.clone()).collect();
-    check_cover(ranges, n, "node")
-        .map_err(|found| Error::input(found.message).dataset(&path("")))?;
+    let ranges = parts.iter().map(|(range, ..)| range.clone());
+    cover(ranges, n, "node", &path(""))?;
     parts.sort_by_key(|(range, ..)| range.start);
     let mut points = Vec::new();
     for (range, dataset, path) in parts {
@@ -149,27 +151,19 @@ fn points(mesh: &Group, dimension: u8) -> Result<Vec<[f64; 3]>> {
                 format!("a node has {row} coordinates; the mesh has dimension {dimension}");
             return Err(Error::input(message).dataset(&path));
         }
-        let values = match dataset.values()? {
-            Values::F64(values) => values,
-            Values::F32(values) => values.into_iter().map(f64::from).collect(),
-            _ => {
-                return Err(
-                    Error::input("coordinates must be floating-point numbers").dataset(&path)
-                );
-            }
-        };
-        let wrong = values.iter().find(|x| !x.is_finite());
-        if let Some(x) = wrong {
-            return Err(
-                Error::input(format!("a coordinate is {x}, which is no number")).dataset(&path),
-            );
+        let values = dataset.values()?;
+        let reals = Chunk::of(&values).filter(|chunk| !chunk.element.is_integer());
+        let reals = reals.ok_or_else(|| {
+            Error::input("coordinates must be floating-point numbers").dataset(&path)
+        })?;
+        let own = reals.points(row);
+        drop(values);
+        if let Some(x) = own.as_flattened().iter().find(|x| !x.is_finite()) {
+            let message = format!("a coordinate is {x}, which is no number");
+            return Err(Error::input(message).dataset(&path));
         }
         points.reserve_exact(range.len());
-        points.extend(
-            values
-                .chunks_exact(row)
-                .map(|x| [x[0], x[1], x.get(2).copied().unwrap_or(0.0)]),
-        );
+        points.extend(own);
     }
     Ok(points)
 }
@@ -178,15 +172,16 @@ fn points(mesh: &Group, dimension: u8) -> Result<Vec<[f64; 3]>> {
 struct Topology {
     ids: Vec<u32>,
     items: Vec<Range<usize>>,
+    /// Number of cells or faces.
+    n: usize,
     /// Numbers of types; empty where the file has none.
     kinds: Vec<u32>,
     names: Vec<String>,
-    path: String,
 }
 
 impl Topology {
-    fn read(group: &Group, of: &str) -> Result<Self> {
-        let path = format!("meshes/1/{of}/zoneTopology");
+    fn read(group: &Group, item: &str) -> Result<Self> {
+        let path = format!("meshes/1/{item}s/zoneTopology");
         let group = need_group(group, "zoneTopology").map_err(|error| error.dataset(&path))?;
         let list = |name: &str| -> Result<Option<Vec<u32>>> {
             let dataset = group.dataset(name)?;
@@ -199,45 +194,41 @@ impl Topology {
             list(name)?.ok_or_else(missing)
         };
         let (ids, first, last) = (need("id")?, need("minId")?, need("maxId")?);
-        let names = match group
-            .dataset("name")?
-            .map(|names| names.values())
-            .transpose()?
-        {
+        let names = group.dataset("name")?.map(|names| names.values());
+        let names = match names.transpose()? {
             Some(Values::Text(texts)) => texts.join(";"),
             _ => String::new(),
         };
-        let names: Vec<String> = names.split(';').map(str::to_owned).collect();
         if first.len() != ids.len() || last.len() != ids.len() {
             return Err(Error::input("id, minId and maxId have different lengths").dataset(&path));
         }
-        let items = first
-            .iter()
-            .zip(&last)
-            .map(|(first, last)| match first.checked_sub(1) {
-                Some(start) if start <= *last => Ok(start as usize..*last as usize),
-                _ => {
-                    Err(Error::input(format!("a zone has items {first} to {last}")).dataset(&path))
-                }
-            });
+        let mut items = Vec::with_capacity(ids.len());
+        for (first, last) in first.into_iter().zip(last) {
+            let Some(start) = first.checked_sub(1).filter(|start| *start <= last) else {
+                let message = format!("a zone has items {first} to {last}");
+                return Err(Error::input(message).dataset(&path));
+            };
+            items.push(start as usize..last as usize);
+        }
+        let kinds = list("zoneType")?.unwrap_or_default();
+        let n = items.iter().map(|range| range.end).max().unwrap_or(0);
+        cover(items.iter().cloned(), n, item, &path)?;
         Ok(Self {
-            items: items.collect::<Result<_>>()?,
-            kinds: list("zoneType")?.unwrap_or_default(),
             ids,
-            names,
-            path,
+            items,
+            n,
+            kinds,
+            names: names.split(';').map(str::to_owned).collect(),
         })
     }
 
     /// Gives the zones their names, where the settings do not name them.
     fn name_all(&self, content: &mut Content, word: fn(u32) -> &'static str) {
         for (i, zone) in self.ids.iter().enumerate() {
-            let kind = self.kinds.get(i).map_or("", |kind| word(*kind));
-            let name = self.names.get(i).cloned().unwrap_or_default();
-            if !kind.is_empty() {
+            if let Some(kind) = self.kinds.get(i) {
                 content.names.entry(*zone).or_insert_with(|| Named {
-                    kind: kind.to_owned(),
-                    name,
+                    kind: word(*kind).to_owned(),
+                    name: self.names.get(i).cloned().unwrap_or_default(),
                 });
             }
         }
@@ -246,17 +237,9 @@ impl Topology {
 
 fn cells(mesh: &Group, content: &mut Content) -> Result<()> {
     let group = need_group(mesh, "cells")?;
-    let topology = Topology::read(&group, "cells")?;
-    topology.name_all(content, kinds::of_cells);
-    let n = topology
-        .items
-        .iter()
-        .map(|range| range.end)
-        .max()
-        .unwrap_or(0);
-    check_cover(topology.items.clone(), n, "cell")
-        .map_err(|found| Error::input(found.message).dataset(&topology.path))?;
-    content.n_cells = n;
+    let topology = Topology::read(&group, "cell")?;
+    topology.name_all(content, kind_of_cells);
+    content.n_cells = topology.n;
     for (i, (zone, cells)) in topology.ids.iter().zip(&topology.items).enumerate() {
         content.cells.push(CellZone {
             zone: *zone,
@@ -280,16 +263,9 @@ fn tree(group: &Group, path: &str) -> Result<Vec<Range<usize>>> {
 
 fn faces(mesh: &Group, content: &mut Content) -> Result<()> {
     let group = need_group(mesh, "faces")?;
-    let topology = Topology::read(&group, "faces")?;
-    topology.name_all(content, kinds::of_faces);
-    let n = topology
-        .items
-        .iter()
-        .map(|range| range.end)
-        .max()
-        .unwrap_or(0);
-    check_cover(topology.items.clone(), n, "face")
-        .map_err(|found| Error::input(found.message).dataset(&topology.path))?;
+    let topology = Topology::read(&group, "face")?;
+    topology.name_all(content, kind_of_faces);
+    let n = topology.n;
     content.refined_faces = tree(&group, "meshes/1/faces/tree")?;
     let (ends, nodes) = nodes(&group, n)?;
     let mut cells = vec![[NONE; 2]; n];
@@ -309,15 +285,15 @@ fn faces(mesh: &Group, content: &mut Content) -> Result<()> {
     }
     let mut order: Vec<usize> = (0..topology.ids.len()).collect();
     order.sort_by_key(|i| topology.items[*i].start);
+    let end_of = |n: usize| n.checked_sub(1).map_or(0, |last| ends[last]);
     for i in order {
         let items = topology.items[i].clone();
-        let start = items.start.checked_sub(1).map_or(0, |before| ends[before]);
-        let end = items.end.checked_sub(1).map_or(0, |last| ends[last]);
+        let (start, end) = (end_of(items.start), end_of(items.end));
         content.faces.push(FaceZone {
             zone: topology.ids[i],
             first: items.start,
             kind: topology.kinds.get(i).copied().unwrap_or(0),
-            place: Place::Dataset("meshes/1/faces".to_owned()),
+            place: Position::Dataset("meshes/1/faces".to_owned()),
             body: None,
             list: list(
                 &ends[items.clone()],
@@ -339,9 +315,10 @@ fn list(ends: &[u32], start: u32, nodes: &[u32], cells: &[[u32; 2]]) -> FaceList
             .all(|(i, end)| i * u64::from(size) == u64::from(end - start));
     FaceList {
         size: if is_regular { size as usize } else { 0 },
-        ends: match is_regular {
-            true => Vec::new(),
-            false => ends.iter().map(|end| end - start).collect(),
+        ends: if is_regular {
+            Vec::new()
+        } else {
+            ends.iter().map(|end| end - start).collect()
         },
         nodes: nodes.to_vec(),
         cells: cells.to_vec(),
@@ -356,9 +333,8 @@ fn nodes(faces: &Group, n: usize) -> Result<(Vec<u32>, Vec<u32>)> {
         let path = format!("meshes/1/faces/nodes/{}", section.name());
         sections.push((ids(|name| section.attribute(name), &path)?, section, path));
     }
-    let ranges = sections.iter().map(|(range, ..)| range.clone()).collect();
-    check_cover(ranges, n, "face")
-        .map_err(|found| Error::input(found.message).dataset("meshes/1/faces/nodes"))?;
+    let ranges = sections.iter().map(|(range, ..)| range.clone());
+    cover(ranges, n, "face", "meshes/1/faces/nodes")?;
     sections.sort_by_key(|(range, ..)| range.start);
     let (mut ends, mut nodes) = (Vec::new(), Vec::new());
     for (range, section, path) in sections {
@@ -376,9 +352,7 @@ fn nodes(faces: &Group, n: usize) -> Result<(Vec<u32>, Vec<u32>)> {
         }
         let mut end = nodes.len() as u64;
         if end + total > u64::from(u32::MAX) {
-            let message =
-                "the faces have more than 4294967295 nodes together, the most that are read";
-            return Err(Error::input(message).dataset(&path));
+            return Err(Error::input(TOO_MANY_NODES).dataset(&path));
         }
         ends.extend(counts.iter().map(|n| {
             end += u64::from(*n);

@@ -1,7 +1,7 @@
 //! The faces of all zones as one list, those between two cells first, and the cells that they bound.
 
-use super::content::{Content, FaceList, FaceZone, NONE};
-use super::kinds::{OVERLAP, PARENT};
+use super::content::{Content, FaceList, FaceZone, NONE, OVERLAP, PARENT};
+use super::numbers::TOO_MANY_NODES;
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::parallel::any;
 use std::ops::Range;
@@ -11,27 +11,14 @@ use std::ops::Range;
 pub(super) struct Joined {
     /// Faces between two cells, then those on the boundary.
     pub faces: FaceList,
-    /// Number of faces between two cells.
     pub n_inside: usize,
-    /// For each zone of the file, its faces: those on the boundary, and those between two cells.
+    /// For each zone of the file, its faces on the boundary, and between two cells.
     pub zones: Vec<[Range<usize>; 2]>,
     /// Number of faces that bound no cell.
     pub n_loose: usize,
-    /// Number of cells.
     pub n_cells: usize,
-    /// New numbers of cells, where some were left out: [`NONE`] for these.
+    /// New numbers of cells if some were left out: [`NONE`] for these.
     pub numbers: Option<Vec<u32>>,
-}
-
-/// What the faces of a zone are.
-#[derive(Clone, Copy, PartialEq)]
-enum Side {
-    /// All are between two cells.
-    Inside,
-    /// All are on the boundary.
-    Outside,
-    /// Some are left out, or of the other kind.
-    Mixed,
 }
 
 /// Joins the zones; `bytes` are those of the file.
@@ -51,21 +38,21 @@ pub(super) fn join(content: &mut Content, bytes: &[u8]) -> Result<Joined> {
         refined: merged(content.refined_faces.clone()),
     };
     let is_whole = numbers.is_none() && kept.refined.is_empty();
-    let sides = content.faces.iter().map(|zone| match is_whole {
-        true => side(&zone.list),
-        false => Side::Mixed,
-    });
-    let sides: Vec<Side> = sides.collect();
-    for (inside, wanted) in [(true, Side::Inside), (false, Side::Outside)] {
+    let sides = content
+        .faces
+        .iter()
+        .map(|zone| all_inside(&zone.list).filter(|_| is_whole));
+    let sides: Vec<Option<bool>> = sides.collect();
+    for inside in [true, false] {
         for (i, zone) in content.faces.iter_mut().enumerate() {
             let first = joined.faces.len();
             if zone.kind == PARENT || zone.kind >= OVERLAP {
                 continue;
             }
-            if sides[i] == wanted {
-                joined.take(&mut zone.list, wanted);
-            } else if sides[i] == Side::Mixed {
-                joined.take_some(zone, &kept, inside);
+            match sides[i] {
+                None => joined.take_some(zone, &kept, inside),
+                Some(all) if all == inside => joined.take(&mut zone.list, inside),
+                Some(_) => {}
             }
             joined.zones[i][usize::from(inside)] = first..joined.faces.len();
         }
@@ -78,7 +65,7 @@ pub(super) fn join(content: &mut Content, bytes: &[u8]) -> Result<Joined> {
     Ok(joined)
 }
 
-/// Which faces are left out, and the numbers of cells.
+/// Faces that are left out, and the numbers of cells.
 struct Kept<'a> {
     /// New numbers of cells.
     numbers: Option<&'a [u32]>,
@@ -104,7 +91,7 @@ impl Kept<'_> {
     }
 }
 
-/// The same items in ranges that ascend and are apart.
+/// The same items in ascending disjoint ranges.
 fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     ranges.sort_by_key(|range| range.start);
     let mut merged: Vec<Range<usize>> = Vec::new();
@@ -119,19 +106,18 @@ fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
 
 /// Checks that faces have enough nodes, and edges two.
 fn check_sizes(faces: &FaceList, dimension: u8) -> Result<()> {
-    let is_wrong = |size: usize| match dimension {
-        2 => size != 2,
-        _ => size < 3,
-    };
+    let is_plane = dimension == 2;
+    let is_wrong = |size: usize| if is_plane { size != 2 } else { size < 3 };
     if faces.size != 0 && !is_wrong(faces.size) {
         return Ok(());
     }
     let Some(face) = (0..faces.len()).find(|face| is_wrong(faces.range(*face).len())) else {
         return Ok(());
     };
-    let wanted = match dimension {
-        2 => "in a plane mesh it has 2",
-        _ => "it must have at least 3",
+    let wanted = if is_plane {
+        "in a plane mesh it has 2"
+    } else {
+        "it must have at least 3"
     };
     Err(Error::input(format!(
         "a face of cell {} has {}; {wanted}",
@@ -142,10 +128,11 @@ fn check_sizes(faces: &FaceList, dimension: u8) -> Result<()> {
 
 impl Joined {
     /// Takes over all faces of a zone.
-    fn take(&mut self, list: &mut FaceList, side: Side) {
+    fn take(&mut self, list: &mut FaceList, inside: bool) {
         let mut list = std::mem::take(list);
-        if side == Side::Outside {
-            turn_out(&mut list);
+        for face in 0..if inside { 0 } else { list.len() } {
+            let range = list.range(face);
+            turn(&mut list.nodes[range], &mut list.cells[face]);
         }
         let own = &mut self.faces;
         if own.cells.is_empty() {
@@ -168,7 +155,7 @@ impl Joined {
             let Some(cells) = kept.cells(zone, face) else {
                 continue;
             };
-            match cells.iter().filter(|cell| **cell != NONE).count() {
+            match n_cells(&cells) {
                 0 if inside => self.n_loose += 1,
                 2 if inside => self.push(zone.list.nodes(face), cells),
                 1 if !inside => self.push(zone.list.nodes(face), cells),
@@ -190,11 +177,8 @@ impl Joined {
         if own.size == 0 {
             own.ends.push(own.nodes.len() as u32);
         }
-        if cells[0] == NONE || cells[1] == NONE {
-            turn(
-                &mut own.nodes[start..],
-                own.cells.last_mut().expect("it was pushed"),
-            );
+        if let Some(cells) = own.cells.last_mut().filter(|cells| cells[0] == NONE) {
+            turn(&mut own.nodes[start..], cells);
         }
     }
 }
@@ -211,14 +195,7 @@ impl FaceList {
     }
 }
 
-/// Turns faces on the boundary so that their cell comes first: in 3D they point into it, in 2D it is on the left.
-fn turn_out(list: &mut FaceList) {
-    for face in 0..list.len() {
-        let range = list.range(face);
-        turn(&mut list.nodes[range], &mut list.cells[face]);
-    }
-}
-
+/// Turns a face on the boundary so that its cell comes first: in 3D it points into it, in 2D it is on the left.
 fn turn(nodes: &mut [u32], cells: &mut [u32; 2]) {
     if cells[0] == NONE {
         cells.swap(0, 1);
@@ -226,20 +203,15 @@ fn turn(nodes: &mut [u32], cells: &mut [u32; 2]) {
     }
 }
 
-/// Which side all faces are of.
-fn side(list: &FaceList) -> Side {
-    let n_of = |face: usize| {
-        list.cells[face]
-            .iter()
-            .filter(|cell| **cell != NONE)
-            .count()
-    };
-    let is_all = |n: usize| list.len() > 0 && !any(list.len(), |face| n_of(face) != n);
-    match list.len().checked_sub(1).map(n_of) {
-        Some(2) if is_all(2) => Side::Inside,
-        Some(1) if is_all(1) => Side::Outside,
-        _ => Side::Mixed,
-    }
+fn n_cells(cells: &[u32; 2]) -> usize {
+    cells.iter().filter(|cell| **cell != NONE).count()
+}
+
+/// Whether all faces are between two cells, or else all on the boundary; `None` if some are of another kind.
+fn all_inside(list: &FaceList) -> Option<bool> {
+    let n = n_cells(list.cells.first()?);
+    let is_mixed = n == 0 || any(list.len(), |face| n_cells(&list.cells[face]) != n);
+    (!is_mixed).then_some(n == 2)
 }
 
 /// Checks that nodes and cells of faces are there.
@@ -247,9 +219,7 @@ fn check(content: &Content, bytes: &[u8]) -> Result<()> {
     let (n_points, n_cells) = (content.points.len() as u32, content.n_cells as u32);
     let total: usize = content.faces.iter().map(|zone| zone.list.nodes.len()).sum();
     if total > u32::MAX as usize {
-        return Err(Error::input(
-            "the faces have more than 4294967295 nodes together, the most that are read",
-        ));
+        return Err(Error::input(TOO_MANY_NODES));
     }
     if content.points.len() >= NONE as usize {
         return Err(Error::input(crate::mesh::too_many("nodes")));
@@ -262,12 +232,10 @@ fn check(content: &Content, bytes: &[u8]) -> Result<()> {
         {
             let face = (0..list.len()).find(|face| list.range(*face).contains(&i));
             let face = face.unwrap_or(0);
-            let place = zone.place_of(bytes, face, i - list.range(face).start);
-            return Err(place.error(format!(
-                "face {} has node {}, but the mesh has {n_points} nodes, counted from 1",
-                zone.first + face + 1,
-                list.nodes[i].wrapping_add(1)
-            )));
+            let node = list.nodes[i].wrapping_add(1);
+            let message =
+                format!("has node {node}, but the mesh has {n_points} nodes, counted from 1");
+            return Err(zone.error(bytes, face, i - list.range(face).start, &message));
         }
         let is_wrong = |face: usize| {
             let [a, b] = list.cells[face];
@@ -278,35 +246,35 @@ fn check(content: &Content, bytes: &[u8]) -> Result<()> {
             && let Some(face) = (0..list.len()).find(|face| is_wrong(*face))
         {
             let [a, b] = list.cells[face].map(|cell| cell.wrapping_add(1));
-            let message = match a == b {
-                true => format!("has cell {a} on both sides"),
-                false => format!(
-                    "has cells {a} and {b}, but the mesh has {n_cells} cells, counted from 1"
-                ),
+            let message = if a == b {
+                format!("has cell {a} on both sides")
+            } else {
+                format!("has cells {a} and {b}, but the mesh has {n_cells} cells, counted from 1")
             };
-            let place = zone.place_of(bytes, face, list.range(face).len());
-            return Err(place.error(format!("face {} {message}", zone.first + face + 1)));
+            return Err(zone.error(bytes, face, list.range(face).len(), &message));
         }
     }
     Ok(())
 }
 
+/// Refuses more cells than faces can bound.
+pub(super) fn too_many_cells(n_cells: usize, n_faces: usize) -> Error {
+    Error::input(format!(
+        "the file says that it has {n_cells} cells, too many for its {n_faces} faces"
+    ))
+}
+
 /// New numbers of cells where refined ones are left out.
 fn numbers(content: &Content) -> Result<Option<Vec<u32>>> {
     let inactive = content.cells.iter().filter(|zone| !zone.is_active);
-    let inactive = inactive.map(|zone| zone.cells.clone());
-    let gone: Vec<_> = inactive
-        .chain(content.refined_cells.iter().cloned())
-        .collect();
+    let inactive = inactive.map(|zone| &zone.cells);
+    let gone: Vec<_> = inactive.chain(&content.refined_cells).cloned().collect();
     if gone.is_empty() {
         return Ok(None);
     }
     let n_sides: usize = content.faces.iter().map(|zone| 2 * zone.list.len()).sum();
     if content.n_cells > n_sides {
-        return Err(super::assemble::too_many_cells(
-            content.n_cells,
-            n_sides / 2,
-        ));
+        return Err(too_many_cells(content.n_cells, n_sides / 2));
     }
     let mut numbers = vec![0; content.n_cells];
     for cells in merged(gone) {

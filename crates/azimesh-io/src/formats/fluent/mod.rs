@@ -17,24 +17,19 @@
 //! Parts of the module:
 //!
 //! ```text
-//! scan         sections in parentheses, one after another
-//! text, binary the numbers of a section, on all threads
-//! read         sections -> content; cff: HDF5 -> content
-//! content      what all these files hold: nodes, zones of faces with their two cells, zones of cells; kinds: their types
-//! join         faces of all zones as one list; what was refined is left out
-//! assemble     content -> a mesh, its cells by `by_faces` in 3D and by plane in 2D
+//! sections   files of sections -> content; numbers: nodes and faces of a section, text or binary
+//! cff        HDF5 -> content
+//! content    contents of all these files: nodes, zones of faces with their two cells, zones of cells, their types
+//! join       faces of all zones as one list, without those that were refined
+//! assemble   content -> a mesh, its cells by `by_faces` in 3D and by their edges in 2D
 //! ```
 
 mod assemble;
-mod binary;
 mod cff;
 mod content;
 mod join;
-mod kinds;
-mod plane;
-mod read;
-mod scan;
-mod text;
+mod numbers;
+mod sections;
 
 use super::Format;
 
@@ -45,14 +40,15 @@ pub static FLUENT: Format = Format {
     extensions: &["cas", "cas.h5", "msh.h5"],
     lists_faces_again: false,
     detect: |source| is_text(source.bytes()) || cff::is_of_fluent(source),
-    title_of: Some(|head| match is_text(head) {
-        true => "Fluent mesh or case".to_owned(),
-        false => "Fluent mesh or case in HDF5".to_owned(),
+    title_of: Some(|head| {
+        let storage = if is_text(head) { "" } else { " in HDF5" };
+        format!("Fluent mesh or case{storage}")
     }),
     read: |source, _, notes| {
-        let content = match super::hdf5::is_hdf5(source.bytes()) {
-            true => cff::read(source, notes)?,
-            false => read::read(source.bytes(), notes)?,
+        let content = if super::hdf5::is_hdf5(source.bytes()) {
+            cff::read(source, notes)?
+        } else {
+            sections::read(source.bytes(), notes)?
         };
         assemble::mesh(content, source.bytes(), notes).map_err(|error| error.dataset("faces"))
     },

@@ -1,7 +1,7 @@
 //! `$NodeData` and `$ElementData`: values at nodes and elements, as arrays of the mesh.
 
-use super::super::lexer::{Fields, Lines, shown};
 use super::super::names::{Places, text_of};
+use super::super::tokens::{Lines, Tokens, shown};
 use super::super::{Notes, ReadOptions};
 use super::index::Index;
 use super::stream::{Binary, Stream};
@@ -12,35 +12,11 @@ use azimesh_core::error::{Error, Result};
 /// More components than any field has.
 pub(super) const MOST_COMPONENTS: usize = 100;
 
-/// The items that values belong to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum DataOwner {
-    Nodes,
-    Elements,
-}
-
-impl DataOwner {
-    /// The kind of the section with this name.
-    pub fn of(section: &[u8]) -> Option<Self> {
-        match section {
-            b"NodeData" => Some(Self::Nodes),
-            b"ElementData" => Some(Self::Elements),
-            _ => None,
-        }
-    }
-
-    fn items(self) -> &'static str {
-        match self {
-            Self::Nodes => "nodes",
-            Self::Elements => "elements",
-        }
-    }
-}
-
 /// A section of data.
 #[derive(Debug)]
 pub(super) struct Data<'a> {
-    kind: DataOwner,
+    /// `false` for values of elements.
+    at_nodes: bool,
     name: String,
     time: f64,
     n_components: usize,
@@ -55,9 +31,18 @@ enum Rows<'a> {
 }
 
 impl<'a> Data<'a> {
-    /// Reads a section: a name, a time, three integers or more (step, components, number of values),
-    /// each list after its length, then the values. All but the values is text in binary files too.
-    pub fn read(stream: &mut Stream<'a>, kind: DataOwner, notes: &mut Notes) -> Result<Self> {
+    /// Reads a section, if it is one of data: a name, a time, three integers or more (step, components,
+    /// number of values), each list after its length, then the values. Only the values are binary.
+    pub fn read(
+        section: &[u8],
+        stream: &mut Stream<'a>,
+        notes: &mut Notes,
+    ) -> Result<Option<Self>> {
+        let at_nodes = match section {
+            b"NodeData" => true,
+            b"ElementData" => false,
+            _ => return Ok(None),
+        };
         let mut name = String::new();
         for i in 0..length(stream, "the number of string tags")? {
             let line = stream.text.line();
@@ -91,20 +76,18 @@ impl<'a> Data<'a> {
         let rows = match stream.binary {
             Some(binary) => {
                 stream.pass_line_end();
-                Rows::Binary(
-                    binary,
-                    stream.take(n_rows, 4 + 8 * n_components, "the values")?,
-                )
+                let bytes = stream.take(n_rows, 4 + 8 * n_components, "the values")?;
+                Rows::Binary(binary, bytes)
             }
-            None => Rows::Text(stream.lines(n_rows, "the values")?),
+            None => Rows::Text(stream.text.take_lines(n_rows, "the values")?),
         };
-        Ok(Self {
-            kind,
+        Ok(Some(Self {
+            at_nodes,
             name,
             time,
             n_components,
             rows,
-        })
+        }))
     }
 
     /// Puts the values where they belong; returns how many belong to nothing in the mesh.
@@ -113,18 +96,15 @@ impl<'a> Data<'a> {
         let mut n_lost = 0;
         self.for_each_row(|tag, row| match index.get(tag) {
             Some(i) => {
-                let place = &mut values[i as usize * n..][..n];
-                place
-                    .iter_mut()
-                    .zip(row)
-                    .for_each(|(to, value)| *to = value);
+                let place = values[i as usize * n..][..n].iter_mut();
+                place.zip(row).for_each(|(to, value)| *to = value);
             }
             None => n_lost += 1,
         })?;
         Ok(n_lost)
     }
 
-    /// Whether it has another value at some place than the array has already.
+    /// Checks if a value differs from one that the array has already.
     fn contradicts(&self, index: &Index, values: &[f64]) -> Result<bool> {
         let n = self.n_components;
         let mut is_other = false;
@@ -139,7 +119,7 @@ impl<'a> Data<'a> {
         Ok(is_other)
     }
 
-    /// Hands the tag and the values of each row to `put`.
+    /// Passes the tag and the values of each row to `put`.
     fn for_each_row(&self, mut put: impl FnMut(i64, &mut dyn Iterator<Item = f64>)) -> Result<()> {
         let n = self.n_components;
         match &self.rows {
@@ -174,7 +154,7 @@ fn length(stream: &mut Stream, what: &str) -> Result<usize> {
 }
 
 /// A value, which may be infinite or no number, unlike a coordinate.
-fn value(line: &mut Fields) -> Result<f64> {
+fn value(line: &mut Tokens) -> Result<f64> {
     let word = line.word().unwrap_or_default();
     fast_float2::parse(word).map_err(|_| {
         let found = shown(word);
@@ -198,17 +178,16 @@ fn by_array<'d, 'a>(data: &'d [Data<'a>]) -> Vec<Vec<&'d Data<'a>>> {
     let mut places = Places::default();
     let mut arrays = Vec::new();
     for one in data {
-        let key = (one.kind, &*one.name);
+        let key = (one.at_nodes, &*one.name);
         places.entry(key, &mut arrays, Vec::new).push(one);
     }
     arrays
 }
 
-/// Adds the arrays of the step in `options`, by default the last.
+/// Adds the arrays of the step in `options`, by default the last. Elements without tags count from 1.
 pub(super) fn add(
     data: &[Data],
-    nodes: &Index,
-    elements: Option<&[i64]>,
+    (nodes, elements): (&Index, Option<&[i64]>),
     mesh: &mut Mesh,
     options: &ReadOptions,
     notes: &mut Notes,
@@ -222,37 +201,29 @@ pub(super) fn add(
         }),
         Some(numbers) => Index::new(numbers, "element"),
     };
-    for all in by_array(data) {
-        let one = all[0];
-        let time = all
-            .iter()
-            .map(|data| data.time)
-            .filter(|time| *time <= until || times.is_empty());
-        let Some(time) = time.max_by(f64::total_cmp) else {
+    for mut all in by_array(data) {
+        all.retain(|data| data.time <= until || times.is_empty());
+        let Some(time) = all.iter().map(|data| data.time).max_by(f64::total_cmp) else {
             continue;
         };
-        let now: Vec<&Data> = all.into_iter().filter(|data| data.time == time).collect();
-        let (index, n) = match (one.kind, &elements) {
-            (DataOwner::Nodes, _) => (nodes, mesh.points.len()),
-            (DataOwner::Elements, Ok(index)) => (index, mesh.cells.len()),
-            (DataOwner::Elements, Err(error)) => {
+        all.retain(|data| data.time == time);
+        let (index, n, added) = match &elements {
+            _ if all[0].at_nodes => (nodes, mesh.points.len(), &mut mesh.point_arrays),
+            Ok(index) => (index, mesh.cells.len(), &mut mesh.cell_arrays),
+            Err(error) => {
                 notes.push(ArrayRead::WithoutElements {
-                    name: one.name.clone(),
+                    name: all[0].name.clone(),
                     error: error.to_string(),
                 });
                 continue;
             }
         };
-        let arrays = arrays(&now, index, n, notes)?;
-        match one.kind {
-            DataOwner::Nodes => mesh.point_arrays.extend(arrays),
-            DataOwner::Elements => mesh.cell_arrays.extend(arrays),
-        }
+        added.extend(arrays(&all, index, n, notes)?);
     }
     Ok(())
 }
 
-/// The time up to which data are read: that of the step, or no limit.
+/// The time up to which data are read: the time of the step, or no limit.
 fn last_time(times: &[f64], step: Option<usize>) -> Result<f64> {
     let Some(step) = step.filter(|_| !times.is_empty()) else {
         return Ok(f64::INFINITY);
@@ -265,35 +236,30 @@ fn last_time(times: &[f64], step: Option<usize>) -> Result<f64> {
     })
 }
 
-/// The array of the sections of one name and time; the parts of a partitioned mesh each have one. Those
-/// that contradict one another are several arrays.
+/// The array of the sections of one name and time; the parts of a partitioned mesh each have one.
+/// Sections that contradict one another are several arrays.
 fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<Vec<DataArray>> {
-    let first = data[0];
-    let (name, what) = (&first.name, first.kind.items());
-    if data
-        .iter()
-        .any(|data| data.n_components != first.n_components)
-    {
+    let Data {
+        name, n_components, ..
+    } = data[0];
+    let (n_components, what) = (*n_components, items(data[0].at_nodes));
+    if data.iter().any(|data| data.n_components != n_components) {
         notes.push(ArrayRead::ComponentsDiffer {
             name: name.clone(),
             what,
         });
         return Ok(Vec::new());
     }
-    let n_components = first.n_components;
     let mut arrays: Vec<Vec<f64>> = Vec::new();
     let mut n_lost = 0;
     for data in data {
-        let mut fitting = None;
-        for (at, values) in arrays.iter().enumerate() {
-            if fitting.is_none() && !data.contradicts(index, values)? {
-                fitting = Some(at);
-            }
+        let mut at = 0;
+        while at < arrays.len() && data.contradicts(index, &arrays[at])? {
+            at += 1;
         }
-        let at = fitting.unwrap_or_else(|| {
+        if at == arrays.len() {
             arrays.push(vec![f64::NAN; n * n_components]);
-            arrays.len() - 1
-        });
+        }
         n_lost += data.fill(index, &mut arrays[at])?;
     }
     notes.count(n_lost, |n| ArrayRead::ValuesElsewhere {
@@ -305,27 +271,24 @@ fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<
     Ok(arrays.into_iter().map(array).collect())
 }
 
+fn items(at_nodes: bool) -> &'static str {
+    if at_nodes { "nodes" } else { "elements" }
+}
+
 /// Notes where data have no value at nodes or elements of the mesh.
 pub(super) fn note_missing(mesh: &Mesh, notes: &mut Notes) {
-    let of_nodes = mesh
-        .point_arrays
-        .iter()
-        .map(|array| (array, DataOwner::Nodes));
-    let of_elements = mesh
-        .cell_arrays
-        .iter()
-        .map(|array| (array, DataOwner::Elements));
-    for (array, kind) in of_nodes.chain(of_elements) {
+    let of_nodes = mesh.point_arrays.iter().map(|array| (array, true));
+    let of_elements = mesh.cell_arrays.iter().map(|array| (array, false));
+    for (array, at_nodes) in of_nodes.chain(of_elements) {
         let Values::F64(values) = &array.values else {
             continue;
         };
         let rows = values.chunks_exact(array.n_components);
         let of = rows.len();
         let missing = rows.filter(|row| row.iter().all(|value| value.is_nan()));
-        let missing = missing.count();
-        notes.count(missing, |n| ArrayRead::ValuesMissing {
+        notes.count(missing.count(), |n| ArrayRead::ValuesMissing {
             name: array.name.clone(),
-            what: kind.items(),
+            what: items(at_nodes),
             n,
             of,
         });

@@ -1,20 +1,112 @@
-//! Converts tags of elements to named groups of the mesh, and to arrays where groups do not suffice; finds the
-//! groups of each cell when writing.
+//! Physical groups and entities: read from their sections, and made groups and arrays of the mesh from
+//! the tags of its elements. Finds the groups of each cell when writing.
 
 use super::super::Notes;
 use super::super::names::text_of;
-use super::entities::Entities;
-use super::nodes::count;
-use super::stream::Stream;
+use super::stream::{Stream, Version};
 use crate::mesh::{CellSet, DataArray, Group, Mesh, MeshView, Values};
 use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::Result;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+/// Dimension and tag of an entity or a physical group.
+type Key = (u8, i32);
+
+/// Physical groups and parents of the entities.
+#[derive(Debug, Default)]
+pub(super) struct Entities {
+    /// Set where the file has them.
+    pub are_known: bool,
+    /// Physical groups of the entities that are in any.
+    pub physicals: BTreeMap<Key, Vec<i32>>,
+    /// For an entity of a partition the entity of its dimension that it is a part of, and the first
+    /// of its partitions.
+    parts: BTreeMap<Key, (i32, i32)>,
+}
+
+impl Entities {
+    /// Reads `$Entities` or `$PartitionedEntities` of version 4.
+    pub fn read(&mut self, stream: &mut Stream, partitioned: bool) -> Result<()> {
+        self.are_known = true;
+        if partitioned {
+            stream.size("the number of partitions")?;
+            for _ in 0..stream.size("the number of ghost entities")? {
+                stream.int("the tag of a ghost entity")?;
+                stream.int("the partition of a ghost entity")?;
+            }
+        }
+        let mut counts = [0; 4];
+        let items = ["points", "curves", "surfaces", "volumes"];
+        for (count, item) in counts.iter_mut().zip(items) {
+            *count = stream.size(&format!("the number of {item}"))?;
+        }
+        for (dimension, n) in (0..).zip(counts) {
+            for _ in 0..n {
+                self.read_entity(stream, dimension, partitioned)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads tag, parent, position or box, physical groups and boundary of one entity.
+    fn read_entity(&mut self, stream: &mut Stream, dimension: u8, partitioned: bool) -> Result<()> {
+        let key = (dimension, stream.int("the tag of an entity")?);
+        let mut part = None;
+        if partitioned {
+            let parent_dimension = stream.int("the dimension of a parent entity")?;
+            let parent = stream.int("the tag of a parent entity")?;
+            let partitions = ints(stream, "the number of partitions", "a partition")?;
+            let first = partitions.first().copied().unwrap_or(0);
+            part = (parent_dimension == i32::from(dimension)).then_some((parent, first));
+        }
+        let is_position = dimension == 0 && stream.version == Version::V41;
+        for _ in 0..if is_position { 3 } else { 6 } {
+            stream.real("a bound of an entity")?;
+        }
+        let groups = ints(stream, "the number of physical groups", "a physical group")?;
+        if dimension > 0 {
+            ints(
+                stream,
+                "the number of bounding entities",
+                "a bounding entity",
+            )?;
+        }
+        let (mut kept, mut seen) = (Vec::new(), BTreeSet::new());
+        for group in groups {
+            // A negative group holds the entity with its orientation reversed.
+            let group = group
+                .checked_abs()
+                .ok_or_else(|| stream.error(format!("physical group {group} is out of range")))?;
+            if seen.insert(group) {
+                kept.push(group);
+            }
+        }
+        if !kept.is_empty() {
+            self.physicals.insert(key, kept);
+        }
+        if let Some(part) = part {
+            self.parts.insert(key, part);
+            if let Some(groups) = self.physicals.get(&(dimension, part.0)).cloned() {
+                self.physicals.entry(key).or_insert(groups);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads a list of integers after its length.
+fn ints(stream: &mut Stream, count: &str, what: &str) -> Result<Vec<i32>> {
+    let mut ints = Vec::new();
+    for _ in 0..stream.size(count)? {
+        ints.push(stream.int(what)?);
+    }
+    Ok(ints)
+}
+
 /// Cells by dimension and tag.
 #[derive(Debug, Default)]
-pub(super) struct Tagged(BTreeMap<(u8, i32), CellSet>);
+pub(super) struct Tagged(BTreeMap<Key, CellSet>);
 
 impl Tagged {
     /// Adds cells above all that were added before.
@@ -23,51 +115,36 @@ impl Tagged {
         set.push_range(cells);
     }
 
-    /// Whether no cell has a tag.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     /// Cells by physical group, from cells by entity.
     pub fn physical(&self, entities: &Entities) -> Self {
-        self.renamed(|key| match entities.physicals.get(&key) {
-            Some(numbers) => numbers,
-            None => &[],
+        self.renamed(|key| entities.physicals.get(&key).into_iter().flatten().copied())
+    }
+
+    /// Cells by whole entity and by partition, from cells by entity or part of one; `None` where no
+    /// entity is a part.
+    pub fn of_parts(&self, entities: &Entities) -> Option<(Self, Self)> {
+        let part = |key: Key| entities.parts.get(&key);
+        (!entities.parts.is_empty()).then(|| {
+            (
+                self.renamed(|key| [part(key).map_or(key.1, |part| part.0)]),
+                self.renamed(|key| part(key).map(|part| part.1)),
+            )
         })
     }
 
-    /// Cells by whole entity and by partition, from cells by entity or part of one.
-    pub fn of_parts(self, entities: &Entities) -> (Self, Self) {
-        if entities.parts.is_empty() {
-            return (self, Self::default());
-        }
-        let parent = |key: (u8, i32)| entities.parts.get(&key).map_or(key.1, |part| part.0);
-        let partition = |key: (u8, i32)| entities.parts.get(&key).map(|part| part.1);
-        let tags: BTreeMap<(u8, i32), [i32; 1]> =
-            self.0.keys().map(|&key| (key, [parent(key)])).collect();
-        let partitions: BTreeMap<(u8, i32), Option<i32>> =
-            self.0.keys().map(|&key| (key, partition(key))).collect();
-        (
-            self.renamed(|key| &tags[&key]),
-            self.renamed(|key| partitions[&key].as_slice()),
-        )
-    }
-
-    /// The cells by the tags that `names` gives for each key.
-    fn renamed<'a>(&self, names: impl Fn((u8, i32)) -> &'a [i32]) -> Self {
-        let mut ranges: BTreeMap<(u8, i32), Vec<Range<usize>>> = BTreeMap::new();
+    /// The cells by the tags that replace each key's.
+    fn renamed<T: IntoIterator<Item = i32>>(&self, tags: impl Fn(Key) -> T) -> Self {
+        let mut ranges: BTreeMap<Key, Vec<Range<usize>>> = BTreeMap::new();
         for (&key, cells) in &self.0 {
-            for &number in names(key) {
-                let group = ranges.entry((key.0, number)).or_default();
-                group.extend(cells.ranges());
+            for tag in tags(key) {
+                let of_tag = ranges.entry((key.0, tag)).or_default();
+                of_tag.extend(cells.ranges());
             }
         }
         let sets = ranges.into_iter().map(|(key, mut ranges)| {
             ranges.sort_unstable_by_key(|range| range.start);
             let mut set = CellSet::new();
-            for range in ranges {
-                set.push_range(range);
-            }
+            ranges.into_iter().for_each(|range| set.push_range(range));
             (key, set)
         });
         Self(sets.collect())
@@ -89,7 +166,7 @@ impl Tagged {
 /// more than one.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
-    first: BTreeMap<(u8, i32), i32>,
+    first: BTreeMap<Key, i32>,
     dimensions: BTreeSet<u8>,
 }
 
@@ -109,18 +186,12 @@ impl Shared {
     }
 }
 
-/// A line of `$PhysicalNames`.
-#[derive(Debug)]
-pub(super) struct PhysicalName {
-    /// Dimension of the group; version 2.0 gives none.
-    dimension: Option<u8>,
-    number: i32,
-    name: String,
-}
+/// A line of `$PhysicalNames`: dimension, which version 2.0 does not give, number and name.
+pub(super) type PhysicalName = (Option<u8>, i32, String);
 
 /// Reads `$PhysicalNames`, which is text in binary files too.
 pub(super) fn read_names(stream: &mut Stream, notes: &mut Notes) -> Result<Vec<PhysicalName>> {
-    let n = count(stream, "the number of physical names")?;
+    let n = stream.count("the number of physical names")?;
     let mut names = Vec::new();
     for i in 0..n {
         let Some(mut line) = stream.text.line() else {
@@ -144,11 +215,8 @@ pub(super) fn read_names(stream: &mut Stream, notes: &mut Notes) -> Result<Vec<P
         };
         let number = i32::try_from(number)
             .map_err(|_| line.error(format!("physical group {number} is out of range")))?;
-        names.push(PhysicalName {
-            dimension,
-            number,
-            name: text_of(unquoted(line.rest()), notes),
-        });
+        let name = text_of(unquoted(line.rest()), notes);
+        names.push((dimension, number, name));
     }
     Ok(names)
 }
@@ -173,57 +241,44 @@ pub(super) fn groups(
     dimension: u8,
     notes: &mut Notes,
 ) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
-    let mut places: BTreeMap<(u8, i32), usize> = BTreeMap::new();
-    let mut left = physical.0;
-    for name in names {
-        let dimensions = match name.dimension {
-            Some(dimension) => dimension..=dimension,
-            None => 0..=3,
-        };
-        for of in dimensions {
-            let cells = left.remove(&(of, name.number));
-            if let Some(&place) = places.get(&(of, name.number)) {
-                let known = &groups[place];
-                if known.name != name.name {
-                    notes.push(Read::SecondName {
-                        number: name.number,
-                        dimension: of,
-                        used: known.name.clone(),
-                        other: name.name.clone(),
-                    });
-                }
-                continue;
-            }
-            if cells.is_none() && name.dimension.is_none() {
-                continue;
-            }
-            places.insert((of, name.number), groups.len());
-            groups.push(Group {
-                dimension: of,
-                name: name.name.clone(),
-                number: Some(name.number),
-                condition: None,
-                cells: cells.unwrap_or_default(),
-            });
-        }
-    }
-    let nameless = |((dimension, number), cells): ((u8, i32), CellSet)| Group {
+    let group = |(dimension, number): Key, name: String, cells: CellSet| Group {
         dimension,
-        name: number.to_string(),
+        name,
         number: Some(number),
         condition: None,
         cells,
     };
+    let nameless = |(key, cells): (Key, CellSet)| group(key, key.1.to_string(), cells);
+    let mut groups: Vec<Group> = Vec::new();
+    let mut places: BTreeMap<Key, usize> = BTreeMap::new();
+    let mut left = physical.0;
+    for (own_dimension, number, name) in names {
+        for dimension in own_dimension.map_or(0..=3, |own| own..=own) {
+            let key = (dimension, number);
+            let cells = left.remove(&key);
+            match places.get(&key).map(|place| &groups[*place].name) {
+                Some(used) if *used != name => notes.push(Read::SecondName {
+                    number,
+                    dimension,
+                    used: used.clone(),
+                    other: name.clone(),
+                }),
+                None if cells.is_some() || own_dimension.is_some() => {
+                    places.insert(key, groups.len());
+                    groups.push(group(key, name.clone(), cells.unwrap_or_default()));
+                }
+                _ => {}
+            }
+        }
+    }
     groups.extend(left.into_iter().map(nameless));
     for (of, at_least) in [(dimension.checked_sub(1), 1), (Some(dimension), 2)] {
         let Some(of) = of.filter(|of| groups.iter().all(|group| group.dimension != *of)) else {
             continue;
         };
-        let entities = elementary.0.iter().filter(|(key, _)| key.0 == of);
+        let entities = elementary.0.range((of, i32::MIN)..=(of, i32::MAX));
         if entities.clone().count() >= at_least {
-            let entities = entities.map(|(key, cells)| (*key, cells.clone()));
-            groups.extend(entities.map(nameless));
+            groups.extend(entities.map(|(key, cells)| nameless((*key, cells.clone()))));
         }
     }
     groups
@@ -240,10 +295,10 @@ pub(super) fn arrays(elementary: &Tagged, partition: &Tagged, mesh: &Mesh) -> Ve
     let mut arrays = Vec::new();
     let mut known = BTreeSet::new();
     let segments = segments(&mesh.view());
-    let tells_more = |(key, cells): (&(u8, i32), &CellSet)| {
+    let adds_more = |(key, cells): (&Key, &CellSet)| {
         key.0 + 1 >= mesh.dimension() && !known.insert((key.0, groups_in(&segments, cells)))
     };
-    if elementary.0.iter().any(tells_more) {
+    if elementary.0.iter().any(adds_more) {
         arrays.push(elementary.array(ENTITIES, mesh.cells.len()));
     }
     if !partition.0.is_empty() {

@@ -10,7 +10,7 @@ pub(super) enum Index {
     Consecutive { first: i64, n: u64 },
     /// Tags with few gaps: the index of each from `first` on, `NONE` in a gap.
     Dense { first: i64, index: Vec<u32> },
-    /// Tags far apart, ascending.
+    /// Tags with large gaps, ascending.
     Sparse(Vec<(i64, u32)>),
 }
 
@@ -18,7 +18,7 @@ const NONE: u32 = u32::MAX;
 
 impl Index {
     /// From the tags in order of index, of nodes or elements as `what` says. Refuses a tag that is
-    /// there twice. O(n), or O(n log n) where tags are far apart.
+    /// there twice. O(n), or O(n log n) with large gaps.
     pub fn new(tags: &[i64], what: &str) -> Result<Self> {
         let (Some(&first), Some(&lowest), Some(&highest)) =
             (tags.first(), tags.iter().min(), tags.iter().max())

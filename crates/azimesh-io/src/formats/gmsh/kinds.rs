@@ -1,8 +1,7 @@
 //! Gmsh's element types and their node order against VTK's.
 
-use super::lattice::lattice;
 use crate::mesh::CellKind::{self, *};
-use crate::mesh::lagrange;
+use crate::mesh::lagrange::{self, LatticePoint, inside_triangle, shell, shifted};
 use std::sync::OnceLock;
 
 /// Gmsh's number and the kind of elements with a fixed number of nodes.
@@ -57,18 +56,15 @@ pub(super) struct Type {
 
 impl Type {
     fn new(kind: CellKind, n_nodes: usize) -> Self {
-        let from: Vec<usize> = match (order(kind), lagrange::order(kind, n_nodes)) {
-            (Some(order), _) => order.to_vec(),
-            (None, Some(order)) => {
-                let gmsh = lattice(kind, order as u16);
-                lagrange::permutation(&lagrange::lattice(kind, order), &gmsh)
-                    .expect("both have the same places")
-            }
-            (None, None) => Vec::new(),
-        };
-        let mut to_vtk = vec![0; from.len()];
-        for (vtk, &gmsh) in from.iter().enumerate() {
-            to_vtk[gmsh] = vtk as u16;
+        let mut to_vtk = Vec::new();
+        let complete = ORDERS.iter().map(|(complete, _)| *complete);
+        if let Some(of) = { complete }.find(|complete| complete.linear() == kind.linear()) {
+            // Incomplete elements of second order have the first nodes of complete ones.
+            let order = lagrange::order(of, n_nodes).unwrap_or(2);
+            let order = (lattice(of, order as u16), lagrange::lattice(of, order));
+            let places = lagrange::permutation(&order.0, &order.1);
+            let places = places.expect("both have the same places").into_iter();
+            to_vtk = places.take(n_nodes).map(|vtk| vtk as u16).collect();
         }
         if to_vtk.iter().zip(0..).all(|(to, i)| *to == i) {
             to_vtk.clear();
@@ -147,88 +143,149 @@ pub(super) fn written_type(kind: CellKind, n_nodes: usize) -> Option<(i32, Type)
     Some((number(kind, n_nodes)?, Type::new(kind, n_nodes)))
 }
 
-/// Where VTK's nodes are among Gmsh's, for kinds of second order: node `i` of VTK is node `order[i]`
-/// of Gmsh. `None` where both count alike.
-fn order(kind: CellKind) -> Option<&'static [usize]> {
-    Some(match kind {
-        Tetrahedron10 => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
-        Hexahedron20 => &[
-            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15,
-        ],
-        Hexahedron27 => &[
-            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, 22, 23, 21, 24,
-            20, 25, 26,
-        ],
-        Wedge15 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11],
-        Wedge18 => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
-        Pyramid13 => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
-        _ => return None,
-    })
+/// Each node's place in a Lagrange kind's element of this order, in Gmsh's order: corners, edges, faces,
+/// inside, where faces and the inside are ordered as elements of lower order are.
+fn lattice(kind: CellKind, p: u16) -> Vec<LatticePoint> {
+    if p == 0 {
+        return vec![[0; 3]];
+    }
+    // Ends of the edges, corners of the axes of the faces, number of triangles, which are the first faces, and
+    // the difference to the order of the element inside.
+    let (edges, faces, n_triangles, lower): (&[usize], &[usize], usize, Option<u16>) = match kind {
+        LagrangeTetrahedron => (
+            &[0, 1, 1, 2, 2, 0, 3, 0, 3, 2, 3, 1],
+            &[0, 2, 1, 0, 1, 3, 0, 3, 2, 3, 1, 2],
+            4,
+            Some(4),
+        ),
+        LagrangeHexahedron => (
+            &[
+                0, 1, 0, 3, 0, 4, 1, 2, 1, 5, 2, 3, 2, 6, 3, 7, 4, 5, 4, 7, 5, 6, 6, 7,
+            ],
+            &[0, 3, 1, 0, 1, 4, 0, 4, 3, 1, 2, 5, 2, 3, 6, 4, 5, 7],
+            0,
+            Some(2),
+        ),
+        LagrangeWedge => (
+            &[0, 1, 0, 2, 0, 3, 1, 2, 1, 4, 2, 5, 3, 4, 3, 5, 4, 5],
+            &[0, 2, 1, 3, 4, 5, 0, 1, 3, 0, 3, 2, 1, 2, 4],
+            2,
+            None,
+        ),
+        LagrangePyramid => (
+            &[0, 1, 0, 3, 0, 4, 1, 2, 1, 4, 2, 3, 2, 4, 3, 4],
+            &[0, 1, 4, 3, 0, 4, 1, 2, 4, 2, 3, 4, 0, 3, 1],
+            4,
+            Some(3),
+        ),
+        LagrangeQuadrilateral => {
+            let places = quadrilateral(p).into_iter();
+            return places.map(|[i, j]| [i, j, 0]).collect();
+        }
+        // VTK's order is the same.
+        _ => return lagrange::lattice(kind, p.into()),
+    };
+    let (triangle, square) = (&inside_triangle(p)[..], &inside_quadrilateral(p)[..]);
+    let mut corners = lagrange::lattice(kind, 1);
+    corners.iter_mut().flatten().for_each(|i| *i *= p);
+    let faces = faces.as_chunks().0.iter().enumerate();
+    let inside = |i| if i < n_triangles { triangle } else { square };
+    let faces: Vec<_> = faces.map(|(i, axes)| (*axes, inside(i))).collect();
+    let mut places = shell(p, &corners, edges.as_chunks().0, &faces);
+    if kind == LagrangeWedge {
+        // Each place of a triangle has a line upwards, its ends first.
+        let upwards: Vec<u16> = match p {
+            ..3 => (1..p).collect(),
+            _ => [1, p - 1].into_iter().chain(2..p - 1).collect(),
+        };
+        for [i, j] in triangle {
+            places.extend(upwards.iter().map(|k| [*i, *j, *k]));
+        }
+    }
+    if let Some(inner) = lower.and_then(|lower| p.checked_sub(lower)) {
+        places.extend(shifted(lattice(kind, inner)));
+    }
+    places
+}
+
+/// Corners, edges all the way round, then a quadrilateral two orders lower.
+fn quadrilateral(p: u16) -> Vec<[u16; 2]> {
+    if p == 0 {
+        return vec![[0, 0]];
+    }
+    let mut places = vec![[0, 0], [p, 0], [p, p], [0, p]];
+    places.extend((1..p).map(|i| [i, 0]));
+    places.extend((1..p).map(|i| [p, i]));
+    places.extend((1..p).map(|i| [p - i, p]));
+    places.extend((1..p).map(|i| [0, p - i]));
+    places.extend(inside_quadrilateral(p));
+    places
+}
+
+fn inside_quadrilateral(p: u16) -> Vec<[u16; 2]> {
+    let inner = p.checked_sub(2);
+    inner.map_or(Vec::new(), |inner| shifted(quadrilateral(inner)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Edges in the order of their middle nodes, as Gmsh's manual draws them.
-    fn gmsh_edges(kind: CellKind) -> &'static [[u8; 2]] {
-        match kind.linear() {
-            Tetrahedron => &[[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]],
-            Hexahedron => &[
-                [0, 1],
-                [0, 3],
-                [0, 4],
-                [1, 2],
-                [1, 5],
-                [2, 3],
-                [2, 6],
-                [3, 7],
-                [4, 5],
-                [4, 7],
-                [5, 6],
-                [6, 7],
-            ],
-            Wedge => &[
-                [0, 1],
-                [0, 2],
-                [0, 3],
-                [1, 2],
-                [1, 4],
-                [2, 5],
-                [3, 4],
-                [3, 5],
-                [4, 5],
-            ],
-            Pyramid => &[
-                [0, 1],
-                [0, 3],
-                [0, 4],
-                [1, 2],
-                [1, 4],
-                [2, 3],
-                [2, 4],
-                [3, 4],
-            ],
-            _ => &[],
+    #[test]
+    fn nodes_lie_where_gmsh_puts_them() {
+        let dump = include_str!("../../../testdata/gmsh_orders.txt");
+        assert_eq!(dump.lines().count(), 67);
+        for line in dump.lines() {
+            let words: Vec<&str> = line.split(' ').collect();
+            let number = words[0].parse::<i64>().expect("an element type");
+            let order: u16 = words[2].parse().expect("an order");
+            let place = |word: &&str| -> LatticePoint {
+                let steps: Vec<u16> = word
+                    .split(',')
+                    .map(|i| i.parse().expect("a step"))
+                    .collect();
+                steps.try_into().expect("three steps")
+            };
+            let expected: Vec<LatticePoint> = words[3..].iter().map(place).collect();
+            let kind = match words[1] {
+                "Line" => LagrangeCurve,
+                "Triangle" => LagrangeTriangle,
+                "Quadrangle" => LagrangeQuadrilateral,
+                "Tetrahedron" => LagrangeTetrahedron,
+                "Hexahedron" => LagrangeHexahedron,
+                "Prism" => LagrangeWedge,
+                _ => LagrangePyramid,
+            };
+            assert_eq!(lattice(kind, order), expected, "{kind:?} {order}");
+            let found = super::number(kind, expected.len());
+            assert_eq!(found.map(i64::from), Some(number), "{kind:?} {order}");
         }
     }
 
     #[test]
-    fn middle_nodes_go_to_the_same_edge() {
-        for kind in CellKind::ALL {
-            let Some(order) = order(kind) else { continue };
-            let n_corners = kind.linear().n_nodes().expect("no polygon is ordered");
-            for (i, edge) in kind.edges().iter().enumerate() {
-                let from = gmsh_edges(kind)[order[n_corners + i] - n_corners];
-                let same = from == *edge || from == [edge[1], edge[0]];
-                assert!(same, "{kind:?} edge {i}");
+    fn middle_nodes_of_second_order_are_in_the_order_of_lagrange_cells() {
+        for (of, _) in ORDERS {
+            let places = lagrange::lattice(of, 2);
+            for kind in CellKind::ALL {
+                let Some(n) = kind.n_nodes().filter(|_| kind.linear() == of.linear()) else {
+                    continue;
+                };
+                let n_corners = of.linear().n_nodes().expect("no polygon");
+                if n == n_corners || number(kind, n).is_none() || kind == CubicLine {
+                    continue;
+                }
+                for (edge, middle) in kind.edges().iter().zip(&places[n_corners..]) {
+                    let [a, b] = edge.map(|corner| places[usize::from(corner)]);
+                    let expected: Vec<u16> = a.iter().zip(b).map(|(a, b)| (a + b) / 2).collect();
+                    assert_eq!(middle[..], expected, "{kind:?}");
+                }
             }
         }
     }
 
     #[test]
     fn every_element_goes_to_its_kind_and_back() {
-        for number in 0..200 {
+        for number in (-1..200).chain([1000, i64::MAX]) {
             let Ok(of) = element_type(number) else {
                 continue;
             };
@@ -243,14 +300,5 @@ mod tests {
         assert_eq!(number(LagrangeHexahedron, 27), Some(12));
         assert_eq!(number(LagrangeTriangle, 7), None);
         assert_eq!(number(LagrangeCurve, 12), None);
-    }
-
-    #[test]
-    fn what_is_not_read_is_named() {
-        let sentence = element_type(20).expect_err("a triangle with 9 nodes");
-        assert!(sentence.contains("serendipity"), "{sentence}");
-        for number in [-1, 0, 34, 69, 85, 134, 137, 1000, i64::MAX] {
-            assert!(element_type(number).is_err(), "{number}");
-        }
     }
 }

@@ -1,4 +1,4 @@
-//! Gmsh MSH: reads versions 1 to 4.1, writes 2.2 and 4.1, as text and binary.
+//! Gmsh MSH: reads versions 1, 2, 4.0 and 4.1, writes 2.2 and 4.1, as text and binary.
 //!
 //! Physical groups are the groups of the mesh. Where a file has no physical group of the boundary's
 //! dimension but elements there, their elementary entities, called by their number, are the tags.
@@ -23,25 +23,17 @@
 //! # }
 //! ```
 
-mod comments;
 mod content;
 mod data;
 mod elements;
-mod elements2;
-mod entities;
-mod foreign;
 mod groups;
 mod index;
 mod kinds;
-mod lattice;
 mod nodes;
 mod read;
-mod sink;
 mod slabs;
 mod stream;
-mod write22;
-mod write41;
-mod write_data;
+mod write;
 
 use super::slabs::opened;
 use super::{Format, Holds};
@@ -51,7 +43,7 @@ pub static MSH41: Format = Format {
     name: "msh",
     title: "Gmsh MSH 4.1 (.msh)",
     extensions: &["msh", "msh4"],
-    write: Some(|mesh, out, options| write41::write(mesh, out, options)),
+    write: Some(|mesh, out, options| write::write(mesh, out, options, true)),
     ..MSH
 };
 
@@ -60,11 +52,11 @@ pub static MSH22: Format = Format {
     name: "msh22",
     title: "Gmsh MSH 2.2 (.msh2)",
     extensions: &["msh2", "msh22"],
-    write: Some(|mesh, out, options| write22::write(mesh, out, options)),
+    write: Some(|mesh, out, options| write::write(mesh, out, options, false)),
     ..MSH
 };
 
-/// Reads every version.
+/// Every version is read.
 const MSH: Format = Format {
     holds: Holds::ARRAYS,
     detect: |source| is_msh(source.bytes()),
@@ -89,18 +81,14 @@ fn title_of(head: &[u8]) -> String {
 
 /// The version in the header of a file; version 1 has no header.
 fn version(head: &[u8]) -> Option<String> {
-    let said = super::word_after(head, b"$MeshFormat");
-    said.or_else(|| {
-        head.trim_ascii_start()
-            .starts_with(b"$NOD")
-            .then(|| "1".to_owned())
-    })
+    let is_first = || head.trim_ascii_start().starts_with(b"$NOD");
+    super::word_after(head, b"$MeshFormat").or_else(|| is_first().then(|| "1".to_owned()))
 }
 
 /// Bytes in which the header of a file is looked for.
 const HEADER_BYTES: usize = 4096;
 
-/// Whether a file starts as one of Gmsh does; `$NOD` starts version 1.
+/// Checks if a file starts as one of Gmsh does; `$NOD` starts version 1.
 fn is_msh(head: &[u8]) -> bool {
     let head = head.trim_ascii_start();
     [&b"$MeshFormat"[..], b"$Comments", b"$NOD"]

@@ -1,12 +1,13 @@
 //! `$Nodes`, `$ParametricNodes` and `$NOD` of every version.
 
-use super::super::lexer::Fields;
+use super::super::tokens::Tokens;
 use super::index::Index;
 use super::stream::{Binary, Stream, Version};
 use azimesh_core::diagnostic::point;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::for_blocks;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Records that one task converts at a time.
 pub(super) const CHUNK: usize = 1 << 16;
@@ -23,7 +24,7 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
-    /// Nodes whose tags count up from `first`, but for where they are.
+    /// Nodes whose tags count up from `first`, without their coordinates.
     pub fn counting_up(first: i64, n: usize, n_parametric: usize) -> Self {
         let tags = || (0..n as i64).map(|i| first + i).collect();
         Self {
@@ -33,76 +34,61 @@ impl Nodes {
             n_parametric,
         }
     }
-
-    fn new(points: Vec<[f64; 3]>, tags: Vec<i64>, n_parametric: usize) -> Result<Self> {
-        let index = Index::new(&tags, "node")?;
-        let counts_up = matches!(index, Index::Consecutive { first: 1, .. }) || tags.is_empty();
-        Ok(Self {
-            points,
-            index,
-            numbers: (!counts_up).then_some(tags),
-            n_parametric,
-        })
-    }
 }
 
-/// Reads the nodes of a section.
-pub(super) fn read(stream: &mut Stream, version: Version, parametric: bool) -> Result<Nodes> {
-    match (version, stream.binary) {
-        (Version::V40 | Version::V41, _) => read_blocks(stream, version),
-        (_, None) => read_list(stream, version, parametric),
-        (Version::V3, Some(binary)) => read_with_entities(stream, binary, true),
-        (_, Some(binary)) if parametric => read_with_entities(stream, binary, false),
-        (_, Some(binary)) => read_binary_list(stream, binary),
-    }
-}
-
-/// Nodes of version 4 come in blocks, one for each entity.
-fn read_blocks(stream: &mut Stream, version: Version) -> Result<Nodes> {
-    let (n_blocks, n_nodes) = block_counts(stream, version)?;
-    let mut points = Vec::new();
-    let mut tags = Vec::new();
-    let mut n_parametric = 0;
+/// Reads the nodes of a section. Version 4 has a block for each entity, versions 1 and 2 have one
+/// block in all, which is as a block of version 4.0.
+pub(super) fn read(stream: &mut Stream, parametric: bool) -> Result<Nodes> {
+    let is_list = stream.version < Version::V40;
+    let (n_blocks, n_nodes) = if is_list {
+        (1, stream.count("the number of nodes")?)
+    } else {
+        stream.block_counts("node")?
+    };
+    let (mut points, mut tags, mut n_parametric) = (Vec::new(), Vec::new(), 0);
     for _ in 0..n_blocks {
-        let (n, n_parameters) = block_head(stream, version)?;
-        match (stream.binary, version) {
-            (Some(binary), Version::V41) => {
-                let tag_bytes = stream.take(n, binary.size_bytes, "the node tags")?;
-                let sizes = tag_bytes.chunks_exact(binary.size_bytes);
-                tags.extend(sizes.map(|bytes| binary.size(bytes)));
-                read_binary(stream, binary, n, [0, 8 * n_parameters], &mut points)?;
+        let (n, n_parameters) = if is_list {
+            (n_nodes, 0)
+        } else {
+            block_head(stream)?
+        };
+        n_parametric += if n_parameters > 0 { n } else { 0 };
+        match (stream.binary, stream.version) {
+            (Some(binary), _) if is_list && parametric => {
+                for _ in 0..n {
+                    Block::read(stream, binary, 1, 0)?.append_to(&mut tags, &mut points)?;
+                    n_parametric += usize::from(pass_parameters(stream)?);
+                }
             }
             (Some(binary), _) => {
-                let block = read_binary(stream, binary, n, [4, 8 * n_parameters], &mut points)?;
-                let nodes = block.chunks_exact(28 + 8 * n_parameters);
-                tags.extend(nodes.map(|node| i64::from(binary.int(&node[..4]))));
+                let block = Block::read(stream, binary, n, n_parameters)?;
+                block.append_to(&mut tags, &mut points)?;
             }
             (None, Version::V41) => {
                 read_tags(stream, n, &mut tags)?;
                 read_coordinates(stream, n, n_parameters, &mut points)?;
             }
-            (None, _) => read_lines(stream, n, n_parameters > 0, &mut tags, &mut points)?,
+            (None, version) => {
+                let more = parametric && is_list || version == Version::V1 || n_parameters > 0;
+                let n_longer = read_lines(stream, n, more, &mut tags, &mut points)?;
+                n_parametric += if is_list { n_longer } else { 0 };
+            }
         }
-        n_parametric += if n_parameters > 0 { n } else { 0 };
     }
     check_total(stream, points.len(), n_nodes)?;
-    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
-}
-
-/// Reads how many blocks and nodes there are.
-pub(super) fn block_counts(stream: &mut Stream, version: Version) -> Result<(usize, usize)> {
-    let n_blocks = stream.size("the number of node blocks")?;
-    let n_nodes = stream.size("the number of nodes")?;
-    if version == Version::V41 {
-        stream.size("the lowest node tag")?;
-        stream.size("the highest node tag")?;
-    }
-    Ok((n_blocks, n_nodes))
+    let index = Index::new(&tags, "node").map_err(|error| stream.located(error))?;
+    let counts_up = matches!(index, Index::Consecutive { first: 1, .. }) || tags.is_empty();
+    Ok(Nodes {
+        points,
+        index,
+        numbers: (!counts_up).then_some(tags),
+        n_parametric,
+    })
 }
 
 /// Reads how many nodes a block has, and how many parameters each of them.
-pub(super) fn block_head(stream: &mut Stream, version: Version) -> Result<(usize, usize)> {
-    let (dimension, _) = stream.entity(version)?;
+pub(super) fn block_head(stream: &mut Stream) -> Result<(usize, usize)> {
+    let (dimension, _) = stream.entity()?;
     let parametric = stream.int("whether nodes are parametric")? != 0;
     let n = stream.size("the number of nodes in a block")?;
     if !(0..=3).contains(&dimension) {
@@ -115,12 +101,12 @@ pub(super) fn block_head(stream: &mut Stream, version: Version) -> Result<(usize
 
 /// Refuses blocks that do not have the nodes that their section says.
 pub(super) fn check_total(stream: &Stream, found: usize, said: usize) -> Result<()> {
-    match found == said {
-        true => Ok(()),
-        false => Err(stream.error(format!(
-            "the blocks hold {found} nodes, but $Nodes says {said}"
-        ))),
+    if found == said {
+        return Ok(());
     }
+    Err(stream.error(format!(
+        "the blocks hold {found} nodes, but $Nodes says {said}"
+    )))
 }
 
 /// Reads a block of tags as text.
@@ -132,7 +118,7 @@ fn read_tags(stream: &mut Stream, n: usize, tags: &mut Vec<i64>) -> Result<()> {
         }
         return Ok(());
     }
-    let lines = stream.lines(n, "the node tags")?;
+    let lines = stream.text.take_lines(n, "the node tags")?;
     let known = tags.len();
     tags.resize(known + n, 0);
     lines.parse_into(&mut tags[known..], 1, |line, tag| {
@@ -161,7 +147,7 @@ fn read_coordinates(
         }
         return Ok(());
     }
-    let lines = stream.lines(n, "the node coordinates")?;
+    let lines = stream.text.take_lines(n, "the node coordinates")?;
     let known = points.len();
     points.resize(known + n, [0.0; 3]);
     lines.parse_into(&mut points[known..], 1, |line, point| {
@@ -173,96 +159,34 @@ fn read_coordinates(
     })
 }
 
-/// Reads lines of a tag and three coordinates; parameters may follow where `more` is set.
+/// Reads lines of a tag and three coordinates. With `more`, the entity by two numbers and then
+/// parameters may follow: returns how many nodes have parameters.
 fn read_lines(
     stream: &mut Stream,
     n: usize,
     more: bool,
     tags: &mut Vec<i64>,
     points: &mut Vec<[f64; 3]>,
-) -> Result<()> {
-    let lines = stream.lines(n, "the nodes")?;
+) -> Result<usize> {
+    let lines = stream.text.take_lines(n, "the nodes")?;
     let mut nodes = vec![(0, [0.0; 3]); n];
+    let n_parametric = AtomicUsize::new(0);
     lines.parse_into(&mut nodes, 1, |line, node| {
-        node[0].0 = line.integer("a node number")?;
-        node[0].1 = coordinates_of(line)?;
-        if more { Ok(()) } else { line.end("a node") }
+        node[0] = (line.integer("a node number")?, coordinates_of(line)?);
+        if !more {
+            return line.end("a node");
+        }
+        if std::iter::from_fn(|| line.word()).nth(2).is_some() {
+            n_parametric.fetch_add(1, Ordering::Relaxed);
+        }
+        Ok(())
     })?;
     tags.extend(nodes.iter().map(|node| node.0));
     points.extend(nodes.iter().map(|node| node.1));
-    Ok(())
+    Ok(n_parametric.into_inner())
 }
 
-/// Nodes of versions 1 to 3 as text, one a line. Versions 1 and 3 and parametric nodes of version 2
-/// may give the entity after the coordinates, by two numbers, and then parameters.
-fn read_list(stream: &mut Stream, version: Version, parametric: bool) -> Result<Nodes> {
-    let n = count(stream, "the number of nodes")?;
-    let more = parametric || version != Version::V2;
-    let (mut tags, mut points) = (Vec::new(), Vec::new());
-    let start = stream.text.position();
-    read_lines(stream, n, more, &mut tags, &mut points)?;
-    let mut n_parametric = 0;
-    if more {
-        stream.text.set_position(start);
-        let lines = stream.lines(n, "the nodes")?;
-        let counts = lines.parse(|line, found: &mut usize| {
-            let mut words = std::iter::from_fn(|| line.word());
-            *found += usize::from(words.nth(6).is_some());
-            Ok(())
-        })?;
-        n_parametric = counts.iter().sum();
-    }
-    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
-}
-
-/// Binary nodes of version 2: a tag and three coordinates each.
-fn read_binary_list(stream: &mut Stream, binary: Binary) -> Result<Nodes> {
-    let n = count(stream, "the number of nodes")?;
-    let mut points = Vec::new();
-    let body = read_binary(stream, binary, n, [4, 0], &mut points)?;
-    let tags = body.chunks_exact(28);
-    let tags = tags.map(|node| i64::from(binary.int(&node[..4]))).collect();
-    Nodes::new(points, tags, 0).map_err(|error| at(stream, error))
-}
-
-/// Binary nodes that say where they lie: tag, coordinates, dimension and tag of the entity, and its
-/// parameters. Version 3 gives the tag first, and nothing after a tag of 0.
-fn read_with_entities(stream: &mut Stream, binary: Binary, is_v3: bool) -> Result<Nodes> {
-    let n = count(stream, "the number of nodes")?;
-    let (mut tags, mut points) = (Vec::new(), Vec::new());
-    let mut n_parametric = 0;
-    for _ in 0..n {
-        let node = read_binary(stream, binary, 1, [4, 0], &mut points)?;
-        tags.push(i64::from(binary.int(&node[..4])));
-        let first = stream.int("the entity of a node")?;
-        if is_v3 && first == 0 {
-            continue;
-        }
-        let second = stream.int("the entity of a node")?;
-        let dimension = if is_v3 { second } else { first };
-        let (n_parameters, each) = match dimension {
-            1 => (1, 8),
-            2 => (2, 8),
-            // In a volume version 3 writes three zeros of 4 bytes.
-            3 if is_v3 => (3, 4),
-            _ => (0, 8),
-        };
-        stream.take(n_parameters, each, "the parameters of a node")?;
-        n_parametric += usize::from(n_parameters > 0 && each == 8);
-    }
-    Nodes::new(points, tags, n_parametric).map_err(|error| at(stream, error))
-}
-
-/// The count that starts a section up to version 3, a line of text in binary files too.
-pub(super) fn count(stream: &mut Stream, what: &str) -> Result<usize> {
-    let line = stream.text.line();
-    let mut line = line.ok_or_else(|| stream.error(format!("the file ends before {what}")))?;
-    let n = line.narrow(what)?;
-    line.end(what)?;
-    Ok(n)
-}
-
-fn coordinates_of(line: &mut Fields) -> Result<[f64; 3]> {
+fn coordinates_of(line: &mut Tokens) -> Result<[f64; 3]> {
     Ok([
         line.real("a node's x")?,
         line.real("a node's y")?,
@@ -270,52 +194,86 @@ fn coordinates_of(line: &mut Fields) -> Result<[f64; 3]> {
     ])
 }
 
-/// Reads `n` binary nodes with three coordinates each, and given numbers of bytes before and after
-/// them; returns them all.
-fn read_binary<'a>(
-    stream: &mut Stream<'a>,
-    binary: Binary,
-    n: usize,
-    [before, after]: [usize; 2],
-    points: &mut Vec<[f64; 3]>,
-) -> Result<&'a [u8]> {
-    let each = before + 24 + after;
-    let records = Records {
-        binary,
-        start: stream.text.position(),
-        each,
-        before,
-        body: stream.take(n, each, "the nodes")?,
+/// Passes the entity of a binary node of version 2 and the node's parameters; whether it has any.
+fn pass_parameters(stream: &mut Stream) -> Result<bool> {
+    let dimension = stream.int("the entity of a node")?;
+    stream.int("the entity of a node")?;
+    let n = match dimension {
+        1 | 2 => dimension as usize,
+        _ => 0,
     };
-    let known = points.len();
-    points.resize(known + n, [0.0; 3]);
-    records.points(0..n, &mut points[known..])?;
-    Ok(records.body)
+    stream.take(n, 8, "the parameters of a node")?;
+    Ok(n > 0)
 }
 
-/// Binary nodes of one size.
-pub(super) struct Records<'a> {
-    pub binary: Binary,
-    /// Offset in the file.
-    pub start: usize,
-    /// Bytes of a node.
-    pub each: usize,
-    /// Bytes of a node before its coordinates.
-    pub before: usize,
-    pub body: &'a [u8],
+/// Binary nodes, as records of one size with three coordinates each.
+pub(super) struct Block<'a> {
+    binary: Binary,
+    pub n: usize,
+    /// Offset of the records in the file.
+    start: usize,
+    records: &'a [u8],
+    record_bytes: usize,
+    /// Bytes of a record before its coordinates.
+    before: usize,
+    /// The tags, each at the start of so many bytes: in version 4.1 on their own, else in the records.
+    tags: (&'a [u8], usize),
+    tag_bytes: usize,
 }
 
-impl Records<'_> {
+impl<'a> Block<'a> {
+    /// Finds the records and their tags.
+    pub fn read(
+        stream: &mut Stream<'a>,
+        binary: Binary,
+        n: usize,
+        n_parameters: usize,
+    ) -> Result<Self> {
+        let (mut own_tags, mut tag_bytes, mut before) = (None, 4, 4);
+        if stream.version == Version::V41 {
+            (tag_bytes, before) = (binary.size_bytes, 0);
+            own_tags = Some(stream.take(n, tag_bytes, "the node tags")?);
+        }
+        let record_bytes = before + 24 + 8 * n_parameters;
+        let start = stream.text.position();
+        let records = stream.take(n, record_bytes, "the nodes")?;
+        Ok(Self {
+            binary,
+            n,
+            start,
+            records,
+            record_bytes,
+            before,
+            tags: own_tags.map_or((records, record_bytes), |tags| (tags, tag_bytes)),
+            tag_bytes,
+        })
+    }
+
+    /// The tag of a node.
+    pub fn tag(&self, i: usize) -> i64 {
+        let (tags, each) = self.tags;
+        self.binary.size(&tags[i * each..][..self.tag_bytes])
+    }
+
+    fn append_to(&self, tags: &mut Vec<i64>, points: &mut Vec<[f64; 3]>) -> Result<()> {
+        let known = points.len();
+        points.resize(known + self.n, [0.0; 3]);
+        self.points(0..self.n, &mut points[known..])?;
+        tags.extend((0..self.n).map(|i| self.tag(i)));
+        Ok(())
+    }
+
     /// The coordinates of some of the nodes, which must be finite.
     pub fn points(&self, nodes: Range<usize>, points: &mut [[f64; 3]]) -> Result<()> {
         let &Self {
             binary,
-            each,
+            record_bytes,
             before,
             ..
         } = self;
         for_blocks(points, CHUNK, &|first, points| {
-            let records = self.body[(nodes.start + first) * each..].chunks_exact(each);
+            let start = (nodes.start + first) * record_bytes;
+            let records = self.records[start..].chunks_exact(record_bytes);
             for (point, node) in points.iter_mut().zip(records) {
                 for (i, x) in point.iter_mut().enumerate() {
                     *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
@@ -323,24 +281,14 @@ impl Records<'_> {
             }
         });
         let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
-        match points.iter().position(|point| !finite(point)) {
-            None => Ok(()),
-            Some(i) => Err(Error::input(format!(
-                "a node is at {}; coordinates must be finite",
-                point(&points[i])
-            ))
-            .byte((self.start + (nodes.start + i) * each) as u64)),
-        }
-    }
-}
-
-/// An error about the section that was just read.
-fn at(stream: &Stream, error: Error) -> Error {
-    match stream.binary {
-        Some(_) => error.byte(stream.text.position() as u64),
-        None => error.line(super::super::lexer::line_of(
-            stream.text.bytes(),
-            stream.text.position(),
-        )),
+        let Some(i) = points.iter().position(|point| !finite(point)) else {
+            return Ok(());
+        };
+        let message = format!(
+            "a node is at {}; coordinates must be finite",
+            point(&points[i])
+        );
+        let place = self.start + (nodes.start + i) * record_bytes;
+        Err(Error::input(message).byte(place as u64))
     }
 }

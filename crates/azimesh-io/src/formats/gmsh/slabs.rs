@@ -1,10 +1,10 @@
 //! A binary file of version 4.1 by slabs: parts of its blocks of nodes and elements.
 
 use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
-use super::elements::{self, Block, cells_of};
+use super::elements::{self, cells_of};
 use super::groups::Tagged;
 use super::index::Index;
-use super::nodes::{self, Records, block_counts, block_head, check_total};
+use super::nodes::{self, Nodes, block_head, check_total};
 use super::read::{Passed, complete, sections};
 use super::stream::{Binary, Stream, Version};
 use crate::formats::{Notes, ReadOptions};
@@ -16,126 +16,84 @@ use std::ops::Range;
 
 type Found<T> = std::result::Result<T, Refusal>;
 
-/// The blocks of a file.
+/// The blocks of a file that are not empty. The tags of its nodes count up.
+#[derive(Default)]
 struct Blocks<'a> {
     bytes: &'a [u8],
     options: ReadOptions,
-    nodes: Nodes<'a>,
-    elements: Vec<Block<'a>>,
-}
-
-/// Nodes whose tags count up in the order of the file.
-struct Nodes<'a> {
-    blocks: Vec<(Range<usize>, Records<'a>)>,
-    /// The tag of the first.
-    first: i64,
-    /// How many have parametric coordinates.
+    nodes: Vec<(Range<usize>, nodes::Block<'a>)>,
+    first_node: i64,
     n_parametric: usize,
-    /// Where their section ends.
-    end: usize,
+    /// End of the section of nodes.
+    end: Option<usize>,
+    elements: Vec<elements::Block<'a>>,
 }
 
 /// Finds the blocks of a file.
 pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Slabs + use<'a>> {
-    let (mut nodes, mut elements) = (None, None);
-    let stream = sections(bytes, |name, version, stream| {
-        let Some(binary) = stream.binary.filter(|_| version == Version::V41) else {
+    let mut blocks = Blocks {
+        bytes,
+        options: options.clone(),
+        ..Blocks::default()
+    };
+    let stream = sections(bytes, |name, stream| {
+        let Some(binary) = stream.binary.filter(|_| stream.version == Version::V41) else {
             return Err(whole("it is not in binary MSH 4.1"));
         };
         match name {
-            b"Nodes" if nodes.is_none() => nodes = Some(Nodes::find(stream, binary)?),
+            b"Nodes" if blocks.end.is_none() => blocks.find_nodes(stream, binary)?,
             b"Nodes" => return Err(whole("it has several sections of nodes")),
             b"ParametricNodes" => return Err(whole("it has $ParametricNodes")),
-            b"Elements" if nodes.is_none() => return Err(whole("$Elements comes before $Nodes")),
+            b"Elements" if blocks.end.is_none() => {
+                return Err(whole("$Elements comes before $Nodes"));
+            }
             b"Elements" => {
-                elements = Some(find_elements(stream, version)?);
+                blocks.elements = elements::read_blocks(stream, &mut Tagged::default())?;
+                blocks.elements.retain(|block| !block.cells().is_empty());
                 return Ok(Passed::Last);
             }
             _ => return Ok(Passed::Over),
         }
         Ok(Passed::Read)
     })?;
-    Ok(Blocks {
-        bytes,
-        options: options.clone(),
-        nodes: nodes.ok_or_else(|| stream.error("the file has no $Nodes"))?,
-        elements: elements.unwrap_or_default(),
-    })
+    match blocks.end {
+        Some(_) => Ok(blocks),
+        None => Err(stream.error("the file has no $Nodes").into()),
+    }
 }
 
-/// The blocks of elements that are not empty.
-fn find_elements<'a>(stream: &mut Stream<'a>, version: Version) -> Result<Vec<Block<'a>>> {
-    let mut blocks = elements::read_blocks(stream, version, &mut Tagged::default())?;
-    blocks.retain(|block| !block.cells().is_empty());
-    Ok(blocks)
-}
-
-impl<'a> Nodes<'a> {
-    /// Finds the blocks of a section.
-    fn find(stream: &mut Stream<'a>, binary: Binary) -> Found<Self> {
-        let (n_blocks, n_nodes) = block_counts(stream, Version::V41)?;
-        let mut blocks: Vec<(Range<usize>, Records)> = Vec::new();
-        let (mut first, mut n_found, mut n_parametric) = (0, 0, 0);
+impl<'a> Blocks<'a> {
+    fn find_nodes(&mut self, stream: &mut Stream<'a>, binary: Binary) -> Found<()> {
+        let (n_blocks, n_nodes) = stream.block_counts("node")?;
         for _ in 0..n_blocks {
-            let (n, n_parameters) = block_head(stream, Version::V41)?;
-            let tags = stream.take(n, binary.size_bytes, "the node tags")?;
-            let each = 24 + 8 * n_parameters;
-            let records = Records {
-                binary,
-                start: stream.text.position(),
-                each,
-                before: 0,
-                body: stream.take(n, each, "the nodes")?,
-            };
+            let (n, n_parameters) = block_head(stream)?;
+            let block = nodes::Block::read(stream, binary, n, n_parameters)?;
             if n == 0 {
                 continue;
             }
-            if n_found == 0 {
-                first = binary.size(&tags[..binary.size_bytes]);
+            let known = self.n_nodes();
+            if known == 0 {
+                self.first_node = block.tag(0);
             }
-            if !count_up(tags, binary, first, n_found) {
+            let number = |i| self.first_node.checked_add((known + i) as i64);
+            if any(n, |i| Some(block.tag(i)) != number(i)) {
                 return Err(whole("the tags of its nodes do not count up"));
             }
-            blocks.push((n_found..n_found + n, records));
-            n_found += n;
-            n_parametric += if n_parameters > 0 { n } else { 0 };
+            self.nodes.push((known..known + n, block));
+            self.n_parametric += if n_parameters > 0 { n } else { 0 };
         }
-        check_total(stream, n_found, n_nodes)?;
-        if n_found >= u32::MAX as usize {
+        check_total(stream, self.n_nodes(), n_nodes)?;
+        if n_nodes >= u32::MAX as usize {
             return Err(stream.error(too_many("nodes")).into());
         }
-        Ok(Self {
-            blocks,
-            first,
-            n_parametric,
-            end: stream.text.position(),
-        })
+        self.end = Some(stream.text.position());
+        Ok(())
     }
-
-    fn index(&self) -> Index {
-        Index::Consecutive {
-            first: self.first,
-            n: self.len() as u64,
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.blocks.last().map_or(0, |(nodes, _)| nodes.end)
-    }
-}
-
-/// Whether tags count up by one, those of all nodes from `first` on, of which `n_before` are before these.
-fn count_up(tags: &[u8], binary: Binary, first: i64, n_before: usize) -> bool {
-    let width = binary.size_bytes;
-    !any(tags.len() / width, |i| {
-        let expected = first.checked_add((n_before + i) as i64);
-        Some(binary.size(&tags[i * width..][..width])) != expected
-    })
 }
 
 impl Slabs for Blocks<'_> {
     fn n_nodes(&self) -> usize {
-        self.nodes.len()
+        self.nodes.last().map_or(0, |(nodes, _)| nodes.end)
     }
 
     fn n_cells(&self) -> usize {
@@ -143,22 +101,25 @@ impl Slabs for Blocks<'_> {
     }
 
     fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
-        let of_block = |(nodes, _): &(Range<usize>, Records)| nodes.clone();
-        points_of(&self.nodes.blocks, of_block, nodes, |block, own, out| {
+        let of_block = |(nodes, _): &(Range<usize>, nodes::Block)| nodes.clone();
+        points_of(&self.nodes, of_block, nodes, |block, own, out| {
             block.1.points(own, out)
         })
     }
 
     fn cells(&self, cells: Range<usize>) -> Result<Cells> {
-        let parts = overlapping(&self.elements, Block::cells, cells);
-        let parts: Vec<Block> = parts.filter_map(|(block, own)| block.part(own)).collect();
-        Ok(cells_of(&parts, &self.nodes.index())?.0)
+        let parts = overlapping(&self.elements, elements::Block::cells, cells);
+        let parts: Vec<_> = parts.map(|(block, own)| block.part(own)).collect();
+        let nodes = Index::Consecutive {
+            first: self.first_node,
+            n: self.n_nodes() as u64,
+        };
+        Ok(cells_of(&parts, &nodes)?.0)
     }
 
     fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
-        let nodes = &self.nodes;
-        let known = nodes::Nodes::counting_up(nodes.first, nodes.len(), nodes.n_parametric);
-        let known = (known, nodes.end);
+        let nodes = Nodes::counting_up(self.first_node, self.n_nodes(), self.n_parametric);
+        let known = (nodes, self.end.unwrap_or(0));
         Ok(complete(self.bytes, known, mesh, &self.options, notes)?)
     }
 }

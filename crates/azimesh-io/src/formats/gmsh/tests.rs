@@ -120,7 +120,7 @@ fn what_is_left_out_is_said() {
         what: "group",
         name: "the \"edge\"".into(),
         written: "the 'edge'".into(),
-        why: super::sink::NAME.why,
+        why: super::write::NAME.why,
         is_taken: false,
     };
     let title = ArrayWritten::LeftOut {
@@ -434,4 +434,12 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
             assert_eq!(read(&bytes).point_arrays.iter().any(names), is_written);
         }
     }
+}
+
+#[test]
+fn msh_3_is_refused_with_the_versions_that_are_read() {
+    let file = SQUARE_41.replace("\n4.1 0 8", "\n3 0 8");
+    let error = parse(&MSH41, file.as_bytes(), &ReadOptions::default()).expect_err("refused");
+    let message = "this is MSH 3; versions 1, 2, 4.0 and 4.1 are read";
+    assert!(error.to_string().contains(message), "{error}");
 }

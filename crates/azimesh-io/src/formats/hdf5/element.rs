@@ -8,59 +8,51 @@ pub(in crate::formats) trait Number: bytemuck::NoUninit {
     const ELEMENT: Element;
 }
 
-macro_rules! number {
-    ($($T:ident $name:ident),*) => { $(impl Number for $T {
-        const ELEMENT: Element = Element::$name;
-    })* };
-}
-number!(i8 I8, u8 U8, i16 I16, u16 U16, i32 I32, u32 U32, i64 I64, u64 U64, f32 F32, f64 F64);
-
 /// Type of the values of a dataset or an attribute. Numbers have the byte order of this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::formats) enum Element {
-    /// An integer of 1, 2, 4 or 8 bytes.
-    Integer {
-        /// Size in bytes.
-        bytes: u8,
-        /// Whether it can be below zero.
-        signed: bool,
-    },
-    /// A floating-point number of 4 or 8 bytes.
-    Float {
-        /// Size in bytes.
-        bytes: u8,
-    },
-    /// ASCII text of so many bytes, ended by a zero or filled up with them.
+    /// A number.
+    Number(VtkElement),
+    /// ASCII text of so many bytes, ended by a zero or filled up with zeros.
     Text {
         /// Size in bytes, at least 1.
         bytes: u32,
-        /// Whether a zero must follow the text (C's strings), or only fills up what is left.
+        /// True if a zero must follow the text (C's strings); otherwise zeros only fill up what is left.
         terminated: bool,
     },
     /// Text of any length: a reference into a heap.
     String,
 }
 
-impl Element {
-    pub const I8: Self = Self::integer(1, true);
-    pub const U8: Self = Self::integer(1, false);
-    pub const I16: Self = Self::integer(2, true);
-    pub const U16: Self = Self::integer(2, false);
-    pub const I32: Self = Self::integer(4, true);
-    pub const U32: Self = Self::integer(4, false);
-    pub const I64: Self = Self::integer(8, true);
-    pub const U64: Self = Self::integer(8, false);
-    pub const F32: Self = Element::Float { bytes: 4 };
-    pub const F64: Self = Element::Float { bytes: 8 };
+macro_rules! numbers {
+    ($($T:ident $name:ident $element:ident),*) => {
+        impl Element {
+            $(pub const $name: Self = Element::Number(VtkElement::$element);)*
+        }
+        $(impl Number for $T {
+            const ELEMENT: Element = Element::$name;
+        })*
+    };
+}
+numbers!(
+    i8 I8 Int8, u8 U8 UInt8, i16 I16 Int16, u16 U16 UInt16, i32 I32 Int32, u32 U32 UInt32,
+    i64 I64 Int64, u64 U64 UInt64, f32 F32 Float32, f64 F64 Float64
+);
 
-    const fn integer(bytes: u8, signed: bool) -> Self {
-        Element::Integer { bytes, signed }
+impl From<VtkElement> for Element {
+    fn from(element: VtkElement) -> Self {
+        match element {
+            VtkElement::String => Element::String,
+            number => Element::Number(number),
+        }
     }
+}
 
+impl Element {
     /// Bytes of one value in a dataset.
     pub fn size(self) -> u64 {
         match self {
-            Element::Integer { bytes, .. } | Element::Float { bytes } => bytes.into(),
+            Element::Number(number) => number.size() as u64,
             Element::Text { bytes, .. } => bytes.into(),
             Element::String => 16,
         }
@@ -71,21 +63,24 @@ impl Element {
         let order = u8::from(cfg!(target_endian = "big"));
         let mut message = Vec::with_capacity(20);
         match self {
-            Element::Integer { bytes, signed } => {
-                message.extend([0x10, order | u8::from(signed) << 3, 0, 0]);
-                message.extend(u32::from(bytes).to_le_bytes());
-                message.extend([0, 0]);
-                message.extend((u16::from(bytes) * 8).to_le_bytes());
-            }
-            Element::Float { bytes } => {
-                let (sign, exponent_at, exponent, bias) = match bytes {
-                    4 => (31, 23, 8, 127_u32),
+            Element::Number(number @ (VtkElement::Float32 | VtkElement::Float64)) => {
+                let (sign, exponent_at, exponent, bias) = match number {
+                    VtkElement::Float32 => (31, 23, 8, 127_u32),
                     _ => (63, 52, 11, 1023),
                 };
+                let bits = sign + 1;
                 message.extend([0x11, 0x20 | order, sign, 0]);
-                message.extend(u32::from(bytes).to_le_bytes());
-                message.extend([0, 0, bytes * 8, 0, exponent_at, exponent, 0, exponent_at]);
+                message.extend((number.size() as u32).to_le_bytes());
+                message.extend([0, 0, bits, 0, exponent_at, exponent, 0, exponent_at]);
                 message.extend(bias.to_le_bytes());
+            }
+            Element::Number(number) => {
+                use VtkElement::{Int8, Int16, Int32, Int64};
+                let is_signed = matches!(number, Int8 | Int16 | Int32 | Int64);
+                message.extend([0x10, order | u8::from(is_signed) << 3, 0, 0]);
+                message.extend((number.size() as u32).to_le_bytes());
+                message.extend([0, 0]);
+                message.extend((number.size() as u16 * 8).to_le_bytes());
             }
             Element::Text { bytes, terminated } => {
                 message.extend([0x13, u8::from(!terminated), 0, 0]);
@@ -99,23 +94,5 @@ impl Element {
             }
         }
         message
-    }
-}
-
-impl From<VtkElement> for Element {
-    fn from(element: VtkElement) -> Self {
-        match element {
-            VtkElement::Int8 => Element::I8,
-            VtkElement::UInt8 => Element::U8,
-            VtkElement::Int16 => Element::I16,
-            VtkElement::UInt16 => Element::U16,
-            VtkElement::Int32 => Element::I32,
-            VtkElement::UInt32 => Element::U32,
-            VtkElement::Int64 => Element::I64,
-            VtkElement::UInt64 => Element::U64,
-            VtkElement::Float32 => Element::F32,
-            VtkElement::Float64 => Element::F64,
-            VtkElement::String => Element::String,
-        }
     }
 }

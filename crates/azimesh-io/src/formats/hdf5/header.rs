@@ -4,12 +4,9 @@
 //! version 2, layout messages version 3 (contiguous) and 4 (chunked). Read by
 //! libhdf5 from 1.8, files with chunks from 1.10.
 
-use super::address::{NOWHERE, Storage};
-use super::checksum::with_checksum;
 use super::index;
-use super::links::Links;
-use super::messages::{LINK, Messages, link};
-use super::tree::{Attribute, Id, Node};
+use super::messages::{LINK, Links, Messages, link, with_checksum};
+use super::tree::{Attribute, Id, NOWHERE, Node, Storage};
 use azimesh_core::error::{Error, Result};
 
 /// Bytes of the superblock.

@@ -11,8 +11,8 @@
 //! and node j has the records j M(k) to (j + 1) M(k) - 2; the one after them is record j of the next
 //! level. The last node has up to M(k).
 
-use super::address::{NOWHERE, Stored};
-use super::checksum::with_checksum;
+use super::messages::with_checksum;
+use super::tree::{NOWHERE, Stored};
 use azimesh_core::error::Result;
 use std::ops::Range;
 
@@ -80,13 +80,12 @@ impl Chunks {
         self.stored = None;
     }
 
-    /// Makes another chunk the last one.
-    pub fn replace_last(&mut self, chunk: Stored) {
-        self.addresses.pop();
-        self.push(chunk);
+    /// Keeps the first `n` chunks, if there are more.
+    pub(super) fn truncate(&mut self, n: usize) {
+        self.addresses.truncate(n);
     }
 
-    /// How many there are.
+    /// Number of chunks.
     pub fn len(&self) -> usize {
         self.addresses.len()
     }

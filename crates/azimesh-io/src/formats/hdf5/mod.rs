@@ -13,28 +13,20 @@
 //! tree.write(out)?;
 //! ```
 //!
-//! Values that are not in memory in the form that they have in the file are a [`Data::Made`], a closure
-//! that hands over bytes. A file that grows step by step and is valid after each:
+//! A file that grows step by step and is valid after each:
 //!
 //! ```text
-//! let mut file = StepFile::create(path, Begin::Create, true)?;             // staged until the first step is complete
+//! let mut file = StepFile::create(path, Begin::Create, true)?;         // staged until the first step is complete
 //! let x = file.store(&Data::slice(&x))?;                               // keep `x` for later steps
-//! let mut tree = ...;                                                   // all that is in the file now
+//! let mut tree = ...;                                                  // all that is in the file now
 //! tree.dataset(group, "CoordinateX", Element::F64, &[n], x);
 //! let hash = file.finish_step(&tree)?;
-//! file.commit()?;                                                       // from here on it can be read
+//! file.commit()?;                                                      // from here on it can be read
 //! ```
 //!
-//! A dataset that gets longer with each step has one [`Payload::Chunks`] piece a step, or has [`Rows`]
-//! where that is a number or a name. What later steps have too is an object in a list of [`Links`]:
-//! so a step writes what is new in it, and the groups on the way there:
-//!
-//! ```text
-//! let grid = file.store_object(&tree)?;
-//! links.add("GridCoordinates#0007", grid)?;
-//! file.store_links(&mut links)?;
-//! tree.links(zone, &links);                                             // of the tree of the step
-//! ```
+//! A dataset that gets longer with each step has one piece per step ([`Payload::Chunks`]), or has [`Rows`] of one number or
+//! name. What later steps have too is an object in a list of [`Links`]: a step writes what is new in it, and the groups on
+//! the way there.
 //!
 //! Reading:
 //!
@@ -44,31 +36,26 @@
 //! let values: Values = dataset.values()?;
 //! ```
 
-mod address;
-mod bits;
-mod checksum;
+mod decode;
 mod element;
 mod header;
 mod index;
-mod links;
 mod messages;
 mod read;
 mod rows;
-mod short_chunks;
 mod step_file;
 mod tree;
 mod whole;
 mod write;
 
 pub(super) use self::{
-    address::Stored,
     element::Element,
     index::Chunks,
-    links::Links,
+    messages::Links,
     read::{Dataset, File, Group, MissingFiles},
     rows::Rows,
     step_file::StepFile,
-    tree::{Id, Payload, Tree},
+    tree::{Id, Payload, Stored, Tree},
     whole::{SIGNATURE, cut_off, first_bytes, is_hdf5},
 };
 

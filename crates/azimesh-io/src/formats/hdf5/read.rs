@@ -2,8 +2,7 @@
 
 use super::super::names::decoded;
 use super::super::{Notes, Source};
-use super::bits::Bits;
-use super::short_chunks::ShortChunks;
+use super::decode::{Bits, ShortChunks};
 use super::whole::check;
 use crate::mesh::Values;
 use azimesh_core::error::{Error, Result};
@@ -17,8 +16,8 @@ use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::ops::Range;
-use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Decompressed data can be this many times larger than the file.
 const MOST_RATIO: usize = 1100;
@@ -28,17 +27,24 @@ const MOST_FILES: usize = 16;
 const SMALLEST_LIMIT: usize = 64 << 20;
 
 /// An open file.
-pub(in crate::formats) struct File(Hdf5File, MissingFiles, ShortChunks);
+pub(in crate::formats) struct File {
+    inner: Hdf5File,
+    missing: MissingFiles,
+    short: ShortChunks,
+}
 
 /// Files that links of a file lead to and that are not there, as far as the links were followed.
 #[derive(Clone, Default)]
 pub(in crate::formats) struct MissingFiles(Arc<Mutex<BTreeSet<String>>>);
 
 impl MissingFiles {
+    fn lock(&self) -> MutexGuard<'_, BTreeSet<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Their names, ascending.
     pub fn names(&self) -> Vec<String> {
-        let names = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        names.iter().cloned().collect()
+        self.lock().iter().cloned().collect()
     }
 }
 
@@ -59,44 +65,47 @@ pub(in crate::formats) struct Dataset {
 impl File {
     /// Opens the file. Its links into other files are relative to its folder.
     pub fn open(source: &Source) -> Result<Self> {
-        check(source)?;
-        let folder = source.path().parent().map(PathBuf::from);
         let missing = MissingFiles::default();
-        let files = |folder| {
-            let missing = missing.clone();
-            Arc::new(SameFolder {
-                folder,
-                missing,
-                left: MOST_FILES,
-            }) as _
-        };
-        let options = options(source.bytes().len(), folder.map(files));
-        let file = Hdf5File::from_owner(source.shared(), options).map_err(at_root)?;
-        Ok(Self(file, missing, ShortChunks::default()))
+        let links = SameFolder::of(source.path(), &missing, MOST_FILES);
+        let options = options(source.bytes().len(), links);
+        Self::with(source, options, missing, ShortChunks::default())
     }
 
     /// Opens a file whose last chunks may hold no more than the rows that there are, as Fluent writes them. It has no
     /// links into other files.
     pub fn open_with_short_chunks(source: &Source) -> Result<Self> {
-        check(source)?;
         let short = ShortChunks::default();
         let options = OpenOptions {
             filter_registry: Some(short.filters()),
             ..options(source.bytes().len(), None)
         };
-        let file = Hdf5File::from_owner(source.shared(), options).map_err(at_root)?;
-        Ok(Self(file, MissingFiles::default(), short))
+        Self::with(source, options, MissingFiles::default(), short)
+    }
+
+    fn with(
+        source: &Source,
+        options: OpenOptions,
+        missing: MissingFiles,
+        short: ShortChunks,
+    ) -> Result<Self> {
+        check(source)?;
+        let inner = Hdf5File::from_owner(source.shared(), options).map_err(at_root)?;
+        Ok(Self {
+            inner,
+            missing,
+            short,
+        })
     }
 
     /// Files that links lead to and that are not there.
     pub fn missing_files(&self) -> MissingFiles {
-        self.1.clone()
+        self.missing.clone()
     }
 
     /// The group that holds everything.
     pub fn root(&self) -> Result<Group> {
-        let root = self.0.root_group().map_err(at_root)?;
-        Ok(Group(root, self.2.clone()))
+        let root = self.inner.root_group().map_err(at_root)?;
+        Ok(Group(root, self.short.clone()))
     }
 }
 
@@ -123,26 +132,30 @@ struct SameFolder {
     left: usize,
 }
 
+impl SameFolder {
+    fn of(
+        file: &Path,
+        missing: &MissingFiles,
+        left: usize,
+    ) -> Option<Arc<dyn ExternalLinkResolver>> {
+        Some(Arc::new(Self {
+            folder: file.parent()?.to_path_buf(),
+            missing: missing.clone(),
+            left,
+        }))
+    }
+}
+
 impl ExternalLinkResolver for SameFolder {
     fn resolve_external_link(&self, name: &str) -> hdf5_reader::error::Result<Option<Hdf5File>> {
         let path = self.folder.join(name);
         if !path.is_file() {
-            let mut missing = self
-                .missing
-                .0
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
-            missing.insert(name.to_owned());
+            self.missing.lock().insert(name.to_owned());
             return Ok(None);
         }
         let source = Source::stored(&path).map_err(std::io::Error::other)?;
-        let next = self.left.checked_sub(1).map(|left| {
-            Arc::new(Self {
-                folder: path.parent().map(PathBuf::from).unwrap_or_default(),
-                missing: self.missing.clone(),
-                left,
-            }) as _
-        });
+        let left = self.left.checked_sub(1);
+        let next = left.and_then(|left| Self::of(&path, &self.missing, left));
         let options = options(source.bytes().len(), next);
         Hdf5File::from_owner(source.shared(), options).map(Some)
     }
@@ -156,34 +169,31 @@ impl Group {
 
     /// The groups in it, in the order of creation where the file has that, else by name.
     pub fn groups(&self) -> Result<Vec<Group>> {
-        let groups = self.0.groups().map_err(|error| self.refused(error))?;
-        let group = |inner| Group(inner, self.1.clone());
-        Ok(groups.into_iter().map(group).collect())
+        let groups = self.at_self(self.0.groups())?.into_iter();
+        Ok(groups.map(|inner| self.subgroup(inner)).collect())
     }
 
     /// The datasets in it, in the order of [`Group::groups`].
     pub fn datasets(&self) -> Result<Vec<Dataset>> {
-        let datasets = self.0.datasets().map_err(|error| self.refused(error))?;
-        Ok(datasets
-            .into_iter()
-            .map(|inner| self.bounded(inner))
-            .collect())
+        let datasets = self.at_self(self.0.datasets())?.into_iter();
+        Ok(datasets.map(|inner| self.bounded(inner)).collect())
     }
 
     /// Names of its groups and of its datasets.
     pub fn names(&self) -> Result<(Vec<String>, Vec<String>)> {
-        self.0.member_names().map_err(|error| self.refused(error))
+        self.at_self(self.0.member_names())
     }
 
     /// The group of this name; `None` where there is none, also where a link leads nowhere.
     pub fn group(&self, name: &str) -> Result<Option<Group>> {
-        let group = |inner| Group(inner, self.1.clone());
-        self.found(self.0.group(name).map(group))
+        let group = self.at_self(found(self.0.group(name)))?;
+        Ok(group.map(|inner| self.subgroup(inner)))
     }
 
     /// The dataset of this name; `None` where there is none.
     pub fn dataset(&self, name: &str) -> Result<Option<Dataset>> {
-        self.found(self.0.dataset(name).map(|inner| self.bounded(inner)))
+        let dataset = self.at_self(found(self.0.dataset(name)))?;
+        Ok(dataset.map(|inner| self.bounded(inner)))
     }
 
     /// The dataset of this name, which must be there.
@@ -194,20 +204,19 @@ impl Group {
 
     /// An attribute that is text.
     pub fn text(&self, name: &str) -> Result<Option<String>> {
-        let attribute = self.found(self.0.attribute(name))?;
-        attribute
-            .map(|attribute| attribute.read_string().map_err(refused))
-            .transpose()
-            .map_err(|error| error.dataset(name))
+        let attribute = self.at_self(found(self.0.attribute(name)))?;
+        let text = attribute.map(|attribute| attribute.read_string());
+        at(name, text.transpose())
     }
 
     /// An attribute that is numbers or text.
     pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
-        let attribute = self.found(self.0.attribute(name))?;
-        attribute
-            .map(|attribute| attribute_values(&attribute))
-            .transpose()
-            .map_err(|error| error.dataset(name))
+        let attribute = self.at_self(found(self.0.attribute(name)))?;
+        attribute_values(name, attribute)
+    }
+
+    fn subgroup(&self, inner: hdf5_reader::group::Group) -> Group {
+        Group(inner, self.1.clone())
     }
 
     fn bounded(&self, inner: hdf5_reader::Dataset) -> Dataset {
@@ -220,21 +229,24 @@ impl Group {
         }
     }
 
-    fn found<T>(&self, found: std::result::Result<T, Refused>) -> Result<Option<T>> {
-        match found {
-            Ok(found) => Ok(Some(found)),
-            Err(
-                Refused::GroupNotFound(_)
-                | Refused::DatasetNotFound(_)
-                | Refused::AttributeNotFound(_),
-            ) => Ok(None),
-            Err(error) => Err(self.refused(error)),
-        }
+    fn at_self<T>(&self, read: std::result::Result<T, Refused>) -> Result<T> {
+        at(self.name(), read)
     }
+}
 
-    fn refused(&self, error: Refused) -> Error {
-        refused(error).dataset(self.name())
+/// `None` for a group, a dataset or an attribute that is not there.
+fn found<T>(found: std::result::Result<T, Refused>) -> std::result::Result<Option<T>, Refused> {
+    match found {
+        Err(
+            Refused::GroupNotFound(_) | Refused::DatasetNotFound(_) | Refused::AttributeNotFound(_),
+        ) => Ok(None),
+        found => found.map(Some),
     }
+}
+
+/// An error of the crate as one of this name.
+fn at<T>(name: &str, read: std::result::Result<T, Refused>) -> Result<T> {
+    read.map_err(|error| refused(error).dataset(name))
 }
 
 /// Runs `$body` with `$T` standing for the bits of numbers of this datatype and `$variant` for the variant of [`Values`];
@@ -278,17 +290,11 @@ impl Dataset {
 
     /// An attribute that is numbers or text.
     pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
-        let attribute = match self.inner.attribute(name) {
-            Ok(attribute) => attribute,
-            Err(Refused::AttributeNotFound(_)) => return Ok(None),
-            Err(error) => return Err(refused(error).dataset(self.name())),
-        };
-        attribute_values(&attribute)
-            .map(Some)
-            .map_err(|error| error.dataset(name))
+        let attribute = at(self.name(), found(self.inner.attribute(name)))?;
+        attribute_values(name, attribute)
     }
 
-    /// How many values there are along each index; empty for a single value.
+    /// Numbers of values along each index; empty for a single value.
     pub fn shape(&self) -> &[u64] {
         self.inner.shape()
     }
@@ -318,13 +324,13 @@ impl Dataset {
         hdf5_reader::dtype_element_size(self.inner.dtype()).unwrap_or(0)
     }
 
-    /// Whether its values are integers.
+    /// Checks if its values are integers.
     pub fn is_of_integers(&self) -> bool {
         let is_read = matches!(self.value_size(), 1 | 2 | 4 | 8);
         is_read && matches!(self.inner.dtype(), Datatype::FixedPoint { .. })
     }
 
-    /// Whether its values are numbers.
+    /// Checks if its values are numbers.
     pub fn is_of_numbers(&self) -> bool {
         let is_real = matches!(self.inner.dtype(), Datatype::FloatingPoint { .. });
         self.is_of_integers() || is_real && matches!(self.value_size(), 4 | 8)
@@ -332,12 +338,9 @@ impl Dataset {
 
     /// An attribute that is text.
     pub fn text(&self, name: &str) -> Result<Option<String>> {
-        match self.inner.attribute(name) {
-            Ok(attribute) => attribute.read_string().map(Some).map_err(refused),
-            Err(Refused::AttributeNotFound(_)) => Ok(None),
-            Err(error) => Err(refused(error)),
-        }
-        .map_err(|error| error.dataset(self.name()))
+        let attribute = at(self.name(), found(self.inner.attribute(name)))?;
+        let text = attribute.map(|attribute| attribute.read_string());
+        at(self.name(), text.transpose())
     }
 
     /// The bytes of single characters.
@@ -346,22 +349,20 @@ impl Dataset {
         if self.value_size() != 1 {
             return Err(Error::input("it must be text of single characters").dataset(self.name()));
         }
-        let bytes = self.inner.read_raw_bytes();
-        bytes.map_err(|error| refused(error).dataset(self.name()))
+        at(self.name(), self.inner.read_raw_bytes())
     }
 
     /// All values, in their own type and the byte order of this machine.
     pub fn values(&self) -> Result<Values> {
-        self.short.while_reading(&self.inner, || self.all_values())
-    }
-
-    fn all_values(&self) -> Result<Values> {
-        with_number!(
-            self.inner.dtype(),
-            T, Variant => self.numbers::<T>().map(|bits| Variant(cast_vec(bits))),
-            |other: &Datatype| self.others(other)
-        )
-        .map_err(|error| error.dataset(self.name()))
+        let read = || {
+            with_number!(
+                self.inner.dtype(),
+                T, Variant => self.numbers::<T>().map(|bits| Variant(cast_vec(bits))),
+                |other: &Datatype| self.others(other)
+            )
+        };
+        let values = self.short.while_reading(&self.inner, read);
+        values.map_err(|error| error.dataset(self.name()))
     }
 
     /// Refuses rows that are not there, and more than a file of this size can hold. Whoever reads
@@ -425,19 +426,18 @@ impl Dataset {
 
     /// Strings of which not all are UTF-8.
     fn bytes_of_strings(&self) -> std::result::Result<Vec<String>, Refused> {
-        let is_fixed = matches!(
-            self.inner.dtype(),
-            Datatype::String {
-                size: StringSize::Fixed(_),
-                ..
-            }
-        );
+        let size = match self.inner.dtype() {
+            Datatype::String { size, .. } => Some(size),
+            _ => None,
+        };
+        let is_fixed = matches!(size, Some(StringSize::Fixed(_)));
         let raw = self.inner.read_raw_bytes()?;
         let elements = raw.chunks_exact(self.inner.raw_element_size()?.max(1));
         let string = |element: &[u8]| {
-            let bytes = match is_fixed {
-                true => element.to_vec(),
-                false => self.inner.resolve_vlen_reference_bytes(element, 1)?,
+            let bytes = if is_fixed {
+                element.to_vec()
+            } else {
+                self.inner.resolve_vlen_reference_bytes(element, 1)?
             };
             let end = bytes.iter().position(|byte| *byte == 0);
             let text = decoded(&bytes[..end.unwrap_or(bytes.len())]);
@@ -449,7 +449,7 @@ impl Dataset {
         elements.map(string).collect()
     }
 
-    /// Tells of the strings that were read as Latin-1.
+    /// Notes the strings that were read as Latin-1.
     pub fn note_latin1(&self, notes: &mut Notes) {
         let texts = self.latin1.borrow();
         texts.iter().for_each(|text| notes.latin1(text));
@@ -464,7 +464,10 @@ impl Dataset {
                 };
                 strings.map(Values::Text).map_err(refused)
             }
-            Datatype::Enum { base, .. } if is_byte(base) => {
+            // A truth value.
+            Datatype::Enum { base, .. }
+                if matches!(**base, Datatype::FixedPoint { size: 1, .. }) =>
+            {
                 self.inner.read_raw_bytes().map(Values::U8).map_err(refused)
             }
             other => Err(unknown(other)),
@@ -472,13 +475,11 @@ impl Dataset {
     }
 }
 
-/// The base of a truth value.
-fn is_byte(base: &Datatype) -> bool {
-    matches!(base, Datatype::FixedPoint { size: 1, .. })
-}
-
-fn attribute_values(attribute: &Attribute) -> Result<Values> {
-    with_number!(
+fn attribute_values(name: &str, attribute: Option<Attribute>) -> Result<Option<Values>> {
+    let Some(attribute) = attribute else {
+        return Ok(None);
+    };
+    let values = with_number!(
         &attribute.datatype,
         T, Variant => attribute
             .read_1d::<T>()
@@ -490,7 +491,8 @@ fn attribute_values(attribute: &Attribute) -> Result<Values> {
             }
             other => Err(unknown(other)),
         }
-    )
+    );
+    values.map(Some).map_err(|error| error.dataset(name))
 }
 
 fn unknown(datatype: &Datatype) -> Error {
@@ -508,7 +510,7 @@ fn unknown(datatype: &Datatype) -> Error {
     Error::input(format!("its values are {found}, which cannot be read"))
 }
 
-/// What is wrong with the file as a whole.
+/// An error of the file as a whole.
 fn at_root(error: Refused) -> Error {
     refused(error).dataset("/")
 }

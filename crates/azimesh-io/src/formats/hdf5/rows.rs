@@ -3,9 +3,9 @@
 //! Rows that are constant or grow by a constant are written ahead of the steps that need them. Others are in chunks,
 //! of which each step rewrites the last one.
 
-use super::address::{NOWHERE, Storage, Stored};
 use super::element::{Element, Number};
 use super::index::Chunks;
+use super::tree::{NOWHERE, Storage, Stored};
 use azimesh_core::error::Result;
 
 /// Bytes of the smallest chunk.
@@ -20,7 +20,7 @@ pub(in crate::formats) struct Rows {
     row: Vec<u64>,
     row_bytes: usize,
     bytes: Vec<u8>,
-    /// Whether all rows so far follow from the first two.
+    /// True if all rows so far follow from the first two.
     goes_on: bool,
     /// The rows in one piece, and how many are in the file.
     piece: (Stored, usize),
@@ -54,7 +54,7 @@ impl Rows {
         self.bytes.extend(row);
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn n_rows(&self) -> usize {
         self.bytes.len() / self.row_bytes
     }
@@ -65,7 +65,7 @@ impl Rows {
         std::iter::once(n).chain(self.row.iter().copied()).collect()
     }
 
-    /// Where its rows are, once they are in the file.
+    /// Position of its rows, once they are in the file.
     pub(super) fn place(&self) -> Storage {
         match self.chunks.stored {
             Some(index) if self.chunk_rows < self.n_rows() => Storage::Chunked {
@@ -104,15 +104,13 @@ impl Rows {
             chunk.resize(chunk_bytes, 0);
             let address = put(&chunk)?;
             self.piece = (Stored { address }, 0);
-            match number < self.chunks.len() {
-                true => self.chunks.replace_last(Stored { address }),
-                false => self.chunks.push(Stored { address }),
-            }
+            self.chunks.truncate(number);
+            self.chunks.push(Stored { address });
         }
-        match n > rows {
-            true => self.chunks.store(put),
-            false => Ok(()),
+        if n > rows {
+            self.chunks.store(put)?;
         }
+        Ok(())
     }
 
     /// The next rows, where they go on as the last two do.
@@ -122,12 +120,11 @@ impl Rows {
             let words = row.as_chunks::<8>().0.iter();
             words.map(|word| u64::from_ne_bytes(*word)).collect()
         };
-        let n_rows = self.n_rows();
         if n == 0 {
             return Vec::new();
         }
-        let last = words(n_rows - 1);
-        let before = words(n_rows.saturating_sub(2));
+        let last = words(self.n_rows() - 1);
+        let before = words(self.n_rows().saturating_sub(2));
         let row = |ahead: u64| {
             let pairs = last.iter().zip(&before);
             pairs.map(move |(last, before)| {

@@ -1,11 +1,37 @@
 //! The content of a file: groups, datasets and attributes, before they have addresses.
 
-use super::address::Stored;
 use super::element::{Element, Number};
 use super::index::Chunks;
-use super::links::Links;
+use super::messages::Links;
 use super::rows::Rows;
 use crate::formats::column::Data;
+
+/// The undefined address.
+pub(super) const NOWHERE: u64 = u64::MAX;
+
+/// Values or an object in a growing file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::formats) struct Stored {
+    pub(super) address: u64,
+}
+
+impl Stored {
+    /// The values after so many bytes.
+    pub fn past(self, n_bytes: u64) -> Self {
+        Self {
+            address: self.address + n_bytes,
+        }
+    }
+}
+
+/// Position of the values of a dataset.
+#[derive(Debug, Clone)]
+pub(super) enum Storage {
+    /// In one piece.
+    Contiguous(u64),
+    /// In chunks of so many rows, by way of the index at this address.
+    Chunked { rows: u64, index: Stored },
+}
 
 /// The content of a file. Children come back in the order in which they were added.
 pub(in crate::formats) struct Tree<'a> {
@@ -56,6 +82,20 @@ pub(super) struct Node<'a> {
     pub object: Option<Stored>,
 }
 
+impl<'a> Node<'a> {
+    fn dataset(element: Element, shape: &[u64], data: impl Into<Payload<'a>>) -> Self {
+        let (shape, data) = (shape.to_vec(), data.into());
+        Self {
+            dataset: Some(Dataset {
+                element,
+                shape,
+                data,
+            }),
+            ..Self::default()
+        }
+    }
+}
+
 pub(super) struct Attribute {
     pub name: String,
     pub element: Element,
@@ -100,27 +140,13 @@ impl<'a> Tree<'a> {
         shape: &[u64],
         data: impl Into<Payload<'a>>,
     ) -> Id {
-        let dataset = Dataset {
-            element,
-            shape: shape.to_vec(),
-            data: data.into(),
-        };
-        let node = Node {
-            dataset: Some(dataset),
-            ..Node::default()
-        };
-        self.add(parent, name, node)
+        self.add(parent, name, Node::dataset(element, shape, data))
     }
 
     /// A tree that is one dataset, to be an object of a growing file.
     pub fn of_dataset(element: Element, shape: &[u64], data: impl Into<Payload<'a>>) -> Self {
-        let mut tree = Self::new();
-        tree.nodes[0].dataset = Some(Dataset {
-            element,
-            shape: shape.to_vec(),
-            data: data.into(),
-        });
-        tree
+        let nodes = vec![Node::dataset(element, shape, data)];
+        Self { nodes }
     }
 
     /// Adds an object of a growing file to a group.
@@ -139,13 +165,8 @@ impl<'a> Tree<'a> {
 
     /// Adds a dataset that has one more row with each step.
     pub fn rows(&mut self, parent: Id, name: &str, rows: &'a Rows) -> Id {
-        self.dataset(
-            parent,
-            name,
-            rows.element,
-            &rows.shape(),
-            Payload::Rows(rows),
-        )
+        let shape = rows.shape();
+        self.dataset(parent, name, rows.element, &shape, Payload::Rows(rows))
     }
 
     /// Adds a dataset of numbers with one index.
@@ -166,11 +187,14 @@ impl<'a> Tree<'a> {
     /// is cut.
     pub fn padded_attribute(&mut self, of: Id, name: &str, text: &str, element: Element) {
         let mut bytes = text.as_bytes().to_vec();
-        let room = element.size() as usize;
-        if matches!(element, Element::Text { terminated, .. } if terminated) {
-            bytes.truncate(room.saturating_sub(1));
+        let size = element.size() as usize;
+        if let Element::Text {
+            terminated: true, ..
+        } = element
+        {
+            bytes.truncate(size.saturating_sub(1));
         }
-        bytes.resize(room, 0);
+        bytes.resize(size, 0);
         self.attribute(of, name, element, None, bytes);
     }
 

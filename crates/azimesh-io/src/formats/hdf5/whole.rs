@@ -1,14 +1,14 @@
-//! Whether a file is an HDF5 file, and has all of its bytes, by its superblock.
+//! Recognizes HDF5 files, and files that are cut off, by their superblock.
 //!
 //! Format: HDF5 File Format Specification version 3.0, section II.A.
 
 use crate::formats::Source;
 use azimesh_core::error::{Error, Result};
 
-/// What an HDF5 file begins with.
+/// First bytes of an HDF5 file.
 pub(in crate::formats) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
-/// Where the superblock begins: at the first byte, or behind a block of another program's.
+/// Offset of the superblock: the first byte, or behind a block of another program's.
 fn start(bytes: &[u8]) -> Option<usize> {
     let doubling = std::iter::successors(Some(512_usize), |at| at.checked_mul(2));
     std::iter::once(0)
@@ -17,7 +17,7 @@ fn start(bytes: &[u8]) -> Option<usize> {
         .find(|at| bytes[*at..].starts_with(SIGNATURE))
 }
 
-/// Whether these are the bytes of an HDF5 file, also behind a block of another program's.
+/// Checks if these are the bytes of an HDF5 file, also behind a block of another program's.
 pub(in crate::formats) fn is_hdf5(bytes: &[u8]) -> bool {
     start(bytes).is_some()
 }
@@ -70,7 +70,7 @@ pub(super) fn check(source: &Source) -> Result<()> {
     cut_off(bytes).map_or(Ok(()), Err)
 }
 
-/// What a file begins with, for errors.
+/// First bytes of a file, for errors.
 pub(in crate::formats) fn first_bytes(bytes: &[u8]) -> String {
     let head = &bytes[..bytes.len().min(16)];
     format!("\"{}\"", head.escape_ascii())

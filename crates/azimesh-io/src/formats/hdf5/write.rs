@@ -1,12 +1,10 @@
 //! A tree written front to back: superblock, headers, then the values of every dataset.
 
-use super::address::{NOWHERE, Storage};
 use super::header::{self, SUPERBLOCK};
-use super::tree::{Dataset, Payload, Tree};
+use super::tree::{Dataset, NOWHERE, Payload, Storage, Tree};
 use crate::formats::Out;
 use crate::formats::column::{Data, Sink};
 use azimesh_core::error::{Error, Result};
-use std::io::Write;
 
 /// Values start at multiples of this.
 pub(super) const ALIGNMENT: u64 = 64;
@@ -25,37 +23,29 @@ impl Tree<'_> {
         let mut out = Counted { out, at: 0 };
         out.write(&header::superblock(root, end))?;
         out.write(&headers)?;
-        let datasets = self.nodes.iter().zip(&places);
-        for (dataset, place) in datasets.filter_map(|(n, p)| Some((n.dataset.as_ref()?, p))) {
-            if let Storage::Contiguous(address) = *place
+        for (node, place) in self.nodes.iter().zip(&places) {
+            if let (Some(dataset), &Storage::Contiguous(address)) = (&node.dataset, place)
                 && address != NOWHERE
             {
                 out.pad_to(address)?;
-                if let Payload::New(Data::Remote(numbers)) = &dataset.data {
-                    out.out.apart(numbers, 0)?;
-                    out.at += numbers.n_bytes;
-                    continue;
-                }
-                write_values(dataset, address, &mut |bytes| out.write(bytes))?;
+                out.write_values(dataset)?;
             }
         }
         out.pad_to(end)
     }
 
-    /// Where the values of each node lie when the first may start at `at`, and the file's end.
+    /// The positions of the values of each node if the first may start at `at`, and the end of the file.
     fn places(&self, mut at: u64) -> Result<(Vec<Storage>, u64)> {
         let too_large = || Error::input("the file would have more than 2^63 bytes");
         let mut places = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let n_bytes = node.dataset.as_ref().map_or(0, stored_bytes);
-            let address = match n_bytes {
-                0 => NOWHERE,
-                _ => at.next_multiple_of(ALIGNMENT),
-            };
-            places.push(Storage::Contiguous(address));
+            let mut address = NOWHERE;
             if n_bytes > 0 {
+                address = at.next_multiple_of(ALIGNMENT);
                 at = address.checked_add(n_bytes).ok_or_else(too_large)?;
             }
+            places.push(Storage::Contiguous(address));
         }
         Ok((places, at))
     }
@@ -101,22 +91,6 @@ pub(super) fn stored_bytes(dataset: &Dataset) -> u64 {
     }
 }
 
-/// Hands the values of a dataset that will lie at `at` to `sink`.
-pub(super) fn write_values(dataset: &Dataset, at: u64, sink: Sink) -> Result<()> {
-    let mut n_bytes = 0;
-    let mut counted = |bytes: &[u8]| {
-        n_bytes += bytes.len() as u64;
-        sink(bytes)
-    };
-    match &dataset.data {
-        Payload::New(data) => write_data(data, at, &mut counted)?,
-        _ => panic!("what is stored is not written again"),
-    }
-    let expected = stored_bytes(dataset);
-    assert_eq!(n_bytes, expected, "values must fit element and shape");
-    Ok(())
-}
-
 /// Hands values that will be at `at` to `sink`: numbers, or references to strings and their heap.
 pub(super) fn write_data(data: &Data, at: u64, sink: Sink) -> Result<()> {
     let Data::Text(strings) = data else {
@@ -127,20 +101,39 @@ pub(super) fn write_data(data: &Data, at: u64, sink: Sink) -> Result<()> {
     sink(&heap)
 }
 
-/// Counts what goes by.
-pub(super) struct Counted<W> {
-    pub out: W,
-    pub at: u64,
+/// Counts the bytes that go by.
+struct Counted<'a> {
+    out: &'a mut dyn Out,
+    at: u64,
 }
 
-impl<W: Write> Counted<W> {
-    pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
+impl Counted<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<()> {
         self.out.write_all(bytes).map_err(failed)?;
         self.at += bytes.len() as u64;
         Ok(())
     }
 
-    pub fn pad_to(&mut self, address: u64) -> Result<()> {
+    fn write_values(&mut self, dataset: &Dataset) -> Result<()> {
+        let start = self.at;
+        match &dataset.data {
+            Payload::New(Data::Remote(numbers)) => {
+                self.out.apart(numbers, 0)?;
+                self.at += numbers.n_bytes;
+            }
+            Payload::New(data) => write_data(data, start, &mut |bytes| self.write(bytes))?,
+            _ => panic!("what is stored is not written again"),
+        }
+        let expected = stored_bytes(dataset);
+        assert_eq!(
+            self.at - start,
+            expected,
+            "values must fit element and shape"
+        );
+        Ok(())
+    }
+
+    fn pad_to(&mut self, address: u64) -> Result<()> {
         let zeros = [0; ALIGNMENT as usize];
         self.write(&zeros[..(address - self.at) as usize])
     }

@@ -1,6 +1,6 @@
 //! Arrays of nodes, cells and the whole in a legacy file, in each of the ways it has for them.
 
-use super::super::lexer::shown;
+use super::super::tokens::shown;
 use super::super::vtk::number::Element;
 use super::cursor::{Cursor, decoded};
 use super::values::{self, Type};
@@ -29,18 +29,13 @@ impl Section<'_> {
     ) -> Result<bool> {
         match keyword {
             "scalars" => self.scalars(cursor, notes)?,
-            "vectors" | "normals" => self.named(cursor, 3, notes)?,
-            "tensors" => self.named(cursor, 9, notes)?,
-            "tensors6" => self.named(cursor, 6, notes)?,
+            "vectors" | "normals" => self.named(cursor, Some(3), notes)?,
+            "tensors" => self.named(cursor, Some(9), notes)?,
+            "tensors6" => self.named(cursor, Some(6), notes)?,
             "global_ids" | "pedigree_ids" | "edge_flags" | "edge_flag" => {
-                self.named(cursor, 1, notes)?
+                self.named(cursor, Some(1), notes)?
             }
-            "texture_coordinates" => {
-                let name = cursor.name("the name of an array", notes)?;
-                let n_components = cursor.count("a number of components")?;
-                let kind = Type::read(cursor)?;
-                self.array(cursor, (name, n_components, kind), notes)?;
-            }
+            "texture_coordinates" => self.named(cursor, None, notes)?,
             "color_scalars" => self.colors(cursor, notes)?,
             "lookup_table" => lookup_table(cursor, notes)?,
             "field" => self.field(cursor, notes)?,
@@ -49,8 +44,15 @@ impl Section<'_> {
         Ok(true)
     }
 
-    fn named(&mut self, cursor: &mut Cursor, n_components: usize, notes: &mut Notes) -> Result<()> {
+    fn named(
+        &mut self,
+        cursor: &mut Cursor,
+        n_components: Option<usize>,
+        notes: &mut Notes,
+    ) -> Result<()> {
         let name = cursor.name("the name of an array", notes)?;
+        let count = || cursor.count("a number of components");
+        let n_components = n_components.map_or_else(count, Ok)?;
         let kind = Type::read(cursor)?;
         self.array(cursor, (name, n_components, kind), notes)
     }

@@ -4,8 +4,8 @@
 //! start on the line after their keyword.
 
 use super::super::Notes;
-use super::super::lexer::{line_of, shown};
 use super::super::names::text_of;
+use super::super::tokens::{line_of, shown};
 use azimesh_core::error::{Error, Result};
 
 /// A place in a legacy file.
@@ -128,9 +128,10 @@ impl<'a> Cursor<'a> {
 
     /// An error at a byte: as a line of text, or as the byte.
     pub fn error_at(&self, at: usize, message: impl Into<String>) -> Error {
-        match self.binary {
-            true => Error::input(message).byte(at as u64),
-            false => Error::input(message).line(line_of(self.bytes, at)),
+        if self.binary {
+            Error::input(message).byte(at as u64)
+        } else {
+            Error::input(message).line(line_of(self.bytes, at))
         }
     }
 }

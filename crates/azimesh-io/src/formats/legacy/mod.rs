@@ -19,19 +19,8 @@
 //! # Ok(())
 //! # }
 //! ```
-//!
-//! Parts of the module:
-//!
-//! ```text
-//! cursor      words and lines, and where an error is
-//! values      numbers, bits, strings
-//! cells       lists of cells; attributes: arrays in each of the ways there are
-//! read        the parts of a file -> mesh
-//! write       mesh -> file
-//! ```
 
 mod attributes;
-mod cells;
 mod cursor;
 mod read;
 mod values;

@@ -1,17 +1,16 @@
 //! A legacy file as a mesh: which grid it holds, and its parts in whatever order.
 
-use super::super::lexer::{line_of, shown};
+use super::super::tokens::{line_of, shown};
 use super::super::vtk::cells::{Built, CellTable, repeat_tuples};
 use super::super::vtk::list::List;
 use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::polygonal;
 use super::super::vtk::{order, structured, tags};
 use super::attributes::{Section, metadata};
-use super::cells;
 use super::cursor::Cursor;
 use super::values::{self, Type};
 use crate::formats::{Notes, ReadOptions};
-use crate::mesh::{DataArray, Mesh};
+use crate::mesh::{Cells, DataArray, Mesh};
 use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Position, Result};
 
@@ -23,9 +22,12 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
     let mut cursor = Cursor::open(bytes)?;
     let file = parts(&mut cursor, notes).and_then(|file| file.mesh(&cursor, notes));
     // Errors of all parts together are placed at the end of the last one.
-    let mut mesh = file.map_err(|error| match cursor.binary {
-        true => error.byte(cursor.at as u64),
-        false => error.line(line_of(bytes, cursor.at.saturating_sub(1))),
+    let mut mesh = file.map_err(|error| {
+        if cursor.binary {
+            error.byte(cursor.at as u64)
+        } else {
+            error.line(line_of(bytes, cursor.at.saturating_sub(1)))
+        }
     })?;
     if cursor.version < FIRST_WITH_PRESENT_ORDER {
         order::swap(&mut mesh, notes);
@@ -116,9 +118,8 @@ struct File {
     last: (String, usize),
     place: ArrayTarget,
     n_tuples: usize,
-    point_arrays: Vec<DataArray>,
-    cell_arrays: Vec<DataArray>,
-    field_arrays: Vec<DataArray>,
+    /// Arrays of each target.
+    arrays: [Vec<DataArray>; 3],
 }
 
 impl File {
@@ -138,11 +139,11 @@ impl File {
             }
             "cells" => {
                 self.places[4] = cursor.at;
-                self.cells = cells::read(cursor)?;
+                self.cells = values::list(cursor)?;
             }
             "cell_types" => {
                 self.places[5] = cursor.at;
-                self.types = Some(cells::types(cursor)?);
+                self.types = Some(values::types(cursor)?);
             }
             "dimensions" => {
                 let mut next = || cursor.count("a dimension");
@@ -171,7 +172,7 @@ impl File {
             _ => match list(keyword) {
                 Some(list) => {
                     self.places[list] = cursor.at;
-                    self.lists[list] = cells::read(cursor)?;
+                    self.lists[list] = values::list(cursor)?;
                 }
                 None => return self.arrays(keyword, cursor, notes),
             },
@@ -181,30 +182,14 @@ impl File {
 
     /// Reads arrays.
     fn arrays(&mut self, keyword: &str, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
-        let n_tuples = Some(self.n_tuples);
-        let mut section = match self.place {
-            ArrayTarget::Whole => Section {
-                what: "field",
-                n_tuples: None,
-                arrays: &mut self.field_arrays,
-            },
-            ArrayTarget::Points => Section {
-                what: "point",
-                n_tuples,
-                arrays: &mut self.point_arrays,
-            },
-            ArrayTarget::Cells => Section {
-                what: "cell",
-                n_tuples,
-                arrays: &mut self.cell_arrays,
-            },
+        let has_items = self.place != ArrayTarget::Whole;
+        let mut section = Section {
+            what: ["field", "point", "cell"][self.place as usize],
+            n_tuples: has_items.then_some(self.n_tuples),
+            arrays: &mut self.arrays[self.place as usize],
         };
-        let known = match (self.place, keyword) {
-            (ArrayTarget::Whole, "field") | (ArrayTarget::Points | ArrayTarget::Cells, _) => {
-                section.attribute(keyword, cursor, notes)?
-            }
-            _ => false,
-        };
+        let known =
+            (has_items || keyword == "field") && section.attribute(keyword, cursor, notes)?;
         if known {
             return Ok(());
         }
@@ -221,8 +206,7 @@ impl File {
     fn last_array(&mut self) -> Option<&mut DataArray> {
         match self.place {
             ArrayTarget::Whole => None,
-            ArrayTarget::Points => self.point_arrays.last_mut(),
-            ArrayTarget::Cells => self.cell_arrays.last_mut(),
+            place => self.arrays[place as usize].last_mut(),
         }
     }
 
@@ -271,7 +255,7 @@ impl File {
         };
         let mut table = CellTable::new("CELL_TYPES");
         if self.grid == Grid::Poly {
-            for (list, which) in self.lists.into_iter().zip(0..) {
+            for (list, which) in std::mem::take(&mut self.lists).into_iter().zip(0..) {
                 let at = self.places[which];
                 list.append(&mut table, nodes, |_, n| polygonal(which, n))
                     .map_err(|error| place(error, cursor, at))?;
@@ -284,7 +268,7 @@ impl File {
                 let message = format!("CELL_TYPES has {found} types for {n} cells");
                 return Err(cursor.error_at(at, message));
             }
-            self.cells
+            std::mem::take(&mut self.cells)
                 .append(&mut table, nodes, |cell, _| types[cell])
                 .map_err(|error| match &error.position {
                     Some(Position::Dataset(name)) if name == "CELL_TYPES" => {
@@ -297,17 +281,23 @@ impl File {
             .finish(notes)
             .map_err(|error| Error::input(error.message))?;
         if let Some(origin) = origin {
-            repeat_tuples(&mut self.cell_arrays, &origin);
+            repeat_tuples(&mut self.arrays[ArrayTarget::Cells as usize], &origin);
         }
-        Ok(Mesh {
-            points: self.points,
+        let points = std::mem::take(&mut self.points);
+        Ok(self.with(points, cells))
+    }
+
+    /// The mesh of these nodes and cells, with the arrays of the file.
+    fn with(self, points: Vec<[f64; 3]>, cells: Cells) -> Mesh {
+        let [field_arrays, point_arrays, cell_arrays] = self.arrays;
+        Mesh {
+            points,
             cells,
-            groups: Vec::new(),
-            point_arrays: self.point_arrays,
-            cell_arrays: self.cell_arrays,
-            field_arrays: self.field_arrays,
+            point_arrays,
+            cell_arrays,
+            field_arrays,
             ..Mesh::default()
-        })
+        }
     }
 
     fn needed_dimensions(&self) -> Result<[usize; 3]> {
@@ -315,30 +305,23 @@ impl File {
             .ok_or_else(|| Error::input("the DIMENSIONS of the grid are missing"))
     }
 
-    fn structured(self) -> Result<Mesh> {
+    fn structured(mut self) -> Result<Mesh> {
         let dimensions = self.needed_dimensions()?;
         let (n, found) = (structured::n_points(dimensions)?, self.points.len());
         if n != found {
             let message = format!("the DIMENSIONS give {n} points, but there are {found}");
             return Err(Error::input(message));
         }
-        Ok(Mesh {
-            cells: structured::cells(dimensions, 0),
-            points: self.points,
-            groups: Vec::new(),
-            point_arrays: self.point_arrays,
-            cell_arrays: self.cell_arrays,
-            field_arrays: self.field_arrays,
-            ..Mesh::default()
-        })
+        let points = std::mem::take(&mut self.points);
+        Ok(self.with(points, structured::cells(dimensions, 0)))
     }
 
     /// A block whose nodes follow from coordinates along its axes.
-    fn block(self, cursor: &Cursor) -> Result<Mesh> {
+    fn block(mut self, cursor: &Cursor) -> Result<Mesh> {
         let dimensions = self.needed_dimensions()?;
         let n_points = structured::n_points(dimensions)?;
         structured::check_implied(n_points, cursor.bytes.len())?;
-        let mut axes = self.axes;
+        let mut axes = std::mem::take(&mut self.axes);
         for (i, axis) in axes.iter_mut().enumerate() {
             let (n, name) = (dimensions[i], ["X", "Y", "Z"][i]);
             if self.grid == Grid::Image {
@@ -353,15 +336,8 @@ impl File {
                 )));
             }
         }
-        Ok(Mesh {
-            points: structured::points([&axes[0], &axes[1], &axes[2]]),
-            cells: structured::cells(dimensions, 0),
-            groups: Vec::new(),
-            point_arrays: self.point_arrays,
-            cell_arrays: self.cell_arrays,
-            field_arrays: self.field_arrays,
-            ..Mesh::default()
-        })
+        let points = structured::points([&axes[0], &axes[1], &axes[2]]);
+        Ok(self.with(points, structured::cells(dimensions, 0)))
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::super::Notes;
 use super::super::names::text_of;
-use super::super::vtk::chunk::Chunk;
+use super::super::number::{Chunk, DType};
+use super::super::vtk::list::List;
 use super::super::vtk::number::{Element, parse_words, points_are_finite};
 use super::super::vtk::text::{cuts, word_end, word_start};
 use super::cursor::{Cursor, decoded};
@@ -55,7 +56,7 @@ impl Type {
     pub fn read(cursor: &mut Cursor) -> Result<Self> {
         let word = cursor.need("a type of values")?;
         Self::from_name(word).ok_or_else(|| {
-            let name = super::super::lexer::shown(word);
+            let name = super::super::tokens::shown(word);
             cursor.error(format!(
                 "{name} is not a type of values; known types: bit, char, unsigned_char, short, \
                  unsigned_short, int, unsigned_int, long, unsigned_long, vtktypeint64, \
@@ -156,7 +157,8 @@ pub(super) fn converted<U: Copy + Default>(
     Ok(out)
 }
 
-/// Reads as many numbers as `out` has.
+/// Reads as many numbers as `out` has: the bytes after this line, or the next words. Some text after the words may be parsed
+/// in vain.
 fn fill<U>(
     cursor: &mut Cursor,
     element: Element,
@@ -164,31 +166,54 @@ fn fill<U>(
     convert: &dyn Fn(Chunk, &mut [U]),
 ) -> Result<()> {
     let (n, mut done) = (out.len(), 0);
-    for_each_chunk(cursor, element, n, &mut |chunk| {
-        let start = done;
-        done += chunk.n_values();
-        convert(chunk, &mut out[start..done]);
-    })
+    if cursor.binary {
+        cursor.line();
+        let bytes = take(cursor, n.checked_mul(element.size()), n)?;
+        convert(DType::new(element, true).of(bytes), out);
+        return Ok(());
+    }
+    while done < n {
+        let guess = (n - done).saturating_mul(24).max(256);
+        let end = cursor.at.saturating_add(guess.min(PER_TASK * BATCH));
+        let end = word_end(cursor.bytes, end);
+        let cuts = cuts(cursor.bytes, cursor.at, end, PER_TASK);
+        let parts = map(cuts.len() - 1, &|i| {
+            parse(&cursor.bytes[cuts[i]..cuts[i + 1]], element)
+        });
+        for ((bytes, wrong), part) in parts.into_iter().zip(cuts.windows(2)) {
+            let numbers = DType::new(element, cfg!(target_endian = "big")).of(&bytes);
+            let (missing, found) = (n - done, numbers.n_values());
+            if found >= missing {
+                convert(numbers.part(0..missing), &mut out[done..]);
+                let last = part[0] + word_start(&cursor.bytes[part[0]..], missing - 1);
+                cursor.at = word_end(cursor.bytes, last);
+                return Ok(());
+            }
+            convert(numbers, &mut out[done..done + found]);
+            done += found;
+            cursor.at = part[1];
+            if let Some((at, message)) = wrong {
+                let message = format!("{message} (after {done} of {n} values)");
+                return Err(cursor.error_at(part[0] + at, message));
+            }
+        }
+        if done < n && cursor.at == cursor.bytes.len() {
+            let message = format!("the file ends after {done} of {n} values");
+            return Err(cursor.error_at(cursor.at, message));
+        }
+    }
+    Ok(())
 }
 
-/// Hands `n` values that start on the next line, or are the next words, to `sink`.
-fn for_each_chunk(
-    cursor: &mut Cursor,
-    element: Element,
-    n: usize,
-    sink: &mut dyn FnMut(Chunk),
-) -> Result<()> {
-    if !cursor.binary {
-        return text(cursor, element, n, sink);
+/// The numbers before the first wrong word, and its place.
+fn parse(text: &[u8], element: Element) -> (Vec<u8>, Option<(usize, String)>) {
+    match parse_words(text, element) {
+        Ok(bytes) => (bytes, None),
+        Err((at, message)) => {
+            let before = parse_words(&text[..at], element);
+            (before.unwrap_or_default(), Some((at, message)))
+        }
     }
-    cursor.line();
-    let bytes = take(cursor, n.checked_mul(element.size()), n)?;
-    sink(Chunk {
-        bytes,
-        element,
-        swap: cfg!(target_endian = "little"),
-    });
-    Ok(())
 }
 
 /// Refuses more values than the rest of the file can hold.
@@ -218,93 +243,6 @@ fn take<'a>(cursor: &mut Cursor<'a>, n_bytes: Option<usize>, n: usize) -> Result
     })?;
     cursor.at += bytes.len();
     Ok(bytes)
-}
-
-/// Reads `n` words as numbers. Some text behind them may be parsed in vain.
-fn text(
-    cursor: &mut Cursor,
-    element: Element,
-    n: usize,
-    sink: &mut dyn FnMut(Chunk),
-) -> Result<()> {
-    let mut done = 0;
-    while done < n {
-        let guess = (n - done).saturating_mul(24).max(256);
-        let end = cursor.at.saturating_add(guess.min(PER_TASK * BATCH));
-        let end = word_end(cursor.bytes, end);
-        let cuts = cuts(cursor.bytes, cursor.at, end, PER_TASK);
-        let parts = map(cuts.len() - 1, &|i| {
-            ParsedText::parse(cursor.bytes, cuts[i], cuts[i + 1], element)
-        });
-        for part in parts {
-            let (missing, found) = (n - done, part.numbers().n_values());
-            if found >= missing {
-                sink(part.numbers().part(0..missing));
-                cursor.at = part.after(cursor.bytes, missing);
-                return Ok(());
-            }
-            sink(part.numbers());
-            done += found;
-            cursor.at = part.end;
-            if let Some((at, message)) = part.wrong {
-                let message = format!("{message} (after {done} of {n} values)");
-                return Err(cursor.error_at(at, message));
-            }
-        }
-        if done < n && cursor.at == cursor.bytes.len() {
-            let message = format!("the file ends after {done} of {n} values");
-            return Err(cursor.error_at(cursor.at, message));
-        }
-    }
-    Ok(())
-}
-
-/// The numbers parsed from one part of a text.
-struct ParsedText {
-    bytes: Vec<u8>,
-    element: Element,
-    start: usize,
-    end: usize,
-    wrong: Option<(usize, String)>,
-}
-
-impl ParsedText {
-    fn parse(text: &[u8], start: usize, end: usize, element: Element) -> Self {
-        let mut part = Self {
-            bytes: Vec::new(),
-            element,
-            start,
-            end,
-            wrong: None,
-        };
-        match parse_words(&text[start..end], element) {
-            Ok(bytes) => part.bytes = bytes,
-            Err((at, message)) => {
-                let before = parse_words(&text[start..start + at], element);
-                part.bytes = before.unwrap_or_default();
-                part.wrong = Some((start + at, message));
-            }
-        }
-        part
-    }
-
-    fn numbers(&self) -> Chunk<'_> {
-        Chunk {
-            bytes: &self.bytes,
-            element: self.element,
-            swap: false,
-        }
-    }
-
-    /// Where the number with this one-based index ends.
-    fn after(&self, bytes: &[u8], n: usize) -> usize {
-        let mut at = self.start;
-        for _ in 0..n {
-            let blank = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
-            at = word_end(bytes, at + blank.count());
-        }
-        at
-    }
 }
 
 fn bits(cursor: &mut Cursor, n: usize) -> Result<Vec<u8>> {
@@ -350,4 +288,64 @@ pub(super) fn check_count(cursor: &Cursor, n: usize, what: &str) -> Result<()> {
         return Err(Error::input(too_many(what)).byte(cursor.at as u64));
     }
     Ok(())
+}
+
+/// Reads the list of cells after its keyword: two counts, and `n, node...` for each cell or, since version 5, offsets and
+/// nodes. A polyhedron has its face stream in the place of its nodes.
+pub(super) fn list(cursor: &mut Cursor) -> Result<List> {
+    let at = cursor.at;
+    let n = cursor.count("a number of cells")?;
+    let size = cursor.count("the size of the list")?;
+    check_count(cursor, n, "cells")?;
+    if cursor.peek().as_deref() == Some("offsets") {
+        return with_offsets(cursor, at, n, size);
+    }
+    if cursor.version.0 >= 5 && n <= 1 && size == 0 {
+        return Ok(List::default());
+    }
+    let element = if cursor.binary {
+        Element::Int32
+    } else {
+        Element::UInt32
+    };
+    let entries = numbers(cursor, element, size)?;
+    Ok(List::counted(n, entries))
+}
+
+fn with_offsets(cursor: &mut Cursor, at: usize, n: usize, size: usize) -> Result<List> {
+    cursor.keyword();
+    let mut ends = integers(cursor, n, &|chunk, out| chunk.integers(out))?;
+    if !ends.is_empty() {
+        let first = ends.remove(0);
+        if first != 0 {
+            let message = format!("the first offset is {first}; it must be 0");
+            return Err(cursor.error_at(at, message));
+        }
+    }
+    if cursor.keyword().as_deref() != Some("connectivity") {
+        return Err(cursor.error("CONNECTIVITY must follow the offsets"));
+    }
+    let entries = integers(cursor, size, &|chunk, out| chunk.narrow(out))?;
+    Ok(List::ending(ends, entries))
+}
+
+/// Reads a type and `n` integers, which `convert` puts into the type that is wanted.
+fn integers<U: Copy + Default>(
+    cursor: &mut Cursor,
+    n: usize,
+    convert: &dyn Fn(Chunk, &mut [U]),
+) -> Result<Vec<U>> {
+    let at = cursor.at;
+    let element = match Type::read(cursor)? {
+        Type::Number(element) if element.is_integer() => element,
+        Type::Id => id(cursor),
+        _ => return Err(cursor.error_at(at, "offsets and node indices must be integers")),
+    };
+    converted(cursor, element, n, convert)
+}
+
+/// Reads VTK's types of `n` cells.
+pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<u8>> {
+    let n = cursor.count("a number of cells")?;
+    converted(cursor, Element::Int32, n, &|chunk, out| chunk.types(out))
 }

@@ -3,13 +3,13 @@
 use super::super::column::Column;
 use super::super::names::{Rule, decoded};
 use super::super::vtk::arrays::VtkArrays;
-use super::super::vtk::chunk::reverse_each;
 use super::super::vtk::number::Element;
 use super::super::vtk::order;
 use super::super::vtk::text::{ascii, failed};
 use super::super::{Encoding, WriteOptions};
 use super::cursor::encoded;
 use crate::formats::Notes;
+use crate::mesh::reverse_each;
 use crate::mesh::{CellKind, CellRef, CellRun, Cells, MeshView};
 use azimesh_core::error::{Error, Result};
 use std::io::{BufWriter, Write};
@@ -69,9 +69,10 @@ impl Writer<'_> {
             Version::V51 => "5.1",
         };
         let encoding = if self.binary { "BINARY" } else { "ASCII" };
-        let title = match order::has_wedges(mesh.cells) {
-            true => order::TITLE,
-            false => "written by azimesh",
+        let title = if order::has_wedges(mesh.cells) {
+            order::TITLE
+        } else {
+            "written by azimesh"
         };
         self.text(&format!(
             "# vtk DataFile Version {version}\n{title}\n{encoding}\n\
@@ -167,7 +168,9 @@ impl Writer<'_> {
             for some in bytes.chunks(CHUNK * size) {
                 swapped.clear();
                 swapped.extend_from_slice(some);
-                to_big_endian(&mut swapped, size);
+                if cfg!(target_endian = "little") {
+                    reverse_each(&mut swapped, size);
+                }
                 self.out.write_all(&swapped).map_err(failed)?;
             }
             Ok(())
@@ -226,10 +229,8 @@ impl Writer<'_> {
             for cell in cells.iter().chain(repeated()) {
                 let entries = entries(cells, &cell);
                 out.push(entries.len() as u64)?;
-                order::listed(cell.kind, entries)
-                    .iter()
-                    .try_for_each(|node| out.push((*node).into()))?;
-                out.end_line()?;
+                out.nodes(cell.kind, entries)?;
+                out.end_line();
             }
             return out.finish();
         }
@@ -248,10 +249,7 @@ impl Writer<'_> {
         self.text("CONNECTIVITY vtktypeint64\n")?;
         let mut out = Integers::new(self.out, self.binary, 8);
         for cell in cells.iter().chain(repeated()) {
-            let entries = entries(cells, &cell);
-            order::listed(cell.kind, entries)
-                .iter()
-                .try_for_each(|node| out.push((*node).into()))?;
+            out.nodes(cell.kind, entries(cells, &cell))?;
         }
         out.finish()
     }
@@ -323,20 +321,24 @@ impl<'o> Integers<'o> {
             self.bytes.push(b' ');
             self.in_line += 1;
             if self.in_line == 16 {
-                self.end_line()?;
+                self.end_line();
             }
         }
         self.flush(CHUNK * self.width)
     }
 
+    fn nodes(&mut self, kind: CellKind, entries: &[u32]) -> Result<()> {
+        let listed = order::listed(kind, entries);
+        listed.iter().try_for_each(|node| self.push((*node).into()))
+    }
+
     /// Ends a line of text.
-    fn end_line(&mut self) -> Result<()> {
+    fn end_line(&mut self) {
         if !self.binary && self.in_line > 0 {
             self.in_line = 0;
             self.bytes.pop();
             self.bytes.push(b'\n');
         }
-        Ok(())
     }
 
     fn flush(&mut self, at: usize) -> Result<()> {
@@ -348,17 +350,11 @@ impl<'o> Integers<'o> {
     }
 
     fn finish(mut self) -> Result<()> {
-        self.end_line()?;
+        self.end_line();
         if self.binary {
             self.bytes.push(b'\n');
         }
         self.flush(0)
-    }
-}
-
-fn to_big_endian(bytes: &mut [u8], size: usize) {
-    if cfg!(target_endian = "little") {
-        reverse_each(bytes, size);
     }
 }
 

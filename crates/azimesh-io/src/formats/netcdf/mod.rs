@@ -3,21 +3,24 @@
 //!
 //! ```text
 //! classic   CDF-1, CDF-2 and CDF-5: the header, and where the values of each variable lie
-//! data      values: bytes of the mapped file, or what was read of HDF5
 //! ```
+//!
+//! The crate `netcdf-reader` (0.9) reads these formats too, but its errors about damaged headers (`InvalidData`) have no
+//! byte offset. It returns copies of values, while values are read here in the mapped file.
 //!
 //! netCDF-4 files are HDF5 and are read as such: a dimension is a dataset of its length, a variable a dataset.
 
 mod classic;
-mod data;
 
 use super::Source;
 use super::hdf5::{self, Dataset, Group};
 use super::names::decoded;
+use super::number::{Chunk, DType};
+use super::vtk::number::Element;
 use crate::mesh::Values;
 use azimesh_core::error::{Error, Result};
 use classic::{Classic, Stored};
-pub(super) use data::Data;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// An open file.
@@ -207,5 +210,49 @@ impl Variable<'_> {
             })),
             At::Hdf5(dataset) => dataset.text(attribute),
         }
+    }
+}
+
+/// Values as they lie in the file, or as they were read of HDF5.
+pub(super) enum Data<'a> {
+    /// Bytes, the most significant first.
+    Bytes(Cow<'a, [u8]>, Element),
+    /// Of HDF5.
+    Values(Values),
+}
+
+impl Data<'_> {
+    /// The numbers; `None` for text.
+    pub fn chunk(&self) -> Option<Chunk<'_>> {
+        match self {
+            Self::Bytes(_, Element::String) => None,
+            Self::Bytes(bytes, element) => Some(DType::new(*element, true).of(bytes)),
+            Self::Values(values) => Chunk::of(values),
+        }
+    }
+
+    /// The numbers in their own type; `None` for text.
+    pub fn into_values(self) -> Option<Values> {
+        let chunk = match self {
+            Self::Values(Values::Text(_)) => return None,
+            Self::Values(values) => return Some(values),
+            Self::Bytes(..) => self.chunk()?,
+        };
+        macro_rules! copied {
+            ($($element:ident $variant:ident),*) => {
+                match chunk.element {
+                    $(Element::$element => {
+                        let mut values = vec![Default::default(); chunk.n_values()];
+                        chunk.copy_to(&mut values);
+                        Values::$variant(values)
+                    })*
+                    Element::String => return None,
+                }
+            };
+        }
+        Some(copied!(
+            Int8 I8, UInt8 U8, Int16 I16, UInt16 U16, Int32 I32, UInt32 U32, Int64 I64, UInt64 U64, Float32 F32,
+            Float64 F64
+        ))
     }
 }

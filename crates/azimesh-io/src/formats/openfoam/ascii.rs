@@ -20,44 +20,18 @@ pub(super) fn labels<T: Copy + Send + Sync>(
     of: &(impl Fn(i64) -> Option<T> + Sync),
 ) -> Result<Vec<T>> {
     let body = Body::up_to_next_bracket(text)?;
-    let parse = |part: Range<usize>| {
-        let mut labels = Vec::with_capacity(part.len() / 6);
-        let mut cursor = Cursor::new(&body.bytes, part);
-        while !cursor.is_done() {
-            let place = cursor.at;
-            let label = cursor.integer()?;
-            labels.push(of(label).ok_or_else(|| cursor.refuse(place, "an index"))?);
-        }
-        Ok(labels)
-    };
-    let mut all = Vec::new();
-    body.parse(text, b' ', parse, |part| {
-        all.extend_from_slice(&part);
-        Ok(())
+    let labels = body.values(text, n, (b' ', 6), |cursor| {
+        let place = cursor.at;
+        let label = cursor.integer()?;
+        of(label).ok_or_else(|| cursor.refuse(place, "an index"))
     })?;
-    checked(text, &body, n, all.len())?;
     text.at = body.end + 1;
-    Ok(all)
+    Ok(labels)
 }
 
 /// The points of a list that ends the file.
 pub(super) fn points(text: &mut Text, n: Option<usize>) -> Result<Vec<[f64; 3]>> {
-    let body = Body::up_to_last_bracket(text)?;
-    let parse = |part: Range<usize>| {
-        let mut points = Vec::with_capacity(part.len() / 20);
-        let mut cursor = Cursor::new(&body.bytes, part);
-        while !cursor.is_done() {
-            points.push(cursor.point()?);
-        }
-        Ok(points)
-    };
-    let mut all = Vec::new();
-    body.parse(text, b')', parse, |part| {
-        all.extend_from_slice(&part);
-        Ok(())
-    })?;
-    checked(text, &body, n, all.len())?;
-    Ok(all)
+    Body::up_to_last_bracket(text)?.values(text, n, (b')', 20), |cursor| cursor.point())
 }
 
 /// One point; moves past it.
@@ -143,15 +117,41 @@ impl<'a> Body<'a> {
     }
 
     fn new(text: &Text<'a>, end: usize, is_plain: bool) -> Self {
-        let bytes = match is_plain {
-            true => Cow::Borrowed(text.bytes),
-            false => Cow::Owned(blanked(text, end)),
+        let bytes = if is_plain {
+            Cow::Borrowed(text.bytes)
+        } else {
+            Cow::Owned(blanked(text, end))
         };
         Self {
             bytes,
             start: text.at,
             end,
         }
+    }
+
+    /// Parses values, which end with the byte `cut` and take about `length` bytes each.
+    fn values<T: Copy + Send>(
+        &self,
+        text: &Text,
+        n: Option<usize>,
+        (cut, length): (u8, usize),
+        value: impl Fn(&mut Cursor) -> std::result::Result<T, Wrong> + Sync,
+    ) -> Result<Vec<T>> {
+        let parse = |part: Range<usize>| {
+            let mut values = Vec::with_capacity(part.len() / length);
+            let mut cursor = Cursor::new(&self.bytes, part);
+            while !cursor.is_done() {
+                values.push(value(&mut cursor)?);
+            }
+            Ok(values)
+        };
+        let mut all = Vec::new();
+        self.parse(text, cut, parse, |part| {
+            all.extend_from_slice(&part);
+            Ok(())
+        })?;
+        checked(text, self, n, all.len())?;
+        Ok(all)
     }
 
     /// Parses the list in parts, cut behind this byte (a blank for any white space); `add` takes the results in order.
@@ -318,10 +318,10 @@ impl<'a> Cursor<'a> {
             return Err(self.refuse(self.at, "a point, (x y z)"));
         }
         let point = [self.real()?, self.real()?, self.real()?];
-        match self.take(b')') {
-            true => Ok(point),
-            false => Err(self.refuse(self.at, ") after three numbers")),
+        if !self.take(b')') {
+            return Err(self.refuse(self.at, ") after three numbers"));
         }
+        Ok(point)
     }
 
     /// `n(a b c ...)`, or without the number: appends the nodes, gives how many there are.

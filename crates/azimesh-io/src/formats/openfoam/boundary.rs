@@ -66,9 +66,10 @@ impl Patches {
         for (tag, patch) in tags.iter().zip(0..) {
             for range in tag.cells.ranges() {
                 for own in &mut of_cell[range] {
-                    match *own == rest {
-                        true => *own = patch,
-                        false => n_several += 1,
+                    if *own == rest {
+                        *own = patch;
+                    } else {
+                        n_several += 1;
                     }
                 }
             }
@@ -179,9 +180,10 @@ impl NewPatch {
     fn push_text(&self, text: &mut String, n_faces: usize, start: usize) {
         text.push_str(&format!("    {}\n    {{\n", self.name));
         let mut line = |key: &str, value: &str| {
-            text.push_str(&match value.starts_with('{') {
-                true => format!("        {key}\n        {value}\n"),
-                false => format!("        {key:<15} {value};\n"),
+            text.push_str(&if value.starts_with('{') {
+                format!("        {key}\n        {value}\n")
+            } else {
+                format!("        {key:<15} {value};\n")
             });
         };
         line("type", &self.kind);

@@ -7,6 +7,7 @@ use super::ascii;
 use super::file::FoamFile;
 use super::text::Text;
 use crate::formats::by_faces::{Faces, Labels, regular_size};
+use crate::formats::number::DType;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::{any, collect};
 use std::ops::Range;
@@ -108,9 +109,10 @@ pub(super) fn labels_at<T: Copy + Default + Send + Sync>(
         Open::Nothing => Ok(Vec::new()),
         Open::Uniform => {
             let n = checked_uniform(text, n, most)?;
-            let value = match text.is_binary {
-                true => binary_value(text, layout)?,
-                false => text.integer("the value of a list")?,
+            let value = if text.is_binary {
+                binary_value(text, layout)?
+            } else {
+                text.integer("the value of a list")?
             };
             text.expect(b'}', "after the value of a list")?;
             let value = of(value).ok_or_else(|| wrong_label(text, start, 0, value))?;
@@ -151,11 +153,8 @@ fn points_in(file: &FoamFile, most: usize) -> Result<Vec<[f64; 3]>> {
         Open::Values if text.is_binary => {
             let sizes = layout.scalars.map(|width| 3 * width);
             let (values, size) = binary(&mut text, n, "point", sizes, ends_file)?;
-            let bytes = &text.bytes[values];
-            Ok(match size {
-                12 => decode_points::<4>(bytes, layout),
-                _ => decode_points::<8>(bytes, layout),
-            })
+            let reals = DType::real(size / 3, layout.is_big_endian);
+            Ok(reals.of(&text.bytes[values]).points(3))
         }
         Open::Values => ascii::points(&mut text, n),
     }
@@ -193,10 +192,11 @@ fn of_either_width<'a, T>(
         read(&mut text.clone(), Layout { labels, ..layout })
     };
     let [likeliest, other] = layout.labels;
-    of_width(likeliest).or_else(|error| match text.is_binary {
-        true => of_width(other).map_err(|_| error),
-        false => Err(error),
-    })
+    let read = of_width(likeliest);
+    if !text.is_binary {
+        return read;
+    }
+    read.or_else(|error| of_width(other).map_err(|_| error))
 }
 
 fn compact_faces(text: &Text, file: &FoamFile, layout: Layout) -> Result<Faces> {
@@ -376,16 +376,6 @@ fn number(bytes: &[u8], layout: Layout) -> i64 {
     }
 }
 
-/// A scalar of 4 or 8 bytes.
-#[inline]
-fn real(bytes: &[u8], layout: Layout) -> f64 {
-    let bits = number(bytes, layout);
-    match bytes.len() {
-        4 => f32::from_bits(bits as u32).into(),
-        _ => f64::from_bits(bits as u64),
-    }
-}
-
 fn decode<const W: usize, T: Copy + Default + Send + Sync>(
     text: &Text,
     values: Range<usize>,
@@ -407,9 +397,4 @@ fn decode<const W: usize, T: Copy + Default + Send + Sync>(
         }
     }
     Ok(all)
-}
-
-fn decode_points<const W: usize>(bytes: &[u8], layout: Layout) -> Vec<[f64; 3]> {
-    let points = bytes.as_chunks::<W>().0.as_chunks::<3>().0;
-    collect(points.len(), |i| points[i].map(|x| real(&x, layout)))
 }

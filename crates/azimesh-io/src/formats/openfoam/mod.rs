@@ -27,20 +27,6 @@
 //! # Ok(())
 //! # }
 //! ```
-//!
-//! Parts of the module:
-//!
-//! ```text
-//! case        the folders of a case: a path, times, regions, pieces; the place where a mesh is written
-//! file        a file, decompressed, and its header; text: its words, and text in braces
-//! lists       points, labels and faces, binary; ascii: as text; zones: named lists, read and written
-//! read        files -> a mesh (`by_faces`: cells from faces); decomposed: the pieces of a case, joined
-//! topology    what the writer gets of the files that a mesh was read from: their bytes, the patches
-//!
-//! write       a mesh -> the files of a polyMesh; output: headers and lists, of the whole or of each piece
-//! faces       cells -> faces, numbered and oriented; boundary: tags -> patches
-//! sequence    a case with many times; times: their folders and files; copy: files that it gets from another case
-//! ```
 
 mod ascii;
 mod boundary;

@@ -59,12 +59,12 @@ impl<'a, 'b> CaseFiles<'a, 'b> {
         }
         for folder in place.pieces {
             let path = format!("{}/{path}", folder.folder);
-            self.raw(&path, &mut |out| match folder.is_collated {
-                true => collated(out, folder, named, &header, content),
-                false => {
-                    let mut pieces = folder.pieces.iter();
-                    pieces.try_for_each(|piece| with_header(out, Some(piece)))
+            self.raw(&path, &mut |out| {
+                if folder.is_collated {
+                    return collated(out, folder, named, &header, content);
                 }
+                let mut pieces = folder.pieces.iter();
+                pieces.try_for_each(|piece| with_header(out, Some(piece)))
             })?;
         }
         Ok(())

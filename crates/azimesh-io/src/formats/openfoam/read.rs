@@ -242,12 +242,13 @@ impl Lists {
         for patch in self.patches.iter().filter(|patch| patch.n_faces > 0) {
             let (name, start) = (&patch.name, patch.start_face);
             if start < end {
+                let place = if start < self.neighbour.len() {
+                    "between two cells"
+                } else {
+                    "in a patch before it"
+                };
                 return Err(format!(
-                    "patch \"{name}\" starts at face {start}, which is {}",
-                    match start < self.neighbour.len() {
-                        true => "between two cells",
-                        false => "in a patch before it",
-                    }
+                    "patch \"{name}\" starts at face {start}, which is {place}"
                 ));
             }
             end = start + patch.n_faces;

@@ -1,7 +1,7 @@
 //! A place in a file of OpenFOAM: blanks and comments, words, numbers and values of dictionaries. Knows nothing of
 //! lists or of what the words mean.
 
-use super::super::lexer::{line_of, shown};
+use super::super::tokens::{line_of, shown};
 use azimesh_core::error::{Error, Result};
 use std::ops::Range;
 
@@ -44,9 +44,10 @@ impl<'a> Text<'a> {
     /// An error at this byte.
     #[cold]
     pub fn error_at(&self, at: usize, message: impl Into<String>) -> Error {
-        match self.is_binary {
-            true => Error::input(message).byte(at as u64),
-            false => Error::input(message).line(line_of(self.bytes, at)),
+        if self.is_binary {
+            Error::input(message).byte(at as u64)
+        } else {
+            Error::input(message).line(line_of(self.bytes, at))
         }
     }
 
@@ -97,14 +98,11 @@ impl<'a> Text<'a> {
 
     /// Passes this byte; an error where another comes.
     pub fn expect(&mut self, byte: u8, what: &str) -> Result<()> {
-        match self.take(byte) {
-            true => Ok(()),
-            false => Err(self.error(format!(
-                "expected {} {what}, found {}",
-                char::from(byte),
-                self.found()
-            ))),
+        if self.take(byte) {
+            return Ok(());
         }
+        let (byte, found) = (char::from(byte), self.found());
+        Err(self.error(format!("expected {byte} {what}, found {found}")))
     }
 
     /// The next word, or the text between quotes. A word may have balanced brackets in it, as in `div(phi,U)`.

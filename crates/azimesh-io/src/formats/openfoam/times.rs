@@ -17,22 +17,8 @@ use std::path::Path;
 pub(super) const WANTED: &str = "wantedDisplacement";
 
 /// Types of patches that fields at points have under the same name; on other patches they are `calculated`.
-const CONSTRAINTS: &[&str] = &[
-    "empty",
-    "wedge",
-    "symmetry",
-    "symmetryPlane",
-    "cyclic",
-    "cyclicSlip",
-    "cyclicAMI",
-    "cyclicACMI",
-    "nonConformalCyclic",
-    "nonConformalError",
-    "nonConformalProcessorCyclic",
-    "nonuniformTransformCyclic",
-    "processor",
-    "processorCyclic",
-];
+const CONSTRAINTS: &str = "empty wedge symmetry symmetryPlane cyclic cyclicSlip cyclicAMI cyclicACMI nonConformalCyclic \
+     nonConformalError nonConformalProcessorCyclic nonuniformTransformCyclic processor processorCyclic";
 
 /// Format of the names of times: digits behind the point or, of general ones, significant digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,24 +171,23 @@ pub(super) fn write_time(
             "dimensions      [0 1 0 0 0 0 0];\n\ninternalField   nonuniform List<vector> \n";
         write_all(out, before.as_bytes())?;
         vectors(out, values.as_chunks().0, piece, is_binary)?;
-        let patches = piece.map_or_else(|| of_whole.clone(), boundary_field_of);
+        let own = |piece: &StoredPiece| {
+            entries(piece.patches.iter().map(|patch| (&patch.name, &patch.kind)))
+        };
+        let patches = piece.map_or_else(|| of_whole.clone(), own);
         let after = format!(";\n\nboundaryField\n{{\n{patches}}}\n");
         write_all(out, after.as_bytes())
     })
 }
 
-fn entry(name: &str, kind: &str) -> String {
-    let mut known = CONSTRAINTS.iter();
-    let of_field = known.find(|known| **known == kind).unwrap_or(&"calculated");
-    format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
-}
-
-/// The entry of each patch of a piece.
-fn boundary_field_of(piece: &StoredPiece) -> String {
-    let patches = piece.patches.iter();
-    patches
-        .map(|patch| entry(&patch.name, &patch.kind))
-        .collect()
+/// The entries of patches, as names and types.
+fn entries<'p>(patches: impl Iterator<Item = (&'p String, &'p String)>) -> String {
+    let entry = |(name, kind): (&String, &String)| {
+        let mut known = CONSTRAINTS.split(' ');
+        let of_field = known.find(|known| known == kind).unwrap_or("calculated");
+        format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
+    };
+    patches.map(entry).collect()
 }
 
 /// The entry of each patch. The patch of faces without a tag is there where such faces are.
@@ -212,10 +197,9 @@ fn boundary_field(mesh: &MeshView) -> Result<String> {
         // A pattern for faces of no tag, which may not be there.
         rest.name = format!("\"{}.*\"", rest.name);
     }
-    let patches = patches.iter();
-    Ok(patches
-        .map(|patch| entry(&patch.name, &patch.kind))
-        .collect())
+    Ok(entries(
+        patches.iter().map(|patch| (&patch.name, &patch.kind)),
+    ))
 }
 
 #[cfg(test)]

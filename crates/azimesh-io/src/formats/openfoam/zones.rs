@@ -74,9 +74,12 @@ fn entry(text: &mut Text, file: &FoamFile, key: &str, most: usize) -> Result<Opt
         if rest.starts_with(b"List<bool>") {
             layout.labels = [1, 4];
         }
-        let index = |label: i64| match is_wanted {
-            true => u32::try_from(label).ok(),
-            false => Some(0),
+        let index = |label: i64| {
+            if is_wanted {
+                u32::try_from(label).ok()
+            } else {
+                Some(0)
+            }
         };
         let labels = labels_at(text, layout, most, &index)?;
         text.expect(b';', "after a list")?;

@@ -2,7 +2,7 @@
 //! interfaces the part that it lies on. A grid in a plane has the map of two such planes, or, from Construct2D, one of a
 //! single plane with sides 1 to 4.
 
-use super::super::lexer::{Fields, Lexer};
+use super::super::tokens::Tokens;
 use super::blocks::Block;
 use crate::mesh::Cells;
 use azimesh_core::error::{Error, Result};
@@ -37,7 +37,7 @@ fn side(number: i64, map: Map) -> Option<(usize, bool, [usize; 2])> {
 
 /// The parts of the sides of these blocks.
 pub(super) fn parse(bytes: &[u8], blocks: &[Block]) -> Result<Vec<Entry>> {
-    let mut lexer = Lexer::new(bytes, Some(b'#'));
+    let mut lexer = Tokens::with_comments(bytes);
     let maps = check_sizes(&mut lexer, blocks)?;
     let blocks: Vec<(&Block, Map)> = blocks.iter().zip(maps).collect();
     let mut entries = Vec::new();
@@ -57,7 +57,7 @@ pub(super) fn parse(bytes: &[u8], blocks: &[Block]) -> Result<Vec<Entry>> {
 }
 
 /// The next line with content; some files end lines, also empty ones, with a backslash.
-fn next_line<'a>(lexer: &mut Lexer<'a>) -> Option<Fields<'a>> {
+fn next_line<'a>(lexer: &mut Tokens<'a>) -> Option<Tokens<'a>> {
     loop {
         let line = lexer.line()?;
         if line.rest() != b"\\" {
@@ -67,7 +67,7 @@ fn next_line<'a>(lexer: &mut Lexer<'a>) -> Option<Fields<'a>> {
 }
 
 /// The type at the start of a line, between apostrophes or not.
-fn name(line: &mut Fields) -> Result<String> {
+fn name(line: &mut Tokens) -> Result<String> {
     let word = line.word().unwrap_or_default();
     let word = String::from_utf8_lossy(word);
     let name = word.trim_matches(['\'', '"']);
@@ -78,8 +78,8 @@ fn name(line: &mut Fields) -> Result<String> {
 }
 
 /// The map that the file has of each block; refuses one of other blocks.
-fn check_sizes(lexer: &mut Lexer, blocks: &[Block]) -> Result<Vec<Map>> {
-    let ended = |lexer: &Lexer| lexer.error("the file ends before the sizes of its blocks do");
+fn check_sizes(lexer: &mut Tokens, blocks: &[Block]) -> Result<Vec<Map>> {
+    let ended = |lexer: &Tokens| lexer.error("the file ends before the sizes of its blocks do");
     let mut line = next_line(lexer).ok_or_else(|| ended(lexer))?;
     let n: usize = line.narrow("the number of blocks")?;
     if n != blocks.len() {
@@ -145,7 +145,7 @@ impl Map {
 }
 
 /// Block, side and ranges.
-fn part(line: &mut Fields, blocks: &[(&Block, Map)]) -> Result<Entry> {
+fn part(line: &mut Tokens, blocks: &[(&Block, Map)]) -> Result<Entry> {
     let number: usize = line.narrow("the number of a block")?;
     let block = number
         .checked_sub(1)

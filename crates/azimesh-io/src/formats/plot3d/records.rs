@@ -1,22 +1,20 @@
 //! Binary files: the layouts whose counts fit a file, and the coordinates of its blocks.
 
+use super::super::number::{Chunk, DType};
 use super::layout::{Binary, Fit, Layout, MOST_BLOCKS, blocks, n_nodes};
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel::{BLOCK, for_blocks};
 
 /// Bytes of a mark of a record, and of a count.
 const MARK: usize = 4;
 
 impl Binary {
     fn integer(&self, bytes: &[u8], at: usize) -> Option<i64> {
-        let bytes = bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
-        Some(
-            match self.is_big_endian {
-                true => i32::from_be_bytes(bytes),
-                false => i32::from_le_bytes(bytes),
-            }
-            .into(),
-        )
+        let bytes = bytes.get(at..at.checked_add(4)?)?;
+        Some(DType::integer(4, self.is_big_endian).of(bytes).integer(0))
+    }
+
+    fn reals<'a>(&self, bytes: &'a [u8]) -> Chunk<'a> {
+        DType::real(self.real, self.is_big_endian).of(bytes)
     }
 
     /// The integers of the record of `n` at a place, and what follows it.
@@ -31,26 +29,11 @@ impl Binary {
         if self.has_records && !(is_mark(at) && is_mark(end)) {
             return None;
         }
-        let integers = (0..n).map(|i| self.integer(bytes, at + mark + 4 * i));
-        Some((integers.collect::<Option<_>>()?, end + mark))
+        let mut integers = vec![0; n];
+        let stored = DType::integer(4, self.is_big_endian).of(&bytes[at + mark..end]);
+        stored.integers(&mut integers);
+        Some((integers, end + mark))
     }
-
-    fn real_at(&self, bytes: &[u8]) -> f64 {
-        match (self.real, self.is_big_endian) {
-            (4, true) => f32::from_be_bytes(four(bytes)).into(),
-            (4, false) => f32::from_le_bytes(four(bytes)).into(),
-            (_, true) => f64::from_be_bytes(eight(bytes)),
-            (_, false) => f64::from_le_bytes(eight(bytes)),
-        }
-    }
-}
-
-fn four(bytes: &[u8]) -> [u8; 4] {
-    bytes.try_into().expect("cut to four bytes")
-}
-
-fn eight(bytes: &[u8]) -> [u8; 8] {
-    bytes.try_into().expect("cut to eight bytes")
 }
 
 /// Every layout whose counts fit the length of a file and whose records have right marks.
@@ -176,7 +159,9 @@ impl Fit {
             let n_reals = n * self.layout.n_axes;
             let is_real = |i: usize| {
                 let at = place + i * binary.real;
-                let x = binary.real_at(&bytes[at..at + binary.real]).abs();
+                let mut x = [0.0];
+                binary.reals(&bytes[at..at + binary.real]).few_reals(&mut x);
+                let x = x[0].abs();
                 x == 0.0 || (1e-35..1e20).contains(&x)
             };
             let is_flag = |i: usize| {
@@ -202,20 +187,16 @@ impl Fit {
         for (place, n) in self.places() {
             let (own, tail) = rest.split_at_mut(n);
             rest = tail;
-            for_blocks(own, BLOCK, &|first, points| {
-                for axis in 0..n_axes {
-                    let start = place + (axis * n + first) * real;
-                    let values = bytes[start..start + points.len() * real].chunks_exact(real);
-                    for (point, value) in points.iter_mut().zip(values) {
-                        point[axis] = binary.real_at(value);
-                    }
-                }
-            });
-            let infinite = own.iter().enumerate().find_map(|(i, point)| {
-                let axis = point.iter().position(|x| !x.is_finite())?;
-                Some((i, place + (axis * n + i) * real))
-            });
-            if let Some((i, at)) = infinite {
+            let mut all_finite = true;
+            for axis in 0..n_axes {
+                let start = place + axis * n * real;
+                let values = binary.reals(&bytes[start..start + n * real]);
+                all_finite &= values.axis(axis, own);
+            }
+            let wrong = || own.as_flattened().iter().position(|x| !x.is_finite());
+            if !all_finite && let Some(value) = wrong() {
+                let (i, axis) = (value / 3, value % 3);
+                let at = place + (axis * n + i) * real;
                 let message = format!(
                     "node {} of a block has a coordinate that is not finite",
                     i + 1

@@ -1,19 +1,14 @@
 //! Files of text: numbers between white space, wherever lines end.
 
-use super::super::lexer::{Fields, Lexer};
+use super::super::tokens::Tokens;
 use super::layout::{Fit, Layout, MOST_BLOCKS, blocks, n_nodes};
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel::{map, try_map};
-use std::ops::Range;
-
-/// Bytes that one task looks at.
-const PIECE: usize = 1 << 20;
 
 /// The layouts whose counts fit the number of words of a text, and a sentence on why there may be none.
 pub(super) fn fits(bytes: &[u8]) -> (Vec<Fit>, String) {
     let mut found = Vec::new();
     let mut needs = Vec::new();
-    let n_words: usize = map_words(bytes, 0);
+    let n_words = Tokens::new(bytes).words().len();
     for (is_multi, n_axes) in [(true, 3), (true, 2), (false, 3), (false, 2)] {
         let Some((blocks, n_counts, start)) = header(bytes, is_multi, n_axes) else {
             continue;
@@ -62,9 +57,9 @@ pub(super) fn fits(bytes: &[u8]) -> (Vec<Fit>, String) {
 
 /// The blocks that the counts at the start announce, how many counts these are, and where the first block starts.
 fn header(bytes: &[u8], is_multi: bool, n_axes: usize) -> Option<(Vec<[usize; 3]>, usize, usize)> {
-    let mut lexer = Lexer::new(bytes, None);
+    let mut lexer = Tokens::new(bytes);
     let mut integer = || {
-        let mut word = lexer.word()?;
+        let mut word = lexer.next_word()?;
         let value = word.integer("a count").ok()?;
         Some((value, lexer.position()))
     };
@@ -86,41 +81,12 @@ fn header(bytes: &[u8], is_multi: bool, n_axes: usize) -> Option<(Vec<[usize; 3]
     Some((blocks(&sizes, n_axes)?, n_counts, start))
 }
 
-/// Pieces of a text from a place on, cut where words end.
-fn pieces(bytes: &[u8], start: usize) -> Vec<Range<usize>> {
-    let mut pieces = Vec::new();
-    let mut at = start;
-    while at < bytes.len() {
-        let middle = bytes.len().min(at + PIECE);
-        let rest = bytes[middle..].iter();
-        let end = middle + rest.take_while(|byte| !byte.is_ascii_whitespace()).count();
-        pieces.push(at..end);
-        at = end;
-    }
-    pieces
-}
-
-fn map_words(bytes: &[u8], start: usize) -> usize {
-    let pieces = pieces(bytes, start);
-    let counts = map(pieces.len(), &|i| {
-        let words = bytes[pieces[i].clone()].split(u8::is_ascii_whitespace);
-        words.filter(|word| !word.is_empty()).count()
-    });
-    counts.into_iter().sum()
-}
-
 /// The coordinates of all blocks, and whether nodes are blanked.
 pub(super) fn points(bytes: &[u8], fit: &Fit) -> Result<(Vec<[f64; 3]>, bool)> {
-    let pieces = pieces(bytes, fit.start);
-    let numbers = try_map(pieces.len(), &|i| {
-        let mut words = Fields::between(bytes, pieces[i].clone());
-        let mut numbers = Vec::new();
-        while !words.rest().is_empty() {
-            numbers.push(words.real("a coordinate")?);
-        }
-        Ok(numbers)
-    })?
-    .concat();
+    let tokens = Tokens::between(bytes, fit.start..bytes.len());
+    let words = tokens.words();
+    let mut numbers = vec![0.0; words.len()];
+    words.parse_into(&mut numbers, "a coordinate", &mut [(); 0], |_, _, _| Ok(()))?;
     let n_axes = fit.layout.n_axes;
     let mut points = Vec::new();
     let mut is_blanked = false;
@@ -129,10 +95,9 @@ pub(super) fn points(bytes: &[u8], fit: &Fit) -> Result<(Vec<[f64; 3]>, bool)> {
         let n: usize = block.iter().product();
         let n_all = n * (n_axes + usize::from(fit.layout.has_blanking));
         let (own, tail) = rest.split_at_checked(n_all).ok_or_else(|| {
-            let message = format!("the file ends in a block that needs {n_all} numbers");
-            let mut end = Lexer::new(bytes, None);
-            end.set_position(bytes.len());
-            end.error(message)
+            tokens.error_at_end(format!(
+                "the file ends in a block that needs {n_all} numbers"
+            ))
         })?;
         rest = tail;
         let axis = |axis: usize, i: usize| {

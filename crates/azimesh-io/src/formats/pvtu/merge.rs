@@ -4,10 +4,9 @@
 //! different pieces at the very same place, where each piece has but one node. Cells and nodes with global numbers are put
 //! in the order of these, others stay piece by piece.
 
-use super::subset::push;
 use crate::formats::Notes;
 use crate::mesh::too_many;
-use crate::mesh::{Cells, DataArray, Mesh, Values, for_each_shared_place};
+use crate::mesh::{Cells, DataArray, Mesh, for_each_shared_place};
 use azimesh_core::diagnostic::formats::{ArrayRead, Pieces};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::{any, collect, largest, sort};
@@ -27,7 +26,7 @@ pub struct Piece {
 /// rounded to 6e-8 of themselves.
 const SAME_PLACE: f64 = 1e-6;
 
-/// Where the nodes of the pieces are in the whole mesh.
+/// Nodes of the pieces in the whole mesh.
 struct Joined {
     /// For each node of the whole, the node it is taken from, counted through all pieces.
     origin: Vec<usize>,
@@ -37,57 +36,69 @@ struct Joined {
 
 /// One mesh of all pieces.
 pub fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Result<Mesh> {
-    let is_empty = |piece: &Piece| piece.mesh.points.is_empty() && piece.mesh.cells.is_empty();
-    let mut fields = field_arrays(&pieces, notes);
-    pieces.retain(|piece| !is_empty(piece));
+    let field_arrays = field_arrays(&pieces, notes);
+    pieces.retain(|piece| !piece.mesh.points.is_empty() || !piece.mesh.cells.is_empty());
     let n_nodes: usize = pieces.iter().map(|piece| piece.mesh.points.len()).sum();
     if n_nodes >= u32::MAX as usize {
-        return Err(mismatch(too_many("nodes")));
+        return Err(Error::input(too_many("nodes")).dataset("Piece"));
     }
-    let points: Vec<[f64; 3]> = pieces
-        .iter()
-        .flat_map(|piece| piece.mesh.points.iter().copied())
-        .collect();
-    let node_ids = all_numbers(&pieces, |p| {
-        Piece::numbers(&p.mesh.point_arrays, &p.node_ids)
-    });
-    let by_ids = node_ids
-        .as_ref()
-        .and_then(|ids| joined_by_ids(ids, &points, notes));
+    let points = pieces.iter().flat_map(|piece| &piece.mesh.points);
+    let points: Vec<[f64; 3]> = points.copied().collect();
+    let node_ids = numbers(&pieces, |p| (&p.mesh.point_arrays, &p.node_ids));
+    let by_ids = node_ids.and_then(|ids| joined_by_ids(&ids, &points, notes));
     let counted = by_ids.is_some();
     let joined = by_ids.unwrap_or_else(|| joined_by_place(&pieces, &points, notes));
-    note_joined(&pieces, &points, &joined, counted, notes);
-
-    let cell_ids = all_numbers(&pieces, |p| {
-        Piece::numbers(&p.mesh.cell_arrays, &p.cell_ids)
-    });
-    let order = cell_order(&pieces, cell_ids.as_deref());
+    let n_shared = points.len() - joined.origin.len();
+    if n_shared > 0 {
+        notes.push(Pieces::Joined {
+            n: pieces.len(),
+            n_nodes: n_shared,
+            by: if counted { "number" } else { "place" },
+        });
+    }
+    let cell_ids = numbers(&pieces, |p| (&p.mesh.cell_arrays, &p.cell_ids));
+    let has_cell_ids = cell_ids.is_some();
+    let n_cells = pieces.iter().map(|piece| piece.mesh.cells.len()).sum();
+    let order: Vec<usize> = match cell_ids {
+        Some(ids) => sorted(&ids)
+            .iter()
+            .map(|(_, cell)| *cell as usize)
+            .collect(),
+        None => (0..n_cells).collect(),
+    };
     let mut mesh = Mesh {
         points: joined.origin.iter().map(|&node| points[node]).collect(),
-        cells: cells(&pieces, &order, &joined.new_index),
         point_arrays: arrays(&pieces, "point", |m| &m.point_arrays, &joined.origin, notes),
         cell_arrays: arrays(&pieces, "cell", |m| &m.cell_arrays, &order, notes),
+        field_arrays,
         ..Mesh::default()
     };
-    mesh.field_arrays.append(&mut fields);
+    mesh.cells = cells(&mut pieces, &joined.new_index);
+    if has_cell_ids {
+        mesh.cells = mesh.cells.select(order);
+    }
     // Numbers that count through say no more than the order.
     if let Some(first) = pieces.first() {
-        drop_counted(
-            &mut mesh.point_arrays,
-            first.node_ids.as_ref().filter(|_| counted),
-        );
-        drop_counted(
-            &mut mesh.cell_arrays,
-            first.cell_ids.as_ref().filter(|_| cell_ids.is_some()),
-        );
+        let node_ids = first.node_ids.as_ref().filter(|_| counted);
+        drop_counted(&mut mesh.point_arrays, node_ids);
+        let cell_ids = first.cell_ids.as_ref().filter(|_| has_cell_ids);
+        drop_counted(&mut mesh.cell_arrays, cell_ids);
     }
     Ok(mesh)
 }
 
-/// Global numbers of all pieces one after another, if every piece has them under one name.
-fn all_numbers(pieces: &[Piece], numbers: impl Fn(&Piece) -> Option<Vec<i64>>) -> Option<Vec<i64>> {
-    let all: Option<Vec<Vec<i64>>> = pieces.iter().map(numbers).collect();
-    Some(all?.concat())
+/// Global numbers of all pieces one after another, if every piece has them.
+fn numbers<'p>(
+    pieces: &'p [Piece],
+    of: impl Fn(&'p Piece) -> (&'p Vec<DataArray>, &'p Option<String>),
+) -> Option<Vec<i64>> {
+    let mut all = Vec::new();
+    for (arrays, name) in pieces.iter().map(of) {
+        let name = name.as_ref()?;
+        let array = arrays.iter().find(|array| array.name == *name)?;
+        all.extend(array.values.to_integers()?);
+    }
+    Some(all)
 }
 
 /// Nodes of one number as one; `None` when the numbers are not good for that.
@@ -129,11 +140,9 @@ fn sorted(ids: &[i64]) -> Vec<(u64, u32)> {
 
 /// Nodes at one place as one, where no piece has several there.
 fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> Joined {
-    let piece_of: Vec<u32> = pieces
-        .iter()
-        .zip(0..)
-        .flat_map(|(piece, i)| std::iter::repeat_n(i, piece.mesh.points.len()))
-        .collect();
+    let numbered = pieces.iter().zip(0..);
+    let of_nodes = numbered.flat_map(|(piece, i)| std::iter::repeat_n(i, piece.mesh.points.len()));
+    let piece_of: Vec<u32> = of_nodes.collect();
     // The first node at each place stands for those of the other pieces.
     let mut first: Vec<usize> = (0..points.len()).collect();
     let (mut n_apart, mut n_joined) = (0, 0);
@@ -174,88 +183,47 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
     joined
 }
 
-fn note_joined(
-    pieces: &[Piece],
-    points: &[[f64; 3]],
-    joined: &Joined,
-    counted: bool,
-    notes: &mut Notes,
-) {
-    let n_shared = points.len() - joined.origin.len();
-    if n_shared > 0 {
-        notes.push(Pieces::Joined {
-            n: pieces.len(),
-            n_nodes: n_shared,
-            by: if counted { "number" } else { "place" },
-        });
-    }
-}
-
-/// Cells of the whole, counted through all pieces.
-fn cell_order(pieces: &[Piece], ids: Option<&[i64]>) -> Vec<usize> {
-    let n: usize = pieces.iter().map(|piece| piece.mesh.cells.len()).sum();
-    match ids {
-        Some(ids) => sorted(ids).iter().map(|(_, cell)| *cell as usize).collect(),
-        None => (0..n).collect(),
-    }
-}
-
-fn cells(pieces: &[Piece], order: &[usize], new_index: &[u32]) -> Cells {
-    let mut starts = vec![(0, 0)];
-    let (mut cell, mut node) = (0, 0);
-    for piece in pieces {
-        cell += piece.mesh.cells.len();
-        node += piece.mesh.points.len();
-        starts.push((cell, node));
-    }
+/// The cells of all pieces with the nodes of the whole, one piece after another.
+fn cells(pieces: &mut [Piece], new_index: &[u32]) -> Cells {
+    let n_entries = pieces
+        .iter()
+        .map(|piece| piece.mesh.cells.connectivity().len());
     let mut cells = Cells::new();
-    cells.reserve(
-        pieces
-            .iter()
-            .map(|p| p.mesh.cells.connectivity().len())
-            .sum(),
-    );
-    for &cell in order {
-        let piece = starts.partition_point(|(start, _)| *start <= cell) - 1;
-        let (first_cell, first_node) = starts[piece];
-        push(
-            &mut cells,
-            &pieces[piece].mesh.cells,
-            cell - first_cell,
-            |node| new_index[first_node + node as usize],
-        );
+    cells.reserve(n_entries.sum());
+    let mut rest = new_index;
+    for piece in pieces {
+        let mut own = std::mem::take(&mut piece.mesh.cells);
+        own.renumber_nodes(rest);
+        cells.append(&own);
+        rest = &rest[piece.mesh.points.len()..];
     }
     cells
 }
 
 /// Arrays that all pieces have alike, with the tuples `origin` of those of all pieces.
-fn arrays(
-    pieces: &[Piece],
+fn arrays<'p>(
+    pieces: &'p [Piece],
     what: &'static str,
-    of: impl Fn(&Mesh) -> &Vec<DataArray>,
+    of: impl Fn(&'p Mesh) -> &'p Vec<DataArray>,
     origin: &[usize],
     notes: &mut Notes,
 ) -> Vec<DataArray> {
     // A piece without nodes or cells needs no arrays for them.
-    let parts: Vec<&Vec<DataArray>> = pieces
-        .iter()
-        .filter(|piece| what == "point" || !piece.mesh.cells.is_empty())
-        .map(|piece| of(&piece.mesh))
-        .collect();
+    let parts = pieces.iter();
+    let parts = parts.filter(|piece| what == "point" || !piece.mesh.cells.is_empty());
+    let parts: Vec<&Vec<DataArray>> = parts.map(|piece| of(&piece.mesh)).collect();
     let Some((first, rest)) = parts.split_first() else {
         return Vec::new();
     };
     let mut arrays: Vec<DataArray> = Vec::new();
     let mut kept: BTreeSet<&str> = BTreeSet::new();
-    let rest: Vec<BTreeMap<_, _>> = rest
-        .iter()
-        .map(|part| part.iter().map(|array| (key(array), array)).collect())
-        .collect();
+    // Arrays of several pieces have a name and a number of components in common.
+    let key = |array: &'p DataArray| (&*array.name, array.n_components);
+    let by_key = |part: &&'p Vec<DataArray>| part.iter().map(|array| (key(array), array)).collect();
+    let rest: Vec<BTreeMap<_, &DataArray>> = rest.iter().map(by_key).collect();
     for array in first.iter() {
-        let others: Option<Vec<&Values>> = rest
-            .iter()
-            .map(|part| part.get(&key(array)).map(|array| &array.values))
-            .collect();
+        let others = rest.iter().map(|part| part.get(&key(array)));
+        let others: Option<Vec<_>> = others.map(|other| Some(&other?.values)).collect();
         let mut all = array.values.clone();
         if others.is_some_and(|others| others.into_iter().all(|values| all.append(values))) {
             kept.insert(&array.name);
@@ -265,20 +233,13 @@ fn arrays(
             });
         }
     }
-    for array in parts.iter().flat_map(|part| part.iter()) {
+    for array in parts.into_iter().flatten() {
         if !kept.contains(&*array.name) {
-            notes.push(ArrayRead::NotAlike {
-                what,
-                name: array.name.clone(),
-            });
+            let name = array.name.clone();
+            notes.push(ArrayRead::NotAlike { what, name });
         }
     }
     arrays
-}
-
-/// What arrays of several pieces have in common.
-fn key(array: &DataArray) -> (&str, usize) {
-    (&array.name, array.n_components)
 }
 
 /// Field arrays of the first piece; a note where another piece has another.
@@ -290,9 +251,8 @@ fn field_arrays(pieces: &[Piece], notes: &mut Notes) -> Vec<DataArray> {
         if std::ptr::eq(first, array) {
             arrays.push(array.clone());
         } else if first != array {
-            notes.push(ArrayRead::OfFirstPiece {
-                name: array.name.clone(),
-            });
+            let name = array.name.clone();
+            notes.push(ArrayRead::OfFirstPiece { name });
         }
     }
     arrays
@@ -305,24 +265,8 @@ fn drop_counted(arrays: &mut Vec<DataArray>, name: Option<&String>) {
     };
     let counts = |array: &DataArray| {
         let numbers = array.values.to_integers().unwrap_or_default();
-        let steps = numbers
-            .windows(2)
-            .all(|two| (0..=1).contains(&(two[1] - two[0])));
-        numbers.first().is_none_or(|first| *first == 0) && steps
+        let mut steps = numbers.windows(2).map(|two| two[1] - two[0]);
+        numbers.first().is_none_or(|first| *first == 0) && steps.all(|step| (0..=1).contains(&step))
     };
     arrays.retain(|array| array.name != *name || !counts(array));
-}
-
-impl Piece {
-    /// The numbers in one of its arrays.
-    fn numbers(arrays: &[DataArray], name: &Option<String>) -> Option<Vec<i64>> {
-        let name = name.as_ref()?;
-        let array = arrays.iter().find(|array| array.name == *name);
-        array?.values.to_integers()
-    }
-}
-
-/// An error of the pieces together.
-fn mismatch(message: String) -> Error {
-    Error::input(message).dataset("Piece")
 }

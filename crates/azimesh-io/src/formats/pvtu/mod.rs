@@ -23,27 +23,20 @@
 //! # }
 //! ```
 //!
-//! Parts of the module:
-//!
-//! ```text
-//! read     the list of pieces -> their meshes
-//! ghosts   cells that a piece only shows for its neighbour, left out
-//! merge    nodes that pieces share -> one mesh
-//! subset   some cells of a mesh and their nodes
-//! cut      which piece each cell goes to
-//! write    pieces and the list of them
-//! ```
+//! Parts of the module: `subset` takes cells out of a mesh and leaves out ghost cells, `merge` makes one mesh of pieces,
+//! `write` cuts a mesh into pieces.
 
-mod cut;
-mod ghosts;
 pub mod merge;
-mod read;
 mod subset;
 mod write;
 
-use super::vtu::xml::as_utf8;
-use super::{Encoding, Format, Holds, Notes};
-use azimesh_core::error::{Error, option};
+use super::vtk::{order, tags};
+use super::vtu::read::{Raw, raw};
+use super::vtu::xml::{Child, Parser, as_utf8};
+use super::{Encoding, Format, Holds, Notes, ReadOptions, Source};
+use crate::mesh::{DataArray, Mesh};
+use azimesh_core::error::{Error, Result, option};
+use merge::Piece;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -64,7 +57,7 @@ pub(super) fn pieces_of(path: &Path) -> std::io::Result<Vec<String>> {
     }
     let bytes = std::fs::read(path)?;
     let text = as_utf8(&bytes, &mut Notes::default());
-    Ok(read::piece_names(&text).unwrap_or_default())
+    Ok(piece_names(&text).unwrap_or_default())
 }
 
 /// VTK XML grid in several files (.pvtu).
@@ -80,7 +73,7 @@ pub static PVTU: Format = Format {
     encodings: &[Encoding::Raw, Encoding::Base64, Encoding::Ascii],
     compresses: true,
     detect: |source| is_list(source.bytes()),
-    read: read::read,
+    read,
     write_files: Some(|mesh, out, options| {
         let n = options.pieces.ok_or_else(|| {
             let pieces = option("pieces");
@@ -98,6 +91,89 @@ fn is_list(head: &[u8]) -> bool {
     let head = &head[..head.len().min(HEAD)];
     let finds = |what: &str| memchr::memmem::find(head, what.as_bytes()).is_some();
     finds("<VTKFile") && (finds("\"PUnstructuredGrid\"") || finds("'PUnstructuredGrid'"))
+}
+
+/// Reads every piece and joins them.
+fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
+    let folder = source.path().parent().unwrap_or(Path::new(""));
+    let mut pieces = Vec::new();
+    let mut are_marked = true;
+    for name in piece_names(&as_utf8(source.bytes(), notes))? {
+        let path = folder.join(&name);
+        let piece = open(&path)
+            .and_then(|source| raw(source.bytes(), notes))
+            .and_then(|raw| {
+                raw.mesh.validate()?;
+                are_marked &= raw.has_marked_wedges;
+                Ok(subset::without_ghosts(piece_of(raw), notes))
+            })
+            .map_err(|error| error.file(&path).dataset("Piece"))?;
+        pieces.push(piece);
+    }
+    let mut mesh = merge::merge(pieces, notes)?;
+    order::turn_wedges(&mut mesh, are_marked, notes);
+    tags::extract(&mut mesh, options.tag_array.as_deref())?;
+    Ok(mesh)
+}
+
+/// Opens a file, which a list may not send elsewhere: to a pipe or to standard input.
+fn open(path: &Path) -> Result<Source> {
+    let found = std::fs::metadata(path).map_err(|error| Error::io(path, &error))?;
+    if !found.is_file() || path.as_os_str() == "-" {
+        return Err(Error::input("a piece must be a regular file"));
+    }
+    Source::open(path)
+}
+
+/// Names of the files of the pieces.
+fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
+    const GRID: &str = "PUnstructuredGrid";
+    let mut parser = Parser::open(bytes)?;
+    let root = parser.root()?;
+    let kind = parser.attribute(&root, "type")?.unwrap_or_default();
+    if kind != GRID {
+        return Err(parser.error(format!(
+            "the file has the VTK type {kind}; it must be {GRID}"
+        )));
+    }
+    let mut names = Vec::new();
+    while let Some(child) = parser.child("VTKFile")? {
+        match child {
+            Child::Element(grid) if grid.name().as_ref() == GRID => {
+                while let Some(child) = parser.child(GRID)? {
+                    if let Child::Element(piece) = &child
+                        && piece.name().as_ref() == "Piece"
+                    {
+                        let name = parser.attribute(piece, "Source")?;
+                        let missing = || parser.error("a Piece has no Source");
+                        names.push(name.ok_or_else(missing)?);
+                    }
+                    parser.skip(child)?;
+                }
+            }
+            other => parser.skip(other)?,
+        }
+    }
+    if names.is_empty() {
+        return Err(parser.error("the file has no Piece"));
+    }
+    Ok(names)
+}
+
+/// A piece with the numbers of its nodes and cells in the whole mesh, where it has them.
+fn piece_of(raw: Raw) -> Piece {
+    let nodes = raw.global_nodes.unwrap_or_else(|| NODE_IDS.into());
+    let cells = raw.global_cells.unwrap_or_else(|| CELL_IDS.into());
+    let has = |arrays: &[DataArray], name: &String| {
+        arrays.iter().any(|array| {
+            array.name == *name && array.n_components == 1 && array.values.is_integer()
+        })
+    };
+    Piece {
+        node_ids: Some(nodes).filter(|name| has(&raw.mesh.point_arrays, name)),
+        cell_ids: Some(cells).filter(|name| has(&raw.mesh.cell_arrays, name)),
+        mesh: raw.mesh,
+    }
 }
 
 #[cfg(test)]

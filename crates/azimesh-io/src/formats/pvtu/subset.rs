@@ -1,6 +1,17 @@
-//! Some cells of a mesh, with their nodes and arrays; without groups.
+//! Some cells of a mesh, with their nodes and arrays, without groups; a piece without its ghost cells, which are copies
+//! of cells of neighbouring pieces.
 
-use crate::mesh::{Cells, DataArray, Mesh, MeshView};
+use super::merge::Piece;
+use crate::formats::Notes;
+use crate::mesh::{DataArray, Mesh, MeshView};
+use azimesh_core::diagnostic::formats::Pieces;
+
+/// Bits of the type of a cell: a copy of a neighbour's; not to be shown.
+const TYPE: &str = "vtkGhostType";
+const DUPLICATE: i64 = 1;
+const HIDDEN: i64 = 32;
+/// The older array: how far from the piece's own cells.
+const LEVELS: &str = "vtkGhostLevels";
 
 /// Takes parts out of a mesh, each in a time that goes by its own size.
 pub(super) struct Subsets<'m> {
@@ -23,10 +34,8 @@ impl<'m> Subsets<'m> {
         let mesh = self.mesh;
         let mut nodes: Vec<usize> = Vec::new();
         let of_cells = cells.iter().flat_map(|cell| mesh.cells.get(*cell).nodes);
-        for node in of_cells
-            .map(|node| *node as usize)
-            .chain(more_nodes.iter().copied())
-        {
+        let of_cells = of_cells.map(|node| *node as usize);
+        for node in of_cells.chain(more_nodes.iter().copied()) {
             if self.new_index[node] == u32::MAX {
                 self.new_index[node] = 0;
                 nodes.push(node);
@@ -36,11 +45,8 @@ impl<'m> Subsets<'m> {
         for (new, &old) in nodes.iter().enumerate() {
             self.new_index[old] = new as u32;
         }
-        let mut new_cells = Cells::new();
-        for &cell in cells {
-            let new_index = |node: u32| self.new_index[node as usize];
-            push(&mut new_cells, mesh.cells, cell, new_index);
-        }
+        let mut new_cells = mesh.cells.select(cells.iter().copied());
+        new_cells.renumber_nodes(&self.new_index);
         for &node in &nodes {
             self.new_index[node] = u32::MAX;
         }
@@ -58,41 +64,54 @@ impl<'m> Subsets<'m> {
     }
 }
 
-/// Appends a cell of another list, with new node indices.
-pub(super) fn push(to: &mut Cells, from: &Cells, cell: usize, renumber: impl Fn(u32) -> u32) {
-    let cell = from.get(cell);
-    let mut nodes = [0; 32];
-    let many: Vec<u32>;
-    let nodes = match nodes.get_mut(..cell.nodes.len()) {
-        Some(few) => {
-            few.iter_mut()
-                .zip(cell.nodes)
-                .for_each(|(new, old)| *new = renumber(*old));
-            &*few
-        }
-        None => {
-            many = cell.nodes.iter().map(|node| renumber(*node)).collect();
-            &many
-        }
-    };
-    let Some(stream) = from.face_stream(cell.index) else {
-        return to.push(cell.kind, nodes);
-    };
-    let mut new = vec![stream.first().copied().unwrap_or(0)];
-    for face in from.polyhedron_faces(cell.index) {
-        new.push(face.len() as u32);
-        new.extend(face.iter().map(|node| renumber(*node)));
-    }
-    to.push_polyhedron_with_nodes(nodes, &new)
-        .expect("it was checked when it was added");
-}
-
 fn select(arrays: &[&DataArray], keep: &[usize]) -> Vec<DataArray> {
     let selected = arrays.iter().map(|array| DataArray {
-        name: array.name.clone(),
-        n_components: array.n_components,
         component_names: array.component_names.clone(),
-        values: array.values.select(array.n_components, keep),
+        ..DataArray::tuples(
+            &array.name,
+            array.n_components,
+            array.values.select(array.n_components, keep),
+        )
     });
     selected.collect()
+}
+
+/// The piece without its ghost cells, the nodes of those alone, and the arrays that mark them.
+pub(super) fn without_ghosts(mut piece: Piece, notes: &mut Notes) -> Piece {
+    let is_ghost = marks(&piece.mesh.cell_arrays, notes);
+    if let Some(is_ghost) = is_ghost.filter(|marks| marks.contains(&true)) {
+        let cells = 0..piece.mesh.cells.len();
+        let (ghosts, own): (Vec<usize>, Vec<usize>) = cells.partition(|cell| is_ghost[*cell]);
+        let mut of_ghosts = vec![false; piece.mesh.points.len()];
+        for cell in ghosts {
+            for &node in piece.mesh.cells.get(cell).nodes {
+                of_ghosts[node as usize] = true;
+            }
+        }
+        let others = (0..of_ghosts.len()).filter(|node| !of_ghosts[*node]);
+        let others: Vec<usize> = others.collect();
+        piece.mesh = Subsets::of(&piece.mesh.view()).take(&own, &others).0;
+        notes.push(Pieces::GhostsLeftOut);
+    }
+    let is_mark = |array: &DataArray| [TYPE, LEVELS].contains(&array.name.as_str());
+    piece.mesh.cell_arrays.retain(|array| !is_mark(array));
+    piece.mesh.point_arrays.retain(|array| !is_mark(array));
+    piece
+}
+
+/// Ghost cells, by the array that marks them.
+fn marks(arrays: &[DataArray], notes: &mut Notes) -> Option<Vec<bool>> {
+    let numbers = |name: &str| {
+        let mut arrays = arrays.iter();
+        let array = arrays.find(|array| array.name == name && array.n_components == 1);
+        array?.values.to_integers()
+    };
+    if let Some(types) = numbers(TYPE) {
+        if types.iter().any(|kind| kind & HIDDEN != 0) {
+            notes.push(Pieces::Hidden);
+        }
+        return Some(types.iter().map(|kind| kind & DUPLICATE != 0).collect());
+    }
+    let levels = numbers(LEVELS)?;
+    Some(levels.iter().map(|level| *level > 0).collect())
 }

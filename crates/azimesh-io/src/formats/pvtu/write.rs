@@ -1,4 +1,5 @@
-//! Writes a mesh as pieces, each in a file, and the list of them.
+//! Writes a mesh as pieces, each in a file, and the list of them. Pieces are intervals of about equal length along a
+//! space-filling curve.
 
 use super::super::column::Column;
 use super::super::rounding::is_flattened;
@@ -7,10 +8,11 @@ use super::super::vtk::number::Element;
 use super::super::vtu::{NAMES, VTU, escaped};
 use super::super::{Notes, Out, OutputSet, WriteOptions, check_listed};
 use super::subset::Subsets;
-use super::{CELL_IDS, NODE_IDS, cut};
-use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
+use super::{CELL_IDS, NODE_IDS};
+use crate::mesh::{CellRun, CellSet, DataArray, Group, MeshView, Values};
 use azimesh_core::diagnostic::formats::ArrayWritten;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::geometry::curve;
 
 /// Cuts the mesh into `n` pieces and writes them into a folder next to the list of them, which has its name
 /// without the ending. Returns a note for each thing that is not in the files.
@@ -29,7 +31,7 @@ pub(super) fn write(
         .filter(|stem| *stem != "-")
         .ok_or_else(|| Error::input("pieces need an output name that ends in .pvtu").file(&path))?;
     check_listed(stem).map_err(|error| error.file(&path))?;
-    let of_cells = cut::pieces(mesh, n).map_err(|error| error.file(&path))?;
+    let of_cells = pieces(mesh, n).map_err(|error| error.file(&path))?;
     let names: Vec<String> = (0..n).map(|i| format!("{stem}_{i}.vtu")).collect();
     let flattened = options.check_coordinates(mesh)?;
     let (mut notes, arrays) = write_all(mesh, &of_cells, &names, out, options)?;
@@ -59,15 +61,37 @@ fn write_all(
     }
     let used = mesh.cells.used_nodes(mesh.points.len());
     let alone: Vec<usize> = (0..used.len()).filter(|node| !used[*node]).collect();
-    let mut group_cells = group_cells(mesh, of_cells, &index_in_piece, names.len());
+    // For each piece the cells that groups have in it, by the number of the group.
+    let mut of_groups: Vec<Vec<(usize, CellSet)>> = vec![Vec::new(); names.len()];
+    for (i, group) in mesh.groups.iter().enumerate() {
+        let mut sets = vec![CellSet::new(); names.len()];
+        for cell in group.cells.iter() {
+            sets[of_cells[cell] as usize].push(index_in_piece[cell] as usize);
+        }
+        for (piece, set) in of_groups.iter_mut().zip(sets) {
+            piece.extend((!set.is_empty()).then_some((i, set)));
+        }
+    }
     let mut subsets = Subsets::of(mesh);
     let mut notes = Notes::default();
     let mut arrays = String::new();
-    for (piece, name) in names.iter().enumerate() {
+    for ((piece, name), own) in names.iter().enumerate().zip(of_groups) {
         // Nodes of no cell go with the first piece.
         let alone: &[usize] = if piece == 0 { &alone } else { &[] };
         let (mut part, nodes) = subsets.take(&cells[piece], alone);
-        part.groups = groups(mesh, std::mem::take(&mut group_cells[piece]));
+        // Every piece has all groups, so that each has the same number in all.
+        let mut own = own.into_iter().peekable();
+        let groups = mesh.groups.iter().enumerate();
+        let groups = groups.map(|(i, group)| Group {
+            dimension: group.dimension,
+            name: group.name.clone(),
+            number: group.number,
+            condition: group.condition.clone(),
+            cells: own
+                .next_if(|(at, _)| *at == i)
+                .map_or_else(CellSet::new, |(_, set)| set),
+        });
+        part.groups = groups.collect();
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
         add_numbers(&mut part.cell_arrays, CELL_IDS, &cells[piece], &mut notes);
         let part = part.view();
@@ -80,45 +104,6 @@ fn write_all(
         }
     }
     Ok((notes, arrays))
-}
-
-/// For each piece the cells that groups have in it, by the number of the group.
-fn group_cells(
-    mesh: &MeshView,
-    of_cells: &[u32],
-    index_in_piece: &[u32],
-    n_pieces: usize,
-) -> Vec<Vec<(usize, CellSet)>> {
-    let mut of_pieces = vec![Vec::new(); n_pieces];
-    for (i, group) in mesh.groups.iter().enumerate() {
-        let mut sets = vec![CellSet::new(); n_pieces];
-        for cell in group.cells.iter() {
-            sets[of_cells[cell] as usize].push(index_in_piece[cell] as usize);
-        }
-        for (piece, set) in of_pieces.iter_mut().zip(sets) {
-            if !set.is_empty() {
-                piece.push((i, set));
-            }
-        }
-    }
-    of_pieces
-}
-
-/// All groups of the mesh, with those of their cells that are in a piece, so that each group has
-/// the same number in every piece.
-fn groups(mesh: &MeshView, cells: Vec<(usize, CellSet)>) -> Vec<Group> {
-    let empty = |group: &Group| Group {
-        dimension: group.dimension,
-        name: group.name.clone(),
-        number: group.number,
-        condition: group.condition.clone(),
-        cells: CellSet::new(),
-    };
-    let mut groups: Vec<Group> = mesh.groups.iter().map(empty).collect();
-    for (i, set) in cells {
-        groups[i].cells = set;
-    }
-    groups
 }
 
 fn add_numbers(arrays: &mut Vec<DataArray>, name: &str, numbers: &[usize], notes: &mut Notes) {
@@ -170,4 +155,48 @@ fn list(stem: &str, names: &[String], arrays: &str) -> String {
          byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  \
          <PUnstructuredGrid GhostLevel=\"0\">\n{arrays}{pieces}  </PUnstructuredGrid>\n</VTKFile>\n"
     )
+}
+
+/// The piece, from 0 to `n - 1`, of every cell. Cells of lower dimension go where the mesh's own
+/// cells at their first node are.
+fn pieces(mesh: &MeshView, n: usize) -> Result<Vec<u32>> {
+    let cells_of = |run: CellRun| run.first_cell..run.first_cell + run.n_cells();
+    let volume: Vec<usize> = mesh.volume_runs().flat_map(cells_of).collect();
+    let n_volume = volume.len();
+    if n == 0 || n > n_volume {
+        return Err(Error::input(format!(
+            "a mesh of {} cannot be cut into {n} pieces",
+            counted(n_volume, "cell")
+        )));
+    }
+    let center = |cell: &usize| {
+        let nodes = mesh.cells.get(*cell).nodes;
+        let mut sum = [0.0; 3];
+        for &node in nodes {
+            for (sum, x) in sum.iter_mut().zip(mesh.points[node as usize]) {
+                *sum += x;
+            }
+        }
+        sum.map(|x| x / nodes.len() as f64)
+    };
+    let centers: Vec<[f64; 3]> = volume.iter().map(center).collect();
+    let mut of_cells = vec![0; mesh.cells.len()];
+    for (place, along) in curve::order(&centers).into_iter().enumerate() {
+        let piece = place as u128 * n as u128 / n_volume as u128;
+        of_cells[volume[along as usize]] = piece as u32;
+    }
+    let mut of_nodes = vec![0; mesh.points.len()];
+    for &cell in volume.iter().rev() {
+        for &node in mesh.cells.get(cell).nodes {
+            of_nodes[node as usize] = of_cells[cell];
+        }
+    }
+    let dimension = mesh.dimension();
+    let runs = mesh.cells.runs();
+    for run in runs.filter(|run| run.kind.dimension() < dimension) {
+        for (i, nodes) in run.cells().enumerate() {
+            of_cells[run.first_cell + i] = of_nodes[nodes[0] as usize];
+        }
+    }
+    Ok(of_cells)
 }

@@ -22,7 +22,6 @@
 //! ```
 
 mod read;
-mod triangles;
 mod write;
 
 use super::format::{OuterFaces, surface_of};
@@ -49,7 +48,7 @@ pub static STL: Format = Format {
 
 fn surface(mesh: &MeshView, outer: OuterFaces) -> (Mesh, Notes) {
     let (surface, mut notes) = surface_of(mesh, "STL", outer);
-    let triangles = triangles::of(surface, &mut notes);
+    let triangles = write::triangles(surface, &mut notes);
     (triangles, notes)
 }
 

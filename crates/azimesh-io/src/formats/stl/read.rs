@@ -1,7 +1,7 @@
 //! Reading triangles: text or binary, nodes at one place made one.
 
-use super::super::lexer::{Fields, Lexer};
 use super::super::names::text_of;
+use super::super::tokens::Tokens;
 use crate::formats::Notes;
 use crate::mesh::{CellKind, Cells, Group, Mesh};
 use azimesh_core::diagnostic::formats::Read;
@@ -119,7 +119,7 @@ fn binary(bytes: &[u8], n: usize, notes: &mut Notes) -> Result<Mesh> {
 
 /// What is read of a text.
 struct Text<'a> {
-    lexer: Lexer<'a>,
+    lexer: Tokens<'a>,
     nodes: Nodes,
     triangles: Vec<u32>,
     /// Triangles of each named solid, in the order of their names in the file.
@@ -130,7 +130,7 @@ struct Text<'a> {
 
 fn text(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     let mut text = Text {
-        lexer: Lexer::new(bytes, None),
+        lexer: Tokens::new(bytes),
         nodes: Nodes::default(),
         triangles: Vec::new(),
         solids: Vec::new(),
@@ -144,24 +144,29 @@ fn text(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     Ok(text.nodes.mesh(text.triangles, text.solids))
 }
 
-fn is(line: &Fields, word: &str) -> bool {
-    let found = line.clone().word();
-    found.is_some_and(|found| found.eq_ignore_ascii_case(word.as_bytes()))
+/// Moves past a word if it is the next.
+fn take(line: &mut Tokens, word: &str) -> bool {
+    let mut after = line.clone();
+    let found = after.word().unwrap_or_default();
+    let is_next = found.eq_ignore_ascii_case(word.as_bytes());
+    if is_next {
+        *line = after;
+    }
+    is_next
 }
 
 /// Moves past a word.
-fn keyword(line: &mut Fields, word: &str) -> Result<()> {
-    let found = line.clone().word().unwrap_or_default();
-    if !found.eq_ignore_ascii_case(word.as_bytes()) {
-        let found = String::from_utf8_lossy(&found[..found.len().min(40)]).into_owned();
-        return Err(line.error(format!("expected \"{word}\", found \"{found}\"")));
+fn keyword(line: &mut Tokens, word: &str) -> Result<()> {
+    if take(line, word) {
+        return Ok(());
     }
-    line.word();
-    Ok(())
+    let found = line.clone().word().unwrap_or_default();
+    let found = String::from_utf8_lossy(&found[..found.len().min(40)]);
+    Err(line.error(format!("expected \"{word}\", found \"{found}\"")))
 }
 
 impl<'a> Text<'a> {
-    fn next(&mut self) -> Result<Fields<'a>> {
+    fn next(&mut self) -> Result<Tokens<'a>> {
         let line = self.lexer.line();
         line.ok_or_else(|| {
             self.lexer
@@ -174,7 +179,7 @@ impl<'a> Text<'a> {
         let first = self.triangles.len() / 3;
         loop {
             let mut line = self.next()?;
-            if is(&line, "endsolid") {
+            if take(&mut line, "endsolid") {
                 break;
             }
             // The numbers of the normal follow from the corners.
@@ -194,14 +199,9 @@ impl<'a> Text<'a> {
             }
         }
         let own = first..self.triangles.len() / 3;
-        if !name.is_empty() {
-            self.name(name, own);
+        if name.is_empty() {
+            return Ok(());
         }
-        Ok(())
-    }
-
-    /// Puts triangles into the tag of this name.
-    fn name(&mut self, name: &str, own: std::ops::Range<usize>) {
         let n = self.solids.len();
         let at = *self.places.entry(name.to_owned()).or_insert(n);
         if at == n {
@@ -214,5 +214,6 @@ impl<'a> Text<'a> {
             });
         }
         self.solids[at].cells.push_range(own);
+        Ok(())
     }
 }

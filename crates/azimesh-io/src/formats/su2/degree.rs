@@ -9,6 +9,17 @@ use crate::mesh::lagrange::{self, LatticePoint};
 /// Highest degree that is read.
 const MAX_DEGREE: usize = 10;
 
+/// Kinds of degree 1, of degree 2, and of any degree.
+const CURVED: [[CellKind; 3]; 7] = [
+    [Line, Line3, LagrangeCurve],
+    [Triangle, Triangle6, LagrangeTriangle],
+    [Quadrilateral, Quadrilateral9, LagrangeQuadrilateral],
+    [Tetrahedron, Tetrahedron10, LagrangeTetrahedron],
+    [Hexahedron, Hexahedron27, LagrangeHexahedron],
+    [Wedge, Wedge18, LagrangeWedge],
+    [Pyramid, LagrangePyramid, LagrangePyramid],
+];
+
 /// An element type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Element {
@@ -16,7 +27,7 @@ pub(super) struct Element {
     linear: CellKind,
     /// Polynomial degree of its shape.
     degree: usize,
-    /// Whether the degree of the solution is given, which a mesh does not keep.
+    /// True if the degree of the solution is given, which a mesh does not keep.
     pub has_solution: bool,
 }
 
@@ -24,9 +35,10 @@ impl Element {
     /// The element with SU2's number, or a sentence that refuses it.
     pub fn of(number: i64) -> Result<Self, String> {
         let has_solution = number > 10_000;
-        let shape = match has_solution {
-            true => number % 10_000,
-            false => number,
+        let shape = if has_solution {
+            number % 10_000
+        } else {
+            number
         };
         let linear = u8::try_from(shape % 100).ok().and_then(CellKind::from_vtk);
         let degree = usize::try_from(shape / 100).unwrap_or(0) + 1;
@@ -53,42 +65,35 @@ impl Element {
 
     /// The kind in memory.
     pub fn kind(&self) -> CellKind {
-        match (self.linear, self.degree) {
-            (linear, 1) => linear,
-            (Line, 2) => Line3,
-            (Triangle, 2) => Triangle6,
-            (Quadrilateral, 2) => Quadrilateral9,
-            (Tetrahedron, 2) => Tetrahedron10,
-            (Hexahedron, 2) => Hexahedron27,
-            (Wedge, 2) => Wedge18,
+        match self.degree {
+            1 => self.linear,
+            2 => self.curved()[1],
             _ => self.lagrange(),
         }
     }
 
+    fn curved(&self) -> &'static [CellKind; 3] {
+        let mut rows = CURVED.iter();
+        let row = rows.find(|row| row[0] == self.linear);
+        row.expect("vertices are not curved")
+    }
+
     /// The kind that has its shape at any degree.
     fn lagrange(&self) -> CellKind {
-        match self.linear {
-            Line => LagrangeCurve,
-            Triangle => LagrangeTriangle,
-            Quadrilateral => LagrangeQuadrilateral,
-            Tetrahedron => LagrangeTetrahedron,
-            Hexahedron => LagrangeHexahedron,
-            Wedge => LagrangeWedge,
-            _ => LagrangePyramid,
-        }
+        self.curved()[2]
     }
 
     /// Number of its nodes.
     pub fn n_nodes(&self) -> usize {
-        let n = match self.degree {
-            1 => self.linear.n_nodes(),
-            degree => lagrange::n_nodes(self.lagrange(), degree),
+        let n = if self.degree == 1 {
+            self.linear.n_nodes()
+        } else {
+            lagrange::n_nodes(self.lagrange(), self.degree)
         };
         n.expect("every kind has a number of nodes at these degrees")
     }
 
-    /// Where VTK's nodes are among SU2's: node `i` of VTK is node `order[i]` of SU2. `None` where
-    /// both count alike.
+    /// The order of VTK's nodes among SU2's: node `i` of VTK is node `order[i]` of SU2. `None` if both count alike.
     pub fn order(&self) -> Option<Vec<usize>> {
         if self.degree == 1 {
             return None;
@@ -101,18 +106,15 @@ impl Element {
     /// SU2's nodes: rows along the first axis, then along the second and the third.
     fn rows(&self) -> Vec<LatticePoint> {
         let n = self.degree as u16;
-        let [height, depth] = match self.linear {
-            Line => [0, 0],
-            Triangle | Quadrilateral => [0, n],
-            _ => [n, n],
+        let (height, depth) = match self.linear {
+            Line => (0, 0),
+            Triangle | Quadrilateral => (0, n),
+            _ => (n, n),
         };
         let mut places = Vec::new();
         for k in 0..=height {
-            let depth = match self.linear {
-                Tetrahedron | Pyramid => n - k,
-                _ => depth,
-            };
-            for j in 0..=depth {
+            let is_narrowing = matches!(self.linear, Tetrahedron | Pyramid);
+            for j in 0..=if is_narrowing { n - k } else { depth } {
                 let width = match self.linear {
                     Triangle | Wedge => n - j,
                     Tetrahedron => n - k - j,

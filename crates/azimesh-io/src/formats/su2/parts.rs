@@ -1,27 +1,25 @@
 //! The zones that a mesh is written in, and the markers of each.
 
 use super::super::names::{Given, Places, Rule};
-use super::extra::EXCHANGE;
+use super::EXCHANGE;
 use crate::mesh::{Group, MeshView};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// How the mesh is cut into zones.
-pub(super) struct WrittenZones<'a> {
-    /// The zones, in the order in which they are written.
-    pub zones: Vec<WrittenZone<'a>>,
-    /// Whether the mesh's groups are these zones; otherwise it is one zone as a whole.
-    pub is_split: bool,
-    /// Whether nodes are written in an order other than the mesh's.
+/// The mesh, cut into zones.
+pub(super) struct WrittenZones {
+    /// The zones, in the order in which they are written: the mesh's groups, or one zone, the whole mesh.
+    pub zones: Vec<WrittenZone>,
+    /// True if nodes are written in an order other than the mesh's.
     pub is_reordered: bool,
     /// Index of each node within its zone; `None` where that is its own.
     local: Option<Vec<u32>>,
 }
 
 /// A zone that is written.
-pub(super) struct WrittenZone<'a> {
-    /// The zone's cells; `None` for all cells of the mesh's dimension.
-    pub group: Option<&'a Group>,
+pub(super) struct WrittenZone {
+    /// The zone's cells, of the mesh's dimension.
+    pub cells: Vec<Range<usize>>,
     /// The zone's nodes; `None` for all.
     pub nodes: Option<Vec<u32>>,
     /// The zone's markers.
@@ -38,27 +36,28 @@ pub(super) struct Marker {
     pub cells: Vec<Range<usize>>,
 }
 
-impl<'a> WrittenZones<'a> {
+impl WrittenZones {
     /// The mesh as its zones, where these share no nodes, or as one.
-    pub fn of(mesh: &'a MeshView<'a>) -> Self {
+    pub fn of(mesh: &MeshView) -> Self {
         let markers = markers(mesh);
         let zones: Vec<&Group> = mesh.zones().collect();
-        match owners(mesh, &zones, &markers) {
-            Some(owner) => Self::split(mesh, &zones, markers, &owner),
-            None => Self {
-                zones: vec![WrittenZone {
-                    group: None,
-                    nodes: None,
-                    markers,
-                }],
-                is_split: false,
-                is_reordered: false,
-                local: None,
-            },
+        if let Some(owner) = owners(mesh, &zones, &markers) {
+            return Self::split(mesh, &zones, markers, &owner);
+        }
+        let runs = mesh.volume_runs();
+        let cells = runs.map(|run| run.first_cell..run.first_cell + run.n_cells());
+        Self {
+            zones: vec![WrittenZone {
+                cells: cells.collect(),
+                nodes: None,
+                markers,
+            }],
+            is_reordered: false,
+            local: None,
         }
     }
 
-    fn split(mesh: &MeshView, zones: &[&'a Group], markers: Vec<Marker>, owner: &[u32]) -> Self {
+    fn split(mesh: &MeshView, zones: &[&Group], markers: Vec<Marker>, owner: &[u32]) -> Self {
         let mut nodes: Vec<Vec<u32>> = vec![Vec::new(); zones.len()];
         let mut local = Vec::with_capacity(owner.len());
         for (node, &zone) in owner.iter().enumerate() {
@@ -90,15 +89,13 @@ impl<'a> WrittenZones<'a> {
             }
         }
         let parts = zones.iter().zip(nodes).zip(own);
+        let zones = parts.map(|((group, nodes), markers)| WrittenZone {
+            cells: group.cells.ranges().collect(),
+            nodes: Some(nodes),
+            markers,
+        });
         Self {
-            zones: parts
-                .map(|((&group, nodes), markers)| WrittenZone {
-                    group: Some(group),
-                    nodes: Some(nodes),
-                    markers,
-                })
-                .collect(),
-            is_split: true,
+            zones: zones.collect(),
             is_reordered: !owner.is_sorted(),
             local: Some(local),
         }
@@ -106,14 +103,11 @@ impl<'a> WrittenZones<'a> {
 
     /// Index of a node within its zone.
     pub fn local(&self, node: u32) -> u32 {
-        match &self.local {
-            Some(local) => local[node as usize],
-            None => node,
-        }
+        (self.local.as_ref()).map_or(node, |local| local[node as usize])
     }
 }
 
-/// Boundary tags and groups of single nodes; those of one name together.
+/// Boundary tags and groups of single nodes; groups of one name together.
 fn markers(mesh: &MeshView) -> Vec<Marker> {
     let mut names = Given::with([EXCHANGE]);
     let mut markers: Vec<Marker> = Vec::new();
@@ -182,9 +176,7 @@ fn owners(mesh: &MeshView, zones: &[&Group], markers: &[Marker]) -> Option<Vec<u
         }
         last = *owner;
     }
-    let ranges = markers
-        .iter()
-        .flat_map(|marker| marker.cells.iter().cloned());
+    let ranges = markers.iter().flat_map(|marker| &marker.cells).cloned();
     let mut runs = ranges.flat_map(|range| mesh.cells.runs_in(range));
     let is_whole = |nodes: &[u32]| {
         let first = owner[nodes[0] as usize];

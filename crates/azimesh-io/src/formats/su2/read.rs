@@ -2,10 +2,10 @@
 //! after another.
 
 use super::super::Notes;
-use super::super::lexer::{Fields, Lexer, line_of, shown};
-use super::extra::{Extra, OWN_NODES};
-use super::keyword::{Keyword, SPELLINGS};
-use super::zone::{Markers, Taken, Zone};
+use super::super::tokens::{Tokens, line_of, shown};
+use super::zone::Zone;
+use super::{Extra, OWN_NODES};
+use crate::formats::names::Places;
 use crate::mesh::{DataArray, Group, Mesh, Values};
 use azimesh_core::diagnostic::formats::{NotKept, Read};
 use azimesh_core::error::{Error, Result, counted};
@@ -14,9 +14,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Keywords without a meaning here that a note lists by name.
 const LISTED: usize = 8;
 
-/// Whether the first line that is no comment sets one of the keywords that start a mesh.
+/// Checks if the first line that is no comment sets one of the keywords that start a mesh.
 pub(super) fn recognizes(head: &[u8]) -> bool {
-    let mut lexer = Lexer::new(head, Some(b'%'));
+    let mut lexer = Tokens::with_comments(head);
     let line = lexer.line();
     let keyword = line.and_then(|line| Keyword::of(&line));
     keyword.is_some_and(|keyword| {
@@ -28,12 +28,12 @@ pub(super) fn recognizes(head: &[u8]) -> bool {
 }
 
 /// The block that the next lines of data belong to.
-enum Block {
-    /// None: blocks of the mesh have been read with their keyword.
+pub(super) enum Block {
+    /// None: blocks of the mesh are read with their keyword.
     None,
     /// A text that is kept.
     Text(Extra),
-    /// A keyword that means nothing here.
+    /// A keyword without a meaning here.
     Unknown(String),
 }
 
@@ -41,7 +41,7 @@ enum Block {
 struct Counted {
     name: &'static [u8],
     n: usize,
-    /// Where its first line starts.
+    /// Offset of its first line.
     start: usize,
 }
 
@@ -56,7 +56,7 @@ impl Counted {
 
     /// The refusal of a count that reaches beyond the next keyword.
     fn too_large(&self, bytes: &[u8]) -> Option<Error> {
-        let mut lexer = Lexer::new(bytes, Some(b'%'));
+        let mut lexer = Tokens::with_comments(bytes);
         lexer.set_position(self.start);
         let mut found = 0;
         while let Some(line) = lexer.line().filter(|_| found < self.n) {
@@ -68,15 +68,6 @@ impl Counted {
             found += usize::from(keyword.is_none());
         }
         None
-    }
-
-    /// The refusal of a count that a line comes after.
-    fn too_small(&self, line: &Fields, bytes: &[u8]) -> Error {
-        let found = shown(line.rest());
-        self.wrong(
-            format!("but there are more lines before the next keyword: {found}"),
-            bytes,
-        )
     }
 
     fn wrong(&self, what: String, bytes: &[u8]) -> Error {
@@ -99,31 +90,26 @@ struct File<'a> {
     unknown: BTreeMap<String, usize>,
 }
 
-/// The mesh in these bytes. A count that is too large takes keywords for data, and what goes wrong then
-/// is blamed on it.
+/// The mesh in these bytes. A count that is too large takes keywords for data; errors then name the count.
 pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     let mut blocks = Vec::new();
     let mesh = read_zones(bytes, notes, &mut blocks).map_err(|error| {
         let mut refusals = blocks.iter().filter_map(|block| block.too_large(bytes));
         refusals.next().unwrap_or(error)
     })?;
-    note_dialect(bytes, notes);
-    Ok(mesh)
-}
-
-/// Notes of what SU2 itself would not read.
-fn note_dialect(bytes: &[u8], notes: &mut Notes) {
+    // SU2 itself would not read these.
     for [found, meant] in SPELLINGS {
         if memchr::memmem::find(bytes, format!("{found}=").as_bytes()).is_some() {
             notes.push(Read::Spelled { found, meant });
         }
     }
     notes.dialect(bytes);
+    Ok(mesh)
 }
 
 /// The mesh, and each block of lines whose number the file gives.
 fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Result<Mesh> {
-    let mut lexer = Lexer::new(bytes, Some(b'%'));
+    let mut lexer = Tokens::with_comments(bytes);
     let mut file = File {
         n_zones: None,
         dimension: None,
@@ -144,7 +130,14 @@ fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Res
             None => file.take_data(&line, blocks.last(), bytes, notes)?,
         }
     }
-    file.note_unknown(notes);
+    for (name, n) in file.unknown.iter().take(LISTED) {
+        notes.push(NotKept::Keyword {
+            name: name.to_string(),
+            n_lines: *n,
+        });
+    }
+    let left = file.unknown.len().saturating_sub(LISTED);
+    notes.count(left, |n| NotKept::Keywords { n });
     file.mesh(&lexer, notes)
 }
 
@@ -156,8 +149,8 @@ impl<'a> File<'a> {
     fn take(
         &mut self,
         keyword: &Keyword<'a>,
-        line: &Fields<'a>,
-        lexer: &mut Lexer<'a>,
+        line: &Tokens<'a>,
+        lexer: &mut Tokens<'a>,
         notes: &mut Notes,
     ) -> Result<()> {
         self.block = Block::None;
@@ -171,29 +164,25 @@ impl<'a> File<'a> {
                 self.n_zones = Some(n);
             }
             b"IZONE" => {
-                let number = zone_number(keyword, line)?;
+                let number = keyword.integer(line)?;
+                let number = i32::try_from(number)
+                    .map_err(|_| line.error(format!("IZONE= {number} is out of range")))?;
                 if !self.numbers.insert(number) {
                     return Err(line.error(format!("IZONE= {number} appears twice")));
                 }
                 if self.zone().has_begun() || self.zone().number.is_some() {
                     self.zones.push(Zone::default());
                 }
-                // A dimension before the first zone is that of all.
+                // All zones have the dimension before the first.
                 self.dimension = self.dimension.or(self.zones[0].dimension);
                 self.zone().number = Some(number);
             }
-            _ => match self.zone().take(keyword, line, lexer, notes)? {
-                Taken::Mesh => {}
-                Taken::Text(extra) => {
-                    self.zone().keep(extra, line.rest(), notes);
-                    self.block = Block::Text(extra);
-                }
-                Taken::Unknown => {
-                    let name = keyword.name();
+            _ => {
+                self.block = self.zone().take(keyword, line, lexer, notes)?;
+                if let Block::Unknown(name) = &self.block {
                     *self.unknown.entry(name.clone()).or_default() += 1;
-                    self.block = Block::Unknown(name);
                 }
-            },
+            }
         }
         Ok(())
     }
@@ -201,43 +190,31 @@ impl<'a> File<'a> {
     /// Takes a line that is no keyword; `before` is the last block of a known number of lines.
     fn take_data(
         &mut self,
-        line: &Fields,
+        line: &Tokens,
         before: Option<&Counted>,
         bytes: &[u8],
         notes: &mut Notes,
     ) -> Result<()> {
         match &self.block {
-            Block::Text(extra) => {
-                let extra = *extra;
-                self.zone().keep(extra, line.rest(), notes);
-            }
+            &Block::Text(extra) => self.zone().keep(extra, line.rest(), notes),
             Block::Unknown(name) => {
                 *self.unknown.get_mut(name).expect("its keyword came first") += 1;
             }
             Block::None => {
-                if let Some(block) = before.filter(|block| block.name == self.last) {
-                    return Err(block.too_small(line, bytes));
-                }
                 let found = shown(line.rest());
-                return Err(line.error(format!("expected a line KEYWORD= value, found {found}")));
+                return Err(match before.filter(|block| block.name == self.last) {
+                    Some(block) => block.wrong(
+                        format!("but there are more lines before the next keyword: {found}"),
+                        bytes,
+                    ),
+                    None => line.error(format!("expected a line KEYWORD= value, found {found}")),
+                });
             }
         }
         Ok(())
     }
 
-    /// Says which keywords are not kept.
-    fn note_unknown(&self, notes: &mut Notes) {
-        for (name, n) in self.unknown.iter().take(LISTED) {
-            notes.push(NotKept::Keyword {
-                name: name.to_string(),
-                n_lines: *n,
-            });
-        }
-        let left = self.unknown.len().saturating_sub(LISTED);
-        notes.count(left, |n| NotKept::Keywords { n });
-    }
-
-    fn mesh(mut self, lexer: &Lexer, notes: &mut Notes) -> Result<Mesh> {
+    fn mesh(mut self, lexer: &Tokens, notes: &mut Notes) -> Result<Mesh> {
         let n_zones = self.zones.len();
         if let Some(n) = self.n_zones.filter(|n| *n != n_zones) {
             return Err(lexer.error(format!(
@@ -255,7 +232,7 @@ impl<'a> File<'a> {
             return Err(Error::input(message).line(line_of(lexer.bytes(), other.dimension_at)));
         }
         let mut mesh = Mesh::default();
-        let mut markers = Markers::default();
+        let mut markers = Places::default();
         for (i, zone) in self.zones.iter().enumerate() {
             let volume = zone
                 .append_to(&mut mesh, &mut markers, notes)
@@ -291,17 +268,77 @@ impl<'a> File<'a> {
                 mesh.field_arrays.push(array);
             }
         }
-        if self.zones.iter().any(|zone| zone.own_nodes.is_some()) {
-            let numbers = self.zones.iter();
+        let numbers = self.zones.iter().map(|zone| zone.own_nodes);
+        if numbers.clone().any(|own| own.is_some()) {
             // Zones without copies have none to count.
-            let numbers = numbers.map(|zone| zone.own_nodes.unwrap_or(-1)).collect();
+            let numbers = numbers.map(|own| own.unwrap_or(-1)).collect();
             let array = DataArray::scalar(OWN_NODES, Values::I64(numbers));
             mesh.field_arrays.push(array);
         }
     }
 }
 
-fn zone_number(keyword: &Keyword, line: &Fields) -> Result<i32> {
-    let number = keyword.integer(line)?;
-    i32::try_from(number).map_err(|_| line.error(format!("IZONE= {number} is out of range")))
+/// Keywords as some programs spell them, and as they are.
+const SPELLINGS: [[&str; 2]; 2] = [["MARKERTAG", "MARKER_TAG"], ["MARKERELEMS", "MARKER_ELEMS"]];
+
+/// A keyword and what follows its `=`, without a comment behind it.
+#[derive(Clone, Copy)]
+pub(super) struct Keyword<'a> {
+    /// Text before the `=`.
+    pub name: &'a [u8],
+    /// Text behind it.
+    pub value: &'a [u8],
+}
+
+impl<'a> Keyword<'a> {
+    /// The keyword of a line; `None` for a line of data.
+    pub fn of(line: &Tokens<'a>) -> Option<Self> {
+        let text = line.rest();
+        let at = memchr::memchr(b'=', without_comment(text))?;
+        let name = text[..at].trim_ascii();
+        let meant = SPELLINGS.iter().find(|[odd, _]| odd.as_bytes() == name);
+        Some(Self {
+            name: meant.map_or(name, |[_, name]| name.as_bytes()),
+            value: without_comment(text[at + 1..].trim_ascii()).trim_ascii(),
+        })
+    }
+
+    /// The name as text.
+    pub fn name(&self) -> String {
+        self.name.escape_ascii().to_string()
+    }
+
+    /// The first integer of the value.
+    pub fn integer(&self, line: &Tokens) -> Result<i64> {
+        self.integers()[0].ok_or_else(|| {
+            let found = shown(self.value);
+            line.error(format!("{}= needs an integer, found {found}", self.name()))
+        })
+    }
+
+    /// The first two integers of the value, where they are there.
+    pub fn integers(&self) -> [Option<i64>; 2] {
+        let mut value = Tokens::new(self.value).line();
+        let mut next = || value.as_mut().and_then(|value| value.integer("").ok());
+        let first = next();
+        [first, first.and_then(|_| next())]
+    }
+
+    /// The first integer of the value, which counts something.
+    pub fn count(&self, line: &Tokens) -> Result<usize> {
+        let value = self.integer(line)?;
+        usize::try_from(value).map_err(|_| {
+            line.error(format!(
+                "{}= {value}: a count cannot be negative",
+                self.name()
+            ))
+        })
+    }
+}
+
+/// The text before a `%`, or before a `#` or `!` that follows a space: names may have these.
+fn without_comment(text: &[u8]) -> &[u8] {
+    let begins = |&at: &usize| text[at] == b'%' || (at > 0 && text[at - 1].is_ascii_whitespace());
+    let end = memchr::memchr3_iter(b'%', b'#', b'!', text).find(begins);
+    &text[..end.unwrap_or(text.len())]
 }

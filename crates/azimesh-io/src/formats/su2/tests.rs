@@ -2,7 +2,7 @@
 
 use super::super::{Notes, Source};
 use super::super::{ReadOptions, WriteOptions};
-use super::SU2;
+use super::{SU2, write_surface};
 use crate::mesh::{CellKind, Group, Mesh, Values};
 use azimesh_core::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, NotKept, Read};
 use std::path::Path;
@@ -246,4 +246,31 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
     let refused = SU2.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
     assert!(message.contains("`linearize`"), "{message}");
+}
+
+#[test]
+fn a_surface_file_has_the_index_and_the_place_of_each_node() {
+    let mesh = Mesh::read("testdata/airfoil_hybrid.su2").expect("it is there");
+    let nodes = [3, 0, 7];
+    let mut text = Vec::new();
+    write_surface(&mesh.view(), &nodes, &mut text).expect("it can be written");
+    let text = String::from_utf8(text).expect("it is text");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 3);
+    for (line, node) in lines.iter().zip(nodes) {
+        let numbers: Vec<f64> = line
+            .split(' ')
+            .map(|x| x.parse().expect("a number"))
+            .collect();
+        let [x, y, _] = mesh.points[node as usize];
+        assert_eq!(numbers, [f64::from(node), x, y]);
+    }
+}
+
+#[test]
+fn a_solid_has_three_coordinates() {
+    let mesh = Mesh::read("testdata/mixed_cells.su2").expect("it is there");
+    let mut text = Vec::new();
+    write_surface(&mesh.view(), &[1], &mut text).expect("it can be written");
+    assert_eq!(text.iter().filter(|byte| **byte == b' ').count(), 3);
 }

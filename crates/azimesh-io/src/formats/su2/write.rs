@@ -1,10 +1,10 @@
-//! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands.
+//! Writing SU2: for each zone its cells, nodes, markers, and text that only SU2 understands; and the file of surface
+//! nodes that SU2 reads at each iteration of an unsteady run with `SURFACE_MOVEMENT= EXTERNAL`.
 
 use super::super::WriteOptions;
 use super::super::records::{push_integer, push_real, write_all, write_records};
-use super::extra::{self, Extra};
-use super::holds;
 use super::parts::{Marker, RULE, WrittenZones, of_markers};
+use super::{Extra, OWN_NODES, holds};
 use crate::formats::Notes;
 use crate::formats::names::names_in;
 use crate::formats::portable::remedy;
@@ -12,6 +12,7 @@ use crate::mesh::{CellRun, Group, MeshView};
 use azimesh_core::diagnostic::formats::{GroupWritten, Written};
 use azimesh_core::error::{Error, Result};
 use std::io::Write;
+use std::ops::Range;
 
 /// Writes the mesh; returns a note for each thing that is left out.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions) -> Result<Notes> {
@@ -19,7 +20,10 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     check(mesh, dimension)?;
     let parts = WrittenZones::of(mesh);
     let n_zones = parts.zones.len();
-    let kept = extra::written(mesh, n_zones);
+    let texts = Extra::ALL.into_iter();
+    let texts = texts.filter(|extra| extra.texts(mesh, n_zones).is_some());
+    let numbers = own_nodes(mesh, n_zones).map(|_| OWN_NODES);
+    let kept: Vec<_> = texts.map(Extra::array).chain(numbers).collect();
     let mut notes = Notes::default();
     notes.arrays_left_out("SU2", mesh, &kept);
     notes.in_64_bits("SU2", options);
@@ -32,20 +36,25 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
         notes.push(Written::NodesByZone);
     }
     note_dropped(mesh, &mut notes);
-    notes.extend(renamed(&parts));
-    if parts.is_split {
-        write_all(
-            out,
-            format!("NDIME= {dimension}\nNZONE= {n_zones}\n").as_bytes(),
-        )?;
+    let markers = parts.zones.iter().flat_map(|part| &part.markers);
+    notes.extend(markers.filter_map(|marker| RULE.note("tag", &marker.name, &marker.written)));
+    if n_zones > 1 {
+        let text = format!("NDIME= {dimension}\nNZONE= {n_zones}\n");
+        write_all(out, text.as_bytes())?;
     }
     for zone in 0..n_zones {
-        if parts.is_split {
+        if n_zones > 1 {
             write_all(out, format!("IZONE= {}\n", zone + 1).as_bytes())?;
         }
         write_zone(mesh, &parts, zone, out)?;
     }
     Ok(notes)
+}
+
+/// The second number of `NPOIN=` of each zone, where there is one for each of `n_zones`.
+fn own_nodes(mesh: &MeshView, n_zones: usize) -> Option<Vec<i64>> {
+    let numbers = mesh.field_array(OWN_NODES)?.values.to_integers()?;
+    (numbers.len() == n_zones).then_some(numbers)
 }
 
 /// One zone, with the text that only SU2 understands.
@@ -59,41 +68,28 @@ fn write_zone(
     let text = |extra: Extra| extra.texts(mesh, n_zones).map_or("", |texts| &texts[zone]);
     let part = &parts.zones[zone];
     let dimension = usize::from(mesh.dimension());
-    let n_cells: usize = match part.group {
-        Some(group) => group.cells.len(),
-        None => mesh.volume_runs().map(|run| run.n_cells()).sum(),
-    };
+    let n_cells: usize = part.cells.iter().map(|range| range.len()).sum();
     let offset = text(Extra::Offset);
-    write_all(
-        out,
-        format!("NDIME= {dimension}\n{offset}NELEM= {n_cells}\n").as_bytes(),
-    )?;
+    let head = format!("NDIME= {dimension}\n{offset}NELEM= {n_cells}\n");
+    write_all(out, head.as_bytes())?;
     let mut index = 0;
-    let mut write_volume = |run: CellRun, out: &mut dyn Write| {
+    for run in runs_in(mesh, &part.cells) {
         write_cells(&run, parts, Some(index), out)?;
         index += run.n_cells();
-        Ok(())
-    };
-    match part.group {
-        Some(group) => {
-            for run in group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r)) {
-                write_volume(run, out)?;
-            }
-        }
-        None => {
-            for run in mesh.volume_runs() {
-                write_volume(run, out)?;
-            }
-        }
     }
-    let own = extra::own_nodes(mesh, n_zones).map(|own| own[zone]);
+    let own = own_nodes(mesh, n_zones).map(|own| own[zone]);
     write_points(mesh, part.nodes.as_deref(), own, out)?;
     let exchange = text(Extra::Exchange);
     let n_exchanges = exchange.matches("MARKER_TAG=").count();
     let n_markers = part.markers.len() + n_exchanges;
     write_all(out, format!("NMARK= {n_markers}\n").as_bytes())?;
-    for marker in &part.markers {
-        write_marker(mesh, parts, marker, out)?;
+    for Marker { written, cells, .. } in &part.markers {
+        let n: usize = cells.iter().map(|range| range.len()).sum();
+        let head = format!("MARKER_TAG= {written}\nMARKER_ELEMS= {n}\n");
+        write_all(out, head.as_bytes())?;
+        for run in runs_in(mesh, cells) {
+            write_cells(&run, parts, None, out)?;
+        }
     }
     for text in [exchange, text(Extra::Periodic), text(Extra::Boxes)] {
         write_all(out, text.as_bytes())?;
@@ -101,23 +97,10 @@ fn write_zone(
     Ok(())
 }
 
-fn write_marker(
-    mesh: &MeshView,
-    parts: &WrittenZones,
-    marker: &Marker,
-    out: &mut dyn Write,
-) -> Result<()> {
-    let name = &marker.written;
-    let n: usize = marker.cells.iter().map(|range| range.len()).sum();
-    write_all(
-        out,
-        format!("MARKER_TAG= {name}\nMARKER_ELEMS= {n}\n").as_bytes(),
-    )?;
-    let ranges = marker.cells.iter().cloned();
-    for run in ranges.flat_map(|range| mesh.cells.runs_in(range)) {
-        write_cells(&run, parts, None, out)?;
-    }
-    Ok(())
+/// The runs of cells in these ranges.
+fn runs_in<'a>(mesh: &MeshView<'a>, ranges: &[Range<usize>]) -> impl Iterator<Item = CellRun<'a>> {
+    let cells = mesh.cells;
+    ranges.iter().flat_map(|range| cells.runs_in(range.clone()))
 }
 
 /// Refuses what SU2 cannot hold.
@@ -129,16 +112,13 @@ fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
     }
     let boundary = mesh.boundary_tags().flat_map(|tag| tag.cells.ranges());
     let boundary = boundary.flat_map(|range| mesh.cells.runs_in(range));
-    if let Some(run) = mesh
-        .volume_runs()
-        .chain(boundary)
-        .find(|run| !holds(run.kind))
-    {
-        let remedy = remedy(run.kind);
+    let mut runs = mesh.volume_runs().chain(boundary);
+    if let Some(run) = runs.find(|run| !holds(run.kind)) {
         return Err(Error::input(format!(
-            "cell {} is a {}, which SU2 cannot hold{remedy}",
+            "cell {} is a {}, which SU2 cannot hold{}",
             run.first_cell,
-            run.kind.name()
+            run.kind.name(),
+            remedy(run.kind)
         )));
     }
     Ok(())
@@ -170,7 +150,7 @@ fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<GroupWritten> {
     if names.is_empty() {
         return None;
     }
-    if !parts.is_split {
+    if parts.zones.len() == 1 {
         let format = "SU2";
         return Some(GroupWritten::ZonesLeftOut { format, names });
     }
@@ -178,12 +158,6 @@ fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<GroupWritten> {
     let is_numbered = |(i, name): (usize, &String)| *name == (i + 1).to_string();
     let keeps_names = names.iter().enumerate().all(is_numbered);
     (!keeps_names).then_some(GroupWritten::ZoneNames { n, names })
-}
-
-/// Notes on tags whose names are changed.
-fn renamed(parts: &WrittenZones) -> impl Iterator<Item = GroupWritten> {
-    let markers = parts.zones.iter().flat_map(|part| &part.markers);
-    markers.filter_map(|marker| RULE.note("tag", &marker.name, &marker.written))
 }
 
 /// Notes on cells and groups of lower dimension that are not written.
@@ -196,11 +170,8 @@ fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
     let mut is_tagged = vec![false; mesh.cells.len()];
     let is_point = |group: &&Group| group.dimension == 0 && dimension > 1;
     let points = mesh.groups.iter().filter(is_point);
-    for cell in mesh
-        .boundary_tags()
-        .chain(points)
-        .flat_map(|tag| tag.cells.iter())
-    {
+    let tags = mesh.boundary_tags().chain(points);
+    for cell in tags.flat_map(|tag| tag.cells.iter()) {
         is_tagged[cell] = true;
     }
     let mut n_faces = 0;
@@ -244,7 +215,7 @@ fn write_cells(
     })
 }
 
-/// Nodes, all or those of a zone; `own` of them are no copies, where that is known.
+/// All nodes, or the nodes of a zone; `own` of them are no copies, where that is known.
 fn write_points(
     mesh: &MeshView,
     nodes: Option<&[u32]>,
@@ -267,4 +238,31 @@ fn write_points(
             buffer.push(b'\n');
         }
     })
+}
+
+/// Writes the positions of some nodes: index, x, y and, in space, z. SU2 takes a line that is no node for node 0, so
+/// that there is no header, and moves a node of a moving marker that is not in the file to the origin.
+///
+/// # Errors
+/// Where they cannot be written.
+pub fn write_surface(mesh: &MeshView, nodes: &[u32], out: &mut dyn Write) -> Result<()> {
+    let dimension = usize::from(mesh.dimension().clamp(2, 3));
+    write_records(out, nodes.len(), &|range, buffer| {
+        for &node in &nodes[range] {
+            push_integer(buffer, node.into());
+            for x in &mesh.points[node as usize][..dimension] {
+                buffer.push(b' ');
+                push_real(buffer, *x);
+            }
+            buffer.push(b'\n');
+        }
+    })
+}
+
+/// The number of SU2 zones that a mesh is written in; each numbers its nodes from 0.
+pub fn n_zones(mesh: &MeshView) -> usize {
+    match mesh.zones().next() {
+        None => 1,
+        Some(_) => WrittenZones::of(mesh).zones.len(),
+    }
 }

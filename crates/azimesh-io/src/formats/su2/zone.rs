@@ -1,13 +1,12 @@
 //! One zone of a file: its blocks of lines, found before any is parsed, and their nodes and cells.
 
 use super::super::Notes;
-use super::super::lexer::{Fields, Lexer, Lines};
 use super::super::names::{Places, text_of};
+use super::super::tokens::{Lines, Tokens};
 use super::degree::Element;
-use super::extra::{EXCHANGE, Extra};
-use super::keyword::Keyword;
-use crate::mesh::too_many;
-use crate::mesh::{CellSet, Cells, Group, Mesh};
+use super::read::{Block, Keyword};
+use super::{EXCHANGE, Extra};
+use crate::mesh::{CellSet, Cells, Group, Mesh, too_many};
 use azimesh_core::diagnostic::formats::{NotKept, Read};
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -24,7 +23,7 @@ pub(super) struct Zone<'a> {
     pub dimension_at: usize,
     /// Number of nodes that are not copies, where the file gives it.
     pub own_nodes: Option<i64>,
-    /// Text that is kept as it stands, by [`Extra`].
+    /// Text that is kept unchanged, by [`Extra`].
     pub extra: [String; 4],
     /// Number of markers that the file promises.
     n_markers: Option<usize>,
@@ -37,18 +36,8 @@ pub(super) struct Zone<'a> {
     marker: Option<String>,
 }
 
-/// The meaning of a keyword.
-pub(super) enum Taken {
-    /// A part of the mesh, with its block.
-    Mesh,
-    /// Text that is kept, with the lines that follow.
-    Text(Extra),
-    /// Nothing that is known here.
-    Unknown,
-}
-
 impl<'a> Zone<'a> {
-    /// Whether nodes, cells or markers have been found.
+    /// Checks if nodes, cells or markers have been found.
     pub fn has_begun(&self) -> bool {
         self.points.is_some() || self.has_volume || self.n_found > 0
     }
@@ -64,10 +53,10 @@ impl<'a> Zone<'a> {
     pub fn take(
         &mut self,
         keyword: &Keyword<'a>,
-        line: &Fields<'a>,
-        lexer: &mut Lexer<'a>,
+        line: &Tokens<'a>,
+        lexer: &mut Tokens<'a>,
         notes: &mut Notes,
-    ) -> Result<Taken> {
+    ) -> Result<Block> {
         match keyword.name {
             b"NDIME" => {
                 let dimension = keyword.integer(line)?;
@@ -101,17 +90,23 @@ impl<'a> Zone<'a> {
                 self.marker = Some(text_of(keyword.value, notes));
             }
             b"MARKER_ELEMS" => self.take_marker(keyword, line, lexer, notes)?,
-            _ => return Ok(Extra::of(keyword).map_or(Taken::Unknown, Taken::Text)),
+            name => {
+                let Some(extra) = Extra::of(name) else {
+                    return Ok(Block::Unknown(keyword.name()));
+                };
+                self.keep(extra, line.rest(), notes);
+                return Ok(Block::Text(extra));
+            }
         }
-        Ok(Taken::Mesh)
+        Ok(Block::None)
     }
 
     /// Takes the elements of a marker; one that exchanges nodes is kept as text.
     fn take_marker(
         &mut self,
         keyword: &Keyword<'a>,
-        line: &Fields<'a>,
-        lexer: &mut Lexer<'a>,
+        line: &Tokens<'a>,
+        lexer: &mut Tokens<'a>,
         notes: &mut Notes,
     ) -> Result<()> {
         let n = keyword.count(line)?;
@@ -123,45 +118,49 @@ impl<'a> Zone<'a> {
             self.cells.push((Some(name), elements));
             return Ok(());
         }
-        self.keep(
-            Extra::Exchange,
-            format!("MARKER_TAG= {name}").as_bytes(),
-            notes,
-        );
-        self.keep(Extra::Exchange, line.rest(), notes);
+        let mut keep = |line: &[u8]| self.keep(Extra::Exchange, line, notes);
+        keep(format!("MARKER_TAG= {name}").as_bytes());
+        keep(line.rest());
         let next = lexer.peek_line();
         if let Some(next) = next.filter(|next| next.rest().starts_with(b"SEND_")) {
-            self.keep(Extra::Exchange, next.rest(), notes);
+            keep(next.rest());
             lexer.line();
         }
         let start = lexer.position();
         lexer.take_lines(n, "nodes that are exchanged")?;
-        let mut nodes = Lexer::new(&lexer.bytes()[start..lexer.position()], Some(b'%'));
+        let mut nodes = Tokens::with_comments(&lexer.bytes()[start..lexer.position()]);
         while let Some(node) = nodes.line() {
-            self.keep(Extra::Exchange, node.rest(), notes);
+            keep(node.rest());
         }
         Ok(())
     }
 
-    /// Refuses a zone without its parts, and notes markers that do not fit their number.
-    pub fn check(&self, lexer: &Lexer, notes: &mut Notes) -> Result<()> {
+    /// Refuses a zone without its parts; notes markers of one name, which are one tag, and a wrong number of markers.
+    pub fn check(&self, lexer: &Tokens, notes: &mut Notes) -> Result<()> {
         let missing = |what: &str| match self.number {
             Some(zone) => lexer.error(format!("zone {zone} has no {what}=")),
             None => lexer.error(format!("the file has no {what}=")),
         };
-        if self.dimension.is_none() {
-            return Err(missing("NDIME"));
-        }
-        if self.points.is_none() {
-            return Err(missing("NPOIN"));
-        }
-        if !self.has_volume {
-            return Err(missing("NELEM"));
+        for (what, is_there) in [
+            ("NDIME", self.dimension.is_some()),
+            ("NPOIN", self.points.is_some()),
+            ("NELEM", self.has_volume),
+        ] {
+            if !is_there {
+                return Err(missing(what));
+            }
         }
         if let Some(name) = &self.marker {
             return Err(lexer.error(format!("MARKER_TAG= {name} has no MARKER_ELEMS")));
         }
-        self.note_repeated(notes);
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for name in self.cells.iter().filter_map(|(name, _)| name.as_deref()) {
+            *counts.entry(name).or_default() += 1;
+        }
+        for (name, n) in counts.into_iter().filter(|(_, n)| *n > 1) {
+            let name = name.to_owned();
+            notes.push(Read::MarkersJoined { name, n });
+        }
         if let Some(n) = self.n_markers.filter(|n| *n != self.n_found) {
             notes.push(Read::MarkerCount {
                 said: n,
@@ -171,23 +170,11 @@ impl<'a> Zone<'a> {
         Ok(())
     }
 
-    /// Notes markers of one name: they are one tag, as those of several zones are.
-    fn note_repeated(&self, notes: &mut Notes) {
-        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for name in self.cells.iter().filter_map(|(name, _)| name.as_deref()) {
-            *counts.entry(name).or_default() += 1;
-        }
-        for (name, n) in counts.into_iter().filter(|(_, n)| *n > 1) {
-            let name = name.to_owned();
-            notes.push(Read::MarkersJoined { name, n });
-        }
-    }
-
     /// Appends the zone's nodes and cells to the mesh; the range of its volume cells.
     pub fn append_to(
         &self,
         mesh: &mut Mesh,
-        markers: &mut Markers,
+        markers: &mut Places<(u8, String)>,
         notes: &mut Notes,
     ) -> Result<Range<usize>> {
         let dimension = self.dimension.expect("it was checked");
@@ -197,7 +184,17 @@ impl<'a> Zone<'a> {
             return Err(Error::input(too_many("nodes")));
         }
         mesh.points.resize(first_node + points.len(), [0.0; 3]);
-        read_points(points, dimension, &mut mesh.points[first_node..])?;
+        // After the coordinates, a line may have the index of the node.
+        points.parse_into(&mut mesh.points[first_node..], 1, |line, point| {
+            for (i, x) in point[0][..dimension].iter_mut().enumerate() {
+                if line.is_done() {
+                    let message = format!("a node needs {dimension} coordinates, found {i}");
+                    return Err(line.error(message));
+                }
+                *x = line.real("a coordinate")?;
+            }
+            Ok(())
+        })?;
         let nodes = first_node..mesh.points.len();
         let mut volume = 0..0;
         for (name, lines) in &self.cells {
@@ -205,31 +202,16 @@ impl<'a> Zone<'a> {
             if first.saturating_add(lines.len()) >= u32::MAX as usize {
                 return Err(Error::input(too_many("cells")));
             }
-            let limit = Limit {
-                dimension,
-                marker: name.as_deref(),
-            };
-            append_cells(lines, &nodes, &limit, &mut mesh.cells, notes)?;
+            let parts = lines
+                .parse(|line, part| parse_cell(line, &nodes, dimension, name.as_deref(), part))?;
+            append_cells(parts, &mut mesh.cells, notes);
             match name {
-                Some(name) => markers.add(mesh, name, first, dimension as u8 - 1),
+                Some(name) => add_marker(mesh, markers, name, first, dimension as u8 - 1),
                 None => volume = first..mesh.cells.len(),
             }
         }
         Ok(volume)
     }
-}
-
-/// Coordinates, and after them perhaps the index of the node.
-fn read_points(lines: &Lines, dimension: usize, points: &mut [[f64; 3]]) -> Result<()> {
-    lines.parse_into(points, 1, |line, point| {
-        for (i, x) in point[0][..dimension].iter_mut().enumerate() {
-            if line.is_done() {
-                return Err(line.error(format!("a node needs {dimension} coordinates, found {i}")));
-            }
-            *x = line.real("a coordinate")?;
-        }
-        Ok(())
-    })
 }
 
 /// Cells of one task.
@@ -239,14 +221,8 @@ struct CellBatch {
     runs: Vec<(Element, usize)>,
 }
 
-fn append_cells(
-    lines: &Lines,
-    nodes: &Range<usize>,
-    limit: &Limit,
-    cells: &mut Cells,
-    notes: &mut Notes,
-) -> Result<()> {
-    let parts = lines.parse(|line, part| parse_cell(line, nodes, limit, part))?;
+/// Appends cells, with their nodes in VTK's order.
+fn append_cells(parts: Vec<CellBatch>, cells: &mut Cells, notes: &mut Notes) {
     cells.reserve(parts.iter().map(|part| part.connectivity.len()).sum());
     let mut n_solutions = 0;
     for mut part in parts {
@@ -255,7 +231,13 @@ fn append_cells(
             let n_nodes = element.n_nodes();
             let (own, tail) = rest.split_at_mut(n_nodes * n_cells);
             if let Some(order) = element.order() {
-                reorder(own, &order);
+                let mut old = vec![0; n_nodes];
+                for cell in own.chunks_exact_mut(n_nodes) {
+                    old.copy_from_slice(cell);
+                    for (node, &from) in cell.iter_mut().zip(&order) {
+                        *node = old[from];
+                    }
+                }
             }
             cells.push_run(element.kind(), n_nodes, own);
             n_solutions += n_cells * usize::from(element.has_solution);
@@ -267,66 +249,39 @@ fn append_cells(
         n,
         item: "element",
     });
-    Ok(())
 }
 
-/// Puts the nodes of each cell into VTK's order: node `i` is what was node `order[i]`.
-fn reorder(cells: &mut [u32], order: &[usize]) {
-    let mut old = vec![0; order.len()];
-    for cell in cells.chunks_exact_mut(order.len()) {
-        old.copy_from_slice(cell);
-        for (node, &from) in cell.iter_mut().zip(order) {
-            *node = old[from];
-        }
-    }
-}
-
-/// Which elements may be where: those of a marker have a lower dimension than the mesh.
-struct Limit<'a> {
-    dimension: usize,
-    marker: Option<&'a str>,
-}
-
-impl Limit<'_> {
-    fn check(&self, element: &Element) -> std::result::Result<(), String> {
-        let below = usize::from(self.marker.is_some());
-        let kind = element.kind();
-        if usize::from(kind.dimension()) + below <= self.dimension {
-            return Ok(());
-        }
-        let (kind, n) = (kind.name(), self.dimension);
-        Err(match self.marker {
-            Some(name) => format!("a {kind} cannot be on the boundary \"{name}\" with NDIME= {n}"),
-            None => format!("a {kind} cannot be in a mesh with NDIME= {n}"),
-        })
-    }
-}
-
-/// Type, nodes, and perhaps the index of the cell.
+/// Type, nodes, and perhaps the index of the cell. Cells of a marker have a lower dimension than the mesh.
 fn parse_cell(
-    line: &mut Fields,
+    line: &mut Tokens,
     nodes: &Range<usize>,
-    limit: &Limit,
+    dimension: usize,
+    marker: Option<&str>,
     part: &mut CellBatch,
 ) -> Result<()> {
     let number = line.integer("an element type")?;
     let element = Element::of(number).map_err(|refusal| line.error(refusal))?;
-    limit
-        .check(&element)
-        .map_err(|refusal| line.error(refusal))?;
+    let kind = element.kind();
+    if usize::from(kind.dimension()) + usize::from(marker.is_some()) > dimension {
+        let kind = kind.name();
+        return Err(line.error(match marker {
+            Some(name) => {
+                format!("a {kind} cannot be on the boundary \"{name}\" with NDIME= {dimension}")
+            }
+            None => format!("a {kind} cannot be in a mesh with NDIME= {dimension}"),
+        }));
+    }
     let n_nodes = element.n_nodes();
-    let name = || element.kind().name();
     for i in 0..n_nodes {
         if line.is_done() {
-            let name = name();
-            return Err(line.error(format!("a {name} needs {n_nodes} node indices, found {i}")));
+            let kind = kind.name();
+            return Err(line.error(format!("a {kind} needs {n_nodes} node indices, found {i}")));
         }
         let node = line.integer("a node index")?;
-        let known = usize::try_from(node).is_ok_and(|node| node < nodes.len());
-        if !known {
+        if !usize::try_from(node).is_ok_and(|node| node < nodes.len()) {
             return Err(line.error(format!(
                 "a {} has node {node}, but the mesh has {} nodes, counted from 0",
-                name(),
+                kind.name(),
                 nodes.len()
             )));
         }
@@ -339,33 +294,36 @@ fn parse_cell(
     Ok(())
 }
 
-/// The groups of the markers read so far, by dimension and name.
-#[derive(Default)]
-pub(super) struct Markers(Places<(u8, String)>);
-
-impl Markers {
-    /// Adds the cells from `first` on to the groups of this name, one for each dimension; an empty
-    /// marker is one of `boundary`.
-    fn add(&mut self, mesh: &mut Mesh, name: &str, first: usize, boundary: u8) {
-        let runs = mesh.cells.runs_in(first..mesh.cells.len());
-        let range = |first: usize, n: usize| first..first + n;
-        let mut ranges: Vec<(u8, Range<usize>)> = runs
-            .map(|run| (run.kind.dimension(), range(run.first_cell, run.n_cells())))
-            .collect();
-        if ranges.is_empty() {
-            ranges.push((boundary, 0..0));
-        }
-        for (dimension, cells) in ranges {
-            let new = || Group {
-                dimension,
-                name: name.to_owned(),
-                number: None,
-                condition: None,
-                cells: CellSet::new(),
-            };
-            let key = (dimension, name.to_owned());
-            let group = self.0.entry(key, &mut mesh.groups, new);
-            group.cells.push_range(cells);
-        }
+/// Adds the cells from `first` on to the groups of this name, one for each dimension; an empty marker has the dimension
+/// `boundary`.
+fn add_marker(
+    mesh: &mut Mesh,
+    markers: &mut Places<(u8, String)>,
+    name: &str,
+    first: usize,
+    boundary: u8,
+) {
+    let runs = mesh.cells.runs_in(first..mesh.cells.len());
+    let mut ranges: Vec<(u8, Range<usize>)> = runs
+        .map(|run| {
+            (
+                run.kind.dimension(),
+                run.first_cell..run.first_cell + run.n_cells(),
+            )
+        })
+        .collect();
+    if ranges.is_empty() {
+        ranges.push((boundary, 0..0));
+    }
+    for (dimension, cells) in ranges {
+        let new = || Group {
+            dimension,
+            name: name.to_owned(),
+            number: None,
+            condition: None,
+            cells: CellSet::new(),
+        };
+        let group = markers.entry((dimension, name.to_owned()), &mut mesh.groups, new);
+        group.cells.push_range(cells);
     }
 }

@@ -1,6 +1,6 @@
 //! Converts between numbers of boundary faces and tags of a mesh.
 
-use super::conditions::{self, Patch};
+use super::mapbc::{self, Patch};
 use crate::mesh::{CellRun, CellSet, DataArray, Group, Mesh, MeshView, Values};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,7 +27,7 @@ pub(super) fn add_groups(mesh: &mut Mesh, numbers: &[i32], patches: &[Patch]) {
     let by_number: BTreeMap<i32, &Patch> = by_number.collect();
     for (number, cells) in sets {
         let patch = by_number.get(&number).copied();
-        let condition = patch.and_then(|patch| conditions::condition(patch.condition));
+        let condition = patch.and_then(|patch| mapbc::condition(patch.condition));
         let name = patch.and_then(|patch| patch.name.clone());
         let group = Group {
             dimension: 2,
@@ -82,13 +82,13 @@ pub(super) fn tags<'a>(mesh: &MeshView<'a>) -> Vec<Tag<'a>> {
 pub(super) fn condition_number(mesh: &MeshView, group: &Group) -> Option<i32> {
     let condition = group.condition.as_deref()?;
     let kept = kept_number(mesh, group.number);
-    let kept = kept.filter(|kept| conditions::condition(*kept).as_deref() == Some(condition));
-    kept.or_else(|| conditions::number(condition, normal(mesh, group)))
+    let kept = kept.filter(|kept| mapbc::condition(*kept).as_deref() == Some(condition));
+    kept.or_else(|| mapbc::number(condition, normal(mesh, group)))
 }
 
-/// Whether FUN3D's number of a tag's condition depends on the positions of its nodes.
+/// Checks if FUN3D's number of a tag's condition depends on the positions of its nodes.
 pub(super) fn has_number_by_positions(mesh: &MeshView, group: &Group) -> bool {
-    let number = |axis: usize| conditions::number(group.condition.as_deref()?, axis);
+    let number = |axis: usize| mapbc::number(group.condition.as_deref()?, axis);
     number(0) != number(1) && kept_number(mesh, group.number).is_none()
 }
 

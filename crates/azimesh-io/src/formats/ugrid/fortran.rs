@@ -13,11 +13,6 @@ pub(super) const MARK: usize = 4;
 /// Longest part of a record, as compilers cut them.
 const LONGEST: u64 = 2_147_483_639;
 
-/// Bytes of the record of the counts, marks and all.
-pub(super) fn header_bytes(binary: &Binary) -> u128 {
-    (binary.header() + 2 * MARK) as u128
-}
-
 /// Bytes of the marks around a record of `body` bytes.
 pub(super) fn marks(body: u128) -> u128 {
     2 * MARK as u128 * body.div_ceil(LONGEST.into()).max(1)
@@ -29,16 +24,6 @@ pub(super) fn header<'a>(bytes: &'a [u8], binary: &Binary) -> Option<&'a [u8]> {
     let is_mark = |bytes: &[u8]| binary.integer(bytes) == binary.header() as i64;
     let whole = bytes.get(..end + MARK)?;
     (is_mark(&whole[..MARK]) && is_mark(&whole[end..])).then(|| &whole[MARK..end])
-}
-
-/// The counts and the data of a file whose marks are wrong but whose length is right: meshio writes
-/// such.
-pub(super) fn unmarked<'a>(bytes: &'a [u8], binary: &Binary) -> Option<(&'a [u8], &'a [u8])> {
-    let start = header_bytes(binary) as usize + MARK;
-    let counts = binary.counts(bytes.get(MARK..)?)?.ok()?;
-    let end = bytes.len().checked_sub(MARK)?;
-    let body = bytes.get(start..end)?;
-    (body.len() as u128 == binary.body(&counts)).then_some((&bytes[MARK..], body))
 }
 
 /// The data of all records from byte `start` on, in their parts, and where it starts in the file.
@@ -68,12 +53,8 @@ pub(super) fn data<'a>(
         parts.push(&bytes[at + MARK..end]);
         at = end + MARK;
     }
-    let first = if parts.is_empty() {
-        start
-    } else {
-        start + MARK
-    };
-    Ok((parts, first))
+    let mark = if parts.is_empty() { 0 } else { MARK };
+    Ok((parts, start + mark))
 }
 
 /// A sink that puts marks around one record of known length.
@@ -81,11 +62,10 @@ pub(super) struct Record<'a> {
     out: &'a mut dyn Write,
     is_big_endian: bool,
     longest: u64,
-    /// Bytes of the record that are still to come, and of the part at hand.
-    left: u64,
-    left_in_part: u64,
-    part: u64,
-    is_first: bool,
+    /// Bytes of the record, those before the part at hand, and those that are written.
+    length: u64,
+    start: u64,
+    at: u64,
 }
 
 impl<'a> Record<'a> {
@@ -104,40 +84,29 @@ impl<'a> Record<'a> {
             out,
             is_big_endian,
             longest,
-            left: length,
-            left_in_part: 0,
-            part: 0,
-            is_first: true,
+            length,
+            start: 0,
+            at: 0,
         };
-        record.begin_part()?;
+        record.mark(record.end() < length)?;
         if length == 0 {
-            record.end_part()?;
+            record.mark(false)?;
         }
         Ok(record)
     }
 
-    fn begin_part(&mut self) -> io::Result<()> {
-        self.part = self.left.min(self.longest);
-        self.left_in_part = self.part;
-        self.left -= self.part;
-        self.mark(self.left > 0)
-    }
-
-    fn end_part(&mut self) -> io::Result<()> {
-        self.mark(!self.is_first)?;
-        self.is_first = false;
-        if self.left > 0 {
-            self.begin_part()?;
-        }
-        Ok(())
+    /// The end of the part at hand.
+    fn end(&self) -> u64 {
+        self.length.min(self.start + self.longest)
     }
 
     fn mark(&mut self, is_negative: bool) -> io::Result<()> {
-        let length = self.part as i32;
+        let length = (self.end() - self.start) as i32;
         let mark = if is_negative { -length } else { length };
-        self.out.write_all(&match self.is_big_endian {
-            true => mark.to_be_bytes(),
-            false => mark.to_le_bytes(),
+        self.out.write_all(&if self.is_big_endian {
+            mark.to_be_bytes()
+        } else {
+            mark.to_le_bytes()
         })
     }
 }
@@ -146,12 +115,16 @@ impl Out for Record<'_> {}
 
 impl Write for Record<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let fits = usize::try_from(self.left_in_part).unwrap_or(usize::MAX);
+        let fits = usize::try_from(self.end() - self.at).unwrap_or(usize::MAX);
         let n = bytes.len().min(fits);
         self.out.write_all(&bytes[..n])?;
-        self.left_in_part -= n as u64;
-        if self.left_in_part == 0 && n > 0 {
-            self.end_part()?;
+        self.at += n as u64;
+        if self.at == self.end() && n > 0 {
+            self.mark(self.start > 0)?;
+            self.start = self.at;
+            if self.at < self.length {
+                self.mark(self.end() < self.length)?;
+            }
         }
         Ok(n)
     }
@@ -163,14 +136,12 @@ impl Write for Record<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::layout::Layout;
+    use super::super::layout::records;
     use super::*;
 
     #[test]
     fn a_record_in_parts_comes_back() {
-        let Layout::Binary(binary) = Layout::fortran(true, 8) else {
-            unreachable!("it is binary")
-        };
+        let binary = records(true, 8).expect("it is binary");
         let mut file = Vec::new();
         let mut record = Record::in_parts(&mut file, true, 10, 4).expect("a vector takes all");
         record.write_all(&[1, 2, 3]).expect("a vector takes all");

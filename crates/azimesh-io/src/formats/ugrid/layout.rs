@@ -1,7 +1,9 @@
 //! The content of a UGRID file, its order, and how its numbers are stored.
 
-use crate::formats::Notes;
-use crate::mesh::{CellKind, Coordinates, Listing, NodesOfCells};
+use super::{fortran, text};
+use crate::formats::number::DType;
+use crate::mesh::{CellKind, Cells, Coordinates, Listing, NodesOfCells};
+use azimesh_core::parallel::{BLOCK, for_blocks};
 use std::borrow::Cow;
 
 /// Kinds of cells in the order of the file, boundary faces first.
@@ -13,7 +15,9 @@ pub(super) const KINDS: [CellKind; 6] = [
     CellKind::Wedge,
     CellKind::Hexahedron,
 ];
-/// How many of [`KINDS`] are boundary faces.
+/// Nodes of a cell of each of [`KINDS`].
+pub(super) const N_NODES: [usize; 6] = [3, 4, 4, 5, 6, 8];
+/// Number of [`KINDS`] that are boundary faces.
 pub(super) const N_FACE_KINDS: usize = 2;
 /// Names of the counts at the start, as errors call them.
 const COUNTED: [&str; 7] = [
@@ -25,16 +29,16 @@ const COUNTED: [&str; 7] = [
     "prisms",
     "hexahedra",
 ];
-/// VTK's node `i` of a pyramid is UGRID's node `PYRAMID[i]`: in UGRID the third is the apex, and
-/// the base goes round by the first, fourth, fifth and second.
-pub(super) const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
+/// VTK's node `i` of a pyramid is UGRID's node `PYRAMID[i]`: in UGRID the third is the apex, and the base goes round by
+/// the first, fourth, fifth and second.
+const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
 
 /// The nodes of cells of a kind in UGRID's order.
 pub fn in_order(kind: CellKind, nodes: &[u32]) -> Cow<'_, [u32]> {
     if kind != CellKind::Pyramid {
         return Cow::Borrowed(nodes);
     }
-    let mut turned = vec![0; nodes.len()];
+    let mut turned = nodes.to_vec();
     let cells = nodes.chunks_exact(PYRAMID.len());
     for (cell, turned) in cells.zip(turned.chunks_exact_mut(PYRAMID.len())) {
         for (node, to) in cell.iter().zip(PYRAMID) {
@@ -44,56 +48,16 @@ pub fn in_order(kind: CellKind, nodes: &[u32]) -> Cow<'_, [u32]> {
     Cow::Owned(turned)
 }
 
-/// How numbers are stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Layout {
-    /// As text.
-    Text,
-    /// As bytes.
-    Binary(Binary),
-}
-
-/// How numbers are stored as bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Binary {
-    /// Most significant byte first.
-    pub is_big_endian: bool,
-    /// Bytes of a coordinate.
-    pub real: usize,
-    /// Bytes of a count, a node or a face number.
-    pub integer: usize,
-    /// Between record marks, as Fortran writes.
-    pub has_records: bool,
-}
-
-impl Layout {
-    /// How numbers are stored as bytes, where they are.
-    pub fn binary(&self) -> Option<&Binary> {
-        match self {
-            Self::Text => None,
-            Self::Binary(binary) => Some(binary),
+/// Puts the nodes of pyramids into VTK's order.
+fn turn(pyramids: &mut [u32]) {
+    for_blocks(pyramids, PYRAMID.len() * BLOCK, &|_, pyramids| {
+        for nodes in pyramids.chunks_exact_mut(PYRAMID.len()) {
+            let old: [u32; 5] = std::array::from_fn(|i| nodes[i]);
+            for (node, from) in nodes.iter_mut().zip(PYRAMID) {
+                *node = old[from];
+            }
         }
-    }
-
-    /// C binary.
-    pub const fn c_binary(is_big_endian: bool, real: usize, integer: usize) -> Self {
-        Self::Binary(Binary {
-            is_big_endian,
-            real,
-            integer,
-            has_records: false,
-        })
-    }
-
-    /// Fortran records.
-    pub const fn fortran(is_big_endian: bool, real: usize) -> Self {
-        Self::Binary(Binary {
-            is_big_endian,
-            real,
-            integer: 4,
-            has_records: true,
-        })
-    }
+    });
 }
 
 /// The counts at the start of a file.
@@ -106,7 +70,7 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// From the seven numbers of a file; a sentence refuses what cannot be.
+    /// From the seven numbers of a file; a sentence refuses impossible ones.
     pub fn of(numbers: [i64; 7]) -> Result<Self, String> {
         let mut counts = [0; 7];
         for ((count, &number), what) in counts.iter_mut().zip(&numbers).zip(COUNTED) {
@@ -114,25 +78,21 @@ impl Counts {
                 format!("the number of {what} is {number}; it must be zero or more")
             })?;
         }
-        let total = counts[1..].iter().fold(0usize, |a, b| a.saturating_add(*b));
-        if counts[0].max(total) >= u32::MAX as usize {
+        let [n_nodes, n_cells @ ..] = counts;
+        let total = n_cells.iter().fold(0usize, |a, b| a.saturating_add(*b));
+        if n_nodes.max(total) >= u32::MAX as usize {
             return Err(format!(
-                "the counts at the start are {} nodes and {total} cells; a mesh can have at most {} of each",
-                counts[0],
+                "the counts at the start are {n_nodes} nodes and {total} cells; a mesh can have at most {} of each",
                 u32::MAX - 1
             ));
         }
-        let [n_nodes, n_cells @ ..] = counts;
         Ok(Self { n_nodes, n_cells })
     }
 
     /// The seven numbers.
-    pub fn numbers(&self) -> [u64; 7] {
-        let mut numbers = [self.n_nodes as u64; 7];
-        for (number, n) in numbers[1..].iter_mut().zip(self.n_cells) {
-            *number = n as u64;
-        }
-        numbers
+    pub fn numbers(&self) -> impl Iterator<Item = u64> {
+        let numbers = std::iter::once(self.n_nodes).chain(self.n_cells);
+        numbers.map(|n| n as u64)
     }
 
     /// Number of boundary faces.
@@ -140,45 +100,83 @@ impl Counts {
         self.n_cells[..N_FACE_KINDS].iter().sum()
     }
 
-    /// Node indices of the faces, and of all cells.
-    pub fn n_entries(&self) -> [usize; 2] {
-        let entries = |kinds: usize| {
-            let counts = KINDS.iter().zip(self.n_cells).take(kinds);
-            counts.map(|(kind, n)| n_nodes(*kind) * n).sum()
+    /// Node indices of the first `kinds` of [`KINDS`].
+    pub fn n_entries(&self, kinds: usize) -> usize {
+        let counts = N_NODES.iter().zip(self.n_cells).take(kinds);
+        counts.map(|(n_nodes, n)| n_nodes * n).sum()
+    }
+
+    /// Integers before the nodes of a kind: node indices and, before solid cells, face numbers.
+    pub fn n_before(&self, kind: usize) -> usize {
+        let numbers = if kind < N_FACE_KINDS {
+            0
+        } else {
+            self.n_faces()
         };
-        [entries(N_FACE_KINDS), entries(KINDS.len())]
+        self.n_entries(kind) + numbers
     }
 
-    /// Integers after the coordinates: node indices and face numbers.
+    /// Integers after the coordinates.
     pub fn n_integers(&self) -> usize {
-        self.n_entries()[1] + self.n_faces()
+        self.n_before(KINDS.len())
     }
 
-    /// Whether there is a mesh at all.
+    /// Cells of these nodes, which are in UGRID's order.
+    pub fn cells(&self, mut connectivity: Vec<u32>) -> Cells {
+        let pyramid = KINDS
+            .into_iter()
+            .take_while(|kind| *kind != CellKind::Pyramid);
+        let pyramid = pyramid.count();
+        turn(&mut connectivity[self.n_entries(pyramid)..self.n_entries(pyramid + 1)]);
+        let runs = (0..KINDS.len()).map(|i| (KINDS[i], N_NODES[i], self.n_cells[i]));
+        Cells::from_connectivity(connectivity, runs.filter(|(_, _, n)| *n > 0))
+    }
+
+    /// Checks if there are nodes and cells.
     pub fn is_mesh(&self) -> bool {
         self.n_nodes > 0 && self.n_cells.iter().any(|n| *n > 0)
     }
 }
 
-/// The numbers of a file.
-pub(super) struct Content {
-    /// The counts at its start.
-    pub counts: Counts,
-    /// Coordinates.
-    pub points: Vec<[f64; 3]>,
-    /// Node indices of all cells, in the order of [`KINDS`], counted from 0; each is one of the
-    /// mesh.
-    pub connectivity: Vec<u32>,
-    /// Number of each boundary face.
-    pub face_numbers: Vec<i32>,
-    /// Notes on what is damaged or not kept.
-    pub notes: Notes,
+/// Storage of numbers as bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Binary {
+    /// Most significant byte first.
+    pub is_big_endian: bool,
+    /// Bytes of a coordinate.
+    pub real: usize,
+    /// Bytes of a count, a node or a face number.
+    pub integer: usize,
+    /// Between record marks, as Fortran writes.
+    pub has_records: bool,
 }
 
-/// Nodes of a cell of one of [`KINDS`].
-pub(super) fn n_nodes(kind: CellKind) -> usize {
-    kind.n_nodes()
-        .expect("UGRID's kinds have a number of nodes")
+/// Storage of numbers: as text, or as bytes.
+pub(super) type Layout = Option<Binary>;
+
+/// C binary.
+pub(super) const fn c_binary(is_big_endian: bool, real: usize, integer: usize) -> Layout {
+    Some(Binary {
+        is_big_endian,
+        real,
+        integer,
+        has_records: false,
+    })
+}
+
+/// Fortran records.
+pub(super) const fn records(is_big_endian: bool, real: usize) -> Layout {
+    Some(Binary {
+        is_big_endian,
+        real,
+        integer: 4,
+        has_records: true,
+    })
+}
+
+/// Checks if the counts at the start fit the length of the file: there is no magic number.
+pub(super) fn fits(layout: &Layout, bytes: &[u8]) -> bool {
+    layout.map_or_else(|| text::fits(bytes), |binary| binary.fits(bytes))
 }
 
 impl Binary {
@@ -225,14 +223,23 @@ impl Binary {
 
     /// One signed integer.
     pub fn integer(&self, bytes: &[u8]) -> i64 {
-        let extend = |byte: u8| if byte >= 0x80 { -1i64 } else { 0 };
-        let append = |value: i64, byte: &u8| value << 8 | i64::from(*byte);
-        match self.is_big_endian {
-            true => bytes.iter().fold(extend(bytes[0]), append),
-            false => bytes
-                .iter()
-                .rev()
-                .fold(extend(bytes[bytes.len() - 1]), append),
-        }
+        DType::integer(bytes.len(), self.is_big_endian)
+            .of(bytes)
+            .integer(0)
+    }
+
+    /// Ignores marks of records: some writers get them wrong.
+    fn fits(&self, bytes: &[u8]) -> bool {
+        let before = if self.has_records { fortran::MARK } else { 0 };
+        let Some(Ok(counts)) = bytes.get(before..).and_then(|from| self.counts(from)) else {
+            return false;
+        };
+        let body = self.body(&counts);
+        let marks = if self.has_records {
+            2 * fortran::MARK as u128 + fortran::marks(body)
+        } else {
+            0
+        };
+        counts.is_mesh() && bytes.len() as u128 == self.header() as u128 + body + marks
     }
 }

@@ -1,11 +1,11 @@
 //! The companion file `.mapbc` of a mesh: a count, then a line for each face number with the number of its
-//! boundary condition and, mostly, its name.
+//! boundary condition and, mostly, its name. Conditions have FUN3D's numbers, and names of CGNS.
 
 use super::super::Notes;
-use super::super::lexer::Lexer;
-use super::super::names::{Given, Rule, text_of};
+use super::super::names::{Given, Rule, in_cgns, text_of};
 use super::super::source::{read_file, without_mark};
-use super::conditions::Patch;
+use super::super::tokens::Tokens;
+use super::case;
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
 use crate::mesh::MeshView;
 use azimesh_core::diagnostic::formats::{Condition, Read};
@@ -15,17 +15,93 @@ use std::fmt::Write;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+/// A line of a `.mapbc`: a face number with its condition and name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Patch {
+    /// Number of the faces.
+    pub number: i32,
+    /// FUN3D's number of the boundary condition.
+    pub condition: i32,
+    /// Name, where there is one.
+    pub name: Option<String>,
+}
+
+/// The name of each number. A name is written as its first number.
+const TABLE: &[(i32, &str)] = &[
+    (3000, "BCWallInviscid"),
+    (4000, "BCWallViscous"),
+    (5000, "BCFarfield"),
+    (5026, "BCExtrapolate"),
+    (5051, "BCOutflow"),
+    (6662, "BCSymmetryPlane"),
+    (7011, "BCTunnelInflow"),
+    (7012, "BCTunnelOutflow"),
+    (7036, "BCInflow"),
+    (7100, "BCInflowSupersonic"),
+    // Others that say the same with less detail. 3, 4 and 5 are the numbers of old grids.
+    (3, "BCFarfield"),
+    (4, "BCWallViscous"),
+    (5, "BCWallInviscid"),
+    (4100, "BCWallViscous"),
+    (4110, "BCWallViscous"),
+    (5005, "BCFarfield"),
+    (5025, "BCFarfield"),
+    (5050, "BCFarfield"),
+    (5052, "BCOutflow"),
+    (6021, "BCSymmetryPlane"),
+    (6022, "BCSymmetryPlane"),
+    (6023, "BCSymmetryPlane"),
+    (6661, "BCSymmetryPlane"),
+    (6663, "BCSymmetryPlane"),
+    (7031, "BCOutflow"),
+];
+
+/// Names of CGNS without a number in FUN3D, and the number of the most similar condition.
+const NEAREST: &[(&str, i32)] = &[
+    ("BCWall", 4000),
+    ("BCWallViscousHeatFlux", 4000),
+    ("BCWallViscousIsothermal", 4000),
+    ("BCInflowSubsonic", 7011),
+    ("BCOutflowSubsonic", 7012),
+    ("BCOutflowSupersonic", 5026),
+];
+
+/// The name of symmetry planes; their number depends on the direction of the normal.
+pub(super) const SYMMETRY: &str = "BCSymmetryPlane";
+
+/// The condition with this number: a word where there is one, otherwise its digits. 0 is none.
+pub(super) fn condition(number: i32) -> Option<String> {
+    let word = TABLE.iter().find(|(of, _)| *of == number);
+    match word {
+        Some((_, word)) => Some((*word).to_owned()),
+        None => (number != 0).then(|| number.to_string()),
+    }
+}
+
+/// The number of a condition, where it has one; for a symmetry plane `normal` is the axis.
+pub(super) fn number(condition: &str, normal: usize) -> Option<i32> {
+    let condition = in_cgns(condition);
+    if condition == SYMMETRY {
+        return Some(6661 + normal as i32);
+    }
+    let own = TABLE.iter().find(|(_, word)| *word == condition);
+    let own = own.map(|(number, _)| *number);
+    let nearest = NEAREST.iter().find(|(word, _)| *word == condition);
+    own.or(nearest.map(|(_, number)| *number))
+        .or_else(|| condition.parse().ok())
+}
+
 /// The file of a case.
-pub(super) fn path(case: &Path) -> PathBuf {
+fn path(case: &Path) -> PathBuf {
     let mut name = case.as_os_str().to_owned();
     name.push(".mapbc");
     name.into()
 }
 
-/// The patches in the file of a case; none where there is no file. A file that cannot be
+/// The patches in the file of the case of a mesh; none where there is no file. A file that cannot be
 /// read gives a note only: the mesh is complete without it.
-pub(super) fn companion(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
-    let path = path(case);
+pub(super) fn companion(mesh: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
+    let path = path(&case(mesh));
     let failed = match read_file(&path) {
         Ok(bytes) => match parse(without_mark(&bytes), notes) {
             Ok(patches) => return Ok(patches),
@@ -40,7 +116,7 @@ pub(super) fn companion(case: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
 
 /// The patches in a file.
 fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
-    let mut lexer = Lexer::new(bytes, Some(b'#'));
+    let mut lexer = Tokens::with_comments(bytes);
     let mut first = lexer.line().ok_or_else(|| {
         lexer.error("the file is empty; it should start with the number of patches")
     })?;
@@ -69,19 +145,25 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
     Ok(patches)
 }
 
-/// Whether a mesh needs the file: not where the face numbers say all there is.
-pub(super) fn is_needed(mesh: &MeshView) -> bool {
-    let tags = faces::tags(mesh);
+/// Returns true if a mesh needs the file: its face numbers do not say all.
+fn is_needed(tags: &[Tag], numbers: &FaceNumbers) -> bool {
     let says_all =
         |tag: &Tag| tag.group.name == tag.number.to_string() && tag.group.condition.is_none();
-    let says_all = tags.iter().all(says_all) && FaceNumbers::of(mesh, &tags).n_untagged == 0;
-    mesh.dimension() == 3 && !says_all
+    numbers.n_untagged > 0 || !tags.iter().all(says_all)
 }
 
-/// The content of the file for a mesh.
-pub(super) fn content(mesh: &MeshView) -> String {
+/// The file of a mesh that is written to a path, with its content, where it is needed.
+pub(super) fn companions(mesh: &MeshView, to: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    if mesh.dimension() != 3 {
+        return Vec::new();
+    }
     let tags = faces::tags(mesh);
     let numbers = FaceNumbers::of(mesh, &tags);
+    let file = path(&case(to));
+    // A file that is there already would name the tags of this mesh.
+    if !is_needed(&tags, &numbers) && !file.exists() {
+        return Vec::new();
+    }
     let n = tags.len() + usize::from(numbers.n_untagged > 0);
     let names = written(&tags);
     let mut text = format!("{n}\n");
@@ -94,22 +176,24 @@ pub(super) fn content(mesh: &MeshView) -> String {
         let name = untagged(&tags);
         writeln!(text, "{} 0 {name}", numbers.untagged).expect("a string takes all");
     }
-    text
+    vec![(file, text.into_bytes())]
 }
 
 /// Notes on names and conditions that change in the file.
-pub(super) fn note_changes(mesh: &MeshView, tags: &[Tag], notes: &mut Notes) {
+pub(super) fn note_changes(
+    mesh: &MeshView,
+    tags: &[Tag],
+    numbers: &FaceNumbers,
+    notes: &mut Notes,
+) {
     let mut without = Vec::new();
     let names = written(tags);
-    notes.extend(
-        names
-            .iter()
-            .filter_map(|(name, written)| RULE.note("tag", name, written)),
-    );
+    let renamed = names.iter();
+    notes.extend(renamed.filter_map(|(name, written)| RULE.note("tag", name, written)));
     for tag in tags {
         let name = &tag.group.name;
         let number = faces::condition_number(mesh, tag.group);
-        let back = number.and_then(super::conditions::condition);
+        let back = number.and_then(condition);
         match (&tag.group.condition, number) {
             (None, _) => without.push(name.clone()),
             (Some(condition), None) => notes.push(Condition::WithoutNumber {
@@ -126,7 +210,7 @@ pub(super) fn note_changes(mesh: &MeshView, tags: &[Tag], notes: &mut Notes) {
             _ => {}
         }
     }
-    if !without.is_empty() && is_needed(mesh) {
+    if !without.is_empty() && is_needed(tags, numbers) {
         notes.push(Condition::Missing { tags: without });
     }
 }
@@ -146,7 +230,7 @@ fn written<'a>(tags: &[Tag<'a>]) -> BTreeMap<&'a str, String> {
     RULE.by_name(tags.iter().map(|tag| tag.group.name.as_str()))
 }
 
-/// The name of faces that are in no tag, which is that of no tag.
+/// The name of faces that are in no tag; no tag has it.
 pub(super) fn untagged(tags: &[Tag]) -> String {
     let names = written(tags);
     Given::with(names.values().map(String::as_str)).give(UNTAGGED, &RULE)
@@ -186,5 +270,22 @@ mod tests {
             let error = parse(file.as_bytes(), &mut Notes::default()).expect_err("it is damaged");
             assert!(error.to_string().contains(expected), "{error}");
         }
+    }
+
+    #[test]
+    fn a_number_comes_back_as_one_of_the_same_meaning() {
+        for (of, word) in TABLE {
+            let back = number(word, 1).expect("it has a number");
+            assert_eq!(condition(back).as_deref(), Some(*word), "{of}");
+        }
+        assert_eq!(condition(6100).as_deref(), Some("6100"));
+        assert_eq!(number("6100", 0), Some(6100));
+        assert_eq!(
+            [number("wall", 0), number("symmetry", 2)],
+            [Some(4000), Some(6663)]
+        );
+        assert_eq!(number(SYMMETRY, 2), Some(6663));
+        assert_eq!(condition(0), None);
+        assert_eq!(number("UserDefined", 0), None);
     }
 }

@@ -23,23 +23,18 @@
 //! # }
 //! ```
 
-mod binary;
-mod conditions;
 mod faces;
-mod fits;
 mod fortran;
 mod layout;
 mod mapbc;
 mod read;
-mod slabs;
 mod text;
 mod write;
 
 use super::slabs::opened;
 use super::{Encoding, Format, Precision};
-use crate::mesh::MeshView;
-use layout::Layout;
 pub(super) use layout::in_order;
+use layout::{Layout, c_binary, fits, records};
 use std::path::{Path, PathBuf};
 
 /// One way of storing a UGRID file.
@@ -58,18 +53,14 @@ macro_rules! flavours {
                     name: $name,
                     title: $title,
                     extensions: &[$($extension),*],
-                    // There is no magic number: the counts at the start must fit the whole length.
-                    detect: |source| FLAVOUR.layout.fits(source.bytes()),
-                    read: |source, _, notes| {
-                        let patches = mapbc::companion(&case(source.path()), notes)?;
-                        read::read(source.bytes(), FLAVOUR, &patches, notes)
-                    },
-                    slabs: Some(|source, _| opened(slabs::open(source, FLAVOUR))),
+                    detect: |source| fits(&FLAVOUR.layout, source.bytes()),
+                    read: |source, _, notes| read::read(source, FLAVOUR, notes),
+                    slabs: Some(|source, _| opened(read::open(source, FLAVOUR))),
                     write: Some(|mesh, out, options| {
                         write::write(mesh, out, &FLAVOUR.layout, options)
                     }),
                     takes_cells_apart: |mesh| write::takes_cells_apart(mesh, &FLAVOUR.layout),
-                    ..FLAVOUR.layout.format()
+                    ..of_layout(&FLAVOUR.layout)
                 }
             };
         )*
@@ -79,59 +70,48 @@ macro_rules! flavours {
 }
 
 flavours! {
-    TEXT "ugrid" "UGRID (.ugrid, text)" ["ugrid"] Layout::Text;
-    B8 "ugrid-b8" "UGRID (.b8.ugrid)" ["b8.ugrid"] Layout::c_binary(true, 8, 4);
-    LB8 "ugrid-lb8" "UGRID (.lb8.ugrid)" ["lb8.ugrid"] Layout::c_binary(false, 8, 4);
-    B4 "ugrid-b4" "UGRID (.b4.ugrid)" ["b4.ugrid"] Layout::c_binary(true, 4, 4);
-    LB4 "ugrid-lb4" "UGRID (.lb4.ugrid)" ["lb4.ugrid"] Layout::c_binary(false, 4, 4);
-    R8 "ugrid-r8" "UGRID (.r8.ugrid)" ["r8.ugrid"] Layout::fortran(true, 8);
-    LR8 "ugrid-lr8" "UGRID (.lr8.ugrid)" ["lr8.ugrid"] Layout::fortran(false, 8);
-    R4 "ugrid-r4" "UGRID (.r4.ugrid)" ["r4.ugrid"] Layout::fortran(true, 4);
-    LR4 "ugrid-lr4" "UGRID (.lr4.ugrid)" ["lr4.ugrid"] Layout::fortran(false, 4);
-    B8L "ugrid-b8l" "UGRID (.b8l.ugrid)" ["b8l.ugrid", "b8.ugrid64"] Layout::c_binary(true, 8, 8);
+    TEXT "ugrid" "UGRID (.ugrid, text)" ["ugrid"] None;
+    B8 "ugrid-b8" "UGRID (.b8.ugrid)" ["b8.ugrid"] c_binary(true, 8, 4);
+    LB8 "ugrid-lb8" "UGRID (.lb8.ugrid)" ["lb8.ugrid"] c_binary(false, 8, 4);
+    B4 "ugrid-b4" "UGRID (.b4.ugrid)" ["b4.ugrid"] c_binary(true, 4, 4);
+    LB4 "ugrid-lb4" "UGRID (.lb4.ugrid)" ["lb4.ugrid"] c_binary(false, 4, 4);
+    R8 "ugrid-r8" "UGRID (.r8.ugrid)" ["r8.ugrid"] records(true, 8);
+    LR8 "ugrid-lr8" "UGRID (.lr8.ugrid)" ["lr8.ugrid"] records(false, 8);
+    R4 "ugrid-r4" "UGRID (.r4.ugrid)" ["r4.ugrid"] records(true, 4);
+    LR4 "ugrid-lr4" "UGRID (.lr4.ugrid)" ["lr4.ugrid"] records(false, 4);
+    B8L "ugrid-b8l" "UGRID (.b8l.ugrid)" ["b8l.ugrid", "b8.ugrid64"] c_binary(true, 8, 8);
     LB8L "ugrid-lb8l" "UGRID (.lb8l.ugrid)" ["lb8l.ugrid", "lb8.ugrid64"]
-        Layout::c_binary(false, 8, 8);
+        c_binary(false, 8, 8);
 }
 
-impl Layout {
-    /// What depends on the widths of numbers.
-    const fn format(&self) -> Format {
-        let (encodings, is_single, is_plain): (&[Encoding], _, _) = match self {
-            Self::Text => (Format::NEW.encodings, false, false),
-            Self::Binary(binary) => (
-                &[Encoding::Raw],
-                binary.real == 4,
-                !binary.has_records && binary.real == 8,
-            ),
-        };
-        Format {
-            encodings,
-            precisions: if is_single {
-                &[Precision::F32]
-            } else {
-                &[Precision::F64]
-            },
-            takes_numbers_apart: if is_plain { |_| true } else { |_| false },
-            companions,
-            ..Format::NEW
-        }
+/// Constants and functions that depend on the widths of numbers.
+const fn of_layout(layout: &Layout) -> Format {
+    let (encodings, is_single, is_plain): (&[Encoding], _, _) = match layout {
+        None => (Format::NEW.encodings, false, false),
+        Some(binary) => (
+            &[Encoding::Raw],
+            binary.real == 4,
+            !binary.has_records && binary.real == 8,
+        ),
+    };
+    Format {
+        encodings,
+        precisions: if is_single {
+            &[Precision::F32]
+        } else {
+            &[Precision::F64]
+        },
+        takes_numbers_apart: if is_plain { |_| true } else { |_| false },
+        companions: mapbc::companions,
+        ..Format::NEW
     }
-}
-
-fn companions(mesh: &MeshView, path: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let file = mapbc::path(&case(path));
-    // One that is there already would name the tags of this mesh.
-    if mesh.dimension() != 3 || !(mapbc::is_needed(mesh) || file.exists()) {
-        return Vec::new();
-    }
-    vec![(file, mapbc::content(mesh).into_bytes())]
 }
 
 impl Ugrid {
-    /// The flavour whose counts fit these bytes, for a sentence about a file under a wrong name.
-    fn that_fits(bytes: &[u8]) -> Option<&'static str> {
-        let fitting = ALL.iter().find(|flavour| flavour.layout.fits(bytes));
-        fitting.map(|flavour| flavour.name)
+    /// Another flavour, whose counts fit these bytes, for a sentence about a file under a wrong name.
+    fn other(&self, bytes: &[u8]) -> Option<&'static str> {
+        let fitting = ALL.iter().find(|flavour| fits(&flavour.layout, bytes))?;
+        (fitting.name != self.name).then_some(fitting.name)
     }
 }
 

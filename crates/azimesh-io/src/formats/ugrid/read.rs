@@ -1,57 +1,270 @@
-//! Makes a mesh of the numbers of a file, whichever way they are stored.
+//! Makes a mesh of the numbers of a file. A binary file is read by ranges; the whole mesh is the range of all.
 
-use super::super::Notes;
-use super::Ugrid;
-use super::conditions::Patch;
-use super::faces;
-use super::layout::{Content, KINDS, Layout, N_FACE_KINDS, PYRAMID, n_nodes};
-use super::{binary, text};
-use crate::mesh::{CellKind, Cells, Mesh};
-use azimesh_core::error::Result;
-use azimesh_core::parallel::{BLOCK, for_blocks};
+use super::super::number::{Chunk, DType};
+use super::super::slabs::{Refusal, Slabs, overlapping, whole};
+use super::super::{Notes, Source};
+use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, N_NODES};
+use super::{Ugrid, faces, fortran, mapbc, text};
+use crate::mesh::{Cells, Mesh};
+use azimesh_core::diagnostic::formats::{NotKept, Read};
+use azimesh_core::error::{Error, Result, option};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_core::sparse;
+use std::borrow::Cow;
+use std::ops::Range;
 
-/// The mesh in these bytes, with the names and conditions of `patches`.
-pub(super) fn read(
-    bytes: &[u8],
-    flavour: &Ugrid,
-    patches: &[Patch],
-    notes: &mut Notes,
-) -> Result<Mesh> {
-    let mut content = match &flavour.layout {
-        Layout::Text => text::read(bytes, flavour)?,
-        Layout::Binary(layout) => binary::read(bytes, layout, flavour)?,
+type Found<T> = std::result::Result<T, Refusal>;
+
+/// The whole mesh, with the names and conditions of the companion file.
+pub(super) fn read(source: &Source, flavour: &Ugrid, notes: &mut Notes) -> Result<Mesh> {
+    let patches = mapbc::companion(source.path(), notes)?;
+    let (mut mesh, face_numbers) = if flavour.layout.is_some() {
+        let stored = Stored::new(source, flavour, notes)?;
+        let n_rest = stored.n_rest;
+        let mut mesh = Mesh {
+            cells: stored.cells(0..stored.n_cells())?,
+            ..Mesh::default()
+        };
+        let face_numbers = stored.face_numbers()?;
+        notes.count(n_rest, |n| NotKept::Rest { n, what: "bytes" });
+        mesh.points = stored.points(0..stored.n_nodes())?;
+        (mesh, face_numbers)
+    } else {
+        text::read(source.bytes(), flavour, notes)?
     };
-    notes.extend(std::mem::take(&mut content.notes));
-    turn_pyramids(&mut content);
-    let runs = KINDS.into_iter().zip(content.counts.n_cells);
-    let runs = runs.map(|(kind, n)| (kind, n_nodes(kind), n));
-    let mut mesh = Mesh {
-        points: content.points,
-        cells: Cells::from_connectivity(content.connectivity, runs),
-        ..Mesh::default()
-    };
-    faces::add_groups(&mut mesh, &content.face_numbers, patches);
+    faces::add_groups(&mut mesh, &face_numbers, &patches);
     Ok(mesh)
 }
 
-/// Puts the nodes of the pyramids among those of all cells into VTK's order.
-fn turn_pyramids(content: &mut Content) {
-    let is_before = |kind: &CellKind| *kind != CellKind::Pyramid;
-    let n_before = KINDS.into_iter().take_while(is_before).count();
-    let entries = |i: usize| n_nodes(KINDS[i]) * content.counts.n_cells[i];
-    let start: usize = (0..n_before).map(entries).sum();
-    debug_assert!(n_before > N_FACE_KINDS);
-    turn(&mut content.connectivity[start..start + entries(n_before)]);
+/// Opens a file to read ranges of it; an odd or damaged file is read whole.
+pub(super) fn open<'a>(source: &'a Source, flavour: &Ugrid) -> Found<impl Slabs + use<'a>> {
+    if flavour.layout.is_none() {
+        return Err(whole("it is text"));
+    }
+    let mut notes = Notes::default();
+    let stored = Stored::new(source, flavour, &mut notes)?;
+    if matches!(stored.body, Cow::Owned(_)) {
+        return Err(whole("its Fortran records are in several parts"));
+    }
+    if !notes.is_empty() {
+        return Err(whole("its Fortran records have wrong marks"));
+    }
+    if stored.n_rest > 0 {
+        return Err(whole("there are bytes after its cells"));
+    }
+    Ok(stored)
 }
 
-/// Puts the nodes of pyramids into VTK's order.
-pub(super) fn turn(pyramids: &mut [u32]) {
-    for_blocks(pyramids, PYRAMID.len() * BLOCK, &|_, pyramids| {
-        for nodes in pyramids.chunks_exact_mut(PYRAMID.len()) {
-            let old: [u32; 5] = std::array::from_fn(|i| nodes[i]);
-            for (node, from) in nodes.iter_mut().zip(PYRAMID) {
-                *node = old[from];
-            }
+/// The numbers of a file, which can be read by ranges.
+struct Stored<'a> {
+    source: &'a Source,
+    binary: Binary,
+    counts: Counts,
+    /// The numbers after the counts, as long as the counts need at least.
+    body: Cow<'a, [u8]>,
+    /// Offset of the numbers in the file.
+    start: usize,
+    /// Bytes after the numbers.
+    n_rest: usize,
+}
+
+impl<'a> Stored<'a> {
+    fn new(source: &'a Source, flavour: &Ugrid, notes: &mut Notes) -> Result<Self> {
+        let bytes = source.bytes();
+        let binary = flavour.layout.expect("a text is read by itself");
+        let (header, parts, start) = if binary.has_records {
+            records(bytes, &binary, notes).map_err(|error| Error {
+                message: error.message + &hint(bytes, flavour),
+                ..error
+            })?
+        } else {
+            let body = bytes.get(binary.header()..).unwrap_or(&[]);
+            (bytes, vec![body], binary.header())
+        };
+        let wrong = |what: String| Error::input(what + &hint(bytes, flavour)).byte(0);
+        let counts = binary.counts(header).ok_or_else(|| {
+            let n = binary.header();
+            wrong(format!(
+                "the file has {} bytes; the seven counts at its start alone need {n}",
+                bytes.len()
+            ))
+        })?;
+        let counts = counts.map_err(wrong)?;
+        let needed = binary.body(&counts);
+        let n_bytes: usize = parts.iter().map(|part| part.len()).sum();
+        if (n_bytes as u128) < needed {
+            return Err(wrong(format!(
+                "the counts at the start need {needed} bytes of coordinates and cells, the file has {n_bytes}"
+            )));
         }
+        let body = match parts[..] {
+            [part] => Cow::Borrowed(part),
+            _ => Cow::Owned(parts.concat()),
+        };
+        Ok(Self {
+            source,
+            binary,
+            counts,
+            body,
+            start,
+            n_rest: n_bytes - needed as usize,
+        })
+    }
+
+    /// The coordinates of some nodes.
+    fn coordinates(&self, nodes: Range<usize>) -> Chunk<'_> {
+        let Binary {
+            real,
+            is_big_endian,
+            ..
+        } = self.binary;
+        let bytes = &self.body[3 * real * nodes.start..3 * real * nodes.end];
+        DType::real(real, is_big_endian).of(bytes)
+    }
+
+    /// Some of the integers after the coordinates, and their offset in the file.
+    fn integers(&self, numbers: Range<usize>) -> (Chunk<'_>, usize) {
+        let Binary {
+            real,
+            integer,
+            is_big_endian,
+            ..
+        } = self.binary;
+        let first = 3 * self.counts.n_nodes * real;
+        let [start, end] = [numbers.start, numbers.end].map(|at| first + at * integer);
+        let bytes = DType::integer(integer, is_big_endian).of(&self.body[start..end]);
+        (bytes, self.start + start)
+    }
+
+    /// Node indices of some cells of a kind, counted from 0; each is one of the mesh.
+    fn nodes(&self, kind: usize, cells: Range<usize>, out: &mut [u32]) -> Result<()> {
+        let first = self.counts.n_before(kind);
+        let [from, to] = [cells.start, cells.end].map(|cell| first + cell * N_NODES[kind]);
+        let (nodes, start) = self.integers(from..to);
+        let n_nodes = self.counts.n_nodes;
+        let found = nodes.indices(out, (1, n_nodes as u64), 0);
+        found.map_err(|(at, node)| {
+            let message = no_such_node(kind, node, n_nodes);
+            Error::input(message).byte((start + at * self.binary.integer) as u64)
+        })
+    }
+
+    /// The number of each boundary face.
+    fn face_numbers(&self) -> Result<Vec<i32>> {
+        let first = self.counts.n_entries(N_FACE_KINDS);
+        let (stored, start) = self.integers(first..first + self.counts.n_faces());
+        let mut numbers = vec![0i32; stored.n_values()];
+        if self.binary.integer == 4 {
+            stored.copy_to(&mut numbers);
+            return Ok(numbers);
+        }
+        for (i, number) in numbers.iter_mut().enumerate() {
+            let wide = stored.integer(i);
+            *number = i32::try_from(wide).map_err(|_| {
+                Error::input(format!("face number {wide} is out of range"))
+                    .byte((start + i * self.binary.integer) as u64)
+            })?;
+        }
+        Ok(numbers)
+    }
+}
+
+impl Slabs for Stored<'_> {
+    fn n_nodes(&self) -> usize {
+        self.counts.n_nodes
+    }
+
+    fn n_cells(&self) -> usize {
+        self.counts.n_cells.iter().sum()
+    }
+
+    fn points(&self, nodes: Range<usize>) -> Result<Vec<Vector>> {
+        Ok(self.coordinates(nodes).points(3))
+    }
+
+    fn cells(&self, cells: Range<usize>) -> Result<Cells> {
+        let mut end = 0;
+        let kinds = self.counts.n_cells.map(|n| {
+            end += n;
+            end - n..end
+        });
+        let kinds: Vec<_> = kinds.into_iter().enumerate().collect();
+        let wanted: Vec<_> = overlapping(&kinds, |(_, all)| all.clone(), cells)
+            .map(|((kind, _), own)| (*kind, own))
+            .collect();
+        let mut counts = Counts {
+            n_cells: [0; KINDS.len()],
+            ..self.counts
+        };
+        for (kind, own) in &wanted {
+            counts.n_cells[*kind] = own.len();
+        }
+        let mut connectivity = vec![0; counts.n_entries(KINDS.len())];
+        let mut rest = &mut connectivity[..];
+        for (kind, own) in wanted {
+            let (nodes, others) = rest.split_at_mut(N_NODES[kind] * own.len());
+            self.nodes(kind, own, nodes)?;
+            rest = others;
+        }
+        Ok(counts.cells(connectivity))
+    }
+
+    fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
+        let patches = mapbc::companion(self.source.path(), notes)?;
+        // Numbers of symmetry planes depend on the positions of their nodes.
+        let mut boundary = Mesh {
+            points: sparse::zeros(self.n_nodes(), [0.0; 3]),
+            cells: self.cells(0..self.counts.n_faces())?,
+            ..Mesh::default()
+        };
+        for node in boundary.cells.connectivity() {
+            let node = *node as usize;
+            self.coordinates(node..node + 1)
+                .few_reals(&mut boundary.points[node]);
+        }
+        faces::add_groups(&mut boundary, &self.face_numbers()?, &patches);
+        mesh.groups.append(&mut boundary.groups);
+        mesh.field_arrays.append(&mut boundary.field_arrays);
+        Ok(())
+    }
+}
+
+/// Counts, data in their parts, and offset of the data.
+type Records<'a> = (&'a [u8], Vec<&'a [u8]>, usize);
+
+/// Finds the records of a file. Marks may be wrong where the length is right: meshio writes such files.
+fn records<'a>(bytes: &'a [u8], binary: &Binary, notes: &mut Notes) -> Result<Records<'a>> {
+    let marked = fortran::header(bytes, binary).ok_or_else(|| {
+        Error::input("the file does not start with a Fortran record of seven counts").byte(0)
     });
+    let start = binary.header() + 2 * fortran::MARK;
+    let marked = marked.and_then(|header| {
+        let (parts, start) = fortran::data(bytes, start, binary)?;
+        Ok((header, parts, start))
+    });
+    let unmarked = || {
+        let (header, start) = (bytes.get(fortran::MARK..)?, start + fortran::MARK);
+        let body = bytes.get(start..bytes.len().checked_sub(fortran::MARK)?)?;
+        let counts = binary.counts(header)?.ok()?;
+        (body.len() as u128 == binary.body(&counts)).then_some((header, vec![body], start))
+    };
+    marked.or_else(|error| {
+        let found = unmarked().ok_or(error)?;
+        notes.push(Read::WrongRecordMarks);
+        Ok(found)
+    })
+}
+
+/// A hint at the flavour that the file may be instead.
+fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
+    let other = flavour
+        .other(bytes)
+        .map(|name| format!("; it would fit {} {name}", option("format")));
+    format!(" (read as {}{})", flavour.name, other.unwrap_or_default())
+}
+
+/// The refusal of a node index.
+pub(super) fn no_such_node(kind: usize, node: impl std::fmt::Display, n_nodes: usize) -> String {
+    let kind = KINDS[kind].name();
+    format!("a {kind} has node {node}, but the mesh has {n_nodes} nodes, counted from 1")
 }

@@ -27,7 +27,7 @@ pub(super) fn write(
     let numbers = FaceNumbers::of(mesh, &tags);
     let mut notes = Notes::default();
     notes.arrays_left_out("UGRID", mesh, faces::KEPT);
-    let is_single = matches!(layout, Layout::Binary(binary) if binary.real == 4);
+    let is_single = layout.is_some_and(|binary| binary.real == 4);
     if is_single {
         note_rounding(mesh, &mut notes)?;
     } else {
@@ -35,38 +35,21 @@ pub(super) fn write(
     }
     note_dropped(mesh, &mut notes);
     note_faces(&numbers, &tags, &mut notes);
-    mapbc::note_changes(mesh, &tags, &mut notes);
-    match layout {
-        Layout::Text => {
-            write_counts(&counts, layout, out)?;
-            write_body(mesh, &numbers, layout, out)?;
-        }
-        Layout::Binary(binary) => write_binary(mesh, &counts, &numbers, binary, layout, out)?,
+    mapbc::note_changes(mesh, &tags, &numbers, &mut notes);
+    if let Some(binary) = layout.filter(|binary| binary.has_records) {
+        let failed = |error: std::io::Error| Error::system(error.to_string());
+        let mut record = Record::new(out, &binary, binary.header() as u64).map_err(failed)?;
+        write_counts(&counts, layout, &mut record)?;
+        let mut record = Record::new(out, &binary, binary.body(&counts) as u64).map_err(failed)?;
+        write_body(mesh, &numbers, layout, &mut record)?;
+    } else {
+        write_counts(&counts, layout, out)?;
+        write_body(mesh, &numbers, layout, out)?;
     }
     Ok(notes)
 }
 
-fn write_binary(
-    mesh: &MeshView,
-    counts: &Counts,
-    numbers: &FaceNumbers,
-    binary: &Binary,
-    layout: &Layout,
-    out: &mut dyn Out,
-) -> Result<()> {
-    if !binary.has_records {
-        write_counts(counts, layout, out)?;
-        return write_body(mesh, numbers, layout, out);
-    }
-    let failed = |error: std::io::Error| Error::system(error.to_string());
-    let mut record = Record::new(out, binary, binary.header() as u64).map_err(failed)?;
-    write_counts(counts, layout, &mut record)?;
-    let body = binary.body(counts) as u64;
-    let mut record = Record::new(out, binary, body).map_err(failed)?;
-    write_body(mesh, numbers, layout, &mut record)
-}
-
-/// Whether other ranks can write the nodes of the cells of a mesh.
+/// Checks if other ranks can write the nodes of the cells of a mesh.
 pub(super) fn takes_cells_apart(mesh: &MeshView, layout: &Layout) -> bool {
     let mut tags = mesh.boundary_tags();
     let needs_positions = tags.any(|tag| faces::has_number_by_positions(mesh, tag));
@@ -100,8 +83,8 @@ fn counts(mesh: &MeshView, layout: &Layout) -> Result<Counts> {
         n_nodes: mesh.points.len(),
         n_cells,
     };
-    let largest = counts.numbers().into_iter().max().unwrap_or(0);
-    let is_narrow = matches!(layout, Layout::Binary(binary) if binary.integer == 4);
+    let largest = counts.numbers().max().unwrap_or(0);
+    let is_narrow = layout.is_some_and(|binary| binary.integer == 4);
     if is_narrow && largest > i32::MAX as u64 {
         return Err(Error::input(format!(
             "the count {largest} does not fit 32 bits; ugrid-b8l and ugrid-lb8l have 64"
@@ -171,15 +154,19 @@ fn write_body(
     layout: &Layout,
     out: &mut dyn Out,
 ) -> Result<()> {
-    match layout.binary().map(Binary::coordinates) {
-        Some(numbers) if let Some(apart) = mesh.coordinates_apart(numbers) => {
-            out.apart(&apart, 0)?;
-        }
-        _ => write_records(out, mesh.points.len(), &|range, buffer| {
-            for point in &mesh.points[range] {
-                push_point(layout, point, buffer);
+    let coordinates = layout.map(|binary| binary.coordinates());
+    if let Some(apart) = coordinates.and_then(|numbers| mesh.coordinates_apart(numbers)) {
+        out.apart(&apart, 0)?;
+    } else {
+        write_records(out, mesh.points.len(), &|range, buffer| {
+            let points = &mesh.points[range];
+            match coordinates {
+                Some(coordinates) => coordinates.append(points, buffer),
+                None => points
+                    .iter()
+                    .for_each(|point| push_line(*point, push_real, buffer)),
             }
-        })?,
+        })?;
     }
     for kind in &KINDS[..N_FACE_KINDS] {
         write_cells(mesh, *kind, layout, out)?;
@@ -201,16 +188,12 @@ fn write_body(
 }
 
 fn write_cells(mesh: &MeshView, kind: CellKind, layout: &Layout, out: &mut dyn Out) -> Result<()> {
-    let nodes_of = |binary: &Binary| binary.nodes_of(kind, mesh.cells.len());
-    let apart = layout
-        .binary()
-        .map(nodes_of)
-        .and_then(|numbers| mesh.nodes_apart(numbers));
-    if let Some(apart) = apart {
-        return match apart.n_bytes {
-            0 => Ok(()),
-            _ => out.apart(&apart, 0).map(drop),
-        };
+    let listed = layout.map(|binary| binary.nodes_of(kind, mesh.cells.len()));
+    if let Some(apart) = listed.and_then(|numbers| mesh.nodes_apart(numbers)) {
+        if apart.n_bytes > 0 {
+            out.apart(&apart, 0)?;
+        }
+        return Ok(());
     }
     for run in runs(mesh, kind) {
         let n = run.n_nodes;
@@ -226,16 +209,16 @@ fn write_cells(mesh: &MeshView, kind: CellKind, layout: &Layout, out: &mut dyn O
 
 /// Appends integers; as text, a line of them.
 fn push_integers(layout: &Layout, values: impl IntoIterator<Item = u64>, buffer: &mut Vec<u8>) {
-    let Layout::Binary(binary) = layout else {
-        for value in values {
-            push_integer(buffer, value);
-            buffer.push(b' ');
-        }
-        *buffer.last_mut().expect("a line has a number") = b'\n';
-        return;
+    let Some(Binary {
+        is_big_endian,
+        integer,
+        ..
+    }) = *layout
+    else {
+        return push_line(values, push_integer, buffer);
     };
     for value in values {
-        match (binary.is_big_endian, binary.integer) {
+        match (is_big_endian, integer) {
             (true, 4) => buffer.extend((value as u32).to_be_bytes()),
             (false, 4) => buffer.extend((value as u32).to_le_bytes()),
             (true, _) => buffer.extend(value.to_be_bytes()),
@@ -244,21 +227,16 @@ fn push_integers(layout: &Layout, values: impl IntoIterator<Item = u64>, buffer:
     }
 }
 
-fn push_point(layout: &Layout, point: &[f64; 3], buffer: &mut Vec<u8>) {
-    let Layout::Binary(binary) = layout else {
-        for x in point {
-            push_real(buffer, *x);
-            buffer.push(b' ');
-        }
-        *buffer.last_mut().expect("a point has coordinates") = b'\n';
-        return;
-    };
-    for x in point {
-        match (binary.is_big_endian, binary.real) {
-            (true, 8) => buffer.extend(x.to_be_bytes()),
-            (false, 8) => buffer.extend(x.to_le_bytes()),
-            (true, _) => buffer.extend((*x as f32).to_be_bytes()),
-            (false, _) => buffer.extend((*x as f32).to_le_bytes()),
-        }
+/// Appends a line of at least one number.
+fn push_line<T>(
+    values: impl IntoIterator<Item = T>,
+    push: impl Fn(&mut Vec<u8>, T),
+    buffer: &mut Vec<u8>,
+) {
+    for value in values {
+        push(buffer, value);
+        buffer.push(b' ');
     }
+    buffer.pop();
+    buffer.push(b'\n');
 }

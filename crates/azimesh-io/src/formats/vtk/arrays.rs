@@ -3,7 +3,7 @@
 
 use super::number::Element;
 use super::order;
-use super::tags::{self, BOUNDARY, CellNumbers, LOWER, Labels, Numbers, ZONE};
+use super::tags::{self, BOUNDARY, LOWER, Labels, Numbers, ZONE};
 use crate::formats::Notes;
 use crate::formats::column::{BLOCK, Column, Data, Sink, stream, stream_integers};
 use crate::formats::names::{Given, Rule};
@@ -40,27 +40,27 @@ impl<'a> Sections<'a> {
 pub struct VtkArrays<'a> {
     mesh: &'a MeshView<'a>,
     options: &'a WriteOptions,
-    /// Names of the arrays of nodes, of cells and of the whole, as they are written.
-    names: [Vec<String>; 3],
-    /// Groups as numbers, for those pairs of arrays that the mesh needs.
-    labels: Vec<(Labels, Numbers)>,
+    /// Arrays of nodes, of cells and of the whole that are written, with their names in the file.
+    arrays: [Vec<(&'a DataArray, String)>; 3],
+    /// Groups as numbers, for those pairs of arrays that the mesh needs; the numbers of the repeated cells.
+    labels: Vec<(Labels<'static>, Numbers, Values)>,
     /// Cells written again because they are in several tags.
     pub repeated: Vec<usize>,
-    /// Node indices of those cells.
-    repeated_nodes: Vec<u32>,
-    /// Arrays of the repeated cells.
+    /// Those cells.
+    again: Cells,
+    /// The cell arrays of those cells.
     repeated_arrays: Vec<Values>,
-    /// Notes on what is not in the file.
+    /// Notes on content that is not in the file.
     pub notes: Notes,
 }
 
 impl<'a> VtkArrays<'a> {
-    /// Decides what is written; `rule` says what the names of arrays may be.
+    /// Chooses the arrays; `rule` says what their names may be.
     pub fn new(mesh: &'a MeshView<'a>, options: &'a WriteOptions, rule: &Rule) -> Self {
         let dimension = mesh.dimension();
-        let n_cells = mesh.cells.len();
         let mut labels = Vec::new();
         let mut notes = Notes::default();
+        let mut repeated = Vec::new();
         for pair in [BOUNDARY, ZONE, LOWER] {
             let of_pair = |group: &&Group| match pair.array {
                 "BoundaryTag" => group.dimension + 1 == dimension,
@@ -68,17 +68,21 @@ impl<'a> VtkArrays<'a> {
                 _ => group.dimension + 1 < dimension,
             };
             let groups: Vec<&Group> = mesh.groups.iter().filter(of_pair).collect();
-            if !groups.is_empty() {
-                let mut numbers = tags::number(&groups, n_cells, !options.tag_names);
-                notes.extend(numbers.fit_names(&TEXT));
-                labels.push((pair, numbers));
+            if groups.is_empty() {
+                continue;
             }
-        }
-        let mut repeated = Vec::new();
-        for (pair, numbers) in &labels {
+            let mut numbers = tags::number(&groups, mesh.cells.len(), !options.tag_names);
+            notes.extend(numbers.fit_names(&TEXT));
             if pair.array == BOUNDARY.array {
                 repeated.extend(numbers.further.iter().map(|(cell, _)| *cell));
-            } else if let Some((cell, _)) = numbers.further.first() {
+            }
+            let more = numbers.repeated(&repeated, pair.array == BOUNDARY.array);
+            labels.push((pair, numbers, more));
+        }
+        for (pair, numbers, _) in &labels {
+            if pair.array != BOUNDARY.array
+                && let Some((cell, _)) = numbers.further.first()
+            {
                 notes.push(GroupWritten::OfSeveral {
                     n: numbers.further.len(),
                     array: pair.array,
@@ -86,43 +90,44 @@ impl<'a> VtkArrays<'a> {
                 });
             }
         }
-        let arrays = mesh.cell_arrays.iter();
         let mut plan = Self {
             mesh,
             options,
-            repeated_nodes: repeated
-                .iter()
-                .flat_map(|&c| mesh.cells.get(c).nodes)
-                .copied()
-                .collect(),
-            repeated_arrays: arrays
-                .map(|a| a.values.select(a.n_components, &repeated))
-                .collect(),
-            names: Default::default(),
+            arrays: Default::default(),
             labels,
+            again: Cells::new(),
+            repeated_arrays: Vec::new(),
             repeated,
             notes,
         };
+        for &cell in &plan.repeated {
+            let cell = mesh.cells.get(cell);
+            plan.again.push(cell.kind, cell.nodes);
+        }
         plan.note_dropped();
         plan.name_arrays(rule);
+        let arrays = plan.arrays[1].iter();
+        let again =
+            arrays.map(|(array, _)| array.values.select(array.n_components, &plan.repeated));
+        plan.repeated_arrays = again.collect();
         plan
     }
 
-    /// Gives the arrays that are kept their names in the file.
+    /// Chooses the arrays that are written, and their names in the file.
     fn name_arrays(&mut self, rule: &Rule) {
         let mesh = self.mesh;
         let all = [&mesh.point_arrays, &mesh.cell_arrays, &mesh.field_arrays];
         for (place, arrays) in all.into_iter().enumerate() {
-            let pairs = self.labels.iter().map(|(pair, _)| pair);
-            let taken = pairs.flat_map(|pair| [pair.array, pair.names]);
-            let kept: Vec<usize> = self.kept(arrays).map(|(at, _)| at).collect();
-            let before: Vec<&str> = kept.iter().map(|at| arrays[*at].name.as_str()).collect();
+            let taken = self.labels.iter();
+            let taken = taken.flat_map(|(pair, ..)| [pair.array, pair.names]);
+            let kept = arrays.iter().copied().filter(|array| self.is_kept(array));
+            let kept: Vec<&DataArray> = kept.collect();
+            let before: Vec<&str> = kept.iter().map(|array| array.name.as_str()).collect();
             let written = Given::with(taken).give_all(&before, rule);
-            self.names[place] = vec![String::new(); arrays.len()];
-            for ((at, before), written) in kept.into_iter().zip(before).zip(written) {
-                self.notes.extend(rule.note("array", before, &written));
-                self.names[place][at] = written;
+            for (before, written) in before.into_iter().zip(&written) {
+                self.notes.extend(rule.note("array", before, written));
             }
+            self.arrays[place] = kept.into_iter().zip(written).collect();
         }
     }
 
@@ -147,14 +152,14 @@ impl<'a> VtkArrays<'a> {
         }
     }
 
-    /// Whether an array of the mesh is written: not when its name is taken by tags, nor strings
-    /// where none are wanted.
+    /// Whether an array of the mesh is written: its name is not taken by tags, and strings only with names of tags.
     fn is_kept(&self, array: &DataArray) -> bool {
-        let taken = self.labels.iter().any(|(pair, _)| {
-            pair.array == array.name || (pair.names == array.name && self.options.tag_names)
-        });
-        let is_text = matches!(array.values, Values::Text(_));
-        !taken && (self.options.tag_names || !is_text)
+        let with_text = self.options.tag_names;
+        let is_taken = self
+            .labels
+            .iter()
+            .any(|(pair, ..)| pair.array == array.name || (pair.names == array.name && with_text));
+        !is_taken && (with_text || !matches!(array.values, Values::Text(_)))
     }
 
     /// Number of cells that are written.
@@ -164,85 +169,48 @@ impl<'a> VtkArrays<'a> {
 
     /// The arrays.
     pub fn sections(&self) -> Sections<'_> {
+        let [at_nodes, _, fields] = self.arrays.each_ref().map(|arrays| arrays.iter());
+        let names = self.labels.iter().filter(|_| self.options.tag_names);
+        let names = names.map(|(pair, n, _)| {
+            Column::scalar(
+                pair.names,
+                Element::String,
+                n.names.len(),
+                Data::text(&n.names),
+            )
+        });
+        let at_nodes = at_nodes.map(|(array, name)| {
+            let mut column = column(array, name);
+            if let Some(numbers) = self.mesh.values_apart(array, None) {
+                column.data = Data::Remote(numbers);
+            }
+            column
+        });
         Sections {
-            fields: self.fields(),
-            point_data: self
-                .kept(&self.mesh.point_arrays)
-                .map(|(at, array)| self.at_nodes(array, &self.names[0][at]))
+            fields: fields
+                .map(|(array, name)| column(array, name))
+                .chain(names)
                 .collect(),
+            point_data: at_nodes.collect(),
             cell_data: self.cell_data(),
             points: vec![self.points()],
             cells: self.cells(),
         }
     }
 
-    fn kept<'s>(
-        &'s self,
-        arrays: &'s [&'s DataArray],
-    ) -> impl Iterator<Item = (usize, &'s DataArray)> {
-        arrays
-            .iter()
-            .copied()
-            .enumerate()
-            .filter(|(_, array)| self.is_kept(array))
-    }
-
-    fn fields(&self) -> Vec<Column<'_>> {
-        let arrays = self
-            .kept(&self.mesh.field_arrays)
-            .map(|(at, array)| column(array, &self.names[2][at]));
-        let with_names = self.labels.iter().filter(|_| self.options.tag_names);
-        let names = with_names.map(|(pair, n)| {
-            let data = Data::text(&n.names);
-            Column::scalar(pair.names, Element::String, n.names.len(), data)
-        });
-        arrays.chain(names).collect()
-    }
-
     fn cell_data(&self) -> Vec<Column<'_>> {
         let n_cells = self.n_cells();
-        let labels = self.labels.iter().map(|(pair, numbers)| {
-            let repeated: Vec<i32> = if pair.array == BOUNDARY.array {
-                numbers.further.iter().map(|(_, number)| *number).collect()
-            } else {
-                self.repeated
-                    .iter()
-                    .map(|&cell| numbers.of_cells.get(cell))
-                    .collect()
-            };
-            let (element, own, repeated) = match &numbers.of_cells {
-                CellNumbers::Narrow(numbers) => {
-                    let repeated: Vec<u8> = repeated.iter().map(|n| *n as u8).collect();
-                    (Element::UInt8, Data::slice(numbers), Data::owned(&repeated))
-                }
-                CellNumbers::Wide(numbers) => {
-                    (Element::Int32, Data::slice(numbers), Data::owned(&repeated))
-                }
-            };
-            Column::scalar(
-                pair.array,
-                element,
-                n_cells,
-                Data::Parts(vec![own, repeated]),
-            )
+        let labels = self.labels.iter().map(|(pair, numbers, more)| {
+            let data = Data::Parts(vec![Data::of(&numbers.of_cells), Data::of(more)]);
+            Column::scalar(pair.array, Element::of(more), n_cells, data)
         });
-        let arrays = self.kept(&self.mesh.cell_arrays).map(|(at, array)| {
-            let repeated = Data::of(&self.repeated_arrays[at]);
-            Column {
-                data: Data::Parts(vec![Data::of(&array.values), repeated]),
-                n_tuples: n_cells,
-                ..column(array, &self.names[1][at])
-            }
+        let arrays = self.arrays[1].iter().zip(&self.repeated_arrays);
+        let arrays = arrays.map(|((array, name), more)| Column {
+            data: Data::Parts(vec![Data::of(&array.values), Data::of(more)]),
+            n_tuples: n_cells,
+            ..column(array, name)
         });
         labels.chain(arrays).collect()
-    }
-
-    fn at_nodes<'s>(&'s self, array: &'s DataArray, name: &'s str) -> Column<'s> {
-        let mut column = column(array, name);
-        if let Some(numbers) = self.mesh.values_apart(array, None) {
-            column.data = Data::Remote(numbers);
-        }
-        column
     }
 
     fn points(&self) -> Column<'_> {
@@ -268,9 +236,9 @@ impl<'a> VtkArrays<'a> {
     }
 
     fn cells(&self) -> Vec<Column<'_>> {
-        let cells = self.mesh.cells;
-        let n_cells = self.n_cells();
-        let n_entries = cells.connectivity().len() + self.repeated_nodes.len();
+        let (cells, again) = (self.mesh.cells, &self.again);
+        let (n_cells, n_own) = (self.n_cells(), cells.connectivity().len());
+        let n_entries = n_own + again.connectivity().len();
         let index = match i32::try_from(self.mesh.points.len()) {
             Ok(_) => Element::Int32,
             Err(_) => Element::UInt32,
@@ -278,43 +246,29 @@ impl<'a> VtkArrays<'a> {
         let numbers = NodesOfCells::new(0..cells.len(), Listing::Vtk, false);
         let node_data = match self.mesh.nodes_apart(numbers) {
             Some(numbers) => {
-                assert!(
-                    self.repeated.is_empty(),
-                    "cells with other ranks are written once"
-                );
+                assert!(again.is_empty(), "cells with other ranks are written once");
                 Data::Remote(numbers)
             }
             None => {
                 let own = Data::made(|sink| nodes(cells, sink));
-                Data::Parts(vec![own, Data::slice(&self.repeated_nodes)])
+                Data::Parts(vec![own, Data::slice(again.connectivity())])
             }
         };
         let (offset, is_wide) = narrowest(n_entries);
-        let mut ends = Vec::with_capacity(self.repeated.len());
-        let mut types = Vec::with_capacity(self.repeated.len());
-        let mut end = cells.connectivity().len();
-        for &cell in &self.repeated {
-            let cell = cells.get(cell);
-            end += cell.nodes.len();
-            ends.push(end as i64);
-            types.push(cell.kind.vtk());
-        }
-        let own = Data::made(move |sink| stream_integers(ends_of(cells), is_wide, sink));
-        let ends = Data::Parts(vec![own, Data::integers(&ends, is_wide)]);
-        let own = Data::made(|sink| stream(types_of(cells), sink));
-        let types = Data::Parts(vec![own, Data::owned(&types)]);
+        let ends = [(cells, 0), (again, n_own as i64)].map(|(cells, first)| {
+            let ends = move || ends_of(cells).map(move |end| first + end);
+            Data::made(move |sink| stream_integers(ends(), is_wide, sink))
+        });
+        let types = [cells, again].map(|cells| Data::made(|sink| stream(types_of(cells), sink)));
         let mut arrays = vec![
             Column::scalar("connectivity", index, n_entries, node_data),
-            Column::scalar("offsets", offset, n_cells, ends),
-            Column::scalar("types", Element::UInt8, n_cells, types),
+            Column::scalar("offsets", offset, n_cells, Data::Parts(ends.into())),
+            Column::scalar("types", Element::UInt8, n_cells, Data::Parts(types.into())),
         ];
         if cells.has_polyhedra() {
-            let streams = cells
-                .iter()
-                .filter_map(|cell| cells.face_stream(cell.index));
-            let n_entries = streams.map(<[u32]>::len).sum();
+            let n_entries = cells.face_streams().len();
             let (offset, is_wide) = narrowest(n_entries);
-            let repeated = vec![-1; self.repeated.len()];
+            let repeated = vec![-1; again.len()];
             let own = Data::made(move |sink| stream_integers(face_ends(cells), is_wide, sink));
             let ends = Data::Parts(vec![own, Data::integers(&repeated, is_wide)]);
             let faces = Data::made(|sink| faces(cells, sink));
@@ -390,12 +344,10 @@ pub fn ends_of(cells: &Cells) -> impl Iterator<Item = i64> {
 
 /// Face streams of the polyhedra.
 fn faces(cells: &Cells, sink: Sink) -> Result<()> {
-    let mut streams = cells
-        .runs()
-        .filter(|run| run.kind == CellKind::Polyhedron)
-        .flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
-        .map(|cell| cells.face_stream(cell).unwrap_or(&[]));
-    streams.try_for_each(|stream| sink(bytemuck::cast_slice(stream)))
+    let polyhedra = cells.runs().filter(|run| run.kind == CellKind::Polyhedron);
+    let mut indices = polyhedra.flat_map(|run| run.first_cell..run.first_cell + run.n_cells());
+    let stream = |cell| cells.face_stream(cell).unwrap_or(&[]);
+    indices.try_for_each(|cell| sink(bytemuck::cast_slice(stream(cell))))
 }
 
 /// End of each polyhedron's face stream, -1 for other cells.

@@ -14,7 +14,6 @@
 
 pub mod arrays;
 pub mod cells;
-pub mod chunk;
 pub mod list;
 pub mod number;
 pub mod order;
@@ -23,3 +22,5 @@ pub mod split;
 pub mod structured;
 pub mod tags;
 pub mod text;
+
+pub(in crate::formats) use super::number as chunk;

@@ -3,7 +3,7 @@
 use super::text::word_end;
 use crate::mesh::Values;
 use azimesh_core::diagnostic::point;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::Error;
 
 /// Type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,68 +23,52 @@ pub enum Element {
     String,
 }
 
+/// Gives each type its Rust type and its kind of [`Values`].
+macro_rules! elements {
+    ($($name:ident $T:ty, $values:ident;)*) => {
+        impl Element {
+            const ALL: [Element; 11] = [$(Element::$name),*];
+
+            /// VTK's name of the type.
+            pub fn name(self) -> &'static str {
+                match self { $(Element::$name => stringify!($name)),* }
+            }
+
+            /// The type of the values of an array.
+            pub fn of(values: &Values) -> Self {
+                match values { $(Values::$values(_) => Element::$name),* }
+            }
+
+            /// No values of this type.
+            pub fn no_values(self) -> Values {
+                match self { $(Element::$name => Values::$values(Vec::new())),* }
+            }
+
+            /// Bytes of one value.
+            pub fn size(self) -> usize {
+                match self { $(Element::$name => size_of::<$T>()),* }
+            }
+        }
+    };
+}
+elements! {
+    Int8 i8, I8;
+    UInt8 u8, U8;
+    Int16 i16, I16;
+    UInt16 u16, U16;
+    Int32 i32, I32;
+    UInt32 u32, U32;
+    Int64 i64, I64;
+    UInt64 u64, U64;
+    Float32 f32, F32;
+    Float64 f64, F64;
+    String u8, Text;
+}
+
 impl Element {
-    const ALL: [Element; 11] = [
-        Element::Int8,
-        Element::UInt8,
-        Element::Int16,
-        Element::UInt16,
-        Element::Int32,
-        Element::UInt32,
-        Element::Int64,
-        Element::UInt64,
-        Element::Float32,
-        Element::Float64,
-        Element::String,
-    ];
-
-    /// VTK's name of the type.
-    pub fn name(self) -> &'static str {
-        match self {
-            Element::Int8 => "Int8",
-            Element::UInt8 => "UInt8",
-            Element::Int16 => "Int16",
-            Element::UInt16 => "UInt16",
-            Element::Int32 => "Int32",
-            Element::UInt32 => "UInt32",
-            Element::Int64 => "Int64",
-            Element::UInt64 => "UInt64",
-            Element::Float32 => "Float32",
-            Element::Float64 => "Float64",
-            Element::String => "String",
-        }
-    }
-
-    /// The type of the values of an array.
-    pub fn of(values: &Values) -> Self {
-        match values {
-            Values::I8(_) => Element::Int8,
-            Values::U8(_) => Element::UInt8,
-            Values::I16(_) => Element::Int16,
-            Values::U16(_) => Element::UInt16,
-            Values::I32(_) => Element::Int32,
-            Values::U32(_) => Element::UInt32,
-            Values::I64(_) => Element::Int64,
-            Values::U64(_) => Element::UInt64,
-            Values::F32(_) => Element::Float32,
-            Values::F64(_) => Element::Float64,
-            Values::Text(_) => Element::String,
-        }
-    }
-
     /// The type with VTK's name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|element| element.name() == name)
-    }
-
-    /// Bytes of one value.
-    pub fn size(self) -> usize {
-        match self {
-            Element::Int8 | Element::UInt8 | Element::String => 1,
-            Element::Int16 | Element::UInt16 => 2,
-            Element::Int32 | Element::UInt32 | Element::Float32 => 4,
-            Element::Int64 | Element::UInt64 | Element::Float64 => 8,
-        }
     }
 
     /// Whether the values are integers.
@@ -96,47 +80,15 @@ impl Element {
 /// Runs `$body` with `$T` standing for the Rust type of `$element`; the bytes of strings are `u8`.
 macro_rules! with_type {
     ($element:expr, $T:ident => $body:expr) => {
+        with_type!($element, $T => $body; Int8 = i8, UInt8 | String = u8, Int16 = i16, UInt16 = u16, Int32 = i32,
+            UInt32 = u32, Int64 = i64, UInt64 = u64, Float32 = f32, Float64 = f64)
+    };
+    ($element:expr, $T:ident => $body:expr; $($($name:ident)|+ = $type:ident),*) => {
         match $element {
-            Element::Int8 => {
-                type $T = i8;
+            $($(Element::$name)|+ => {
+                type $T = $type;
                 $body
-            }
-            Element::UInt8 | Element::String => {
-                type $T = u8;
-                $body
-            }
-            Element::Int16 => {
-                type $T = i16;
-                $body
-            }
-            Element::UInt16 => {
-                type $T = u16;
-                $body
-            }
-            Element::Int32 => {
-                type $T = i32;
-                $body
-            }
-            Element::UInt32 => {
-                type $T = u32;
-                $body
-            }
-            Element::Int64 => {
-                type $T = i64;
-                $body
-            }
-            Element::UInt64 => {
-                type $T = u64;
-                $body
-            }
-            Element::Float32 => {
-                type $T = f32;
-                $body
-            }
-            Element::Float64 => {
-                type $T = f64;
-                $body
-            }
+            })*
         }
     };
 }
@@ -144,8 +96,11 @@ pub(in crate::formats) use with_type;
 
 /// A number as a file holds it.
 pub trait Number: bytemuck::Pod + Send + Sync {
-    /// From bytes in the byte order of this machine. `bytes` has its size.
-    fn from_bytes(bytes: &[u8]) -> Self;
+    /// From as many bytes as it has, in the byte order of this machine.
+    #[inline]
+    fn from_bytes(bytes: &[u8]) -> Self {
+        bytemuck::pod_read_unaligned(bytes)
+    }
     /// With its bytes reversed.
     fn swapped(self) -> Self;
     /// As an index; whatever cannot be one becomes a number above all indices.
@@ -160,10 +115,6 @@ pub trait Number: bytemuck::Pod + Send + Sync {
 
 macro_rules! integer {
     ($($T:ident),*) => { $(impl Number for $T {
-        #[inline]
-        fn from_bytes(bytes: &[u8]) -> Self {
-            Self::from_ne_bytes(bytes.try_into().expect("the caller cuts to size"))
-        }
         fn swapped(self) -> Self {
             self.swap_bytes()
         }
@@ -204,10 +155,6 @@ fn parse_digits(digits: &[u8]) -> Option<u64> {
 
 macro_rules! float {
     ($($T:ident),*) => { $(impl Number for $T {
-        #[inline]
-        fn from_bytes(bytes: &[u8]) -> Self {
-            Self::from_ne_bytes(bytes.try_into().expect("the caller cuts to size"))
-        }
         fn swapped(self) -> Self {
             Self::from_bits(self.to_bits().swap_bytes())
         }
@@ -229,15 +176,12 @@ macro_rules! float {
 }
 float!(f32, f64);
 
-/// The bytes of the numbers in `text`, which stand between white space; or where a word is no such number, and a
+/// The bytes of the numbers in `text`, separated by white space; or the place of a word that is no such number, and a
 /// sentence about it.
 pub fn parse_words(text: &[u8], element: Element) -> std::result::Result<Vec<u8>, (usize, String)> {
     with_type!(element, T => parse_each::<T>(text)).map_err(|(at, word)| {
-        let shown = word[..word.len().min(40)].escape_ascii();
-        (
-            at,
-            format!("\"{shown}\" is not a number of type {}", element.name()),
-        )
+        let (shown, name) = (word[..word.len().min(40)].escape_ascii(), element.name());
+        (at, format!("\"{shown}\" is not a number of type {name}"))
     })
 }
 
@@ -277,16 +221,4 @@ pub fn points_are_finite(
         point(&points[value / 3])
     );
     Err((value, Error::input(message)))
-}
-
-/// An error about an array that must hold integers.
-pub fn need_integers(name: &str, element: Element) -> Result<()> {
-    if element.is_integer() {
-        return Ok(());
-    }
-    Err(Error::input(format!(
-        "its values have type {}; they must be integers",
-        element.name()
-    ))
-    .dataset(name))
 }

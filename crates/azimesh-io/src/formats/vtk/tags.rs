@@ -10,29 +10,29 @@ use crate::formats::names::Rule;
 use crate::mesh::{CellSet, DataArray, Group, Mesh, MeshView, Values};
 use azimesh_core::diagnostic::formats::GroupWritten;
 use azimesh_core::error::{Error, Result, nearest_name};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Names of a pair of arrays that store groups: numbers at cells, and names.
-pub struct Labels {
+pub struct Labels<'n> {
     /// Name of the integer cell array.
-    pub array: &'static str,
+    pub array: &'n str,
     /// Name of the string array.
-    pub names: &'static str,
+    pub names: &'n str,
 }
 
 /// Tags of boundary faces.
-pub const BOUNDARY: Labels = Labels {
+pub const BOUNDARY: Labels<'static> = Labels {
     array: "BoundaryTag",
     names: "BoundaryTagNames",
 };
 /// Zones.
-pub const ZONE: Labels = Labels {
+pub const ZONE: Labels<'static> = Labels {
     array: "Zone",
     names: "ZoneNames",
 };
 /// Groups of cells of lower dimension than boundary faces. Read only with its names.
-pub const LOWER: Labels = Labels {
+pub const LOWER: Labels<'static> = Labels {
     array: "Group",
     names: "GroupNames",
 };
@@ -54,17 +54,11 @@ pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
             mesh.space = Some(3);
         }
     } else if let Some(name) = FOREIGN.into_iter().find(|name| is_integer(mesh, name)) {
-        let labels = Labels {
-            array: name,
-            names: "",
-        };
-        take(mesh, &labels, dimension);
+        let (array, names) = (name, "");
+        take(mesh, &Labels { array, names }, dimension);
     }
-    if is_integer(mesh, ZONE.array) {
-        let has_zones = mesh.zones().next().is_some();
-        if !has_zones {
-            take(mesh, &ZONE, dimension);
-        }
+    if is_integer(mesh, ZONE.array) && mesh.zones().next().is_none() {
+        take(mesh, &ZONE, dimension);
     }
     if is_integer(mesh, LOWER.array) && names_at(mesh, LOWER.names).is_some() {
         take(mesh, &LOWER, dimension.saturating_sub(2));
@@ -90,14 +84,11 @@ fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {
         let names = own.map_or("", |labels| labels.names);
         let below = u8::from(name == BOUNDARY.array);
         let dimension = mesh.dimension().saturating_sub(below);
-        take_from(mesh, name, names, dimension);
+        take(mesh, &Labels { array: name, names }, dimension);
         return Ok(());
     }
-    let known: Vec<_> = mesh
-        .cell_arrays
-        .iter()
-        .map(|array| array.name.as_str())
-        .collect();
+    let known = mesh.cell_arrays.iter().map(|array| array.name.as_str());
+    let known: Vec<_> = known.collect();
     if known.contains(&name) {
         let message = "boundary tags must be a scalar array of integers";
         return Err(Error::input(message).dataset(name));
@@ -114,16 +105,12 @@ fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {
     )))
 }
 
-fn take(mesh: &mut Mesh, labels: &Labels, usual: u8) {
-    take_from(mesh, labels.array, labels.names, usual);
-}
-
 /// Makes a group of each number on cells of each dimension, and one of the `usual` dimension of each
 /// name that no cell has; removes the arrays.
-fn take_from(mesh: &mut Mesh, array: &str, names: &str, usual: u8) {
-    let at = array_at(mesh, array).expect("the caller has found it");
+fn take(mesh: &mut Mesh, labels: &Labels, usual: u8) {
+    let at = array_at(mesh, labels.array).expect("the caller has found it");
     let numbers = mesh.cell_arrays.remove(at).values;
-    let names = names_at(mesh, names).map(|at| mesh.field_arrays.remove(at).values);
+    let names = names_at(mesh, labels.names).map(|at| mesh.field_arrays.remove(at).values);
     let names = match names {
         Some(Values::Text(names)) => names,
         _ => Vec::new(),
@@ -134,7 +121,7 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, usual: u8) {
         let cells = run.first_cell..run.first_cell + run.n_cells();
         let mut start = cells.start;
         numbers.for_each_stretch(cells, |number, n| {
-            let is_none = number == 0 || (number == -1 && array == OF_GMSH);
+            let is_none = number == 0 || (number == -1 && labels.array == OF_GMSH);
             if !is_none {
                 let set = sets.entry((number, dimension)).or_default();
                 set.push_range(start..start + n);
@@ -142,31 +129,26 @@ fn take_from(mesh: &mut Mesh, array: &str, names: &str, usual: u8) {
             start += n;
         });
     }
-    add_named_but_unused(&mut sets, &names, usual);
-    mesh.groups
-        .extend(sets.into_iter().map(|((number, dimension), cells)| {
-            let index = number.checked_sub(1).and_then(|i| usize::try_from(i).ok());
-            let name = index.and_then(|i| names.get(i));
-            Group {
-                dimension,
-                name: name
-                    .filter(|n| !n.is_empty())
-                    .cloned()
-                    .unwrap_or_else(|| number.to_string()),
-                number: i32::try_from(number).ok(),
-                condition: None,
-                cells,
-            }
-        }));
-}
-
-/// A named tag without cells is kept, so that nothing is lost on the way through.
-fn add_named_but_unused(sets: &mut BTreeMap<(i64, u8), CellSet>, names: &[String], dimension: u8) {
+    // A named tag without cells is kept.
     for number in 1..=names.len() as i64 {
         if sets.range((number, 0)..=(number, 3)).next().is_none() {
-            sets.insert((number, dimension), CellSet::new());
+            sets.insert((number, usual), CellSet::new());
         }
     }
+    let group = |((number, dimension), cells): ((i64, u8), CellSet)| {
+        let index = number.checked_sub(1).and_then(|i| usize::try_from(i).ok());
+        let name = index
+            .and_then(|i| names.get(i))
+            .filter(|name| !name.is_empty());
+        Group {
+            dimension,
+            name: name.cloned().unwrap_or_else(|| number.to_string()),
+            number: i32::try_from(number).ok(),
+            condition: None,
+            cells,
+        }
+    };
+    mesh.groups.extend(sets.into_iter().map(group));
 }
 
 fn array_at(mesh: &Mesh, name: &str) -> Option<usize> {
@@ -187,47 +169,39 @@ fn is_integer(mesh: &Mesh, name: &str) -> bool {
     })
 }
 
-/// The numbers of one pair of arrays for all cells, and what one number a cell cannot say.
+/// The numbers of one pair of arrays for all cells, and the groups that one number a cell cannot give.
 pub struct Numbers {
-    /// One number a cell; 0 for none.
-    pub of_cells: CellNumbers,
+    /// One number a cell, 0 for none, in 8 bits where all fit, otherwise in 32.
+    pub of_cells: Values,
     /// Further (cell, number) of cells in several groups, ascending.
     pub further: Vec<(usize, i32)>,
     /// Names, number by number.
     pub names: Vec<String>,
 }
 
-/// One number a cell, in the smallest type that holds them all.
-pub enum CellNumbers {
-    /// Up to 255.
-    Narrow(Vec<u8>),
-    /// Any.
-    Wide(Vec<i32>),
-}
-
-impl CellNumbers {
-    /// The number of a cell.
-    pub fn get(&self, cell: usize) -> i32 {
-        match self {
-            CellNumbers::Narrow(numbers) => numbers[cell].into(),
-            CellNumbers::Wide(numbers) => numbers[cell],
-        }
-    }
-}
-
 impl Numbers {
     /// Changes names to fit the rule; gives a note for each change.
     pub fn fit_names(&mut self, rule: &Rule) -> Vec<GroupWritten> {
-        let written = rule.by_name(self.names.iter().map(String::as_str));
+        let before = std::mem::take(&mut self.names);
+        let written = rule.by_name(before.iter().map(String::as_str));
+        let new_name = |name: &String| written[name.as_str()].clone();
+        self.names = before.iter().map(new_name).collect();
         let notes = written.iter();
-        let notes = notes.filter_map(|(name, written)| rule.note("group", name, written));
-        let notes = notes.collect();
-        self.names = self
-            .names
-            .iter()
-            .map(|name| written[name.as_str()].clone())
-            .collect();
         notes
+            .filter_map(|(name, written)| rule.note("group", name, written))
+            .collect()
+    }
+
+    /// The numbers that cells written again have, which are these `cells`: the further ones of boundary tags.
+    pub fn repeated(&self, cells: &[usize], are_tags: bool) -> Values {
+        if !are_tags {
+            return self.of_cells.select(1, cells);
+        }
+        let numbers = self.further.iter().map(|(_, number)| *number);
+        match self.of_cells {
+            Values::U8(_) => Values::U8(numbers.map(|n| n as u8).collect()),
+            _ => Values::I32(numbers.collect()),
+        }
     }
 }
 
@@ -242,24 +216,17 @@ pub fn has_repeated(mesh: &MeshView) -> bool {
 /// Numbers groups from 1. With `keep_numbers` they keep their own where those are all different
 /// and above 0, and no names are given.
 pub fn number(groups: &[&Group], n_cells: usize, keep_numbers: bool) -> Numbers {
-    let mut own: Vec<i32> = groups
-        .iter()
-        .filter_map(|g| g.number)
-        .filter(|n| *n > 0)
-        .collect();
-    own.sort_unstable();
-    own.dedup();
+    let own = groups.iter().filter_map(|group| group.number);
+    let own: BTreeSet<i32> = own.filter(|n| *n > 0).collect();
     let keep = keep_numbers && own.len() == groups.len();
-    let numbered: Vec<(i32, &Group)> = groups
-        .iter()
-        .zip(1..)
-        .map(|(group, i)| (group.number.filter(|_| keep).unwrap_or(i), *group))
-        .collect();
+    let numbered = groups.iter().zip(1..);
+    let numbered = numbered.map(|(group, i)| (group.number.filter(|_| keep).unwrap_or(i), *group));
+    let numbered: Vec<(i32, &Group)> = numbered.collect();
     let mut further = Vec::new();
-    let narrow = numbered.iter().all(|(n, _)| u8::try_from(*n).is_ok());
-    let of_cells = match narrow {
-        true => CellNumbers::Narrow(fill(&numbered, n_cells, |n| n as u8, &mut further)),
-        false => CellNumbers::Wide(fill(&numbered, n_cells, |n| n, &mut further)),
+    let of_cells = if numbered.iter().all(|(n, _)| u8::try_from(*n).is_ok()) {
+        Values::U8(fill(&numbered, n_cells, |n| n as u8, &mut further))
+    } else {
+        Values::I32(fill(&numbered, n_cells, |n| n, &mut further))
     };
     further.sort_unstable();
     Numbers {

@@ -1,15 +1,24 @@
-//! What is written of a mesh: the datasets, and notes on what they leave out.
+//! The datasets of a mesh, and notes on what they leave out.
 
 use super::super::column::{BLOCK, Column, Data, Sink, stream_integers};
-use super::super::vtk::arrays::{Sections, VtkArrays, ends_of};
+use super::super::vtk::arrays::{VtkArrays, ends_of};
 use super::super::vtk::number::Element;
-use super::faces::{self, FaceCounts};
 use crate::formats::Notes;
 use crate::formats::names::Rule;
-use crate::mesh::{DataArray, Listing, MeshView, NodesOfCells};
+use crate::mesh::{CellKind, Cells, Listing, MeshView, NodesOfCells};
 use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::Result;
 use azimesh_core::parallel::collect;
+
+/// Names of datasets: those of the arrays, except for what HDF5 does not allow.
+pub(super) const NAMES: Rule = Rule {
+    longest: usize::MAX,
+    fit: |name, _| match name {
+        "" | "." => "_".to_owned(),
+        name => name.replace(['/', '\0'], "_"),
+    },
+    why: "names in HDF5 have no slash",
+};
 
 /// One dataset.
 pub(super) struct Block<'a> {
@@ -18,23 +27,15 @@ pub(super) struct Block<'a> {
     pub column: Column<'a>,
 }
 
-/// The arrays of a mesh, and the numbers that say how long they are.
+/// The arrays of a mesh, and their lengths.
 pub(super) struct Blocks<'a> {
-    /// Node coordinates.
-    pub points: Block<'a>,
     /// Datasets of the cells: connectivity, offsets, types, faces.
     pub cells: Vec<Block<'a>>,
-    /// `PointData`, `CellData` and `FieldData`.
+    /// Node coordinates, then `PointData`, `CellData` and `FieldData`.
     pub arrays: Vec<Block<'a>>,
-    /// Names and values of the datasets of one number a part.
+    /// Names and values of the datasets of one number per part.
     pub counts: Vec<(&'static str, u64)>,
     pub notes: Notes,
-}
-
-impl Block<'_> {
-    pub fn shape(&self) -> Vec<u64> {
-        shape(self.column.n_tuples as u64, self.column.n_components as u64)
-    }
 }
 
 /// A shape that has a second index only where there are components.
@@ -47,20 +48,20 @@ pub(super) fn shape(n_rows: u64, n_components: u64) -> Vec<u64> {
 
 impl<'a> Blocks<'a> {
     pub fn new(mesh: &'a MeshView<'a>, plan: &'a VtkArrays<'a>) -> Self {
-        let Sections {
-            fields,
-            point_data,
-            cell_data,
-            mut points,
-            cells,
-        } = plan.sections();
+        let sections = plan.sections();
         let mut notes = plan.notes.clone();
-        notes.extend(unwritten_components(mesh));
+        let unnamed = mesh
+            .arrays()
+            .filter(|array| !array.component_names.is_empty());
+        notes.extend(unnamed.map(|array| ArrayWritten::ComponentNames {
+            name: array.name.clone(),
+        }));
         let mut arrays = Vec::new();
         for (group, columns) in [
-            ("PointData", point_data),
-            ("CellData", cell_data),
-            ("FieldData", fields),
+            ("", sections.points),
+            ("PointData", sections.point_data),
+            ("CellData", sections.cell_data),
+            ("FieldData", sections.fields),
         ] {
             for column in columns {
                 if column.element == Element::String && group != "FieldData" {
@@ -74,124 +75,122 @@ impl<'a> Blocks<'a> {
                 }
             }
         }
-        let mut counts = vec![
-            ("NumberOfPoints", mesh.points.len() as u64),
-            ("NumberOfCells", plan.n_cells() as u64),
-        ];
-        let points = points
-            .pop()
-            .expect("a plan has coordinates, perhaps of no node");
-        Self {
-            points: of_grid(points),
-            cells: cell_blocks(mesh, plan, cells, &mut counts),
+        let mut blocks = Self {
+            cells: Vec::new(),
             arrays,
-            counts,
+            counts: vec![
+                ("NumberOfPoints", mesh.points.len() as u64),
+                ("NumberOfCells", plan.n_cells() as u64),
+            ],
             notes,
+        };
+        blocks.add_cells(mesh, plan, sections.cells);
+        if mesh.cells.has_polyhedra() {
+            blocks.add_faces(mesh, plan);
         }
+        blocks
     }
-}
 
-/// Names of datasets: those of the arrays, but for what HDF5 does not allow.
-pub(super) const NAMES: Rule = Rule {
-    longest: usize::MAX,
-    fit: |name, _| match name {
-        "" | "." => "_".to_owned(),
-        name => name.replace(['/', '\0'], "_"),
-    },
-    why: "names in HDF5 have no slash",
-};
-
-fn unwritten_components(mesh: &MeshView) -> impl Iterator<Item = ArrayWritten> {
-    let named = |array: &&DataArray| !array.component_names.is_empty();
-    let names = mesh.arrays().filter(named).map(|array| array.name.clone());
-    names.map(|name| ArrayWritten::ComponentNames { name })
-}
-
-/// A dataset of the grid itself.
-fn of_grid(column: Column) -> Block {
-    Block { group: "", column }
-}
-
-/// The datasets of the cells: both of a pair have indices of the same size, as VTK wants them.
-fn cell_blocks<'a>(
-    mesh: &'a MeshView<'a>,
-    plan: &'a VtkArrays<'a>,
-    columns: Vec<Column<'a>>,
-    counts: &mut Vec<(&'static str, u64)>,
-) -> Vec<Block<'a>> {
-    let mut blocks = Vec::new();
-    let mut n_entries = 0;
-    for column in columns {
-        match column.name {
-            "connectivity" => {
-                n_entries = column.n_tuples as u64;
-                let wide = is_wide(n_entries.max(mesh.points.len() as u64));
-                let remote =
-                    || mesh.nodes_apart(NodesOfCells::new(0..mesh.cells.len(), Listing::Vtk, true));
-                let data = match wide.then(remote).flatten() {
-                    Some(numbers) => Data::Remote(numbers),
-                    None if wide => Data::made(move |sink| {
-                        column.for_each(&mut |bytes| widened(bytemuck::cast_slice(bytes), sink))
-                    }),
-                    None => column.data,
-                };
-                blocks.push(indices("Connectivity", n_entries, wide, data));
-                blocks.push(offsets(mesh, plan, wide));
+    /// Adds the datasets of the cells: both of a pair have indices of the same size, as VTK wants them.
+    fn add_cells(
+        &mut self,
+        mesh: &'a MeshView<'a>,
+        plan: &'a VtkArrays<'a>,
+        columns: Vec<Column<'a>>,
+    ) {
+        for column in columns {
+            match column.name {
+                "connectivity" => {
+                    let n_entries = column.n_tuples as u64;
+                    let wide = is_wide(n_entries.max(mesh.points.len() as u64));
+                    let all = NodesOfCells::new(0..mesh.cells.len(), Listing::Vtk, true);
+                    let data = match wide.then(|| mesh.nodes_apart(all)).flatten() {
+                        Some(numbers) => Data::Remote(numbers),
+                        None if wide => Data::made(move |sink| {
+                            column.for_each(&mut |bytes| widened(bytemuck::cast_slice(bytes), sink))
+                        }),
+                        None => column.data,
+                    };
+                    self.add("Connectivity", n_entries, wide, data);
+                    let offsets = offsets(mesh, plan, wide);
+                    self.add("Offsets", plan.n_cells() as u64 + 1, wide, offsets);
+                    self.counts.push(("NumberOfConnectivityIds", n_entries));
+                }
+                "types" => self.cells.push(Block {
+                    group: "",
+                    column: Column {
+                        name: "Types",
+                        ..column
+                    },
+                }),
+                _ => {}
             }
-            "types" => blocks.push(of_grid(Column {
-                name: "Types",
-                ..column
-            })),
-            _ => {}
         }
     }
-    counts.push(("NumberOfConnectivityIds", n_entries));
-    if mesh.cells.has_polyhedra() {
-        blocks.extend(face_blocks(mesh, plan, counts));
-    }
-    blocks
-}
 
-/// The datasets of the faces of polyhedra.
-fn face_blocks<'a>(
-    mesh: &'a MeshView<'a>,
-    plan: &VtkArrays,
-    counts: &mut Vec<(&'static str, u64)>,
-) -> [Block<'a>; 4] {
-    let FaceCounts { faces, entries } = FaceCounts::of(mesh.cells);
-    counts.push(("NumberOfFaces", faces));
-    counts.push(("NumberOfFaceConnectivityIds", entries));
-    counts.push(("NumberOfPolyhedronToFaceIds", faces));
-    let cells = mesh.cells;
-    let (n_cells, n_more) = (plan.n_cells() as u64, plan.repeated.len());
-    let wide = is_wide(entries.max(mesh.points.len() as u64));
-    let wide_faces = is_wide(faces);
-    let starts = move |sink: Sink| stream_integers(faces::starts(cells), wide, sink);
-    let numbers = move |sink: Sink| stream_integers(0..faces as i64, wide_faces, sink);
-    let cell_starts =
-        move |sink: Sink| stream_integers(faces::cell_starts(cells, n_more), wide_faces, sink);
-    let nodes = move |sink: Sink| stream_integers(faces::nodes(cells), wide, sink);
-    [
-        indices("FaceConnectivity", entries, wide, Data::made(nodes)),
-        indices("FaceOffsets", faces + 1, wide, Data::made(starts)),
-        indices("PolyhedronToFaces", faces, wide_faces, Data::made(numbers)),
-        indices(
-            "PolyhedronOffsets",
-            n_cells + 1,
+    /// Adds the datasets of the faces of polyhedra: every polyhedron has its own.
+    fn add_faces(&mut self, mesh: &'a MeshView<'a>, plan: &VtkArrays) {
+        let cells = mesh.cells;
+        let (n_faces, n_entries) = polyhedra(cells).fold((0, 0), |(faces, entries), cell| {
+            let (n, stream) = (n_faces_of(cells, cell), cells.face_stream(cell));
+            let n_nodes = stream.unwrap_or(&[]).len().saturating_sub(1 + n);
+            (faces + n as u64, entries + n_nodes as u64)
+        });
+        self.counts.extend([
+            ("NumberOfFaces", n_faces),
+            ("NumberOfFaceConnectivityIds", n_entries),
+            ("NumberOfPolyhedronToFaceIds", n_faces),
+        ]);
+        let (n_cells, n_more) = (plan.n_cells() as u64, plan.repeated.len());
+        let wide = is_wide(n_entries.max(mesh.points.len() as u64));
+        let wide_faces = is_wide(n_faces);
+        let nodes = Data::made(move |sink| {
+            let nodes = faces(cells).flatten().map(|node| i64::from(*node));
+            stream_integers(nodes, wide, sink)
+        });
+        let face_starts = Data::made(move |sink| {
+            let lengths = faces(cells).map(<[u32]>::len);
+            stream_integers(starts(lengths), wide, sink)
+        });
+        let numbers = move |sink: Sink| stream_integers(0..n_faces as i64, wide_faces, sink);
+        let cell_starts = Data::made(move |sink| {
+            let of_mesh = cells.runs().flat_map(|run| {
+                let is_polyhedron = run.kind == CellKind::Polyhedron;
+                let n = move |cell| {
+                    if is_polyhedron {
+                        n_faces_of(cells, cell)
+                    } else {
+                        0
+                    }
+                };
+                (run.first_cell..run.first_cell + run.n_cells()).map(n)
+            });
+            let lengths = of_mesh.chain(std::iter::repeat_n(0, n_more));
+            stream_integers(starts(lengths), wide_faces, sink)
+        });
+        self.add("FaceConnectivity", n_entries, wide, nodes);
+        self.add("FaceOffsets", n_faces + 1, wide, face_starts);
+        self.add(
+            "PolyhedronToFaces",
+            n_faces,
             wide_faces,
-            Data::made(cell_starts),
-        ),
-    ]
+            Data::made(numbers),
+        );
+        self.add("PolyhedronOffsets", n_cells + 1, wide_faces, cell_starts);
+    }
+
+    /// Adds a dataset of indices.
+    fn add(&mut self, name: &'static str, n_rows: u64, wide: bool, data: Data<'a>) {
+        let element = if wide { Element::Int64 } else { Element::Int32 };
+        self.cells.push(Block {
+            group: "",
+            column: Column::scalar(name, element, n_rows as usize, data),
+        });
+    }
 }
 
 fn is_wide(largest: u64) -> bool {
     i32::try_from(largest).is_err()
-}
-
-/// A dataset of indices.
-fn indices<'a>(name: &'a str, n_rows: u64, wide: bool, data: Data<'a>) -> Block<'a> {
-    let element = if wide { Element::Int64 } else { Element::Int32 };
-    of_grid(Column::scalar(name, element, n_rows as usize, data))
 }
 
 fn widened(nodes: &[u32], sink: Sink) -> Result<()> {
@@ -203,7 +202,7 @@ fn widened(nodes: &[u32], sink: Sink) -> Result<()> {
 }
 
 /// Start of the nodes of each cell, and the end of the last.
-fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &VtkArrays, wide: bool) -> Block<'a> {
+fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &VtkArrays, wide: bool) -> Data<'a> {
     let cells = mesh.cells;
     let mut end = cells.connectivity().len();
     let ends = plan.repeated.iter().map(|cell| {
@@ -211,10 +210,35 @@ fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &VtkArrays, wide: bool) -> Block<'a
         end as i64
     });
     let ends: Vec<i64> = ends.collect();
-    let data = Data::Parts(vec![
+    Data::Parts(vec![
         Data::integers(&[0], wide),
         Data::made(move |sink| stream_integers(ends_of(cells), wide, sink)),
         Data::integers(&ends, wide),
-    ]);
-    indices("Offsets", plan.n_cells() as u64 + 1, wide, data)
+    ])
+}
+
+/// Start of each item of a list, and the end of the last.
+fn starts(lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = i64> {
+    let mut end = 0;
+    let ends = lengths.map(move |n| {
+        end += n as i64;
+        end
+    });
+    std::iter::once(0).chain(ends)
+}
+
+fn polyhedra(cells: &Cells) -> impl Iterator<Item = usize> {
+    let runs = cells.runs().filter(|run| run.kind == CellKind::Polyhedron);
+    runs.flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
+}
+
+fn faces(cells: &Cells) -> impl Iterator<Item = &[u32]> {
+    polyhedra(cells).flat_map(|cell| cells.polyhedron_faces(cell))
+}
+
+fn n_faces_of(cells: &Cells, polyhedron: usize) -> usize {
+    let n = cells
+        .face_stream(polyhedron)
+        .and_then(|stream| stream.first());
+    n.map_or(0, |n| *n as usize)
 }

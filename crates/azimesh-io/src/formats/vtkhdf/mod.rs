@@ -31,10 +31,9 @@
 //! Parts of the module:
 //!
 //! ```text
-//! extent    which rows of each dataset belong to a step
-//! read      those rows -> mesh; cells: its cells
-//! slabs     some of those rows
-//! blocks    mesh -> datasets; faces: those of polyhedra
+//! extent    rows of each dataset that belong to a step
+//! read      all or some of those rows -> mesh; cells: its cells
+//! blocks    mesh -> datasets
 //! write     datasets -> a file of one mesh
 //! sequence  datasets -> a file that grows, with what does not change written once
 //! ```
@@ -42,19 +41,16 @@
 mod blocks;
 mod cells;
 mod extent;
-mod faces;
 mod read;
-mod rows;
 mod sequence;
-mod series;
-mod slabs;
 mod write;
 
 use super::hdf5::{self, File, Group};
 use super::slabs::opened;
 use super::vtk::tags;
-use super::{Encoding, Format, Holds, Precision, Source};
+use super::{Encoding, Format, Holds, Precision, ReadOptions, Source};
 use azimesh_core::error::{Error, Result};
+use read::Reader;
 
 /// Name of the group that holds everything.
 const ROOT: &str = "VTKHDF";
@@ -69,12 +65,12 @@ pub static VTKHDF: Format = Format {
     precisions: &[Precision::F64, Precision::F32],
     detect: |source| hdf5::is_hdf5(source.bytes()) && matches!(grid(source), Ok(Some(_))),
     read: |source, options, notes| {
-        placed(unstructured(source).and_then(|grid| read::read(&grid, options, notes)))
+        placed(reader(source, options).and_then(|reader| reader.read(notes)))
     },
     steps: |source| placed(unstructured(source).and_then(|grid| extent::times(&grid))),
     slabs: Some(|source, options| {
-        let grid = placed(unstructured(source))?;
-        placed(opened(slabs::open(grid, options)))
+        let reader = placed(reader(source, options))?;
+        placed(opened(reader.check_slabs().map(|()| reader)))
     }),
     write: Some(write::write),
     sequence: Some(|path, options, begin, sync| {
@@ -112,6 +108,10 @@ fn unstructured(source: &Source) -> Result<Group> {
         ))),
         None => Err(Error::input("the group has no attribute Type")),
     }
+}
+
+fn reader(source: &Source, options: &ReadOptions) -> Result<Reader> {
+    Reader::new(unstructured(source)?, options)
 }
 
 /// Errors without a dataset are those of the group.

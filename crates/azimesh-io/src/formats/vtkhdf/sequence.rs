@@ -1,26 +1,38 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
 use super::super::column::Data;
-use super::super::hdf5::{Element, Links, Rows, StepFile, Tree};
+use super::super::hdf5::{Chunks, Element, Links, Payload, Rows, StepFile, Stored, Tree};
 use super::super::portable::not_taken;
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::order;
 use super::super::{Begin, SequenceFile, WriteOptions};
 use super::blocks::{Block, Blocks, NAMES, shape};
-use super::series::Series;
-use super::write::{Grid, POLYHEDRA, SEQUENCE};
+use super::write::Grid;
 use crate::formats::Notes;
-use crate::mesh::MeshView;
+use crate::mesh::{CellKind, MeshView};
 use azimesh_core::error::{Error, Result};
 use std::path::Path;
 
 /// A chunk of a dataset has less than 4 GB.
 const MOST_CHUNK_BYTES: u64 = 1 << 31;
+/// The first version of the format with sequences.
+const VERSION: [i64; 2] = [2, 0];
 /// The group of arrays of the mesh as a whole.
 const FIELDS: &str = "FieldData";
 /// The times of the steps; how many parts the mesh of each has.
 const VALUES: &str = "Values";
 const PARTS: &str = "NumberOfParts";
+/// Datasets of `Steps` of one number per step, except those of a series; then those of polyhedra.
+const COLUMNS: [&str; 8] = [
+    VALUES,
+    PARTS,
+    "PartOffsets",
+    "CellOffsets",
+    "ConnectivityIdOffsets",
+    "FaceConnectivityOffsets",
+    "FaceOffsetsOffsets",
+    "PolyhedronToFaceIdOffsets",
+];
 /// Zeros written at a time.
 const ZEROS: [u8; 4096] = [0; 4096];
 
@@ -31,11 +43,17 @@ pub(super) struct Sequence {
     pub chunk_limit: u64,
     options: WriteOptions,
     notes: Notes,
+    content: Content,
+}
+
+/// All that is in the file so far.
+#[derive(Default)]
+struct Content {
     n_steps: usize,
     topology: Option<Topology>,
     /// Positions, then the arrays.
     series: Vec<Series>,
-    /// The datasets of `Steps` that every file has.
+    /// The datasets of [`COLUMNS`].
     columns: Vec<(&'static str, Rows)>,
 }
 
@@ -48,6 +66,27 @@ struct Topology {
     datasets: Links,
 }
 
+/// A dataset to which a step adds rows, unless it has those of the step before.
+struct Series {
+    group: &'static str,
+    name: String,
+    element: Element,
+    n_rows: u64,
+    n_components: u64,
+    /// Rows of a chunk, and chunks of a step.
+    chunk_rows: u64,
+    n_chunks: u64,
+    n_pieces: u64,
+    chunks: Chunks,
+    last: Option<blake3::Hash>,
+    /// The whole dataset as long as all steps have the rows of the first.
+    object: Option<Stored>,
+    /// The first row of each step.
+    offsets: Rows,
+    /// Of an array of the mesh as a whole, its components and rows at each step.
+    sizes: Rows,
+}
+
 impl Sequence {
     /// A file, which takes its name with the first mesh unless it has it.
     pub fn create(path: &Path, options: &WriteOptions, begin: Begin, sync: bool) -> Result<Self> {
@@ -56,10 +95,7 @@ impl Sequence {
             chunk_limit: MOST_CHUNK_BYTES,
             options: options.clone(),
             notes: Notes::default(),
-            n_steps: 0,
-            topology: None,
-            series: Vec::new(),
-            columns: Vec::new(),
+            content: Content::default(),
         })
     }
 }
@@ -71,21 +107,17 @@ impl SequenceFile for Sequence {
         let plan = VtkArrays::new(mesh, &options, &NAMES);
         let blocks = Blocks::new(mesh, &plan);
         self.fix(mesh, &blocks)?;
-        let arrays = std::iter::once(&blocks.points).chain(&blocks.arrays);
-        for block in arrays {
+        for block in &blocks.arrays {
             self.append_block(block)?;
         }
-        if self.n_steps == 0 {
+        if self.content.n_steps == 0 {
             self.notes.clone_from(&blocks.notes);
             self.notes.extend(not_taken(mesh, "vtkhdf"));
         }
         self.notes.extend(flattened);
-        self.n_steps += 1;
-        self.check_complete()?;
+        self.content.n_steps += 1;
         self.append_columns(time)?;
-        let topology = self.topology.as_ref().expect("the first step has set it");
-        let grid = tree(topology, &self.series, &self.columns, self.n_steps);
-        self.file.finish_step(&grid.tree)
+        self.file.finish_step(&self.content.grid().tree)
     }
 
     fn commit(&mut self) -> Result<()> {
@@ -113,23 +145,21 @@ impl Sequence {
     /// Writes the cells, or makes sure that they are those of the first step.
     fn fix(&mut self, mesh: &MeshView, blocks: &Blocks) -> Result<()> {
         let hash = hash_of(mesh);
-        if let Some(topology) = &self.topology {
-            let same = topology.hash == hash && topology.counts == blocks.counts;
-            return match same {
-                true => Ok(()),
-                false => Err(Error::input(format!(
-                    "step {} has other nodes, cells or shared boundary faces than the first step; all steps in one VTKHDF file must have the same",
-                    self.n_steps
-                ))),
-            };
+        if let Some(topology) = &self.content.topology {
+            if topology.hash == hash && topology.counts == blocks.counts {
+                return Ok(());
+            }
+            return Err(Error::input(format!(
+                "step {} has other nodes, cells or shared boundary faces than the first step; all steps in one VTKHDF file must have the same",
+                self.content.n_steps
+            )));
         }
         let mut datasets = Links::default();
         for (name, n) in &blocks.counts {
             let tree = Tree::of_dataset(Element::I64, &[1], Data::owned(&[*n as i64]));
             datasets.add(name, self.file.store_object(&tree)?)?;
         }
-        for block in &blocks.cells {
-            let column = &block.column;
+        for Block { column, .. } in &blocks.cells {
             let stored = self.file.store(&column.data)?;
             let shape = [column.n_tuples as u64];
             let tree = Tree::of_dataset(column.element.into(), &shape, stored);
@@ -137,8 +167,13 @@ impl Sequence {
         }
         self.file.store_links(&mut datasets)?;
         let has_polyhedra = mesh.cells.has_polyhedra();
-        self.columns = columns(has_polyhedra);
-        self.topology = Some(Topology {
+        let names = &COLUMNS[..if has_polyhedra { 8 } else { 5 }];
+        let columns = names.iter().map(|&name| match name {
+            VALUES => (name, Rows::new(Element::F64, &[])),
+            _ => (name, Rows::new(Element::I64, &[])),
+        });
+        self.content.columns = columns.collect();
+        self.content.topology = Some(Topology {
             hash,
             has_polyhedra,
             has_wedges: order::has_wedges(mesh.cells),
@@ -149,41 +184,38 @@ impl Sequence {
     }
 
     fn append_block(&mut self, block: &Block) -> Result<()> {
-        let step = self.n_steps;
-        let column = &block.column;
-        let is_same = |s: &&mut Series| (s.group, &*s.name) == (block.group, column.name);
-        let known = self.series.iter_mut().find(is_same);
-        let series = match known {
-            Some(series) => series,
-            None if step == 0 => {
-                self.series.push(Series::new(block, self.chunk_limit));
-                self.series.last_mut().expect("it was just added")
-            }
-            None => return Err(changed(step, block, "is not in the first step")),
+        let (column, step) = (&block.column, self.content.n_steps);
+        let changed = |how: &str| {
+            Err(Error::input(format!(
+                "step {step}: the array \"{}\" {how}; all steps in one VTKHDF file must have the same arrays",
+                column.name
+            )))
         };
-        let block_shape = (column.n_tuples as u64, column.n_components as u64);
-        if series.element != column.element.into()
-            || (series.n_rows, series.n_components) != block_shape
+        let all = &mut self.content.series;
+        let is_same = |s: &Series| (s.group, &*s.name) == (block.group, column.name);
+        let at = all.iter().position(is_same).unwrap_or(all.len());
+        if at == all.len() {
+            if step > 0 {
+                return changed("is not in the first step");
+            }
+            all.push(Series::new(block, self.chunk_limit));
+        }
+        let series = &mut all[at];
+        let shape = (column.n_tuples as u64, column.n_components as u64);
+        if (series.element, (series.n_rows, series.n_components)) != (column.element.into(), shape)
         {
-            return Err(changed(
-                step,
-                block,
-                "has another type or length than in the first step",
-            ));
+            return changed("has another type or length than in the first step");
         }
         let hash = column.data.hash()?;
         if series.last != Some(hash) {
             let stored = self.file.store(&column.data)?;
-            pad(&mut self.file, series.padding())?;
-            series.add(stored);
-            series.object = match series.n_pieces {
-                1 => {
-                    let shape = shape(series.n_rows, series.n_components);
-                    let tree = Tree::of_dataset(series.element, &shape, stored);
-                    Some(self.file.store_object(&tree)?)
-                }
-                _ => None,
-            };
+            let mut n_zeros = (series.stride() - series.n_rows) * series.row();
+            while n_zeros > 0 {
+                let n = n_zeros.min(ZEROS.len() as u64);
+                self.file.continue_with(&ZEROS[..n as usize])?;
+                n_zeros -= n;
+            }
+            series.add(stored, &mut self.file)?;
             series.last = Some(hash);
         }
         let first_row = (series.n_pieces - 1) * series.stride();
@@ -193,140 +225,154 @@ impl Sequence {
         Ok(())
     }
 
-    /// Puts a row of the step into each dataset of `Steps`.
+    /// Puts a row of the step into each dataset of `Steps`. All arrays of the first step must have one.
     fn append_columns(&mut self, time: f64) -> Result<()> {
-        for (name, column) in &mut self.columns {
+        let (content, file) = (&mut self.content, &mut self.file);
+        let n = content.n_steps;
+        let is_short = |series: &&Series| series.offsets.n_rows() < n;
+        if let Some(series) = content.series.iter().find(is_short) {
+            return Err(Error::input(format!(
+                "step {1} has no array \"{0}\"; all steps in one VTKHDF file must have the arrays of the first step",
+                series.name,
+                n - 1
+            )));
+        }
+        for (name, column) in &mut content.columns {
             match *name {
                 VALUES => column.push(&[time]),
                 PARTS => column.push(&[1_i64]),
                 _ => column.push(&[0_i64]),
             }
-            self.file.store_rows(column)?;
+            file.store_rows(column)?;
         }
-        for series in &mut self.series {
-            self.file.store_rows(&mut series.offsets)?;
+        for series in &mut content.series {
+            file.store_rows(&mut series.offsets)?;
             if series.group == FIELDS {
-                self.file.store_rows(&mut series.sizes)?;
+                file.store_rows(&mut series.sizes)?;
             }
             if series.object.is_none() {
-                self.file.store_index(&mut series.chunks)?;
+                file.store_index(&mut series.chunks)?;
             }
         }
         Ok(())
     }
+}
 
-    fn check_complete(&self) -> Result<()> {
-        let n = self.n_steps;
-        let is_short = |series: &&Series| series.offsets.n_rows() < n;
-        match self.series.iter().find(is_short) {
-            None => Ok(()),
-            Some(series) => Err(Error::input(format!(
-                "step {1} has no array \"{0}\"; all steps in one VTKHDF file must have the arrays of the first step",
-                series.name,
-                n - 1
-            ))),
+impl Content {
+    /// The content of the file as it is now.
+    fn grid(&self) -> Grid<'_> {
+        let topology = self.topology.as_ref().expect("the first step has set it");
+        let mut grid = Grid::new(VERSION, topology.has_polyhedra, topology.has_wedges);
+        grid.tree.links(grid.root, &topology.datasets);
+        for series in &self.series {
+            series.add_to(&mut grid);
+        }
+        let steps = grid.group("Steps");
+        let tree = &mut grid.tree;
+        tree.number_attribute(steps, "NSteps", &[self.n_steps as i64], true);
+        for (name, column) in &self.columns {
+            tree.rows(steps, name, column);
+        }
+        let of_group = |group| self.series.iter().filter(move |s| s.group == group);
+        for (group, offsets) in [
+            ("PointData", "PointDataOffsets"),
+            ("CellData", "CellDataOffsets"),
+            (FIELDS, "FieldDataOffsets"),
+        ] {
+            let offsets = tree.group(steps, offsets);
+            for series in of_group(group) {
+                tree.rows(offsets, &series.name, &series.offsets);
+            }
+        }
+        let sizes = tree.group(steps, "FieldDataSizes");
+        for series in of_group(FIELDS) {
+            tree.rows(sizes, &series.name, &series.sizes);
+        }
+        for points in of_group("") {
+            tree.rows(steps, "PointOffsets", &points.offsets);
+        }
+        grid
+    }
+}
+
+impl Series {
+    fn new(block: &Block, chunk_limit: u64) -> Self {
+        let column = &block.column;
+        let (n_rows, n_components) = (column.n_tuples as u64, column.n_components as u64);
+        let element = Element::from(column.element);
+        let n_chunks = (n_rows * n_components * element.size()).div_ceil(chunk_limit);
+        let n_chunks = n_chunks.max(1);
+        Self {
+            group: block.group,
+            name: column.name.to_owned(),
+            element,
+            n_rows,
+            n_components,
+            chunk_rows: n_rows.div_ceil(n_chunks),
+            n_chunks,
+            n_pieces: 0,
+            chunks: Chunks::new(shape(1, n_components).len()),
+            last: None,
+            object: None,
+            offsets: Rows::new(Element::I64, &[]),
+            sizes: Rows::new(Element::I64, &[2]),
         }
     }
-}
 
-fn changed(step: usize, block: &Block, how: &str) -> Error {
-    let name = block.column.name;
-    Error::input(format!(
-        "step {step}: the array \"{name}\" {how}; all steps in one VTKHDF file must have the same arrays"
-    ))
-}
+    /// Rows from one piece to the next.
+    fn stride(&self) -> u64 {
+        self.chunk_rows * self.n_chunks
+    }
 
-/// The datasets of `Steps` of one number a step, but for those that belong to a series.
-fn columns(has_polyhedra: bool) -> Vec<(&'static str, Rows)> {
-    let mut names = vec![
-        VALUES,
-        PARTS,
-        "PartOffsets",
-        "CellOffsets",
-        "ConnectivityIdOffsets",
-    ];
-    if has_polyhedra {
-        names.extend([
-            "FaceConnectivityOffsets",
-            "FaceOffsetsOffsets",
-            "PolyhedronToFaceIdOffsets",
-        ]);
+    /// Bytes of a row.
+    fn row(&self) -> u64 {
+        self.n_components * self.element.size()
     }
-    let element = |name| match name {
-        VALUES => Element::F64,
-        _ => Element::I64,
-    };
-    let column = |name| (name, Rows::new(element(name), &[]));
-    names.into_iter().map(column).collect()
-}
 
-/// The content of the file as it is now.
-fn tree<'a>(
-    topology: &'a Topology,
-    series: &'a [Series],
-    columns: &'a [(&'static str, Rows)],
-    n_steps: usize,
-) -> Grid<'a> {
-    let version = match topology.has_polyhedra {
-        true => POLYHEDRA,
-        false => SEQUENCE,
-    };
-    let mut grid = Grid::new(version, topology.has_wedges);
-    grid.tree.links(grid.root, &topology.datasets);
-    for series in series {
-        series.add_to(&mut grid);
-    }
-    let steps = grid.group("Steps");
-    let tree = &mut grid.tree;
-    tree.number_attribute(steps, "NSteps", &[n_steps as i64], true);
-    for (name, column) in columns {
-        tree.rows(steps, name, column);
-    }
-    let groups = [
-        ("PointData", "PointDataOffsets"),
-        ("CellData", "CellDataOffsets"),
-        (FIELDS, "FieldDataOffsets"),
-    ];
-    for (group, offsets) in groups {
-        let offsets = tree.group(steps, offsets);
-        for series in series.iter().filter(|series| series.group == group) {
-            tree.rows(offsets, &series.name, &series.offsets);
+    /// Adds the rows of a step.
+    fn add(&mut self, stored: Stored, file: &mut StepFile) -> Result<()> {
+        let chunk_bytes = self.chunk_rows * self.row();
+        for i in 0..self.n_chunks {
+            self.chunks.push(stored.past(i * chunk_bytes));
         }
+        self.n_pieces += 1;
+        self.object = None;
+        if self.n_pieces == 1 {
+            let shape = shape(self.n_rows, self.n_components);
+            let tree = Tree::of_dataset(self.element, &shape, stored);
+            self.object = Some(file.store_object(&tree)?);
+        }
+        Ok(())
     }
-    let sizes = tree.group(steps, "FieldDataSizes");
-    for series in series.iter().filter(|series| series.group == FIELDS) {
-        tree.rows(sizes, &series.name, &series.sizes);
+
+    /// Adds the dataset to the file as it is now.
+    fn add_to<'a>(&'a self, grid: &mut Grid<'a>) {
+        let parent = grid.group(self.group);
+        if let Some(object) = self.object {
+            grid.tree.object(parent, &self.name, object);
+            return;
+        }
+        let shape = shape(self.n_pieces * self.stride(), self.n_components);
+        let (rows, chunks) = (self.chunk_rows, &self.chunks);
+        let data = Payload::Chunks { rows, chunks };
+        grid.tree
+            .dataset(parent, &self.name, self.element, &shape, data);
     }
-    if let Some(points) = series.iter().find(|series| series.group.is_empty()) {
-        tree.rows(steps, "PointOffsets", &points.offsets);
-    }
-    grid
 }
 
-fn pad(file: &mut StepFile, mut n_bytes: u64) -> Result<()> {
-    while n_bytes > 0 {
-        let n = n_bytes.min(ZEROS.len() as u64);
-        file.continue_with(&ZEROS[..n as usize])?;
-        n_bytes -= n;
-    }
-    Ok(())
-}
-
+/// A hash of the kinds and the nodes of all cells.
 fn hash_of(mesh: &MeshView) -> blake3::Hash {
     let cells = mesh.cells;
     let mut hasher = blake3::Hasher::new();
-    // What lies with several ranks is the same mesh at every step.
+    // Nodes on several ranks are those of the same mesh at every step.
     if mesh.by_ranks.is_none() {
         hasher.update_rayon(bytemuck::cast_slice(cells.connectivity()));
     }
     for run in cells.runs() {
-        let run_of = [
-            u64::from(run.kind.vtk()),
-            run.n_nodes as u64,
-            run.n_cells() as u64,
-        ];
-        hasher.update(bytemuck::cast_slice(&run_of));
-        if run.kind == crate::mesh::CellKind::Polyhedron {
+        let n = [u64::from(run.kind.vtk()), run.n_nodes as u64];
+        hasher.update(bytemuck::cast_slice(&n));
+        hasher.update(&run.n_cells().to_ne_bytes());
+        if run.kind == CellKind::Polyhedron {
             for cell in run.first_cell..run.first_cell + run.n_cells() {
                 hasher.update(bytemuck::cast_slice(cells.face_stream(cell).unwrap_or(&[])));
             }

@@ -1,20 +1,20 @@
 //! Cells of all pieces of a file: which arrays hold them.
 
 use super::super::vtk::cells::{Built, CellTable};
-use super::super::vtk::number::need_integers;
+use super::super::vtk::chunk::Chunk;
 use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::super::vtk::split::polygonal;
-use super::collect::{collect, count};
 use super::document::Piece;
 use super::stored::Stored;
-use super::xml::{Array, Layout};
+use super::values::{all, collect, count};
+use super::xml::Array;
 use crate::formats::Notes;
 use crate::mesh::CellKind;
 use azimesh_core::error::{Error, Result};
 
-/// The cells of all pieces, with nodes counted through.
-pub(super) fn read(pieces: &[Piece], layout: &Layout, notes: &mut Notes) -> Result<Built> {
-    let mut table = CellTable::new("types");
+/// The cells of all pieces, with nodes counted through. Sets the number of cells of each piece of polygonal data.
+pub(super) fn read(pieces: &mut [Piece], is_poly: bool, notes: &mut Notes) -> Result<Built> {
+    let mut table = CellTable::new(if is_poly { "" } else { "types" });
     let mut n_points = 0;
     for piece in pieces {
         let limit = count(piece.n_points)? as u64;
@@ -23,36 +23,19 @@ pub(super) fn read(pieces: &[Piece], layout: &Layout, notes: &mut Notes) -> Resu
             limit,
         };
         n_points = count(u64::from(n_points) + limit)? as u32;
-        let types = read_piece(piece, layout, nodes, &mut table)?;
-        if types.contains(&CellKind::Polyhedron.vtk()) {
-            faces(&piece.cells, layout, nodes, &types, &mut table)?;
-        }
-        count(table.n_cells() as u64)?;
-    }
-    table.finish(notes)
-}
-
-/// The cells of polygonal data; sets the number of cells of each piece.
-pub(super) fn read_lists(
-    pieces: &mut [Piece],
-    layout: &Layout,
-    notes: &mut Notes,
-) -> Result<Built> {
-    let mut table = CellTable::default();
-    let mut n_points = 0;
-    for piece in pieces {
-        let limit = count(piece.n_points)? as u64;
-        let nodes = PieceNodes {
-            base: n_points,
-            limit,
-        };
-        n_points = count(u64::from(n_points) + limit)? as u32;
-        piece.n_cells = 0;
-        for ((n_cells, arrays), list) in piece.lists.iter().zip(0..) {
-            let n_cells = count(*n_cells)?;
-            piece.n_cells += n_cells as u64;
-            if n_cells > 0 {
-                list_cells(arrays, list, n_cells, layout, nodes, &mut table)?;
+        if is_poly {
+            piece.n_cells = 0;
+            for ((n_cells, arrays), list) in piece.lists.iter().zip(0..) {
+                let n_cells = count(*n_cells)?;
+                piece.n_cells += n_cells as u64;
+                if n_cells > 0 {
+                    list_cells(arrays, list, n_cells, nodes, &mut table)?;
+                }
+            }
+        } else {
+            let types = read_piece(piece, nodes, &mut table)?;
+            if types.contains(&CellKind::Polyhedron.vtk()) {
+                faces(&piece.cells, nodes, &types, &mut table)?;
             }
         }
         count(table.n_cells() as u64)?;
@@ -65,56 +48,49 @@ fn list_cells(
     arrays: &[Array],
     list: usize,
     n_cells: usize,
-    layout: &Layout,
     nodes: PieceNodes,
     table: &mut CellTable,
 ) -> Result<()> {
-    let ends = integers(named(arrays, "offsets")?, layout, Some(n_cells))?;
     let mut before = 0;
-    for end in &ends {
-        let n_nodes = end
-            .checked_sub(before)
-            .and_then(|n| usize::try_from(n).ok());
+    for end in all(named(arrays, "offsets")?, Some(n_cells), |chunk, out| {
+        chunk.integers(out)
+    })? {
+        let n_nodes = end.checked_sub(before);
+        let n_nodes = n_nodes.and_then(|n| usize::try_from(n).ok());
         let n_nodes = n_nodes.ok_or_else(|| {
             Error::input(format!(
                 "a cell ends at {end}, before the cell before it, which ends at {before}"
             ))
-            .dataset("offsets")
-        })?;
-        let added = table.append_run(polygonal(list, n_nodes), n_nodes, 1);
+        });
+        let added = n_nodes.and_then(|n| table.append_run(polygonal(list, n), n, 1));
         added.map_err(|error| error.dataset("offsets"))?;
-        before = *end;
+        before = end;
     }
     let array = named(arrays, "connectivity")?;
-    let expected = usize::try_from(before).ok();
-    let (base, limit) = (nodes.base, nodes.limit);
     indices(
         array,
-        layout,
-        base,
-        limit,
-        expected,
+        nodes,
+        usize::try_from(before).ok(),
         &mut table.connectivity,
     )
 }
 
 /// Appends cells of one piece; gives their types.
-fn read_piece(
-    piece: &Piece,
-    layout: &Layout,
-    nodes: PieceNodes,
-    table: &mut CellTable,
-) -> Result<Vec<u8>> {
+fn read_piece(piece: &Piece, nodes: PieceNodes, table: &mut CellTable) -> Result<Vec<u8>> {
     let n_cells = count(piece.n_cells).map_err(|error| error.dataset("types"))?;
     if n_cells == 0 {
         return Ok(Vec::new());
     }
-    let types = types(&piece.cells, layout, n_cells)?;
+    let types = all(
+        named(&piece.cells, "types")?,
+        Some(n_cells),
+        |chunk, out| chunk.types(out),
+    )?;
     let before = table.connectivity.len();
     let array = named(&piece.cells, "connectivity")?;
-    let (base, limit) = (nodes.base, nodes.limit);
-    indices(array, layout, base, limit, None, &mut table.connectivity)?;
-    let end = offsets(&piece.cells, layout, &types, table)?;
+    indices(array, nodes, None, &mut table.connectivity)?;
+    let offsets = named(&piece.cells, "offsets")?;
+    let end = append_ends(offsets, &types, table).map_err(|error| error.dataset("offsets"))?;
     let found = table.connectivity.len() - before;
     if end != found as u64 {
         return Err(Error::input(format!(
@@ -125,62 +101,51 @@ fn read_piece(
     Ok(types)
 }
 
-fn types(arrays: &[Array], layout: &Layout, n_cells: usize) -> Result<Vec<u8>> {
-    let array = named(arrays, "types")?;
-    let mut types = Vec::new();
-    collect(
-        array,
-        layout,
-        1,
-        Some(n_cells),
-        &mut types,
-        &|chunk, out| {
-            chunk.types(out);
-            Ok(())
-        },
-    )?;
-    Ok(types)
-}
-
 /// The array of this name among the arrays of a piece's cells.
-pub(super) fn named<'p, 'a>(arrays: &'p [Array<'a>], name: &str) -> Result<&'p Array<'a>> {
+fn named<'p, 'a>(arrays: &'p [Array<'a>], name: &str) -> Result<&'p Array<'a>> {
     let array = arrays.iter().find(|array| array.name == name);
     let array = array.ok_or_else(|| Error::input("the array is missing").dataset(name))?;
-    need_integers(name, array.element)?;
-    Ok(array)
+    if array.element.is_integer() {
+        return Ok(array);
+    }
+    let element = array.element.name();
+    let message = format!("its values have type {element}; they must be integers");
+    Err(Error::input(message).dataset(name))
 }
 
-/// Appends the indices in an array, which must be below `limit`, plus `base`.
-pub(super) fn indices(
+/// Appends the indices in an array, which must be below the limit, plus the base.
+fn indices(
     array: &Array,
-    layout: &Layout,
-    base: u32,
-    limit: u64,
+    nodes: PieceNodes,
     expected: Option<usize>,
     out: &mut Vec<u32>,
 ) -> Result<()> {
     let done = std::cell::Cell::new(0);
-    collect(array, layout, 1, expected, out, &|chunk, out| {
-        chunk
-            .indices(out, (0, limit), base)
-            .map_err(|(at, value)| not_a_node(done.get() + at, &value, limit))?;
+    collect(array, 1, expected, out, &|chunk, out| {
+        append_indices(chunk, done.get(), nodes, out)?;
         done.set(done.get() + out.len());
         Ok(())
     })
 }
 
-/// The refusal of an entry that is no index below `limit`.
-pub(super) fn not_a_node(at: usize, value: &str, limit: u64) -> Error {
-    let highest = limit as i64 - 1;
-    Error::input(format!(
-        "entry {at} is {value}; it must be from 0 to {highest}"
-    ))
+/// Converts entries of the connectivity from `first` on.
+pub(super) fn append_indices(
+    chunk: Chunk,
+    first: usize,
+    nodes: PieceNodes,
+    out: &mut [u32],
+) -> Result<()> {
+    let converted = chunk.indices(out, (0, nodes.limit), nodes.base);
+    converted.map_err(|(at, value)| {
+        let (entry, highest) = (first + at, nodes.limit as i64 - 1);
+        Error::input(format!(
+            "entry {entry} is {value}; it must be from 0 to {highest}"
+        ))
+    })
 }
 
 /// Appends the cells of a piece; gives the last offset.
-fn offsets(arrays: &[Array], layout: &Layout, types: &[u8], table: &mut CellTable) -> Result<u64> {
-    let array = named(arrays, "offsets")?;
-    let stored = Stored::open(array, layout)?;
+fn append_ends(array: &Array, types: &[u8], table: &mut CellTable) -> Result<u64> {
     let (mut done, mut last) = (0, 0);
     let wrong = |found: usize| {
         let n = types.len();
@@ -188,63 +153,46 @@ fn offsets(arrays: &[Array], layout: &Layout, types: &[u8], table: &mut CellTabl
             "it has {found} values; it must have one for each of {n} cells"
         ))
     };
-    let result = stored.for_each(array.element.size(), &mut |chunk| {
+    Stored::open(array)?.for_each(array.element.size(), &mut |chunk| {
         let n = chunk.n_values();
         let types = types.get(done..done + n).ok_or_else(|| wrong(done + n))?;
         table.append_ends(types, chunk, last)?;
         last = chunk.integer(n - 1) as u64;
         done += n;
         Ok(())
-    });
-    result
-        .and_then(|()| {
-            if done == types.len() {
-                Ok(last)
-            } else {
-                Err(wrong(done))
-            }
-        })
-        .map_err(|error| error.dataset("offsets"))
+    })?;
+    if done == types.len() {
+        Ok(last)
+    } else {
+        Err(wrong(done))
+    }
 }
 
 /// Appends the faces of the polyhedra of a piece, whose cells have these types.
-fn faces(
-    arrays: &[Array],
-    layout: &Layout,
-    nodes: PieceNodes,
-    types: &[u8],
-    table: &mut CellTable,
-) -> Result<()> {
+fn faces(arrays: &[Array], nodes: PieceNodes, types: &[u8], table: &mut CellTable) -> Result<()> {
     let list = |name: &str, limit: u64| -> Result<Vec<u32>> {
         let mut list = Vec::new();
-        indices(named(arrays, name)?, layout, 0, limit, None, &mut list)?;
+        indices(
+            named(arrays, name)?,
+            PieceNodes { base: 0, limit },
+            None,
+            &mut list,
+        )?;
         Ok(list)
     };
-    let ends = |name: &str, n| integers(named(arrays, name)?, layout, n);
-    let is_new = arrays.iter().any(|a| a.name == "polyhedron_offsets");
-    if !is_new {
+    let ends = |name: &str, n| all(named(arrays, name)?, n, |chunk, out| chunk.integers(out));
+    if !arrays.iter().any(|a| a.name == "polyhedron_offsets") {
         let faces = list("faces", u32::MAX.into())?;
         let ends = ends("faceoffsets", Some(types.len()))?;
         return table.streams.read_streams(&faces, &ends, nodes, types);
     }
     let face_nodes = list("face_connectivity", nodes.limit)?;
     let face_ends = ends("face_offsets", None)?;
-    let cell_faces = list("polyhedron_to_faces", face_ends.len() as u64)?;
-    let cell_ends = ends("polyhedron_offsets", Some(types.len()))?;
     let shared = SharedFaces {
         face_nodes: &face_nodes,
+        cell_faces: &list("polyhedron_to_faces", face_ends.len() as u64)?,
         face_ends: &face_ends,
-        cell_faces: &cell_faces,
-        cell_ends: &cell_ends,
+        cell_ends: &ends("polyhedron_offsets", Some(types.len()))?,
     };
     table.streams.read_shared(&shared, nodes, types)
-}
-
-fn integers(array: &Array, layout: &Layout, expected: Option<usize>) -> Result<Vec<i64>> {
-    let mut out = Vec::new();
-    collect(array, layout, 1, expected, &mut out, &|chunk, out| {
-        chunk.integers(out);
-        Ok(())
-    })?;
-    Ok(out)
 }

@@ -27,7 +27,7 @@ impl Grid {
     ];
 }
 
-/// The kind of grid in a file.
+/// The grid in a file.
 pub(super) struct Document<'a> {
     /// Which grid.
     pub grid: Grid,
@@ -35,13 +35,11 @@ pub(super) struct Document<'a> {
     pub version: (u32, u32),
     /// Whether wedges are marked to be in the order of VTK up to 9.6.
     pub has_marked_wedges: bool,
-    /// How binary values are laid out.
+    /// Layout of binary values.
     pub layout: Layout,
-    /// Of an image.
+    /// Of an image: its first node, the distance between nodes, its axes as rows of a matrix.
     pub origin: [f64; 3],
-    /// Of an image.
     pub spacing: [f64; 3],
-    /// Of an image: its axes, row by row of the matrix.
     pub direction: Option<[f64; 9]>,
     /// Arrays of the mesh as a whole.
     pub field_data: Vec<Array<'a>>,
@@ -75,12 +73,9 @@ impl Document<'_> {
         let fields = self.field_data.iter_mut();
         tell_apart("field", fields.map(|array| &mut array.name), notes);
         for piece in &mut self.pieces {
-            for (what, arrays) in [
-                ("point", &mut piece.point_data),
-                ("cell", &mut piece.cell_data),
-            ] {
-                tell_apart(what, arrays.iter_mut().map(|array| &mut array.name), notes);
-            }
+            let (points, cells) = (piece.point_data.iter_mut(), piece.cell_data.iter_mut());
+            tell_apart("point", points.map(|array| &mut array.name), notes);
+            tell_apart("cell", cells.map(|array| &mut array.name), notes);
         }
     }
 }
@@ -105,13 +100,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
         grid,
         version: parser.version(&root)?,
         has_marked_wedges: parser.attribute(&root, WEDGES)?.as_deref() == Some(OUTWARD),
-        layout: parser.layout(&root)?,
+        layout: parser.read_layout(&root)?,
         origin: [0.0; 3],
         spacing: [1.0; 3],
         direction: None,
         field_data: Vec::new(),
         pieces: Vec::new(),
     };
+    parser.layout = document.layout;
     let mut found = false;
     while let Some(child) = parser.child("VTKFile")? {
         match child {
@@ -122,10 +118,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
             other => parser.skip(other)?,
         }
     }
-    if !found {
-        return Err(parser.error(format!("there is no element {name}")));
+    if found {
+        Ok(document)
+    } else {
+        Err(parser.error(format!("there is no element {name}")))
     }
-    Ok(document)
 }
 
 impl<'a> Parser<'a> {
@@ -135,31 +132,27 @@ impl<'a> Parser<'a> {
         Ok((numbers.next().unwrap_or(0), numbers.next().unwrap_or(0)))
     }
 
-    fn layout(&self, root: &BytesStart) -> Result<Layout> {
-        let order = self.attribute(root, "byte_order")?;
-        let big_endian = match order.as_deref() {
-            Some("BigEndian") => true,
-            Some("LittleEndian") | None => false,
-            Some(other) => return Err(self.error(format!("byte_order \"{other}\" is not known"))),
-        };
-        let header = self.attribute(root, "header_type")?;
-        let header_bytes = match header.as_deref() {
-            Some("UInt32") | None => 4,
-            Some("UInt64") => 8,
-            Some(other) => return Err(self.error(format!("header_type \"{other}\" is not known"))),
-        };
-        let compressor = self.attribute(root, "compressor")?;
-        let compression = match compressor.as_deref() {
-            None | Some("") => Compression::None,
-            Some("vtkZLibDataCompressor") => Compression::Zlib,
-            Some("vtkLZ4DataCompressor") => Compression::Lz4,
-            Some("vtkLZMADataCompressor") => Compression::Lzma,
-            Some(other) => return Err(self.error(format!("compressor \"{other}\" is not known"))),
-        };
+    fn read_layout(&self, root: &BytesStart) -> Result<Layout> {
+        let unknown =
+            |name, value: &str| Err(self.error(format!("{name} \"{value}\" is not known")));
         Ok(Layout {
-            big_endian,
-            header_bytes,
-            compression,
+            big_endian: match self.attribute(root, "byte_order")?.as_deref() {
+                Some("BigEndian") => true,
+                Some("LittleEndian") | None => false,
+                Some(other) => return unknown("byte_order", other),
+            },
+            header_bytes: match self.attribute(root, "header_type")?.as_deref() {
+                Some("UInt32") | None => 4,
+                Some("UInt64") => 8,
+                Some(other) => return unknown("header_type", other),
+            },
+            compression: match self.attribute(root, "compressor")?.as_deref() {
+                None | Some("") => Compression::None,
+                Some("vtkZLibDataCompressor") => Compression::Zlib,
+                Some("vtkLZ4DataCompressor") => Compression::Lz4,
+                Some("vtkLZMADataCompressor") => Compression::Lzma,
+                Some(other) => return unknown("compressor", other),
+            },
         })
     }
 

@@ -26,34 +26,27 @@
 //! Parts of the module:
 //!
 //! ```text
-//! xml     elements, and where the values of an array lie; document: which arrays there are
-//! stored  stored values of one array -> bytes: text, base64, raw; blocks: compressed ones
-//! read    arrays -> nodes; arrays: values; cells: types, offsets, connectivity; structured: blocks
+//! xml     elements and arrays; document: which arrays there are
+//! stored  stored values of one array -> bytes: text, base64, raw, compressed blocks
+//! read    arrays -> mesh; values: coordinates and data; cells: types, offsets, connectivity
 //! slabs   some nodes and cells of a file of raw values
-//! write   mesh -> file; encode: one array as text, base64, blocks
-//! file    list of arrays -> XML and values; polydata: surfaces (.vtp)
+//! write   mesh -> file; polydata: surfaces (.vtp)
 //! ```
 
-mod aligner;
-mod arrays;
-mod blocks;
 mod cells;
-mod collect;
 mod document;
-mod encode;
-mod file;
 mod polydata;
 pub(super) mod read;
 mod slabs;
 mod stored;
-mod structured;
+mod values;
 mod write;
 pub(super) mod xml;
 
 pub use polydata::VTP;
 
-pub use file::NAMES;
-pub(super) use file::{escaped, is_xml};
+pub use write::NAMES;
+pub(super) use write::{escaped, is_xml};
 
 use super::slabs::opened;
 use super::vtk::tags;

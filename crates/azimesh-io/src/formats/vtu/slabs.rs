@@ -1,20 +1,18 @@
-//! A .vtu file by slabs: parts of its arrays, which lie in the file as raw values.
-//!
-//! What is odd or damaged is left to the reader of the whole file.
+//! A .vtu file by slabs: parts of its arrays of raw values. Odd and damaged files are left to the reader of the whole.
 
 use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::super::vtk::cells::CellTable;
 use super::super::vtk::chunk::Chunk;
 use super::super::vtk::number::Element;
+use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::{is_collection, kind, type_name};
 use super::super::vtk::{order, tags};
-use super::arrays::{data, field};
-use super::cells::not_a_node;
-use super::collect::count;
+use super::cells::append_indices;
 use super::document::{self, Document, Grid, Piece};
-use super::read::{self, FIRST_WITH_PRESENT_ORDER};
+use super::read::{FIRST_WITH_PRESENT_ORDER, add_arrays};
 use super::stored::Stored;
-use super::xml::{Array, DataEncoding, Layout, as_utf8};
+use super::values::count;
+use super::xml::{Array, DataEncoding, as_utf8};
 use crate::formats::{Compression, Notes, ReadOptions};
 use crate::mesh::{CellKind, Cells, Mesh};
 use azimesh_core::error::{Error, Result};
@@ -70,7 +68,7 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
     for piece in &document.pieces {
         let last = pieces.last();
         let (node, cell) = last.map_or((0, 0), |last| (last.nodes.end, last.cells.end));
-        pieces.push(Values::of(piece, &document.layout, node, cell)?);
+        pieces.push(Values::of(piece, node, cell)?);
     }
     if !document.has_marked_wedges && pieces.iter().any(Values::has_wedges) {
         return Err(whole(
@@ -88,39 +86,37 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
     })
 }
 
-/// The values of an array as they lie in the file.
-fn raw<'a>(array: &Array<'a>, layout: &Layout) -> Found<Chunk<'a>> {
+/// The values of an array that the file has as they are.
+fn raw<'a>(array: &Array<'a>) -> Found<Chunk<'a>> {
     let encoded = || whole(format!("array \"{}\" is text or base64", array.name));
     if array.encoding != DataEncoding::Raw {
         return Err(encoded());
     }
-    Stored::open(array, layout)?.plain().ok_or_else(encoded)
+    Stored::open(array)?.plain().ok_or_else(encoded)
 }
 
 /// The values of the integers of this name.
-fn integers<'a>(arrays: &[Array<'a>], name: &str, layout: &Layout) -> Found<Chunk<'a>> {
+fn integers<'a>(arrays: &[Array<'a>], name: &str) -> Found<Chunk<'a>> {
     let array = arrays.iter().find(|array| array.name == name);
     let array = array.filter(|array| array.element.is_integer());
-    let array = array.ok_or_else(|| whole(format!("it has no integers \"{name}\"")))?;
-    raw(array, layout)
+    raw(array.ok_or_else(|| whole(format!("it has no integers \"{name}\"")))?)
 }
 
 impl<'a> Values<'a> {
     /// The arrays of a piece whose first node and first cell are these.
-    fn of(piece: &Piece<'a>, layout: &Layout, node: usize, cell: usize) -> Found<Self> {
+    fn of(piece: &Piece<'a>, node: usize, cell: usize) -> Found<Self> {
         let n_nodes = count(piece.n_points)?;
         let n_cells = count(piece.n_cells)?;
         count((node + n_nodes) as u64)?;
         count((cell + n_cells) as u64)?;
-        let points = piece.points.first();
         let of_cells = |name| match n_cells {
             0 => Ok(NO_VALUES),
-            _ => integers(&piece.cells, name, layout),
+            _ => integers(&piece.cells, name),
         };
         let values = Self {
             nodes: node..node + n_nodes,
             cells: cell..cell + n_cells,
-            points: points.map_or(Ok(NO_VALUES), |array| raw(array, layout))?,
+            points: piece.points.first().map_or(Ok(NO_VALUES), raw)?,
             types: of_cells("types")?,
             offsets: of_cells("offsets")?,
             connectivity: of_cells("connectivity")?,
@@ -130,24 +126,22 @@ impl<'a> Values<'a> {
             [array] => array.n_components == 3 && array.element != Element::String,
             _ => false,
         };
-        match has_points && values.are_complete() {
-            true => Ok(values),
-            false => Err(whole("its arrays are not as long as they should be")),
+        if has_points && values.are_complete() {
+            return Ok(values);
         }
+        Err(whole("its arrays are not as long as they should be"))
     }
 
     /// Whether the arrays have as many values as the nodes and cells need.
     fn are_complete(&self) -> bool {
         let n_cells = self.cells.len();
+        let n_entries = self.connectivity.n_values();
         let has = |chunk: &Chunk, n| chunk.bytes.len() == n * chunk.element.size();
-        let end = n_cells.checked_sub(1);
         has(&self.points, 3 * self.nodes.len())
             && has(&self.types, n_cells)
             && has(&self.offsets, n_cells)
-            && has(&self.connectivity, self.connectivity.n_values())
-            && end.is_none_or(|last| {
-                self.offsets.integer(last) as u64 == self.connectivity.n_values() as u64
-            })
+            && has(&self.connectivity, n_entries)
+            && (n_cells == 0 || self.offsets.integer(n_cells - 1) as u64 == n_entries as u64)
     }
 
     /// Appends some of the cells, counted from the first of the piece, which are at least one.
@@ -166,32 +160,27 @@ impl<'a> Values<'a> {
         let start = cells.start.checked_sub(1);
         let start = start.map_or(0, |before| self.offsets.integer(before));
         let end = self.offsets.integer(cells.end - 1);
-        let ends = self.offsets.part(cells);
-        let entries = self.entries(start, end)?;
-        let added = table.append_ends(&types, ends, entries.start as u64);
-        added.map_err(|error| error.dataset("offsets"))?;
-        let first = table.connectivity.len();
-        table.connectivity.resize(first + entries.len(), 0);
-        let nodes = &mut table.connectivity[first..];
-        let n = self.nodes.len() as u64;
-        let listed = self.connectivity.part(entries.clone());
-        let converted = listed.indices(nodes, (0, n), self.nodes.start as u32);
-        converted.map_err(|(at, value)| {
-            not_a_node(entries.start + at, &value, n).dataset("connectivity")
-        })
-    }
-
-    /// The entries of cells between two offsets.
-    fn entries(&self, start: i64, end: i64) -> Result<Range<usize>> {
         let n = self.connectivity.n_values();
         let place = |offset| usize::try_from(offset).ok().filter(|at| *at <= n);
-        match (place(start), place(end)) {
-            (Some(start), Some(end)) if start <= end => Ok(start..end),
-            _ => Err(Error::input(format!(
-                "cells lie from {start} to {end}; there are {n} node indices"
-            ))
-            .dataset("offsets")),
-        }
+        let entries = place(start).zip(place(end));
+        let (first, last) = entries
+            .filter(|(first, last)| first <= last)
+            .ok_or_else(|| {
+                let message =
+                    format!("cells lie from {start} to {end}; there are {n} node indices");
+                Error::input(message).dataset("offsets")
+            })?;
+        let added = table.append_ends(&types, self.offsets.part(cells), first as u64);
+        added.map_err(|error| error.dataset("offsets"))?;
+        let done = table.connectivity.len();
+        table.connectivity.resize(done + last - first, 0);
+        let nodes = PieceNodes {
+            base: self.nodes.start as u32,
+            limit: self.nodes.len() as u64,
+        };
+        let listed = self.connectivity.part(first..last);
+        let added = append_indices(listed, first, nodes, &mut table.connectivity[done..]);
+        added.map_err(|error| error.dataset("connectivity"))
     }
 
     fn types_of(&self, cells: Range<usize>) -> Vec<u8> {
@@ -200,23 +189,27 @@ impl<'a> Values<'a> {
         types
     }
 
+    /// Checks if any block of cells, whose types are passed too, has a property.
+    fn any(&self, has: impl Fn(Range<usize>, Vec<u8>) -> bool) -> bool {
+        let n = self.cells.len();
+        let mut blocks = (0..n)
+            .step_by(BLOCK)
+            .map(|start| start..n.min(start + BLOCK));
+        blocks.any(|cells| has(cells.clone(), self.types_of(cells)))
+    }
+
     fn has_wedges(&self) -> bool {
-        (0..self.cells.len()).step_by(BLOCK).any(|start| {
-            let types = self.types_of(start..self.cells.len().min(start + BLOCK));
-            types.contains(&CellKind::Wedge.vtk())
-        })
+        self.any(|_, types| types.contains(&CellKind::Wedge.vtk()))
     }
 
     /// Whether a cell has a dimension and, where there are tags, one that is not 0.
     fn has_cell(&self, dimension: u8, tags: Option<Chunk>) -> bool {
-        (0..self.cells.len()).step_by(BLOCK).any(|start| {
-            let cells = start..self.cells.len().min(start + BLOCK);
+        let is_of_dimension = |vtk: u8| kind(vtk).map(CellKind::dimension) == Some(dimension);
+        self.any(|cells, types| {
             let mut numbers = vec![1; cells.len()];
             if let Some(tags) = tags {
-                tags.part(cells.clone()).integers(&mut numbers);
+                tags.part(cells).integers(&mut numbers);
             }
-            let is_of_dimension = |vtk: u8| kind(vtk).map(CellKind::dimension) == Some(dimension);
-            let types = self.types_of(cells);
             let mut cells = types.into_iter().zip(numbers);
             cells.any(|(vtk, number)| number != 0 && is_of_dimension(vtk))
         })
@@ -238,8 +231,7 @@ fn needs_all(vtk: u8, has_old_order: bool) -> bool {
     is_collection(vtk) || kind == Some(CellKind::Polyhedron) || is_old
 }
 
-/// Refuses a mesh without solid cells that has tags on surface cells and on no edges: it may be the boundary of a solid,
-/// which its flatness tells.
+/// Refuses a mesh without solid cells that has tags on surface cells and on no edges: it may be the boundary of a solid.
 fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
     let of_piece = |piece: &Piece| {
         let mut arrays = piece.cell_data.iter();
@@ -253,7 +245,7 @@ fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
         if values.cells.is_empty() {
             continue;
         }
-        let tags = integers(&piece.cell_data, tags::BOUNDARY.array, &document.layout)?;
+        let tags = integers(&piece.cell_data, tags::BOUNDARY.array)?;
         if tags.n_values() != values.cells.len() {
             return Err(whole("the boundary tags are not one for each cell"));
         }
@@ -262,21 +254,15 @@ fn check_tags(document: &Document, pieces: &[Values]) -> Found<()> {
         }
         has_surface |= values.has_cell(2, Some(tags));
     }
-    match has_surface {
-        true => Err(whole("it may be the surface of a solid")),
-        false => Ok(()),
+    if has_surface {
+        return Err(whole("it may be the surface of a solid"));
     }
+    Ok(())
 }
 
 impl Slabs for Pieces<'_> {
     fn complete(&self, mesh: &mut Mesh, notes: &mut Notes) -> Found<()> {
-        let (pieces, layout) = (&self.document.pieces, &self.document.layout);
-        mesh.point_arrays = data(pieces, layout, "point", read::point_data, notes)?;
-        mesh.cell_arrays = data(pieces, layout, "cell", read::cell_data, notes)?;
-        for array in &self.document.field_data {
-            let array = field(array, layout, notes)?;
-            mesh.field_arrays.push(array);
-        }
+        add_arrays(&self.document, mesh, notes)?;
         Ok(tags::extract(mesh, self.tag_array.as_deref())?)
     }
 

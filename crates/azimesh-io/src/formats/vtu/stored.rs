@@ -1,29 +1,30 @@
-//! The stored values of one array, turned into chunks of bytes: text, base64, raw, blocks.
+//! The stored values of one array, turned into chunks of bytes: text, base64, raw, compressed blocks.
 //!
 //! Sizes given by a file are checked against the bytes it has before any memory is allocated,
 //! and values pass through in chunks, so that decompression needs little more than its result.
 
 use super::super::Compression;
+use super::super::decompress::reason;
 use super::super::vtk::chunk::Chunk;
-use super::super::vtk::number::{Element, parse_words};
+use super::super::vtk::number::parse_words;
 use super::super::vtk::text::{cuts, word_end};
-use super::aligner::{Aligner, CHUNK};
-use super::blocks::{Blocks, check_ratio};
-use super::xml::{Array, DataEncoding, Layout, line_after};
+use super::xml::{Array, DataEncoding, Layout};
 use azimesh_core::error::{Error, Result, counted};
-use azimesh_core::parallel::map;
+use azimesh_core::parallel::{map, map_items};
 use std::borrow::Cow;
+use std::io::Read;
+
+/// Bytes decoded before they are passed on.
+const CHUNK: usize = 8 << 20;
 
 /// The stored values of one array, their sizes checked.
-pub(super) struct Stored<'a> {
-    element: Element,
-    swap: bool,
+pub(super) struct Stored<'d, 'a> {
+    array: &'d Array<'a>,
     data: Data<'a>,
 }
 
 enum Data<'a> {
-    /// Numbers as text, and the file before it.
-    Text(&'a [u8], &'a [u8]),
+    Text,
     /// The values as they are.
     Plain(&'a [u8]),
     /// Base64 of `skip` bytes and then the values.
@@ -35,97 +36,103 @@ enum Data<'a> {
     Blocks(Blocks<'a>),
 }
 
-impl<'a> Stored<'a> {
+/// Compressed blocks of one array.
+struct Blocks<'a> {
+    compression: Compression,
+    data: Cow<'a, [u8]>,
+    /// Compressed size of each block.
+    sizes: Vec<usize>,
+    /// Decompressed size of each block but the last.
+    block_size: usize,
+    n_bytes: usize,
+}
+
+impl<'d, 'a> Stored<'d, 'a> {
     /// Finds the values of an array and checks their declared size.
-    pub fn open(array: &Array<'a>, layout: &Layout) -> Result<Self> {
-        let data = match (array.encoding, layout.compression) {
-            (DataEncoding::Ascii, _) => Ok(Data::Text(array.stored, array.before)),
-            (encoding, Compression::None) => plain(encoding, array.stored, layout),
-            (encoding, compression) => blocks(encoding, compression, array.stored, layout),
+    pub fn open(array: &'d Array<'a>) -> Result<Self> {
+        let (encoding, layout) = (array.encoding, &array.layout);
+        let stored = match encoding {
+            DataEncoding::Base64 => array.stored.trim_ascii_start(),
+            _ => array.stored,
         };
-        Ok(Self {
-            element: array.element,
-            swap: layout.big_endian != cfg!(target_endian = "big"),
-            data: data.map_err(|error| error.dataset(&array.name))?,
-        })
+        let data = match (encoding, layout.compression) {
+            (DataEncoding::Ascii, _) => Ok(Data::Text),
+            (DataEncoding::Base64, _) if stored.is_empty() => Ok(Data::Plain(&[])),
+            (_, Compression::None) => plain(encoding, stored, layout),
+            _ => blocks(encoding, stored, layout),
+        };
+        let data = data.map_err(|error| error.dataset(&array.name))?;
+        Ok(Self { array, data })
     }
 
-    /// The values where they lie in the file as they are.
+    /// The values where the file has them as they are.
     pub fn plain(&self) -> Option<Chunk<'a>> {
         match self.data {
-            Data::Plain(bytes) => Some(Chunk {
-                bytes,
-                element: self.element,
-                swap: self.swap,
-            }),
+            Data::Plain(bytes) => Some(self.chunk(bytes)),
             _ => None,
+        }
+    }
+
+    fn chunk<'b>(&self, bytes: &'b [u8]) -> Chunk<'b> {
+        let is_other = self.array.layout.big_endian != cfg!(target_endian = "big");
+        Chunk {
+            bytes,
+            element: self.array.element,
+            // Text is parsed to the order of this machine.
+            swap: is_other && !matches!(self.data, Data::Text),
         }
     }
 
     /// Number of bytes of all values; unknown for text.
     pub fn n_bytes(&self) -> Option<usize> {
         match &self.data {
-            Data::Text(..) => None,
+            Data::Text => None,
             Data::Plain(bytes) => Some(bytes.len()),
             Data::Base64 { n_bytes, .. } => Some(*n_bytes),
             Data::Blocks(blocks) => Some(blocks.n_bytes),
         }
     }
 
-    /// The most values that there can be.
-    pub fn most_values(&self) -> usize {
-        match &self.data {
-            Data::Text(text, _) => text.len().div_ceil(2),
-            _ => self.n_bytes().unwrap_or(0) / self.element.size(),
-        }
-    }
-
-    /// How many values there are; the words of text are counted.
+    /// Number of values; the words of text are counted.
     pub fn n_values(&self) -> usize {
-        match &self.data {
-            Data::Text(text, _) => n_words(text),
-            _ => self.most_values(),
+        match self.n_bytes() {
+            Some(n_bytes) => n_bytes / self.array.element.size(),
+            None => n_words(self.array.stored),
         }
     }
 
-    /// Hands the values to `sink` in chunks of a whole number of tuples of `tuple` bytes.
+    /// Passes the values to `sink` in chunks of a whole number of tuples of `tuple` bytes.
     pub fn for_each(&self, tuple: usize, sink: &mut dyn FnMut(Chunk) -> Result<()>) -> Result<()> {
-        let mut aligner = Aligner {
-            tuple,
-            element: self.element,
-            swap: self.swap,
-            pending: Vec::new(),
-            sink,
+        let mut pending = Vec::new();
+        let mut push = |fill: &mut dyn FnMut(&mut Vec<u8>) -> Result<()>| {
+            fill(&mut pending)?;
+            let whole = pending.len() / tuple * tuple;
+            if whole > 0 {
+                sink(self.chunk(&pending[..whole]))?;
+                pending.drain(..whole);
+            }
+            Ok(())
         };
         match &self.data {
-            Data::Plain(bytes) => {
-                let chunk = Chunk {
-                    bytes,
-                    element: self.element,
-                    swap: self.swap,
-                };
-                if bytes.len() >= tuple {
-                    sink(chunk)?;
-                }
-                return Ok(());
-            }
-            Data::Text(text, before) => {
-                aligner.swap = false;
-                text_chunks(text, before, &mut aligner)?;
-            }
-            Data::Base64 { text, skip, .. } => base64_chunks(text, *skip, &mut aligner)?,
-            Data::Blocks(blocks) => blocks.chunks(&mut aligner)?,
+            Data::Plain(bytes) if bytes.len() >= tuple => return sink(self.chunk(bytes)),
+            Data::Plain(_) => {}
+            Data::Text => text_chunks(self.array, &mut push)?,
+            Data::Base64 { text, skip, .. } => base64_chunks(text, *skip, &mut push)?,
+            Data::Blocks(blocks) => blocks.chunks(&mut push)?,
         }
-        match aligner.pending.is_empty() {
-            true => Ok(()),
-            false => Err(Error::input(format!(
-                "it has {}, which is not a whole number of tuples of {}",
-                counted(self.n_values(), "value"),
-                tuple / self.element.size()
-            ))),
+        if pending.is_empty() {
+            return Ok(());
         }
+        Err(Error::input(format!(
+            "it has {}, which is not a whole number of tuples of {}",
+            counted(self.n_values(), "value"),
+            tuple / self.array.element.size()
+        )))
     }
 }
+
+/// Passes on the bytes that a function appends, except for an incomplete tuple at the end.
+type Push<'p> = &'p mut dyn FnMut(&mut dyn FnMut(&mut Vec<u8>) -> Result<()>) -> Result<()>;
 
 /// Number of words of a text.
 pub(super) fn n_words(text: &[u8]) -> usize {
@@ -133,21 +140,19 @@ pub(super) fn n_words(text: &[u8]) -> usize {
     words.filter(|word| !word.is_empty()).count()
 }
 
-fn text_chunks(text: &[u8], before: &[u8], aligner: &mut Aligner) -> Result<()> {
+fn text_chunks(array: &Array, push: Push) -> Result<()> {
+    let text = array.stored;
     let mut start = 0;
     while start < text.len() {
         let end = word_end(text, start.saturating_add(CHUNK));
         let cuts = cuts(text, start, end, CHUNK / 32);
-        let element = aligner.element;
         let parts = map(cuts.len() - 1, &|i| {
-            parse_words(&text[cuts[i]..cuts[i + 1]], element)
+            parse_words(&text[cuts[i]..cuts[i + 1]], array.element)
         });
         for (first, part) in cuts.into_iter().zip(parts) {
-            let numbers = part.map_err(|(at, message)| {
-                let line = line_after(before) - 1 + line_after(&text[..first + at]);
-                Error::input(message).line(line)
-            })?;
-            aligner.push(|bytes| {
+            let numbers =
+                part.map_err(|(at, message)| Error::input(message).line(array.line(first + at)))?;
+            push(&mut |bytes| {
                 bytes.extend_from_slice(&numbers);
                 Ok(())
             })?;
@@ -157,14 +162,12 @@ fn text_chunks(text: &[u8], before: &[u8], aligner: &mut Aligner) -> Result<()> 
     Ok(())
 }
 
-fn base64_chunks(text: &[u8], skip: usize, aligner: &mut Aligner) -> Result<()> {
-    let mut skip = skip;
+fn base64_chunks(text: &[u8], mut skip: usize, push: Push) -> Result<()> {
     for part in text.chunks(CHUNK) {
-        aligner.push(|bytes| {
+        push(&mut |bytes| {
             let start = bytes.len();
-            base64_simd::STANDARD
-                .decode_append(part, bytes)
-                .map_err(|_| Error::input("the base64 text is damaged"))?;
+            let decoded = base64_simd::STANDARD.decode_append(part, bytes);
+            decoded.map_err(|_| Error::input("the base64 text is damaged"))?;
             bytes.drain(start..start + skip.min(bytes.len() - start));
             Ok(())
         })?;
@@ -173,76 +176,79 @@ fn base64_chunks(text: &[u8], skip: usize, aligner: &mut Aligner) -> Result<()> 
     Ok(())
 }
 
-/// The first `n_bytes` bytes of base64 as characters without white space, and how many characters
-/// of `text` they take.
-fn base64_run(text: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, usize)> {
+/// The first `n_bytes` bytes of base64 as characters without white space, and the text after them.
+fn base64_run(text: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, &[u8])> {
+    let text = text.trim_ascii_start();
     let short = || {
         let found = text.len();
         Error::input(format!(
             "{n_bytes} bytes in base64 are needed, but only {found} characters are left"
         ))
     };
-    let n = n_bytes
-        .div_ceil(3)
-        .checked_mul(4)
-        .filter(|n| *n <= text.len())
-        .ok_or_else(short)?;
+    let n = n_bytes.div_ceil(3).checked_mul(4);
+    let n = n.filter(|n| *n <= text.len()).ok_or_else(short)?;
     if !text[..n].iter().any(u8::is_ascii_whitespace) {
-        return Ok((Cow::Borrowed(&text[..n]), n));
+        return Ok((Cow::Borrowed(&text[..n]), &text[n..]));
     }
     let mut run = Vec::with_capacity(n);
     for (at, byte) in text.iter().enumerate() {
         if !byte.is_ascii_whitespace() {
             run.push(*byte);
             if run.len() == n {
-                return Ok((Cow::Owned(run), at + 1));
+                return Ok((Cow::Owned(run), &text[at + 1..]));
             }
         }
     }
     Err(short())
 }
 
-/// Decodes a run of base64 that should give at least `n_bytes`: padding may cut it short.
-fn decode(run: &[u8], n_bytes: usize) -> Result<Vec<u8>> {
-    base64_simd::STANDARD
-        .decode_to_vec(run)
-        .ok()
-        .filter(|decoded| decoded.len() >= n_bytes)
-        .ok_or_else(|| Error::input("the base64 text is damaged"))
+/// The first `n_bytes` bytes of stored values, and the text or the bytes after them.
+fn take(encoding: DataEncoding, stored: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, &[u8])> {
+    if encoding == DataEncoding::Raw {
+        let (bytes, rest) = stored.split_at_checked(n_bytes).ok_or_else(|| {
+            let left = stored.len();
+            Error::input(format!(
+                "its header is missing: {left} bytes are left in the file"
+            ))
+        })?;
+        return Ok((Cow::Borrowed(bytes), rest));
+    }
+    let (run, rest) = base64_run(stored, n_bytes)?;
+    // Padding may cut it short.
+    let decoded = base64_simd::STANDARD.decode_to_vec(run).ok();
+    let mut bytes = decoded
+        .filter(|bytes| bytes.len() >= n_bytes)
+        .ok_or_else(|| Error::input("the base64 text is damaged"))?;
+    bytes.truncate(n_bytes);
+    Ok((Cow::Owned(bytes), rest))
 }
 
 /// Uncompressed values: their number of bytes, then they.
 fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>> {
     let width = layout.header_bytes;
+    let (header, rest) = take(encoding, stored, width)?;
+    let n_bytes = header_number(&header, layout)?;
     if encoding == DataEncoding::Raw {
-        let header = stored.get(..width).ok_or_else(|| no_header(stored))?;
-        let n_bytes = header_number(header, layout)?;
-        let bytes = stored[width..].get(..n_bytes).ok_or_else(|| {
-            let left = stored.len() - width;
+        let bytes = rest.get(..n_bytes).ok_or_else(|| {
+            let left = rest.len();
             Error::input(format!(
                 "its size is {n_bytes} bytes, but only {left} are left in the file"
             ))
         })?;
         return Ok(Data::Plain(bytes));
     }
-    let text = stored.trim_ascii_start();
-    if text.is_empty() {
-        return Ok(Data::Plain(&[]));
-    }
-    let (run, taken) = base64_run(text, width)?;
-    // Padding after the header means that the values are a separate base64 text.
-    let apart = run.ends_with(b"=");
-    // Without it, the run's last characters belong to the values too.
-    let n_bytes = header_number(&decode(&run, width)?[..width], layout)?;
-    let (text, skip) = if apart {
-        (&text[taken..], 0)
+    // Padding after the header means that the values are a separate base64 text. Without it, the header's last
+    // characters belong to the values too.
+    let is_separate = stored[..stored.len() - rest.len()].ends_with(b"=");
+    let (text, skip) = if is_separate {
+        (rest, 0)
     } else {
-        (text, width)
+        (stored, width)
     };
     let total = n_bytes
         .checked_add(skip)
         .ok_or_else(|| Error::input("its size is out of range"))?;
-    let (text, _) = base64_run(text.trim_ascii_start(), total)?;
+    let text = base64_run(text, total)?.0;
     Ok(Data::Base64 {
         text,
         skip,
@@ -250,76 +256,13 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
     })
 }
 
-/// Compressed values: a header, then the blocks.
-fn blocks<'a>(
-    encoding: DataEncoding,
-    compression: Compression,
-    stored: &'a [u8],
-    layout: &Layout,
-) -> Result<Data<'a>> {
-    let stored = if encoding == DataEncoding::Raw {
-        stored
-    } else {
-        stored.trim_ascii_start()
-    };
-    if stored.is_empty() && encoding == DataEncoding::Base64 {
-        return Ok(Data::Plain(&[]));
-    }
-    let Some((header, rest)) = block_header(encoding, stored, layout)? else {
-        return Ok(Data::Plain(&[]));
-    };
-    let sizes = BlockSizes::read(&header, layout)?;
-    let n_compressed = sizes
-        .compressed
-        .iter()
-        .try_fold(0usize, |sum, size| sum.checked_add(*size));
-    let n_compressed = n_compressed.filter(|n| *n <= rest.len()).ok_or_else(|| {
-        let left = rest.len();
-        Error::input(format!(
-            "the compressed blocks are longer than the {left} bytes that are left"
-        ))
-    })?;
-    let BlockSizes { block, last, .. } = sizes;
-    check_ratio(compression, sizes.n_bytes, n_compressed, block, last)?;
-    let data = match encoding {
-        DataEncoding::Raw => Cow::Borrowed(&rest[..n_compressed]),
-        _ => {
-            let (run, _) = base64_run(rest.trim_ascii_start(), n_compressed)?;
-            Cow::Owned(decode(&run, n_compressed)?)
-        }
-    };
-    Ok(Data::Blocks(Blocks {
-        compression,
-        data,
-        sizes: sizes.compressed,
-        block_size: block,
-        n_bytes: sizes.n_bytes,
-    }))
-}
-
-/// The header of compressed values as bytes, and what follows it; nothing where there are no blocks.
-#[expect(clippy::type_complexity)]
-fn block_header<'a>(
-    encoding: DataEncoding,
-    stored: &'a [u8],
-    layout: &Layout,
-) -> Result<Option<(Cow<'a, [u8]>, &'a [u8])>> {
-    let width = layout.header_bytes;
-    let first = |n_bytes: usize| -> Result<(Cow<'a, [u8]>, &'a [u8])> {
-        if encoding == DataEncoding::Raw {
-            let (header, rest) = stored
-                .split_at_checked(n_bytes)
-                .ok_or_else(|| no_header(stored))?;
-            return Ok((Cow::Borrowed(header), rest));
-        }
-        let (run, taken) = base64_run(stored, n_bytes)?;
-        let mut header = decode(&run, n_bytes)?;
-        header.truncate(n_bytes);
-        Ok((Cow::Owned(header), &stored[taken..]))
-    };
-    let n_blocks = header_number(&first(width)?.0, layout)?;
+/// Compressed values: the number of blocks, their decompressed size, that of the last if it is smaller (else zero),
+/// the compressed size of each, then the blocks.
+fn blocks<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>> {
+    let (width, compression) = (layout.header_bytes, layout.compression);
+    let n_blocks = header_number(&take(encoding, stored, width)?.0, layout)?;
     if n_blocks == 0 {
-        return Ok(None);
+        return Ok(Data::Plain(&[]));
     }
     let n_header = n_blocks.checked_add(3).and_then(|n| n.checked_mul(width));
     let n_header = n_header.filter(|n| *n <= stored.len()).ok_or_else(|| {
@@ -327,42 +270,43 @@ fn block_header<'a>(
             "its header says {n_blocks} compressed blocks, more than the file can hold"
         ))
     })?;
-    first(n_header).map(Some)
-}
-
-/// The header of compressed values: sizes in bytes.
-struct BlockSizes {
-    /// Of each block but the last, decompressed.
-    block: usize,
-    last: usize,
-    /// Of all blocks, decompressed.
-    n_bytes: usize,
-    /// Of each block, compressed.
-    compressed: Vec<usize>,
-}
-
-impl BlockSizes {
-    /// Number of blocks (at least one), size of each, size of the last if it is smaller (else zero), compressed size
-    /// of each.
-    fn read(header: &[u8], layout: &Layout) -> Result<Self> {
-        let numbers = header
-            .chunks_exact(layout.header_bytes)
-            .map(|number| header_number(number, layout))
-            .collect::<Result<Vec<_>>>()?;
-        let (block, last) = (numbers[1], numbers[2]);
-        let compressed = numbers[3..].to_vec();
-        let last = if last == 0 { block } else { last };
-        let n_bytes = (compressed.len() - 1)
-            .checked_mul(block)
-            .and_then(|n| n.checked_add(last))
-            .ok_or_else(|| Error::input("the size of its blocks is out of range"))?;
-        Ok(Self {
-            block,
-            last,
-            n_bytes,
-            compressed,
-        })
+    let (header, rest) = take(encoding, stored, n_header)?;
+    let numbers = header.chunks_exact(width);
+    let numbers = numbers.map(|number| header_number(number, layout));
+    let mut sizes = numbers.collect::<Result<Vec<_>>>()?;
+    let (block_size, last) = (sizes[1], sizes[2]);
+    sizes.drain(..3);
+    let last = if last == 0 { block_size } else { last };
+    let n_bytes = (sizes.len() - 1).checked_mul(block_size);
+    let n_bytes = n_bytes
+        .and_then(|n| n.checked_add(last))
+        .ok_or_else(|| Error::input("the size of its blocks is out of range"))?;
+    let mut each = sizes.iter();
+    let n_compressed = each.try_fold(0usize, |sum, size| sum.checked_add(*size));
+    let n_compressed = n_compressed.filter(|n| *n <= rest.len()).ok_or_else(|| {
+        let left = rest.len();
+        Error::input(format!(
+            "the compressed blocks are longer than the {left} bytes that are left"
+        ))
+    })?;
+    let highest_ratio = match compression {
+        Compression::None => 1,
+        Compression::Zlib => 1100,
+        Compression::Lz4 => 256,
+        Compression::Lzma => 10_000,
+    };
+    if block_size == 0 || last > block_size || n_bytes / highest_ratio > n_compressed {
+        return Err(Error::input(format!(
+            "{n_compressed} compressed bytes cannot hold {n_bytes} bytes in blocks of {block_size}"
+        )));
     }
+    Ok(Data::Blocks(Blocks {
+        compression,
+        data: take(encoding, rest, n_compressed)?.0,
+        sizes,
+        block_size,
+        n_bytes,
+    }))
 }
 
 fn header_number(bytes: &[u8], layout: &Layout) -> Result<usize> {
@@ -375,9 +319,124 @@ fn header_number(bytes: &[u8], layout: &Layout) -> Result<usize> {
     usize::try_from(number).map_err(|_| Error::input(format!("size {number} is too large")))
 }
 
-fn no_header(stored: &[u8]) -> Error {
-    let left = stored.len();
-    Error::input(format!(
-        "its header is missing: {left} bytes are left in the file"
-    ))
+impl Blocks<'_> {
+    fn chunks(&self, push: Push) -> Result<()> {
+        let per_chunk = (CHUNK / self.block_size).max(1);
+        let mut data = &self.data[..];
+        let mut left = self.n_bytes;
+        for (chunk, sizes) in self.sizes.chunks(per_chunk).enumerate() {
+            let mut compressed = Vec::with_capacity(sizes.len());
+            for size in sizes {
+                let (block, rest) = data.split_at(*size);
+                compressed.push(block);
+                data = rest;
+            }
+            let n_bytes = left.min(sizes.len() * self.block_size);
+            left -= n_bytes;
+            let damaged = |block: usize, what: String| {
+                let block = chunk * per_chunk + block;
+                Error::input(format!("compressed block {block} is damaged: {what}"))
+            };
+            push(&mut |bytes| {
+                if n_bytes > CHUNK && compressed.len() == 1 {
+                    return decompress_large(self.compression, compressed[0], n_bytes, bytes)
+                        .map_err(|what| damaged(0, what));
+                }
+                let start = bytes.len();
+                bytes.resize(start + n_bytes, 0);
+                let blocks = bytes[start..].chunks_mut(self.block_size);
+                let results = map_items(blocks.zip(&compressed), &|i, (out, compressed)| {
+                    decompress(self.compression, compressed, out).map_err(|what| damaged(i, what))
+                });
+                results.into_iter().collect()
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Decompresses one block, which must fill `out` exactly.
+fn decompress(
+    compression: Compression,
+    compressed: &[u8],
+    out: &mut [u8],
+) -> std::result::Result<(), String> {
+    let expected = out.len();
+    if let Some(mut reader) = reader(compression, compressed) {
+        reader.read_exact(out).map_err(|error| reason(&error))?;
+        return finish(&mut reader, expected);
+    }
+    match lz4_flex::block::decompress_into(compressed, out) {
+        Ok(n) if n == expected => Ok(()),
+        Ok(n) => Err(format!(
+            "it decompresses to {n} bytes instead of {expected}"
+        )),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Appends a block that is declared to have `n_bytes`; memory is allocated as the bytes arrive.
+fn decompress_large(
+    compression: Compression,
+    compressed: &[u8],
+    n_bytes: usize,
+    out: &mut Vec<u8>,
+) -> std::result::Result<(), String> {
+    let end = out.len() + n_bytes;
+    let Some(mut reader) = reader(compression, compressed) else {
+        let start = out.len();
+        out.resize(end, 0);
+        return decompress(compression, compressed, &mut out[start..]);
+    };
+    while out.len() < end {
+        let start = out.len();
+        out.resize(end.min(start + CHUNK), 0);
+        let read = reader.read_exact(&mut out[start..]);
+        read.map_err(|error| reason(&error))?;
+    }
+    finish(&mut reader, n_bytes)
+}
+
+/// A decoder of zlib or xz; none of LZ4.
+fn reader(compression: Compression, compressed: &[u8]) -> Option<Box<dyn Read + '_>> {
+    // A block of an array never needs a larger dictionary.
+    const MEMORY_KIB: u32 = 128 << 10;
+    let lzma = lzma_rust2::XzReader::new_mem_limit;
+    match compression {
+        Compression::Zlib => Some(Box::new(flate2::read::ZlibDecoder::new(compressed))),
+        Compression::Lzma => Some(Box::new(lzma(compressed, false, MEMORY_KIB))),
+        Compression::Lz4 | Compression::None => None,
+    }
+}
+
+/// Reading on makes the decoder compare its checksum.
+fn finish(reader: &mut impl Read, n_bytes: usize) -> std::result::Result<(), String> {
+    match reader.read(&mut [0]) {
+        Ok(0) => Ok(()),
+        Ok(_) => Err(format!("it decompresses to more than {n_bytes} bytes")),
+        Err(error) => Err(reason(&error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_that_claims_more_than_it_has_takes_no_memory_for_it() {
+        let mut writer = lzma_rust2::XzWriter::new(Vec::new(), lzma_rust2::XzOptions::default())
+            .expect("good options");
+        std::io::Write::write_all(&mut writer, &[7; 100]).expect("it is compressed");
+        let compressed = writer.finish().expect("it is compressed");
+        let mut out = Vec::new();
+        let claimed = 1 << 40;
+        let error = decompress_large(Compression::Lzma, &compressed, claimed, &mut out);
+        assert!(error.is_err());
+        assert!(out.capacity() <= CHUNK);
+        out.clear();
+        decompress_large(Compression::Lzma, &compressed, 100, &mut out).expect("it has them");
+        assert_eq!(out, [7; 100]);
+        let short = decompress_large(Compression::Lzma, &compressed, 99, &mut out);
+        assert!(short.is_err());
+    }
 }

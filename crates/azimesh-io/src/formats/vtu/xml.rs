@@ -1,6 +1,4 @@
-//! XML of VTK: elements, attributes, and where the values of an array lie.
-//!
-//! Knows nothing of how values are stored or of what they mean.
+//! XML of VTK: elements, attributes, and the stored values of arrays, which are not decoded here.
 
 use super::super::vtk::number::Element;
 use super::super::{Compression, Notes};
@@ -11,10 +9,11 @@ use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 use std::borrow::Cow;
+use std::ops::Range;
 
-/// How binary values are laid out, the same for all arrays of a file.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::formats) struct Layout {
+/// Layout of binary values, the same for all arrays of a file.
+#[derive(Clone, Copy)]
+pub(super) struct Layout {
     /// Byte order.
     pub big_endian: bool,
     /// Bytes of one number of a header: 4 or 8.
@@ -23,9 +22,9 @@ pub(in crate::formats) struct Layout {
     pub compression: Compression,
 }
 
-/// One array and where its values lie.
+/// One array and its stored values.
 #[derive(Clone)]
-pub(in crate::formats) struct Array<'a> {
+pub(super) struct Array<'a> {
     pub name: String,
     pub element: Element,
     /// Whether its values are bits, eight to a byte; `element` is then that of the bytes.
@@ -35,30 +34,38 @@ pub(in crate::formats) struct Array<'a> {
     /// Number of tuples, which only arrays of field data give.
     pub n_tuples: Option<u64>,
     pub encoding: DataEncoding,
+    pub layout: Layout,
     /// The values as stored; of an appended array, all from its offset to the end of the section.
     pub stored: &'a [u8],
     /// The file up to the values, for line numbers.
     pub before: &'a [u8],
 }
 
+impl Array<'_> {
+    /// The line of the file that a stored byte is on.
+    pub fn line(&self, at: usize) -> u64 {
+        line_after(self.before) - 1 + line_after(&self.stored[..at])
+    }
+}
+
 /// The element after which the XML ends: bytes of any value follow.
 const APPENDED: &[u8] = b"<AppendedData";
 
-/// How the values of an array are encoded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::formats) enum DataEncoding {
+/// Encoding of the values of an array.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum DataEncoding {
     Ascii,
     Base64,
     Raw,
 }
 
 /// One-based line after `before`.
-pub(super) fn line_after(before: &[u8]) -> u64 {
+fn line_after(before: &[u8]) -> u64 {
     1 + memchr::memchr_iter(b'\n', before).count() as u64
 }
 
-/// The data after the underscore of `<AppendedData encoding="...">_`, and where it starts.
-fn appended_section(bytes: &[u8], start: usize) -> Result<Appended> {
+/// The encoding of the data after `<AppendedData encoding="...">_`, and the byte that it starts at.
+fn appended_section(bytes: &[u8], start: usize) -> Result<(DataEncoding, usize)> {
     let fail = |message: &str| Error::input(message).line(line_after(&bytes[..start]));
     let length = memchr::memchr(b'>', &bytes[start..])
         .ok_or_else(|| fail("the file ends inside the element AppendedData"))?;
@@ -74,21 +81,12 @@ fn appended_section(bytes: &[u8], start: usize) -> Result<Appended> {
     while bytes.get(at).is_some_and(u8::is_ascii_whitespace) {
         at += 1;
     }
-    if bytes.get(at) != Some(&b'_') {
-        return Err(fail(
+    match bytes.get(at) {
+        Some(b'_') => Ok((encoding, at + 1)),
+        _ => Err(fail(
             "the data of AppendedData must start with an underscore",
-        ));
+        )),
     }
-    Ok(Appended {
-        encoding,
-        start: at + 1,
-    })
-}
-
-#[derive(Clone, Copy)]
-struct Appended {
-    encoding: DataEncoding,
-    start: usize,
 }
 
 /// A file with its XML in UTF-8: unchanged, or converted from Latin-1 where the XML is declared as that or is not
@@ -117,16 +115,17 @@ fn says_latin1(xml: &[u8]) -> bool {
     let head = xml.trim_ascii_start();
     let end = memchr::memmem::find(head, b"?>").filter(|_| head.starts_with(b"<?xml"));
     let head = head[..end.unwrap_or(0)].to_ascii_lowercase();
-    let names: [&[u8]; 2] = [b"iso-8859-1", b"latin1"];
-    let mut names = names.iter();
-    names.any(|name| memchr::memmem::find(&head, name).is_some())
+    let mut names = ["iso-8859-1", "latin1"].into_iter();
+    names.any(|name| memchr::memmem::find(&head, name.as_bytes()).is_some())
 }
 
-/// A encoding in the XML.
+/// A position in the XML.
 pub(in crate::formats) struct Parser<'a> {
     reader: Reader<&'a [u8]>,
     bytes: &'a [u8],
-    appended: Option<Appended>,
+    appended: Option<(DataEncoding, usize)>,
+    /// Layout of the arrays that follow.
+    pub(super) layout: Layout,
 }
 
 /// The value of an attribute. VTK does not escape the `&` of a name; then it is taken as it is.
@@ -141,7 +140,7 @@ fn value(attribute: &Attribute) -> String {
 pub(in crate::formats) enum Child<'a> {
     Element(BytesStart<'a>),
     /// Text that is not blank, as a range of the file.
-    Text(std::ops::Range<usize>),
+    Text(Range<usize>),
 }
 
 impl<'a> Parser<'a> {
@@ -153,15 +152,18 @@ impl<'a> Parser<'a> {
             let at = error.valid_up_to();
             Error::input("the XML is neither UTF-8 nor Latin-1 text").byte(at as u64)
         })?;
-        let appended = start
-            .map(|start| appended_section(bytes, start))
-            .transpose()?;
+        let appended = start.map(|start| appended_section(bytes, start));
         let mut reader = Reader::from_str(text);
         reader.config_mut().expand_empty_elements = true;
         Ok(Self {
             reader,
             bytes,
-            appended,
+            appended: appended.transpose()?,
+            layout: Layout {
+                big_endian: false,
+                header_bytes: 4,
+                compression: Compression::None,
+            },
         })
     }
 
@@ -181,7 +183,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Arrays inside an element.
-    pub fn arrays(&mut self, parent: &str) -> Result<Vec<Array<'a>>> {
+    pub(super) fn arrays(&mut self, parent: &str) -> Result<Vec<Array<'a>>> {
         let mut arrays = Vec::new();
         while let Some(child) = self.child(parent)? {
             match child {
@@ -198,12 +200,8 @@ impl<'a> Parser<'a> {
         let name = self.attribute(element, "Name")?.unwrap_or_default();
         let kind = self.attribute(element, "type")?.unwrap_or_default();
         let is_bits = kind == "Bit";
-        let known = if is_bits {
-            Some(Element::UInt8)
-        } else {
-            Element::from_name(&kind)
-        };
-        let kind = known.ok_or_else(|| {
+        let known = Element::from_name(if is_bits { "UInt8" } else { &kind });
+        let element_type = known.ok_or_else(|| {
             self.error(format!(
                 "array \"{name}\" has values of type \"{kind}\", which is not known"
             ))
@@ -215,10 +213,10 @@ impl<'a> Parser<'a> {
         let component_names = self.component_names(element, n_components)?;
         let n_tuples = self.count(element, "NumberOfTuples")?;
         let format = self.attribute(element, "format")?;
-        let (encoding, start, end) = match format.as_deref() {
+        let (encoding, stored) = match format.as_deref() {
             Some("appended") => self.appended_array(element, &name)?,
-            Some("binary") => self.inline(DataEncoding::Base64)?,
-            Some("ascii") | None => self.inline(DataEncoding::Ascii)?,
+            Some("binary") => (DataEncoding::Base64, self.inline()?),
+            Some("ascii") | None => (DataEncoding::Ascii, self.inline()?),
             Some(other) => {
                 let message = format!("array \"{name}\" has the format \"{other}\"");
                 return Err(self.error(format!("{message}; known: ascii, binary, appended")));
@@ -226,14 +224,15 @@ impl<'a> Parser<'a> {
         };
         Ok(Array {
             name,
-            element: kind,
+            element: element_type,
             is_bits,
             n_components,
             component_names,
             n_tuples,
             encoding,
-            stored: &self.bytes[start..end],
-            before: &self.bytes[..start],
+            layout: self.layout,
+            before: &self.bytes[..stored.start],
+            stored: &self.bytes[stored],
         })
     }
 
@@ -242,13 +241,9 @@ impl<'a> Parser<'a> {
         let mut names = Vec::new();
         for attribute in element.attributes() {
             let attribute = attribute.map_err(|error| self.error(error.to_string()))?;
-            let Some(index) = attribute.key.as_ref().strip_prefix("ComponentName") else {
-                continue;
-            };
-            let Ok(index) = index.parse::<usize>() else {
-                continue;
-            };
-            if index < n_components.min(MOST) {
+            let index = attribute.key.as_ref().strip_prefix("ComponentName");
+            let index = index.and_then(|index| index.parse::<usize>().ok());
+            if let Some(index) = index.filter(|index| *index < n_components.min(MOST)) {
                 names.resize(names.len().max(index + 1), String::new());
                 names[index] = value(&attribute);
             }
@@ -256,8 +251,8 @@ impl<'a> Parser<'a> {
         Ok(names)
     }
 
-    /// Values that stand inside the element: its first text. Whatever else is in it is skipped.
-    fn inline(&mut self, encoding: DataEncoding) -> Result<(DataEncoding, usize, usize)> {
+    /// The values inside the element: its first text. Any element in it is skipped.
+    fn inline(&mut self) -> Result<Range<usize>> {
         let mut values = None;
         while let Some(child) = self.child("DataArray")? {
             match child {
@@ -269,36 +264,33 @@ impl<'a> Parser<'a> {
             }
         }
         let at = self.reader.buffer_position() as usize;
-        let range = values.unwrap_or(at..at);
-        Ok((encoding, range.start, range.end))
+        Ok(values.unwrap_or(at..at))
     }
 
     fn appended_array(
         &mut self,
         element: &BytesStart,
         name: &str,
-    ) -> Result<(DataEncoding, usize, usize)> {
-        let offset = self.count(element, "offset")?.ok_or_else(|| {
-            self.error(format!("array \"{name}\" is appended, but has no offset"))
-        })?;
-        self.inline(DataEncoding::Raw)?;
-        let section = self.appended.ok_or_else(|| {
-            self.error(format!(
-                "array \"{name}\" is appended, but the file has no AppendedData"
-            ))
-        })?;
+    ) -> Result<(DataEncoding, Range<usize>)> {
+        let missing =
+            |parser: &Self, what| parser.error(format!("array \"{name}\" is appended, but {what}"));
+        let offset = self.count(element, "offset")?;
+        let offset = offset.ok_or_else(|| missing(self, "has no offset"))?;
+        self.inline()?;
+        let section = self.appended;
+        let (encoding, first) =
+            section.ok_or_else(|| missing(self, "the file has no AppendedData"))?;
+        let end = self.bytes.len();
         let start = usize::try_from(offset)
             .ok()
-            .and_then(|offset| section.start.checked_add(offset))
-            .filter(|start| *start <= self.bytes.len())
-            .ok_or_else(|| {
-                Error::input(format!(
-                    "its offset is {offset}, but the file has {} bytes of appended data",
-                    self.bytes.len() - section.start
-                ))
-                .dataset(name)
-            })?;
-        Ok((section.encoding, start, self.bytes.len()))
+            .and_then(|offset| first.checked_add(offset));
+        let start = start.filter(|start| *start <= end).ok_or_else(|| {
+            let n = end - first;
+            let message =
+                format!("its offset is {offset}, but the file has {n} bytes of appended data");
+            Error::input(message).dataset(name)
+        })?;
+        Ok((encoding, start..end))
     }
 
     /// The next element or text inside `parent`; `None` at its end.
@@ -349,23 +341,20 @@ impl<'a> Parser<'a> {
     }
 
     /// An attribute that is a whole number.
-    pub fn count(&self, element: &BytesStart, name: &str) -> Result<Option<u64>> {
-        let value = self.attribute(element, name)?;
-        let value = value
-            .as_deref()
-            .map(str::trim)
-            .filter(|value| !value.is_empty());
-        let count = value.map(|value| {
-            value.parse().map_err(|_| {
-                self.error(format!(
-                    "{name}=\"{value}\" is not a whole number, zero or more"
-                ))
-            })
-        });
-        count.transpose()
+    pub(super) fn count(&self, element: &BytesStart, name: &str) -> Result<Option<u64>> {
+        let value = self.attribute(element, name)?.unwrap_or_default();
+        let value = value.trim();
+        if value.is_empty() {
+            return Ok(None);
+        }
+        value.parse().map(Some).map_err(|_| {
+            self.error(format!(
+                "{name}=\"{value}\" is not a whole number, zero or more"
+            ))
+        })
     }
 
-    /// An error at this encoding.
+    /// An error at this position.
     pub fn error(&self, message: impl Into<String>) -> Error {
         let at = (self.reader.buffer_position() as usize).min(self.bytes.len());
         Error::input(message).line(line_after(&self.bytes[..at]))

@@ -1,13 +1,17 @@
-//! Arrays of a mesh as solutions at nodes and at cells.
+//! Arrays to be written: solutions at nodes and at cells, and arrays of the mesh as a whole, which are user-defined data
+//! of the base.
 
 use super::super::FULL_NAME;
-use super::draft::{DataType, Draft, NodeIndex};
-use super::names::{Names, RULE};
+use super::RULE;
+use super::draft::{Draft, NodeIndex};
 use crate::formats::Notes;
-use crate::formats::column::Data;
+use crate::formats::column::{Data, Sink};
+use crate::formats::hdf5::Element;
+use crate::formats::names::Given;
 use crate::mesh::arrays::with_numbers;
-use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, NumbersApart, Values};
+use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, Values};
 use azimesh_core::diagnostic::formats::ArrayWritten;
+use azimesh_core::error::Result;
 use azimesh_core::parallel::collect;
 use std::cell::LazyCell;
 use std::ops::Range;
@@ -19,89 +23,132 @@ pub(super) const AT_CELLS: &str = "CellArrays";
 /// Values converted at a time.
 const BLOCK: usize = 1 << 20;
 
-/// One scalar array of a solution: a component of an array of the mesh.
-pub(super) struct Scalar<'a> {
+/// An array to be written: a component of an array of a solution, or an array of the mesh as a whole.
+pub(super) struct Array<'a> {
     /// Name in the file.
     pub name: String,
     /// Full name, where that is too long for CGNS.
     pub full_name: Option<String>,
-    pub kind: DataType,
-    pub n: usize,
-    /// The values, where they are elsewhere.
-    apart: Option<NumbersApart<'a>>,
-    array: &'a DataArray,
-    component: usize,
-    /// Tuples that are written.
-    tuples: Vec<Range<usize>>,
+    pub element: Element,
+    /// Sizes, the first index running fastest.
+    pub sizes: Vec<u64>,
+    pub data: Data<'a>,
 }
 
-/// The scalars of arrays at nodes or, where `cells` gives them, at cells.
+/// The scalars of arrays at nodes or at cells, of which these tuples are written.
 pub(super) fn scalars<'a>(
     mesh: &MeshView<'a>,
     arrays: &[&'a DataArray],
     tuples: &[Range<usize>],
     notes: &mut Notes,
-) -> Vec<Scalar<'a>> {
+) -> Vec<Array<'a>> {
     let mut scalars = Vec::new();
-    for array in arrays {
+    for &array in arrays {
+        let n_components = array.n_components;
         if matches!(array.values, Values::Text(_)) {
             let (format, name) = ("CGNS", array.name.clone());
             notes.push(ArrayWritten::TextLeftOut { format, name });
             continue;
         }
-        if !fits(&array.values) {
-            let name = array.name.clone();
-            notes.push(ArrayWritten::IntegersTooLarge { name });
+        if !fits(array, notes) {
             continue;
         }
-        if ![1, 3].contains(&array.n_components) {
-            notes.push(ArrayWritten::ComponentsApart {
-                name: array.name.clone(),
-                n: array.n_components,
-            });
+        if ![1, 3].contains(&n_components) {
+            let (name, n) = (array.name.clone(), n_components);
+            notes.push(ArrayWritten::ComponentsApart { name, n });
         }
-        for component in 0..array.n_components {
-            let full_name = match array.n_components {
+        for component in 0..n_components {
+            let name = match n_components {
                 1 => array.name.clone(),
                 3 => format!("{}{}", array.name, ["X", "Y", "Z"][component]),
                 _ => format!("{}_{}", array.name, component + 1),
             };
-            scalars.push(Scalar {
+            let data = match mesh.values_apart(array, Some(component)) {
+                Some(numbers) => Data::Remote(numbers),
+                None => {
+                    let tuples = tuples.to_vec();
+                    Data::made(move |sink| list_component(array, component, &tuples, sink))
+                }
+            };
+            scalars.push(Array {
+                name,
                 full_name: None,
-                name: full_name,
-                kind: kind(&array.values),
-                n: tuples.iter().map(Range::len).sum(),
-                apart: mesh.values_apart(array, Some(component)),
-                array,
-                component,
-                tuples: tuples.to_vec(),
+                element: element(&array.values),
+                sizes: vec![tuples.iter().map(|range| range.len() as u64).sum()],
+                data,
             });
         }
     }
-    let names: Vec<&str> = scalars.iter().map(|scalar| scalar.name.as_str()).collect();
-    let names = Names::with(["GridLocation"]).give_all(&names);
-    for (scalar, name) in scalars.iter_mut().zip(names) {
-        let full_name = std::mem::replace(&mut scalar.name, name);
-        notes.extend(RULE.note("array", &full_name, &scalar.name));
-        scalar.full_name = (scalar.name != full_name).then_some(full_name);
-    }
+    fit_names(&mut scalars, Given::with(["GridLocation"]), notes);
     scalars
 }
 
-/// Whether integers are within the 63 bits of those of CGNS.
-pub(super) fn fits(values: &Values) -> bool {
-    match values {
-        Values::U64(v) => v.iter().all(|x| i64::try_from(*x).is_ok()),
-        _ => true,
+/// The arrays of the mesh as a whole that CGNS can hold; a note for each other. Strings have a zero after each.
+pub(super) fn fields<'a>(arrays: &[&'a DataArray], notes: &mut Notes) -> Vec<Array<'a>> {
+    let mut fields = Vec::new();
+    for array in arrays {
+        if array.n_components == 0 || array.n_tuples() == 0 {
+            let name = array.name.clone();
+            notes.push(ArrayWritten::WithoutValues { name });
+            continue;
+        }
+        if !fits(array, notes) {
+            continue;
+        }
+        let mut sizes = vec![array.n_components as u64, array.n_tuples() as u64];
+        let element = element(&array.values);
+        let data = match &array.values {
+            Values::F64(v) => Data::slice(v),
+            Values::F32(v) => Data::slice(v),
+            Values::Text(lines) => {
+                let ended = lines.iter().flat_map(|line| [line.as_bytes(), b"\0"]);
+                let bytes: Vec<u8> = ended.flatten().copied().collect();
+                sizes = vec![bytes.len() as u64];
+                Data::Bytes(bytes.into())
+            }
+            values => {
+                let numbers = values.to_integers().unwrap_or_default();
+                Data::integers(&numbers, element == Element::I64)
+            }
+        };
+        fields.push(Array {
+            name: array.name.clone(),
+            full_name: None,
+            element,
+            sizes,
+            data,
+        });
     }
+    fit_names(&mut fields, Given::default(), notes);
+    fields
+}
+
+/// Gives arrays names that CGNS takes.
+fn fit_names(arrays: &mut [Array], mut taken: Given, notes: &mut Notes) {
+    let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
+    let names = taken.give_all(&names, &RULE);
+    for (array, name) in arrays.iter_mut().zip(names) {
+        let full_name = std::mem::replace(&mut array.name, name);
+        notes.extend(RULE.note("array", &full_name, &array.name));
+        array.full_name = (array.name != full_name).then_some(full_name);
+    }
+}
+
+/// Whether integers are within the 63 bits of CGNS; else adds a note.
+fn fits(array: &DataArray, notes: &mut Notes) -> bool {
+    let Values::U64(v) = &array.values else {
+        return true;
+    };
+    let fits = v.iter().all(|x| i64::try_from(*x).is_ok());
+    let name = || array.name.clone();
+    notes.extend((!fits).then(|| ArrayWritten::IntegersTooLarge { name: name() }));
+    fits
 }
 
 /// Cells of the mesh's own dimension.
 pub(super) fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
-    let runs = mesh.volume_runs();
-    let ranges = runs.map(|run| run.first_cell..run.first_cell + run.n_cells());
     let mut joined: Vec<Range<usize>> = Vec::new();
-    for range in ranges {
+    for range in mesh.volume_runs().map(|run| run.range()) {
         match joined.last_mut() {
             Some(last) if last.end == range.start => last.end = range.end,
             _ => joined.push(range),
@@ -110,20 +157,15 @@ pub(super) fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
     joined
 }
 
-/// A note for cell arrays with values on the boundary, which CGNS does not keep, other than those of the
-/// cells, which faces get again when the file is read.
+/// A note for cell arrays with values on the boundary other than those of the cells there. CGNS does not keep these;
+/// the reader gives faces the values of their cells.
 pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     let dimension = mesh.dimension();
-    let runs = mesh
-        .cells
-        .runs()
-        .filter(|run| run.kind.dimension() != dimension && run.kind != CellKind::Polyhedron);
-    let others: Vec<Range<usize>> = runs
-        .map(|run| run.first_cell..run.first_cell + run.n_cells())
-        .collect();
+    let is_other = |kind: CellKind| kind.dimension() != dimension && kind != CellKind::Polyhedron;
+    let runs = mesh.cells.runs().filter(|run| is_other(run.kind));
     let bounded = LazyCell::new(|| BoundedCells::of_view(mesh));
     for array in &mesh.cell_arrays {
-        let mut cells = others.iter().cloned().flatten();
+        let mut cells = runs.clone().flat_map(|run| run.range());
         if cells.any(|cell| says_more(array, cell, &bounded)) {
             let name = array.name.clone();
             notes.push(ArrayWritten::FaceValues { name });
@@ -147,54 +189,52 @@ fn says_more(
     }), _text => false)
 }
 
-fn kind(values: &Values) -> DataType {
+fn element(values: &Values) -> Element {
     match values {
-        Values::F32(_) => DataType::R4,
-        Values::F64(_) => DataType::R8,
-        Values::U32(_) | Values::I64(_) | Values::U64(_) => DataType::I8,
-        _ => DataType::I4,
+        Values::F32(_) => Element::F32,
+        Values::F64(_) => Element::F64,
+        Values::U32(_) | Values::I64(_) | Values::U64(_) => Element::I64,
+        Values::Text(_) => Element::I8,
+        _ => Element::I32,
     }
 }
 
-impl<'a> Scalar<'a> {
-    /// Its values.
-    pub fn data(&self) -> Data<'a> {
-        if let Some(numbers) = &self.apart {
-            return Data::Remote(numbers.clone());
-        }
-        let (array, component, tuples) = (self.array, self.component, self.tuples.clone());
-        Data::made(move |sink| {
-            for range in &tuples {
-                let mut start = range.start;
-                while start < range.end {
-                    let end = (start + BLOCK).min(range.end);
-                    sink(&bytes(array, component, start..end))?;
-                    start = end;
-                }
-            }
-            Ok(())
-        })
-    }
-
-    /// Adds it to a solution.
-    pub fn add(&self, draft: &mut Draft<'a>, solution: NodeIndex) {
+impl<'a> Array<'a> {
+    /// Adds it to a solution or to user-defined data.
+    pub fn add(self, draft: &mut Draft<'a>, parent: NodeIndex) {
         let name = (self.name.as_str(), "DataArray_t");
-        let node = draft.data(solution, name, self.kind, &[self.n as u64], self.data());
-        if let Some(full_name) = &self.full_name {
-            draft.text(node, FULL_NAME, "Descriptor_t", full_name);
-        }
+        let node = draft.data(parent, name, (self.element, &self.sizes), self.data);
+        add_full_name(draft, node, self.full_name.as_deref());
     }
 }
 
-/// The bytes of one component of some tuples.
-fn bytes(array: &DataArray, component: usize, tuples: Range<usize>) -> Vec<u8> {
+/// Adds the full name of an array, where it has another.
+pub(super) fn add_full_name(draft: &mut Draft, array: NodeIndex, full_name: Option<&str>) {
+    if let Some(name) = full_name {
+        draft.text(array, (FULL_NAME, "Descriptor_t"), name);
+    }
+}
+
+/// One component of some tuples, in the type of [`element`].
+fn list_component(
+    array: &DataArray,
+    component: usize,
+    tuples: &[Range<usize>],
+    sink: Sink,
+) -> Result<()> {
     let n = array.n_components;
     macro_rules! each {
-        ($values:expr, $type:ty, $as:expr) => {{
-            let of_tuples = &$values[tuples.start * n..tuples.end * n];
-            let chosen: Vec<$type> = collect(tuples.len(), |i| $as(of_tuples[i * n + component]));
-            bytemuck::cast_slice(&chosen).to_vec()
-        }};
+        ($values:expr, $type:ty, $as:expr) => {
+            for range in tuples {
+                for start in range.clone().step_by(BLOCK) {
+                    let tuples = start..range.end.min(start + BLOCK);
+                    let of_tuples = &$values[tuples.start * n..tuples.end * n];
+                    let chosen: Vec<$type> =
+                        collect(tuples.len(), |i| $as(of_tuples[i * n + component]));
+                    sink(bytemuck::cast_slice(&chosen))?;
+                }
+            }
+        };
     }
     match &array.values {
         Values::I8(v) => each!(v, i32, i32::from),
@@ -207,6 +247,7 @@ fn bytes(array: &DataArray, component: usize, tuples: Range<usize>) -> Vec<u8> {
         Values::U64(v) => each!(v, i64, |x| x as i64),
         Values::F32(v) => each!(v, f32, |x| x),
         Values::F64(v) => each!(v, f64, |x| x),
-        Values::Text(_) => Vec::new(),
+        Values::Text(_) => {}
     }
+    Ok(())
 }

@@ -1,8 +1,7 @@
-//! The nodes of a CGNS file to be: names, labels, data. Turned into groups and datasets of HDF5 as
-//! the CGNS library lays them out.
+//! The nodes of a CGNS file to be, as groups and datasets of HDF5 in the layout of the CGNS library.
 
 use crate::formats::column::Data;
-use crate::formats::hdf5::{Element, Id, Links, Payload, Rows, StepFile, Stored, Tree};
+use crate::formats::hdf5::{Element, Id, Links, Payload, Rows, StepFile, Tree};
 use azimesh_core::error::Result;
 use std::collections::BTreeMap;
 
@@ -18,58 +17,28 @@ pub(super) struct Draft<'a> {
 /// Position of a node in a [`Draft`].
 pub(super) type NodeIndex = usize;
 
+/// Name and label of a node.
+pub(super) type Name<'n> = (&'n str, &'static str);
+
 struct Node<'a> {
     parent: Option<NodeIndex>,
     name: String,
     label: &'static str,
-    data: Option<(DataType, Vec<u64>, Values<'a>)>,
+    data: Option<Dataset<'a>>,
 }
 
-/// Type of data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum DataType {
-    /// Characters.
-    C1,
-    /// Integers of 4 bytes.
-    I4,
-    /// Integers of 8 bytes.
-    I8,
-    /// Floating-point numbers of 4 bytes.
-    R4,
-    /// Floating-point numbers of 8 bytes.
-    R8,
+struct Dataset<'a> {
+    element: Element,
+    /// Sizes, the first index running fastest.
+    sizes: Vec<u64>,
+    values: Payload<'a>,
 }
 
-enum Values<'a> {
-    New(Data<'a>),
-    Stored(Stored),
-    Rows(&'a Rows),
-}
-
-impl DataType {
-    fn name(self) -> &'static str {
-        match self {
-            DataType::C1 => "C1",
-            DataType::I4 => "I4",
-            DataType::I8 => "I8",
-            DataType::R4 => "R4",
-            DataType::R8 => "R8",
-        }
-    }
-
-    fn element(self) -> Element {
-        match self {
-            DataType::C1 => Element::I8,
-            DataType::I4 => Element::I32,
-            DataType::I8 => Element::I64,
-            DataType::R4 => Element::F32,
-            DataType::R8 => Element::F64,
-        }
-    }
-
-    /// Integers as values of this type, which is I4 or I8 and holds them.
-    pub fn data_of(self, numbers: &[i64]) -> Data<'static> {
-        Data::integers(numbers, self == DataType::I8)
+/// The smallest of both types of integers that holds a number.
+pub(super) fn integers_for(largest: usize) -> Element {
+    match i32::try_from(largest) {
+        Ok(_) => Element::I32,
+        Err(_) => Element::I64,
     }
 }
 
@@ -77,13 +46,13 @@ impl<'a> Draft<'a> {
     fn add(
         &mut self,
         parent: Option<NodeIndex>,
-        name: &str,
-        label: &'static str,
-        data: Option<(DataType, Vec<u64>, Values<'a>)>,
+        (name, label): Name,
+        data: Option<Dataset<'a>>,
     ) -> NodeIndex {
+        let name = name.to_owned();
         self.nodes.push(Node {
             parent,
-            name: name.to_owned(),
+            name,
             label,
             data,
         });
@@ -91,103 +60,49 @@ impl<'a> Draft<'a> {
     }
 
     /// Adds a node without data.
-    pub fn group(
-        &mut self,
-        parent: impl Into<Option<NodeIndex>>,
-        name: &str,
-        label: &'static str,
-    ) -> NodeIndex {
-        self.add(parent.into(), name, label, None)
+    pub fn group(&mut self, parent: impl Into<Option<NodeIndex>>, name: Name) -> NodeIndex {
+        self.add(parent.into(), name, None)
     }
 
     /// Adds a node that holds text.
-    pub fn text(
-        &mut self,
-        parent: NodeIndex,
-        name: &str,
-        label: &'static str,
-        text: &str,
-    ) -> NodeIndex {
-        let sizes = [text.len() as u64];
-        self.data(
-            parent,
-            (name, label),
-            DataType::C1,
-            &sizes,
-            Data::owned(text.as_bytes()),
-        )
+    pub fn text(&mut self, parent: NodeIndex, name: Name, text: &str) -> NodeIndex {
+        let data = Data::owned(text.as_bytes());
+        self.data(parent, name, (Element::I8, &[text.len() as u64]), data)
     }
 
-    /// Adds a node with one row of data for each step: numbers, or names.
-    pub fn rows(
-        &mut self,
-        parent: NodeIndex,
-        name: &str,
-        kind: DataType,
-        rows: &'a Rows,
-    ) -> NodeIndex {
-        let data = (kind, Vec::new(), Values::Rows(rows));
-        self.add(Some(parent), name, "DataArray_t", Some(data))
-    }
-
-    /// Adds a node that holds a few integers. The first index of `sizes` runs fastest.
+    /// Adds a node that holds a few integers.
     pub fn integers(
         &mut self,
         parent: impl Into<Option<NodeIndex>>,
-        (name, label): (&str, &'static str),
-        kind: DataType,
-        sizes: &[u64],
+        name: Name,
+        (element, sizes): (Element, &[u64]),
         numbers: &[i64],
     ) -> NodeIndex {
-        self.data(parent, (name, label), kind, sizes, kind.data_of(numbers))
+        let data = Data::integers(numbers, element == Element::I64);
+        self.data(parent, name, (element, sizes), data)
     }
 
-    /// Adds a node that holds a few floating-point numbers.
-    pub fn reals(
-        &mut self,
-        parent: NodeIndex,
-        (name, label): (&str, &'static str),
-        numbers: &[f64],
-    ) -> NodeIndex {
-        let sizes = [numbers.len() as u64];
-        self.data(
-            parent,
-            (name, label),
-            DataType::R8,
-            &sizes,
-            Data::owned(numbers),
-        )
-    }
-
-    /// Adds a node that holds these values.
+    /// Adds a node that holds these values. The first index of `sizes` runs fastest.
     pub fn data(
         &mut self,
         parent: impl Into<Option<NodeIndex>>,
-        (name, label): (&str, &'static str),
-        kind: DataType,
-        sizes: &[u64],
-        data: Data<'a>,
+        name: Name,
+        (element, sizes): (Element, &[u64]),
+        values: impl Into<Payload<'a>>,
     ) -> NodeIndex {
-        let data = (kind, sizes.to_vec(), Values::New(data));
-        self.add(parent.into(), name, label, Some(data))
+        let (sizes, values) = (sizes.to_vec(), values.into());
+        let data = Dataset {
+            element,
+            sizes,
+            values,
+        };
+        self.add(parent.into(), name, Some(data))
     }
 
-    /// Adds the version of CGNS that the file follows.
-    pub fn version(&mut self, version: f32) {
-        let name = ("CGNSLibraryVersion", "CGNSLibraryVersion_t");
-        self.data(None, name, DataType::R4, &[1], Data::owned(&[version]));
-    }
-
-    /// Adds a node whose values are in the file already.
-    pub fn stored(
-        &mut self,
-        parent: NodeIndex,
-        name: &str,
-        (kind, sizes): (DataType, &[u64]),
-        stored: Stored,
-    ) -> NodeIndex {
-        let data = (kind, sizes.to_vec(), Values::Stored(stored));
-        self.add(Some(parent), name, "DataArray_t", Some(data))
+    /// Adds a node with one row of data for each step: numbers, or names.
+    pub fn rows(&mut self, parent: NodeIndex, name: &str, element: Element, rows: &'a Rows) {
+        let rows = Payload::Rows(rows);
+        self.data(parent, (name, "DataArray_t"), (element, &[]), rows);
     }
 
     /// Puts the children of a node, or the nodes that are children of none, into a growing file, and
@@ -200,7 +115,7 @@ impl<'a> Draft<'a> {
         links: &mut Links,
     ) -> Result<()> {
         let mut trees: BTreeMap<NodeIndex, Tree> = BTreeMap::new();
-        // The tree of each node that is in one, and what it is there.
+        // The tree of each node that is in one, and its place there.
         let mut ids: Vec<Option<(NodeIndex, Id)>> = Vec::with_capacity(self.nodes.len());
         for (place, node) in self.nodes.iter().enumerate() {
             let above = node.parent.and_then(|parent| ids[parent]);
@@ -213,9 +128,7 @@ impl<'a> Draft<'a> {
                 }
                 Some((top, parent)) => {
                     let tree = trees.get_mut(&top).expect("it has its parent");
-                    let id = tree.group(parent, &node.name);
-                    node.describe(tree, id);
-                    Some((top, id))
+                    Some((top, node.add_to(tree, parent)))
                 }
                 None => None,
             });
@@ -235,8 +148,8 @@ impl<'a> Draft<'a> {
     ) -> Result<Open> {
         let node = &self.nodes[place];
         let mut links = Links::default();
-        if let Some((kind, sizes, values)) = &node.data {
-            let tree = Tree::of_dataset(kind.element(), &shape(sizes), values.payload());
+        if let Some(data) = &node.data {
+            let tree = Tree::of_dataset(data.element, &data.shape(), data.payload());
             links.add(DATA, file.store_object(&tree)?)?;
         }
         self.store(file, Some(place), child, &mut links)?;
@@ -248,12 +161,12 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// The root of the file to be, with what is not a child of `open` in the file already.
+    /// The root of a growing file, which has all but the children of `open` already.
     pub fn open_root(&self, file: &mut StepFile, open: NodeIndex) -> Result<Links> {
         let mut links = Links::default();
         for (name, text) in marks() {
-            let data = Data::slice(&text);
-            let tree = Tree::of_dataset(Element::I8, &[text.len() as u64], data);
+            let shape = [text.len() as u64];
+            let tree = Tree::of_dataset(Element::I8, &shape, Data::owned(&text));
             links.add(name, file.store_object(&tree)?)?;
         }
         self.store(file, None, Some(open), &mut links)?;
@@ -262,12 +175,10 @@ impl<'a> Draft<'a> {
 
     /// The whole file as groups and datasets of HDF5.
     pub fn tree(&self) -> Tree<'_> {
-        let mut tree = Tree::new();
-        describe_root(&mut tree);
+        let mut tree = new_tree();
         for (name, text) in marks() {
             let shape = [text.len() as u64];
-            let data = Data::owned(&text);
-            tree.dataset(Tree::ROOT, name, Element::I8, &shape, data);
+            tree.dataset(Tree::ROOT, name, Element::I8, &shape, Data::owned(&text));
         }
         self.add_to(&mut tree, Tree::ROOT);
         tree
@@ -278,9 +189,7 @@ impl<'a> Draft<'a> {
         let mut ids: Vec<Id> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
             let parent = node.parent.map_or(group, |parent| ids[parent]);
-            let id = tree.group(parent, &node.name);
-            node.describe(tree, id);
-            ids.push(id);
+            ids.push(node.add_to(tree, parent));
         }
     }
 }
@@ -298,8 +207,8 @@ impl Open {
     /// Adds the node to a group.
     pub fn add_to<'t>(&'t self, tree: &mut Tree<'t>, parent: Id) -> Id {
         let id = tree.group(parent, &self.name);
-        describe(tree, id, (&self.name, self.label, self.kind));
-        flags(tree, id);
+        describe(tree, id, [&self.name, self.label, self.kind]);
+        tree.number_attribute(id, "flags", &[1_i32], false);
         tree.links(id, &self.links);
         id
     }
@@ -307,81 +216,83 @@ impl Open {
 
 /// The file as it is at a step: `links` are in it already.
 pub(super) fn root_of(links: &Links) -> Tree<'_> {
-    let mut tree = Tree::new();
-    describe_root(&mut tree);
+    let mut tree = new_tree();
     tree.links(Tree::ROOT, links);
     tree
 }
 
-impl Node<'_> {
+impl<'a> Node<'a> {
     fn kind(&self) -> &'static str {
-        self.data.as_ref().map_or("MT", |(kind, ..)| kind.name())
+        match self.data.as_ref().map(|data| data.element) {
+            None => "MT",
+            Some(Element::I8) => "C1",
+            Some(Element::I32) => "I4",
+            Some(Element::I64) => "I8",
+            Some(Element::F32) => "R4",
+            Some(_) => "R8",
+        }
+    }
+
+    fn add_to<'t>(&'t self, tree: &mut Tree<'t>, parent: Id) -> Id {
+        let id = tree.group(parent, &self.name);
+        self.describe(tree, id);
+        id
     }
 
     /// Makes a group this node.
     fn describe<'t>(&'t self, tree: &mut Tree<'t>, id: Id) {
-        describe(tree, id, (&self.name, self.label, self.kind()));
-        flags(tree, id);
-        match &self.data {
-            Some((_, _, Values::Rows(rows))) => {
-                tree.rows(id, DATA, rows);
-            }
-            Some((kind, sizes, values)) => {
-                tree.dataset(id, DATA, kind.element(), &shape(sizes), values.payload());
-            }
-            None => {}
+        describe(tree, id, [&self.name, self.label, self.kind()]);
+        tree.number_attribute(id, "flags", &[1_i32], false);
+        if let Some(data) = &self.data {
+            match data.values {
+                Payload::Rows(rows) => tree.rows(id, DATA, rows),
+                _ => tree.dataset(id, DATA, data.element, &data.shape(), data.payload()),
+            };
         }
     }
 }
 
-impl Values<'_> {
+impl Dataset<'_> {
+    /// Sizes in the order of HDF5, the last index running fastest.
+    fn shape(&self) -> Vec<u64> {
+        self.sizes.iter().rev().copied().collect()
+    }
+
     fn payload(&self) -> Payload<'_> {
-        match self {
-            Values::New(data) => data.borrowed().into(),
-            Values::Stored(stored) => (*stored).into(),
-            Values::Rows(rows) => Payload::Rows(rows),
+        match &self.values {
+            Payload::New(data) => data.borrowed().into(),
+            Payload::Stored(stored) => (*stored).into(),
+            Payload::Rows(rows) => Payload::Rows(rows),
+            Payload::Chunks { rows, chunks } => Payload::Chunks {
+                rows: *rows,
+                chunks,
+            },
         }
     }
 }
 
-/// Sizes in the order of HDF5, the last index running fastest.
-fn shape(sizes: &[u64]) -> Vec<u64> {
-    sizes.iter().rev().copied().collect()
-}
-
-fn describe_root(tree: &mut Tree) {
-    let root = ("HDF5 MotherNode", "Root Node of HDF5 File", "MT");
-    describe(tree, Tree::ROOT, root);
+fn new_tree<'t>() -> Tree<'t> {
+    let mut tree = Tree::new();
+    let root = ["HDF5 MotherNode", "Root Node of HDF5 File", "MT"];
+    describe(&mut tree, Tree::ROOT, root);
+    tree
 }
 
 /// Text by which the CGNS library knows its files.
 fn marks() -> [(&'static str, Vec<u8>); 2] {
     let order = if cfg!(target_endian = "big") {
-        "IEEE_BIG_32"
+        "IEEE_BIG_32\0"
     } else {
-        "IEEE_LITTLE_32"
+        "IEEE_LITTLE_32\0"
     };
-    let padded = |text: &str, n: usize| {
-        let mut bytes = text.as_bytes().to_vec();
-        bytes.resize(n, 0);
-        bytes
-    };
-    [
-        (" format", padded(order, order.len() + 1)),
-        (" hdf5version", padded("HDF5 Version 1.8.0", 33)),
-    ]
+    let mut version = b"HDF5 Version 1.8.0".to_vec();
+    version.resize(33, 0);
+    [(" format", order.into()), (" hdf5version", version)]
 }
 
-fn describe(tree: &mut Tree, id: Id, (name, label, kind): (&str, &str, &str)) {
-    let field = |bytes| Element::Text {
-        bytes,
-        terminated: true,
-    };
-    tree.padded_attribute(id, "name", name, field(33));
-    tree.padded_attribute(id, "label", label, field(33));
-    tree.padded_attribute(id, "type", kind, field(3));
-}
-
-fn flags(tree: &mut Tree, id: Id) {
-    tree.number_attribute(id, "flags", &[1_i32], false);
+fn describe(tree: &mut Tree, id: Id, texts: [&str; 3]) {
+    for ((name, text), bytes) in ["name", "label", "type"].iter().zip(texts).zip([33, 33, 3]) {
+        let terminated = true;
+        tree.padded_attribute(id, name, text, Element::Text { bytes, terminated });
+    }
 }

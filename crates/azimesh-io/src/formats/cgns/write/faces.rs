@@ -1,7 +1,6 @@
 //! The faces of all polyhedra, each once, with the element numbers that CGNS gives them.
 
-use super::numbering::Numbering;
-use super::plan::is_polygon;
+use super::plan::{Numbering, is_polygon};
 use crate::mesh::{CellKind, MeshView};
 use azimesh_core::parallel::{collect, sort};
 
@@ -9,10 +8,10 @@ use azimesh_core::parallel::{collect, sort};
 #[derive(Default)]
 pub(super) struct FaceTable {
     /// Element number of the first face that is no cell.
-    first_element: usize,
-    /// Faces that are no cells.
-    starts: Vec<usize>,
-    nodes: Vec<u32>,
+    pub first_element: usize,
+    /// For each face that is no cell the start of its nodes, and the end of the last.
+    pub starts: Vec<usize>,
+    pub nodes: Vec<u32>,
     /// Cell index of each polyhedron, ascending, and where its faces start in `used`.
     polyhedra: Vec<(u32, usize)>,
     /// Element numbers of the faces of each polyhedron, below zero where the face is turned round.
@@ -63,28 +62,20 @@ impl FaceTable {
 
     /// All polygon cells, then the faces of all polyhedra.
     fn meet<'a>(&mut self, mesh: &'a MeshView<'a>, numbering: &'a Numbering) -> Vec<Met<'a>> {
-        let polygons = mesh.cells.runs().filter(|run| is_polygon(mesh, run.kind));
-        let polygons = polygons.flat_map(|run| {
-            let cells = run.cells().enumerate();
-            cells.map(move |(i, nodes)| (numbering.element(run.first_cell + i), nodes))
-        });
-        let mut met: Vec<Met> = polygons
-            .map(|(element, nodes)| Met {
-                nodes,
-                cell: Some(element),
-            })
-            .collect();
+        let mut met: Vec<Met> = Vec::new();
+        for run in mesh.cells.runs().filter(|run| is_polygon(mesh, run.kind)) {
+            met.extend(run.cell_refs().map(|cell| Met {
+                nodes: cell.nodes,
+                cell: Some(numbering.element(cell.index)),
+            }));
+        }
         let n_polygons = met.len();
-        for run in mesh
-            .cells
-            .runs()
-            .filter(|run| run.kind == CellKind::Polyhedron)
-        {
-            for cell in run.first_cell..run.first_cell + run.n_cells() {
-                self.polyhedra.push((cell as u32, met.len() - n_polygons));
-                let faces = mesh.cells.polyhedron_faces(cell);
-                met.extend(faces.map(|nodes| Met { nodes, cell: None }));
-            }
+        let runs = mesh.cells.runs();
+        let polyhedra = runs.filter(|run| run.kind == CellKind::Polyhedron);
+        for cell in polyhedra.flat_map(|run| run.range()) {
+            self.polyhedra.push((cell as u32, met.len() - n_polygons));
+            let faces = mesh.cells.polyhedron_faces(cell);
+            met.extend(faces.map(|nodes| Met { nodes, cell: None }));
         }
         met
     }
@@ -101,36 +92,17 @@ impl FaceTable {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Element number of the first of them.
-    pub fn first_element(&self) -> usize {
-        self.first_element
-    }
-
-    /// Entries of all of them.
-    pub fn n_entries(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Nodes of each of them.
-    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        self.starts
-            .windows(2)
-            .map(|ends| &self.nodes[ends[0]..ends[1]])
-    }
-
     /// Numbers of the faces of a polyhedron.
     pub fn of_polyhedron(&self, mesh: &MeshView, cell: usize) -> &[i64] {
-        let at = self
-            .polyhedra
-            .binary_search_by_key(&(cell as u32), |(cell, _)| *cell);
-        let at = at.expect("it is a polyhedron");
-        let start = self.polyhedra[at].1;
-        let n = mesh
-            .cells
-            .face_stream(cell)
-            .map_or(0, |stream| stream[0] as usize);
-        &self.used[start..start + n]
+        let at = (self.polyhedra).binary_search_by_key(&(cell as u32), |(cell, _)| *cell);
+        let start = self.polyhedra[at.expect("it is a polyhedron")].1;
+        &self.used[start..start + n_faces(mesh, cell)]
     }
+}
+
+/// Number of faces of a polyhedron.
+pub(super) fn n_faces(mesh: &MeshView, cell: usize) -> usize {
+    (mesh.cells.face_stream(cell)).map_or(0, |stream| stream[0] as usize)
 }
 
 /// For each face the first one with the same nodes.

@@ -1,12 +1,13 @@
 //! Groups of a mesh: boundary tags as boundary conditions with their families, others as subregions
 //! of the zone with theirs. All share the nodes of the one zone.
 
-use super::super::FULL_NAME;
-use super::draft::{DataType, Draft, NodeIndex};
-use super::names::{Names, RULE};
-use super::numbering::Numbering;
+use super::super::{FIELD_ARRAYS, FULL_NAME};
+use super::draft::{Draft, NodeIndex};
+use super::plan::Numbering;
+use super::{RULE, SIMULATION, TIMES, ZONE};
 use crate::formats::Notes;
-use crate::formats::names::in_cgns;
+use crate::formats::hdf5::Element;
+use crate::formats::names::{Given, in_cgns};
 use crate::mesh::{CellSet, Group, MeshView};
 use azimesh_core::diagnostic::formats::{Condition, GroupWritten};
 use std::collections::{BTreeMap, BTreeSet};
@@ -42,17 +43,18 @@ const CONDITIONS: [&str; 25] = [
 
 /// Adds the groups of a mesh, families to the base, the rest to the zone.
 pub(super) fn add(
-    draft: &mut Draft,
-    (base, zone): (NodeIndex, NodeIndex),
+    (draft, base, zone): (&mut Draft, NodeIndex, NodeIndex),
     mesh: &MeshView,
-    names: &mut Names,
-    (numbering, kind): (&Numbering, DataType),
+    names: &mut Given,
+    numbering: (&Numbering, Element),
     notes: &mut Notes,
 ) {
     let dimension = mesh.dimension();
     let mut families = Families::new(base, mesh);
     let mut conditions = None;
-    let mut condition_names = condition_names(mesh).into_iter();
+    let tags = mesh.boundary_tags().filter(|tag| !tag.cells.is_empty());
+    let tags: Vec<&str> = tags.map(|tag| tag.name.as_str()).collect();
+    let mut condition_names = Given::default().give_all(&tags, &RULE).into_iter();
     notes.joined(mesh.groups);
     for group in mesh.groups {
         let family = families.family(draft, group, notes);
@@ -62,34 +64,28 @@ pub(super) fn add(
             continue;
         }
         let node = if group.dimension + 1 == dimension {
-            let parent = *conditions.get_or_insert_with(|| draft.group(zone, "ZoneBC", "ZoneBC_t"));
+            let parent =
+                *conditions.get_or_insert_with(|| draft.group(zone, ("ZoneBC", "ZoneBC_t")));
             let name = condition_names.next().expect("each condition has one");
             let condition = known_condition(group).unwrap_or("FamilySpecified");
-            draft.text(parent, &name, "BC_t", condition)
+            draft.text(parent, (&name, "BC_t"), condition)
         } else {
-            let name = names.give(&group.name);
+            let name = names.give(&group.name, &RULE);
             add_region(draft, zone, &name, group.dimension, dimension)
         };
-        add_points(draft, node, group, mesh, (numbering, kind));
-        draft.text(node, "FamilyName", "FamilyName_t", &family);
+        add_points(draft, node, group, mesh, numbering);
+        draft.text(node, ("FamilyName", "FamilyName_t"), &family);
     }
 }
 
-/// Names of the boundary conditions, in order.
-fn condition_names(mesh: &MeshView) -> Vec<String> {
-    let tags = mesh.boundary_tags().filter(|tag| !tag.cells.is_empty());
-    let names: Vec<&str> = tags.map(|tag| tag.name.as_str()).collect();
-    Names::default().give_all(&names)
-}
-
-/// Cells are subregions. Nodes, and edges in space, would be too, but for the CGNS library's own checker,
-/// which wants subregions of cells or of faces.
+/// Cells are subregions. The CGNS library's own checker takes subregions of cells or of faces only, so that nodes, and
+/// edges in space, are user-defined data.
 fn add_region(draft: &mut Draft, zone: NodeIndex, name: &str, of: u8, mesh: u8) -> NodeIndex {
     if of + 1 < mesh {
-        return draft.group(zone, name, "UserDefinedData_t");
+        return draft.group(zone, (name, "UserDefinedData_t"));
     }
     let name = (name, "ZoneSubRegion_t");
-    draft.integers(zone, name, DataType::I4, &[1], &[of.into()])
+    draft.integers(zone, name, (Element::I32, &[1]), &[of.into()])
 }
 
 fn known_condition(group: &Group) -> Option<&str> {
@@ -103,7 +99,7 @@ fn add_points(
     parent: NodeIndex,
     group: &Group,
     mesh: &MeshView,
-    (numbering, kind): (&Numbering, DataType),
+    (numbering, integer): (&Numbering, Element),
 ) {
     let location = match group.dimension {
         0 => "Vertex",
@@ -111,28 +107,28 @@ fn add_points(
         2 if mesh.dimension() > 2 => "FaceCenter",
         _ => "CellCenter",
     };
-    let numbers = match group.dimension {
-        0 => nodes_of(group, mesh),
+    let numbers: CellSet = match group.dimension {
+        0 => {
+            let node = |cell| mesh.cells.get(cell).nodes[0] as usize;
+            group.cells.iter().map(node).collect()
+        }
         _ => numbering.elements(&group.cells),
     };
     let mut ranges = numbers.ranges();
     if let (Some(range), None) = (ranges.next(), ranges.next()) {
         let ends = [range.start as i64 + 1, range.end as i64];
-        let name = ("PointRange", "IndexRange_t");
-        draft.integers(parent, name, kind, &[1, 2], &ends);
+        draft.integers(
+            parent,
+            ("PointRange", "IndexRange_t"),
+            (integer, &[1, 2]),
+            &ends,
+        );
     } else {
         let list: Vec<i64> = numbers.iter().map(|cell| cell as i64 + 1).collect();
-        let name = ("PointList", "IndexArray_t");
-        draft.integers(parent, name, kind, &[1, list.len() as u64], &list);
+        let kind = (integer, &[1, list.len() as u64][..]);
+        draft.integers(parent, ("PointList", "IndexArray_t"), kind, &list);
     }
-    draft.text(parent, "GridLocation", "GridLocation_t", location);
-}
-
-fn nodes_of(group: &Group, mesh: &MeshView) -> CellSet {
-    let cells = group.cells.iter();
-    cells
-        .map(|cell| mesh.cells.get(cell).nodes[0] as usize)
-        .collect()
+    draft.text(parent, ("GridLocation", "GridLocation_t"), location);
 }
 
 /// Families of a base, one for each name of a group.
@@ -149,14 +145,8 @@ impl<'a> Families<'a> {
         let mut seen = BTreeSet::new();
         let names = mesh.groups.iter().map(|group| group.name.as_str());
         let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
-        let mut taken = Names::with([
-            super::ZONE,
-            super::TIMES,
-            super::SIMULATION,
-            "DataClass",
-            super::super::FIELD_ARRAYS,
-        ]);
-        let written = taken.give_all(&names);
+        let mut taken = Given::with([ZONE, TIMES, SIMULATION, "DataClass", FIELD_ARRAYS]);
+        let written = taken.give_all(&names, &RULE);
         Self {
             base,
             names: names.into_iter().zip(written).collect(),
@@ -169,15 +159,15 @@ impl<'a> Families<'a> {
     fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Notes) -> String {
         let (base, name) = (self.base, self.names[group.name.as_str()].clone());
         let family = *self.places.entry(name.clone()).or_insert_with(|| {
-            let family = draft.group(base, &name, "Family_t");
+            let family = draft.group(base, (&name, "Family_t"));
             // VTK's reader complains of a family without children.
-            draft.text(family, FULL_NAME, "Descriptor_t", &group.name);
+            draft.text(family, (FULL_NAME, "Descriptor_t"), &group.name);
             notes.extend(RULE.note("group", &group.name, &name));
             family
         });
         match (&group.condition, known_condition(group)) {
             (Some(_), Some(condition)) if self.with_condition.insert(family) => {
-                draft.text(family, "FamilyBC", "FamilyBC_t", condition);
+                draft.text(family, ("FamilyBC", "FamilyBC_t"), condition);
             }
             (Some(condition), None) => notes.push(Condition::Unknown {
                 condition: condition.clone(),

@@ -1,9 +1,9 @@
 //! A mesh as a CGNS file: one base, one zone, a section for each run of cells of one type.
 //!
 //! ```text
-//! plan      which cells make up which section; numbering: their numbers; names: what CGNS takes for a name
+//! plan      which cells make up which section, and the numbers of their elements
 //! sections  connectivity; faces: those of polyhedra, each once
-//! groups    boundary conditions, subregions, families; arrays: solutions; fields: of the mesh as a whole
+//! groups    boundary conditions, subregions, families; arrays: of solutions and of the mesh as a whole
 //! sequence  steps in one file; series: arrays that change
 //! draft     nodes with name, label and data -> HDF5
 //! ```
@@ -11,31 +11,27 @@
 mod arrays;
 mod draft;
 mod faces;
-mod fields;
 mod groups;
-mod names;
-mod numbering;
 mod plan;
 mod sections;
 pub(super) mod sequence;
 mod series;
 
 use super::super::{Precision, WriteOptions};
-use super::{CELL_ORDER, FromAdf};
+use super::{CELL_ORDER, FIELD_ARRAYS, FromAdf};
 use crate::formats::column::Data;
+use crate::formats::hdf5::Element;
+use crate::formats::names::{Given, Rule, cut};
 use crate::formats::{Notes, Out};
 use crate::mesh::{Coordinates, MeshView};
+use arrays::Array;
 use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::Result;
-use azimesh_core::geometry::vector::Vector;
+use draft::{Draft, NodeIndex};
+use faces::FaceTable;
+use plan::Numbering;
 pub(super) use plan::other_order;
 pub(in crate::formats) use sections::{list_elements, list_mixed};
-
-use draft::{DataType, Draft, NodeIndex};
-use faces::FaceTable;
-use names::Names;
-use numbering::Numbering;
-use plan::Planned;
 use std::slice::from_ref;
 
 /// Version of CGNS that is written: the first in which polygons have start offsets.
@@ -46,10 +42,30 @@ const ZONE: &str = "Zone";
 const TIMES: &str = "TimeIterValues";
 /// Name of the node that declares a sequence to be one in time.
 const SIMULATION: &str = "SimulationType";
-/// What numbers are measured in: whatever the mesh is.
+/// Units of numbers: those of the mesh.
 const UNITS: &str = "NormalizedByUnknownDimensional";
 /// Nodes whose coordinates are gathered at a time.
 const BLOCK: usize = 1 << 18;
+/// Bytes of the longest name.
+const LONGEST: usize = 32;
+
+/// The rule for names in CGNS.
+const RULE: Rule = Rule {
+    longest: LONGEST,
+    fit: fitting,
+    why: "names in CGNS have at most 32 characters of ASCII and no slash",
+};
+
+/// The start of a name, without what CGNS does not take.
+fn fitting(name: &str, longest: usize) -> String {
+    let is_allowed = |c: char| c != '/' && (c == ' ' || c.is_ascii_graphic());
+    let fitting = name.trim().replace(|c| !is_allowed(c), "_");
+    match cut(&fitting, longest).trim_end() {
+        "" => "unnamed".to_owned(),
+        "." | ".." => "_".to_owned(),
+        fitting => fitting.to_owned(),
+    }
+}
 
 /// Writes the mesh; returns a note for each thing that is not in the file.
 pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> Result<Notes> {
@@ -61,39 +77,44 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     let numbering = Numbering::of(mesh);
     let faces = FaceTable::of(mesh, &numbering);
     let is_flat = || mesh.points.iter().all(|point| point[2] == 0.0);
-    let mut static_part = Static::new(mesh, (&numbering, &faces), is_flat)?;
-    let (draft, zone) = (&mut static_part.draft, static_part.zone);
-    let grid = draft.group(zone, "GridCoordinates", "GridCoordinates_t");
-    add_coordinates(draft, grid, mesh, options, static_part.n_axes);
-    let mut notes = static_part.notes;
+    let mut fixed = Static::new(mesh, (&numbering, &faces), is_flat)?;
+    let (draft, zone) = (&mut fixed.draft, fixed.zone);
+    let grid = draft.group(zone, ("GridCoordinates", "GridCoordinates_t"));
+    add_coordinates(draft, grid, mesh, options, fixed.n_axes);
+    let mut notes = fixed.notes;
     notes.extend(flattened);
     notes.extend(from_adf.map(|_| Written::Hdf5ForAdf));
     notes.extend(sorted.iter().map(|_| Written::CellsByType));
-    fields::add(draft, static_part.base, &mesh.field_arrays, &mut notes);
+    let of_mesh = arrays::fields(&mesh.field_arrays, &mut notes);
+    let user_defined = (FIELD_ARRAYS, "UserDefinedData_t");
+    add_arrays(draft, fixed.base, user_defined, None, of_mesh);
     let everywhere = 0..mesh.points.len();
     let at_nodes = arrays::scalars(mesh, &mesh.point_arrays, from_ref(&everywhere), &mut notes);
-    add_solution(draft, zone, (arrays::AT_NODES, "Vertex"), &at_nodes);
+    let solution = (arrays::AT_NODES, "FlowSolution_t");
+    add_arrays(draft, zone, solution, Some("Vertex"), at_nodes);
     let cells = arrays::volume_cells(mesh);
     let at_cells = arrays::scalars(mesh, &mesh.cell_arrays, &cells, &mut notes);
-    add_solution(draft, zone, (arrays::AT_CELLS, "CellCenter"), &at_cells);
+    let solution = (arrays::AT_CELLS, "FlowSolution_t");
+    add_arrays(draft, zone, solution, Some("CellCenter"), at_cells);
     draft.tree().write(out)?;
     Ok(notes)
 }
 
-fn add_solution<'a>(
+fn add_arrays<'a>(
     draft: &mut Draft<'a>,
-    zone: NodeIndex,
-    (name, location): (&str, &str),
-    scalars: &[arrays::Scalar<'a>],
+    parent: NodeIndex,
+    name: draft::Name,
+    location: Option<&str>,
+    arrays: Vec<Array<'a>>,
 ) {
-    if scalars.is_empty() {
+    if arrays.is_empty() {
         return;
     }
-    let solution = draft.group(zone, name, "FlowSolution_t");
-    draft.text(solution, "GridLocation", "GridLocation_t", location);
-    for scalar in scalars {
-        scalar.add(draft, solution);
+    let node = draft.group(parent, name);
+    if let Some(location) = location {
+        draft.text(node, ("GridLocation", "GridLocation_t"), location);
     }
+    arrays.into_iter().for_each(|array| array.add(draft, node));
 }
 
 /// Writes all but coordinates, solutions and field arrays.
@@ -107,7 +128,7 @@ struct Static<'a> {
 }
 
 impl<'a> Static<'a> {
-    /// Of a mesh; `is_flat` tells whether all nodes of one of less than three dimensions lie in the plane z = 0.
+    /// Of a mesh; `is_flat` finds whether all nodes are in the plane z = 0, for cells of less than three dimensions.
     fn new(
         mesh: &'a MeshView<'a>,
         (numbering, faces): (&Numbering, &'a FaceTable),
@@ -115,47 +136,53 @@ impl<'a> Static<'a> {
     ) -> Result<Self> {
         let mut notes = Notes::default();
         let dimension = mesh.dimension().max(1);
-        let n_axes = match dimension {
-            3 => 3,
-            _ if is_flat() => 2,
-            _ => 3,
-        };
-        let mut names = Names::of_zone();
+        let n_axes = if dimension < 3 && is_flat() { 2 } else { 3 };
+        let mut names = Given::with([
+            "ZoneType",
+            "GridCoordinates",
+            "ZoneBC",
+            "ZoneGridConnectivity",
+            "ZoneIterativeData",
+            "ArbitraryGridMotion",
+            arrays::AT_NODES,
+            arrays::AT_CELLS,
+            CELL_ORDER,
+        ]);
         let mut sections = plan::sections(mesh, &mut names)?;
-        // VTK's reader wants those of cells first in the file as well.
+        // VTK's reader expects the sections of cells first in the file as well.
         sections.sort_by_key(|section| numbering.element(section.cells.start));
-        let kind = index_kind(mesh, faces);
+        let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.nodes.len();
+        let last_face = faces.first_element + faces.len();
+        let integer = draft::integers_for(entries.max(mesh.points.len()).max(last_face));
         let mut draft = Draft::default();
-        draft.version(VERSION);
+        let name = ("CGNSLibraryVersion", "CGNSLibraryVersion_t");
+        draft.data(None, name, (Element::F32, &[1]), Data::owned(&[VERSION]));
         let sizes = [i64::from(dimension), n_axes as i64];
-        let name = ("Base", "CGNSBase_t");
-        let base = draft.integers(None, name, DataType::I4, &[2], &sizes);
-        draft.text(base, "DataClass", "DataClass_t", UNITS);
+        let base = draft.integers(None, ("Base", "CGNSBase_t"), (Element::I32, &[2]), &sizes);
+        draft.text(base, ("DataClass", "DataClass_t"), UNITS);
         let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
         let n_cells = if mesh.dimension() == 0 { 0 } else { n_cells };
         let sizes = [mesh.points.len() as i64, n_cells as i64, 0];
-        let zone = draft.integers(base, (ZONE, "Zone_t"), kind, &[1, 3], &sizes);
-        draft.text(zone, "ZoneType", "ZoneType_t", "Unstructured");
+        let zone = draft.integers(base, (ZONE, "Zone_t"), (integer, &[1, 3]), &sizes);
+        draft.text(zone, ("ZoneType", "ZoneType_t"), "Unstructured");
         for section in &sections {
             let first = numbering.element(section.cells.start);
-            sections::add(&mut draft, zone, (section, first), mesh, faces, kind);
+            sections::add(&mut draft, zone, (section, first), mesh, faces, integer);
         }
         if !numbering.is_order_of_cells() {
-            add_order(&mut draft, zone, &sections, kind);
+            // The first cell of each section, so that cells come back in the order of the mesh.
+            let first = sections.iter().map(|section| section.cells.start as i64);
+            let first: Vec<i64> = first.collect();
+            let order = draft.group(zone, (CELL_ORDER, "UserDefinedData_t"));
+            let list = (integer, &[first.len() as u64][..]);
+            draft.integers(order, ("FirstCell", "DataArray_t"), list, &first);
         }
         if faces.len() > 0 {
-            let name = names.give("NGON_n");
-            sections::add_faces(&mut draft, zone, &name, faces, kind);
+            let name = names.give("NGON_n", &RULE);
+            sections::add_faces(&mut draft, zone, &name, faces, integer);
         }
-        let numbers = (numbering, kind);
-        groups::add(
-            &mut draft,
-            (base, zone),
-            mesh,
-            &mut names,
-            numbers,
-            &mut notes,
-        );
+        let to = (&mut draft, base, zone);
+        groups::add(to, mesh, &mut names, (numbering, integer), &mut notes);
         arrays::note_boundary_values(mesh, &mut notes);
         Ok(Self {
             draft,
@@ -167,35 +194,7 @@ impl<'a> Static<'a> {
     }
 }
 
-/// Adds the first cell of each section, so that cells come back in the order of the mesh.
-fn add_order(draft: &mut Draft, zone: NodeIndex, sections: &[Planned], kind: DataType) {
-    let first = sections.iter().map(|section| section.cells.start as i64);
-    let first: Vec<i64> = first.collect();
-    let order = draft.group(zone, CELL_ORDER, "UserDefinedData_t");
-    let name = ("FirstCell", "DataArray_t");
-    draft.integers(order, name, kind, &[first.len() as u64], &first);
-}
-
-/// The type of integers in which all numbers of nodes, elements and entries fit.
-fn index_kind(mesh: &MeshView, faces: &FaceTable) -> DataType {
-    let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.n_entries();
-    let largest = entries
-        .max(mesh.points.len())
-        .max(faces.first_element() + faces.len());
-    match i32::try_from(largest) {
-        Ok(_) => DataType::I4,
-        Err(_) => DataType::I8,
-    }
-}
-
-/// Says that an array holds lengths.
-fn add_length_exponents(draft: &mut Draft, array: NodeIndex) {
-    let exponents = [0.0, 1.0, 0.0, 0.0, 0.0];
-    let name = ("DimensionalExponents", "DimensionalExponents_t");
-    draft.reals(array, name, &exponents);
-}
-
-/// Adds the arrays of coordinates to a grid.
+/// Adds the arrays of coordinates, which are lengths, to a grid.
 fn add_coordinates<'a>(
     draft: &mut Draft<'a>,
     grid: NodeIndex,
@@ -205,32 +204,52 @@ fn add_coordinates<'a>(
 ) {
     let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
     let is_single = options.precision == Precision::F32;
-    let kind = match is_single {
-        true => DataType::R4,
-        false => DataType::R8,
+    let element = if is_single {
+        Element::F32
+    } else {
+        Element::F64
     };
-    let n = mesh.points.len();
+    let points = mesh.points;
     for (axis, name) in names.into_iter().enumerate().take(n_axes) {
-        let name = (name, "DataArray_t");
         let numbers = Coordinates::new(Some(axis), is_single);
         let data = match mesh.coordinates_apart(numbers) {
             Some(numbers) => Data::Remote(numbers),
-            None => listed(numbers, mesh.points),
+            None => Data::made(move |sink| {
+                let mut bytes = Vec::new();
+                for block in points.chunks(BLOCK) {
+                    bytes.clear();
+                    numbers.append(block, &mut bytes);
+                    sink(&bytes)?;
+                }
+                Ok(())
+            }),
         };
-        let node = draft.data(grid, name, kind, &[n as u64], data);
-        add_length_exponents(draft, node);
+        let kind = (element, &[points.len() as u64][..]);
+        let node = draft.data(grid, (name, "DataArray_t"), kind, data);
+        let exponents = Data::owned(&[0.0, 1.0, 0.0, 0.0, 0.0]);
+        let name = ("DimensionalExponents", "DimensionalExponents_t");
+        draft.data(node, name, (Element::F64, &[5]), exponents);
     }
 }
 
-/// The coordinates of nodes.
-fn listed(numbers: Coordinates, points: &[Vector]) -> Data<'_> {
-    Data::made(move |sink| {
-        let mut bytes = Vec::new();
-        for block in points.chunks(BLOCK) {
-            bytes.clear();
-            numbers.append(block, &mut bytes);
-            sink(&bytes)?;
-        }
-        Ok(())
-    })
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_names_are_cut_and_stay_unique() {
+        let mut names = Given::default();
+        let long = "a boundary with a name of more than 32 bytes";
+        let mut give = |name: &str| names.give(name, &RULE);
+        assert_eq!(give("hub"), "hub");
+        assert_eq!(give(long), "a boundary with a name of more t");
+        assert_eq!(give(long), "a boundary with a name of more_2");
+        assert_eq!(give("a/b"), "a_b");
+        assert_eq!(give("a_b"), "a_b_2");
+        assert_eq!(give("a_b_3"), "a_b_3");
+        assert_eq!(give("a_b"), "a_b_4");
+        assert_eq!(give("  "), "unnamed");
+        assert_eq!(give("Fläche é"), "Fl_che _");
+        assert_eq!(give("Flüche è"), "Fl_che __2");
+    }
 }

@@ -1,9 +1,11 @@
-//! Which cells make up which section. Every cell is one element; `numbering` has their numbers. Faces of
-//! polyhedra that are no cells follow.
+//! Which cells make up which section, and the numbers of their elements. Every cell is one element. Faces of polyhedra
+//! that are no cells follow.
 
+use super::super::builder::set_of;
 use super::super::element::ElementType;
-use super::names::Names;
-use crate::mesh::{CellKind, CellRun, Group, Mesh, MeshView};
+use super::RULE;
+use crate::formats::names::Given;
+use crate::mesh::{CellKind, CellRun, CellSet, Group, Mesh, MeshView};
 use azimesh_core::error::{Error, Result, option};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -52,15 +54,19 @@ pub fn other_order(mesh: &MeshView) -> Result<Option<Vec<usize>>> {
         return Ok(None);
     }
     let dimension = mesh.dimension();
-    let mut kinds: Vec<(Form, u8)> = Vec::new();
-    let mut ranks = Vec::with_capacity(mesh.cells.len());
+    let mut kinds = Vec::new();
+    let mut pieces = Vec::new();
     for run in mesh.cells.runs() {
-        let form = (form(mesh, &run, dimension)?, run.kind.dimension());
-        ranks.resize(ranks.len() + run.n_cells(), rank(&mut kinds, form));
+        let kind = (form(mesh, &run, dimension)?, run.kind.dimension());
+        pieces.push((rank(&mut kinds, kind), run.range()));
     }
-    let mut order: Vec<usize> = (0..ranks.len()).collect();
-    order.sort_by_key(|cell| ranks[*cell]);
-    Ok(Some(order))
+    Ok(Some(in_order(pieces)))
+}
+
+/// The cells of pieces in the order of their ranks.
+fn in_order(mut pieces: Vec<(usize, Range<usize>)>) -> Vec<usize> {
+    pieces.sort_by_key(|(rank, _)| *rank);
+    pieces.into_iter().flat_map(|(_, cells)| cells).collect()
 }
 
 /// The place of a value among those that are known; a new one is added.
@@ -115,8 +121,7 @@ fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
     if classes.len() > MOST_SECTIONS || pieces.len() <= MOST_PIECES * classes.len() {
         return None;
     }
-    pieces.sort_by_key(|(class, cells)| (*class, cells.start));
-    Some(pieces.into_iter().flat_map(|(_, cells)| cells).collect())
+    Some(in_order(pieces))
 }
 
 /// Consecutive cells that are a section, or several where groups begin and end.
@@ -126,15 +131,12 @@ fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
     let dimension = mesh.dimension();
     let mut stretches: Vec<Stretch> = Vec::new();
     for run in mesh.cells.runs() {
-        let (form, range) = (
-            form(mesh, &run, dimension)?,
-            run.first_cell..run.first_cell + run.n_cells(),
-        );
+        let (form, of) = (form(mesh, &run, dimension)?, run.kind.dimension());
         match stretches.last_mut() {
-            Some((last, of, cells)) if *last == form && *of == run.kind.dimension() => {
-                cells.end = range.end;
+            Some((last, other, cells)) if (*last, *other) == (form, of) => {
+                cells.end = run.range().end;
             }
-            _ => stretches.push((form, run.kind.dimension(), range)),
+            _ => stretches.push((form, of, run.range())),
         }
     }
     if stretches.len() > MOST_SECTIONS {
@@ -144,19 +146,19 @@ fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
 }
 
 /// The sections of a mesh, in the order of its cells.
-pub(super) fn sections(mesh: &MeshView, names: &mut Names) -> Result<Vec<Planned>> {
-    let cuts = cuts(mesh);
+pub(super) fn sections(mesh: &MeshView, names: &mut Given) -> Result<Vec<Planned>> {
+    let dimension = mesh.dimension();
+    let (zones, others) = mesh.groups.iter().partition(|g| g.dimension == dimension);
+    let mut cuts = cuts(others);
+    cuts.extend(self::cuts(zones));
     let mut sections = Vec::new();
     for (form, _, cells) in stretches(mesh)? {
         let inside = cuts.range(cells.start + 1..cells.end.max(cells.start + 1));
         let mut start = cells.start;
         for end in inside.copied().chain([cells.end]) {
-            let name = names.give(&name(mesh, form, start..end));
-            sections.push(Planned {
-                name,
-                form,
-                cells: start..end,
-            });
+            let cells = start..end;
+            let name = names.give(name(mesh, form, cells.clone()), &RULE);
+            sections.push(Planned { name, form, cells });
             start = end;
         }
     }
@@ -179,27 +181,25 @@ fn mixed(stretches: Vec<Stretch>) -> Vec<Stretch> {
     joined
 }
 
-/// The form of a run of cells of a mesh of this dimension. VTK's reader counts edges and points of a solid mesh as cells unless they are in a MIXED
-/// section after all cells.
+/// The form of a run of cells of a mesh of this dimension. VTK's reader counts edges and points of a solid mesh as cells
+/// unless they are in a MIXED section after all cells.
 fn form(mesh: &MeshView, run: &CellRun, dimension: u8) -> Result<Form> {
-    let is_far_below = run.kind.dimension() + 1 < dimension;
-    match run.kind {
-        kind if is_polygon(mesh, kind) => Ok(Form::Polygons),
-        CellKind::Polyhedron => Ok(Form::Polyhedra),
-        kind => ElementType::of(kind, run.n_nodes)
-            .map(|element| match is_far_below {
-                true => Form::Mixed,
-                false => Form::Fixed(element),
-            })
-            .ok_or_else(|| {
-                Error::input(format!(
-                    "cell {} is a {} with {} nodes, which CGNS cannot hold; {} keeps only corner nodes",
-                    run.first_cell,
-                    kind.name(),
-                    run.n_nodes,
-                    option("linearize")
-                ))
-            }),
+    if is_polygon(mesh, run.kind) {
+        return Ok(Form::Polygons);
+    }
+    if run.kind == CellKind::Polyhedron {
+        return Ok(Form::Polyhedra);
+    }
+    match ElementType::of(run.kind, run.n_nodes) {
+        Some(_) if run.kind.dimension() + 1 < dimension => Ok(Form::Mixed),
+        Some(element) => Ok(Form::Fixed(element)),
+        None => Err(Error::input(format!(
+            "cell {} is a {} with {} nodes, which CGNS cannot hold; {} keeps only corner nodes",
+            run.first_cell,
+            run.kind.name(),
+            run.n_nodes,
+            option("linearize")
+        ))),
     }
 }
 
@@ -213,29 +213,12 @@ pub(super) fn is_polygon(mesh: &MeshView, kind: CellKind) -> bool {
     }
 }
 
-/// Cells at which a group begins or ends.
-fn cuts(mesh: &MeshView) -> BTreeSet<usize> {
-    let dimension = mesh.dimension();
-    let (zones, others) = mesh.groups.iter().partition(|g| g.dimension == dimension);
-    let mut cuts = cuts_of(others);
-    cuts.extend(cuts_of(zones));
-    cuts
-}
-
 /// Cells at which one of some groups begins or ends; none where these are too many.
-fn cuts_of(groups: Vec<&Group>) -> BTreeSet<usize> {
-    let mut cuts = BTreeSet::new();
-    for group in groups {
-        if group.cells.ranges().len() > MOST_CUTS {
-            continue;
-        }
-        cuts.extend(
-            group
-                .cells
-                .ranges()
-                .flat_map(|range| [range.start, range.end]),
-        );
-    }
+fn cuts(groups: Vec<&Group>) -> BTreeSet<usize> {
+    let groups = groups.into_iter();
+    let few = groups.filter(|group| group.cells.ranges().len() <= MOST_CUTS);
+    let ranges = few.flat_map(|group| group.cells.ranges());
+    let mut cuts: BTreeSet<usize> = ranges.flat_map(|range| [range.start, range.end]).collect();
     if cuts.len() > MOST_CUTS {
         cuts.clear();
     }
@@ -243,24 +226,82 @@ fn cuts_of(groups: Vec<&Group>) -> BTreeSet<usize> {
 }
 
 /// A section of the cells of one group is called by it, another by its type.
-fn name(mesh: &MeshView, form: Form, cells: Range<usize>) -> String {
+fn name<'a>(mesh: &MeshView<'a>, form: Form, cells: Range<usize>) -> &'a str {
     let mut groups = mesh.groups.iter();
-    if let Some(group) = groups.find(|group| group.cells.contains_range(cells.clone())) {
-        return group.name.clone();
+    let group = groups.find(|group| group.cells.contains_range(cells.clone()));
+    match (group, form) {
+        (Some(group), _) => &group.name,
+        (_, Form::Fixed(element)) => element.name,
+        (_, Form::Mixed) => "MIXED",
+        (_, Form::Polygons) => "NGON_n",
+        (_, Form::Polyhedra) => "NFACE_n",
     }
-    let name = match form {
-        Form::Fixed(element) => element.name,
-        Form::Mixed => "MIXED",
-        Form::Polygons => "NGON_n",
-        Form::Polyhedra => "NFACE_n",
-    };
-    name.to_owned()
+}
+
+/// Numbers of elements: cells of the mesh's own dimension first, then cells of one dimension less, and so on, each in
+/// the order of the mesh. VTK's reader takes the first elements of a zone, as many as it has cells, for its cells.
+pub(super) struct Numbering {
+    /// Runs of cells of one dimension, with the number of their first one, in the order of the mesh.
+    runs: Vec<(Range<usize>, u8, usize)>,
+}
+
+impl Numbering {
+    /// Of the cells of a mesh.
+    pub fn of(mesh: &MeshView) -> Self {
+        let mut runs: Vec<(Range<usize>, u8, usize)> = Vec::new();
+        for run in mesh.cells.runs() {
+            let (range, of) = (run.range(), run.kind.dimension());
+            match runs.last_mut() {
+                Some((last, dimension, _)) if *dimension == of => last.end = range.end,
+                _ => runs.push((range, of, 0)),
+            }
+        }
+        let mut next = 1;
+        for dimension in (0..=3).rev() {
+            for (range, _, first) in runs.iter_mut().filter(|(_, of, _)| *of == dimension) {
+                *first = next;
+                next += range.len();
+            }
+        }
+        Self { runs }
+    }
+
+    /// Whether elements come in the order of the cells.
+    pub fn is_order_of_cells(&self) -> bool {
+        let mut runs = self.runs.iter();
+        runs.all(|(cells, _, first)| cells.start + 1 == *first)
+    }
+
+    /// The number of a cell.
+    ///
+    /// # Panics
+    /// When there is no such cell.
+    pub fn element(&self, cell: usize) -> usize {
+        let at = self.runs.partition_point(|(cells, ..)| cells.end <= cell);
+        let (cells, _, first) = &self.runs[at];
+        first + cell - cells.start
+    }
+
+    /// The numbers of some cells, each less 1.
+    pub fn elements(&self, cells: &CellSet) -> CellSet {
+        let mut found: Vec<Range<usize>> = Vec::new();
+        for range in cells.ranges() {
+            let from = self
+                .runs
+                .partition_point(|(run, ..)| run.end <= range.start);
+            let runs = self.runs[from..].iter();
+            for (run, _, first) in runs.take_while(|(run, ..)| run.start < range.end) {
+                let (start, end) = (range.start.max(run.start), range.end.min(run.end));
+                found.push(first - 1 + start - run.start..first - 1 + end - run.start);
+            }
+        }
+        set_of(found)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::faces::FaceTable;
-    use super::super::numbering::Numbering;
     use super::*;
 
     /// A row of quadrilaterals, whose edges below and above take turns in `n` pieces of three tags.
@@ -287,7 +328,7 @@ mod tests {
     }
 
     fn names(mesh: &MeshView) -> Vec<String> {
-        let sections = sections(mesh, &mut Names::default()).expect("it can be written");
+        let sections = sections(mesh, &mut Given::default()).expect("it can be written");
         sections.into_iter().map(|section| section.name).collect()
     }
 
@@ -348,11 +389,38 @@ mod tests {
         mesh.cells.push(CellKind::Triangle, &faces[0]);
         mesh.cells.push(CellKind::Triangle, &faces[1]);
         let view = mesh.view();
-        let sections = sections(&view, &mut Names::default()).expect("it can be written");
+        let sections = sections(&view, &mut Given::default()).expect("it can be written");
         let forms: Vec<Form> = sections.iter().map(|section| section.form).collect();
         assert_eq!(forms, [Form::Polyhedra, Form::Polygons]);
         let table = FaceTable::of(&view, &Numbering::of(&view));
         assert_eq!(table.len(), 2);
         assert_eq!(table.of_polyhedron(&view, 0), [2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn cells_come_before_faces_and_edges_and_keep_their_order() {
+        let mut mesh = Mesh {
+            points: vec![[0.0; 3]; 4],
+            ..Mesh::default()
+        };
+        mesh.cells.push(CellKind::Vertex, &[0]);
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+        mesh.cells.push(CellKind::Line, &[0, 1]);
+        mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 3, 2]);
+        mesh.cells.push(CellKind::Triangle, &[0, 1, 3]);
+        let numbering = Numbering::of(&mesh.view());
+        let numbers: Vec<usize> = (0..6).map(|cell| numbering.element(cell)).collect();
+        assert_eq!(numbers, [6, 3, 1, 5, 2, 4]);
+        assert!(!numbering.is_order_of_cells());
+        let all = [1, 2, 4, 5].into_iter().collect();
+        let numbers: Vec<usize> = numbering.elements(&all).iter().collect();
+        assert_eq!(numbers, [0, 1, 2, 3]);
+        let last = mesh.cells.select([2, 4, 1, 5, 3, 0]);
+        let ordered = Mesh {
+            cells: last,
+            ..mesh
+        };
+        assert!(Numbering::of(&ordered.view()).is_order_of_cells());
     }
 }

@@ -1,13 +1,15 @@
 //! Sections of elements: connectivity in CGNS's node order, counted from 1.
 
 use super::super::element::{ElementType, MIXED, NFACE_N, NGON_N};
-use super::draft::{DataType, Draft, NodeIndex};
-use super::faces::FaceTable;
+use super::draft::{Draft, NodeIndex};
+use super::faces::{FaceTable, n_faces};
 use super::plan::{Form, Planned};
 use crate::formats::column::{Data, Sink, stream_integers};
+use crate::formats::hdf5::Element;
 use crate::mesh::{CellKind, CellRun, Cells, Listing, MeshView, NodesOfCells};
 use azimesh_core::error::Result;
 use azimesh_core::parallel::for_blocks;
+use std::iter::once;
 use std::ops::Range;
 
 /// Cells made into elements at a time.
@@ -20,64 +22,75 @@ pub(super) fn add<'a>(
     (planned, first): (&Planned, usize),
     mesh: &'a MeshView<'a>,
     faces: &'a FaceTable,
-    kind: DataType,
+    integer: Element,
 ) {
-    let cells = planned.cells.clone();
-    let (number, n_boundary) = match planned.form {
-        Form::Fixed(element) => (element.number, 0),
-        Form::Mixed => (MIXED, 0),
-        Form::Polygons if mesh.cells.has_polyhedra() => (NGON_N, cells.len() as i64),
-        Form::Polygons => (NGON_N, 0),
-        Form::Polyhedra => (NFACE_N, 0),
+    let (is_wide, cells) = (integer == Element::I64, planned.cells.clone());
+    let number = match planned.form {
+        Form::Fixed(element) => element.number,
+        Form::Mixed => MIXED,
+        Form::Polygons => NGON_N,
+        Form::Polyhedra => NFACE_N,
     };
-    let range = [first as i64, (first + cells.len() - 1) as i64];
+    let is_boundary = number == NGON_N && mesh.cells.has_polyhedra();
+    let n_boundary = if is_boundary { cells.len() } else { 0 };
+    let name = &planned.name;
     let section = header(
         draft,
         zone,
-        &planned.name,
-        (number, n_boundary),
-        range,
-        kind,
+        name,
+        [number, n_boundary as i64],
+        integer,
+        (first, cells.len()),
     );
-    let (n, offsets): (usize, Option<Data>) = match planned.form {
-        Form::Fixed(element) => (cells.len() * element.n_nodes, None),
+    let n = match planned.form {
+        Form::Fixed(element) => cells.len() * element.n_nodes,
         _ => {
-            let sizes = move |emit: &mut dyn FnMut(usize)| sizes(mesh, cells.clone(), number, emit);
-            let mut n = 0;
-            sizes(&mut |size| n += size);
-            (n, Some(offsets(kind, sizes)))
+            let cells = cells.clone();
+            let sizes = move || sizes(mesh, cells.clone(), number);
+            let offsets = Data::made(move |sink| {
+                let mut end = 0;
+                let ends = sizes().map(|size| {
+                    end += size as i64;
+                    end
+                });
+                stream_integers(once(0).chain(ends), is_wide, sink)
+            });
+            let kind = (integer, &[planned.cells.len() as u64 + 1][..]);
+            draft.data(
+                section,
+                ("ElementStartOffset", "DataArray_t"),
+                kind,
+                offsets,
+            );
+            self::sizes(mesh, planned.cells.clone(), number).sum()
         }
     };
-    if let Some(offsets) = offsets {
-        let name = ("ElementStartOffset", "DataArray_t");
-        let sizes = [planned.cells.len() as u64 + 1];
-        draft.data(section, name, kind, &sizes, offsets);
-    }
-    let name = ("ElementConnectivity", "DataArray_t");
-    let cells = planned.cells.clone();
-    let listing = match planned.form {
-        Form::Mixed => Listing::CgnsMixed,
-        _ => Listing::Cgns,
+    let listing = if number == MIXED {
+        Listing::CgnsMixed
+    } else {
+        Listing::Cgns
     };
-    let is_wide = kind == DataType::I8;
-    let numbers = NodesOfCells::new(cells.clone(), listing, is_wide);
-    if let Some(numbers) = mesh.nodes_apart(numbers) {
-        draft.data(section, name, kind, &[n as u64], Data::Remote(numbers));
-        return;
-    }
+    let remote = mesh.nodes_apart(NodesOfCells::new(cells.clone(), listing, is_wide));
     let own = |node| node;
-    let data = match planned.form {
-        Form::Fixed(_) | Form::Polygons => {
-            Data::made(move |sink| list_elements(mesh.cells, cells.clone(), is_wide, &own, sink))
-        }
-        Form::Mixed => {
+    let data = match (remote, planned.form) {
+        (Some(numbers), _) => Data::Remote(numbers),
+        (_, Form::Mixed) => {
             Data::made(move |sink| list_mixed(mesh.cells, cells.clone(), is_wide, &own, sink))
         }
-        Form::Polyhedra => {
-            Data::made(move |sink| polyhedra(mesh, cells.clone(), faces, kind, sink))
-        }
+        (_, Form::Polyhedra) => Data::made(move |sink| {
+            let of_cells = cells
+                .clone()
+                .flat_map(|cell| faces.of_polyhedron(mesh, cell));
+            stream_integers(of_cells.copied(), is_wide, sink)
+        }),
+        _ => Data::made(move |sink| list_elements(mesh.cells, cells.clone(), is_wide, &own, sink)),
     };
-    draft.data(section, name, kind, &[n as u64], data);
+    draft.data(
+        section,
+        ("ElementConnectivity", "DataArray_t"),
+        (integer, &[n as u64]),
+        data,
+    );
 }
 
 /// Adds the section of those faces of polyhedra that are no cells.
@@ -86,80 +99,73 @@ pub(super) fn add_faces<'a>(
     zone: NodeIndex,
     name: &str,
     faces: &'a FaceTable,
-    kind: DataType,
+    integer: Element,
 ) {
-    let first = faces.first_element() as i64;
-    let range = [first, first + faces.len() as i64 - 1];
-    let section = header(draft, zone, name, (NGON_N, 0), range, kind);
-    let sizes = move |emit: &mut dyn FnMut(usize)| faces.iter().for_each(|face| emit(face.len()));
-    let name = ("ElementStartOffset", "DataArray_t");
-    let n = [faces.len() as u64 + 1];
-    draft.data(section, name, kind, &n, offsets(kind, sizes));
-    let nodes = Data::made(move |sink| {
-        let mut buffer = Buffer::new(kind, sink);
-        for face in faces.iter() {
-            face.iter()
-                .try_for_each(|&node| buffer.push(i64::from(node) + 1))?;
-        }
-        buffer.flush()
+    let is_wide = integer == Element::I64;
+    let elements = (faces.first_element, faces.len());
+    let section = header(draft, zone, name, [NGON_N, 0], integer, elements);
+    let offsets = Data::made(move |sink| {
+        stream_integers(
+            faces.starts.iter().map(|start| *start as i64),
+            is_wide,
+            sink,
+        )
     });
-    let name = ("ElementConnectivity", "DataArray_t");
-    let n = [faces.n_entries() as u64];
-    draft.data(section, name, kind, &n, nodes);
+    let n = faces.starts.len() as u64;
+    draft.data(
+        section,
+        ("ElementStartOffset", "DataArray_t"),
+        (integer, &[n]),
+        offsets,
+    );
+    let nodes = Data::made(move |sink| {
+        stream_integers(
+            faces.nodes.iter().map(|node| i64::from(*node) + 1),
+            is_wide,
+            sink,
+        )
+    });
+    let n = faces.nodes.len() as u64;
+    draft.data(
+        section,
+        ("ElementConnectivity", "DataArray_t"),
+        (integer, &[n]),
+        nodes,
+    );
 }
 
+/// Adds a section of `n` elements without their nodes; `data` is the type and the number of boundary elements.
 fn header(
     draft: &mut Draft,
     zone: NodeIndex,
     name: &str,
-    (number, n_boundary): (i64, i64),
-    range: [i64; 2],
-    kind: DataType,
+    data: [i64; 2],
+    integer: Element,
+    (first, n): (usize, usize),
 ) -> NodeIndex {
-    let data = [number, n_boundary];
-    let section = draft.integers(zone, (name, "Elements_t"), DataType::I4, &[2], &data);
-    let name = ("ElementRange", "IndexRange_t");
-    draft.integers(section, name, kind, &[2], &range);
+    let section = draft.integers(zone, (name, "Elements_t"), (Element::I32, &[2]), &data);
+    let range = [first as i64, (first + n) as i64 - 1];
+    draft.integers(
+        section,
+        ("ElementRange", "IndexRange_t"),
+        (integer, &[2]),
+        &range,
+    );
     section
 }
 
 /// Entries of each element.
-fn sizes(mesh: &MeshView, cells: Range<usize>, number: i64, emit: &mut dyn FnMut(usize)) {
-    for run in mesh.cells.runs_in(cells) {
-        for i in 0..run.n_cells() {
-            emit(match number {
-                NFACE_N => n_faces(mesh, run.first_cell + i),
-                MIXED => run.n_nodes + 1,
-                _ => run.n_nodes,
-            });
-        }
-    }
-}
-
-fn n_faces(mesh: &MeshView, cell: usize) -> usize {
-    let stream = mesh.cells.face_stream(cell);
-    stream
-        .and_then(|stream| stream.first())
-        .map_or(0, |&n| n as usize)
-}
-
-fn offsets<'a>(
-    kind: DataType,
-    sizes: impl Fn(&mut dyn FnMut(usize)) + Send + Sync + 'a,
-) -> Data<'a> {
-    Data::made(move |sink| {
-        let mut buffer = Buffer::new(kind, sink);
-        buffer.push(0)?;
-        let mut offset = 0;
-        let mut pushed = Ok(());
-        sizes(&mut |size| {
-            offset += size as i64;
-            if pushed.is_ok() {
-                pushed = buffer.push(offset);
-            }
-        });
-        pushed?;
-        buffer.flush()
+fn sizes<'a>(
+    mesh: &'a MeshView<'a>,
+    cells: Range<usize>,
+    number: i64,
+) -> impl Iterator<Item = usize> + 'a {
+    mesh.cells.runs_in(cells).flat_map(move |run| {
+        run.range().map(move |cell| match number {
+            NFACE_N => n_faces(mesh, cell),
+            MIXED => run.n_nodes + 1,
+            _ => run.n_nodes,
+        })
     })
 }
 
@@ -172,22 +178,15 @@ pub fn list_elements(
     sink: Sink,
 ) -> Result<()> {
     for run in cells.runs_in(range) {
-        let order = order(&run);
+        let (order, n) = (order(&run), run.n_nodes);
         let order = order.as_deref();
-        for block in run.connectivity.chunks(BLOCK * 8 * run.n_nodes) {
-            match is_wide {
-                true => sink(bytemuck::cast_slice(&numbers(
-                    block,
-                    order,
-                    run.n_nodes,
-                    |n| i64::from(number(n)) + 1,
-                )))?,
-                false => sink(bytemuck::cast_slice(&numbers(
-                    block,
-                    order,
-                    run.n_nodes,
-                    |n| (number(n) + 1) as i32,
-                )))?,
+        for block in run.connectivity.chunks(BLOCK * 8 * n) {
+            if is_wide {
+                let numbers = numbers(block, order, n, |node| i64::from(number(node)) + 1);
+                sink(bytemuck::cast_slice(&numbers))?;
+            } else {
+                let numbers = numbers(block, order, n, |node| (number(node) + 1) as i32);
+                sink(bytemuck::cast_slice(&numbers))?;
             }
         }
     }
@@ -237,66 +236,18 @@ pub fn list_mixed(
     number: &(dyn Fn(u32) -> u32 + Sync),
     sink: Sink,
 ) -> Result<()> {
-    let kind = match is_wide {
-        true => DataType::I8,
-        false => DataType::I4,
-    };
-    let mut buffer = Buffer::new(kind, sink);
+    let mut numbers: Vec<i64> = Vec::with_capacity(BLOCK);
     for run in cells.runs_in(range) {
         let element = ElementType::of(run.kind, run.n_nodes).expect("the plan has looked at it");
         let order = element.cgns_from_vtk();
+        let order = order.unwrap_or_else(|| (0..run.n_nodes).collect());
         for nodes in run.cells() {
-            buffer.push(element.number)?;
-            for i in 0..nodes.len() {
-                let from = order.as_ref().map_or(i, |order| order[i]);
-                buffer.push(i64::from(number(nodes[from])) + 1)?;
+            numbers.push(element.number);
+            numbers.extend(order.iter().map(|&from| i64::from(number(nodes[from])) + 1));
+            if numbers.len() >= BLOCK {
+                stream_integers(numbers.drain(..), is_wide, sink)?;
             }
         }
     }
-    buffer.flush()
-}
-
-fn polyhedra(
-    mesh: &MeshView,
-    cells: Range<usize>,
-    faces: &FaceTable,
-    kind: DataType,
-    sink: Sink,
-) -> Result<()> {
-    let mut buffer = Buffer::new(kind, sink);
-    for cell in cells {
-        for &face in faces.of_polyhedron(mesh, cell) {
-            buffer.push(face)?;
-        }
-    }
-    buffer.flush()
-}
-
-/// Gathers integers into blocks of bytes.
-struct Buffer<'s> {
-    kind: DataType,
-    numbers: Vec<i64>,
-    sink: Sink<'s>,
-}
-
-impl<'s> Buffer<'s> {
-    fn new(kind: DataType, sink: Sink<'s>) -> Self {
-        Self {
-            kind,
-            numbers: Vec::with_capacity(BLOCK),
-            sink,
-        }
-    }
-
-    fn push(&mut self, number: i64) -> Result<()> {
-        self.numbers.push(number);
-        match self.numbers.len() {
-            BLOCK => self.flush(),
-            _ => Ok(()),
-        }
-    }
-
-    fn flush(&mut self) -> Result<()> {
-        stream_integers(self.numbers.drain(..), self.kind == DataType::I8, self.sink)
-    }
+    stream_integers(numbers.drain(..), is_wide, sink)
 }

@@ -1,19 +1,16 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
 //! once; pointers of the zone to those of each step, and times.
 
-use super::super::super::hdf5::{Element, Links, Rows, StepFile, Tree};
-use super::super::super::portable::not_taken;
-use super::super::super::{Begin, SequenceFile, WriteOptions};
 use super::super::{FIELD_ARRAYS, FIELD_POINTERS, FromAdf};
-use super::arrays::{AT_CELLS, AT_NODES, scalars, volume_cells};
-use super::draft::{self, DataType, Draft, Open};
+use super::arrays::{AT_CELLS, AT_NODES, fields, scalars, volume_cells};
+use super::draft::{self, Draft, Open};
 use super::faces::FaceTable;
-use super::fields::fields;
-use super::numbering::Numbering;
-use super::series::{Given, Series, names, padded, step_name};
-use super::{SIMULATION, Static, TIMES};
-use super::{add_coordinates, plan};
-use crate::formats::Notes;
+use super::plan::{Numbering, sorted};
+use super::series::{Series, names, padded, step_name};
+use super::{SIMULATION, Static, TIMES, add_coordinates};
+use crate::formats::hdf5::{Element, Links, Rows, StepFile, Tree};
+use crate::formats::portable::not_taken;
+use crate::formats::{Begin, Notes, SequenceFile, WriteOptions};
 use crate::mesh::{CellKind, MeshView};
 use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::{Error, Result};
@@ -70,31 +67,26 @@ impl Sequence {
     fn fix(&mut self, mesh: &MeshView) -> Result<()> {
         let cells = hash_of(mesh);
         if let Some(first) = &self.first {
-            return match first.cells == cells && first.n_points == mesh.points.len() {
-                true => Ok(()),
-                false => Err(Error::input(format!(
-                    "step {} has other nodes or cells than the first step; all steps in one CGNS file must have the same",
-                    self.steps.n
-                ))),
-            };
+            if first.cells == cells && first.n_points == mesh.points.len() {
+                return Ok(());
+            }
+            return Err(Error::input(format!(
+                "step {} has other nodes or cells than the first step; all steps in one CGNS file must have the same",
+                self.steps.n
+            )));
         }
         let numbering = Numbering::of(mesh);
         let faces = FaceTable::of(mesh, &numbering);
-        let Static {
-            mut draft,
-            base,
-            zone,
-            n_axes,
-            notes,
-        } = Static::new(mesh, (&numbering, &faces), || is_flat(mesh))?;
-        self.notes = notes;
-        draft.text(base, SIMULATION, "SimulationType_t", "TimeAccurate");
-        draft.text(zone, MOTION, "ArbitraryGridMotion_t", "DeformingGrid");
+        let mut fixed = Static::new(mesh, (&numbering, &faces), || is_flat(mesh))?;
+        self.notes = fixed.notes;
+        let (draft, base, zone) = (&mut fixed.draft, fixed.base, fixed.zone);
+        draft.text(base, (SIMULATION, "SimulationType_t"), "TimeAccurate");
+        draft.text(zone, (MOTION, "ArbitraryGridMotion_t"), "DeformingGrid");
         self.first = Some(First {
             root: draft.open_root(&mut self.file, base)?,
             base: draft.open(&mut self.file, base, Some(zone))?,
             zone: draft.open(&mut self.file, zone, None)?,
-            n_axes,
+            n_axes: fixed.n_axes,
             n_points: mesh.points.len(),
             cells,
         });
@@ -111,7 +103,7 @@ impl Sequence {
         }
         let name = step_name("GridCoordinates", self.steps.n);
         let mut draft = Draft::default();
-        let grid = draft.group(None, &name, "GridCoordinates_t");
+        let grid = draft.group(None, (&name, "GridCoordinates_t"));
         add_coordinates(&mut draft, grid, mesh, &self.options, first.n_axes);
         draft.store(&mut self.file, None, None, &mut first.zone.links)?;
         self.steps.grids.push(&padded(&name));
@@ -141,20 +133,19 @@ impl Steps {
         (file, first): (&mut StepFile, &mut First),
         notes: &mut Notes,
     ) -> Result<()> {
-        let everywhere = 0..mesh.points.len();
         let of_mesh = fields(&mesh.field_arrays, notes);
+        let everywhere = 0..mesh.points.len();
         let at_nodes = scalars(mesh, &mesh.point_arrays, from_ref(&everywhere), notes);
         let at_cells = scalars(mesh, &mesh.cell_arrays, &volume_cells(mesh), notes);
-        let of_mesh: Vec<Given> = of_mesh.iter().map(Given::from).collect();
         let links = &mut first.base.links;
         self.fields.append(self.n, of_mesh, file, links)?;
-        for (series, scalars) in [
+        let links = &mut first.zone.links;
+        for (series, arrays) in [
             (&mut self.at_nodes, at_nodes),
             (&mut self.at_cells, at_cells),
         ] {
-            series.check_names(self.n, &scalars)?;
-            let given = scalars.iter().map(Given::from).collect();
-            series.append(self.n, given, file, &mut first.zone.links)?;
+            series.check_names(self.n, &arrays)?;
+            series.append(self.n, arrays, file, links)?;
         }
         Ok(())
     }
@@ -172,36 +163,32 @@ impl Steps {
         Ok(())
     }
 
-    /// Adds the nodes of the base that list all steps.
+    /// The node of the base that lists all steps.
     fn times(&self) -> Draft<'_> {
         let mut draft = Draft::default();
-        let n = self.n as i64;
-        let label = "BaseIterativeData_t";
-        let times = draft.integers(None, (TIMES, label), DataType::I4, &[1], &[n]);
-        draft.rows(times, "TimeValues", DataType::R8, &self.times);
+        let name = (TIMES, "BaseIterativeData_t");
+        let times = draft.integers(None, name, (Element::I32, &[1]), &[self.n as i64]);
+        draft.rows(times, "TimeValues", Element::F64, &self.times);
         if self.fields.is_used() {
-            draft.rows(times, FIELD_POINTERS, DataType::C1, &self.fields.pointers);
+            draft.rows(times, FIELD_POINTERS, Element::I8, &self.fields.pointers);
         }
         draft
     }
 
-    /// Adds the nodes of the zone that list all steps.
+    /// The node of the zone that lists all steps.
     fn pointers(&self) -> Draft<'_> {
         let mut draft = Draft::default();
-        let data = draft.group(None, "ZoneIterativeData", "ZoneIterativeData_t");
-        draft.rows(data, "GridCoordinatesPointers", DataType::C1, &self.grids);
-        draft.rows(
-            data,
-            "ArbitraryGridMotionPointers",
-            DataType::C1,
-            &self.motions,
-        );
-        let mut lists = ["FlowSolutionPointers", "FlowSolutionCellPointers"].into_iter();
+        let data = draft.group(None, ("ZoneIterativeData", "ZoneIterativeData_t"));
+        let mut add = |name, rows| draft.rows(data, name, Element::I8, rows);
+        add("GridCoordinatesPointers", &self.grids);
+        add("ArbitraryGridMotionPointers", &self.motions);
         let used = [&self.at_nodes, &self.at_cells].into_iter();
-        for series in used.filter(|series| series.is_used()) {
-            if let Some(list) = lists.next() {
-                draft.rows(data, list, DataType::C1, &series.pointers);
-            }
+        let used = used.filter(|series| series.is_used());
+        for (list, series) in ["FlowSolutionPointers", "FlowSolutionCellPointers"]
+            .into_iter()
+            .zip(used)
+        {
+            add(list, &series.pointers);
         }
         draft
     }
@@ -212,7 +199,7 @@ impl SequenceFile for Sequence {
         let flattened = self.options.check_coordinates(mesh)?;
         let mut notes = Notes::default();
         notes.extend(mesh.origin.get::<FromAdf>().map(|_| Written::Hdf5ForAdf));
-        let sorted = plan::sorted(mesh)?;
+        let sorted = sorted(mesh)?;
         let sorted_view = sorted.as_ref().map(|sorted| sorted.view());
         let mesh = sorted_view.as_ref().unwrap_or(mesh);
         self.fix(mesh)?;
@@ -286,11 +273,9 @@ fn hash_of(mesh: &MeshView) -> blake3::Hash {
     if mesh.by_ranks.is_none() {
         hasher.update_rayon(bytemuck::cast_slice(mesh.cells.connectivity()));
     }
-    let polyhedra = mesh
-        .cells
-        .runs()
-        .filter(|run| run.kind == CellKind::Polyhedron);
-    for cell in polyhedra.flat_map(|run| run.first_cell..run.first_cell + run.n_cells()) {
+    let runs = mesh.cells.runs();
+    let polyhedra = runs.filter(|run| run.kind == CellKind::Polyhedron);
+    for cell in polyhedra.flat_map(|run| run.range()) {
         let stream = mesh.cells.face_stream(cell).unwrap_or(&[]);
         hasher.update(bytemuck::cast_slice(stream));
     }

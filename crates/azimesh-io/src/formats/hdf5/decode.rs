@@ -1,14 +1,74 @@
-//! Chunks that hold only the rows that a dataset has: Fluent writes the last chunk of a dataset so, which the library of HDF5
-//! reads.
+//! Additions to the crate that reads HDF5: numbers by their size alone, and chunks that are cut short.
 
-use hdf5_reader::Dataset;
+use crate::formats::vtk::number::Number;
+use bytemuck::allocation::pod_collect_to_vec;
+use hdf5_reader::error::{Error, Result};
 use hdf5_reader::filters::deflate::decompress_with_limit;
 use hdf5_reader::filters::{FILTER_DEFLATE, FilterRegistry};
 use hdf5_reader::messages::filter_pipeline::FilterDescription;
+use hdf5_reader::{ByteOrder, Dataset, Datatype, H5Type};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Bytes of the whole chunks of the dataset that is read, and of a last one that is cut short; 0 where none is.
+/// A number of the size of `T`, in the byte order of this machine. Signed, unsigned and floating-point numbers of one size
+/// have the same bytes: so the crate is compiled for four types instead of ten.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+pub struct Bits<T>(T);
+
+const NATIVE: ByteOrder = if cfg!(target_endian = "little") {
+    ByteOrder::LittleEndian
+} else {
+    ByteOrder::BigEndian
+};
+
+impl<T: Number> H5Type for Bits<T> {
+    fn hdf5_type() -> Datatype {
+        Datatype::FixedPoint {
+            size: size_of::<T>() as u8,
+            signed: false,
+            byte_order: NATIVE,
+        }
+    }
+
+    fn from_bytes(bytes: &[u8], datatype: &Datatype) -> Result<Self> {
+        let bytes = bytes.get(..size_of::<T>());
+        let bytes = bytes.ok_or_else(|| Error::InvalidData("a number is cut off".to_owned()))?;
+        let bits = T::from_bytes(bytes);
+        let is_native = is_native(datatype);
+        Ok(Self(if is_native { bits } else { bits.swapped() }))
+    }
+
+    fn element_size(_: &Datatype) -> usize {
+        size_of::<T>()
+    }
+
+    fn decode_vec(bytes: &[u8], datatype: &Datatype, n: usize) -> Option<Result<Vec<Self>>> {
+        let bytes = bytes.get(..n.checked_mul(size_of::<T>())?)?;
+        let mut values: Vec<Self> = pod_collect_to_vec(bytes);
+        if !is_native(datatype) {
+            let swap = |bits: &mut Self| bits.0 = bits.0.swapped();
+            values.iter_mut().for_each(swap);
+        }
+        Some(Ok(values))
+    }
+
+    fn native_copy_compatible(datatype: &Datatype) -> bool {
+        is_native(datatype)
+    }
+}
+
+fn is_native(datatype: &Datatype) -> bool {
+    match datatype {
+        Datatype::FixedPoint { byte_order, .. } | Datatype::FloatingPoint { byte_order, .. } => {
+            *byte_order == NATIVE
+        }
+        _ => false,
+    }
+}
+
+/// Bytes of the whole chunks of the dataset that is read, and of a last one that holds only the rows that there are, as Fluent
+/// writes it; 0 where none is.
 #[derive(Clone, Default)]
 pub(super) struct ShortChunks(Arc<[AtomicUsize; 2]>);
 

@@ -1,13 +1,60 @@
-//! Bytes of an array that are numbers, and their conversion on all threads.
+//! Numbers stored as bytes: their type, and their conversion on all threads.
 
-use super::number::{Element, Number, with_type};
-use crate::mesh::{Values, arrays::with_numbers};
+use super::vtk::number::{Element, Number, with_type};
+use crate::mesh::{Values, arrays::with_numbers, reverse_each};
 use azimesh_core::parallel::for_blocks;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Values of a chunk that one task converts.
 const PER_TASK: usize = 1 << 16;
+
+/// Type of numbers stored as bytes: kind and width, and byte order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DType {
+    /// Kind and width.
+    pub element: Element,
+    /// Whether the bytes of each value are in the other order than on this machine.
+    pub swap: bool,
+}
+
+impl DType {
+    /// A type in a byte order.
+    pub fn new(element: Element, is_big_endian: bool) -> Self {
+        let swap = is_big_endian != cfg!(target_endian = "big");
+        Self { element, swap }
+    }
+
+    /// Floating-point numbers of 4 or 8 bytes.
+    pub fn real(width: usize, is_big_endian: bool) -> Self {
+        let element = if width == 4 {
+            Element::Float32
+        } else {
+            Element::Float64
+        };
+        Self::new(element, is_big_endian)
+    }
+
+    /// Signed integers of 4 or 8 bytes.
+    pub fn integer(width: usize, is_big_endian: bool) -> Self {
+        let element = if width == 4 {
+            Element::Int32
+        } else {
+            Element::Int64
+        };
+        Self::new(element, is_big_endian)
+    }
+
+    /// The numbers in these bytes.
+    pub fn of(self, bytes: &[u8]) -> Chunk<'_> {
+        let Self { element, swap } = self;
+        Chunk {
+            bytes,
+            element,
+            swap,
+        }
+    }
+}
 
 /// Bytes of an array, a whole number of values. Their type is looked at once for each task, so that what reads files
 /// is compiled once for all types.
@@ -25,11 +72,10 @@ impl<'a> Chunk<'a> {
     /// The numbers of an array; `None` for text.
     pub fn of(values: &'a Values) -> Option<Self> {
         let bytes = with_numbers!(values, v => bytemuck::cast_slice(v), _text => return None);
-        let (element, swap) = (Element::of(values), false);
         Some(Self {
             bytes,
-            element,
-            swap,
+            element: Element::of(values),
+            swap: false,
         })
     }
 
@@ -49,8 +95,8 @@ impl<'a> Chunk<'a> {
 
     /// The value at `at` as an integer.
     pub fn integer(&self, at: usize) -> i64 {
-        let mut value = [0];
-        self.part(at..at + 1).integers(&mut value);
+        let (mut value, part) = ([0], self.part(at..at + 1));
+        with_type!(part.element, T => part.map(&mut value, |x: T| x.as_index() as i64));
         value[0]
     }
 
@@ -67,10 +113,7 @@ impl<'a> Chunk<'a> {
 
     /// The values as coordinates.
     pub fn reals(&self, out: &mut [f64]) {
-        self.convert(
-            out,
-            &|part, out| with_type!(part.element, T => part.map(out, T::as_f64)),
-        );
+        self.convert(out, &|part, out| part.few_reals(out));
     }
 
     /// The values as integers.
@@ -103,6 +146,43 @@ impl<'a> Chunk<'a> {
     /// The values as coordinates, on this thread.
     pub fn few_reals(&self, out: &mut [f64]) {
         with_type!(self.element, T => self.map(out, T::as_f64));
+    }
+
+    /// Points of 2 or 3 coordinates each.
+    pub fn points(&self, dimension: usize) -> Vec<[f64; 3]> {
+        let mut points = vec![[0.0; 3]; self.n_values() / dimension];
+        if dimension == 3 {
+            self.reals(points.as_flattened_mut());
+            return points;
+        }
+        for_blocks(&mut points, PER_TASK, &|first, points| {
+            let mut rows = vec![0.0; dimension * points.len()];
+            let start = dimension * first;
+            self.part(start..start + rows.len()).few_reals(&mut rows);
+            for (point, row) in points.iter_mut().zip(rows.chunks_exact(dimension)) {
+                point[..dimension].copy_from_slice(row);
+            }
+        });
+        points
+    }
+
+    /// Sets one coordinate of every point; returns whether all are finite.
+    pub fn axis(&self, axis: usize, points: &mut [[f64; 3]]) -> bool {
+        let all_finite = AtomicBool::new(true);
+        for_blocks(points, PER_TASK, &|first, points| {
+            let part = self.part(first..first + points.len());
+            let mut finite = true;
+            let places = points.iter_mut().map(|point| &mut point[axis]);
+            with_type!(part.element, T => part.map(places, |x: T| {
+                let x = x.as_f64();
+                finite &= x.is_finite();
+                x
+            }));
+            if !finite {
+                all_finite.store(false, Ordering::Relaxed);
+            }
+        });
+        all_finite.into_inner()
     }
 
     /// Converts numbers of which there are `n`, from `first` on, into indices from `base` on; fails with place and value
@@ -145,30 +225,17 @@ impl<'a> Chunk<'a> {
         });
     }
 
-    fn map<T: Number, U>(&self, out: &mut [U], mut of: impl FnMut(T) -> U) {
+    fn map<'o, T: Number, U: 'o>(
+        &self,
+        out: impl IntoIterator<Item = &'o mut U>,
+        mut of: impl FnMut(T) -> U,
+    ) {
         let values = self.bytes.chunks_exact(size_of::<T>()).map(T::from_bytes);
-        let places = out.iter_mut().zip(values);
+        let places = out.into_iter().zip(values);
         if self.swap {
             places.for_each(|(place, x)| *place = of(x.swapped()));
         } else {
             places.for_each(|(place, x)| *place = of(x));
         }
-    }
-}
-
-/// Reverses the bytes of each value of `size` bytes.
-pub fn reverse_each(bytes: &mut [u8], size: usize) {
-    fn reverse<const N: usize>(bytes: &mut [u8]) {
-        bytes
-            .as_chunks_mut::<N>()
-            .0
-            .iter_mut()
-            .for_each(|value| value.reverse());
-    }
-    match size {
-        2 => reverse::<2>(bytes),
-        4 => reverse::<4>(bytes),
-        8 => reverse::<8>(bytes),
-        _ => {}
     }
 }
