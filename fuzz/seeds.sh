@@ -50,6 +50,9 @@ printf 'solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1.5 0 0\
 { printf '%080d\001\000\000\000' 0; printf '%048d\000\000' 0; } > corpus/stl/binary
 mkdir -p corpus/exodus
 find ../testdata -name '*.exo' -exec cp {} corpus/exodus/ \;
+mkdir -p corpus/medit corpus/abaqus
+find ../testdata -name '*.mesh' -exec cp {} corpus/medit/ \;
+find ../testdata -name '*.inp' -exec cp {} corpus/abaqus/ \;
 # No file of testdata/ is Plot3D. The first byte of an input is the place of what is stated in the target's list; each is a
 # cube of eight nodes, the binary ones of 32 bits and little-endian, with numbers that are the digit 0 four times.
 mkdir -p corpus/plot3d

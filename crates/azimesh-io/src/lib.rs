@@ -77,6 +77,8 @@
 //! | [`ugrid`](formats::ugrid) | UGRID of AFLR3: `.ugrid`, `.b8.ugrid`, ... | yes | yes | numbers; names in `.mapbc` | |
 //! | [`openfoam`](formats::openfoam) | OpenFOAM case | yes | yes | patches | read, written |
 //! | [`exodus`](formats::exodus) | Exodus II: `.exo`, `.e`, `.g`, ... | yes | | side sets | read |
+//! | [`medit`](formats::medit) | Medit: `.mesh` | text | | references | |
+//! | [`abaqus`](formats::abaqus) | Abaqus: `.inp` | one part | | sets, surfaces | |
 //! | [`fluent`](formats::fluent) | Fluent: `.msh`, `.cas`, `.msh.h5`, `.cas.h5` | yes | | zones of faces | |
 //! | [`plot3d`](formats::plot3d) | Plot3D: `.xyz`, `.p3d`, `.x`, ... | yes | | sides of blocks, `.nmf` | |
 //! | [`stl`](formats::stl) | STL: `.stl` | yes | yes | solids of text | |

@@ -3,6 +3,7 @@
 //! A format is one file or folder of this module and one line in [`FORMATS`]. Readers see bytes and give positions in
 //! errors; [`read`] adds the path. Writers write front to back into any sink.
 
+pub mod abaqus;
 mod adf;
 mod by_faces;
 pub mod cgns;
@@ -20,6 +21,7 @@ mod hdf5;
 mod inputs;
 pub mod legacy;
 mod listing;
+pub mod medit;
 mod memory_limit;
 mod mesh_file;
 mod names;
@@ -122,6 +124,8 @@ pub static FORMATS: &[&Format] = &[
     &ugrid::LB8L,
     &openfoam::OPENFOAM,
     &exodus::EXODUS,
+    &medit::MEDIT,
+    &abaqus::ABAQUS,
     &stl::STL,
     #[cfg(test)]
     &toy::TOY,

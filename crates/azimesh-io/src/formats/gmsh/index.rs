@@ -5,7 +5,7 @@ use azimesh_core::error::{Error, Result};
 
 /// Finds the index of a node or an element by its tag.
 #[derive(Debug)]
-pub(super) enum Index {
+pub(in crate::formats) enum Index {
     /// Tags count up by one from `first`.
     Consecutive { first: i64, n: u64 },
     /// Tags with few gaps: the index of each from `first` on, `NONE` in a gap.

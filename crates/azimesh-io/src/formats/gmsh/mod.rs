@@ -35,6 +35,8 @@ mod slabs;
 mod stream;
 mod write;
 
+pub(super) use index::Index;
+
 use super::slabs::opened;
 use super::{Format, Holds};
 

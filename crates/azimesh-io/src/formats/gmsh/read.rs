@@ -377,13 +377,13 @@ pub(super) fn refusal(bytes: &[u8]) -> Error {
         ("(", "it is a Fluent mesh, which is read as format fluent"),
         (
             "*",
-            "it is an Abaqus or CalculiX mesh (.inp), which gmsh and meshio convert",
+            "it is an Abaqus or CalculiX mesh, which is read as format abaqus",
         ),
         ("MESH", "it is a GiD mesh"),
         ("$PostFormat", "it holds Gmsh views (.pos) and no mesh"),
         (
             "MeshVersionFormatted",
-            "it is a Medit mesh (.mesh), which gmsh and meshio convert",
+            "it is a Medit mesh, which is read as format medit",
         ),
     ];
     let starts = |text: &str| {
