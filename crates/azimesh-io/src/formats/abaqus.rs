@@ -25,7 +25,7 @@ use crate::mesh::sides::side;
 use crate::mesh::{CellSet, Group, Mesh, too_many};
 use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Result};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::ops::Range;
 
 /// Abaqus input (.inp).
@@ -301,8 +301,12 @@ enum Block {
 struct Reader {
     points: Vec<[f64; 3]>,
     node_numbers: Vec<i64>,
+    /// Offsets of the lines of the nodes.
+    node_lines: Vec<usize>,
     blocks: Vec<Elements>,
     element_numbers: Vec<i64>,
+    /// Offsets of the last lines of the elements.
+    element_lines: Vec<usize>,
     node_sets: Sets<Stretch>,
     element_sets: Sets<Stretch>,
     surfaces: Sets<Facet>,
@@ -488,6 +492,7 @@ impl Reader {
                 }
                 self.points.push(point);
                 self.node_numbers.push(number);
+                self.node_lines.push(line.start);
                 if let Some(set) = set {
                     push(&mut self.node_sets.all[set].1, number);
                 }
@@ -575,6 +580,7 @@ impl Reader {
                 block.nodes.extend(nodes);
             }
             self.element_numbers.push(number);
+            self.element_lines.push(line.position());
             self.element.clear();
             if let Some(set) = set {
                 push(&mut self.element_sets.all[set].1, number);
@@ -588,10 +594,16 @@ impl Reader {
             let start = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
             Error::input(message).line(line_of(bytes, at + start.count()))
         };
-        let end = line_of(bytes, bytes.len());
-        let nodes = Index::new(&self.node_numbers, "node").map_err(|error| error.line(end))?;
-        let elements = Index::new(&self.element_numbers, "element");
-        let elements = elements.map_err(|error| error.line(end))?;
+        let index = |numbers: &[i64], lines: &[usize], what: &str| {
+            Index::new(numbers, what).map_err(|error| {
+                let mut seen = HashSet::new();
+                let repeated = numbers.iter().position(|number| !seen.insert(number));
+                let at = repeated.map_or(bytes.len(), |i| lines[i]);
+                error.line(line_of(bytes, at))
+            })
+        };
+        let nodes = index(&self.node_numbers, &self.node_lines, "node")?;
+        let elements = index(&self.element_numbers, &self.element_lines, "element")?;
         let mut mesh = Mesh::default();
         let moved = |point: [f64; 3]| std::array::from_fn(|i| point[i] + self.offset[i]);
         mesh.points = self.points.into_iter().map(moved).collect();
@@ -908,6 +920,7 @@ mod tests {
             ("S4", "S7", 24, "no face"),
             ("1, 1, 0", "1, x, 0", 8, "a coordinate"),
             ("C3D8R", "C3D27", 14, "is not read"),
+            ("3, 1, 1, 0", "2, 1, 1, 0", 8, "node 2 is given twice"),
             ("*Elset", "*Part, name=Q\n*Elset", 18, "\"P\" and \"Q\""),
             ("*Elset", "*Include, input=a.inp\n*Elset", 18, "*INCLUDE"),
         ] {

@@ -53,8 +53,8 @@ impl GrowingFile {
         staged.unwrap_or(&self.path)
     }
 
-    /// Checks if the file has `n` bytes from offset `at` on, all pieces of which `accept` accepts. No bytes may wait to be
-    /// written.
+    /// Tests if the file has `n` bytes from offset `at` on, and `accept` accepts each piece of them. The buffer must be
+    /// empty.
     pub fn has(
         &mut self,
         at: u64,
@@ -110,7 +110,7 @@ impl GrowingFile {
         Ok(())
     }
 
-    /// Goes on at offset `at`.
+    /// Moves to offset `at`.
     pub fn seek(&mut self, at: u64) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(at)).map(|_| ())
     }
@@ -134,7 +134,7 @@ impl GrowingFile {
     }
 
     /// Makes `superblock` the first bytes of the file, once all others are on the disk, and gives the file its name, unless
-    /// it has it. Goes on at offset `at`.
+    /// it has it. Moves to offset `at`.
     pub fn commit(&mut self, superblock: &[u8], at: u64) -> io::Result<()> {
         self.sync()?;
         self.seek(0)?;

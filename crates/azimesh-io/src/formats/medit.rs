@@ -88,7 +88,7 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     let mut tags = BTreeMap::new();
     let mut left = BTreeSet::new();
     if words.clone().word() != Some(b"MeshVersionFormatted") {
-        let message = "the file does not begin with MeshVersionFormatted; binary Medit (.meshb) is not read, which gmsh converts";
+        let message = "the file does not begin with MeshVersionFormatted; binary Medit (.meshb) is not read, which meshio converts";
         return Err(words.error(message));
     }
     while let Some(name) = words.word() {
@@ -126,7 +126,7 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
                 } else {
                     let found = shown(name);
                     return Err(
-                        words.error(format!("expected the name of a section, found {found}"))
+                        words.error(format!("expected the name of a section, found {found}; cells before it may have more nodes than their kind"))
                     );
                 }
             }
@@ -264,6 +264,7 @@ mod tests {
             ("Vertices 4", "Vertices 99999999999", 5, "more than"),
             ("Edges", "HexahedraQ2", 10, "first order"),
             ("1 1 7", "1 x 7", 8, "a coordinate"),
+            ("1 3 4 8", "1 3 4 8 9", 16, "more nodes"),
             ("Dimension\n2\n", "", 3, "before Dimension"),
         ] {
             let error = mesh_of(&SQUARE.replacen(before, after, 1)).0;

@@ -276,7 +276,7 @@ macro_rules! either {
 }
 
 impl Data {
-    /// How many values there are along each index, the last index running fastest.
+    /// Number of values along each index; the last index varies fastest.
     pub fn shape(&self) -> &[u64] {
         either!(self, data => data.shape())
     }

@@ -81,7 +81,7 @@ fn candidates<'a>(zone: &Zone<'a>) -> Result<Vec<(&'a Node, Option<u8>)>> {
     Ok(found)
 }
 
-/// Whether a region of a zone may be given by nodes, for which faces are made where the file has none. O(regions).
+/// Tests if nodes may give a region of a zone. Faces are then made if the file has none. O(regions).
 pub(super) fn may_be_of_nodes(zone: &Zone) -> Result<bool> {
     for (node, dimension) in candidates(zone)? {
         if dimension == Some(zone.cell_dimension - 1)
@@ -279,8 +279,7 @@ impl Families {
         Ok(())
     }
 
-    /// The names that users know a family by: those of the families it belongs to, or its own; none for the name of no
-    /// family.
+    /// Gives the user's names of a family: its parent families, or its own name; none if there is no such family.
     pub fn names(&self, family: &str) -> Vec<String> {
         let key = self.key(family);
         if NONE.contains(&key) {

@@ -248,7 +248,7 @@ pub(super) fn append_rows(
     Ok(())
 }
 
-/// Rows of entries of a dataset, of which a block at a time is in memory.
+/// Rows of entries of a dataset, with one block in memory at a time.
 pub(super) struct Rows<'a> {
     /// Rows that were not read.
     rows: Range<u64>,
@@ -304,7 +304,7 @@ impl<'a> Rows<'a> {
         Ok(Some(&self.block[start..self.given]))
     }
 
-    /// How many entries are left.
+    /// Number of entries left.
     pub fn n_left(&self) -> u64 {
         let rows = self.rows.end - self.rows.start;
         (self.block.len() - self.given) as u64 + rows.saturating_mul(self.sizes.0)

@@ -154,8 +154,8 @@ impl Arrays {
         full_name
     }
 
-    /// The arrays, each with `n` values. Where the file gives none there is no number, or zero in an
-    /// array of integers. Three arrays named by axes become one of vectors.
+    /// Makes the arrays, each with `n` values. Missing values are NaN, or zero in an array of integers. Three arrays
+    /// named by axes become one array of vectors.
     pub fn into_data_arrays(self, n: usize) -> Vec<DataArray> {
         let found = self.found.into_iter();
         let scalars = found.map(|found| DataArray::scalar(found.name, joined(found.pieces, n)));
@@ -177,7 +177,7 @@ impl Arrays {
     }
 }
 
-/// Where the arrays for the second and third axis are that belong to one for the first.
+/// Finds the arrays of the second and third axis that belong to the array of the first.
 fn other_axes(
     first: &DataArray,
     scalars: &[Option<DataArray>],

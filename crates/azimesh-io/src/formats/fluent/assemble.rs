@@ -297,7 +297,7 @@ fn cells_of(ranges: Vec<Range<usize>>, joined: &Joined) -> CellSet {
     set
 }
 
-/// Whether the name of a zone between cells is a user's: Fluent has "interior" in such names, and writers of its files
+/// Tests if a user named a zone between cells: Fluent has "interior" in such names, and writers of its files
 /// call them "internal-3" by their numbers.
 fn is_given(name: &str) -> bool {
     let number = name.strip_prefix("internal-").unwrap_or(name);

@@ -207,7 +207,7 @@ fn n_cells(cells: &[u32; 2]) -> usize {
     cells.iter().filter(|cell| **cell != NONE).count()
 }
 
-/// Whether all faces are between two cells, or else all on the boundary; `None` if some are of another kind.
+/// True if all faces are between two cells, false if all are on the boundary; `None` if they are mixed.
 fn all_inside(list: &FaceList) -> Option<bool> {
     let n = n_cells(list.cells.first()?);
     let is_mixed = n == 0 || any(list.len(), |face| n_cells(&list.cells[face]) != n);

@@ -603,7 +603,7 @@ impl<'a> Scanner<'a> {
         self.error(format!("expected {what}, found {found}"))
     }
 
-    /// Whether the file ends within the numbers that begin here.
+    /// True if the file ends within the numbers that begin here.
     fn is_cut_off(&self) -> bool {
         memchr::memchr2(b')', b'(', self.rest()).is_none()
     }

@@ -35,7 +35,7 @@ pub(super) struct Array<'a> {
     pub data: Data<'a>,
 }
 
-/// The scalars of arrays at nodes or at cells, of which these tuples are written.
+/// Gives the scalars of arrays at nodes or cells, restricted to the tuples that are written.
 pub(super) fn scalars<'a>(
     mesh: &MeshView<'a>,
     arrays: &[&'a DataArray],
@@ -134,7 +134,7 @@ fn fit_names(arrays: &mut [Array], mut taken: Given, notes: &mut Notes) {
     }
 }
 
-/// Whether integers are within the 63 bits of CGNS; else adds a note.
+/// Tests if integers are within the 63 bits of CGNS; else adds a note.
 fn fits(array: &DataArray, notes: &mut Notes) -> bool {
     let Values::U64(v) = &array.values else {
         return true;
@@ -157,7 +157,7 @@ pub(super) fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
     joined
 }
 
-/// A note for cell arrays with values on the boundary other than those of the cells there. CGNS does not keep these;
+/// Adds a note for cell arrays whose boundary values differ from the values of the cells. CGNS does not keep these;
 /// the reader gives faces the values of their cells.
 pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     let dimension = mesh.dimension();

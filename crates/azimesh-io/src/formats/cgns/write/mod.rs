@@ -42,7 +42,7 @@ const ZONE: &str = "Zone";
 const TIMES: &str = "TimeIterValues";
 /// Name of the node that declares a sequence to be one in time.
 const SIMULATION: &str = "SimulationType";
-/// Units of numbers: those of the mesh.
+/// Units of numbers: mesh units.
 const UNITS: &str = "NormalizedByUnknownDimensional";
 /// Nodes whose coordinates are gathered at a time.
 const BLOCK: usize = 1 << 18;

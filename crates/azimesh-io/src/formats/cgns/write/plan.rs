@@ -1,4 +1,4 @@
-//! Which cells make up which section, and the numbers of their elements. Every cell is one element. Faces of polyhedra
+//! Assigns cells to sections, and numbers to their elements. Every cell is one element. Faces of polyhedra
 //! that are no cells follow.
 
 use super::super::builder::set_of;
@@ -266,7 +266,7 @@ impl Numbering {
         Self { runs }
     }
 
-    /// Whether elements come in the order of the cells.
+    /// True if elements are in the order of the cells.
     pub fn is_order_of_cells(&self) -> bool {
         let mut runs = self.runs.iter();
         runs.all(|(cells, _, first)| cells.start + 1 == *first)

@@ -105,7 +105,7 @@ impl Series {
     }
 }
 
-/// The array in the file: that of the step before where it is the same.
+/// Writes the array, or refers to the array of the previous step if the values are the same.
 fn stored(array: Array, before: &[Written], file: &mut StepFile) -> Result<Written> {
     let hash = array.data.hash()?;
     let is_same = |other: &&Written| {
