@@ -13,7 +13,7 @@ import tempfile
 
 import numpy as np
 import pyvista as pv
-from PIL import Image
+from PIL import Image, ImageChops
 
 STATIONS = (1.75, 3.1, 4.45)
 EDGES = "#1c2b45"
@@ -62,6 +62,15 @@ def draw(reference, deformed):
     image = Image.fromarray(plotter.screenshot(return_img=True)).convert("RGB")
     plotter.close()
     return image.resize((800, 440), Image.LANCZOS)
+
+
+def save(image, path):
+    """Cuts the white margin off and keeps the file small."""
+    white = Image.new("RGB", image.size, (255, 255, 255))
+    left, top, right, bottom = ImageChops.difference(image, white).getbbox()
+    image = image.crop((left, max(top - 30, 0), right, min(bottom + 30, image.height)))
+    image = image.resize((1200, round(image.height * 1200 / image.width)), Image.LANCZOS)
+    image.quantize(256, method=Image.FASTOCTREE, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 def main():

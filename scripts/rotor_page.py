@@ -19,6 +19,7 @@ import bending
 import outputs
 import reference
 import rotor
+sys.path.append(str(Path(__file__).resolve().parents[1] / "validation"))
 from hart_ii_page import points_at, screenshot
 from make_pictures import EDGES, save
 

@@ -1,7 +1,7 @@
 """Face metrics by plain numpy, face by face from OpenFOAM's formulas, beside the cell arrays and the
 results of `azimesh quality`: on meshes of every kind of cell with their inner nodes shaken.
 
-`scripts/check_faces_openfoam.py` compares both with checkMesh itself.
+`validation/check_faces_openfoam.py` compares both with checkMesh itself.
 """
 
 import json

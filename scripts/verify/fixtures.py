@@ -1,11 +1,11 @@
-"""Files in the modes of VTK's writers, read as VTK reads them: a ninth of scripts/vtk_fixtures.py."""
+"""Files in the modes of VTK's writers, read as VTK reads them: a ninth of testdata/generate/vtk_fixtures.py."""
 
 import sys
 from pathlib import Path
 
 from program import report
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "testdata" / "generate"))
 import vtk_fixtures  # noqa: E402
 
 # Prime to the number of choices of every option, so that each of them occurs.

@@ -1,4 +1,4 @@
-"""Every metric of every mesh of testdata, and of real ones, against VTK's: `scripts/check_quality.py` on all of them."""
+"""Every metric of every mesh of testdata, and of real ones, against VTK's: `validation/check_quality.py` on all of them."""
 
 import subprocess
 import sys
@@ -48,7 +48,7 @@ def main():
     if real is None:
         print("quality: AZIMESH_TESTDATA is not set: real meshes are SKIPPED", file=sys.stderr)
     paths = judged() + ([] if real is None else [real / name for name in REAL])
-    command = [sys.executable, "scripts/check_quality.py", "--total", "--azimesh", AZIMESH, *map(str, paths)]
+    command = [sys.executable, "validation/check_quality.py", "--total", "--azimesh", AZIMESH, *map(str, paths)]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     print(done.stdout, end="", flush=True)
     assert done.returncode == 0, "cell quality differs from VTK's"

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pyvista
 
-sys.path.append(str(Path(__file__).parent.parent))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "validation"))
 
 from folding import jacobians  # noqa: E402
 from program import azimesh, report, scratch  # noqa: E402

@@ -9,7 +9,7 @@ import numpy as np
 
 from program import TESTDATA, azimesh, report, scratch
 
-sys.path.append(str(Path(__file__).parent.parent))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "testdata" / "generate"))
 import ugrid_file  # noqa: E402
 
 FLAVOURS = ["", ".b8", ".lb8", ".b4", ".lb4", ".r8", ".lr8", ".r4", ".lr4", ".b8l", ".lb8l"]

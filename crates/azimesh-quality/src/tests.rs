@@ -9,7 +9,7 @@ fn assess(mesh: &Mesh, points: &[[f64; 3]], reference: &Reference) -> Summary {
     summary::assess(mesh, points, reference, &Reference::with_sizes(mesh).1)
 }
 
-/// Cells and metrics from VTK, by `scripts/make_cell_quality.py`.
+/// Cells and metrics from VTK, by `testdata/generate/make_cell_quality.py`.
 const FROM_VTK: &str = include_str!("../testdata/cell_quality.csv");
 
 fn mesh_of(kind: CellKind, points: Vec<[f64; 3]>) -> Mesh {

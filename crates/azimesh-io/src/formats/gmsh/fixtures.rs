@@ -1,4 +1,4 @@
-//! Files that gmsh wrote, by `scripts/make_gmsh_versions.py`.
+//! Files that gmsh wrote, by `testdata/generate/make_gmsh_versions.py`.
 
 use super::super::{Encoding, Notes, ReadOptions, Source, WriteOptions};
 use super::{MSH22, MSH41};
