@@ -40,6 +40,9 @@
 
 #[cfg(feature = "cli")]
 #[doc(hidden)]
+pub mod alloc;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 #[cfg(feature = "cli")]
 #[doc(hidden)]

@@ -1,28 +1,27 @@
 //! The `azimesh` program: parse, run, report, exit code.
 
-mod memory;
-
+use azimesh::alloc::global;
 use std::panic::resume_unwind;
 use std::process::ExitCode;
 
 /// Bytes of the stack that the program runs on: those that systems give the first thread, unless `ulimit -s` says less.
-const STACK: usize = 8 << 20;
+const STACK: u32 = 8 << 20;
 
 #[global_allocator]
-static ALLOCATOR: memory::HugePages = memory::HugePages;
+static ALLOCATOR: global::HugePages = global::HugePages;
 
 fn main() -> ExitCode {
-    if !memory::is_stack_below(STACK) {
+    if !global::is_stack_below(STACK) {
         return run();
     }
     let thread = std::thread::Builder::new().name("main".to_owned());
-    match thread.stack_size(STACK).spawn(run) {
+    match thread.stack_size(STACK as usize).spawn(run) {
         Ok(thread) => thread.join().unwrap_or_else(|panic| resume_unwind(panic)),
         Err(_) => run(),
     }
 }
 
 fn run() -> ExitCode {
-    memory::prepare();
+    global::prepare();
     azimesh::cli::main()
 }

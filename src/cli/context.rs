@@ -1,7 +1,8 @@
 //! What every command needs: the common options, printing, threads and stages of work.
 
+use super::Common;
 use super::threads::Threads;
-use super::{Common, scratch};
+use crate::alloc::spill;
 use crate::preflight::existing_folder;
 use azimesh_core::diagnostic::amount;
 use azimesh_core::error::{Error, Result, is_unseen, lines, one_line};
@@ -76,12 +77,12 @@ impl Context {
     pub fn keep_in_files(&self, output: &Path) -> bool {
         let limit = self.common.max_memory;
         let limit = limit.filter(|_| output.as_os_str() != "-");
-        limit.is_some_and(|limit| scratch::begin(&existing_folder(output), limit / 2, limit))
+        limit.is_some_and(|limit| spill::begin(&existing_folder(output), limit / 2, limit))
     }
 
     /// Tells with `-v` how much lay in files.
     pub fn tell_of_files(&self) {
-        match scratch::most_in_files() {
+        match spill::most_in_files() {
             0 => {}
             most => self.detail(&format!("in files at the most: {}", amount(most))),
         }

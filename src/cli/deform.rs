@@ -2,7 +2,8 @@
 
 use super::convert::patch_type;
 use super::shared::why_not_run;
-use super::{Context, Outcome, heap, memory};
+use super::{Context, Outcome, memory};
+use crate::alloc::limit;
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::record::Criterion;
 use crate::run::{Finished, Request, run_after};
@@ -78,11 +79,6 @@ pub struct DeformArgs {
 }
 
 impl DeformArgs {
-    /// Has large arrays lie in files beside the output where `--max-memory` leaves them no room; tells whether they can.
-    pub fn keep_in_files(&self, context: &Context) -> bool {
-        context.keep_in_files(&self.output)
-    }
-
     fn request(&self, context: &Context) -> Request {
         Request {
             mesh: self.mesh.clone(),
@@ -103,6 +99,7 @@ impl DeformArgs {
 }
 
 /// The mesh of a rank, and how the first rank gets the rest.
+#[derive(Default)]
 struct RankMesh {
     /// All of it on one rank; else the part of this rank.
     mesh: Mesh,
@@ -135,7 +132,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
              one kind"
         )));
     }
-    let with_files = args.keep_in_files(context);
+    let with_files = context.keep_in_files(&args.output);
     let Some(read) = read(args, &schedule, context)? else {
         return Ok(Outcome::Fine);
     };
@@ -209,7 +206,11 @@ fn read(args: &DeformArgs, schedule: &Schedule, context: &Context) -> Result<Opt
         Ok(mesh)
     };
     if ranks.n() == 1 {
-        return Ok(Some(RankMesh::of_one(whole()?)));
+        let mesh = whole()?;
+        return Ok(Some(RankMesh {
+            mesh,
+            ..RankMesh::default()
+        }));
     }
     let reason = match read_together(args, schedule, context) {
         Ok(read) => return Ok(Some(read)),
@@ -219,8 +220,9 @@ fn read(args: &DeformArgs, schedule: &Schedule, context: &Context) -> Result<Opt
     if ranks.broadcast(mesh.as_ref().map(OneLayer::has_sides)) {
         let reason = "it is one layer of cells; the first rank works alone";
         return Ok(mesh.map(|mesh| RankMesh {
+            mesh,
             why_whole: Some(reason.to_owned()),
-            ..RankMesh::of_one(mesh)
+            ..RankMesh::default()
         }));
     }
     let mut part = Mesh::shared_of(mesh.as_ref(), ranks);
@@ -235,8 +237,8 @@ fn read(args: &DeformArgs, schedule: &Schedule, context: &Context) -> Result<Opt
     Ok(Some(RankMesh {
         mesh: part,
         whole: read,
-        layout: None,
         why_whole: Some(reason),
+        ..RankMesh::default()
     }))
 }
 
@@ -272,20 +274,8 @@ fn read_together(
         layout: shared
             .layout
             .map(|layout| context.with_notes(layout, &args.mesh)),
-        why_whole: None,
+        ..RankMesh::default()
     })
-}
-
-impl RankMesh {
-    /// Of one rank that has all of it.
-    fn of_one(mesh: Mesh) -> Self {
-        Self {
-            mesh,
-            whole: None,
-            layout: None,
-            why_whole: None,
-        }
-    }
 }
 
 /// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.
@@ -297,15 +287,10 @@ fn fit_into_memory(
     context: &Context,
 ) -> Result<u64> {
     let mapped = memory::mapped_bytes(&request.mesh);
-    match check_memory(
-        deformation.plan(),
-        deformation.mesh_to_write()?,
-        limit,
-        with_files,
-        mapped,
-    )? {
+    let (plan, mesh) = (deformation.plan(), deformation.mesh_to_write()?);
+    match check_memory(plan, mesh, limit, with_files, mapped)? {
         Fits::InMemory => {
-            heap::keep_in_memory(limit);
+            limit::keep_in_memory(limit);
             Ok(0)
         }
         Fits::InFiles(needed) => {

@@ -1,7 +1,8 @@
 //! What a command reads: a mesh, or the meshes of a sequence one after another.
 
+use super::Context;
 use super::unfinished::unfinished;
-use super::{Context, heap};
+use crate::alloc::limit;
 use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_io::formats::{
@@ -60,14 +61,14 @@ impl Context {
 
     /// Opens what is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
     pub fn open(&self, path: &Path) -> Result<Location> {
-        heap::set_stage("reading", Some(path));
+        limit::set_stage("reading", Some(path));
         Location::open_within(path, self.common.max_memory)
     }
 
     /// Reads, as a stage.
     pub fn reading<T>(&self, path: &Path, read: impl FnOnce() -> Result<T>) -> Result<T> {
         self.stage("reading", || {
-            heap::set_stage("reading", Some(path));
+            limit::set_stage("reading", Some(path));
             read()
         })
     }
@@ -183,31 +184,25 @@ impl Input {
 
     /// Refuses a list of files of which one is not there.
     pub fn check_files(&self) -> Result<()> {
-        match &self.meshes {
-            Meshes::File { .. } | Meshes::Elsewhere(_) => Ok(()),
-            Meshes::Listed(list) => list.iter().try_for_each(|entry| self.check_file(entry)),
-        }
+        let Meshes::Listed(list) = &self.meshes else {
+            return Ok(());
+        };
+        list.iter().try_for_each(|entry| self.check_file(entry))
     }
 
     fn check_file(&self, entry: &Listed) -> Result<()> {
         let is_named = formats::is_series(&self.path);
-        let found = match is_named {
-            true => formats::check_file(&entry.path),
-            false if entry.path.as_os_str() == "-" => Ok(()),
-            false => std::fs::metadata(&entry.path).map(|_| ()),
-        };
-        match found {
-            Ok(()) => Ok(()),
-            Err(error) if is_named => {
-                let message = format!("it names {}: {error}", entry.path.display());
-                Err(Error {
-                    message,
-                    position: entry.line.map(Position::Line),
-                    ..Error::io(&self.path, &error)
-                })
-            }
-            Err(error) => Err(Error::io(&entry.path, &error)),
+        if !is_named {
+            let is_pipe = entry.path.as_os_str() == "-";
+            let found = std::fs::metadata(&entry.path).map(|_| ());
+            let found = if is_pipe { Ok(()) } else { found };
+            return found.map_err(|error| Error::io(&entry.path, &error));
         }
+        formats::check_file(&entry.path).map_err(|error| Error {
+            message: format!("it names {}: {error}", entry.path.display()),
+            position: entry.line.map(Position::Line),
+            ..Error::io(&self.path, &error)
+        })
     }
 
     /// A remark on the times of a sequence, where they do not rise.
@@ -235,24 +230,25 @@ impl Input {
         }
     }
 
-    /// What the file is.
-    pub fn title(&self) -> Option<String> {
+    fn file(&self) -> Option<(&Location, &'static Format)> {
         match &self.meshes {
             Meshes::File {
                 location, format, ..
-            } => Some(format.title_of(location.bytes())),
+            } => Some((location, format)),
             Meshes::Listed(_) | Meshes::Elsewhere(_) => None,
         }
     }
 
+    /// What the file is.
+    pub fn title(&self) -> Option<String> {
+        let (location, format) = self.file()?;
+        Some(format.title_of(location.bytes()))
+    }
+
     /// Version of the format that the file says it has.
     pub fn version(&self) -> Option<String> {
-        match &self.meshes {
-            Meshes::File {
-                location, format, ..
-            } => (format.version)(location.bytes()),
-            Meshes::Listed(_) | Meshes::Elsewhere(_) => None,
-        }
+        let (location, format) = self.file()?;
+        (format.version)(location.bytes())
     }
 
     /// Times of a sequence; `None` where it is one mesh.
@@ -359,11 +355,9 @@ fn whole_of(part: &Path) -> Option<PathBuf> {
 /// The file that is or lists the sequence of a folder, as `deform` leaves it: a .pvd, or a .vtkhdf
 /// or .cgns with all steps.
 fn sequence_in(folder: &Path) -> Result<PathBuf> {
-    let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
-    let mut files = Vec::new();
-    for entry in entries {
-        files.push(entry.map_err(|error| Error::io(folder, &error))?.path());
-    }
+    let entries = std::fs::read_dir(folder);
+    let paths = entries.and_then(|all| all.map(|entry| Ok(entry?.path())).collect());
+    let mut files: Vec<PathBuf> = paths.map_err(|error| Error::io(folder, &error))?;
     files.sort();
     let is_mesh = |path: &&PathBuf| {
         let is_folder = || formats::by_extension(path).is_ok_and(|format| format.is_folder());

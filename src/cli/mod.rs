@@ -1,4 +1,4 @@
-//! The command line: one file a command. The only floor that prints and knows exit codes.
+//! The command line: one file per command. The only layer that prints and knows exit codes.
 
 mod check;
 mod completions;
@@ -7,7 +7,6 @@ mod convert;
 mod deform;
 mod diff;
 mod finish;
-pub mod heap;
 mod info;
 mod input;
 mod man;
@@ -20,7 +19,6 @@ mod quality;
 mod repair;
 mod report;
 mod sample;
-pub mod scratch;
 mod select;
 mod shared;
 #[cfg(unix)]
@@ -30,6 +28,7 @@ mod unfinished;
 
 pub use context::Context;
 
+use crate::alloc::limit::{self, SYSTEM_FAILED};
 use azimesh_core::diagnostic::amount;
 use azimesh_core::error::{Error, ErrorKind, Result, counted, name_options_as_flags};
 use azimesh_core::ranks::Ranks;
@@ -46,9 +45,6 @@ pub struct Cli {
     #[command(flatten)]
     common: Common,
 }
-
-/// Exit code where the system failed.
-const SYSTEM_FAILED: u8 = 3;
 
 /// Options common to all commands.
 #[derive(Debug, Clone, Default, Args)]
@@ -148,26 +144,15 @@ pub fn main() -> ExitCode {
     ExitCode::from(run_with(std::env::args_os()))
 }
 
-/// How many processes a launcher of MPI has started, where these are several: Open MPI's or one with PMI.
-#[cfg(not(feature = "mpi"))]
-fn launched() -> Option<usize> {
-    let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter();
-    let mut sizes = sizes.filter_map(|name| std::env::var(name).ok()?.parse().ok());
-    sizes.find(|n| *n > 1)
-}
-
 /// As [`main`], with these arguments, the first of which is the program's name. Where MPI has started several processes, one
 /// of them prints.
 pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
-    heap::end_where_threads_fail();
+    limit::end_where_threads_fail();
     name_options_as_flags();
     #[cfg(feature = "mpi")]
     let session = match mpi::start() {
         Ok(session) => session,
-        Err(error) => {
-            Context::new(Common::default()).error(&error);
-            return SYSTEM_FAILED;
-        }
+        Err(error) => return failed(&error, &Context::new(Common::default())),
     };
     #[cfg(feature = "mpi")]
     let (ranks, n_on_node) = session.as_ref().map_or((Ranks::alone(), 1), |session| {
@@ -185,51 +170,76 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             return u8::try_from(error.exit_code()).unwrap_or(u8::MAX);
         }
     };
-    #[cfg(unix)]
-    {
-        signals::outlive_file_limits();
-        signals::end_where_inputs_shrink();
-    }
-    if let Some(limit) = cli.common.max_memory {
-        heap::allow(limit);
-    }
     let is_shared = cli.command.is_shared();
     // The processors of the machine are for the ranks that work.
     let n_on_node = if is_shared { n_on_node } else { 1 };
     let mut context = Context::new(cli.common).on_ranks(&ranks, n_on_node);
-    let heard = match ranks.is_first() {
-        true => listen(&cli.command),
-        false => ignore(),
-    };
-    #[cfg(not(feature = "mpi"))]
-    if let Some(n) = launched() {
-        context.warn(&format!(
-            "this azimesh was built without MPI: each of the {n} processes works for itself (cargo feature `mpi`)"
-        ));
+    let ready = prepare(&cli.command, &context);
+    warn_of_ranks(&context);
+    let ready = ready.and_then(|()| context.start_threads());
+    let ready = ranks.all_ok(ready);
+    if !is_shared && ranks.is_first() {
+        context = context.on_ranks(&Ranks::alone(), n_on_node);
     }
-    if let Some(kinds) = ranks.kinds_of_processors() {
+    let outcome = match ready {
+        Ok(()) if is_shared || ranks.is_first() => run(cli.command, &context),
+        ready => ready.map(|()| Outcome::Fine),
+    };
+    let code = match outcome {
+        Ok(Outcome::Fine) => 0,
+        Ok(Outcome::CheckFailed) => 1,
+        Err(error) => failed(&error, &context),
+    };
+    report_messages(&ranks, &context);
+    ranks.broadcast(ranks.is_first().then_some(code))
+}
+
+/// Sets the limit of memory and signals. From here on a signal leaves no unfinished file behind; `deform` and `finish`
+/// listen for themselves, and on other ranks than the first signals do nothing.
+fn prepare(command: &Command, context: &Context) -> Result<()> {
+    if let Some(limit) = context.common.max_memory {
+        limit::allow(limit);
+    }
+    let possible = command.takes(&context.common);
+    #[cfg(unix)]
+    {
+        signals::outlive_file_limits();
+        signals::end_where_inputs_shrink();
+        let heard = match command {
+            _ if !context.ranks.is_first() => signals::ignore(),
+            Command::Deform(_) | Command::Finish(_) => Ok(()),
+            Command::Info(_) | Command::Check(_) | Command::Diff(_) => signals::end("interrupted"),
+            _ => signals::end("interrupted; files that are complete are kept"),
+        };
+        possible.and(heard)
+    }
+    #[cfg(not(unix))]
+    possible
+}
+
+/// Warns of ranks that do not work together, and of ones that compute in different ways.
+fn warn_of_ranks(context: &Context) {
+    #[cfg(not(feature = "mpi"))]
+    {
+        // Set by the launchers of Open MPI, and of those with PMI.
+        let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter();
+        let mut sizes = sizes.filter_map(|name| std::env::var(name).ok()?.parse::<usize>().ok());
+        if let Some(n) = sizes.find(|n| *n > 1) {
+            context.warn(&format!(
+                "this azimesh was built without MPI: each of the {n} processes works for itself (cargo feature `mpi`)"
+            ));
+        }
+    }
+    if let Some(kinds) = context.ranks.kinds_of_processors() {
         context.warn(&format!(
             "ranks run on processors of several kinds ({kinds}), which round sums in different ways: the last digits of \
              results depend on how many ranks there are, and where"
         ));
     }
-    let possible = cli.command.takes(&context.common);
-    let ready = possible.and(heard).and_then(|()| context.start_threads());
-    let ready = ranks.all_ok(ready);
-    if !is_shared && ranks.is_first() {
-        context = context.on_ranks(&Ranks::alone(), n_on_node);
-    }
-    let code = match ready {
-        Err(error) => failed(&error, &context),
-        Ok(()) if is_shared || ranks.is_first() => execute(cli.command, &context),
-        Ok(()) => 0,
-    };
-    tell_of_messages(&ranks, &context);
-    ranks.broadcast(ranks.is_first().then_some(code))
 }
 
-/// Tells with `-v` what ranks have sent each other.
-fn tell_of_messages(ranks: &Ranks, context: &Context) {
+/// Prints with `-v` what ranks have sent each other.
+fn report_messages(ranks: &Ranks, context: &Context) {
     for sent in ranks.sent_by_all() {
         context.detail(&format!(
             "{}: {} sent, {}; at most {} by one rank",
@@ -238,15 +248,6 @@ fn tell_of_messages(ranks: &Ranks, context: &Context) {
             amount(sent.bytes),
             amount(sent.most)
         ));
-    }
-}
-
-/// Runs a command, prints its error and gives the exit code.
-fn execute(command: Command, context: &Context) -> u8 {
-    match run(command, context) {
-        Ok(Outcome::Fine) => 0,
-        Ok(Outcome::CheckFailed) => 1,
-        Err(error) => failed(&error, context),
     }
 }
 
@@ -260,32 +261,6 @@ fn failed(error: &Error, context: &Context) -> u8 {
         // What a shell reports of a program that a signal ended.
         ErrorKind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
     }
-}
-
-/// From here on a signal leaves no unfinished file behind. `deform` listens for itself, and `finish`.
-#[cfg(unix)]
-fn listen(command: &Command) -> Result<()> {
-    match command {
-        Command::Deform(_) | Command::Finish(_) => Ok(()),
-        Command::Info(_) | Command::Check(_) | Command::Diff(_) => signals::end("interrupted"),
-        _ => signals::end("interrupted; files that are complete are kept"),
-    }
-}
-
-/// From here on signals are for the first rank.
-#[cfg(unix)]
-fn ignore() -> Result<()> {
-    signals::ignore()
-}
-
-#[cfg(not(unix))]
-fn ignore() -> Result<()> {
-    Ok(())
-}
-
-#[cfg(not(unix))]
-fn listen(_: &Command) -> Result<()> {
-    Ok(())
 }
 
 fn run(command: Command, context: &Context) -> Result<Outcome> {

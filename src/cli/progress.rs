@@ -1,7 +1,8 @@
 //! Progress: bars on a terminal, a line now and then of what takes long elsewhere, and the stage that is named where memory runs
 //! out.
 
-use super::{Context, heap};
+use super::Context;
+use crate::alloc::limit;
 use azimesh_core::progress::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
@@ -41,8 +42,8 @@ impl Bars {
 
 impl Progress for Bars {
     fn start(&self, stage: &str, total: Option<u64>) {
-        heap::give_back();
-        heap::set_stage(stage, None);
+        limit::give_back();
+        limit::set_stage(stage, None);
         if self.is_quiet {
             return;
         }
@@ -82,7 +83,7 @@ impl Progress for Bars {
     }
 
     fn finish(&self) {
-        heap::end_stage();
+        limit::end_stage();
         self.with(ProgressBar::finish_and_clear);
     }
 }

@@ -1,9 +1,7 @@
 //! `azimesh sample`: makes a mesh and its schedule, and says what they are.
 
 use super::{Context, Outcome};
-use crate::sample::{
-    self, BladeOptions, BladeShape, BlockOptions, CellShape, Naca0012Options, Sample, SizeOptions,
-};
+use crate::sample::{self, BladeOptions, Sample, SizeOptions};
 use azimesh_core::error::{Error, Result, path_in_line};
 use azimesh_io::formats::{self, Commit, WriteOptions, save_text};
 use azimesh_io::mesh::Mesh;
@@ -26,14 +24,21 @@ enum Name {
         #[command(flatten)]
         output: OutputArgs,
         #[command(flatten)]
-        size: SizeArgs,
+        size: SizeOptions,
     },
     /// 3D: a rotor blade of NACA 0012 sections in a cylinder
-    Blade(BladeArgs),
+    Blade {
+        #[command(flatten)]
+        output: OutputArgs,
+        #[command(flatten)]
+        blade: BladeOptions,
+    },
     /// 3D: a blade in a cylinder, zone "rotor", inside a zone "background"; or several blades around a hub
     Rotor {
         #[command(flatten)]
-        blade: BladeArgs,
+        output: OutputArgs,
+        #[command(flatten)]
+        blade: BladeOptions,
         /// Number of blades around a hub, 3 to 5, without a background; --cylinder-radius is half the height then
         #[arg(long, value_name = "N")]
         blades: Option<usize>,
@@ -61,99 +66,26 @@ struct OutputArgs {
     force: bool,
 }
 
-#[derive(Debug, clap::Args)]
-struct SizeArgs {
-    /// Number of nodes, as closely as the grid allows
-    #[arg(long, value_name = "N")]
-    nodes: Option<usize>,
-    /// Number of nodes on the wall and the outer boundary together
-    #[arg(long, value_name = "N")]
-    surface_nodes: Option<usize>,
-    /// Number of layers of cells from the wall to the outer boundary
-    #[arg(long, value_name = "N")]
-    layers: Option<usize>,
-    /// Height of the wall cells in chords [default: 1e-5]
-    #[arg(long, value_name = "H", allow_negative_numbers = true)]
-    first_cell: Option<f64>,
-}
-
-#[derive(Debug, clap::Args)]
-struct BladeArgs {
-    #[command(flatten)]
-    output: OutputArgs,
-    #[command(flatten)]
-    size: SizeArgs,
-    /// Shape of the cells
-    #[arg(long, value_enum, default_value = "hex")]
-    cells: CellShape,
-    /// No twist; chord 1, root 1 and radius 6 unless given
-    #[arg(long)]
-    untwisted: bool,
-    /// Chord of the blade [default: 0.3]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    chord: Option<f64>,
-    /// Radius at which the blade begins [default: 0.9]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    root: Option<f64>,
-    /// Radius at which the blade ends [default: 5.625]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    radius: Option<f64>,
-    /// Linear twist from hub to tip in degrees, zero at 75% radius [default: -8]
-    #[arg(long, value_name = "ANGLE", allow_negative_numbers = true)]
-    twist: Option<f64>,
-    /// Radius of the cylinder around the blade [default: 2 chords or 4/15 of the radius]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    cylinder_radius: Option<f64>,
-}
-
-impl SizeArgs {
-    fn options(&self) -> SizeOptions {
-        SizeOptions {
-            nodes: self.nodes,
-            surface_nodes: self.surface_nodes,
-            layers: self.layers,
-            first_cell: self.first_cell,
-        }
-    }
-}
-
-impl BladeArgs {
-    fn options(&self) -> BladeOptions {
-        BladeOptions {
-            size: self.size.options(),
-            shape: BladeShape {
-                untwisted: self.untwisted,
-                chord: self.chord,
-                root: self.root,
-                radius: self.radius,
-                twist_deg: self.twist,
-                cylinder_radius: self.cylinder_radius,
-            },
-            cells: self.cells,
-        }
-    }
-}
-
 impl Name {
     fn output(&self) -> Result<&OutputArgs> {
         match self {
-            Self::Naca0012 { output, .. } | Self::Block { output, .. } => Ok(output),
-            Self::Blade(args) | Self::Rotor { blade: args, .. } => Ok(&args.output),
+            Self::Naca0012 { output, .. }
+            | Self::Blade { output, .. }
+            | Self::Rotor { output, .. }
+            | Self::Block { output, .. } => Ok(output),
             Self::Unknown(words) => Err(unknown(words)),
         }
     }
 
     fn make(&self) -> Result<Sample> {
         match self {
-            Self::Naca0012 { size, .. } => sample::naca0012(&Naca0012Options {
-                size: size.options(),
-            }),
-            Self::Blade(args) => sample::blade(&args.options()),
-            Self::Rotor { blade, blades } => match blades {
-                Some(n_blades) => sample::rotor_of(&blade.options(), *n_blades),
-                None => sample::rotor(&blade.options()),
+            Self::Naca0012 { size, .. } => sample::naca0012(size),
+            Self::Blade { blade, .. } => sample::blade(blade),
+            Self::Rotor { blade, blades, .. } => match blades {
+                Some(n_blades) => sample::rotor_of(blade, *n_blades),
+                None => sample::rotor(blade),
             },
-            Self::Block { refine, .. } => sample::block(&BlockOptions { refine: *refine }),
+            Self::Block { refine, .. } => sample::block(*refine),
             Self::Unknown(words) => Err(unknown(words)),
         }
     }
@@ -181,15 +113,8 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     let commit = Commit::with_force(output.force);
     let schedule = schedule_path(path, commit)?;
     let made = args.name.make()?;
-    let write = || {
-        formats::save(
-            &made.mesh.view(),
-            path,
-            format,
-            &WriteOptions::default(),
-            commit,
-        )
-    };
+    let (view, options) = (made.mesh.view(), WriteOptions::default());
+    let write = || formats::save(&view, path, format, &options, commit);
     for loss in context.stage("writing", write)? {
         context.warn(&loss.to_string());
     }

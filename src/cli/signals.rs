@@ -3,7 +3,7 @@
 //! the first. None leaves a hidden file behind. The end of a terminal (SIGHUP) is one of them, unless it was
 //! ignored from the start, as under `nohup`.
 
-use super::heap;
+use crate::alloc::limit;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::Stop;
 use azimesh_io::formats::{SHORTER, end_staged, with_mapped_at};
@@ -50,7 +50,7 @@ extern "C" fn on_fault(signal: i32, info: *mut libc::siginfo_t, _: *mut libc::c_
     let address = unsafe { (*info).si_addr() }.addr();
     // The thread was reading a mapped file, so that it holds no lock of the allocator or of staged files.
     let is_mapped = with_mapped_at(address, |path| {
-        heap::end_at_fault(format_args!("{}: {SHORTER}", path.display()));
+        limit::end(format_args!("{}: {SHORTER}", path.display()));
     });
     if let Some(before) = BEFORE.get().filter(|_| !is_mapped) {
         // SAFETY: the action is one that the system gave.

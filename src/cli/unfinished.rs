@@ -1,8 +1,9 @@
 //! Whether the run of a folder is finished, and how to go on with one that is not.
 
-use crate::record::RunRecord;
+use crate::record::{RunRecord, parts_in};
 use azimesh_io::formats::read_file;
 use std::io::BufRead;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What is said of a folder whose run is not finished, or whose parts are not joined.
@@ -36,16 +37,13 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
     let open = parts
         .iter()
         .filter(|(_, part)| !part.outcome.starts_with("complete"));
-    let resume = open.map(|([from, to], _)| format!("{command} --steps {from}..{to} --resume"));
-    let ranges: Vec<[usize; 2]> = parts.iter().map(|(range, _)| *range).collect();
-    let missing = missing(&ranges, last.steps.unwrap_or(0)).into_iter();
-    let missing = missing.map(|[from, to]| format!("{command} --steps {from}..{to}"));
+    let resume = open.map(|(steps, _)| format!("{command} --steps {steps:?} --resume"));
+    let ranges = || parts.iter().map(|(steps, _)| steps.clone());
+    let missing = missing(ranges(), last.steps.unwrap_or(0)).into_iter();
+    let missing = missing.map(|steps| format!("{command} --steps {steps:?}"));
     let finish = std::iter::once(format!("azimesh finish {}", quoted(folder)));
     let commands: Vec<String> = resume.chain(missing).chain(finish).collect();
-    let there: Vec<String> = ranges
-        .iter()
-        .map(|[from, to]| format!("{from}..{to}"))
-        .collect();
+    let there: Vec<String> = ranges().map(|steps| format!("{steps:?}")).collect();
     let of = last.steps.map_or(String::new(), |all| format!(" of {all}"));
     Some(Some(format!(
         "the parts of the run in this folder are not joined, steps {}{of} are there; to finish it:  {}",
@@ -58,32 +56,25 @@ fn read(path: &Path) -> Option<RunRecord> {
     serde_json::from_slice(&read_file(path).ok()?).ok()
 }
 
-/// The records of parts, `run_A-B.json`, by their first step.
-fn parts(place: &Path) -> Vec<([usize; 2], RunRecord)> {
-    let entries = std::fs::read_dir(place).into_iter().flatten().flatten();
-    let paths = entries.map(|entry| entry.path());
-    let part = |path: PathBuf| {
-        let name = path.file_name()?.to_str()?;
-        let range = name.strip_prefix("run_")?.strip_suffix(".json")?;
-        let (from, to) = range.split_once('-')?;
-        Some(([from.parse().ok()?, to.parse().ok()?], read(&path)?))
-    };
-    let mut parts: Vec<([usize; 2], RunRecord)> = paths.filter_map(part).collect();
-    parts.sort_by_key(|(range, _)| *range);
-    parts
+/// The records of parts, by their first step.
+fn parts(place: &Path) -> Vec<(Range<usize>, RunRecord)> {
+    let parts = parts_in(place, "run", "json").unwrap_or_default();
+    let read = |(steps, path): (Range<usize>, PathBuf)| Some((steps, read(&path)?));
+    parts.into_iter().filter_map(read).collect()
 }
 
 /// The steps below `n` that are in no range; ranges are in order.
-fn missing(ranges: &[[usize; 2]], n: usize) -> Vec<[usize; 2]> {
-    let mut missing = Vec::new();
+fn missing(ranges: impl Iterator<Item = Range<usize>>, n: usize) -> Vec<Range<usize>> {
     let mut next = 0;
-    for [from, to] in ranges.iter().copied().chain([[n, n]]) {
-        if from > next {
-            missing.push([next, from]);
-        }
-        next = next.max(to);
-    }
-    missing
+    let gap = |steps: Range<usize>| {
+        let from = next;
+        next = next.max(steps.end);
+        (steps.start > from).then_some(from..steps.start)
+    };
+    ranges
+        .chain(std::iter::once(n..n))
+        .filter_map(gap)
+        .collect()
 }
 
 /// The command of the run.
@@ -99,13 +90,11 @@ fn command(record: &RunRecord, folder: &Path) -> String {
 /// A path as a shell takes it.
 fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
-    match text
-        .chars()
-        .any(|c| c.is_whitespace() || "'\"$&;()*?".contains(c))
-    {
-        true => format!("'{}'", text.replace('\'', "'\\''")),
-        false => text,
+    let is_special = |c: char| c.is_whitespace() || "'\"$&;()*?".contains(c);
+    if text.contains(is_special) {
+        return format!("'{}'", text.replace('\'', "'\\''"));
     }
+    text
 }
 
 #[cfg(test)]
@@ -114,7 +103,7 @@ mod tests {
 
     #[test]
     fn steps_that_no_part_has_are_found() {
-        assert_eq!(missing(&[[0, 3], [5, 7]], 9), [[3, 5], [7, 9]]);
-        assert!(missing(&[[0, 5], [3, 9]], 9).is_empty());
+        assert_eq!(missing([0..3, 5..7].into_iter(), 9), [3..5, 7..9]);
+        assert!(missing([0..5, 3..9].into_iter(), 9).is_empty());
     }
 }

@@ -1,61 +1,22 @@
-//! What the motion does on the mesh, before anything is interpolated: where each body is at a step, and
-//! whether surfaces meet.
+//! What the motion does on the mesh, before anything is interpolated: surfaces that meet, bodies of several blades, and a
+//! support radius within which the motion cannot fade out.
 
 use super::displacements::LargestDisplacements;
-use super::surface_points::{places_at, points_of, tip_of};
+use super::motion::{places_at, points_of};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::preflight::PreflightNote;
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::crossing::{segments_cross, triangles_cross};
-use azimesh_core::geometry::vector::{Vector, dot, norm, sub};
-use azimesh_core::parallel;
+use azimesh_core::geometry::vector::{Vector, dot, sub};
 use azimesh_deform::Plan;
-use azimesh_deform::motion::{Role, Step};
+use azimesh_deform::motion::{Interpolate, Role, Step};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A body at a step.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BodyAtStep {
-    /// Its place in the schedule.
-    pub body: usize,
-    /// The step.
-    pub step: usize,
-    /// Pitch, flap and lag in radians, where it has a cyclic motion.
-    pub angles: Option<[f64; 3]>,
-    /// Displacement of its outermost point along its span, in mesh units; `None` in 2D and where nothing says what the span is.
-    pub tip: Option<Vector>,
-    /// Largest displacement of one of its points, in mesh units.
-    pub largest: f64,
-}
-
-/// Every body at some steps, in the order of the steps.
-pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
-    let bodies = 0..plan.motion.bodies.len();
-    let points: Vec<Vec<usize>> = bodies.map(|body| points_of(plan, body)).collect();
-    let tips: Vec<Option<usize>> = (0..)
-        .zip(&points)
-        .map(|(b, p)| tip_of(plan, b, p))
-        .collect();
-    let mut found = Vec::new();
-    for step in steps {
-        let places = places_at(plan, step);
-        let moved = |at: usize| sub(places[at], plan.surface.points[at]);
-        for (body, points) in points.iter().enumerate() {
-            found.push(BodyAtStep {
-                body,
-                step: step.index(),
-                angles: plan.motion.cyclic_angles(body, step),
-                tip: tips[body].map(moved),
-                largest: parallel::largest(points.len(), |i| norm(moved(points[i]))),
-            });
-        }
-    }
-    found
-}
 
 /// Parts of the largest distance from the hub that one blade does not reach: behind the hub, and beside the span.
 const BEHIND: f64 = 0.4;
 const BESIDE: f64 = 0.7;
+/// The advice on the support radius is on the safe side by this factor.
+const SAFE: f64 = 1.1;
 
 /// A warning for each body with a motion about the axes of one blade whose nodes lie all round the hub.
 pub(super) fn of_several_blades(plan: &Plan) -> Vec<Diagnostic> {
@@ -85,6 +46,42 @@ pub(super) fn of_several_blades(plan: &Plan) -> Vec<Diagnostic> {
         })
     });
     notes.map(Diagnostic::from).collect()
+}
+
+/// A warning where cells fold whatever the mesh: with a displacement `d` that is zero at the distance `R`, the slope
+/// of the field reaches `s d / R`, `s` the steepest slope of the kernel, and cells fold where that is above one. Not of
+/// rotations that are interpolated as such.
+pub(super) fn small_radius(plan: &Plan, extremes: &LargestDisplacements) -> Option<Diagnostic> {
+    let (surface, rbf) = (&plan.surface, &plan.schedule.rbf);
+    let turns = rbf.interpolate == Interpolate::Twist;
+    let mut layers = plan.layers.iter();
+    let rings = layers.any(|layer| layer.rings().next().is_some());
+    let mut tags = plan.motion.surface.tags.iter();
+    let has_still = surface.body.contains(&None) || tags.any(|tag| tag.role.is_none());
+    if turns || rings || !has_still {
+        return None;
+    }
+    let bodies = extremes.farthest.iter().enumerate();
+    let farther = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0));
+    let (body, &(step, whole)) = bodies.rev().max_by(|a, b| farther(a.1, b.1))?;
+    let (radius, slope) = (plan.basis.radius, plan.basis.kernel.steepest());
+    let by = whole / rbf.substeps as f64;
+    if slope * by <= radius {
+        return None;
+    }
+    let note = PreflightNote::SmallRadius {
+        radius,
+        kernel: plan.basis.kernel.name(),
+        body: plan.motion.bodies[body].name.clone(),
+        distance: by,
+        step,
+        substeps: rbf.substeps,
+        needed: (
+            SAFE * slope * by,
+            (SAFE * slope * whole / radius).ceil() as usize,
+        ),
+    };
+    Some(note.into())
 }
 
 /// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
@@ -235,16 +232,8 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preflight::tests::plan;
     use azimesh_core::diagnostic::NoteKind;
-    use azimesh_deform::motion::Schedule;
-    use azimesh_io::mesh::Mesh;
-    use std::path::Path;
-
-    fn plan(mesh: &str, schedule: &str) -> Plan {
-        let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
-        let mesh = Mesh::read(mesh).expect("it is good");
-        Plan::new(mesh, schedule).expect("they fit").0
-    }
 
     fn told(mesh: &str, tag: &str, by: &str) -> Vec<Diagnostic> {
         let plan = plan(
@@ -326,7 +315,7 @@ mod tests {
             "testdata/wing_on_plane.vtu",
             "azimuth.values = [90]\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\nrotor = { span_axis = [0, 0, 1], shaft_axis = [0, 1, 0] }\nbody = [ { name = \"wing\", tags = [\"wing\"], cyclic = { collective = 2, flap = [ { sin = 5 } ] } } ]\n",
         );
-        let found = &bodies_at(&plan, &[&plan.motion.steps[0]])[0];
+        let found = &crate::preflight::bodies_at(&plan, &[&plan.motion.steps[0]])[0];
         let angles = found.angles.expect("it is cyclic").map(f64::to_degrees);
         assert!((angles[0] - 2.0).abs() < 1e-12 && (angles[1] - 5.0).abs() < 1e-12);
         let tip = found.tip.expect("it is in space");
@@ -338,7 +327,7 @@ mod tests {
             (tip[2] - length * (cos - 1.0)).abs() < 0.02 * length,
             "{tip:?}"
         );
-        assert!(found.largest >= norm(tip) * 0.999);
+        assert!(found.largest >= azimesh_core::geometry::vector::norm(tip) * 0.999);
     }
 
     #[test]
@@ -348,7 +337,7 @@ mod tests {
                 "azimuth.values = [90]\nboundaries.others = \"fixed\"\nrbf.support_radius = 3.0\nselection.tolerance = 1e-2\n{rotor}\nbody = [ {{ name = \"wing\", tags = [\"wing\"], {motion} }} ]\n"
             );
             let plan = plan("testdata/wing_on_plane.vtu", &schedule);
-            bodies_at(&plan, &[&plan.motion.steps[0]])[0].tip
+            crate::preflight::bodies_at(&plan, &[&plan.motion.steps[0]])[0].tip
         };
         // The wing lies along z, and the default span along x.
         let swing = "rigid = { rotate = { axis = [1, 0, 0], angle = 2.0 } }";
@@ -357,5 +346,33 @@ mod tests {
         let along_z = tip(span, swing).expect("the span is given");
         assert!(along_z[1].abs() > 0.01, "{along_z:?}");
         assert!(tip("", "cyclic = { collective = 2 }").is_some());
+    }
+
+    /// The radius and the substeps that are advised, where the airfoil moves by 0.35.
+    fn advised(rbf: &str) -> Option<(f64, usize)> {
+        let text = format!(
+            "azimuth.values = [0]\nboundaries.others = \"fixed\"\nrbf = {{ {rbf} }}\nselection.tolerance = 1e-2\n\
+             body = [ {{ name = \"a\", tags = [\"airfoil\"], rigid.translate = [0, 0.35, 0] }} ]\n"
+        );
+        let plan = plan("testdata/naca0012.vtu", &text);
+        small_radius(&plan, &LargestDisplacements::new(&plan)).map(|note| match note.kind {
+            NoteKind::Preflight(PreflightNote::SmallRadius { needed, .. }) => needed,
+            other => panic!("{other}"),
+        })
+    }
+
+    #[test]
+    fn a_radius_within_which_the_motion_cannot_fade_out_is_told_with_one_that_is_enough() {
+        assert_eq!(advised("support_radius = 2.0"), None);
+        for kernel in ["c0", "c2", "c4", "c6"] {
+            let rbf = |radius: f64, substeps: usize| {
+                format!(
+                    "kernel = \"wendland-{kernel}\", support_radius = {radius:?}, substeps = {substeps}"
+                )
+            };
+            let (radius, substeps) = advised(&rbf(0.5, 1)).expect("it is too small");
+            assert_eq!(advised(&rbf(radius, 1)), None, "{kernel}");
+            assert_eq!(advised(&rbf(0.5, substeps)), None, "{kernel}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The largest displacement of each body over the steps of a schedule, and whether it leaves the region that deforms.
 
-use super::surface_points::{places_at, points_of};
+use super::motion::{places_at, points_of};
 use azimesh_core::diagnostic::preflight::PreflightNote;
 use azimesh_core::diagnostic::{Diagnostic, in_digits};
 use azimesh_core::error::{Error, Result};

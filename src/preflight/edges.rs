@@ -154,25 +154,18 @@ fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preflight::tests::{plan, plan_of};
     use azimesh_core::diagnostic::NoteKind;
-    use azimesh_deform::motion::Schedule;
     use azimesh_io::mesh::{CellKind, Group, Mesh};
-    use std::path::Path;
-
-    fn plan(mesh: Mesh, schedule: &str) -> Plan {
-        let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
-        Plan::new(mesh, schedule).expect("they fit").0
-    }
 
     /// The wing with a motion, its root in a plane that slides.
     fn wing(motion: &str) -> Plan {
-        let mesh = Mesh::read("testdata/wing_on_plane.vtu").expect("it is good");
         let schedule = format!(
             "azimuth.values = [0, 90]\nboundaries = {{ fixed = [\"farfield\"], slide = [\"symmetry\"] }}\n\
              rbf.support_radius = 8.0\nselection.tolerance = 1e-2\n\
              body = [ {{ name = \"wing\", tags = [\"wing\"], {motion} }} ]\n"
         );
-        plan(mesh, &schedule)
+        plan("testdata/wing_on_plane.vtu", &schedule)
     }
 
     #[test]
@@ -282,7 +275,7 @@ mod tests {
                  boundaries = {{ zones = [\"rotor\"], fixed = [\"far\"] }}\nrbf.support_radius = 5.0\n\
                  body = [ {{ name = \"b\", tags = [\"hub\"], rigid.translate = [0, 0, 0.01] }} ]\n"
             );
-            let told = turning_out(&plan(rings(), &schedule));
+            let told = turning_out(&plan_of(rings(), &schedule));
             assert_eq!(told.is_some(), is_told, "{frame} {hub} {told:?}");
         }
         let sample = crate::sample::rotor(&crate::sample::BladeOptions::default());
@@ -290,6 +283,6 @@ mod tests {
         let turning = sample
             .schedule
             .replace("frame = \"rotating\"", "frame = \"inertial\"");
-        assert!(turning_out(&plan(sample.mesh, &turning)).is_some());
+        assert!(turning_out(&plan_of(sample.mesh, &turning)).is_some());
     }
 }

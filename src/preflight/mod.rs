@@ -4,23 +4,21 @@
 //! is refused, and to `run` whose files are written.
 
 mod bodies;
-mod body_motion;
 mod disk;
 mod displacements;
 mod edges;
 mod memory;
+mod motion;
 mod output;
-mod radius;
 mod surface_files;
-mod surface_points;
 mod tags;
 
-pub use bodies::{BodyAtStep, bodies_at};
-pub(crate) use body_motion::body_motion;
 pub use disk::existing_folder;
 pub(crate) use disk::{Demand, check_disk};
 pub use displacements::LargestDisplacements;
 pub use memory::{Fits, check_memory, estimate_memory};
+pub(crate) use motion::body_motion;
+pub use motion::{BodyAtStep, bodies_at};
 pub(crate) use output::before_work;
 pub use output::estimate_bytes;
 pub use surface_files::check_surface_files;
@@ -39,7 +37,7 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Diagnostic>
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(tags::fixed_that_move(plan));
     warnings.extend(tags::on_no_cell(plan));
-    warnings.extend(radius::small(plan));
+    warnings.extend(bodies::small_radius(plan, extremes));
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
     warnings.extend(edges::turning_out(plan));
@@ -59,4 +57,22 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Diagnostic>
 pub fn evenly(plan: &Plan, most: usize) -> Vec<&Step> {
     let steps = &plan.motion.steps;
     steps.iter().step_by(steps.len().div_ceil(most)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use azimesh_deform::Plan;
+    use azimesh_deform::motion::Schedule;
+    use azimesh_io::mesh::Mesh;
+    use std::path::Path;
+
+    /// The plan of a schedule on the mesh in a file.
+    pub(super) fn plan(mesh: &str, schedule: &str) -> Plan {
+        plan_of(Mesh::read(mesh).expect("it is good"), schedule)
+    }
+
+    pub(super) fn plan_of(mesh: Mesh, schedule: &str) -> Plan {
+        let schedule = Schedule::parse(schedule, Path::new("s.toml")).expect("it is good");
+        Plan::new(mesh, schedule).expect("they fit").0
+    }
 }

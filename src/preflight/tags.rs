@@ -175,18 +175,16 @@ pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preflight::tests::plan_of;
     use azimesh_core::diagnostic::NoteKind;
-    use azimesh_deform::motion::Schedule;
     use azimesh_io::mesh::{CellKind, CellSet, Mesh};
-    use std::path::Path;
 
     fn plan(mesh: Mesh, boundaries: &str, tags: &str) -> Plan {
         let text = format!(
             "azimuth.values = [0, 90]\nboundaries = {{ {boundaries} }}\nrbf.support_radius = 10.0\nselection.tolerance = 1e-2\n\
              body = [ {{ name = \"it\", tags = [{tags}], rigid.translate = [0.1, 0, 0] }} ]\n"
         );
-        let schedule = Schedule::parse(&text, Path::new("s.toml")).expect("it is good");
-        Plan::new(mesh, schedule).expect("they fit").0
+        plan_of(mesh, &text)
     }
 
     /// The airfoil with its faces behind x = 0.45 in the tag "flap" too, or only there.

@@ -128,25 +128,18 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
 /// The base points as VTK polydata: vertices in the order chosen, with that order, the mesh node and
 /// the body (-1 where the point stays).
 fn polydata(plan: &Plan, selections: &[Selection]) -> String {
-    let mut seen = vec![false; plan.surface.nodes.len()];
-    let all = selections.iter().flat_map(|selection| &selection.base);
-    let base: Vec<usize> = all
-        .copied()
-        .filter(|&i| !std::mem::replace(&mut seen[i], true))
-        .collect();
-    let join = |values: Vec<String>| values.join(" ");
     let surface = &plan.surface;
-    let points = join(
-        base.iter()
-            .map(|&i| surface.points[i].map(|x| x.to_string()).join(" "))
-            .collect(),
-    );
-    let order = join((0..base.len()).map(|i| i.to_string()).collect());
-    let after = join((1..=base.len()).map(|i| i.to_string()).collect());
-    let nodes = join(base.iter().map(|&i| surface.nodes[i].to_string()).collect());
-    let body = |i: usize| surface.body[i].map_or("-1".to_owned(), |b| b.to_string());
-    let bodies = join(base.iter().map(|&i| body(i)).collect());
+    let mut seen = vec![false; surface.nodes.len()];
+    let all = selections.iter().flat_map(|selection| &selection.base);
+    let mut is_new = |at: &usize| !std::mem::replace(&mut seen[*at], true);
+    let base: Vec<usize> = all.copied().filter(|at| is_new(at)).collect();
     let n = base.len();
+    let list = |of: &dyn Fn(usize) -> String| (0..n).map(of).collect::<Vec<_>>().join(" ");
+    let points = list(&|i| surface.points[base[i]].map(|x| x.to_string()).join(" "));
+    let order = list(&|i| i.to_string());
+    let after = list(&|i| (i + 1).to_string());
+    let nodes = list(&|i| surface.nodes[base[i]].to_string());
+    let bodies = list(&|i| surface.body[base[i]].map_or("-1".to_owned(), |body| body.to_string()));
     let array = |kind: &str, name: &str, values: &str| {
         format!(
             "        <DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>\n"

@@ -35,9 +35,21 @@ impl Lock {
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
-        let made = new_folders(folder).map(Path::to_path_buf).collect();
-        make_folder(folder).map_err(|error| Error::io(folder, &error))?;
-        check_listed(folder)?;
+        let is_new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+        let made = folder.ancestors().take_while(is_new);
+        let made: Vec<PathBuf> = made.map(Path::to_path_buf).collect();
+        let make = || {
+            fs::create_dir_all(folder)?;
+            let mut made = made.iter();
+            made.try_for_each(|path| sync_folder(folder_of(path)))
+        };
+        make().map_err(|error| Error::io(folder, &error))?;
+        // Files of an earlier run in a folder that cannot be listed, and other runs, would not be seen.
+        fs::read_dir(folder).map_err(|error| {
+            let mut error = Error::io(folder, &error);
+            error.message += "; the output folder must be readable, for a run looks there for files of earlier ones";
+            error
+        })?;
         let steps = names.steps();
         let path = folder.join(file_name(STEM, Some(&steps), EXTENSION));
         let (file, warning) = own(&path, folder, &steps)?;
@@ -72,32 +84,6 @@ impl Drop for Lock {
         unregister_temporary(&self.path);
         for folder in &self.made {
             let _ = fs::remove_dir(folder);
-        }
-    }
-}
-
-/// The folders of a path that are not there yet, innermost first.
-fn new_folders(folder: &Path) -> impl Iterator<Item = &Path> {
-    let is_new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
-    folder.ancestors().take_while(is_new)
-}
-
-/// Makes a folder where there is none, on the disk too.
-fn make_folder(folder: &Path) -> std::io::Result<()> {
-    let new: Vec<&Path> = new_folders(folder).collect();
-    fs::create_dir_all(folder)?;
-    let above = |path: &&Path| sync_folder(folder_of(path));
-    new.iter().try_for_each(above)
-}
-
-/// Refuses a folder that cannot be listed: files of an earlier run in it, and other runs, would not be seen.
-fn check_listed(folder: &Path) -> Result<()> {
-    match fs::read_dir(folder) {
-        Ok(_) => Ok(()),
-        Err(error) => {
-            let mut error = Error::io(folder, &error);
-            error.message += "; the output folder must be readable, for a run looks there for files of earlier ones";
-            Err(error)
         }
     }
 }
@@ -186,13 +172,15 @@ fn refused(path: &Path, error: &std::io::Error) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::super::names::RunSteps;
     use super::*;
 
     fn names(folder: &Path, steps: Option<Range<usize>>) -> Names {
         let format = azimesh_io::formats::by_name("vtu").expect("it is known");
-        let part = RunSteps::new(steps, 10).expect("there are ten steps");
-        Names::new(folder, Path::new("wing.su2"), format, 10, part)
+        let names = Names::new(folder, Path::new("wing.su2"), format, 10);
+        match steps {
+            Some(steps) => names.part(steps).expect("there are ten steps"),
+            None => names,
+        }
     }
 
     #[test]

@@ -5,17 +5,13 @@
 
 pub mod base_file;
 mod base_points;
-mod case;
 mod compatibility;
+mod finish;
 mod finished;
 mod lock;
-mod merge;
-mod merged;
-mod meshes;
 mod names;
 mod parts;
 mod record;
-mod request;
 mod resume;
 #[expect(clippy::module_inception)]
 mod run;
@@ -23,13 +19,11 @@ mod step;
 mod step_loop;
 mod surface;
 mod table;
-mod verify;
 mod writer;
 
+pub use finish::finish;
 pub use finished::Finished;
-pub use merge::finish;
-pub use request::Request;
-pub use run::{run, run_after};
+pub use run::{Request, run, run_after};
 
 #[cfg(test)]
 mod tests;

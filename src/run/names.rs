@@ -1,13 +1,13 @@
-//! The folder of a sequence: names of its files, what an earlier run left in it, the time series.
+//! The folder of a sequence: names of its files, files of earlier runs in it, the time series.
 
-use super::case::{Case, steps_in_case};
+use super::table;
 use crate::preflight::existing_folder;
-use crate::record::{Row, Rows, file_name, numbered, part_of, step_of};
+use crate::record::{Row, Rows, file_name, numbered, part_of, parts_in, step_of};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_deform::motion::Step;
 use azimesh_io::formats::{
     self, Begin, Begun, CaseFormat, Commit, Format, Inputs, Notes, Staged, WriteOptions, case_name,
-    hash_of, pvd, vtk_series,
+    folder_of, hash_of, pvd, vtk_series,
 };
 use azimesh_io::mesh::MeshView;
 use std::collections::BTreeMap;
@@ -15,44 +15,21 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// The steps that a run writes: all, or one part of them.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RunSteps {
-    steps: Range<usize>,
-    whole: bool,
-}
-
-impl RunSteps {
-    /// The part of a sequence of `n_steps` that was asked for; all of it when none was.
-    pub fn new(steps: Option<Range<usize>>, n_steps: usize) -> Result<Self> {
-        let whole = steps.is_none();
-        let steps = steps.unwrap_or(0..n_steps);
-        if steps.is_empty() || steps.end > n_steps {
-            return Err(Error::input(format!(
-                "--steps {}..{}: the schedule has {}; A..B needs A < B, and B no more than {n_steps}",
-                steps.start,
-                steps.end,
-                counted(n_steps, "step")
-            )));
-        }
-        Ok(Self { steps, whole })
-    }
-}
-
 /// Names of the files of one sequence.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Names {
     /// The folder.
     pub folder: PathBuf,
     stem: String,
     extension: &'static str,
-    /// Ending of a list of meshes beside the `.pvd`.
+    /// Ending of a list of meshes next to the `.pvd`.
     list_ending: Option<&'static str>,
     /// Whether one file holds all steps.
     in_one: bool,
-    digits: usize,
-    part: RunSteps,
-    /// The case that the steps are in, where the format has that.
+    n_steps: usize,
+    /// The steps of a run that writes some of them only.
+    part: Option<Range<usize>>,
+    /// The case that the steps are in, if the format has that.
     case: Option<Case>,
     /// How files take these names.
     pub commit: Commit,
@@ -60,59 +37,98 @@ pub struct Names {
     pub given: Inputs,
 }
 
-/// A step in a case.
-pub(super) struct StepInCase<'a> {
-    pub folder: &'a Path,
-    pub format: CaseFormat,
-    pub file: &'a str,
+/// A case that holds the steps of a sequence, and the folder of [`Names`].
+#[derive(Clone)]
+struct Case {
+    folder: PathBuf,
+    /// File of each step, from the case on; empty until [`Names::place_steps`].
+    files: Vec<String>,
+    /// Folder of the mesh that all steps share.
+    shared: String,
+}
+
+impl Case {
+    /// The case that a folder is, or whose records are in it.
+    fn of(folder: &Path) -> Self {
+        let records = CaseFormat.records();
+        let is_records = folder.file_name().is_some_and(|name| name == records)
+            && !folder.join(records).exists()
+            && has_records(folder);
+        let above = folder.parent().filter(|_| is_records);
+        Self {
+            folder: above.unwrap_or(folder).to_path_buf(),
+            files: Vec::new(),
+            shared: String::new(),
+        }
+    }
+}
+
+/// Checks if runs have left records in a folder.
+fn has_records(folder: &Path) -> bool {
+    let is_there = |name: &str| folder.join(file_name(name, None, "json")).exists();
+    is_there("run") || parts_in(folder, "run", "json").is_ok_and(|parts| !parts.is_empty())
 }
 
 impl Names {
     /// For a mesh of this name, in a format, with so many steps.
-    pub fn new(
-        folder: &Path,
-        mesh: &Path,
-        format: &Format,
-        n_steps: usize,
-        part: RunSteps,
-    ) -> Self {
+    pub fn new(folder: &Path, mesh: &Path, format: &Format, n_steps: usize) -> Self {
         // "wing.b8.ugrid.gz" gives wing_0000.
         let name = mesh.file_name().filter(|name| *name != "-");
         let name = name.map_or("mesh".into(), |name| name.to_string_lossy());
         let stem = match case_name(&name) {
-            case if case.len() < name.len() => case.to_owned(),
-            _ => {
-                let stem = Path::new(&*name).file_stem().unwrap_or_default();
-                stem.to_string_lossy().into_owned()
-            }
+            case if case.len() < name.len() => case.into(),
+            _ => (Path::new(&*name).file_stem().unwrap_or_default()).to_string_lossy(),
         };
-        // Lists of files are XML and lines of text.
-        let stem = stem.replace(char::is_control, "_");
-        let case = format.case.map(|case| Case::of(case, folder));
-        let folder = case
+        let case = format.case.map(|_| Case::of(folder));
+        let records = case
             .as_ref()
-            .map_or_else(|| folder.to_path_buf(), Case::records);
+            .map(|case| case.folder.join(CaseFormat.records()));
         Self {
-            folder,
-            stem,
+            folder: records.unwrap_or_else(|| folder.to_path_buf()),
+            // Lists of files are XML and lines of text.
+            stem: stem.replace(char::is_control, "_"),
             extension: format.extensions[0],
             list_ending: format.list_ending,
             in_one: format.sequence.is_some() && case.is_none(),
+            n_steps,
+            part: None,
             case,
-            digits: n_steps.saturating_sub(1).to_string().len().max(4),
-            part,
             commit: Commit::REPLACE,
             given: Inputs::default(),
         }
     }
 
+    /// Names of a part of this sequence.
+    ///
+    /// # Errors
+    /// Where the sequence does not have these steps.
+    pub fn part(&self, steps: Range<usize>) -> Result<Self> {
+        if steps.is_empty() || steps.end > self.n_steps {
+            return Err(Error::input(format!(
+                "--steps {}..{}: the schedule has {}; A..B needs A < B, and B no more than {}",
+                steps.start,
+                steps.end,
+                counted(self.n_steps, "step"),
+                self.n_steps
+            )));
+        }
+        Ok(Self {
+            part: Some(steps),
+            ..self.clone()
+        })
+    }
+
+    /// Least digits of the number of a step in a name.
+    fn digits(&self) -> usize {
+        self.n_steps.saturating_sub(1).to_string().len().max(4)
+    }
+
     /// Name of the file that holds the mesh of a step.
     pub fn mesh(&self, step: usize) -> String {
-        let file = self.case.as_ref().and_then(|case| case.files.get(step));
-        match file {
-            Some(file) => format!("../{file}"),
+        match self.in_case(step) {
+            Some((_, file)) => format!("../{file}"),
             None if self.in_one => self.of_part(&self.stem, self.extension),
-            None => numbered(&self.stem, step, self.digits, self.extension),
+            None => numbered(&self.stem, step, self.digits(), self.extension),
         }
     }
 
@@ -133,29 +149,48 @@ impl Names {
         let Some(case) = &mut self.case else {
             return Ok(());
         };
-        case.format.check(&case.folder, mesh)?;
+        CaseFormat.check(&case.folder, mesh)?;
         let times: Vec<f64> = steps.iter().map(Step::time).collect();
-        case.files = case.format.step_files(&case.folder, mesh, &times)?;
-        case.shared = case.format.shared(mesh);
+        case.files = CaseFormat.step_files(&case.folder, mesh, &times)?;
+        case.shared = CaseFormat.shared(mesh);
         Ok(())
     }
 
-    /// The file of a step in the case that has the meshes.
-    pub(super) fn in_case(&self, step: usize) -> Option<StepInCase<'_>> {
+    /// The case that has the meshes, and the file of a step in it.
+    pub(super) fn in_case(&self, step: usize) -> Option<(&Path, &str)> {
         let case = self.case.as_ref()?;
-        Some(StepInCase {
-            folder: &case.folder,
-            format: case.format,
-            file: case.files.get(step)?,
-        })
+        Some((&case.folder, case.files.get(step)?))
     }
 
-    /// Whether a mesh on the disk has the hash of its row.
+    /// Checks if a mesh on the disk has the hash of its row.
     pub(super) fn has_hash(&self, path: &Path, hash: &str) -> std::io::Result<bool> {
-        match &self.case {
-            Some(case) => case.format.has_hash(path, hash),
+        match self.case {
+            Some(_) => CaseFormat.has_hash(path, hash),
             None => Ok(hash_of(path)?.to_string() == hash),
         }
+    }
+
+    /// Finds the first of some files that is missing or has another hash. `*.mapbc` is the file with that ending next
+    /// to the mesh of each row.
+    pub(super) fn changed<'a>(
+        &self,
+        files: impl IntoIterator<Item = (&'a String, &'a String)>,
+        rows: impl IntoIterator<Item = &'a Row> + Clone,
+    ) -> Option<PathBuf> {
+        files.into_iter().find_map(|(name, hash)| {
+            let paths = match (name.strip_prefix("*."), name.strip_prefix("../")) {
+                (Some(ending), _) => {
+                    let rows = rows.clone().into_iter();
+                    rows.map(|row| companion(&self.path(&row.file), ending))
+                        .collect()
+                }
+                (None, Some(inside)) => vec![folder_of(&self.folder).join(inside)],
+                (None, None) => vec![self.path(name)],
+            };
+            let is_changed =
+                |path: &PathBuf| !hash_of(path).is_ok_and(|own| own.to_string() == *hash);
+            paths.into_iter().find(is_changed)
+        })
     }
 
     /// Stages what all steps share, where they are in a case.
@@ -174,8 +209,7 @@ impl Names {
         };
         // Parts come to a case in any order.
         let begin = if self.is_part() { Begin::Resume } else { begin };
-        case.format
-            .begin(&case.folder, mesh, options, begin, self.commit)
+        CaseFormat.begin(&case.folder, mesh, options, begin, self.commit)
     }
 
     /// Whether one file holds all steps.
@@ -183,18 +217,10 @@ impl Names {
         self.in_one
     }
 
-    /// Names of another part of this sequence.
-    pub fn part(&self, part: RunSteps) -> Self {
-        Self {
-            part,
-            ..self.clone()
-        }
-    }
-
     /// Path of the time series over files; `None` where one file is that itself, and for a part.
     pub fn series(&self) -> Option<PathBuf> {
         let wanted = !self.in_one && self.case.is_none() && !self.is_part();
-        wanted.then(|| self.folder.join(format!("{}.pvd", self.stem)))
+        wanted.then(|| self.path(&format!("{}.pvd", self.stem)))
     }
 
     /// Refuses a mesh whose name makes names of files that the file system does not take.
@@ -202,7 +228,7 @@ impl Names {
     /// # Errors
     /// Of kind `Input`, with the path.
     pub fn check_lengths(&self, has_surfaces: bool) -> Result<()> {
-        let first = self.part.steps.start;
+        let first = self.steps().start;
         let lists = self.series().into_iter().flat_map(|series| {
             let list = self.list_ending.map(|ending| series.with_extension(ending));
             std::iter::once(series).chain(list)
@@ -232,12 +258,12 @@ impl Names {
 
     /// The steps that this run writes.
     pub fn steps(&self) -> Range<usize> {
-        self.part.steps.clone()
+        self.part.clone().unwrap_or(0..self.n_steps)
     }
 
     /// Whether it writes some of the steps only.
     pub fn is_part(&self) -> bool {
-        !self.part.whole
+        self.part.is_some()
     }
 
     /// Path of the table of steps.
@@ -254,47 +280,55 @@ impl Names {
     pub fn base(&self, step: Option<usize>) -> PathBuf {
         self.path(&match step {
             None => file_name("base", None, "toml"),
-            Some(step) => numbered("base", step, self.digits, "toml"),
+            Some(step) => numbered("base", step, self.digits(), "toml"),
         })
     }
 
     fn of_part(&self, stem: &str, extension: &str) -> String {
-        let part = self.is_part().then_some(&self.part.steps);
-        file_name(stem, part, extension)
+        file_name(stem, self.part.as_ref(), extension)
     }
 
     /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
-        let mesh = step_of(name, &self.stem, self.extension)
+        let step = step_of(name, &self.stem, self.extension)
             .or_else(|| step_of(name, &self.surface_stem(), "dat"));
-        if self.is_part() {
-            return mesh.is_some_and(|step| self.part.steps.contains(&step))
-                || self.in_one && name == self.mesh(self.part.steps.start)
-                || name == self.of_part("steps", "csv")
-                || name == self.of_part("run", "json");
+        if let Some(step) = step {
+            return !self.is_part() || self.steps().contains(&step);
         }
-        let of_any_part = |stem: &str, extension: &str| {
-            name == file_name(stem, None, extension) || part_of(name, stem, extension).is_some()
+        // Of the whole sequence also the files of parts.
+        let is_one = |stem: &str, extension: &str| {
+            name == self.of_part(stem, extension)
+                || !self.is_part() && part_of(name, stem, extension).is_some()
         };
-        mesh.is_some()
-            || self.in_one && of_any_part(&self.stem, self.extension)
-            || name == format!("{}.pvd", self.stem)
-            || name == format!("{}.vtk.series", self.stem)
-            || of_any_part("steps", "csv")
-            || of_any_part("run", "json")
-            || is_base(name)
+        is_one("steps", "csv")
+            || is_one("run", "json")
+            || self.in_one && is_one(&self.stem, self.extension)
+            || !self.is_part()
+                && (name == format!("{}.pvd", self.stem)
+                    || name == format!("{}.vtk.series", self.stem)
+                    || is_base(name))
     }
+
+    /// Whether there are parts in the folder of a whole sequence.
+    pub(super) fn has_parts(&self) -> bool {
+        !self.is_part() && parts_in(&self.folder, "run", "json").is_ok_and(|all| !all.is_empty())
+    }
+}
+
+/// The file with another ending next to a mesh, whose own ending may have dots.
+fn companion(mesh: &Path, ending: &str) -> PathBuf {
+    let name = mesh.file_name().unwrap_or_default().to_string_lossy();
+    mesh.with_file_name(format!("{}.{ending}", case_name(&name)))
 }
 
 /// Whether a file holds base points.
 fn is_base(name: &str) -> bool {
-    let of_any_choice = |extension: &str| {
+    ["toml", "vtp"].iter().any(|extension| {
         name == file_name("base", None, extension) || step_of(name, "base", extension).is_some()
-    };
-    of_any_choice("toml") || of_any_choice("vtp")
+    })
 }
 
-/// Files of an earlier run that stand in the folder.
+/// Files of an earlier run in the folder.
 pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     let mut found = files(names, |name| names.is_ours(name));
     found.retain(|path| names.given.find(path).is_none());
@@ -303,32 +337,37 @@ pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
         let shared = case.folder.join(&case.shared);
         let is_there = !names.is_part() && !case.shared.is_empty() && shared.exists();
         found.extend(is_there.then_some(shared));
-        found.extend(steps_in_case(names, case));
+        found.extend(steps_in_case(names));
     }
     found
 }
 
+/// Files of the steps that the tables of earlier runs in a case name.
+fn steps_in_case(names: &Names) -> impl Iterator<Item = PathBuf> {
+    let parts = parts_in(&names.folder, "steps", "csv").unwrap_or_default();
+    let parts = parts.into_iter().filter(|_| !names.is_part());
+    let tables = std::iter::once(names.table()).chain(parts.map(|(_, path)| path));
+    let rows = tables.filter_map(|table| table::read(&table).ok());
+    let rows = rows.flat_map(Rows::into_values);
+    // The mesh that all steps share is no step's own.
+    let own = rows.filter(|row| !CaseFormat.is_shared(row.file.trim_start_matches("../")));
+    own.flat_map(|row| CaseFormat.files_of(&names.path(&row.file)))
+}
+
 pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(&names.folder) else {
-        return Vec::new();
-    };
-    let mut found: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| {
-            path.file_name()
-                .is_some_and(|n| wanted(&n.to_string_lossy()))
-        })
-        .collect();
+    let entries = std::fs::read_dir(&names.folder).into_iter().flatten();
+    let named = entries
+        .flatten()
+        .filter(|entry| wanted(&entry.file_name().to_string_lossy()));
+    let mut found: Vec<PathBuf> = named.map(|entry| entry.path()).collect();
     found.sort();
     found
 }
 
 /// Bytes of the files of an earlier run.
 pub fn bytes_of_existing(names: &Names) -> u64 {
-    existing_outputs(names)
-        .iter()
-        .map(|path| bytes_of(path))
-        .sum()
+    let files = existing_outputs(names);
+    files.iter().map(|path| bytes_of(path)).sum()
 }
 
 /// Bytes of a file, or of all files in a folder; 0 for what cannot be read.
@@ -366,37 +405,31 @@ pub(super) fn refuse_special(names: &Names) -> Result<()> {
 
 /// Refuses a folder in which an input has the name of a file of the sequence, which this run or `finish` would replace.
 pub fn refuse_inputs(names: &Names, inputs: &Inputs) -> Result<()> {
-    let whole = names.part(RunSteps {
-        steps: names.steps(),
-        whole: true,
-    });
+    let whole = Names {
+        part: None,
+        ..names.clone()
+    };
     let outputs = existing_outputs(&whole);
     outputs.iter().try_for_each(|path| inputs.refuse(path))
 }
 
 /// Removes every file of an earlier run.
 pub fn remove_existing(names: &Names) -> Result<()> {
-    existing_outputs(names).iter().try_for_each(|path| {
+    for path in existing_outputs(names) {
         let removed = if names.case.is_some() && path.is_dir() {
-            std::fs::remove_dir_all(path)
+            std::fs::remove_dir_all(&path)
         } else {
-            std::fs::remove_file(path)
+            std::fs::remove_file(&path)
         };
-        removed.map_err(|error| Error::io(path, &error))?;
+        removed.map_err(|error| Error::io(&path, &error))?;
         // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
-        if names.case.is_some() {
-            let above = path
-                .ancestors()
-                .skip(1)
-                .take(3)
-                .filter(|above| !names.folder.starts_with(above));
-            let _ = above
-                .map(std::fs::remove_dir)
-                .take_while(|removed| removed.is_ok())
-                .count();
-        }
-        Ok(())
-    })
+        let above = path.ancestors().skip(1).take(3);
+        let above = above.filter(|above| names.case.is_some() && !names.folder.starts_with(above));
+        let _ = above
+            .map(std::fs::remove_dir)
+            .all(|removed| removed.is_ok());
+    }
+    Ok(())
 }
 
 /// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
@@ -407,10 +440,11 @@ pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
         return Vec::new();
     };
     let mut lists = vec![(path, pvd(entries()))];
-    if let Some(ending) = names.list_ending {
+    let list = names.list_ending.map(|ending| {
         let path = names.path(&format!("{}.{ending}", names.stem));
-        lists.push((path, vtk_series(entries())));
-    }
+        (path, vtk_series(entries()))
+    });
+    lists.extend(list);
     lists
 }
 
@@ -426,10 +460,7 @@ mod tests {
     #[test]
     fn a_mesh_is_named_without_its_endings() {
         let vtu = azimesh_io::formats::by_name("vtu").expect("it is known");
-        let name = |mesh: &str, n| {
-            let part = RunSteps::new(None, n).expect("all of it");
-            Names::new(Path::new("d"), Path::new(mesh), vtu, n, part).mesh(7)
-        };
+        let name = |mesh: &str, n| Names::new(Path::new("d"), Path::new(mesh), vtu, n).mesh(7);
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
         assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
         assert_eq!(name("-", 1), "mesh_0007.vtu");
@@ -452,8 +483,11 @@ mod tests {
 
     fn names(steps: Option<Range<usize>>, format: &str) -> Names {
         let format = azimesh_io::formats::by_name(format).expect("it is known");
-        let part = RunSteps::new(steps, 10).expect("there are ten steps");
-        Names::new(Path::new("d"), Path::new("wing.su2"), format, 10, part)
+        let names = Names::new(Path::new("d"), Path::new("wing.su2"), format, 10);
+        match steps {
+            Some(steps) => names.part(steps).expect("there are ten steps"),
+            None => names,
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::finished::Finished;
 use super::names::Names;
-use super::request::Request;
+use super::run::Request;
 use crate::preflight::body_motion;
 use crate::record::{
     EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, PatchRecord, RepairRecord,
@@ -174,24 +174,18 @@ fn companions(names: &Names, deformation: &Deformation) -> Result<BTreeMap<Strin
     let mesh = names.path(&format!("no mesh.{}", format.extensions[0]));
     let files = (format.companions)(&deformation.view_to_write()?, &mesh);
     let named = files.into_iter().map(|(path, content)| {
-        let ending = path
-            .extension()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let ending = path.extension().unwrap_or_default().display();
         (format!("*.{ending}"), blake3::hash(&content).to_string())
     });
     Ok(named.collect())
 }
 
 fn functions(plan: &Plan) -> Vec<FunctionRecord> {
-    let functions = plan.schedule.functions().into_iter();
-    functions
-        .map(|(body, name)| FunctionRecord {
-            body: body.to_owned(),
-            name: name.map(str::to_owned),
-        })
-        .collect()
+    let record = |(body, name): (&str, Option<&str>)| FunctionRecord {
+        body: body.to_owned(),
+        name: name.map(str::to_owned),
+    };
+    plan.schedule.functions().into_iter().map(record).collect()
 }
 
 /// An input and its hash; what came from a pipe is gone and has none.
@@ -217,21 +211,17 @@ pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
     if !path.exists() {
         return Ok(None);
     }
-    let bytes = read_file(path);
-    let bytes = bytes.map_err(|error| Error::io(path, &error))?;
+    let bytes = read_file(path).map_err(|error| Error::io(path, &error))?;
     Ok(RunRecord::parse(&bytes).ok().filter(RunRecord::is_whole))
 }
 
-/// The selections of two runs by their first step; those of the second count.
-pub(super) fn merged(
-    first: &[SelectionRecord],
-    second: &[SelectionRecord],
-) -> Vec<SelectionRecord> {
-    let all = first.iter().chain(second);
-    let by_step: BTreeMap<usize, &SelectionRecord> = all
-        .map(|selection| (selection.first_step, selection))
-        .collect();
-    by_step.into_values().cloned().collect()
+/// Sorts records by their key; of several with one key the last counts.
+pub(super) fn latest<'a, T: Clone + 'a>(
+    records: impl Iterator<Item = &'a T>,
+    key: impl Fn(&T) -> usize,
+) -> Vec<T> {
+    let by_key: BTreeMap<usize, &T> = records.map(|record| (key(record), record)).collect();
+    by_key.into_values().cloned().collect()
 }
 
 /// What the selections of an interval came to.
@@ -248,11 +238,7 @@ pub(super) fn selection_record(
         error: Some(selection.error),
         measured: Some(selection.measured),
         skipped: selection.skipped,
-        history: selection
-            .history
-            .iter()
-            .map(|&(n, error)| (n, Some(error)))
-            .collect(),
+        history: (selection.history.iter().map(|&(n, error)| (n, Some(error)))).collect(),
         residuals: selection.picked.iter().copied().map(Some).collect(),
     });
     SelectionRecord {

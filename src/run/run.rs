@@ -5,10 +5,9 @@ use super::base_file;
 use super::base_points::BasePointStore;
 use super::finished::Finished;
 use super::lock::Lock;
-use super::names::{self, Names, RunSteps};
+use super::names::{self, Names};
 use super::parts;
-use super::record::{Clock, RecordFile, sentences};
-use super::request::Request;
+use super::record::{Clock, RecordFile, latest, sentences};
 use super::resume::Earlier;
 use super::surface::SurfaceFiles;
 use super::table;
@@ -16,8 +15,7 @@ use super::writer::Writer;
 use crate::preflight::{
     self, Demand, LargestDisplacements, before_work, check_disk, check_surface_files,
 };
-use crate::record::Criterion;
-use crate::record::{Row, Rows};
+use crate::record::{Criterion, Row, Rows};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::run::RunNote;
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
@@ -26,7 +24,39 @@ use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, missed_at_step};
 use azimesh_io::formats::{self, Begin, Format, Inputs, Notes};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
+
+/// Options of a run that its deformation does not have.
+#[derive(Debug, Clone, Default)]
+pub struct Request {
+    /// The mesh file, for names and hashes.
+    pub mesh: PathBuf,
+    /// Where the files go.
+    pub folder: PathBuf,
+    /// Base points chosen before.
+    pub base: Option<PathBuf>,
+    /// The steps to write, counted from 0; all when left out.
+    pub steps: Option<Range<usize>>,
+    /// The cell array that the boundary tags were read from, where it was named.
+    pub tag_array: Option<String>,
+    /// Whether files of an earlier run are replaced.
+    pub force: bool,
+    /// Whether an earlier run is resumed.
+    pub resume: bool,
+    /// Whether a step that cannot be written is skipped and the run continues.
+    pub keep_going: bool,
+    /// Whether bodies may leave the mesh.
+    pub allow_outside: bool,
+    /// Whether a disk without room for all steps is written to nevertheless.
+    pub no_space_check: bool,
+    /// Whether steps need not outlive a power cut.
+    pub no_sync: bool,
+    /// Bytes of arrays that lie on the disk while it runs.
+    pub bytes_in_files: u64,
+    /// Conditions that fail the run.
+    pub fail_on: Vec<Criterion>,
+}
 
 /// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder. A tolerance that cannot be
 /// met (base points are saved, no mesh is written) and `on_inverted = "stop"` end it early, with
@@ -65,30 +95,20 @@ pub fn run_after(
     formats::clear_left(&names.folder);
     if !request.no_space_check {
         let steps = (names.steps().len(), earlier.rows.len());
-        let demand = Demand::of(
-            plan,
-            &deformation.view_to_write()?,
-            format,
-            steps,
-            mesh_bytes,
-        );
-        let freed = if request.force {
-            names::bytes_of_existing(&names)
-        } else {
-            0
-        };
-        let room = (freed, request.bytes_in_files);
+        let mesh = deformation.view_to_write()?;
+        let demand = Demand::of(plan, &mesh, format, steps, mesh_bytes);
+        let replaced = request.force.then(|| names::bytes_of_existing(&names));
+        let room = (replaced.unwrap_or(0), request.bytes_in_files);
         warnings.extend(check_disk(plan, &names.folder, &demand, room)?);
     }
     names::refuse_special(&names)?;
     warnings.append(&mut earlier.notes);
-    let fail_on = earlier.take_conditions(&request.fail_on);
-    earlier.note_in(&mut record.content);
+    let fail_on = earlier.enter(&mut record.content, &request.fail_on);
     warn(&warnings);
     if request.force {
         names::remove_existing(&names)?;
     }
-    let base_files = earlier.bases.clone();
+    let base_files = earlier.record.base_files.clone();
     let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
     let mut run = Run {
@@ -99,14 +119,14 @@ pub fn run_after(
         format,
         fail_on,
         record,
-        n_kept: rows.len(),
+        finished: Finished {
+            n_kept: rows.len(),
+            warnings,
+            ..Finished::default()
+        },
         rows,
         earlier,
-        skipped: Vec::new(),
         first_inverted: BTreeMap::new(),
-        warnings,
-        seconds_steps: 0.0,
-        seconds_writing: 0.0,
         lock,
         displaced_from: None,
     };
@@ -149,8 +169,10 @@ fn inputs_of(plan: &Plan, request: &Request) -> Inputs {
 fn names_of(deformation: &Deformation, format: &Format, request: &Request) -> Result<Names> {
     let plan = deformation.plan();
     let n_steps = plan.motion.steps.len();
-    let part = RunSteps::new(request.steps.clone(), n_steps)?;
-    let mut names = Names::new(&request.folder, &request.mesh, format, n_steps, part);
+    let mut names = Names::new(&request.folder, &request.mesh, format, n_steps);
+    if let Some(steps) = &request.steps {
+        names = names.part(steps.clone())?;
+    }
     names.commit.sync = !request.no_sync;
     let picture = request.base.as_deref().map(base_file::picture_of);
     names.given = Inputs::of(request.base.iter().chain(&picture));
@@ -164,7 +186,7 @@ fn names_of(deformation: &Deformation, format: &Format, request: &Request) -> Re
 fn earlier_run(
     deformation: &Deformation,
     names: &Names,
-    format: &Format,
+    format: &'static Format,
     record: &RecordFile,
     request: &Request,
 ) -> Result<Earlier> {
@@ -201,15 +223,11 @@ pub(super) struct Run<'a> {
     pub record: RecordFile,
     /// What is known of the run that is resumed; its rows are those that still count.
     pub earlier: Earlier,
-    pub n_kept: usize,
+    /// The result so far.
+    pub finished: Finished,
     /// Rows of all steps that are finished.
     pub rows: Rows,
-    pub skipped: Vec<Diagnostic>,
     pub first_inverted: BTreeMap<usize, usize>,
-    pub warnings: Vec<Diagnostic>,
-    /// Seconds of positions and quality.
-    pub seconds_steps: f64,
-    pub seconds_writing: f64,
     lock: Lock,
     /// Positions that displacements are measured from, where they are not those of the mesh that was read.
     pub displaced_from: Option<Vec<Vector>>,
@@ -219,7 +237,7 @@ impl Run<'_> {
     fn steps(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let restored = base_points.restore();
         self.note_choices(base_points)?;
-        self.warnings.extend(restored?);
+        self.finished.warnings.extend(restored?);
         if self.is_complete() {
             return self.begin_case();
         }
@@ -234,7 +252,6 @@ impl Run<'_> {
         }
         self.begin_case()?;
         loop {
-            let begin = self.begin();
             let mut writer = Writer::start(
                 self.names,
                 self.format,
@@ -242,15 +259,15 @@ impl Run<'_> {
                 SurfaceFiles::of(self.plan)?,
                 self.earlier.rows.clone(),
                 self.deformation.stop(),
-                begin,
+                self.begin(),
             )?;
             let pass = self.step_loop(&mut writer, base_points);
             let settled = writer.settle();
-            self.seconds_writing += writer.seconds;
+            self.finished.timings.writing += writer.seconds;
             if self.names.is_in_one() {
-                self.record.content.step_ends = Some(writer.ends().to_vec());
+                self.record.content.step_ends = Some(writer.ends.clone());
             }
-            self.take_notes(writer.notes());
+            self.take_notes(&writer.notes);
             let mended = match (&pass, &settled) {
                 (Ok(LoopEnd::Done), Ok(())) => writer.end()?,
                 _ => false,
@@ -271,19 +288,19 @@ impl Run<'_> {
 
     /// What happens to files that are there.
     fn begin(&self) -> Begin {
-        match self.request.resume {
-            true => Begin::Resume,
-            false => Begin::Create,
+        if self.request.resume {
+            Begin::Resume
+        } else {
+            Begin::Create
         }
     }
 
     /// Writes what all steps share, where they are in a case.
     fn begin_case(&mut self) -> Result<()> {
         let options = self.plan.schedule.output.write_options();
+        let mesh = self.deformation.view_to_write()?;
         // What is copied may be large: until it gets its names, a request to stop ends the run.
-        let begun = self
-            .names
-            .begin(&self.deformation.view_to_write()?, &options, self.begin())?;
+        let begun = self.names.begin(&mesh, &options, self.begin())?;
         self.check_stop(!self.rows.is_empty())?;
         let _held = self.deformation.stop().hold();
         begun.staged.keep()?;
@@ -297,9 +314,10 @@ impl Run<'_> {
     /// Ends the run where it was asked to, which tells whether it has finished steps.
     pub(super) fn check_stop(&self, has_steps: bool) -> Result<()> {
         self.deformation.stop().check().map_err(|mut error| {
-            error.message += match has_steps {
-                true => "; finished steps are kept, and --resume continues from there",
-                false => "; no step was finished",
+            error.message += if has_steps {
+                "; finished steps are kept, and --resume continues from there"
+            } else {
+                "; no step was finished"
             };
             error
         })
@@ -308,8 +326,8 @@ impl Run<'_> {
     /// Keeps in mind what a format could not hold, once for all steps.
     fn take_notes(&mut self, notes: &Notes) {
         for note in notes.iter() {
-            if !self.warnings.contains(note) {
-                self.warnings.push(note.clone());
+            if !self.finished.warnings.contains(note) {
+                self.finished.warnings.push(note.clone());
             }
         }
     }
@@ -357,7 +375,9 @@ impl Run<'_> {
             return Ok(());
         }
         content.base_files.clone_from(&base_points.base_files);
-        content.selections = self.earlier.with_selections(&base_points.selections);
+        let earlier = self.earlier.record.selections.iter();
+        let selections = earlier.chain(&base_points.selections);
+        content.selections = latest(selections, |selection| selection.first_step);
         self.save_record()
     }
 
@@ -370,14 +390,13 @@ impl Run<'_> {
     /// What was done about cells that were not valid, in this run or an earlier one. Of steps that take a part in the repair of
     /// others run.json tells.
     fn tell_repairs(&self, finished: &mut Finished) {
-        let repairs = self.earlier.repairs.iter();
-        let folded = repairs.filter(|(_, repair)| repair.was_folded());
-        let written = folded.filter(|(step, _)| self.rows.contains_key(step));
-        let notes = written.map(|(step, repair)| {
-            let step = &self.plan.motion.steps[*step];
-            Diagnostic::from(repair.note(step.azimuth_deg(), step.time_s()))
-        });
-        finished.warnings.extend(notes);
+        for (index, repair) in &self.earlier.repairs {
+            if repair.was_folded() && self.rows.contains_key(index) {
+                let step = &self.plan.motion.steps[*index];
+                let note = repair.note(step.azimuth_deg(), step.time_s());
+                finished.warnings.push(note.into());
+            }
+        }
     }
 
     /// Steps that miss the tolerance that their base points were chosen by.
@@ -400,16 +419,15 @@ impl Run<'_> {
         let names = self.names;
         let table = names.table();
         let there = table::read(&table).unwrap_or_default();
-        let is_there = |(step, row): (&usize, &Row)| {
-            there.get(step).is_some_and(|own| own.line() == row.line())
+        let is_gone = |(step, row): (&usize, &Row)| {
+            let own = there.get(step);
+            own.is_none_or(|own| own.line() != row.line())
         };
-        let mut gone: Vec<PathBuf> = Vec::new();
-        if !self.rows.iter().all(is_there) {
-            gone.push(table.clone());
-        }
-        let files = self.rows.values().map(|row| names.path(&row.file));
-        let bases = self.record.content.base_files.keys();
-        let files = files.chain(bases.map(|name| names.path(name)));
+        let gone = self.rows.iter().any(is_gone).then_some(table);
+        let mut gone: Vec<PathBuf> = gone.into_iter().collect();
+        let files = self.rows.values().map(|row| &row.file);
+        let files = files.chain(self.record.content.base_files.keys());
+        let files = files.map(|name| names.path(name));
         gone.extend(files.filter(|path| !path.exists()));
         let message = match (self.lock.holds(), gone.first()) {
             (true, None) => return Ok(()),
@@ -432,21 +450,11 @@ impl Run<'_> {
         clock: &Clock,
     ) -> Result<Finished> {
         let _held = self.deformation.stop().hold();
-        let mut finished = Finished {
-            n_kept: self.n_kept,
-            warnings: std::mem::take(&mut self.warnings),
-            skipped: std::mem::take(&mut self.skipped),
-            ..Finished::default()
-        };
+        let mut finished = std::mem::take(&mut self.finished);
         self.tell_repairs(&mut finished);
         let has_azimuth = self.plan.motion.steps[0].azimuth_deg().is_some();
-        finished.take_rows(
-            self.names,
-            &self.rows,
-            &self.first_inverted,
-            &self.fail_on,
-            has_azimuth,
-        )?;
+        let (rows, first) = (&self.rows, &self.first_inverted);
+        finished.take_rows(self.names, rows, first, &self.fail_on, has_azimuth)?;
         self.note_misses(&mut finished);
         if self.rows.is_empty() {
             finished.take_selections(&self.record.content.selections);
@@ -461,22 +469,20 @@ impl Run<'_> {
         }
         finished.timings.selection = base_points.seconds_selection;
         finished.timings.modes = base_points.seconds_modes;
-        finished.timings.steps = self.seconds_steps;
-        finished.timings.writing = self.seconds_writing;
         finished.timings.total = clock.seconds();
         if self.earlier.is_unverified {
             return result.map(|()| finished);
         }
         // Without its folder a run fails in many ways, for one reason.
-        let result = match self.lock.holds() {
-            true => result.and_then(|()| self.check_folder()),
-            false => self.check_folder(),
+        let result = if self.lock.holds() {
+            result.and_then(|()| self.check_folder())
+        } else {
+            self.check_folder()
         };
-        let lists = names::series(self.names, &self.rows);
-        let mut lists = lists.iter();
-        let saved =
-            lists.try_for_each(|(path, text)| formats::save_text(text, path, self.names.commit));
-        let result = result.and(saved);
+        let commit = self.names.commit;
+        let mut lists = names::series(self.names, &self.rows).into_iter();
+        let result =
+            result.and(lists.try_for_each(|(path, text)| formats::save_text(&text, &path, commit)));
         self.record.close(&finished, result.as_ref().err());
         finished.outcome.clone_from(&self.record.content.outcome);
         let saved = self.record.save_last();

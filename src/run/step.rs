@@ -8,8 +8,8 @@ use azimesh_core::geometry::vector::{Vector, sub};
 use azimesh_core::parallel;
 use azimesh_core::sparse;
 use azimesh_deform::motion::{QualityOutput, Step};
-use azimesh_deform::{Deformation, Evaluated, Plan, Repair, Rounding};
-use azimesh_io::formats::DISPLACEMENT;
+use azimesh_deform::{Deformation, Evaluated, Repair, Rounding};
+use azimesh_io::formats::{DISPLACEMENT, Format};
 use azimesh_io::mesh::{Apart, ByRanks, DataArray, Mesh, MeshView, Values};
 use azimesh_quality::{Assessment, Extreme};
 
@@ -23,47 +23,37 @@ pub(super) struct Computed {
     pub seconds: f64,
 }
 
-/// Positions and quality of one step; coordinates as they will be written.
+/// Computes the positions of a step, coordinates as they will be written, and its velocities; if `is_evaluated`, also
+/// its quality and errors.
 pub(super) fn compute(
     base_points: &mut BasePointStore<'_>,
     step: &Step,
+    is_evaluated: bool,
     points: &mut [Vector],
 ) -> Result<Computed> {
     let interval = base_points.enter(step)?;
     let deformation = base_points.deformation;
-    if deformation.plan().schedule.output.quality != QualityOutput::None {
+    let output = &deformation.plan().schedule.output;
+    let rounding = if output.rounds()? {
+        Rounding::Single
+    } else {
+        Rounding::None
+    };
+    if !is_evaluated {
+        let found = deformation.place(&interval, step, rounding, points)?;
+        return Ok(Computed {
+            found,
+            seconds: 0.0,
+        });
+    }
+    if output.quality != QualityOutput::None {
         // Made once, in no step's time.
         deformation.prepare_measures();
     }
     let clock = Clock::start();
-    let rounding = rounding(deformation.plan())?;
-    Ok(Computed {
-        found: deformation.evaluate(&interval, step, rounding, points)?,
-        seconds: clock.seconds(),
-    })
-}
-
-/// Positions of a step that was computed before, and its velocities: what its mesh consists of.
-pub(super) fn recompute(
-    base_points: &mut BasePointStore<'_>,
-    step: &Step,
-    points: &mut [Vector],
-) -> Result<Computed> {
-    let interval = base_points.enter(step)?;
-    let deformation = base_points.deformation;
-    let rounding = rounding(deformation.plan())?;
-    Ok(Computed {
-        found: deformation.place(&interval, step, rounding, points)?,
-        seconds: 0.0,
-    })
-}
-
-/// What makes coordinates what they will be in the files.
-pub(super) fn rounding(plan: &Plan) -> Result<Rounding> {
-    Ok(match plan.schedule.output.rounds()? {
-        false => Rounding::None,
-        true => Rounding::Single,
-    })
+    let found = deformation.evaluate(&interval, step, rounding, points)?;
+    let seconds = clock.seconds();
+    Ok(Computed { found, seconds })
 }
 
 /// The mesh of a step as it is written.
@@ -74,64 +64,52 @@ pub(super) struct StepMesh<'a> {
     at_cells: Vec<DataArray>,
     /// Whether an array of the mesh that has the name of the displacement is not of this run.
     hides_other: bool,
-    /// Whether all ranks write it together: then `points` and the arrays at nodes have the values of no node.
-    is_together: bool,
 }
 
 impl<'a> StepMesh<'a> {
-    /// Of a step with its nodes at `points`, without arrays.
-    pub fn new(deformation: &'a Deformation, points: &'a [Vector]) -> Result<Self> {
-        Ok(Self {
-            mesh: deformation.mesh_to_write()?,
-            points,
-            at_points: Vec::new(),
-            at_cells: Vec::new(),
-            hides_other: false,
-            is_together: deformation.is_written_together(),
-        })
-    }
-
-    /// With the arrays that the schedule asks for; takes the velocities of all nodes, where they are here.
-    pub fn with_arrays(
-        mut self,
-        deformation: &Deformation,
+    /// Of a step with its nodes at `points` and the arrays that the schedule asks for and the format holds: the format would
+    /// report each other one as left out, which is known already. Takes the velocities of all nodes. Displacements
+    /// are those from `origin`, or else from the mesh that was read. Where all ranks write the mesh together, arrays
+    /// at nodes have the values of no node.
+    pub fn new(
+        deformation: &'a Deformation,
+        format: &Format,
+        points: &'a [Vector],
         velocities: &mut Vec<Vector>,
+        origin: Option<&[Vector]>,
     ) -> Result<Self> {
-        let plan = deformation.plan();
-        let values = match self.is_together {
-            true => sparse::zeros(3 * self.mesh.points.len(), 0.0),
-            false => std::mem::take(velocities).into_flattened(),
+        let (plan, mesh) = (deformation.plan(), deformation.mesh_to_write()?);
+        let (output, holds) = (&plan.schedule.output, &format.holds);
+        let values = |own: &mut dyn FnMut() -> Vec<Vector>| {
+            if deformation.is_written_together() {
+                return sparse::zeros(3 * mesh.points.len(), 0.0);
+            }
+            own().into_flattened()
         };
-        if plan.velocity.is_some() && !values.is_empty() {
-            let array = DataArray::tuples(VELOCITY, 3, Values::F64(values));
-            self.at_points.push(array);
+        let mut arrays = Vec::new();
+        if holds.arrays && plan.velocity.is_some() {
+            arrays.push((VELOCITY, values(&mut || std::mem::take(velocities))));
         }
-        self.add_displacement(plan, &self.mesh.points);
-        if plan.schedule.output.quality == QualityOutput::Cells {
-            self.at_cells = deformation.cell_arrays(self.points)?;
+        if output.displacement && (holds.arrays || holds.displacement) {
+            let from = origin.unwrap_or(&mesh.points);
+            let moved = |i: usize| sub(points[i], from[i]);
+            let moved = &mut || parallel::collect(points.len(), moved);
+            arrays.push((DISPLACEMENT, values(moved)));
         }
-        Ok(self)
-    }
-
-    /// With the displacement alone, from other positions than those of the mesh that was read.
-    pub fn with_displacement(mut self, plan: &Plan, from: Option<&[Vector]>) -> Self {
-        self.add_displacement(plan, from.unwrap_or(&self.mesh.points));
-        self.hides_other = true;
-        self
-    }
-
-    fn add_displacement(&mut self, plan: &Plan, from: &[Vector]) {
-        if plan.schedule.output.displacement {
-            let values = match self.is_together {
-                true => sparse::zeros(3 * self.mesh.points.len(), 0.0),
-                false => {
-                    let moved = |i: usize| sub(self.points[i], from[i]);
-                    parallel::collect(self.points.len(), moved).into_flattened()
-                }
-            };
-            let array = DataArray::tuples(DISPLACEMENT, 3, Values::F64(values));
-            self.at_points.push(array);
-        }
+        let arrays = arrays.into_iter().filter(|(_, values)| !values.is_empty());
+        let array = |(name, values)| DataArray::tuples(name, 3, Values::F64(values));
+        let has_cells = holds.arrays && output.quality == QualityOutput::Cells;
+        Ok(Self {
+            mesh,
+            points,
+            at_points: arrays.map(array).collect(),
+            at_cells: if has_cells {
+                deformation.cell_arrays(points)?
+            } else {
+                Vec::new()
+            },
+            hides_other: !holds.arrays && holds.displacement,
+        })
     }
 
     /// The mesh, of which `by` has the values of nodes and cells where all ranks write it together.

@@ -2,16 +2,17 @@
 //! steps holds it already, verified there.
 
 use super::base_points::BasePointStore;
+use super::finish::read_step;
 use super::finished::inverted;
 use super::record::repair_record;
 use super::run::{LoopEnd, Run};
-use super::step::{Computed, StepMesh, compute, recompute, row};
-use super::writer::Writer;
-use azimesh_core::diagnostic::run::RunNote;
+use super::step::{Computed, StepMesh, compute, row};
+use super::writer::{Writer, hash_of};
+use azimesh_core::diagnostic::run::{FileFault, RunNote};
 use azimesh_core::error::{Error, ErrorKind, Result};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_deform::motion::{OnInverted, QualityOutput, Step};
-use azimesh_io::formats::{self, Location, ReadOptions};
+use azimesh_io::formats::CaseFormat;
 use azimesh_io::mesh::{Apart, MeshView};
 
 /// What is to be done for a step.
@@ -60,7 +61,7 @@ impl Run<'_> {
             }
             let mut ready = self.accept(step, computed, task)?;
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
-            let was_resuming = writer.is_resuming();
+            let was_resuming = writer.is_resuming;
             let mut compute = || {
                 let (step, task) = following?;
                 Some(task.run(base_points, step, &mut next))
@@ -75,13 +76,12 @@ impl Run<'_> {
                     let mesh = self.step_mesh(&all_points, &mut velocities)?;
                     let mut write =
                         |by: Option<&dyn Apart>| write(writer, &mesh.view(by), step, ready, task);
-                    let (written, then) = match self.deformation.is_on_ranks() {
-                        false => rayon::join(|| write(None), &mut compute),
+                    let (written, then) = if self.deformation.is_on_ranks() {
                         // All ranks call both.
-                        true => {
-                            let written = self.write_on_ranks(&points, &velocities, &mut write);
-                            (written, compute())
-                        }
+                        let written = self.write_on_ranks(&points, &velocities, &mut write);
+                        (written, compute())
+                    } else {
+                        rayon::join(|| write(None), &mut compute)
                     };
                     (written?, then)
                 }
@@ -90,7 +90,7 @@ impl Run<'_> {
             if !is_same {
                 return Ok(self.restart_from(step));
             }
-            if task != Task::New && was_resuming && !writer.is_resuming() {
+            if task != Task::New && was_resuming && !writer.is_resuming {
                 self.warn_of_damage(step);
             }
             progress.advance(1);
@@ -108,22 +108,14 @@ impl Run<'_> {
         vec![[0.0; 3]; self.deformation.n_nodes_here()]
     }
 
-    /// The mesh of a step with the arrays that its format holds: it would say of each other one that it is left out, which is known
-    /// already.
-    pub(super) fn step_mesh<'a>(
+    /// The mesh of a step, with its arrays.
+    fn step_mesh<'a>(
         &'a self,
         points: &'a [Vector],
         velocities: &mut Vec<Vector>,
     ) -> Result<StepMesh<'a>> {
-        let mesh = StepMesh::new(self.deformation, points)?;
-        match (self.format.holds.arrays, self.format.holds.displacement) {
-            (true, _) => mesh.with_arrays(self.deformation, velocities),
-            (false, true) => {
-                let from = self.displaced_from.as_deref();
-                Ok(mesh.with_displacement(self.plan, from))
-            }
-            (false, false) => Ok(mesh),
-        }
+        let origin = self.displaced_from.as_deref();
+        StepMesh::new(self.deformation, self.format, points, velocities, origin)
     }
 
     /// Writes a step of which this rank has the positions and velocities `own`.
@@ -147,10 +139,10 @@ impl Run<'_> {
         let is_moved = self.plan.largest_displacement(0) > 0.0;
         if self.plan.schedule.output.displacement
             && is_moved
-            && (self.names.in_case(0)).is_some_and(|case| case.format.is_shared(case.file))
+            && (self.names.in_case(0)).is_some_and(|(_, file)| CaseFormat.is_shared(file))
         {
             let mut points = self.room_for_points();
-            compute(base_points, first, &mut points)?;
+            compute(base_points, first, true, &mut points)?;
             let points = self
                 .deformation
                 .positions_to_write(&points, &mut Vec::new());
@@ -181,42 +173,33 @@ impl Run<'_> {
     /// Takes the positions of a step from the file of all steps; tells whether they are there.
     fn read_back(&self, writer: &Writer<'_>, step: &Step, points: &mut Vec<Vector>) -> bool {
         let path = self.names.path(&self.names.mesh(step.index()));
-        let options = ReadOptions {
-            step: Some(writer.ends().len()),
-            ..ReadOptions::default()
-        };
-        let read =
-            Location::open(&path).and_then(|file| formats::read_as(self.format, &file, &options));
-        match read {
-            Ok(read) if read.mesh.points.len() == points.len() => {
-                *points = read.mesh.points;
-                true
-            }
-            _ => false,
+        let read = read_step(&path, self.format, writer.ends.len());
+        let read = read.map_or(Vec::new(), |read| read.mesh.points);
+        let is_whole = read.len() == points.len();
+        if is_whole {
+            *points = read;
         }
+        is_whole
     }
 
     /// Rows of the earlier run from a step on do not count any more.
     fn restart_from(&mut self, step: &Step) -> LoopEnd {
         self.warn_of_damage(step);
         self.earlier.rows.split_off(&step.index());
-        self.n_kept = self.earlier.rows.len();
+        self.finished.n_kept = self.earlier.rows.len();
         LoopEnd::Restart
     }
 
     pub(super) fn warn_of_more(&mut self) {
         let file = self.names.mesh(self.names.steps().start);
-        self.warnings.push(RunNote::CutOff { file }.into());
+        self.finished.warnings.push(RunNote::CutOff { file }.into());
     }
 
     fn warn_of_damage(&mut self, step: &Step) {
-        let note = RunNote::DiffersFrom {
-            file: self.names.mesh(step.index()),
-            step: step.index(),
-        };
-        let note = note.into();
-        if !self.warnings.contains(&note) {
-            self.warnings.push(note);
+        let (file, step) = (self.names.mesh(step.index()), step.index());
+        let note = RunNote::DiffersFrom { file, step }.into();
+        if !self.finished.warnings.contains(&note) {
+            self.finished.warnings.push(note);
         }
     }
 
@@ -227,18 +210,18 @@ impl Run<'_> {
         computed: Result<Computed>,
         task: Task,
     ) -> Result<Option<Computed>> {
-        let judged =
-            computed
-                .map_err(|error| at_step(step, error))
-                .and_then(|computed| match task {
-                    Task::New | Task::Verify => self.judge(step, computed),
-                    Task::Recompute | Task::ReadBack => Ok(computed),
-                });
+        let is_new = matches!(task, Task::New | Task::Verify);
+        let judged = match computed {
+            Ok(computed) if is_new => self.judge(step, computed),
+            computed => computed.map_err(|error| at_step(step, error)),
+        };
         match judged {
             Ok(computed) => Ok(Some(computed)),
             Err(error) if self.passes_over(&error) => {
                 let reason = error.message;
-                self.skipped.push(RunNote::Skipped { reason }.into());
+                self.finished
+                    .skipped
+                    .push(RunNote::Skipped { reason }.into());
                 Ok(None)
             }
             Err(mut error) => {
@@ -254,9 +237,92 @@ impl Run<'_> {
         self.request.keep_going && is_of_the_step(error)
     }
 
+    /// Computes the finished steps of a run whose record is lost again, and leaves out those whose bytes differ. So
+    /// neither other inputs nor another version slips in. Where one file holds all steps, [`Run::step_loop`] does that.
+    ///
+    /// # Errors
+    /// Where the first of them that moves anything is such a one: its file is whole, so that its run had
+    /// other inputs.
+    pub(super) fn verify_steps(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
+        let kept: Vec<usize> = self.earlier.rows.keys().copied().collect();
+        let progress = self.deformation.progress();
+        progress.start("verifying", Some(kept.len() as u64));
+        let mut is_ours = false;
+        for index in kept {
+            self.check_stop(!self.rows.is_empty())?;
+            let step = self.plan.motion.steps[index];
+            let moves = self.plan.largest_displacement(index) > 0.0;
+            if self.is_same(&step, base_points)? {
+                is_ours |= moves;
+            } else if moves && !is_ours {
+                return Err(self.not_ours(index));
+            } else {
+                self.earlier.rows.remove(&index);
+                let note = RunNote::StepAgain {
+                    step: index,
+                    file: self.names.mesh(index),
+                    fault: FileFault::OtherBytes,
+                };
+                self.finished.warnings.push(note.into());
+            }
+            progress.advance(1);
+        }
+        progress.finish();
+        self.rows.clone_from(&self.earlier.rows);
+        self.finished.n_kept = self.rows.len();
+        self.mark_verified()
+    }
+
+    /// Whether a step, computed again, gives the bytes of its row.
+    fn is_same(&mut self, step: &Step, base_points: &mut BasePointStore<'_>) -> Result<bool> {
+        let mut points = self.room_for_points();
+        let computed = compute(base_points, step, true, &mut points)?;
+        let computed = self.judge(step, computed)?;
+        let mut velocities = computed.found.velocities.unwrap_or_default();
+        let all_points = self
+            .deformation
+            .positions_to_write(&points, &mut velocities);
+        let mesh = self.step_mesh(&all_points, &mut velocities)?;
+        let options = self.plan.schedule.output.write_options();
+        let hash = self.write_on_ranks(&points, &velocities, &mut |by| {
+            let mesh = mesh.view(by);
+            hash_of(&mesh, self.names, step.index(), self.format, &options)
+        })?;
+        Ok(self.earlier.rows[&step.index()].blake3 == hash.to_string())
+    }
+
+    fn not_ours(&self, index: usize) -> Error {
+        let record = self.names.record();
+        Error::input(format!(
+            "this run cannot be resumed: {} is not what the mesh and the schedule give at step {index}, so the earlier run \
+             had another mesh, schedule, option or version of azimesh (its {} is lost); --force starts a new run",
+            self.names.mesh(index),
+            record.file_name().unwrap_or_default().display()
+        ))
+        .file(&self.names.folder)
+    }
+
+    /// Marks the kept rows as verified, and writes run.json.
+    pub(super) fn mark_verified(&mut self) -> Result<()> {
+        if !self.earlier.is_unverified {
+            return Ok(());
+        }
+        self.earlier.is_unverified = false;
+        self.record.content.steps_kept = Some(self.finished.n_kept);
+        self.record.save()
+    }
+
+    /// Writes run.json, unless it would hold rows that are not verified.
+    pub(super) fn save_record(&self) -> Result<()> {
+        if self.earlier.is_unverified {
+            return Ok(());
+        }
+        self.record.save()
+    }
+
     /// Keeps in mind what is wrong with a step; refuses it where the schedule says so.
     pub(super) fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
-        self.seconds_steps += computed.seconds;
+        self.finished.timings.steps += computed.seconds;
         if let Some(repair) = &computed.found.repair {
             let record = repair_record(repair, step);
             self.earlier.repairs.insert(step.index(), record);
@@ -296,8 +362,8 @@ impl Task {
         points: &mut [Vector],
     ) -> Result<Computed> {
         match self {
-            Task::New | Task::Verify => compute(base_points, step, points),
-            Task::Recompute => recompute(base_points, step, points),
+            Task::New | Task::Verify => compute(base_points, step, true, points),
+            Task::Recompute => compute(base_points, step, false, points),
             Task::ReadBack => Ok(Computed::default()),
         }
     }

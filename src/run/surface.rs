@@ -7,11 +7,9 @@ use azimesh_core::error::Result;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Role, SurfaceOutput};
 use azimesh_io::formats::{
-    Format, Location, OutputSet, ReadOptions, Staged, by_name, read_as, read_file,
-    write_su2_surface,
+    Format, Location, OutputSet, ReadOptions, Staged, read_as, read_file, write_su2_surface,
 };
-use azimesh_io::mesh::{Mesh, MeshView};
-use std::path::Path;
+use azimesh_io::mesh::MeshView;
 
 /// What is written of the moving surfaces.
 pub(super) struct SurfaceFiles {
@@ -44,25 +42,18 @@ impl SurfaceFiles {
     }
 
     /// Whether the file of a step says what the mesh of that step, which is whole, says.
-    pub fn is_there(&self, names: &Names, format: &Format, row: &Row) -> bool {
-        let Ok(found) = read_file(&names.path(&names.surface(row.step))) else {
-            return false;
+    pub fn is_there(&self, names: &Names, format: &'static Format, row: &Row) -> bool {
+        let text = || {
+            let location = Location::open(&names.path(&row.file)).ok()?;
+            let loaded = read_as(format, &location, &ReadOptions::default()).ok()?;
+            let mesh = loaded.mesh;
+            let last = self.nodes.last().map_or(0, |last| *last as usize);
+            let mut text = Vec::new();
+            let written = (last < mesh.points.len())
+                .then(|| write_su2_surface(&mesh.view(), &self.nodes, &mut text))?;
+            written.ok().map(|()| text)
         };
-        let read = |path: &Path| {
-            let format = by_name(format.name)?;
-            read_as(format, &Location::open(path)?, &ReadOptions::default())
-        };
-        let loaded = read(&names.path(&row.file));
-        loaded.is_ok_and(|loaded| self.text(&loaded.mesh).as_ref() == Some(&found))
-    }
-
-    fn text(&self, mesh: &Mesh) -> Option<Vec<u8>> {
-        let has_all = self
-            .nodes
-            .last()
-            .is_none_or(|last| (*last as usize) < mesh.points.len());
-        let mut text = Vec::new();
-        let written = has_all.then(|| write_su2_surface(&mesh.view(), &self.nodes, &mut text))?;
-        written.ok().map(|()| text)
+        let found = read_file(&names.path(&names.surface(row.step)));
+        found.is_ok_and(|found| text() == Some(found))
     }
 }

@@ -1,7 +1,6 @@
-//! Steps on their way to the disk: a mesh, then its row; no signal ends the program between the
-//! two. What waits for the disk does so on a thread of its own, beside the work on the next step.
+//! Steps on their way to the disk: a mesh, with its surfaces, then its row; no signal ends the program between the
+//! two. What waits for the disk does so on a thread of its own, during the work on the next step.
 
-use super::meshes::Meshes;
 use super::names::Names;
 use super::record::Clock;
 use super::surface::SurfaceFiles;
@@ -10,16 +9,30 @@ use crate::record::{Row, Rows};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::Stop;
 use azimesh_deform::motion::Step;
-use azimesh_io::formats::{Begin, Format, Notes, WriteOptions};
+use azimesh_io::formats::{
+    Begin, CaseFormat, Format, Notes, OutputSet, SequenceFile, Staged, WriteOptions,
+};
 use azimesh_io::mesh::MeshView;
 use std::panic::resume_unwind;
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 /// Writes the steps of a run, in their order.
 pub(super) struct Writer<'a> {
     names: &'a Names,
-    meshes: Meshes<'a>,
+    format: &'static Format,
+    options: WriteOptions,
+    /// The files of the moving surfaces, where they are asked for.
+    surface: Option<SurfaceFiles>,
+    /// The file that takes all meshes, where the format has that; shared with the thread that commits them.
+    sequence: Option<Arc<Mutex<Box<dyn SequenceFile>>>>,
+    /// Whether all meshes so far were in that file before.
+    pub is_resuming: bool,
+    /// The end of each mesh written or verified in that file.
+    pub ends: Vec<u64>,
+    /// What the format could not hold of the meshes so far.
+    pub notes: Notes,
     table: Arc<Mutex<Table>>,
     stop: &'a Arc<Stop>,
     /// The step that is written and waits for the disk.
@@ -29,7 +42,7 @@ pub(super) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// Starts with the rows of an earlier run.
+    /// Starts with the rows of an earlier run. Nothing is under the names of meshes before the first one is kept.
     pub fn start(
         names: &'a Names,
         format: &'static Format,
@@ -40,9 +53,19 @@ impl<'a> Writer<'a> {
         begin: Begin,
     ) -> Result<Self> {
         let table = Table::start(names.table(), kept, names.commit)?;
+        let first = names.path(&names.mesh(names.steps().start));
+        let create = format.sequence.filter(|_| names.is_in_one());
+        let sequence = create.map(|create| create(&first, &options, begin, names.commit.sync));
+        let sequence = sequence.transpose()?;
         Ok(Self {
             names,
-            meshes: Meshes::new(names, format, options, surface, begin)?,
+            format,
+            options,
+            surface,
+            is_resuming: sequence.as_ref().is_some_and(|file| file.is_resuming()),
+            sequence: sequence.map(|file| Arc::new(Mutex::new(file))),
+            ends: Vec::new(),
+            notes: Notes::default(),
             table: Arc::new(Mutex::new(table)),
             stop,
             under_way: None,
@@ -64,26 +87,22 @@ impl<'a> Writer<'a> {
         if self.names.is_in_one() {
             self.settle()?;
         }
-        let (hash, written) = self.meshes.write(mesh, step)?;
+        let (hash, written) = self.write_mesh(mesh, step)?;
         self.settle()?;
         self.seconds += clock.seconds();
         row.file = self.names.mesh(step.index());
         row.blake3 = hash.to_string();
         row.seconds = ((seconds + clock.seconds()) * 1e3).round() / 1e3;
         let table = Arc::clone(&self.table);
-        self.finish(move || {
+        let finish = move || {
             let _held = held;
             written.keep()?;
             lock(&table).add(row)
-        })
-    }
-
-    /// Does what waits for the disk on a thread of its own, where anything is waited for.
-    fn finish(&mut self, work: impl FnOnce() -> Result<()> + Send + 'static) -> Result<()> {
+        };
         if !self.names.commit.sync {
-            return work();
+            return finish();
         }
-        let thread = Builder::new().name("disk".to_owned()).spawn(work);
+        let thread = Builder::new().name("disk".to_owned()).spawn(finish);
         let refused = |error| Error::system(format!("cannot start a thread: {error}"));
         self.under_way = Some(thread.map_err(refused)?);
         Ok(())
@@ -100,13 +119,13 @@ impl<'a> Writer<'a> {
         done
     }
 
-    /// Verifies a mesh that an earlier run put into the file of all steps: tells whether it has the hash of its
+    /// Verifies a mesh that an earlier run put into the file of all steps: returns whether it has the hash of its
     /// row.
     pub fn verify(&mut self, mesh: &MeshView, step: &Step) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
         let clock = Clock::start();
-        let (hash, written) = self.meshes.write(mesh, step)?;
+        let (hash, written) = self.write_mesh(mesh, step)?;
         written.keep()?;
         self.seconds += clock.seconds();
         let table = lock(&self.table);
@@ -114,26 +133,46 @@ impl<'a> Writer<'a> {
         Ok(row.is_some_and(|row| row.blake3 == hash.to_string()))
     }
 
-    /// After the last step: makes the file of all steps end with it; tells whether it did not.
+    /// Writes the mesh of a step and its surfaces; gives the hash of its file, or of what it added to that of all
+    /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
+    fn write_mesh(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
+        let (names, at) = (self.names, step.index());
+        let surface = self.surface.as_ref();
+        let surface = surface.map(|surface| surface.stage(mesh, names, at));
+        let surface = surface.transpose()?;
+        let (hash, written) = if let Some(sequence) = &self.sequence {
+            let path = names.path(&names.mesh(at));
+            let mut file = lock(sequence);
+            let appended = file.append(step.time(), mesh);
+            let hash = appended.map_err(|error| error.file(&path))?;
+            self.ends.push(file.n_bytes());
+            self.is_resuming = file.is_resuming();
+            let sequence = Arc::clone(sequence);
+            let commit = move || lock(&sequence).commit().map_err(|error| error.file(&path));
+            (hash, Staged::new(move || commit().map(|()| None)))
+        } else {
+            let (hash, notes, written) =
+                write_alone(mesh, names, at, self.format, &self.options, |path| {
+                    OutputSet::new(path, names.commit)
+                })?;
+            self.notes.extend(notes);
+            (hash, written)
+        };
+        Ok(match surface {
+            Some(surface) => (hash, Staged::all(vec![surface, written])),
+            None => (hash, written),
+        })
+    }
+
+    /// After the last step: makes the file of all steps end with it; returns whether it did not.
     pub fn end(&mut self) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
-        self.meshes.end()
-    }
-
-    /// Where each mesh so far ends in the file of all steps.
-    pub fn ends(&self) -> &[u64] {
-        &self.meshes.ends
-    }
-
-    /// What the format could not hold of the meshes so far.
-    pub fn notes(&self) -> &Notes {
-        &self.meshes.notes
-    }
-
-    /// Whether all meshes so far were in the file of all steps before.
-    pub fn is_resuming(&self) -> bool {
-        self.meshes.is_resuming
+        let path = self.names.path(&self.names.mesh(self.names.steps().start));
+        let ended = self.sequence.as_ref().map(|sequence| lock(sequence).end());
+        ended
+            .unwrap_or(Ok(false))
+            .map_err(|error| error.file(&path))
     }
 
     /// The rows of all steps that are finished.
@@ -143,12 +182,55 @@ impl<'a> Writer<'a> {
 }
 
 impl Drop for Writer<'_> {
-    /// A run that ends with an error has told it; the step before is waited for all the same.
+    /// Waits for the last step. A run that ends with an error has reported it.
     fn drop(&mut self) {
         let _ = self.settle();
     }
 }
 
-fn lock(table: &Mutex<Table>) -> MutexGuard<'_, Table> {
-    table.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Writes the mesh of a step that has files of its own, to the set of files that `set` makes of their path.
+fn write_alone(
+    mesh: &MeshView,
+    names: &Names,
+    step: usize,
+    format: &Format,
+    options: &WriteOptions,
+    set: impl Fn(&Path) -> OutputSet<'_>,
+) -> Result<(blake3::Hash, Notes, Staged)> {
+    let Some((case, file)) = names.in_case(step) else {
+        let path = names.path(&names.mesh(step));
+        let mut out = set(&path).hashed();
+        let notes = format.write(mesh, &mut out, options)?;
+        let written = out.finish();
+        let hash = written.hash.expect("it was asked for");
+        return Ok((hash, notes, written.files));
+    };
+    let mut out = set(case).hashed();
+    CaseFormat.write_step(mesh, file, &mut out, options)?;
+    let written = out.finish();
+    // Of its points or, where it has several files, of all of them.
+    let mut hashes = written.of_folder.values();
+    let hash = match (hashes.next(), hashes.next()) {
+        (Some(one), None) => *one,
+        _ => written.hash.expect("it was asked for"),
+    };
+    Ok((hash, Notes::default(), written.files))
+}
+
+/// The hash that the row of a step would have; the mesh is written to nowhere.
+pub(super) fn hash_of(
+    mesh: &MeshView,
+    names: &Names,
+    step: usize,
+    format: &Format,
+    options: &WriteOptions,
+) -> Result<blake3::Hash> {
+    let (hash, ..) = write_alone(mesh, names, step, format, options, |path| {
+        OutputSet::nowhere(path)
+    })?;
+    Ok(hash)
 }

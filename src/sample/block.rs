@@ -14,29 +14,16 @@ const BLOCK_X: [usize; 2] = [10, 15];
 /// The block's first and last line of nodes in y.
 const BLOCK_Y: [usize; 2] = [12, 13];
 
-/// Options of the sample.
-#[derive(Debug, Clone, Copy)]
-pub struct BlockOptions {
-    /// Each cell of the published mesh is cut into this many along both axes; 1 to 400.
-    pub refine: usize,
-}
-
-impl Default for BlockOptions {
-    fn default() -> Self {
-        Self { refine: 1 }
-    }
-}
-
-/// The mesh and the schedule that turns the block by 60 degrees and moves it by (-0.2, -0.3).
-pub fn block(options: &BlockOptions) -> Result<Sample> {
-    if !(1..=400).contains(&options.refine) {
+/// The mesh and the schedule that turns the block by 60 degrees and moves it by (-0.2, -0.3). Each cell of the published
+/// mesh is cut into `refine` cells along both axes.
+pub fn block(refine: usize) -> Result<Sample> {
+    if !(1..=400).contains(&refine) {
         return Err(Error::input(format!(
-            "--refine is from 1 to 400, found {}",
-            options.refine
+            "--refine is from 1 to 400, found {refine}"
         )));
     }
     Ok(Sample {
-        mesh: Grid::new(options.refine).mesh(),
+        mesh: Grid::new(refine).mesh(),
         schedule: SCHEDULE.to_owned(),
     })
 }
@@ -160,7 +147,7 @@ mod tests {
 
     #[test]
     fn the_block_is_five_cells_by_one() {
-        let mesh = block(&BlockOptions::default()).expect("it is valid").mesh;
+        let mesh = block(1).expect("it is valid").mesh;
         assert_eq!(mesh.points.len(), 26 * 26);
         assert_eq!(mesh.cells.len(), 625 - 5 + 4 * 25 + 12);
         let block = mesh.groups.last().expect("it is the last");
@@ -182,7 +169,7 @@ mod tests {
     #[test]
     fn every_edge_with_one_cell_is_tagged() {
         for refine in [1, 3] {
-            let mesh = block(&BlockOptions { refine }).expect("it is valid").mesh;
+            let mesh = block(refine).expect("it is valid").mesh;
             mesh.validate().expect("it is a good mesh");
             let mut balance = std::collections::BTreeMap::new();
             for cell in mesh.cells.iter() {

@@ -11,12 +11,11 @@ pub mod naca0012;
 mod ray;
 pub mod size;
 mod spacing;
-mod split;
 
 pub use blade::{BladeOptions, BladeShape, blade, rotor, rotor_of};
-pub use block::{BlockOptions, block};
+pub use block::block;
 pub use extrude::CellShape;
-pub use naca0012::{Naca0012Options, naca0012};
+pub use naca0012::naca0012;
 pub use size::SizeOptions;
 
 use azimesh_io::mesh::{CellSet, Group, Mesh};

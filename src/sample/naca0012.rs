@@ -3,7 +3,7 @@
 //! Chord one, quarter chord at the origin. Tags `airfoil` and `farfield`.
 
 use super::airfoil::{NOSE_RADIUS, Section};
-use super::ray::Ray;
+use super::ray::{Ray, START};
 use super::size::SizeOptions;
 use super::spacing::{LineEnd, graded_from_ends};
 use super::{Sample, tag};
@@ -15,17 +15,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Radius of the outer circle, in chords.
 const OUTER_RADIUS: f64 = 2.5;
 
-/// Options of the sample; nodes are 25,000 unless given.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Naca0012Options {
-    /// Nodes, layers and first cell.
-    pub size: SizeOptions,
-}
-
-/// The mesh and a schedule that pitches the airfoil by 10 degrees either way.
-pub fn naca0012(options: &Naca0012Options) -> Result<Sample> {
+/// The mesh and a schedule that pitches the airfoil by 10 degrees either way; nodes are 25,000 unless given.
+pub fn naca0012(size: &SizeOptions) -> Result<Sample> {
     let usual_layers = |nodes: usize| ((nodes as f64 / 2.6).sqrt() as usize).clamp(8, 400);
-    let size = options.size.resolve(25_000, usual_layers, 24)?;
+    let size = size.resolve(25_000, usual_layers, 24)?;
     let n_side = size.wall_nodes / 2;
     let n_layers = size.layers(2 * n_side);
     let rays = rays(n_side, size.first_cell, n_layers);
@@ -62,7 +55,7 @@ fn rays(n_side: usize, first: f64, n_layers: usize) -> Vec<Ray> {
             let normal = [point.normal[0], side * point.normal[1], 0.0];
             let angle = PI * i as f64 / n_side as f64;
             let outer: Vector = [OUTER_RADIUS * angle.cos(), OUTER_RADIUS * angle.sin(), 0.0];
-            Ray::new(wall, normal, outer, first, n_layers)
+            Ray::new([wall, normal, outer], START, first, n_layers)
         })
         .collect()
 }

@@ -4,7 +4,7 @@ use super::spacing::{growth, height};
 use azimesh_core::geometry::vector::{Vector, add, distance, norm, scale, sub};
 
 /// Part of the distance to the outer boundary that a ray starts with; a smaller one bends earlier.
-const START: f64 = 0.5;
+pub const START: f64 = 0.5;
 
 /// A line from a wall node, along its normal, bending towards a node of the outer boundary.
 ///
@@ -23,13 +23,9 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The ray from `wall` to `outer` in `n_layers` layers; `normal` has length one.
-    pub fn new(wall: Vector, normal: Vector, outer: Vector, first: f64, n_layers: usize) -> Self {
-        Self::bending([wall, normal, outer], START, first, n_layers)
-    }
-
-    /// The ray from `wall` along `normal` to `outer` that starts with a part `start` of the distance.
-    pub fn bending(
+    /// The ray from `wall` along `normal`, of length one, to `outer` in `n_layers` layers; it starts with a part `start`
+    /// of the distance.
+    pub fn new(
         [wall, normal, outer]: [Vector; 3],
         start: f64,
         first: f64,
@@ -88,7 +84,7 @@ mod tests {
     #[test]
     fn a_ray_starts_along_the_normal_with_the_first_cell_and_ends_outside() {
         let outer = [2.0, 1.0, 0.5];
-        let ray = Ray::new([0.0; 3], [0.0, 1.0, 0.0], outer, 1e-5, 40);
+        let ray = Ray::new([[0.0; 3], [0.0, 1.0, 0.0], outer], START, 1e-5, 40);
         assert_eq!(ray.node(0), [0.0; 3]);
         assert!((ray.node(1)[1] - 1e-5).abs() < 1e-9);
         assert_eq!(ray.node(40), outer);

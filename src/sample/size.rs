@@ -3,21 +3,25 @@
 use azimesh_core::error::{Error, Result};
 
 /// Height of the wall cells, in chords, when none is given.
-pub const FIRST_CELL: f64 = 1e-5;
+const FIRST_CELL: f64 = 1e-5;
 
 /// The most nodes a sample can have.
 const MOST_NODES: usize = 400_000_000;
 
-/// What was asked for. What is left out follows from the rest.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// Options of the size. What is left out follows from the rest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, clap::Args)]
 pub struct SizeOptions {
-    /// Nodes in all.
+    /// Number of nodes, as closely as the grid allows
+    #[arg(long, value_name = "N")]
     pub nodes: Option<usize>,
-    /// Nodes on the wall and the outer boundary.
+    /// Number of nodes on the wall and the outer boundary together
+    #[arg(long, value_name = "N")]
     pub surface_nodes: Option<usize>,
-    /// Layers of cells between the two.
+    /// Number of layers of cells from the wall to the outer boundary
+    #[arg(long, value_name = "N")]
     pub layers: Option<usize>,
-    /// Height of the wall cells, in chords.
+    /// Height of the wall cells in chords [default: 1e-5]
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub first_cell: Option<f64>,
 }
 

@@ -111,7 +111,7 @@ fn every_cell_of_a_blade_is_valid_for_every_shape_of_the_blade() {
             ..BladeShape::default()
         },
         BladeShape {
-            twist_deg: Some(-30.0),
+            twist: Some(-30.0),
             cylinder_radius: Some(0.4),
             ..BladeShape::default()
         },
@@ -199,11 +199,7 @@ fn the_smallest_grids_are_valid() {
 
 #[test]
 fn samples_are_closed_and_their_tags_look_outward() {
-    assert_closed(
-        &naca0012(&Naca0012Options { size: sized(3_000) })
-            .expect("it fits")
-            .mesh,
-    );
+    assert_closed(&naca0012(&sized(3_000)).expect("it fits").mesh);
     for cells in [CellShape::Hex, CellShape::Wedge, CellShape::Tet] {
         let options = BladeOptions {
             cells,
@@ -279,11 +275,11 @@ fn published_sizes_are_met() {
 #[test]
 fn schedules_are_toml_and_name_tags_and_zones_of_their_mesh() {
     let samples = [
-        naca0012(&Naca0012Options::default()),
+        naca0012(&SizeOptions::default()),
         blade(&of_size(6_000)),
         rotor(&of_size(6_000)),
         rotor_of(&of_size(20_000), 3),
-        block(&BlockOptions::default()),
+        block(1),
     ];
     for sample in samples {
         let sample = sample.expect("it fits");
@@ -335,7 +331,7 @@ fn wrong_options_are_refused_in_a_sentence() {
         ..BladeShape::default()
     };
     assert!(sentence(negative).contains("--chord"));
-    assert!(block(&BlockOptions { refine: 0 }).is_err());
+    assert!(block(0).is_err());
     let blades = |n| {
         rotor_of(&of_size(6_000), n)
             .expect_err("it is wrong")

@@ -1,6 +1,6 @@
 //! Round trips through every pair of formats, and `diff` as their judge.
 
-use azimesh::sample::{self, BladeOptions, CellShape, Naca0012Options, SizeOptions};
+use azimesh::sample::{self, BladeOptions, CellShape, SizeOptions};
 use azimesh_io::formats::{self, Commit, WriteOptions};
 use azimesh_io::mesh::{CellKind, Cells, DiffOptions, Difference, Group, Mesh, diff};
 use std::path::Path;
@@ -79,7 +79,7 @@ fn airfoil() -> Mesh {
         nodes: Some(800),
         ..SizeOptions::default()
     };
-    sample::naca0012(&Naca0012Options { size }).unwrap().mesh
+    sample::naca0012(&size).unwrap().mesh
 }
 
 /// Meshes by their names, and whether they have zones.

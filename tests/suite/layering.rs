@@ -15,7 +15,7 @@ const CRATES: &[(&str, &[&[&str]])] = &[
             &["cli"],
             &["run", "report"],
             &["preflight"],
-            &["record", "sample"],
+            &["record", "sample", "alloc"],
         ],
     ),
     ("crates/azimesh-deform/src", &[&[OTHERS], &["motion"]]),

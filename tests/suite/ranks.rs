@@ -2,7 +2,7 @@
 
 use crate::support::blade_of;
 use azimesh::run::{Request, run};
-use azimesh::sample::{BladeOptions, CellShape, Naca0012Options, SizeOptions, blade, naca0012};
+use azimesh::sample::{BladeOptions, CellShape, SizeOptions, blade, naca0012};
 use azimesh::{Deformation, ReadOptions, Schedule};
 use azimesh_core::ranks::{Ranks, on_threads};
 use azimesh_deform::ReadWhole;
@@ -167,13 +167,11 @@ fn sheets_that_meet_in_one_edge() {
 /// A mesh of several slabs that moves, so that fields and parts are cut.
 #[test]
 fn a_large_airfoil_moves_alike() {
-    let options = Naca0012Options {
-        size: SizeOptions {
-            nodes: Some(70_000),
-            ..SizeOptions::default()
-        },
+    let size = SizeOptions {
+        nodes: Some(70_000),
+        ..SizeOptions::default()
     };
-    let sample = naca0012(&options).expect("a sample");
+    let sample = naca0012(&size).expect("a sample");
     let (mesh, text) = (sample.mesh, sample.schedule);
     let scratch = tempfile::tempdir().expect("a folder");
     let path = scratch.path().join("n.toml");

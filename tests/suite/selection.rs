@@ -1,7 +1,7 @@
 //! What the selection promises, by brute force on random schedules: with `sequence` and a tolerance
 //! the interpolant is within it at every surface node at every step.
 
-use azimesh::sample::{BladeOptions, Naca0012Options, SizeOptions, blade, naca0012};
+use azimesh::sample::{BladeOptions, SizeOptions, blade, naca0012};
 use azimesh_core::geometry::vector::{distance, sub};
 use azimesh_core::progress::Silent;
 use azimesh_core::ranks::Ranks;
@@ -109,7 +109,7 @@ proptest! {
 
 #[test]
 fn all_leaves_nothing_at_any_surface_node() {
-    let mesh = naca0012(&Naca0012Options { size: size(2000) })
+    let mesh = naca0012(&size(2000))
         .expect("it can be made")
         .mesh;
     let schedule = "[azimuth]\nvalues = [0.0, 90.0, 200.0]\n\

@@ -4,7 +4,7 @@
 use crate::support::{airfoil, azimesh, json, names, rewrite, succeed};
 use assert_cmd::Command;
 use azimesh::ErrorKind as AzimeshErrorKind;
-use azimesh::sample::{self, BlockOptions};
+use azimesh::sample;
 use azimesh_io::formats::{Compression, Encoding, Out, WriteOptions, written};
 use std::io::{Error, ErrorKind, Read, Write};
 use std::path::Path;
@@ -32,7 +32,7 @@ impl Out for Disk {}
 
 #[test]
 fn a_disk_that_fills_up_anywhere_is_the_systems_failure_in_every_format() {
-    let mesh = sample::block(&BlockOptions { refine: 1 }).unwrap().mesh;
+    let mesh = sample::block(1).unwrap().mesh;
     let encodings = [Encoding::Raw, Encoding::Base64, Encoding::Ascii];
     let compressions = [
         Compression::None,

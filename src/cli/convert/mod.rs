@@ -2,8 +2,6 @@
 
 mod by_ranks;
 mod changes;
-mod order;
-mod portable;
 mod target;
 
 use super::input::Input;
@@ -11,7 +9,7 @@ use super::output::OutputArgs;
 use super::{Context, Outcome};
 use azimesh_core::diagnostic::NoteKind;
 use azimesh_core::diagnostic::formats::{FormatNote, Read};
-use azimesh_core::error::{Error, ErrorKind, Result};
+use azimesh_core::error::{Error, ErrorKind, Result, counted};
 use azimesh_io::formats::{self, Loaded, Staged};
 use azimesh_io::mesh::{Mesh, Reordering};
 use changes::Changes;
@@ -337,6 +335,20 @@ impl Run<'_> {
             self.reorder(&mut mesh);
         }
         Ok(mesh)
+    }
+
+    /// Puts nodes and cells along a curve; those of later steps of a sequence in the order of the first, by which a step
+    /// differs from the next as it did before. A step with another number of nodes or cells has an order of its own.
+    fn reorder(&self, mesh: &mut Mesh) {
+        let mut order = self.order.borrow_mut();
+        let known = order.take().filter(|order| order.fits(mesh));
+        let order = order.insert(known.unwrap_or_else(|| Reordering::along_curve(mesh)));
+        mesh.reorder(order);
+        self.tell(format!(
+            "--reorder: {} and {} along a space-filling curve",
+            counted(mesh.points.len(), "node"),
+            counted(mesh.cells.len(), "cell")
+        ));
     }
 
     /// Tells what the reader of an input remarks.

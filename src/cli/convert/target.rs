@@ -1,14 +1,16 @@
 //! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
 
 use super::{Input, Run};
-use azimesh_core::diagnostic::short;
+use azimesh_core::diagnostic::formats::{FormatNote, GroupWritten, Written as Bare};
+use azimesh_core::diagnostic::{Diagnostic, NoteKind, short};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_io::formats::{
-    self, Format, Notes, SequenceFile, Staged, WriteOptions, check_listed, is_flattened, is_series,
-    pvd, refuse_special, stage_bytes, vtk_series,
+    self, Format, Notes, OuterFaces, SequenceFile, Staged, WriteOptions, check_listed,
+    is_flattened, is_series, make_portable, pvd, refuse_special, stage_bytes, vtk_series,
 };
 use azimesh_io::mesh::{ByRanks, Mesh};
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -210,15 +212,13 @@ impl Run<'_> {
         }
         let entries = || steps.iter().map(|((_, time), file)| (*time, file.as_str()));
         for list in lists {
-            let text = match is_pvd(list) {
-                true => pvd(entries()),
-                false => vtk_series(entries()),
+            let text = if is_pvd(list) {
+                pvd(entries())
+            } else {
+                vtk_series(entries())
             };
-            self.wait(stage_bytes(
-                text.as_bytes(),
-                list,
-                self.args.write.commit(),
-            )?);
+            let commit = self.args.write.commit();
+            self.wait(stage_bytes(text.as_bytes(), list, commit)?);
         }
         Ok(())
     }
@@ -248,6 +248,64 @@ impl Run<'_> {
         self.tell_of_zones_apart(mesh, &notes);
         self.note_written(mesh, path, format, None);
         Ok(())
+    }
+
+    /// Where some of the notes are on outer faces without a tag, says that zones which share no nodes have left them.
+    fn tell_of_zones_apart(&self, mesh: &Mesh, notes: &Notes) {
+        let is_on_bare_faces = |note: &Diagnostic| {
+            matches!(
+                note.kind,
+                NoteKind::Format(
+                    FormatNote::Written(Bare::BareFaces { .. })
+                        | FormatNote::GroupWritten(GroupWritten::UntaggedPatch { .. })
+                )
+            )
+        };
+        if !notes.iter().any(is_on_bare_faces) {
+            return;
+        }
+        let n = mesh.n_joinable_faces();
+        if n > 0 {
+            self.tell(format!(
+                "of the outer faces without a tag, {} lie on one another: they are interfaces of zones that share no nodes \
+                 (`repeated` in azimesh info); --join makes these one mesh",
+                2 * n
+            ));
+        }
+    }
+
+    /// The mesh without what readers of the format do not take, where that is asked for; its surface for a format of surfaces,
+    /// without the faces of tags that were removed.
+    fn portable<'m>(&self, mesh: &'m Mesh, format: &Format) -> Result<Cow<'m, Mesh>> {
+        let outer = if self.args.changes.removes_tags() {
+            OuterFaces::Listed
+        } else {
+            OuterFaces::All
+        };
+        if let Some(surface_of) = format.surface {
+            let (surface, notes) = surface_of(&mesh.view(), outer);
+            if surface.cells.is_empty() {
+                return Err(Error::input(
+                    "no boundary face is left after --keep-tag or --drop-tag",
+                ));
+            }
+            for note in notes.iter() {
+                self.tell(format!("{}: {note}", format.title));
+            }
+            self.tell_of_zones_apart(mesh, &notes);
+            return Ok(Cow::Owned(surface));
+        }
+        if !self.args.portable {
+            return Ok(Cow::Borrowed(mesh));
+        }
+        let mut portable = mesh.clone();
+        Ok(match make_portable(&mut portable, format.name) {
+            Some(remark) => {
+                self.tell(remark);
+                Cow::Owned(portable)
+            }
+            None => Cow::Borrowed(mesh),
+        })
     }
 
     pub(super) fn options(&self) -> WriteOptions {

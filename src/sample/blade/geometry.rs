@@ -3,21 +3,26 @@
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, unit};
 
-/// What was asked for; lengths in mesh units.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// Options of the shape; lengths in mesh units.
+#[derive(Debug, Clone, Copy, Default, PartialEq, clap::Args)]
 pub struct BladeShape {
-    /// No twist, and a chord of one, a root at 1 and a tip at 6 unless given.
+    /// No twist; chord 1, root 1 and radius 6 unless given
+    #[arg(long)]
     pub untwisted: bool,
-    /// Chord; 0.3 unless given.
+    /// Chord of the blade [default: 0.3]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub chord: Option<f64>,
-    /// Where the blade begins; 0.9 unless given.
+    /// Radius at which the blade begins [default: 0.9]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub root: Option<f64>,
-    /// Where the blade ends; 5.625 unless given.
+    /// Radius at which the blade ends [default: 5.625]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Linear twist from hub to tip in degrees, zero at 75% radius; -8 unless given.
-    pub twist_deg: Option<f64>,
-    /// Radius of the cylinder around the blade; the larger of 2 chords and 4/15 of the blade's
-    /// radius unless given.
+    /// Linear twist from hub to tip in degrees, zero at 75% radius [default: -8]
+    #[arg(long, value_name = "ANGLE", allow_negative_numbers = true)]
+    pub twist: Option<f64>,
+    /// Radius of the cylinder around the blade [default: 2 chords or 4/15 of the radius]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     pub cylinder_radius: Option<f64>,
 }
 
@@ -67,7 +72,7 @@ impl BladeShape {
         let chord = self.chord.unwrap_or(chord);
         let root = self.root.unwrap_or(root);
         let radius = self.radius.unwrap_or(radius);
-        let twist = self.twist_deg.unwrap_or(twist);
+        let twist = self.twist.unwrap_or(twist);
         for (option, value) in [("--chord", chord), ("--root", root), ("--radius", radius)] {
             if !(value > 0.0 && value < 1e6) {
                 return Err(Error::input(format!(
@@ -75,7 +80,7 @@ impl BladeShape {
                 )));
             }
         }
-        if self.untwisted && self.twist_deg.is_some_and(|twist| twist != 0.0) {
+        if self.untwisted && self.twist.is_some_and(|twist| twist != 0.0) {
             return Err(Error::input("--untwisted and --twist exclude each other"));
         }
         if !(-30.0..=30.0).contains(&twist) {
@@ -119,11 +124,7 @@ impl Geometry {
         let [ny, nz] = turn([normal[1], normal[2]]);
         // The surface shears along the span, so the normal leans: inverse transpose of the map.
         let nx = normal[0] - rate * (ty * nz - tz * ny);
-        ([x, ty, tz], unit_normal([nx, ny, nz]))
+        let normal = unit([nx, ny, nz]).unwrap_or([0.0, 1.0, 0.0]);
+        ([x, ty, tz], normal)
     }
-}
-
-/// The normal of length one, or the direction forward where there is none.
-pub(super) fn unit_normal(normal: Vector) -> Vector {
-    unit(normal).unwrap_or([0.0, 1.0, 0.0])
 }

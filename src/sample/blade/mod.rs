@@ -14,7 +14,7 @@ mod tube;
 pub use geometry::BladeShape;
 
 use super::extrude::{CellShape, Extrusion, layer_nodes};
-use super::ray::Ray;
+use super::ray::{Ray, START};
 use super::size::SizeOptions;
 use super::{Sample, tag};
 use azimesh_core::error::Result;
@@ -35,14 +35,17 @@ const NODES: usize = 60_000;
 const LEAST_WALL: usize = 240;
 
 /// Options of the sample; nodes are 60,000 unless given.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct BladeOptions {
     /// Nodes, layers and first cell.
+    #[command(flatten)]
     pub size: SizeOptions,
-    /// Measures of blade and cylinder.
-    pub shape: BladeShape,
-    /// Shape of the cells.
+    /// Shape of the cells
+    #[arg(long, value_enum, default_value = "hex")]
     pub cells: CellShape,
+    /// Measures of blade and cylinder.
+    #[command(flatten)]
+    pub shape: BladeShape,
 }
 
 /// The mesh and the schedule of a rotor in forward flight.
@@ -130,8 +133,7 @@ impl BladeGrid {
     fn rays(&self, geometry: &Geometry, n_layers: usize) -> Vec<Ray> {
         let shape = Shape::new(geometry, self.tube);
         parallel::map(self.tube.n_nodes(), &|node| {
-            let pair = shape.pair(node);
-            Ray::new(pair.wall, pair.normal, pair.outer, self.first, n_layers)
+            Ray::new(shape.ends(None, node), START, self.first, n_layers)
         })
     }
 }

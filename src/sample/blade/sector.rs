@@ -75,26 +75,13 @@ impl Sector {
     }
 }
 
-/// What a face of a sector's boundary lies on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bound {
-    /// The hub.
-    Hub,
-    /// The outer boundary: above, below and outside.
-    Outer,
-    /// The plane between two sectors.
-    Between,
-}
-
-impl Bound {
-    /// That of a quadrilateral of the tube.
-    pub fn of(tube: &Tube, quad: usize) -> Self {
-        match tube.end_of(quad) {
-            Some(End::Root) => Self::Hub,
-            Some(End::Tip) => Self::Outer,
-            None if tube.is_in_band(quad % tube.n_loop()) => Self::Between,
-            None => Self::Outer,
-        }
+/// The tag of the face of a sector's boundary on a quadrilateral of the tube; `None` on the plane between two sectors.
+/// The outer boundary is above, below and outside.
+pub fn boundary_of(tube: &Tube, quad: usize) -> Option<&'static str> {
+    match tube.end_of(quad) {
+        Some(End::Root) => Some("hub"),
+        None if tube.is_in_band(quad % tube.n_loop()) => None,
+        Some(End::Tip) | None => Some("outer"),
     }
 }
 

@@ -4,7 +4,7 @@
 //! mirror image across the blade, so the leading side of one is the trailing side of the next.
 //! Tags `blade_1`, `blade_2`, ..., `hub` and `outer`.
 
-use super::sector::{Bound, Sector};
+use super::sector::{Sector, boundary_of};
 use super::shape::Shape;
 use super::tube::Tube;
 use super::{BladeGrid, BladeOptions};
@@ -41,9 +41,12 @@ pub(super) fn mesh(options: &BladeOptions, n_blades: usize) -> Result<Mesh> {
     let order = mirrored_order(&tube);
     let shape = Shape::new(&geometry, tube);
     let rays: Vec<Ray> = parallel::map(order.len(), &|at| {
-        let pair = shape.pair_in(&sector, order[at]);
-        let ends = [pair.wall, pair.normal, pair.outer];
-        Ray::bending(ends, START, grid.first, n_layers)
+        Ray::new(
+            shape.ends(Some(&sector), order[at]),
+            START,
+            grid.first,
+            n_layers,
+        )
     });
     let numbering = Numbering::new(&tube, &order, n_layers);
     let points = layer_nodes(&rays, n_layers);
@@ -91,17 +94,9 @@ struct Numbering {
     /// Nodes of its own.
     n_own: usize,
     /// Of the nodes of the outermost layer: their place among the sector's own there, or, on the
-    /// trailing side, that of the node on the leading side.
-    outermost: Vec<(u32, Owner)>,
-}
-
-/// Whose a node is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Owner {
-    /// The sector's own.
-    This,
-    /// The one's before, in the direction of rotation.
-    Before,
+    /// trailing side, that of the node on the leading side; and whether they are the sector's own, or those of the one
+    /// before in the direction of rotation.
+    outermost: Vec<(u32, bool)>,
 }
 
 impl Numbering {
@@ -114,9 +109,10 @@ impl Numbering {
                 n_outermost += 1;
             }
         }
-        let outermost = order.iter().map(|&node| match tube.is_trailing(node) {
-            true => (own[tube.mirrored(node)], Owner::Before),
-            false => (own[node], Owner::This),
+        let outermost = order.iter().map(|&node| {
+            let is_own = !tube.is_trailing(node);
+            let owned = if is_own { node } else { tube.mirrored(node) };
+            (own[owned], is_own)
         });
         let n_inner = n_layers * tube.n_nodes();
         Self {
@@ -131,11 +127,9 @@ impl Numbering {
         let Some(outermost) = (local as usize).checked_sub(self.n_inner) else {
             return (sector * self.n_own) as u32 + local;
         };
-        let (place, owner) = self.outermost[outermost];
-        let sector = match owner {
-            Owner::This => sector,
-            Owner::Before => (sector + n_sectors - 1) % n_sectors,
-        };
+        let (place, is_own) = self.outermost[outermost];
+        let back = if is_own { 0 } else { n_sectors - 1 };
+        let sector = (sector + back) % n_sectors;
         (sector * self.n_own + self.n_inner) as u32 + place
     }
 
@@ -144,7 +138,7 @@ impl Numbering {
         let (inner, outermost) = local.split_at(self.n_inner);
         let outermost = outermost.iter().zip(&self.outermost);
         let own: Vec<Vector> = outermost
-            .filter(|(_, (_, owner))| *owner == Owner::This)
+            .filter(|(_, (_, is_own))| *is_own)
             .map(|(x, _)| *x)
             .collect();
         let mut points = Vec::with_capacity(n_sectors * self.n_own);
@@ -188,20 +182,16 @@ fn cells(
         close(format!("blade_{}", at + 1), n_faces);
     }
     let faces_a_quad = n_faces / tube.n_quads();
-    let bounds: Vec<Bound> = (0..tube.n_quads())
-        .map(|quad| Bound::of(tube, quad))
-        .collect();
-    for (name, bound) in [("hub", Bound::Hub), ("outer", Bound::Outer)] {
-        let mut n_added = 0;
+    for name in ["hub", "outer"] {
+        let quad = |face: usize| (face - volume.outer().start) / faces_a_quad;
+        let faces = volume.outer();
+        let faces = faces.filter(|&face| boundary_of(tube, quad(face)) == Some(name));
+        let faces: Vec<usize> = faces.collect();
         for at in 0..n_sectors {
-            for face in volume.outer() {
-                if bounds[(face - volume.outer().start) / faces_a_quad] == bound {
-                    connectivity.extend(sector.get(face).nodes.iter().map(node(at)));
-                    n_added += 1;
-                }
-            }
+            let nodes = faces.iter().flat_map(|&face| sector.get(face).nodes);
+            connectivity.extend(nodes.map(node(at)));
         }
-        close(name.to_owned(), n_added);
+        close(name.to_owned(), n_sectors * faces.len());
     }
     let face = sector.get(volume.inner().start);
     kinds.push((face.kind, face.nodes.len(), n_cells - n_sectors * n_inside));

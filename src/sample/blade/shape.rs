@@ -40,16 +40,6 @@ pub struct Shape<'a> {
     stations: Vec<f64>,
 }
 
-/// A node of the blade, the normal there and the node opposite to it.
-pub struct Pair {
-    /// On the blade.
-    pub wall: Vector,
-    /// Outward unit normal of the blade.
-    pub normal: Vector,
-    /// On the cylinder, or on the boundary of the sector.
-    pub outer: Vector,
-}
-
 impl<'a> Shape<'a> {
     /// Distributes the nodes.
     pub fn new(geometry: &'a Geometry, tube: Tube) -> Self {
@@ -87,26 +77,16 @@ impl<'a> Shape<'a> {
         }
     }
 
-    /// Blade, normal and cylinder at a node of the tube.
-    pub fn pair(&self, node: usize) -> Pair {
+    /// At a node of the tube: the point of the blade, its outward unit normal, and the point of the boundary of the
+    /// sector, or of the cylinder, opposite to it.
+    pub fn ends(&self, sector: Option<&Sector>, node: usize) -> [Vector; 3] {
         let place = self.tube.place(node);
         let (wall, normal) = self.blade(place);
-        Pair {
-            wall,
-            normal,
-            outer: self.cylinder(place),
-        }
-    }
-
-    /// Blade, normal and boundary of its sector at a node of the tube.
-    pub fn pair_in(&self, sector: &Sector, node: usize) -> Pair {
-        let place = self.tube.place(node);
-        let (wall, normal) = self.blade(place);
-        Pair {
-            wall,
-            normal,
-            outer: sector.node(&self.tube, place, |along| self.part(along)),
-        }
+        let outer = match sector {
+            Some(sector) => sector.node(&self.tube, place, |along| self.part(along)),
+            None => self.cylinder(place),
+        };
+        [wall, normal, outer]
     }
 
     /// How far out nodes opposite to those of a loop lie, 0 to 1: between equal steps and the
@@ -119,19 +99,14 @@ impl<'a> Shape<'a> {
         0.5 * (share + part)
     }
 
-    /// Index in half a loop, and +1 above, -1 below the chord.
-    fn folded(&self, around: usize) -> (usize, f64) {
-        self.tube.folded(around)
-    }
-
     fn blade(&self, place: Place) -> (Vector, Vector) {
         match place {
             Place::Wrap(around, along) => {
-                let (i, side) = self.folded(around);
+                let (i, side) = self.tube.folded(around);
                 self.placed(self.stations[along], 0.0, side, self.parameters[i])
             }
             Place::Ring(end, around, part) => {
-                let (i, side) = self.folded(around);
+                let (i, side) = self.tube.folded(around);
                 let [x, z] = self.ring_point(i, part);
                 self.on_end(end, [x, side * z], i)
             }
@@ -259,7 +234,7 @@ impl<'a> Shape<'a> {
 
     /// (y, z) of a loop's node on the cylinder.
     fn rim(&self, around: usize) -> [f64; 2] {
-        let (i, side) = self.folded(around);
+        let (i, side) = self.tube.folded(around);
         let ring = self.tube.band / 2;
         let in_band = |from_middle: usize| BAND_ANGLE * from_middle as f64 / ring as f64;
         let angle = if i < ring {
@@ -277,7 +252,7 @@ impl<'a> Shape<'a> {
 
     /// (y, z) of a loop's node on the rim of the patch on the cylinder's end.
     fn inner_rim(&self, around: usize) -> [f64; 2] {
-        let (i, side) = self.folded(around);
+        let (i, side) = self.tube.folded(around);
         let ring = self.tube.band / 2;
         let (sin, cos) = BAND_ANGLE.sin_cos();
         let corner = PATCH_CORNER * self.geometry.cylinder.radius;

@@ -170,17 +170,10 @@ impl Tube {
             return self.place_in_row(node % self.n_loop(), node / self.n_loop());
         }
         let inside = node - n_wrap;
-        let end = if inside < self.n_inside() {
-            End::Root
-        } else {
-            End::Tip
-        };
-        let inside = inside % self.n_inside();
-        Place::Patch(
-            end,
-            inside % (self.side - 1) + 1,
-            inside / (self.side - 1) + 1,
-        )
+        let is_root = inside < self.n_inside();
+        let end = if is_root { End::Root } else { End::Tip };
+        let (inside, n) = (inside % self.n_inside(), self.side - 1);
+        Place::Patch(end, inside % n + 1, inside / n + 1)
     }
 
     fn place_in_row(&self, around: usize, row: usize) -> Place {
@@ -213,21 +206,14 @@ impl Tube {
     }
 
     fn patch_node(&self, end: End, i: usize, j: usize) -> u32 {
-        let row = match end {
-            End::Root => 0,
-            End::Tip => self.n_rows() - 1,
+        let (row, before) = match end {
+            End::Root => (0, 0),
+            End::Tip => (self.n_rows() - 1, self.n_inside()),
         };
-        let node = self.rim(i, j).map_or_else(
-            || {
-                let before = match end {
-                    End::Root => 0,
-                    End::Tip => self.n_inside(),
-                };
-                let inside = (j - 1) * (self.side - 1) + i - 1;
-                self.n_loop() * self.n_rows() + before + inside
-            },
-            |around| row * self.n_loop() + around,
-        );
+        let node = match self.rim(i, j) {
+            Some(around) => row * self.n_loop() + around,
+            None => self.n_loop() * self.n_rows() + before + (j - 1) * (self.side - 1) + i - 1,
+        };
         node as u32
     }
 

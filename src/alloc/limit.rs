@@ -1,7 +1,7 @@
 //! How much memory the program holds, how much it may hold, and its end where there is no more. The program's
 //! allocator counts here and ends here; nothing in this file takes memory once the end has begun.
 
-use super::scratch;
+use super::spill;
 use azimesh_io::formats::end_staged_soon;
 use std::fmt;
 use std::io::{Cursor, Write};
@@ -9,6 +9,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
+
+/// Exit code where the system failed.
+pub const SYSTEM_FAILED: u8 = 3;
 
 /// Arrays of fewer bytes are not counted: all of them together are little, and counting takes time.
 const COUNTED: usize = 64 << 10;
@@ -27,15 +30,13 @@ const AFTER: &str = "after ";
 static ENDING: AtomicUsize = AtomicUsize::new(0);
 
 /// From here on an array with which the program would hold more than `limit` bytes ends it.
-pub(super) fn allow(limit: u64) {
-    ALLOWED.store(
-        usize::try_from(limit).unwrap_or(usize::MAX),
-        Ordering::Relaxed,
-    );
+pub fn allow(limit: u64) {
+    let limit = usize::try_from(limit).unwrap_or(usize::MAX);
+    ALLOWED.store(limit, Ordering::Relaxed);
 }
 
 /// From here on [`has_room`] is asked for no more than so many bytes in memory.
-pub(super) fn keep_in_memory(bytes: u64) {
+pub fn keep_in_memory(bytes: u64) {
     let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
     IN_MEMORY.store(bytes, Ordering::Relaxed);
 }
@@ -48,7 +49,7 @@ pub(super) fn has_room(more: usize) -> bool {
 
 /// Gives small arrays that are free back to the system, which the system's allocator keeps between those in use:
 /// the peak of a step of 8 million nodes falls from 1.38 to 1.29 GB. A few milliseconds.
-pub(super) fn give_back() {
+pub fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: no memory in use is touched.
     unsafe {
@@ -57,14 +58,16 @@ pub(super) fn give_back() {
 }
 
 /// What is done from here on, and with which file.
-pub(super) fn set_stage(stage: &str, path: Option<&Path>) {
-    let path = path.map(|path| format!(" {}", path.display()));
-    let text = format!("{stage}{}", path.unwrap_or_default());
+pub fn set_stage(stage: &str, path: Option<&Path>) {
+    let text = match path {
+        Some(path) => format!("{stage} {}", path.display()),
+        None => stage.to_owned(),
+    };
     *STAGE.lock().unwrap_or_else(PoisonError::into_inner) = text;
 }
 
 /// The stage is over; until the next one begins, the program is behind it.
-pub(super) fn end_stage() {
+pub fn end_stage() {
     let mut text = STAGE.lock().unwrap_or_else(PoisonError::into_inner);
     if !text.is_empty() && !text.starts_with(AFTER) {
         text.insert_str(0, AFTER);
@@ -83,21 +86,16 @@ pub fn count(before: usize, after: usize) {
 fn count_large(before: usize, after: usize) {
     let counted = |size: usize| if size < COUNTED { 0 } else { size };
     let (before, after) = (counted(before), counted(after));
-    if after <= before {
-        if after < before {
-            HELD.fetch_sub(before - after, Ordering::Relaxed);
-        }
+    let Some(more) = after.checked_sub(before).filter(|more| *more > 0) else {
+        HELD.fetch_sub(before - after, Ordering::Relaxed);
         return;
-    }
-    let more = after - before;
+    };
     let held = HELD.fetch_add(more, Ordering::Relaxed);
     let allowed = ALLOWED.load(Ordering::Relaxed);
     if held.saturating_add(more) > allowed {
-        let disk = match scratch::was_tried(more) {
-            true => ", for which the disk of the output has no room",
-            false => "",
-        };
-        end(format_args!(
+        let disk = ", for which the disk of the output has no room";
+        let disk = if spill::is_for(more) { disk } else { "" };
+        end_out_of_memory(format_args!(
             "--max-memory allows {allowed} bytes; {held} are in use, and {more} more are needed{disk}"
         ));
     }
@@ -105,13 +103,13 @@ fn count_large(before: usize, after: usize) {
 
 /// Ends the program, which asked the system for `size` bytes and did not get them.
 pub fn end_without(size: usize) -> ! {
-    end(format_args!("the system did not give {size} bytes"))
+    end_out_of_memory(format_args!("the system did not give {size} bytes"))
 }
 
 /// From here on a thread that cannot be started for want of memory ends the program like that: the standard
 /// library panics where it finds no room for the stack of signals, and so does whoever asks it for a thread
 /// without a look at the answer.
-pub(super) fn end_where_threads_fail() {
+pub fn end_where_threads_fail() {
     const ITS_WORDS: [&str; 3] = [
         "failed to spawn thread",
         "failed to allocate an alternative stack",
@@ -121,76 +119,56 @@ pub(super) fn end_where_threads_fail() {
     std::panic::set_hook(Box::new(move |panic| {
         let text = panic.payload().downcast_ref::<String>();
         if text.is_some_and(|text| ITS_WORDS.iter().any(|words| text.starts_with(words))) {
-            end(format_args!("a thread could not be started"));
+            end_out_of_memory(format_args!("a thread could not be started"));
         }
         usual(panic);
     }));
 }
 
-/// Ends the program with this message.
-pub(super) fn end_at_fault(message: fmt::Arguments<'_>) -> ! {
-    end_after(&|| {
-        let mut line = Cursor::new([0_u8; 4096]);
-        let _ = writeln!(line, "error: {message}");
-        to_stderr(&line.get_ref()[..line.position() as usize]);
-    })
+/// Ends the program for want of memory, with what is being done.
+fn end_out_of_memory(reason: fmt::Arguments<'_>) -> ! {
+    let stage = STAGE.try_lock();
+    match stage.as_ref().map_or("", |stage| stage.as_str()) {
+        "" => end(format_args!("out of memory: {reason}")),
+        // The line has room for it: a character takes four bytes at the most.
+        stage => end(format_args!("out of memory: {reason} ({stage:.800})")),
+    }
 }
 
-/// Says why in one line and ends the program.
-fn end(reason: fmt::Arguments<'_>) -> ! {
-    end_after(&|| say(reason))
-}
-
-/// Calls `say`, removes hidden files and ends the program with the exit code of a system that
-/// failed. No destructor runs and no other thread is waited for: they may want memory too.
-fn end_after(say: &dyn Fn()) -> ! {
+/// Ends the program with this message in one line and the exit code of a system that failed, and removes hidden files. No
+/// destructor runs and no other thread is waited for: they may want memory too.
+pub fn end(message: fmt::Arguments<'_>) -> ! {
     thread_local!(static MARK: u8 = const { 0 });
     let me = MARK.with(|mark| std::ptr::from_ref(mark).addr());
     match ENDING.compare_exchange(0, me, Ordering::SeqCst, Ordering::SeqCst) {
         Ok(_) => {
-            say();
+            let mut line = Cursor::new([0_u8; 4096]);
+            let _ = writeln!(line, "error: {message}");
+            to_stderr(&line.get_ref()[..line.position() as usize]);
             end_staged_soon();
         }
         // What ends the program wants memory itself.
         Err(ending) if ending == me => {}
         Err(_) => std::thread::sleep(Duration::from_secs(60)),
     }
-    exit()
-}
-
-fn say(reason: fmt::Arguments<'_>) {
-    let mut line = Cursor::new([0_u8; 4096]);
-    let stage = STAGE.try_lock();
-    let stage = stage.as_ref().map_or("", |stage| stage.as_str());
-    // The line has room for it: a character takes four bytes at the most.
-    let _ = match stage.is_empty() {
-        true => writeln!(line, "error: out of memory: {reason}"),
-        false => writeln!(line, "error: out of memory: {reason} ({stage:.800})"),
-    };
-    let length = line.position() as usize;
-    to_stderr(&line.get_ref()[..length]);
-}
-
-/// Writes past the lock of `std::io::stderr`, which a thread may have that waits for memory.
-#[cfg(unix)]
-fn to_stderr(line: &[u8]) {
-    // SAFETY: the bytes are there; nobody is left to tell when they cannot be written.
-    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
-}
-
-#[cfg(not(unix))]
-fn to_stderr(line: &[u8]) {
-    let _ = std::io::stderr().write_all(line);
-}
-
-fn exit() -> ! {
     #[cfg(unix)]
     // SAFETY: ends the process as it is.
     unsafe {
-        libc::_exit(super::SYSTEM_FAILED.into())
+        libc::_exit(SYSTEM_FAILED.into())
     }
     #[cfg(not(unix))]
-    std::process::exit(super::SYSTEM_FAILED.into())
+    std::process::exit(SYSTEM_FAILED.into())
+}
+
+/// Writes past the lock of `std::io::stderr`, which a thread may have that waits for memory.
+fn to_stderr(line: &[u8]) {
+    #[cfg(unix)]
+    // SAFETY: the bytes are there; nobody is left to tell when they cannot be written.
+    unsafe {
+        libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len())
+    };
+    #[cfg(not(unix))]
+    let _ = std::io::stderr().write_all(line);
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! The program's allocator: the system's, with huge pages asked for behind large arrays. What it takes is
 //! counted, and memory that cannot be had ends the program in a sentence. Where `--max-memory` leaves no room for a
-//! large array, it lies in a file (`cli/scratch.rs`).
+//! large array, it is in a file ([`super::spill`]).
 //!
 //! A mesh is a few arrays of hundreds of megabytes. In pages of 4 kB the system spends as long on
 //! handing them out as the program on filling them; in pages of 2 MB it does not.
 
-use azimesh::cli::heap;
-use azimesh::cli::scratch::{self, Resized};
+use super::{limit, spill};
 use std::alloc::{GlobalAlloc, Layout, System};
 
 /// Arrays from this size on are worth huge pages.
@@ -24,7 +23,7 @@ const KEPT: i32 = 16 << 20;
 /// Makes the program ready: memory for its end is set aside, and the system's allocator keeps no large array
 /// that is freed for later. Left to itself it learns from the first of them to keep all up to 32 MB.
 pub fn prepare() {
-    scratch::is_asked();
+    spill::is_asked();
     #[cfg(unix)]
     reserve::set_aside();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -42,34 +41,34 @@ pub fn prepare() {
 /// for each thread.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn are_addresses_few() -> bool {
-    const FEW: libc::rlim_t = 8 << 30;
-    let mut limit = UNLIMITED;
     // SAFETY: the call only fills in the limit.
-    let asked = unsafe { libc::getrlimit(libc::RLIMIT_AS, &mut limit) };
-    asked == 0 && limit.rlim_cur < FEW
+    is_below(8 << 30, |limit| unsafe {
+        libc::getrlimit(libc::RLIMIT_AS, limit)
+    })
 }
 
 /// Whether `ulimit -s` gives the first thread a stack of fewer bytes.
-pub fn is_stack_below(bytes: usize) -> bool {
-    #[cfg(unix)]
-    {
-        let mut limit = UNLIMITED;
-        // SAFETY: the call only fills in the limit.
-        let asked = unsafe { libc::getrlimit(libc::RLIMIT_STACK, &mut limit) };
-        asked == 0 && limit.rlim_cur < bytes as libc::rlim_t
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = bytes;
-        false
-    }
+#[cfg(unix)]
+pub fn is_stack_below(bytes: u32) -> bool {
+    // SAFETY: as above.
+    is_below(bytes.into(), |limit| unsafe {
+        libc::getrlimit(libc::RLIMIT_STACK, limit)
+    })
+}
+
+#[cfg(not(unix))]
+pub fn is_stack_below(_: u32) -> bool {
+    false
 }
 
 #[cfg(unix)]
-const UNLIMITED: libc::rlimit = libc::rlimit {
-    rlim_cur: libc::RLIM_INFINITY,
-    rlim_max: libc::RLIM_INFINITY,
-};
+fn is_below(least: libc::rlim_t, ask: impl FnOnce(*mut libc::rlimit) -> libc::c_int) -> bool {
+    let mut limit = libc::rlimit {
+        rlim_cur: libc::RLIM_INFINITY,
+        rlim_max: libc::RLIM_INFINITY,
+    };
+    ask(&raw mut limit) == 0 && limit.rlim_cur < least
+}
 
 /// The system's allocator with huge pages for large arrays, where the system has them to give.
 pub struct HugePages;
@@ -78,44 +77,46 @@ pub struct HugePages;
 // whole pages of zeros of their own; the advice changes no content.
 unsafe impl GlobalAlloc for HugePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        if let Some(array) = scratch::array(layout.size(), layout.align()) {
-            return array;
-        }
+        let array = spill::array(layout.size(), layout.align());
         // SAFETY: the caller keeps the contract of `GlobalAlloc`.
-        had(0, layout.size(), || unsafe { System.alloc(layout) })
+        let take = || unsafe { System.alloc(layout) };
+        array.unwrap_or_else(|| had(0, layout.size(), take))
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        if let Some(array) = scratch::array(layout.size(), layout.align()) {
-            return array;
-        }
+        let array = spill::array(layout.size(), layout.align());
         // SAFETY: as above.
-        had(0, layout.size(), || unsafe { System.alloc_zeroed(layout) })
+        let take = || unsafe { System.alloc_zeroed(layout) };
+        array.unwrap_or_else(|| had(0, layout.size(), take))
     }
 
     unsafe fn realloc(&self, array: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        match scratch::resized(array, layout.size(), size) {
-            Resized::InMemory => {}
-            Resized::Stays => return array,
-            // SAFETY: both arrays have that many bytes, and the old one is given back as it was taken.
-            Resized::Moves => unsafe {
-                let moved = self.alloc(Layout::from_size_align_unchecked(size, layout.align()));
-                moved.copy_from_nonoverlapping(array, size.min(layout.size()));
-                self.dealloc(array, layout);
-                return moved;
-            },
+        let before = layout.size();
+        match spill::size_of_file(array, before) {
+            // Its file has the room.
+            Some(room) if spill::is_for(size) && size <= room => return array,
+            None if size <= before || !spill::is_wanted(size, size - before) => {
+                // SAFETY: as above.
+                return had(before, size, || unsafe {
+                    System.realloc(array, layout, size)
+                });
+            }
+            _ => {}
         }
-        // SAFETY: as above.
-        had(layout.size(), size, || unsafe {
-            System.realloc(array, layout, size)
-        })
+        // SAFETY: both arrays have that many bytes, and the old one is given back as it was taken.
+        unsafe {
+            let moved = self.alloc(Layout::from_size_align_unchecked(size, layout.align()));
+            moved.copy_from_nonoverlapping(array, size.min(before));
+            self.dealloc(array, layout);
+            moved
+        }
     }
 
     unsafe fn dealloc(&self, array: *mut u8, layout: Layout) {
-        if scratch::give_back(array, layout.size()) {
+        if spill::give_back(array, layout.size()) {
             return;
         }
-        heap::count(layout.size(), 0);
+        limit::count(layout.size(), 0);
         // SAFETY: as above.
         unsafe { System.dealloc(array, layout) }
     }
@@ -124,7 +125,7 @@ unsafe impl GlobalAlloc for HugePages {
 /// Counts an array and gets it. A small one that cannot be had is taken from the reserve: whoever asks for it
 /// may be in the middle of something that should be whole.
 fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
-    heap::count(before, size);
+    limit::count(before, size);
     let mut array = get();
     #[cfg(unix)]
     if array.is_null() {
@@ -134,7 +135,7 @@ fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
         }
     }
     if array.is_null() {
-        heap::end_without(size);
+        limit::end_without(size);
     }
     advised(array, size)
 }
@@ -145,9 +146,10 @@ fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
 fn advised(array: *mut u8, size: usize) -> *mut u8 {
     #[cfg(target_os = "linux")]
     if size >= LARGE {
-        let advice = match azimesh_core::sparse::is_asked() {
-            true => libc::MADV_NOHUGEPAGE,
-            false => libc::MADV_HUGEPAGE,
+        let advice = if azimesh_core::sparse::is_asked() {
+            libc::MADV_NOHUGEPAGE
+        } else {
+            libc::MADV_HUGEPAGE
         };
         const PAGE: usize = 4096;
         let before = array.addr() % PAGE;
@@ -161,7 +163,7 @@ fn advised(array: *mut u8, size: usize) -> *mut u8 {
 /// Addresses that the program keeps for its end.
 #[cfg(unix)]
 mod reserve {
-    use super::heap;
+    use crate::alloc::limit;
     use std::ptr;
     use std::sync::atomic::{AtomicPtr, Ordering};
 
@@ -181,7 +183,7 @@ mod reserve {
         // SAFETY: a mapping of its own, which nothing reads or writes.
         let found = unsafe { libc::mmap(ptr::null_mut(), size, libc::PROT_NONE, flags, -1, 0) };
         if found == libc::MAP_FAILED {
-            heap::end_without(size);
+            limit::end_without(size);
         }
         // SAFETY: its end is given back, to the stack.
         unsafe { libc::munmap(found.cast::<u8>().add(SIZE).cast(), STACK) };

@@ -1,0 +1,152 @@
+//! The motion of bodies: their surface points at a step, and each body over the steps, as `check` prints it and run.json
+//! keeps it for plots.
+
+use crate::record::{BodyRecord, MotionRecord};
+use azimesh_core::geometry::vector::{Vector, dot, norm, scale, sub};
+use azimesh_core::parallel;
+use azimesh_deform::Plan;
+use azimesh_deform::motion::{Frame, Role, Step};
+
+/// Points of a body whose displacements run.json takes the largest of, at most: of so many, evenly taken, it
+/// is close enough to draw, and a surface of a million nodes costs no more than a small one.
+const RECORDED: usize = 4096;
+
+/// The surface points that move with a body.
+pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
+    let bodies = plan.surface.body.iter().enumerate();
+    let own = bodies.filter(|(_, of)| of.map(usize::from) == Some(body));
+    own.map(|(at, _)| at).collect()
+}
+
+/// The outermost of some points along the span of a body's blade; `None` in 2D, and where neither the rotor nor the motion
+/// of the body says what the span is.
+pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
+    let rotor = &plan.motion.rotor;
+    if rotor.in_plane || !(rotor.has_span || plan.motion.is_of_blade(body)) {
+        return None;
+    }
+    let offset = plan.motion.bodies[body].azimuth_offset;
+    let span = rotor.turn(offset).turn(rotor.e_x);
+    let station = |at: usize| dot(sub(plan.surface.points[at], rotor.hub), span);
+    let points = points.iter().copied();
+    points.reduce(|tip, at| if station(at) > station(tip) { at } else { tip })
+}
+
+/// Where the surface points are at a step, in the rotating frame.
+pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
+    let poses = plan.motion.poses(step, 1.0);
+    let surface = &plan.surface;
+    parallel::collect(surface.points.len(), |at| {
+        let x = surface.points[at];
+        match surface.body[at] {
+            Some(body) => poses[usize::from(body)].place(surface.nodes[at], x),
+            None => x,
+        }
+    })
+}
+
+/// A body at a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyAtStep {
+    /// Its place in the schedule.
+    pub body: usize,
+    /// The step.
+    pub step: usize,
+    /// Pitch, flap and lag in radians, where it has a cyclic motion.
+    pub angles: Option<[f64; 3]>,
+    /// Displacement of its outermost point along its span, in mesh units; `None` in 2D and where nothing says what the span is.
+    pub tip: Option<Vector>,
+    /// Largest displacement of one of its points, in mesh units.
+    pub largest: f64,
+}
+
+/// Some surface points of a body, and its tip.
+struct Followed {
+    points: Vec<usize>,
+    tip: Option<usize>,
+}
+
+/// Every body with its surface points, or of many some evenly taken.
+fn followed(plan: &Plan, most: usize) -> Vec<Followed> {
+    let of_body = |body: usize| {
+        let points = points_of(plan, body);
+        let every = points.len().div_ceil(most).max(1);
+        Followed {
+            tip: tip_of(plan, body, &points),
+            points: points.into_iter().step_by(every).collect(),
+        }
+    };
+    (0..plan.motion.bodies.len()).map(of_body).collect()
+}
+
+fn at_step(plan: &Plan, bodies: &[Followed], step: &Step) -> Vec<BodyAtStep> {
+    let surface = &plan.surface;
+    let poses = plan.motion.poses(step, 1.0);
+    let of_body = |(body, followed): (usize, &Followed)| {
+        let moved = |at: usize| {
+            let x = surface.points[at];
+            sub(poses[body].place(surface.nodes[at], x), x)
+        };
+        let points = &followed.points;
+        let largest = parallel::largest(points.len(), |i| norm(moved(points[i])));
+        let tip = followed.tip.map(moved);
+        BodyAtStep {
+            body,
+            step: step.index(),
+            angles: plan.motion.cyclic_angles(body, step),
+            tip,
+            largest: largest.max(tip.map_or(0.0, norm)),
+        }
+    };
+    bodies.iter().enumerate().map(of_body).collect()
+}
+
+/// Every body at some steps, in the order of the steps.
+pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
+    let bodies = followed(plan, usize::MAX);
+    let at_steps = steps.iter().flat_map(|step| at_step(plan, &bodies, step));
+    at_steps.collect()
+}
+
+/// The motion of the whole schedule in the rotating frame, and how the inertial one turns against it.
+pub(crate) fn body_motion(plan: &Plan) -> MotionRecord {
+    let motion = &plan.motion;
+    let bodies = followed(plan, RECORDED);
+    let steps: Vec<Vec<BodyAtStep>> = parallel::map(motion.steps.len(), &|step| {
+        at_step(plan, &bodies, &motion.steps[step])
+    });
+    let rotor = &motion.rotor;
+    let frame = match rotor.frame {
+        Frame::Rotating => "rotating",
+        Frame::Inertial => "inertial",
+    };
+    let records = (0..bodies.len()).map(|body| body_record(plan, body, &steps));
+    MotionRecord {
+        frame: frame.to_owned(),
+        hub: rotor.hub,
+        turn_axis: scale(rotor.e_z, rotor.signs.azimuth),
+        bodies: records.collect(),
+    }
+}
+
+fn body_record(plan: &Plan, body: usize, steps: &[Vec<BodyAtStep>]) -> BodyRecord {
+    let motion = &plan.motion;
+    let moves =
+        |role: Option<Role>| matches!(role, Some(Role::Moving(b)) if usize::from(b) == body);
+    let tags = motion.surface.tags.iter().filter(|tag| moves(tag.role));
+    let steps = || steps.iter().map(|at| &at[body]);
+    let degrees = |axis: usize| {
+        let angles = steps().map(|at| Some(at.angles?[axis].to_degrees()));
+        angles.collect::<Option<Vec<f64>>>().unwrap_or_default()
+    };
+    let tips: Option<Vec<Vector>> = steps().map(|at| at.tip).collect();
+    BodyRecord {
+        name: motion.bodies[body].name.clone(),
+        tags: tags.map(|tag| tag.tag.clone()).collect(),
+        pitch_deg: degrees(0),
+        flap_deg: degrees(1),
+        lag_deg: degrees(2),
+        tip_displacement: tips.unwrap_or_default(),
+        max_displacement: steps().map(|at| at.largest).collect(),
+    }
+}
