@@ -135,6 +135,7 @@ def check_slider(page, rows):
         check_step(driver, worst)
         assert len(driver.find_elements("css selector", "figure.chosen-step")) == 1, "its still picture is not marked"
         check_cut(driver, rows)
+        check_copy(driver)
         check_zoom(driver, rows)
         check_play(driver)
         check_alone(driver)
@@ -151,7 +152,17 @@ def check_cut(driver, rows):
         told = driver.execute_script("return document.querySelector('#cut svg').ariaLabel")
         assert any(told.startswith(f"Step {frame}, ") for frame in frames if abs(frame - step) == abs(nearest - step)), (step, told)
         remark = driver.execute_script("return document.getElementById('cut-step').textContent")
-        assert (remark != "") == (nearest != step), (step, remark)
+        assert remark.startswith(told) and ("nearest" in remark) == (nearest != step), (step, remark)
+        marks = driver.execute_script("return [...document.querySelectorAll('#cut .mark title')].map(t => t.textContent)")
+        assert marks and all(mark.startswith("Worst cell ") for mark in marks), marks
+
+
+def check_copy(driver):
+    """A click copies the command of the run, or selects it where the browser keeps the page from the clipboard."""
+    command, button = driver.find_element("id", "command").text, driver.find_element("id", "copy")
+    assert command.startswith("azimesh deform ") and command.endswith(" --format vtu"), command
+    button.click()
+    wait_for(driver, "copied", "return document.getElementById('copy').textContent !== 'Copy'")
 
 
 def scale_of(driver, plot):
@@ -263,11 +274,16 @@ def check_space(page, rows, folder):
         driver.find_element("css selector", "[data-view='0']").click()
         assert differ(drawn(driver), pictures[2]) == 0.0, "the first view is another"
         boxes = driver.find_elements("css selector", "#scene-choices input")
-        assert len(boxes) == 5, "a body, a boundary, three ways to see them"
-        boxes[2].click()
-        assert differ(drawn(driver), pictures[2]) > 0.003, "displacement has no colour"
-        assert driver.find_element("id", "scene-key").is_displayed()
-        stills = driver.execute_script("return [...document.querySelectorAll('img.solid')].map(i => [i.src, i.naturalWidth, i.hidden])")
+        assert len(boxes) == 5, "a body, a boundary, the worst cell, edges, the reference shape"
+        fields = [pictures[2]]
+        for field in ("displacement", "quality"):
+            driver.find_element("css selector", f"#field option[value={field}]").click()
+            fields.append(drawn(driver))
+            assert min(differ(fields[-1], before) for before in fields[:-1]) > 0.003, f"{field} has no colour"
+            assert driver.find_element("id", f"key-{field}").is_displayed()
+            if folder:
+                shoot(driver, folder / f"blade_{field}.png", 1280)
+        stills = driver.execute_script("return [...document.querySelectorAll('figure:has(svg.slice) img.solid')].map(i => [i.src, i.naturalWidth, i.hidden])")
         assert len(stills) > 2 and len({src for src, _, _ in stills}) == len(stills), "stills in space are alike"
         assert all(width > 100 and not hidden for _, width, hidden in stills)
         check_alone(driver)

@@ -1,6 +1,6 @@
 //! Whether the run of a folder is finished, and how to go on with one that is not.
 
-use crate::record::{RunRecord, parts_in};
+use crate::record::{RunRecord, in_shell, parts_in};
 use azimesh_io::formats::read_file;
 use std::io::BufRead;
 use std::ops::Range;
@@ -28,12 +28,12 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
         return Some(Some(format!(
             "the run in this folder is not finished, {n}{of} steps are there: if nothing runs there any more, continue it with  \
              {} --resume",
-            command(&record, folder)
+            record.command(folder)
         )));
     }
     let parts = parts(place);
     let (_, last) = parts.last()?;
-    let command = command(last, folder);
+    let command = last.command(folder);
     let open = parts
         .iter()
         .filter(|(_, part)| !part.outcome.starts_with("complete"));
@@ -41,7 +41,10 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
     let ranges = || parts.iter().map(|(steps, _)| steps.clone());
     let missing = missing(ranges(), last.steps.unwrap_or(0)).into_iter();
     let missing = missing.map(|steps| format!("{command} --steps {steps:?}"));
-    let finish = std::iter::once(format!("azimesh finish {}", quoted(folder)));
+    let finish = std::iter::once(format!(
+        "azimesh finish {}",
+        in_shell(&folder.display().to_string())
+    ));
     let commands: Vec<String> = resume.chain(missing).chain(finish).collect();
     let there: Vec<String> = ranges().map(|steps| format!("{steps:?}")).collect();
     let of = last.steps.map_or(String::new(), |all| format!(" of {all}"));
@@ -75,26 +78,6 @@ fn missing(ranges: impl Iterator<Item = Range<usize>>, n: usize) -> Vec<Range<us
         .chain(std::iter::once(n..n))
         .filter_map(gap)
         .collect()
-}
-
-/// The command of the run.
-fn command(record: &RunRecord, folder: &Path) -> String {
-    let input = |what: &str| {
-        let input = record.inputs.iter().find(|input| input.what == what);
-        input.map_or(what.to_uppercase(), |input| quoted(Path::new(&input.file)))
-    };
-    let [mesh, schedule] = ["mesh", "schedule"].map(input);
-    format!("azimesh deform {mesh} {schedule} -o {}", quoted(folder))
-}
-
-/// A path as a shell takes it.
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let is_special = |c: char| c.is_whitespace() || "'\"$&;()*?".contains(c);
-    if text.contains(is_special) {
-        return format!("'{}'", text.replace('\'', "'\\''"));
-    }
-    text
 }
 
 #[cfg(test)]

@@ -17,6 +17,6 @@ pub use criterion::Criterion;
 pub use names::{file_name, numbered, part_of, parts_in, step_of};
 pub use run::{
     BodyRecord, EndRecord, FunctionRecord, InputRecord, LayerRecord, MotionRecord, OptionsRecord,
-    PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings,
+    PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings, in_shell,
 };
 pub use steps::{CHECKSUM, COLUMNS, Row, Rows, lines, parse, text};

@@ -9,6 +9,7 @@ use azimesh_core::geometry::vector::Vector;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// A run; written at its start and completed at its end.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -336,9 +337,34 @@ impl RunRecord {
         text.expect("its keys are text, and numbers that are not finite are null") + "\n"
     }
 
+    /// Returns the command of the run; words in capitals stand for inputs that it does not name.
+    pub fn command(&self, folder: &Path) -> String {
+        let input = |what: &str| {
+            let input = self.inputs.iter().find(|input| input.what == what);
+            input.map_or(what.to_uppercase(), |input| in_shell(&input.file))
+        };
+        let [mesh, schedule] = ["mesh", "schedule"].map(input);
+        format!(
+            "azimesh deform {mesh} {schedule} -o {}",
+            in_shell(&folder.display().to_string())
+        )
+    }
+
     /// Whether it says what a run was given, as every run does that writes one.
     pub fn is_whole(&self) -> bool {
         !self.inputs.is_empty() && self.options.kernel.is_some()
+    }
+}
+
+/// Quotes a word for a shell where it must be.
+pub fn in_shell(word: &str) -> String {
+    if word
+        .chars()
+        .any(|c| c.is_whitespace() || "'\"$&;()*?<>|".contains(c))
+    {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    } else {
+        word.to_owned()
     }
 }
 

@@ -45,7 +45,20 @@ pub struct Piece {
     pub corners: Vec<Flat>,
 }
 
+impl Piece {
+    /// Returns the mean of its corners.
+    pub fn centre(&self) -> Flat {
+        let n = self.corners.len() as f64;
+        [0, 1].map(|axis| self.corners.iter().map(|corner| corner[axis]).sum::<f64>() / n)
+    }
+}
+
 impl Plane {
+    /// Returns the distance of a point along the normal.
+    pub fn height(&self, x: Vector) -> f64 {
+        dot(sub(x, self.origin), self.normal)
+    }
+
     /// Coordinates of a point's foot in the plane.
     pub fn flat(&self, x: Vector) -> Flat {
         let arm = sub(x, self.origin);
@@ -64,8 +77,16 @@ impl Plane {
 }
 
 impl Window {
+    /// Returns the place a little inside of it that is nearest to a point.
+    pub fn nearest(&self, x: Flat) -> Flat {
+        [0, 1].map(|axis| {
+            let (middle, half) = (self.centre[axis], 0.97 * self.half[axis]);
+            x[axis].max(middle - half).min(middle + half)
+        })
+    }
+
     /// Whether the box around some corners reaches into it.
-    fn holds(&self, corners: &[Flat]) -> bool {
+    pub fn holds(&self, corners: &[Flat]) -> bool {
         (0..2).all(|axis| {
             let along = || {
                 corners
@@ -88,10 +109,9 @@ pub struct Cut<'a> {
 impl<'a> Cut<'a> {
     /// Measures the distances of all nodes.
     pub fn new(mesh: &'a Mesh, plane: Plane) -> Self {
-        let distance = |x: &Vector| dot(sub(*x, plane.origin), plane.normal);
         let is_solid = mesh.dimension() == 3;
-        let height =
-            is_solid.then(|| parallel::collect(mesh.points.len(), |i| distance(&mesh.points[i])));
+        let height = is_solid
+            .then(|| parallel::collect(mesh.points.len(), |i| plane.height(mesh.points[i])));
         Self {
             mesh,
             plane,

@@ -1,8 +1,7 @@
 //! The folder of a sequence: its record and its table, with the motion as columns.
 
-use super::columns::label_in;
 use super::table::Table;
-use crate::record::{BodyRecord, EndRecord, RunRecord, file_name, parts_in};
+use crate::record::{BodyRecord, COLUMNS, EndRecord, RunRecord, file_name, in_shell, parts_in};
 use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::{read_file, records_in};
 use std::path::{Path, PathBuf};
@@ -11,11 +10,22 @@ use std::path::{Path, PathBuf};
 const MESH_UNITS: &str = "mesh units";
 /// Bodies whose motion is shown.
 const BODIES: usize = 8;
+/// Columns of the motion of a body, made from run.json: name, label, unit.
+const OF_BODY: [(&str, &str, &str); 6] = [
+    ("pitch_deg", "pitch", "degrees"),
+    ("flap_deg", "flap", "degrees"),
+    ("lag_deg", "lag", "degrees"),
+    ("tip_x", "tip displacement along x", MESH_UNITS),
+    ("tip_y", "tip displacement along y", MESH_UNITS),
+    ("tip_z", "tip displacement along z", MESH_UNITS),
+];
 
 /// What a folder says of its sequence.
 pub struct Sequence {
-    /// The folder.
+    /// The folder of the records.
     pub folder: PathBuf,
+    /// The folder that the run was given.
+    output: PathBuf,
     /// The run, or the first part of it.
     pub record: RunRecord,
     /// The finished steps. Motions of bodies are columns `body/pitch_deg` and so on.
@@ -35,6 +45,7 @@ impl Sequence {
         }
         std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
         // In a case the records of a run have a folder of their own.
+        let output = folder.to_path_buf();
         let records = records_in(folder);
         let folder = records.as_deref().unwrap_or(folder);
         let tables = whole_or_parts(folder, "steps", "csv");
@@ -48,6 +59,7 @@ impl Sequence {
         }
         let mut sequence = Self {
             folder: folder.to_path_buf(),
+            output,
             record: RunRecord::default(),
             table: Table::read(&tables)?,
             notes: Vec::new(),
@@ -132,16 +144,55 @@ impl Sequence {
         }
     }
 
-    /// Name and unit of a column. `body/pitch_deg` is that of a body; a column that is not known is called
-    /// as it is.
+    /// Returns the label and the unit of a column. `body/pitch_deg` is that of a body; an unknown column has its own name.
+    /// Volumes have their unit from the dimension of the mesh, and are areas in a plane.
     pub fn label(&self, column: &str) -> (String, String) {
-        let (name, unit) = label_in(self.record.dimension, column);
-        (name, unit.replace(MESH_UNITS, self.length_unit()))
+        let (body, key) = column.rsplit_once('/').unwrap_or(("", column));
+        let of_step = COLUMNS.iter().map(|of| (of.name, of.label, of.unit));
+        let known = of_step.chain(OF_BODY).find(|(name, _, _)| *name == key);
+        let (name, unit) = match (column, self.record.dimension) {
+            ("min_volume", Some(2)) => ("smallest area", "mesh units²"),
+            ("min_volume", Some(3)) => ("smallest volume", "mesh units³"),
+            _ => known.map_or((key, ""), |(_, label, unit)| (label, unit)),
+        };
+        let of = if body.is_empty() {
+            String::new()
+        } else {
+            format!("{body}: ")
+        };
+        (of + name, unit.replace(MESH_UNITS, self.length_unit()))
     }
 
     /// What the schedule calls the mesh unit.
     pub fn length_unit(&self) -> &str {
         self.record.length_unit.as_deref().unwrap_or(MESH_UNITS)
+    }
+
+    /// Returns the command that makes these meshes; `None` where the record names no mesh and no schedule.
+    pub fn command(&self) -> Option<String> {
+        let has = |what: &str| self.record.inputs.iter().any(|input| input.what == what);
+        let options = &self.record.options;
+        let mut command = self.record.command(&self.output);
+        let mut add =
+            |option: &str, value: &str| command += &format!(" {option} {}", in_shell(value));
+        self.record
+            .inputs
+            .iter()
+            .filter(|input| input.what == "base")
+            .for_each(|input| add("--base", &input.file));
+        options
+            .format
+            .iter()
+            .for_each(|format| add("--format", format));
+        options
+            .tag_array
+            .iter()
+            .for_each(|name| add("--tag-array", name));
+        self.record
+            .fail_on
+            .iter()
+            .for_each(|condition| add("--fail-on", condition));
+        (has("mesh") && has("schedule")).then_some(command)
     }
 
     /// The title that the schedule gives, or the name of the case.

@@ -1,71 +1,57 @@
-//! What the page shows of the meshes themselves: the bodies and a cut at every step that is read, some of them as
-//! still pictures, and how the quality of the worst step is distributed beside that of the reference mesh.
+//! Pictures of the meshes: the bodies and a cut at every step that is read, some of them as still pictures, and a histogram
+//! of the quality at the worst step and in the reference mesh.
 
-use super::choose;
-use super::cut::{Cut, Flat};
-use super::embed::embedded;
+use super::cut::Cut;
 use super::folder::Sequence;
 use super::meshes::Meshes;
-use super::pack::Pose;
-use super::plot::{Bars, Plot};
-use super::sample;
-use super::scene::Scene;
+use super::plot::{Plot, evenly};
+use super::scene::{Corner, Pose, Scene, landmarks};
 use super::slice::Slice;
 use super::stills::stills;
-use super::surface::{Corner, landmarks};
 use super::view::View;
 use crate::record::MotionRecord;
 use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_io::formats::ReadOptions;
 use azimesh_io::mesh::Mesh;
 use azimesh_quality::{Reference, scaled_jacobians};
 
+/// Largest and smallest number of steps whose meshes are read, and nodes of all of these between the two.
+const FRAMES: usize = 120;
+const FEWEST: usize = 9;
+const NODES: usize = 60_000_000;
 /// Bars of the histogram.
 const BARS: usize = 40;
-/// Polygons and dots of the cuts: of all together, and of one of them at most and at least.
+/// Polygons and dots of all cuts, and the largest and the smallest number of one cut.
 const SHAPES: usize = 240_000;
 const MOST_SHAPES: usize = 6000;
 const LEAST_SHAPES: usize = 2000;
 
-/// Pictures of a sequence.
+/// Pictures of a sequence. Picture 0 is the reference mesh, or empty; the others are steps.
 #[derive(Default)]
 pub struct Gallery {
     /// Scaled Jacobians of the worst step and of the reference.
     pub histogram: Option<Plot>,
-    /// Rows of the steps that can be seen, ascending.
+    /// Rows of the steps that have a picture, ascending.
     pub rows: Vec<usize>,
-    /// The cut at each of them, compressed; one SVG element a line.
-    pub cuts: String,
-    /// The cut that is seen before any script has run.
-    pub first_cut: String,
-    /// The bodies at each of them, in space.
+    /// The cut of each picture, an SVG element.
+    pub cuts: Vec<String>,
+    /// The bodies of each picture, in space.
     pub scene: Option<Scene>,
-    /// Still pictures: the reference mesh, then steps.
-    pub pictures: Vec<Picture>,
-    /// Where the cuts are.
+    /// Still pictures with their captions.
+    pub stills: Vec<(usize, String)>,
+    /// The place of the cuts.
     pub sentence: String,
 }
 
-/// Still pictures of one step.
-pub struct Picture {
-    /// The row of its step; `None` for the reference mesh.
-    pub row: Option<usize>,
-    /// Which step it is.
-    pub caption: String,
-    /// Its frame in space: -1 for the reference mesh.
-    pub frame: Option<isize>,
-    /// The cut.
-    pub cut: String,
-}
-
-/// Reads the meshes one after another; what cannot be read becomes a note.
+/// Reads the meshes one after another; an unreadable mesh becomes a note.
 pub fn gallery(sequence: &mut Sequence, options: &ReadOptions) -> Gallery {
     if sequence.table.len() == 0 {
         return Gallery::default();
     }
     let mut notes = Vec::new();
-    let gallery = draw(&Meshes::new(sequence, options), sequence, &mut notes);
+    let gallery = draw(sequence, options, &mut notes);
     sequence.notes.append(&mut notes);
     gallery.unwrap_or_else(|error| {
         sequence.notes.push(format!("No mesh is shown: {error}."));
@@ -73,50 +59,75 @@ pub fn gallery(sequence: &mut Sequence, options: &ReadOptions) -> Gallery {
     })
 }
 
-fn draw(meshes: &Meshes<'_>, sequence: &Sequence, notes: &mut Vec<String>) -> Result<Gallery> {
-    let (before, is_original) = before(meshes, sequence, notes)?;
-    let rows = choose::frames(&sequence.table, before.points.len());
-    let mut studio = Studio::new(before, sequence, rows.len());
-    let mut film = Film::default();
-    let rest = is_original.then(|| studio.frame(None, "The reference mesh", 0.0));
-    let worst = choose::worst(&sequence.table);
-    let mut unread = Vec::new();
+fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<String>) -> Result<Gallery> {
+    let meshes = Meshes::new(sequence, options);
+    let (before, is_original) = before(&meshes, sequence, notes)?;
+    let reference = Reference::new(&before);
+    let worst = sequence.table.worst();
+    let rows = frames(sequence, worst, before.points.len());
+    let caption = |row: usize| caption(sequence, row, Some(row) == worst);
+    let mut studio = Studio::new(&before, sequence, rows.len());
+    let rest = scaled_jacobians(&before, &before.points, &reference);
+    studio.add(&before, &rest, 0.0, "The reference mesh");
+    let (mut shown, mut counted, mut unread) = (Vec::new(), Vec::new(), Vec::new());
     for row in rows {
-        let caption = caption(sequence, row, Some(row) == worst);
-        let mesh = meshes.at(row).and_then(|mesh| studio.check(mesh));
-        match mesh {
-            Err(error) => unread.push((row, error)),
-            Ok(mesh) => {
-                if Some(row) == worst {
-                    let name = format!("worst step, {}", sequence.table.step(row));
-                    film.counted.push((name, studio.scaled_jacobians(&mesh)));
-                }
-                let frame = studio.frame(Some(&mesh), &caption, sequence.azimuth(row));
-                film.add(row, frame);
+        let mesh = match meshes.at(row).and_then(|mesh| check(mesh, &before)) {
+            Ok(mesh) => mesh,
+            Err(error) => {
+                unread.push((row, error));
+                continue;
             }
+        };
+        let quality = scaled_jacobians(&mesh, &mesh.points, &reference);
+        studio.add(&mesh, &quality, sequence.azimuth(row), &caption(row));
+        shown.push(row);
+        if Some(row) == worst {
+            counted.push((format!("worst step, {}", sequence.table.step(row)), quality));
         }
     }
-    note_unread(&unread, sequence, notes);
-    if is_original {
-        let quality = studio.scaled_jacobians(&studio.before);
-        film.counted.push(("reference mesh".to_owned(), quality));
+    if let Some((row, error)) = unread.first() {
+        let step = sequence.table.step(*row);
+        notes.push(match unread.len() {
+            1 => format!("The mesh of step {step} is not shown: {error}."),
+            n => format!("The meshes of {n} steps are not shown; that of step {step}: {error}."),
+        });
     }
-    Ok(studio.hang(film, rest, sequence))
-}
-
-/// A sentence on the meshes that cannot be read; of many of them with the first reason.
-fn note_unread(unread: &[(usize, Error)], sequence: &Sequence, notes: &mut Vec<String>) {
-    let Some((row, error)) = unread.first() else {
-        return;
+    let first = usize::from(!is_original);
+    if is_original {
+        counted.push(("reference mesh".to_owned(), rest));
+    } else {
+        studio.cuts[0].clear();
+    }
+    let place = shown.iter().position(|&row| Some(row) == worst);
+    let chosen = stills(&studio.poses[first..], place.map(|place| place + 1 - first));
+    let caption_of = |picture: usize| match picture {
+        0 => "Reference mesh".to_owned(),
+        _ => caption(shown[picture - 1]),
     };
-    let step = sequence.table.step(*row);
-    notes.push(match unread.len() {
-        1 => format!("The mesh of step {step} is not shown: {error}."),
-        n => format!("The meshes of {n} steps are not shown; that of step {step}: {error}."),
-    });
+    Ok(Gallery {
+        histogram: histogram(&counted),
+        stills: chosen
+            .into_iter()
+            .map(|at| (at + first, caption_of(at + first)))
+            .collect(),
+        rows: shown,
+        cuts: studio.cuts,
+        sentence: studio.view.sentence,
+        scene: studio.scene,
+    })
 }
 
-/// The reference mesh, or the step that has moved least; whether it is the former.
+/// Chooses the rows whose meshes are read, ascending: all, or of a long sequence or a large mesh some evenly and the worst.
+fn frames(sequence: &Sequence, worst: Option<usize>, n_nodes: usize) -> Vec<usize> {
+    let most = (NODES / n_nodes.max(1)).clamp(FEWEST, FRAMES);
+    let mut rows = evenly(sequence.table.len(), most);
+    rows.extend(worst);
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
+/// Reads the reference mesh, or the step that has moved least; whether it is the former.
 fn before(
     meshes: &Meshes<'_>,
     sequence: &Sequence,
@@ -126,8 +137,7 @@ fn before(
         Ok(mesh) => return Ok((mesh, true)),
         Err(error) => error,
     };
-    let row = choose::calmest(&sequence.table);
-    let row = row.ok_or_else(|| Error::input("no step is finished"))?;
+    let row = sequence.table.calmest();
     let mesh = meshes.at(row)?;
     notes.push(format!(
         "The reference mesh is not shown: {error}. Cells are judged against step {}, which has moved least.",
@@ -136,152 +146,130 @@ fn before(
     Ok((mesh, false))
 }
 
-/// What is seen of one mesh.
-struct Frame {
-    cut: String,
-    pose: Pose,
-}
-
-/// What is seen of all of them.
-#[derive(Default)]
-struct Film {
-    rows: Vec<usize>,
-    frames: Vec<Frame>,
-    counted: Vec<(String, Vec<f64>)>,
-}
-
-impl Film {
-    fn add(&mut self, row: usize, frame: Frame) {
-        self.rows.push(row);
-        self.frames.push(frame);
+fn check(mesh: Mesh, before: &Mesh) -> Result<Mesh> {
+    let (n, wanted) = (mesh.cells.len(), before.cells.len());
+    if n == wanted {
+        return Ok(mesh);
     }
+    Err(Error::input(format!(
+        "it has {n} cells, and the reference mesh has {wanted}"
+    )))
 }
 
-/// What all pictures have in common.
-struct Studio {
+/// What all pictures have in common, and the pictures so far.
+struct Studio<'a> {
     view: View,
-    before: Mesh,
-    motion: Option<MotionRecord>,
+    motion: Option<&'a MotionRecord>,
+    unit: &'a str,
     landmarks: Vec<Corner>,
-    scene: Option<Scene>,
     shapes: usize,
+    scene: Option<Scene>,
+    cuts: Vec<String>,
+    poses: Vec<Pose>,
 }
 
-impl Studio {
-    fn new(before: Mesh, sequence: &Sequence, n_frames: usize) -> Self {
+impl<'a> Studio<'a> {
+    fn new(before: &Mesh, sequence: &'a Sequence, n_frames: usize) -> Self {
         let motion = sequence.record.motion.as_ref();
-        let bodies = motion.map_or(&[][..], |motion| &motion.bodies);
         Self {
-            view: View::new(&before, motion),
-            landmarks: landmarks(&before, bodies),
-            scene: Scene::new(&before, motion, n_frames),
+            view: View::new(before, motion),
+            motion,
+            unit: sequence.length_unit(),
+            landmarks: landmarks(before, motion.map_or(&[], |motion| &motion.bodies)),
             shapes: (SHAPES / n_frames.max(1)).clamp(LEAST_SHAPES, MOST_SHAPES),
-            motion: motion.cloned(),
-            before,
+            scene: Scene::new(before, motion, n_frames),
+            cuts: Vec::new(),
+            poses: Vec::new(),
         }
     }
 
-    fn check(&self, mesh: Mesh) -> Result<Mesh> {
-        let n = self.before.cells.len();
-        match mesh.cells.len() == n {
-            true => Ok(mesh),
-            false => Err(Error::input(format!(
-                "it has {} cells, and the reference mesh has {n}",
-                mesh.cells.len(),
-            ))),
+    /// Adds the pictures of a mesh.
+    fn add(&mut self, mesh: &Mesh, quality: &[f64], azimuth_deg: f64, caption: &str) {
+        let worst = least(quality.iter().copied().enumerate());
+        let worst = worst.map(|(cell, quality)| (cell, quality, centre(mesh, cell)));
+        if let Some(scene) = &mut self.scene {
+            scene.add(mesh, quality, worst.map(|(_, _, at)| at), azimuth_deg);
         }
-    }
-
-    /// The scaled Jacobian of every cell.
-    fn scaled_jacobians(&self, mesh: &Mesh) -> Vec<f64> {
-        scaled_jacobians(mesh, &mesh.points, &Reference::new(&self.before))
-    }
-
-    /// What is seen of the mesh of a step, or of the reference mesh.
-    fn frame(&mut self, mesh: Option<&Mesh>, caption: &str, azimuth_deg: f64) -> Frame {
-        if let (Some(scene), Some(mesh)) = (&mut self.scene, mesh) {
-            scene.add(mesh, azimuth_deg);
-        }
-        let mesh = mesh.unwrap_or(&self.before);
-        let carry = self
+        let back = self
             .motion
-            .as_ref()
             .map(|motion| motion.carry(azimuth_deg).inverse());
         let place = |corner: &Corner| {
-            let x = corner.place(mesh);
-            carry.map_or(x, |carry| carry.apply(x)).map(|x| x as f32)
+            let x = corner.position(mesh);
+            back.map_or(x, |back| back.apply(x)).map(|x| x as f32)
         };
-        Frame {
-            pose: self.landmarks.iter().map(place).collect(),
-            cut: self.cut(mesh, azimuth_deg, caption),
-        }
+        self.poses.push(self.landmarks.iter().map(place).collect());
+        self.cuts
+            .push(self.cut(mesh, quality, worst, azimuth_deg, caption));
     }
 
-    /// The cut through a mesh.
-    fn cut(&self, mesh: &Mesh, azimuth_deg: f64, name: &str) -> String {
-        let cut = Cut::new(mesh, self.view.plane(self.motion.as_ref(), azimuth_deg));
-        let outline: Vec<[Flat; 2]> = cut.outline(&self.view.tags);
+    /// Draws the cut; the worst cell of the mesh, and the worst one in view, are marked.
+    fn cut(
+        &self,
+        mesh: &Mesh,
+        quality: &[f64],
+        worst: Option<(usize, f64, Vector)>,
+        azimuth_deg: f64,
+        caption: &str,
+    ) -> String {
+        let plane = self.view.plane(self.motion, azimuth_deg);
+        let cut = Cut::new(mesh, plane);
+        let outline = cut.outline(&self.view.tags);
         let window = self.view.window(&outline);
         let pieces = cut.pieces(&window);
-        let cells: Vec<usize> = pieces.iter().map(|piece| piece.cell).collect();
-        let quality = sample::scaled_jacobians(&cells, mesh, &self.before);
-        let worst = quality
-            .iter()
-            .copied()
-            .filter(|q| !q.is_nan())
-            .reduce(f64::min);
-        let worst = worst.map_or_else(String::new, |q| {
-            format!(", smallest scaled Jacobian {}", short(q))
-        });
+        let mut words = format!("{caption}: {} cells in view", pieces.len());
+        let mut marks = Vec::new();
+        let in_view = least(pieces.iter().map(|piece| quality[piece.cell]).enumerate());
+        if let Some((at, quality)) = in_view {
+            let (cell, quality) = (pieces[at].cell, short(quality));
+            words += &format!(", smallest scaled Jacobian {quality}");
+            if worst.is_none_or(|(worst, ..)| worst != cell) {
+                marks.push((
+                    window.nearest(pieces[at].centre()),
+                    format!("Worst cell in view, {cell}: scaled Jacobian {quality}"),
+                ));
+            }
+        }
+        if let Some((cell, quality, x)) = worst {
+            let (quality, unit) = (short(quality), self.unit);
+            let place = x.map(short)[..usize::from(mesh.space_dimension())].join(", ");
+            let off = match plane.height(x).abs() {
+                off if mesh.dimension() == 3 => format!(", {} {unit} from the plane", short(off)),
+                _ => String::new(),
+            };
+            words += &format!("; the worst cell of the mesh has {quality}, at ({place}){off}");
+            marks.push((
+                plane.flat(x),
+                format!(
+                    "Worst cell of the mesh, {cell}: scaled Jacobian {quality}, at ({place}){off}"
+                ),
+            ));
+        }
+        marks.retain(|(at, _)| window.holds(&[*at]));
         let slice = Slice {
             pieces: &pieces,
             most: self.shapes,
-            quality: &quality,
+            quality,
             outline: &outline,
             before: &self.view.outline,
+            marks: &marks,
             window,
         };
-        let in_words = format!("{name}: {} cells in view{worst}.", pieces.len());
-        slice.svg(&in_words)
+        slice.svg(&(words + "."))
     }
+}
 
-    /// Chooses the still pictures.
-    fn hang(self, film: Film, rest: Option<Frame>, sequence: &Sequence) -> Gallery {
-        let worst = choose::worst(&sequence.table);
-        let (cuts, poses): (Vec<String>, Vec<Pose>) = film
-            .frames
-            .into_iter()
-            .map(|frame| (frame.cut, frame.pose))
-            .unzip();
-        let place = worst.and_then(|worst| film.rows.iter().position(|&row| row == worst));
-        let chosen = stills(rest.as_ref().map(|rest| &rest.pose), &poses, place);
-        let is_solid = self.scene.is_some();
-        let rest = rest.map(|rest| Picture {
-            row: None,
-            frame: is_solid.then_some(-1),
-            caption: "Reference mesh".to_owned(),
-            cut: rest.cut,
-        });
-        let steps = chosen.into_iter().map(|frame| {
-            let row = film.rows[frame];
-            let caption = caption(sequence, row, Some(row) == worst);
-            Picture {
-                row: Some(row),
-                frame: is_solid.then_some(frame as isize),
-                caption,
-                cut: cuts[frame].clone(),
-            }
-        });
-        Gallery {
-            histogram: histogram(&film.counted),
-            pictures: rest.into_iter().chain(steps).collect(),
-            first_cut: cuts.first().cloned().unwrap_or_default(),
-            cuts: embedded(cuts.join("\n").as_bytes()),
-            rows: film.rows,
-            sentence: self.view.sentence,
-            scene: self.scene,
-        }
-    }
+/// Returns the index and the value of the smallest value that is known.
+fn least(values: impl Iterator<Item = (usize, f64)>) -> Option<(usize, f64)> {
+    let known = values.filter(|(_, value)| !value.is_nan());
+    known.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn centre(mesh: &Mesh, cell: usize) -> Vector {
+    let nodes = mesh.cells.get(cell).nodes;
+    let sum = nodes
+        .iter()
+        .fold([0.0; 3], |sum, &node| add(sum, mesh.points[node as usize]));
+    scale(sum, 1.0 / nodes.len() as f64)
 }
 
 fn caption(sequence: &Sequence, row: usize, is_worst: bool) -> String {
@@ -296,27 +284,18 @@ fn caption(sequence: &Sequence, row: usize, is_worst: bool) -> String {
     format!("Step {step}{place}{worst}")
 }
 
-/// Shares of the cells over the scaled Jacobian.
+/// Draws the shares of the cells over the scaled Jacobian.
 fn histogram(counted: &[(String, Vec<f64>)]) -> Option<Plot> {
-    let known = |values: &[f64]| -> Vec<f64> {
-        let known = values.iter().copied().filter(|q| !q.is_nan());
-        known.collect()
-    };
-    let sets: Vec<(String, Vec<f64>)> = counted
+    let is_inverted = counted
         .iter()
-        .map(|(name, values)| (name.clone(), known(values)))
-        .filter(|(_, values)| !values.is_empty())
-        .collect();
-    let values = || sets.iter().flat_map(|(_, values)| values);
-    let low = if values().any(|q| *q < 0.0) {
-        -1.0
-    } else {
-        0.0
-    };
-    let width = (1.0 - low) / BARS as f64;
-    let bars: Vec<Bars> = sets
+        .flat_map(|(_, values)| values)
+        .any(|q| *q < 0.0);
+    let low = if is_inverted { -1.0 } else { 0.0 };
+    let bars = counted
         .iter()
-        .map(|(name, values)| (name.clone(), shares(values, low, width)))
+        .map(|(name, values)| (name.clone(), shares(values, low)));
+    let bars: Vec<_> = bars
+        .filter(|(_, bars)| bars.iter().any(|bar| bar.1.is_some()))
         .collect();
     let heights = bars.iter().flat_map(|(_, bars)| bars);
     let least = heights.filter_map(|bar| bar.1).reduce(f64::min)?;
@@ -331,18 +310,19 @@ fn histogram(counted: &[(String, Vec<f64>)]) -> Option<Plot> {
     })
 }
 
-/// Left edge and percentage of each bar; no height where there is no cell.
-fn shares(values: &[f64], low: f64, width: f64) -> Vec<(f64, Option<f64>)> {
+/// Returns the left edge and the percentage of each bar; no height where there is no cell.
+fn shares(values: &[f64], low: f64) -> Vec<(f64, Option<f64>)> {
+    let width = (1.0 - low) / BARS as f64;
     let mut counts = [0u64; BARS];
-    for value in values {
-        let bar = ((value - low) / width).max(0.0) as usize;
-        counts[bar.min(BARS - 1)] += 1;
+    for value in values.iter().filter(|q| !q.is_nan()) {
+        counts[(((value - low) / width).max(0.0) as usize).min(BARS - 1)] += 1;
     }
-    let all = values.len() as f64;
-    let bars = counts.into_iter().enumerate();
-    bars.map(|(bar, count)| {
-        let height = (count > 0).then(|| 100.0 * count as f64 / all);
-        (low + bar as f64 * width, height)
-    })
-    .collect()
+    let all = counts.iter().sum::<u64>() as f64;
+    let bar = |(at, count)| {
+        (
+            low + f64::from(at) * width,
+            (count > 0).then(|| 100.0 * count as f64 / all),
+        )
+    };
+    (0u32..).zip(counts).map(bar).collect()
 }

@@ -1,37 +1,31 @@
-//! Text for a page: escaping, and large counts.
+//! Text for a page: escaped, as JSON, or bytes in base64; large counts.
 
 use azimesh_core::error::one_line;
+use std::io::Write;
 
-/// Text that stands for itself between tags and in attributes.
+/// Escapes text for use between tags and in attributes.
 pub fn escape(text: &str) -> String {
-    let text = one_line(text);
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            _ => escaped.push(c),
-        }
-    }
-    escaped
+    let text = one_line(text).replace('&', "&amp;").replace('<', "&lt;");
+    text.replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// JSON that may stand in a script element.
-pub fn embedded(value: &serde_json::Value) -> String {
+/// Writes JSON for a script element.
+pub fn json_text(value: &serde_json::Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }
 
-/// A count with its digits in groups of three.
+/// Compresses bytes by zlib and writes them in base64, for `DecompressionStream("deflate")` of a browser.
+pub fn packed(bytes: &[u8]) -> String {
+    let level = flate2::Compression::new(6);
+    let mut writer = flate2::write::ZlibEncoder::new(Vec::new(), level);
+    let packed = writer.write_all(bytes).and_then(|()| writer.finish());
+    base64_simd::STANDARD.encode_to_string(packed.expect("a vector takes any bytes"))
+}
+
+/// Writes a count with its digits in groups of three.
 pub fn count(n: usize) -> String {
     let digits = n.to_string();
-    let mut grouped = String::new();
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            grouped.push('\u{202f}');
-        }
-        grouped.push(digit);
-    }
-    grouped
+    let groups: Vec<&[u8]> = digits.as_bytes().rchunks(3).rev().collect();
+    let groups = groups.iter().map(|group| String::from_utf8_lossy(group));
+    groups.collect::<Vec<_>>().join("\u{202f}")
 }

@@ -10,33 +10,22 @@
 //! mesh file is read. uPlot draws the charts and three.js the bodies, in the browser.
 
 mod charts;
-mod choose;
-mod columns;
 mod cut;
-mod decimate;
-mod embed;
 mod folder;
 mod gallery;
 mod html;
-mod libraries;
 mod meshes;
-mod pack;
 mod page;
 mod plot;
-mod sample;
 mod scene;
 mod section;
-mod selection;
-mod series;
 mod slice;
 mod stills;
 mod summary;
-mod surface;
 mod table;
 #[cfg(test)]
 mod tests;
 mod view;
-mod views;
 
 use azimesh_core::error::Result;
 use azimesh_io::formats::ReadOptions;

@@ -14,9 +14,9 @@ function numbers(name) {
 
 // The x of a plot and its lines: columns of the steps, or lines of their own.
 function valuesOf(plot) {
-  const positive = (y) => (plot.log && !(y > 0) ? null : y);
-  if (plot.marked) return [data.x, ...plot.series.map((series) => numbers(series.column).map(positive))];
-  return uPlot.join(plot.series.map((series) => [series.x, series.y.map(positive)]));
+  const positive = (y) => (plot.is_log && !(y > 0) ? null : y);
+  if (plot.is_marked) return [data.x, ...plot.series.map((series) => numbers(series.column).map(positive))];
+  return uPlot.join(plot.series.map(({ points }) => [points.map(([x]) => x), points.map(([, y]) => positive(y))]));
 }
 
 // Round values on a logarithmic axis: at most seven decades, or parts of few of them.
@@ -44,7 +44,7 @@ function label(value) {
 
 // Lines with dots where there are few; bars, of which the second set is an outline.
 function styleOf(series, plot) {
-  if (!series.bars) return { width: 1.8, dash: DASHES[series.style], points: { show: series.points < 40, size: 5 }, spanGaps: !plot.marked };
+  if (!series.bars) return { width: 1.8, dash: DASHES[series.style], points: { show: series.known < 40, size: 5 }, spanGaps: !plot.is_marked };
   const fill = series.style === 0 ? () => colour("--s0", 0.75) : null;
   return { width: fill ? 0 : 1.5, fill, points: { show: false }, paths: uPlot.paths.bars({ size: [1, Infinity], align: 1, gap: 0 }) };
 }
@@ -57,30 +57,30 @@ function optionsOf(plot, width) {
   });
   const x = axis(plot.x, 32), y = axis(plot.y, (u, values) => Math.max(58, 32 + 6.6 * Math.max(0, ...(values ?? []).map((value) => value.length))));
   x.values = y.values = (_, splits) => splits.map((value) => (value === null ? "" : label(value)));
-  if (plot.log) {
+  if (plot.is_log) {
     y.splits = (u, _, low, high) => decades(low, high);
     y.values = (_, splits) => splits.map(power);
     y.filter = (_, splits) => splits;
   }
   // A bar begins at its x: the axis ends one width after the last.
   const barred = plot.series.find((series) => series.bars);
-  const width0 = barred ? barred.x[1] - barred.x[0] : 0;
-  if (plot.degrees) x.incrs = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440, 3600];
+  const width0 = barred ? barred.points[1][0] - barred.points[0][0] : 0;
+  if (plot.in_degrees) x.incrs = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440, 3600];
   const level = plot.levels.map(([, value]) => value);
   const range = (u, low, high) => {
     const all = [low, high, ...(plot.zoomed ? [] : [...level, ...plot.include])].filter((value) => value !== null && Number.isFinite(value));
-    if (!all.length) return plot.log ? [0.1, 1] : [0, 1];
+    if (!all.length) return plot.is_log ? [0.1, 1] : [0, 1];
     const [least, most] = [Math.min(...all), Math.max(...all)];
     if (least === 0 && most === 0) return [-1, 1];
-    return plot.log ? uPlot.rangeLog(least, most === least ? 10 * least : most, 10, true) : uPlot.rangeNum(least, most, 0.08, true);
+    return plot.is_log ? uPlot.rangeLog(least, most === least ? 10 * least : most, 10, true) : uPlot.rangeNum(least, most, 0.08, true);
   };
   return {
     width, height: Math.round(Math.max(210, 0.58 * width)), legend: { show: false }, pxAlign: 0, padding: [10, 12, 0, 0],
-    scales: { x: { time: false, range: (u, low, high) => [low, high + (high === barred?.x.at(-1) ? width0 : 0)] }, y: { distr: plot.log ? 3 : 1, range } },
+    scales: { x: { time: false, range: (u, low, high) => [low, high + (high === barred?.points.at(-1)[0] ? width0 : 0)] }, y: { distr: plot.is_log ? 3 : 1, range } },
     axes: [x, y],
     series: [{}, ...plot.series.map((series) => ({ label: series.name, stroke: () => colour(`--s${series.style}`), ...styleOf(series, plot) }))],
     bands: plot.bands.map(([low, high]) => ({ series: [high + 1, low + 1], fill: () => colour(`--s${plot.series[low].style}`, 0.18) })),
-    cursor: { drag: { x: true, y: false }, ...(plot.marked ? { sync: { key: "steps" } } : {}) },
+    cursor: { drag: { x: true, y: false }, ...(plot.is_marked ? { sync: { key: "steps" } } : {}) },
     hooks: { drawSeries: [], draw: [(u) => drawLevels(u, level)], setScale: [(u, key) => key === "x" && scaled(u, plot)], setCursor: [(u) => tell(u, plot)] },
   };
 }
@@ -109,7 +109,7 @@ function scaled(u, plot) {
   const isWhole = min <= xs[0] && max >= xs[xs.length - 1];
   plot.zoomed = !isWhole;
   plot.figure.classList.toggle("zoomed", !isWhole);
-  if (!plot.marked || isFollowing) return;
+  if (!plot.is_marked || isFollowing) return;
   isFollowing = true;
   for (const other of steps) if (other !== plot && other.live) other.live.setScale("x", { min, max });
   isFollowing = false;
@@ -130,7 +130,7 @@ function zoom(plot, factor) {
   const u = plot.live, xs = u.data[0];
   const [first, last] = [xs[0], xs[xs.length - 1]];
   const { min, max } = u.scales.x;
-  const chosen = plot.marked && slider ? data.x[Number(slider.value)] : (min + max) / 2;
+  const chosen = plot.is_marked && slider ? data.x[Number(slider.value)] : (min + max) / 2;
   const middle = chosen >= min && chosen <= max ? chosen : (min + max) / 2;
   const half = Math.max((max - min) / 2 * factor, (last - first) * 1e-4);
   const low = Math.max(first, middle - half), high = Math.min(last, middle + half);
@@ -169,20 +169,62 @@ function buttonsOf(plot, title) {
   return bar;
 }
 
+// Names of the lines with the values at the chosen step, bars, levels.
+function legendOf(plot) {
+  const list = document.createElement("ul");
+  list.className = "legend";
+  const add = (swatch, d, name, value) => {
+    const item = document.createElement("li"), text = document.createElement("span");
+    item.innerHTML = `<svg viewBox="0 0 24 10" aria-hidden="true"><path class="${swatch}" d="${d}"/></svg>`;
+    text.append(`${name} `, value ?? "");
+    item.append(text);
+    list.append(item);
+  };
+  for (const { bars, style, name, column } of plot.series) {
+    const value = document.createElement("output");
+    if (column) value.dataset.column = column;
+    if (bars) add(`${style ? "outline" : "bars"} s${style}`, "M3 9V2H21V9", name);
+    else add(`line s${style}`, "M1 5H23", name, column ? value : "");
+  }
+  for (const [name, value] of plot.levels) {
+    const number = document.createElement("b");
+    number.textContent = label(value);
+    add("level", "M1 5H23", name, number);
+  }
+  return list;
+}
+
+// A plot in words, for those who do not see it.
+function wordsOf(plot, [x, ...lines]) {
+  const words = lines.map((line, at) => {
+    const known = x.map((place, i) => [place, line[i]]).filter(([, y]) => y !== null && y !== undefined);
+    plot.series[at].known = known.length;
+    if (!known.length) return "";
+    const least = known.reduce((a, b) => (b[1] < a[1] ? b : a)), most = known.reduce((a, b) => (b[1] > a[1] ? b : a));
+    return ` ${plot.series[at].name}: smallest ${label(least[1])} at ${label(least[0])}, largest ${label(most[1])} at ${label(most[0])}.`;
+  });
+  const levels = plot.levels.map(([name, value]) => ` ${name}: ${label(value)}.`);
+  return `${plot.title} (${plot.y}) against ${plot.x}.${words.join("")}${levels.join("")} Keys: + and − zoom, arrows move, 0 shows all.`;
+}
+
 function bring(figure) {
   const plot = JSON.parse(figure.querySelector("script").textContent);
   const caption = figure.querySelector("figcaption");
-  const box = figure.querySelector(".live-plot");
-  box.ariaLabel += " Keys: + and − zoom, arrows move, 0 shows all.";
+  const box = document.createElement("div"), remark = document.createElement("p");
+  plot.series.push(...plot.bars.map(([name, points], style) => ({ name, points, style, bars: true })));
+  const values = valuesOf(plot);
+  Object.assign(box, { className: "live-plot", role: "group", tabIndex: 0, ariaLabel: wordsOf(plot, values) });
+  Object.assign(remark, { className: "remark", textContent: plot.remark });
+  figure.append(box, legendOf(plot), remark);
   Object.assign(plot, { figure, zoomed: false, tip: document.createElement("p"), mark: document.createElement("div") });
-  if (plot.marked) steps.push(plot);
-  plot.live = new uPlot(optionsOf(plot, box.clientWidth), valuesOf(plot), box);
+  if (plot.is_marked) steps.push(plot);
+  plot.live = new uPlot(optionsOf(plot, box.clientWidth), values, box);
   plot.live.root.ariaHidden = "true";
   plot.tip.className = "tip";
   plot.tip.hidden = true;
   plot.mark.className = "step-mark";
   box.append(plot.tip);
-  if (plot.marked) plot.live.over.append(plot.mark);
+  if (plot.is_marked) plot.live.over.append(plot.mark);
   caption.append(buttonsOf(plot, caption.textContent));
   box.addEventListener("keydown", (event) => {
     const act = { "+": () => zoom(plot, 0.5), "-": () => zoom(plot, 2), 0: () => zoom(plot, Infinity), ArrowLeft: () => shift(plot, -0.25), ArrowRight: () => shift(plot, 0.25) }[event.key];
@@ -191,7 +233,7 @@ function bring(figure) {
     act();
   });
   plot.live.over.addEventListener("click", (event) => {
-    if (!plot.marked || plot.live.select.width > 3) return;
+    if (!plot.is_marked || plot.live.select.width > 3) return;
     const x = plot.live.posToVal(event.clientX - plot.live.over.getBoundingClientRect().left, "x");
     showStep(nearest(data.x, x));
   });

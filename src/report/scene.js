@@ -1,35 +1,37 @@
 // The bodies in space, by three.js.
 const canvas = document.getElementById("scene");
 
-// Coordinates as steps of the parts' boxes, frame by frame: the inverse of `positions` in src/report/pack.rs.
-function unpackPositions(bytes, n, nFrames) {
+// Coordinates as steps of the parts' boxes, frame by frame: the inverse of `data` in scene.rs, like the two below.
+function unpackPositions(changes, n, nFrames) {
   const frames = [], now = new Uint16Array(3 * n);
-  let low = 0;
+  let at = 0;
   for (let frame = 0; frame < nFrames; frame += 1) {
     for (let axis = 0; axis < 3; axis += 1) {
-      const high = low + n;
       let change = 0;
-      for (let i = 0; i < n; i += 1) {
-        const coded = bytes[low + i] | bytes[high + i] << 8;
-        change = change + (coded >>> 1 ^ -(coded & 1)) & 65535;
-        now[3 * i + axis] += change;
+      for (let i = axis; i < 3 * n; i += 3) {
+        change += changes[at++];
+        now[i] += change;
       }
-      low = high + n;
     }
     frames.push(now.slice());
   }
   return frames;
 }
 
-function unpackTriangles(bytes) {
-  const n = bytes.length / 4, corners = new Uint32Array(n);
-  let last = 0;
-  for (let i = 0; i < n; i += 1) {
-    const coded = bytes[i] | bytes[n + i] << 8 | bytes[2 * n + i] << 16 | bytes[3 * n + i] << 24;
-    last += coded >>> 1 ^ -(coded & 1);
-    corners[i] = last;
+function unpackTriangles(corners) {
+  let lowest = 0;
+  for (let i = 0; i < corners.length; i += 3) {
+    lowest += corners[i];
+    corners[i] = lowest;
+    corners[i + 1] += lowest;
+    corners[i + 2] += lowest;
   }
   return corners;
+}
+
+function unpackColours(changes, n) {
+  for (let i = n; i < changes.length; i += 1) changes[i] += changes[i - n];
+  return changes;
 }
 
 // Positions at a frame.
@@ -49,8 +51,8 @@ async function surfaceOf(packed) {
   const [positions, triangles] = await Promise.all([unpacked(packed.positions), unpacked(packed.triangles)]);
   const n = packed.vertices;
   const surface = {
-    parts: packed.parts, n, frames: unpackPositions(new Uint8Array(positions), n, packed.frames),
-    corners: unpackTriangles(new Uint8Array(triangles)),
+    parts: packed.parts, n, frames: unpackPositions(new Int16Array(positions), n, packed.frames),
+    corners: unpackTriangles(new Uint32Array(triangles)),
     position: new THREE.BufferAttribute(new Float32Array(3 * n), 3),
     colour: new THREE.BufferAttribute(new Float32Array(3 * n), 3),
   };
@@ -61,31 +63,27 @@ async function surfaceOf(packed) {
 }
 
 const BODIES = ["#2f7fd6", "#e2743a", "#35a060", "#9c5bd0", "#c99a1e", "#1f9aa5", "#d4548d", "#7b8694"];
-const OTHER = "#a9b2bf";
+const OTHER = "#a9b2bf", WORST = "#ff1744";
 
-// A colour of the scale of the cuts, from 0 to 1.
-const SCALE = ["#440154", "#472f7d", "#39568c", "#2a788e", "#1f988b", "#35b779", "#7ad151", "#d2e21b", "#fde725"];
-const scale = [];
-function scaleColour(value, into, at) {
-  if (!scale.length) scale.push(...SCALE.map((name) => new THREE.Color(name)));
-  const place = Math.min(1, Math.max(0, value)) * (SCALE.length - 1);
-  const below = Math.min(SCALE.length - 2, Math.floor(place)), part = place - below;
-  const [a, b] = [scale[below], scale[below + 1]];
-  into[at] = a.r + part * (b.r - a.r);
-  into[at + 1] = a.g + part * (b.g - a.g);
-  into[at + 2] = a.b + part * (b.b - a.b);
+// The colours of the classes q0 to q17 of the style sheet.
+function palette() {
+  const colours = [];
+  for (const path of document.querySelectorAll("#key-quality path")) colours[path.classList[0].slice(1)] = new THREE.Color(getComputedStyle(path).fill);
+  return colours;
 }
 
 class Stage {
-  constructor(packed, bodies, others) {
-    Object.assign(this, { packed, bodies, others, frame: -1, isColoured: false });
+  constructor(packed, bodies, others, qualities) {
+    Object.assign(this, { packed, bodies, others, frame: -1, field: "", palette: palette() });
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.scene = new THREE.Scene();
     this.turning = new THREE.Group();
     this.turning.matrixAutoUpdate = false;
     this.scene.add(this.turning, new THREE.AmbientLight("#ffffff", 1.1));
-    this.camera = new THREE.PerspectiveCamera(30, 1.4, packed.camera.radius * 1e-3, packed.camera.radius * 100);
+    this.qualities = qualities;
+    this.view = this.firstView();
+    this.camera = new THREE.PerspectiveCamera(30, 1.4, this.view.radius * 1e-3, this.view.radius * 100);
     const light = new THREE.DirectionalLight("#ffffff", 2.4);
     light.position.set(-0.35, 0.75, 0.9);
     this.camera.add(light);
@@ -99,6 +97,7 @@ class Stage {
     this.ghosts = [];
     this.fill(bodies, true);
     this.fill(others, false);
+    this.addWorst();
     this.farthest = this.largestDisplacement();
     this.reset();
   }
@@ -140,6 +139,58 @@ class Stage {
     this.turning.add(ghost);
   }
 
+  // A mark at the worst cell, seen through everything.
+  addWorst() {
+    const ends = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+    const geometry = new THREE.BufferGeometry().setFromPoints(ends.map((end) => new THREE.Vector3(...end)));
+    geometry.setIndex([0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5]);
+    this.worst = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: WORST, depthTest: false, transparent: true, opacity: 0.85 }));
+    this.worst.renderOrder = 1;
+    this.worst.scale.setScalar(0.02 * this.view.radius);
+    this.worst.visible = false;
+    this.scene.add(this.worst);
+  }
+
+  turnOf(frame) {
+    const { axis, hub, turns_deg: turns } = this.packed;
+    const turn = new THREE.Matrix4().makeRotationAxis(new THREE.Vector3(...axis).normalize(), (turns[frame] ?? 0) * Math.PI / 180);
+    const there = new THREE.Matrix4().makeTranslation(...hub), back = new THREE.Matrix4().makeTranslation(...hub.map((x) => -x));
+    return there.multiply(turn).multiply(back);
+  }
+
+  // From above, along the thinnest extent of what moves, and from the side of the bodies where other parts are beside them;
+  // near enough that all of it is in view at all steps.
+  firstView() {
+    const { bodies, others } = this, seen = [], now = new Float32Array(3 * bodies.n), every = Math.max(1, Math.floor(bodies.n / 2000));
+    for (let frame = 1; frame < bodies.frames.length; frame += 1) {
+      place(bodies, frame, now);
+      const turn = this.turnOf(frame - 1);
+      for (let i = 0; i < bodies.n; i += every) seen.push(new THREE.Vector3().fromArray(now, 3 * i).applyMatrix4(turn));
+    }
+    for (const { from, to } of others.parts.filter(({ shown }) => shown)) {
+      for (let i = from; i < to; i += 1) seen.push(new THREE.Vector3().fromArray(others.rest, 3 * i));
+    }
+    const boxOf = (geometry) => (geometry.computeBoundingBox(), geometry.boundingBox);
+    const middle = (box) => box.getCenter(new THREE.Vector3());
+    const box = boxOf(new THREE.BufferGeometry().setFromPoints(seen)), centre = middle(box), extent = box.getSize(new THREE.Vector3()).toArray();
+    const aside = middle(boxOf(new THREE.BufferGeometry().setAttribute("position", bodies.position))).sub(centre).toArray();
+    const [thin, , long] = [2, 0, 1].sort((a, b) => extent[a] - extent[b]);
+    const side = (axis, rest) => (Math.abs(aside[axis]) > 0.02 * extent[axis] ? Math.sign(aside[axis]) : rest);
+    const towards = [0, 1, 2].map((axis) => (axis === thin ? 0.55 : axis === long ? 0.5 * side(axis, 1) : 0.75 * side(axis, -1)));
+    const up = new THREE.Vector3().setComponent(thin, 1), eye = new THREE.Vector3(...towards).normalize();
+    const right = new THREE.Vector3().crossVectors(up, eye).normalize(), top = new THREE.Vector3().crossVectors(eye, right);
+    // The worst cells too, where they are near the bodies.
+    const worst = this.packed.worst.filter((at) => at).map((at) => new THREE.Vector3(...at));
+    seen.push(...worst.filter((at) => box.distanceToPoint(at) < 0.2 * Math.max(...extent)));
+    let radius = 1e-30, depth = 0;
+    for (const point of seen) {
+      point.sub(centre);
+      radius = Math.max(radius, 1.08 * Math.abs(point.dot(top)), 1.08 * Math.abs(point.dot(right)) * 0.7);
+      depth = Math.max(depth, point.dot(eye));
+    }
+    return { centre, radius, depth, eye, up };
+  }
+
   largestDisplacement() {
     const { bodies } = this, { rest } = bodies, now = new Float32Array(3 * bodies.n);
     let most = 0;
@@ -154,46 +205,52 @@ class Stage {
   }
 
   reset() {
-    const { centre, radius, depth, towards, up } = this.packed.camera;
-    this.camera.up.set(...up);
+    const { centre, radius, depth, eye, up } = this.view;
     const away = radius / Math.tan(this.camera.fov / 2 * Math.PI / 180) + depth;
-    this.camera.position.set(...towards).normalize().multiplyScalar(away).add(new THREE.Vector3(...centre));
-    this.controls.target.set(...centre);
+    this.camera.up.copy(up);
+    this.camera.position.copy(eye).multiplyScalar(away).add(centre);
+    this.controls.target.copy(centre);
     this.controls.update();
     this.draw();
   }
 
-  // Frame 0 is the reference mesh.
+  // Frame -1 is the reference mesh.
   show(frame) {
     this.frame = frame;
     place(this.bodies, frame + 1, this.bodies.position.array);
     this.bodies.position.needsUpdate = true;
-    if (this.isColoured) this.colourIn();
-    const { axis, hub, turns_deg: turns } = this.packed;
-    const turn = new THREE.Matrix4().makeRotationAxis(new THREE.Vector3(...axis).normalize(), (turns[frame] ?? 0) * Math.PI / 180);
-    const there = new THREE.Matrix4().makeTranslation(...hub), back = new THREE.Matrix4().makeTranslation(...hub.map((x) => -x));
-    this.turning.matrix.copy(there.multiply(turn).multiply(back));
+    if (this.field) this.colourIn();
+    this.turning.matrix.copy(this.turnOf(frame));
     this.turning.matrixWorldNeedsUpdate = true;
+    const worst = this.packed.worst[frame + 1];
+    if (worst) this.worst.position.set(...worst);
+    this.worst.visible = this.marksWorst && worst !== null;
     this.draw();
   }
 
+  // Colours a field: the displacement, from class 16 of the palette to class 1, or the class of the quality.
   colourIn() {
-    const { position, rest, colour, n } = this.bodies, now = position.array;
-    for (let i = 0; i < 3 * n; i += 3) {
-      const by = Math.hypot(now[i] - rest[i], now[i + 1] - rest[i + 1], now[i + 2] - rest[i + 2]);
-      scaleColour(this.farthest > 0 ? by / this.farthest : 0, colour.array, i);
+    const { position, rest, colour, n } = this.bodies, now = position.array, mixed = new THREE.Color();
+    for (let i = 0, at = 0; i < n; i += 1, at += 3) {
+      if (this.field === "quality") {
+        this.palette[this.qualities[(this.frame + 1) * n + i]].toArray(colour.array, at);
+        continue;
+      }
+      const by = Math.hypot(now[at] - rest[at], now[at + 1] - rest[at + 1], now[at + 2] - rest[at + 2]);
+      const step = this.farthest > 0 ? Math.min(15, 15 * by / this.farthest) : 0, below = Math.min(14, Math.floor(step));
+      mixed.lerpColors(this.palette[16 - below], this.palette[15 - below], step - below).toArray(colour.array, at);
     }
     colour.needsUpdate = true;
   }
 
-  set coloured(isColoured) {
-    this.isColoured = isColoured;
-    for (const { isBody, solid, colour } of this.parts.filter((shown) => shown.isBody)) {
-      solid.material.vertexColors = isColoured;
-      solid.material.color.set(isColoured ? "#ffffff" : colour);
+  setField(field) {
+    this.field = field;
+    for (const { solid, colour } of this.parts.filter(({ isBody }) => isBody)) {
+      solid.material.vertexColors = field !== "";
+      solid.material.color.set(field ? "#ffffff" : colour);
       solid.material.needsUpdate = true;
     }
-    if (isColoured) this.colourIn();
+    if (field) this.colourIn();
     this.draw();
   }
 
@@ -279,17 +336,21 @@ function choice(text, isOn, act, swatch) {
 }
 
 function choicesOf(stage) {
-  const choices = document.getElementById("scene-choices"), key = document.getElementById("scene-key");
+  const choices = document.getElementById("scene-choices"), field = document.getElementById("field");
   for (const { part, group, colour } of stage.parts) {
     choices.append(choice(part.name, part.shown, (isOn) => { group.visible = isOn; stage.draw(); }, colour));
   }
   const all = (members, isOn) => { for (const member of members) member.visible = isOn; stage.draw(); };
   choices.append(
-    choice("colour by displacement", false, (isOn) => { stage.coloured = isOn; key.hidden = !isOn; }),
+    choice("worst cell", true, (isOn) => { stage.marksWorst = isOn; stage.show(stage.frame); }, WORST),
     choice("triangle edges", false, (isOn) => all(stage.parts.map(({ wires }) => wires), isOn)),
     choice("reference shape", false, (isOn) => all(stage.ghosts, isOn)),
   );
-  key.querySelector(".most").textContent = `${short(String(stage.farthest))} ${data.unit}`;
+  field.addEventListener("change", () => {
+    stage.setField(field.value);
+    for (const name of ["displacement", "quality"]) document.getElementById(`key-${name}`).hidden = field.value !== name;
+  });
+  document.querySelector("#key-displacement .most").textContent = `${short(String(stage.farthest))} ${data.unit}`;
 }
 
 function showNoSpace(why) {
@@ -305,13 +366,14 @@ async function raise(packed) {
     showNoSpace("This browser offers no WebGL, so the bodies are not shown in space.");
     return;
   }
-  const [bodies, others] = await Promise.all([surfaceOf(packed.bodies), surfaceOf(packed.others)]);
-  const stage = new Stage(packed, bodies, others);
+  const [bodies, others, qualities] = await Promise.all([surfaceOf(packed.bodies), surfaceOf(packed.others), unpacked(packed.quality)]);
+  const stage = new Stage(packed, bodies, others, unpackColours(new Uint8Array(qualities), bodies.n));
+  stage.marksWorst = true;
   keysOf(stage);
   choicesOf(stage);
   stage.resize();
   for (const image of document.querySelectorAll("img.solid")) {
-    image.src = stage.picture(Number(image.dataset.frame));
+    image.src = stage.picture(image.parentElement.dataset.picture - 1);
     image.hidden = false;
   }
   new ResizeObserver(() => stage.resize()).observe(canvas.parentElement);

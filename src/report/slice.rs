@@ -1,7 +1,7 @@
-//! The picture of a cut: polygons coloured by quality, in so few bytes that a page holds several.
+//! The picture of a cut: polygons coloured by quality, in few bytes.
 //!
-//! Polygons of one colour are one path in whole units. What is smaller than a dot on a screen is drawn
-//! as the dots that it touches, each in the colour of the worst cell that is in it; the dots grow until there are few enough.
+//! Polygons of one colour are one path in whole units. Polygons smaller than a dot on a screen are drawn as the dots that they
+//! touch, each in the colour of its worst cell; the dots grow until there are few enough.
 
 use super::cut::{Flat, Piece, Window};
 use super::html::escape;
@@ -12,90 +12,78 @@ use std::fmt::Write;
 /// Units across a picture; about ten to a dot on a screen.
 const ACROSS: f64 = 4000.0;
 /// Colours from 0 to 1.
-const COLOURS: usize = 16;
-/// Units across a polygon from which on its edges are drawn.
+const COLOURS: u8 = 16;
+/// Width of a polygon, in units, from which on its edges are drawn.
 const WITH_EDGES: f64 = 28.0;
 
-/// What is in a picture.
+/// The content of a picture.
 pub struct Slice<'a> {
     /// The cells.
     pub pieces: &'a [Piece],
-    /// Polygons and dots that are drawn, at most.
+    /// Largest number of polygons and dots.
     pub most: usize,
-    /// Quality of the cell of each piece; NaN where it has none.
+    /// Quality of all cells of the mesh; NaN where a cell has none.
     pub quality: &'a [f64],
     /// The surface of the body.
     pub outline: &'a [[Flat; 2]],
-    /// Where that was.
+    /// The same in the reference mesh.
     pub before: &'a [[Flat; 2]],
-    /// What is seen.
+    /// Cells that are marked, with a text.
+    pub marks: &'a [(Flat, String)],
+    /// The part of the plane that is shown.
     pub window: Window,
 }
 
 /// A polygon in units of the picture.
 struct Shape {
     corners: Vec<[i32; 2]>,
-    colour: Colour,
+    colour: u8,
     has_edges: bool,
 }
 
-/// A colour, best first: later ones are drawn over earlier ones.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Colour {
-    None,
-    Good(std::cmp::Reverse<usize>),
-    Inverted,
-}
-
-impl Colour {
-    fn of(quality: f64) -> Self {
-        match quality {
-            q if q.is_nan() => Colour::None,
-            q if q <= 0.0 => Colour::Inverted,
-            q => {
-                let colour = (q * COLOURS as f64) as usize;
-                Colour::Good(std::cmp::Reverse(colour.min(COLOURS - 1)))
-            }
-        }
-    }
-
-    fn class(self) -> String {
-        match self {
-            Colour::None => "qn".to_owned(),
-            Colour::Good(std::cmp::Reverse(colour)) => format!("q{colour}"),
-            Colour::Inverted => "qi".to_owned(),
-        }
+/// Returns the class of the style sheet for a quality: 0 for NaN, from 1 for a good cell to 16 for a bad one, 17 for an
+/// inverted one. A worse cell is drawn over a better one.
+pub fn colour(quality: f64) -> u8 {
+    if quality.is_nan() {
+        0
+    } else if quality <= 0.0 {
+        COLOURS + 1
+    } else {
+        COLOURS - ((quality * f64::from(COLOURS)) as u8).min(COLOURS - 1)
     }
 }
 
 impl Slice<'_> {
-    /// The SVG element.
+    /// Draws the SVG element.
     pub fn svg(&self, in_words: &str) -> String {
         let height = ACROSS * self.window.half[1] / self.window.half[0];
-        let shapes = self.few_enough();
-        let mut paths: BTreeMap<(Colour, bool), String> = BTreeMap::new();
-        for shape in &shapes {
+        let mut paths: BTreeMap<(u8, bool), String> = BTreeMap::new();
+        for shape in self.few_enough() {
             let d = paths.entry((shape.colour, shape.has_edges)).or_default();
-            outline_of(&shape.corners, d);
+            *d += &outline_of(&shape.corners);
         }
         let mut svg = String::new();
         for ((colour, has_edges), d) in &paths {
             let edges = if *has_edges { " e" } else { "" };
-            write!(svg, "<path class=\"{}{edges}\" d=\"{d}\"/>", colour.class())
-                .expect("a string takes any text");
+            svg += &format!("<path class=\"q{colour}{edges}\" d=\"{d}\"/>");
         }
         for (class, segments) in [("before", self.before), ("body", self.outline)] {
-            let d = self.lines(segments);
-            write!(svg, "<path class=\"{class}\" d=\"{d}\"/>").expect("a string takes any text");
+            svg += &format!("<path class=\"{class}\" d=\"{}\"/>", self.lines(segments));
         }
-        self.scale_bar(height, &mut svg);
+        for (at, words) in self.marks {
+            let ([x, y], words) = (self.place(*at), escape(words));
+            svg += &format!(
+                "<g class=\"mark\"><title>{words}</title><circle cx=\"{x}\" cy=\"{y}\" r=\"70\"/></g>"
+            );
+        }
+        svg += &self.scale_bar(height);
+        let words = escape(in_words);
         format!(
-            "<svg class=\"slice\" viewBox=\"0 0 {ACROSS} {height:.0}\" role=\"img\" aria-label=\"{}\">{svg}</svg>",
-            escape(in_words)
+            "<svg class=\"slice\" viewBox=\"0 0 {ACROSS} {height:.0}\" role=\"img\" aria-label=\"{words}\">{svg}</svg>"
         )
     }
 
-    /// Shapes with dots as small as their number allows.
+    /// Makes shapes with dots as small as their number allows.
     fn few_enough(&self) -> Vec<Shape> {
         let mut dot = 5;
         loop {
@@ -109,9 +97,9 @@ impl Slice<'_> {
 
     fn shapes(&self, dot: i32) -> Vec<Shape> {
         let mut shapes = Vec::new();
-        let mut dots: BTreeMap<[i32; 2], Colour> = BTreeMap::new();
-        for (piece, quality) in self.pieces.iter().zip(self.quality) {
-            let colour = Colour::of(*quality);
+        let mut dots: BTreeMap<[i32; 2], u8> = BTreeMap::new();
+        for piece in self.pieces {
+            let colour = colour(self.quality[piece.cell]);
             let mut corners: Vec<[i32; 2]> = piece.corners.iter().map(|&x| self.place(x)).collect();
             corners.dedup();
             let [low, high] = box_around(&corners);
@@ -121,23 +109,26 @@ impl Slice<'_> {
                 for corner in corners.iter().chain([&centre]) {
                     // A little inside: a cell that ends with a dot is not in the next one.
                     let inside = [0, 1].map(|axis| (7 * corner[axis] + centre[axis]).div_euclid(8));
-                    let worst = dots.entry(inside.map(|x| x.div_euclid(dot)));
-                    let worst = worst.or_insert(colour);
+                    let worst = dots
+                        .entry(inside.map(|x| x.div_euclid(dot)))
+                        .or_insert(colour);
                     *worst = colour.max(*worst);
                 }
                 continue;
             }
             let thickness = twice_area(&corners).abs() as f64 / (2.0 * f64::from(longest));
+            let has_edges = thickness >= WITH_EDGES;
             shapes.push(Shape {
                 corners,
                 colour,
-                has_edges: thickness >= WITH_EDGES,
+                has_edges,
             });
         }
         shapes.extend(dots.into_iter().map(|([x, y], colour)| {
             let (x, y) = (x * dot, y * dot);
+            let corners = vec![[x, y], [x + dot, y], [x + dot, y + dot], [x, y + dot]];
             Shape {
-                corners: vec![[x, y], [x + dot, y], [x + dot, y + dot], [x, y + dot]],
+                corners,
                 colour,
                 has_edges: false,
             }
@@ -145,89 +136,79 @@ impl Slice<'_> {
         shapes
     }
 
-    /// A place of the plane in units of the picture, y downward.
+    /// Converts a point of the plane to units of the picture, y downward.
     fn place(&self, x: Flat) -> [i32; 2] {
         let scale = 0.5 * ACROSS / self.window.half[0];
         let [right, up] = [0, 1].map(|axis| x[axis] - self.window.centre[axis]);
-        let unit = |x: f64| x.clamp(-1e6, 1e6).round() as i32;
+        let unit = |x: f64| (x * scale).clamp(-1e6, 1e6).round() as i32;
         [
-            unit((right + self.window.half[0]) * scale),
-            unit((self.window.half[1] - up) * scale),
+            unit(right + self.window.half[0]),
+            unit(self.window.half[1] - up),
         ]
     }
 
-    /// Segments as few lines as they can be joined to in their order.
+    /// Joins segments in their order to few lines.
     fn lines(&self, segments: &[[Flat; 2]]) -> String {
         let mut d = String::new();
         let mut end = None;
-        for [from, to] in segments
-            .iter()
-            .map(|segment| segment.map(|x| self.place(x)))
-        {
+        for segment in segments {
+            let [from, to] = segment.map(|x| self.place(x));
             if from == to {
                 continue;
             }
             if end != Some(from) {
-                write!(d, "M{} {}", from[0], from[1]).expect("a string takes any text");
+                d += &format!("M{} {}", from[0], from[1]);
             }
-            write!(d, "L{} {}", to[0], to[1]).expect("a string takes any text");
+            d += &format!("L{} {}", to[0], to[1]);
             end = Some(to);
         }
         d
     }
 
-    /// A bar of a round length that is about a fifth of the picture.
-    fn scale_bar(&self, height: f64, svg: &mut String) {
+    /// Draws a bar of a round length that is about a fifth of the picture.
+    fn scale_bar(&self, height: f64) -> String {
         let wanted = 0.4 * self.window.half[0];
         let power = 10f64.powf(wanted.log10().floor());
-        let digits = [5.0, 2.0, 1.0].into_iter();
-        let digit = digits
-            .filter(|digit| digit * power <= wanted)
-            .fold(1.0, f64::max);
-        let units = digit * power * 0.5 * ACROSS / self.window.half[0];
+        let digits = [1.0, 2.0, 5.0]
+            .into_iter()
+            .filter(|digit| digit * power <= wanted);
+        let length = power * digits.fold(1.0, f64::max);
+        let units = length * 0.5 * ACROSS / self.window.half[0];
         let y = height - 130.0;
-        write!(
-            svg,
+        format!(
             "<g class=\"scale\"><rect x=\"80\" y=\"{:.0}\" width=\"{:.0}\" height=\"230\" rx=\"40\"/>\
              <path d=\"M150 {y:.0}h{units:.0}\"/><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{}</text></g>",
             y - 160.0,
             units + 140.0,
             150.0 + 0.5 * units,
             y - 30.0,
-            short(digit * power)
+            short(length)
         )
-        .expect("a string takes any text");
     }
 }
 
-/// A closed polygon with relative coordinates, which are shorter.
-fn outline_of(corners: &[[i32; 2]], d: &mut String) {
-    let mut last: Option<[i32; 2]> = None;
-    for &[x, y] in corners {
-        match last {
-            None => write!(d, "M{x} {y}l"),
-            Some([from_x, from_y]) => {
-                let (right, down) = (x - from_x, y - from_y);
-                // A minus separates as well as a blank does.
-                let blank = |value: i32| if value < 0 { "" } else { " " };
-                let lead = if d.ends_with('l') { "" } else { blank(right) };
-                write!(d, "{lead}{right}{}{down}", blank(down))
-            }
+/// Writes a closed polygon with relative coordinates, which are shorter.
+fn outline_of(corners: &[[i32; 2]]) -> String {
+    let mut d = format!("M{} {}l", corners[0][0], corners[0][1]);
+    for pair in corners.windows(2) {
+        for axis in [0, 1] {
+            let step = pair[1][axis] - pair[0][axis];
+            // A minus separates as well as a blank does.
+            let blank = if step < 0 || d.ends_with('l') {
+                ""
+            } else {
+                " "
+            };
+            write!(d, "{blank}{step}").expect("a string takes any text");
         }
-        .expect("a string takes any text");
-        last = Some([x, y]);
     }
-    d.push('z');
+    d + "z"
 }
 
 fn box_around(corners: &[[i32; 2]]) -> [[i32; 2]; 2] {
-    let start = [[i32::MAX; 2], [i32::MIN; 2]];
-    corners.iter().fold(start, |[low, high], corner| {
-        [
-            [0, 1].map(|axis| low[axis].min(corner[axis])),
-            [0, 1].map(|axis| high[axis].max(corner[axis])),
-        ]
-    })
+    let of = |axis: usize| corners.iter().map(move |corner| corner[axis]);
+    let low = [0, 1].map(|axis| of(axis).min().unwrap_or(0));
+    [low, [0, 1].map(|axis| of(axis).max().unwrap_or(0))]
 }
 
 fn twice_area(corners: &[[i32; 2]]) -> i64 {
@@ -239,28 +220,31 @@ fn twice_area(corners: &[[i32; 2]]) -> i64 {
         .sum()
 }
 
-/// The colours, dark to bright.
+/// Draws the colours, dark to bright.
 pub fn colour_bar(in_words: &str) -> String {
-    let mut svg = String::new();
-    for colour in 0..COLOURS {
-        write!(
-            svg,
-            "<path class=\"q{colour}\" d=\"M{} 0h20v12h-20z\"/>",
-            colour * 20
+    let bars = (0..COLOURS).map(|at| {
+        format!(
+            "<path class=\"q{}\" d=\"M{} 0h20v12h-20z\"/>",
+            COLOURS - at,
+            20 * u32::from(at)
         )
-        .expect("a string takes any text");
-    }
-    format!("<svg viewBox=\"0 0 320 12\" role=\"img\" aria-label=\"{in_words}\">{svg}</svg>")
+    });
+    let bars: String = bars.collect();
+    format!("<svg viewBox=\"0 0 320 12\" role=\"img\" aria-label=\"{in_words}\">{bars}</svg>")
 }
 
-/// The colours and what they stand for.
+/// Draws the colours of the quality with their meaning.
 pub fn colour_key() -> String {
+    let chip = |class: u8, words: &str| {
+        format!(
+            "<span><svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"q{class}\" d=\"M0 0h12v12h-12z\"/></svg> {words}</span>"
+        )
+    };
     format!(
-        "<p class=\"key\"><span>0</span>{}<span>1</span> <span>scaled Jacobian</span> \
-         <span><svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qi\" d=\"M0 0h12v12h-12z\"/></svg> inverted</span> \
-         <span><svg class=\"chip\" viewBox=\"0 0 12 12\" aria-hidden=\"true\"><path class=\"qn\" d=\"M0 0h12v12h-12z\"/></svg> not defined \
-         for the cell</span></p>",
-        colour_bar("Colours from 0, dark, to 1, bright")
+        "<span>0</span>{}<span>1</span> <span>scaled Jacobian</span> {} {}",
+        colour_bar("Colours from 0, dark, to 1, bright"),
+        chip(COLOURS + 1, "inverted"),
+        chip(0, "not defined for the cell")
     )
 }
 
@@ -294,7 +278,8 @@ mod tests {
         let slice = Slice {
             pieces: &pieces,
             most: 2000,
-            quality: &vec![0.9; pieces.len()],
+            quality: &[0.9],
+            marks: &[],
             outline: &[],
             before: &[],
             window: Window {

@@ -36,9 +36,8 @@ function show(stop) {
     output.textContent = isText ? value : short(value);
     output.title = value;
   }
-  for (const figure of document.querySelectorAll("figure")) {
-    const button = figure.querySelector("button[data-row]");
-    figure.classList.toggle("chosen-step", button !== null && Number(button.dataset.row) === data.stops[stop]);
+  for (const figure of document.querySelectorAll("[data-picture]")) {
+    figure.classList.toggle("chosen-step", data.frames[figure.dataset.picture - 1] === data.stops[stop]);
   }
   for (const follow of followers) follow(stop);
 }
@@ -51,11 +50,45 @@ function nearest(values, wanted) {
   return best;
 }
 
-// Bytes that `embedded` in src/formats/embed.rs has made text of.
+// The bytes of a text that `packed` in html.rs has written.
 async function unpacked(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Response(stream).arrayBuffer();
+}
+
+// The cut through the mesh follows the slider, and is in the still pictures.
+async function showCuts(cut) {
+  const remark = document.getElementById("cut-step");
+  try {
+    const bytes = await unpacked(document.getElementById("cuts").textContent);
+    const cuts = new TextDecoder().decode(bytes).split("\n");
+    for (const figure of document.querySelectorAll("[data-picture]")) figure.insertAdjacentHTML("beforeend", cuts[figure.dataset.picture]);
+    let drawn = -1;
+    const follow = (stop) => {
+      const picture = pictureOf[stop];
+      if (picture !== drawn) cut.innerHTML = cuts[picture + 1];
+      drawn = picture;
+      const nearest = data.frames[picture] === data.stops[stop] ? "" : " It is the nearest step with a picture.";
+      remark.textContent = cut.firstChild.ariaLabel + nearest;
+    };
+    followers.push(follow);
+    follow(Number(slider.value));
+    cut.dataset.ready = cuts.length - 1;
+  } catch (error) {
+    remark.textContent = `The cuts cannot be shown: ${error.message}.`;
+  }
+}
+
+// Copies a text; where the browser keeps pages from the clipboard, selects it.
+async function copy(element, button) {
+  try {
+    await navigator.clipboard.writeText(element.textContent);
+    button.textContent = "Copied";
+  } catch {
+    getSelection().selectAllChildren(element);
+    button.textContent = document.execCommand("copy") ? "Copied" : "Selected";
+  }
 }
 
 // The picture of a stop: the nearest of those on the page.
@@ -93,6 +126,8 @@ function showStep(stop) {
   show(Math.min(data.rows.length - 1, Math.max(0, stop)));
 }
 
+document.getElementById("copy")?.addEventListener("click", (event) => copy(document.getElementById("command"), event.target));
+
 if (slider) {
   slider.addEventListener("input", () => showStep(Number(slider.value)));
   document.getElementById("play").addEventListener("click", toggle);
@@ -103,9 +138,12 @@ if (slider) {
     if (button?.dataset.row) showStep(data.stops.indexOf(Number(button.dataset.row)));
   });
   document.addEventListener("keydown", (event) => {
-    const takesSpace = event.target.closest("button, summary, input[type=checkbox]");
+    const takesSpace = event.target.closest("button, summary, select, input[type=checkbox]");
     if (event.key !== " " || takesSpace) return;
     event.preventDefault();
     toggle();
   });
 }
+
+const cutBox = document.getElementById("cut");
+if (cutBox) showCuts(cutBox);

@@ -1,42 +1,36 @@
-//! Which steps have a picture of their own: those that differ most in where the bodies are, and the one with the worst
-//! cell.
+//! Choice of the steps that have a still picture: those that differ most in the positions of the bodies, and the one with
+//! the worst cell.
 
-use super::pack::Pose;
+use super::scene::Pose;
 
-/// Pictures of steps, at most.
+/// Largest number of still pictures besides the first.
 const PICTURES: usize = 4;
 /// Poses that differ by less than this part of the largest motion are the same picture.
 const SAME: f64 = 0.08;
 
-/// Indices of frames, ascending: the worst one, the one farthest from the reference mesh, then always the one that is
-/// farthest from all pictures so far. `rest` is the reference mesh, which is shown as well, where it is known.
-pub fn stills(rest: Option<&Pose>, frames: &[Pose], worst: Option<usize>) -> Vec<usize> {
-    let Some(start) = rest.or(frames.first()) else {
+/// Returns indices of poses, ascending: the first, the worst, the one farthest from the first, then always the one that is
+/// farthest from all so far.
+pub fn stills(poses: &[Pose], worst: Option<usize>) -> Vec<usize> {
+    let Some(start) = poses.first() else {
         return Vec::new();
     };
-    let from_start: Vec<f64> = frames.iter().map(|pose| distance(pose, start)).collect();
+    let from_start: Vec<f64> = poses.iter().map(|pose| distance(pose, start)).collect();
     let largest = from_start.iter().copied().fold(0.0, f64::max);
     let mut nearest = from_start.clone();
-    let mut chosen = Vec::new();
-    if rest.is_none() {
-        chosen.push(0);
-    }
+    let mut chosen = vec![0];
     let mut wanted = worst;
-    while chosen.len() < PICTURES {
-        let frame = wanted.or_else(|| farthest(&nearest));
-        let Some(frame) =
-            frame.filter(|&frame| wanted.is_some() || nearest[frame] > SAME * largest)
-        else {
+    while chosen.len() <= PICTURES {
+        let is_new = |&pose: &usize| nearest[pose] > SAME * largest;
+        let Some(pose) = wanted.or_else(|| farthest(&nearest).filter(is_new)) else {
             break;
         };
-        if !chosen.contains(&frame) {
-            chosen.push(frame);
+        if !chosen.contains(&pose) {
+            chosen.push(pose);
         }
-        for (least, pose) in nearest.iter_mut().zip(frames) {
-            *least = least.min(distance(pose, &frames[frame]));
+        for (least, other) in nearest.iter_mut().zip(poses) {
+            *least = least.min(distance(other, &poses[pose]));
         }
-        let extreme = farthest(&from_start).filter(|&extreme| nearest[extreme] > SAME * largest);
-        wanted = extreme;
+        wanted = farthest(&from_start).filter(|&extreme| nearest[extreme] > SAME * largest);
     }
     chosen.sort_unstable();
     chosen
@@ -71,30 +65,29 @@ mod tests {
     /// Four steps spread evenly over this motion are at 0.5, 0, -0.5 and 0.
     #[test]
     fn no_position_is_shown_twice() {
-        let frames = poses((0..=40).map(|i| (f64::from(i) * 0.1 * std::f64::consts::PI).sin()));
-        let rest = poses([0.0]);
-        let height = |frame: usize| frames[frame][1][1];
-        let chosen = stills(Some(&rest[0]), &frames, Some(7));
-        assert_eq!(chosen.len(), 4);
-        assert!(chosen.contains(&7));
+        let poses = poses((0..=40).map(|i| (f64::from(i) * 0.1 * std::f64::consts::PI).sin()));
+        let height = |pose: usize| poses[pose][1][1];
+        let chosen = stills(&poses, Some(7));
+        assert_eq!(chosen.len(), 5);
+        assert!(chosen.contains(&0) && chosen.contains(&7));
         for (at, &one) in chosen.iter().enumerate() {
             for &other in &chosen[at + 1..] {
                 assert!((height(one) - height(other)).abs() > 0.1, "{chosen:?}");
             }
-            assert!(one == 7 || height(one).abs() > 0.1, "{chosen:?}");
+            assert!(
+                [0, 7].contains(&one) || height(one).abs() > 0.1,
+                "{chosen:?}"
+            );
         }
-        let largest = chosen
-            .iter()
-            .map(|&frame| height(frame))
-            .fold(0.0, f32::max);
+        let largest = chosen.iter().map(|&pose| height(pose)).fold(0.0, f32::max);
         assert!(largest > 0.99, "{largest}");
     }
 
     #[test]
     fn what_does_not_move_has_one_picture() {
-        let frames = poses([0.0; 9]);
-        assert_eq!(stills(Some(&frames[0]), &frames, Some(5)), [5]);
-        assert_eq!(stills(None, &frames, None), [0]);
-        assert!(stills(None, &[], None).is_empty());
+        let poses = poses([0.0; 9]);
+        assert_eq!(stills(&poses, Some(5)), [0, 5]);
+        assert_eq!(stills(&poses, None), [0]);
+        assert!(stills(&[], None).is_empty());
     }
 }

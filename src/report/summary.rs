@@ -1,6 +1,5 @@
 //! What a run came to, in sentences: what moved, how exactly, how good the cells are.
 
-use super::choose;
 use super::folder::Sequence;
 use azimesh_core::diagnostic::{in_digits, short};
 use azimesh_core::error::counted;
@@ -64,7 +63,7 @@ fn bodies(sequence: &Sequence) -> Vec<String> {
 }
 
 fn motion(sequence: &Sequence, body: &str) -> Option<String> {
-    let range = |key: &str| range(sequence, &format!("{body}/{key}"));
+    let range = |key: &str| sequence.table.range(&format!("{body}/{key}"));
     let mut told = Vec::new();
     if let Some([_, most]) = range("max_displacement") {
         told.push(format!(
@@ -87,7 +86,7 @@ fn motion(sequence: &Sequence, body: &str) -> Option<String> {
 
 fn accuracy(sequence: &Sequence) -> Option<String> {
     let unit = sequence.length_unit();
-    let [_, error] = range(sequence, "max_surface_error")?;
+    let [_, error] = sequence.table.range("max_surface_error")?;
     let mut told = match error {
         0.0 => "Surfaces are exactly where the motion puts them".to_owned(),
         _ => format!(
@@ -96,7 +95,7 @@ fn accuracy(sequence: &Sequence) -> Option<String> {
         ),
     };
     let mut before = Vec::new();
-    if let Some([_, error]) = range(sequence, "selection_error") {
+    if let Some([_, error]) = sequence.table.range("selection_error") {
         before.push(format!("{} before the correction", figures(error)));
     }
     if let Some(tolerance) = sequence.record.options.tolerance {
@@ -105,21 +104,21 @@ fn accuracy(sequence: &Sequence) -> Option<String> {
     if !before.is_empty() {
         told += &format!(" ({})", before.join(", "));
     }
-    if let Some([_, n]) = range(sequence, "base_points") {
+    if let Some([_, n]) = sequence.table.range("base_points") {
         told += &format!("; {} base points", short(n));
     }
     Some(told + ".")
 }
 
 fn quality(sequence: &Sequence) -> Option<String> {
-    let row = choose::worst(&sequence.table)?;
-    let [least, _] = range(sequence, "min_scaled_jacobian")?;
+    let row = sequence.table.worst()?;
+    let [least, _] = sequence.table.range("min_scaled_jacobian")?;
     let step = sequence.table.step(row);
     let mut told = format!(
         "The smallest scaled Jacobian is {}, at step {step}",
         figures(least)
     );
-    if let Some([ratio, _]) = range(sequence, "min_first_cell_ratio") {
+    if let Some([ratio, _]) = sequence.table.range("min_first_cell_ratio") {
         told += &format!(
             "; first cells keep at least {} of their height",
             figures(ratio)
@@ -129,7 +128,7 @@ fn quality(sequence: &Sequence) -> Option<String> {
 }
 
 fn folded(sequence: &Sequence) -> Option<String> {
-    let [_, most] = range(sequence, "inverted")?;
+    let [_, most] = sequence.table.range("inverted")?;
     let steps_with = |column: &str| {
         let values = sequence.table.numbers(column);
         values.into_iter().flatten().filter(|n| *n > 0.0).count()
@@ -145,14 +144,6 @@ fn folded(sequence: &Sequence) -> Option<String> {
             counted(n, "step"),
             short(most)
         ),
-    })
-}
-
-/// Smallest and largest value of a column; `None` where it has none.
-fn range(sequence: &Sequence, column: &str) -> Option<[f64; 2]> {
-    let values = sequence.table.numbers(column).into_iter().flatten();
-    values.fold(None, |range, x| {
-        Some(range.map_or([x, x], |[low, high]: [f64; 2]| [low.min(x), high.max(x)]))
     })
 }
 

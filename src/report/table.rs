@@ -1,7 +1,6 @@
 //! steps.csv: the finished steps, one row each, in order.
 
-use super::columns;
-use crate::record::{CHECKSUM, lines};
+use crate::record::{CHECKSUM, COLUMNS, lines};
 use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::read_file;
 use std::path::PathBuf;
@@ -71,7 +70,7 @@ impl Table {
         for (name, value) in self.columns.iter().zip(row) {
             let needed = name == "step" && value.is_empty();
             let wrong = !value.is_empty() && value.parse::<f64>().is_err();
-            if needed || columns::holds_numbers(name) == Some(true) && wrong {
+            if needed || holds_numbers(name) == Some(true) && wrong {
                 return Err(Error::input(format!(
                     "{name} is \"{value}\"; it should be a number"
                 )));
@@ -102,6 +101,28 @@ impl Table {
         self.rows.iter().map(number).collect()
     }
 
+    /// Returns the smallest and the largest value of a column.
+    pub fn range(&self, column: &str) -> Option<[f64; 2]> {
+        let values = self.numbers(column).into_iter().flatten();
+        let ranges = values.map(|value| [value, value]);
+        ranges.reduce(|[low, high], [value, _]| [low.min(value), high.max(value)])
+    }
+
+    /// Returns the row with the worst cell: the smallest scaled Jacobian, or without quality the largest displacement. Of several
+    /// the first.
+    pub fn worst(&self) -> Option<usize> {
+        if self.has("min_scaled_jacobian") {
+            return least(self.numbers("min_scaled_jacobian"));
+        }
+        let moved = self.numbers("max_displacement").into_iter();
+        least(moved.map(|value| value.map(|value| -value)))
+    }
+
+    /// Returns the row whose surface has moved least.
+    pub fn calmest(&self) -> usize {
+        least(self.numbers("max_displacement")).unwrap_or(0)
+    }
+
     /// The number of a step in the schedule.
     pub fn step(&self, row: usize) -> usize {
         self.text(row, "step").parse().unwrap_or(row)
@@ -123,4 +144,21 @@ impl Table {
     fn place(&self, column: &str) -> Option<usize> {
         self.columns.iter().position(|name| name == column)
     }
+}
+
+/// Returns the place of the smallest known value.
+fn least(values: impl IntoIterator<Item = Option<f64>>) -> Option<usize> {
+    let known = values
+        .into_iter()
+        .enumerate()
+        .filter_map(|(row, value)| Some((row, value?)));
+    known.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
+}
+
+/// Returns whether a column of steps.csv holds numbers; `None` for one that this version does not know.
+pub fn holds_numbers(column: &str) -> Option<bool> {
+    COLUMNS
+        .iter()
+        .find(|known| known.name == column)
+        .map(|known| known.is_number)
 }

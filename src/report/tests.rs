@@ -146,6 +146,7 @@ fn a_picture_of_a_large_mesh_stays_small_and_shows_the_worst_cell() {
         quality: &quality,
         outline: &[],
         before: &[],
+        marks: &[],
         window: Window {
             centre: [0.0; 2],
             half: [1.0, 0.7],
@@ -153,7 +154,7 @@ fn a_picture_of_a_large_mesh_stays_small_and_shows_the_worst_cell() {
     };
     let svg = slice.svg("squares");
     assert!(svg.len() < 300_000, "{}", svg.len());
-    assert!(svg.contains("class=\"qi\""));
+    assert!(svg.contains("class=\"q17\""));
     let few = squares(10);
     let slice = Slice {
         pieces: &few,

@@ -109,9 +109,7 @@ proptest! {
 
 #[test]
 fn all_leaves_nothing_at_any_surface_node() {
-    let mesh = naca0012(&size(2000))
-        .expect("it can be made")
-        .mesh;
+    let mesh = naca0012(&size(2000)).expect("it can be made").mesh;
     let schedule = "[azimuth]\nvalues = [0.0, 90.0, 200.0]\n\
         [[body]]\nname = \"airfoil\"\ntags = [\"airfoil\"]\n[body.cyclic]\npitch = [{ sin = 12.0 }]\n\
         [boundaries]\nfixed = [\"farfield\"]\n[rbf]\nsupport_radius = 5.0\n\
