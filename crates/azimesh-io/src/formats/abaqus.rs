@@ -22,11 +22,10 @@ use super::tokens::{Tokens, line_of, shown};
 use super::{Format, Notes};
 use crate::mesh::CellKind::{self, *};
 use crate::mesh::sides::side;
-use crate::mesh::{CellSet, Group, Mesh, too_many};
+use crate::mesh::{Group, Mesh, too_many};
 use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
-use std::ops::Range;
 
 /// Abaqus input (.inp).
 pub static ABAQUS: Format = Format {
@@ -44,12 +43,19 @@ const REFUSED: &str = "NGEN NFILL NCOPY NMAP ELGEN ELCOPY INCLUDE SYSTEM";
 const STRUCTURE: &str = "HEADING PREPRINT ENDPART";
 /// Elements without a shape.
 const SHAPELESS: &str = "MASS ROTARYI SPRING DASHPOT CONN DCOUP GAP HEATCAP";
-/// Beginnings of the names of elements. The number of nodes follows; in beams, the order.
-const BEAMS: &str = "B2 B3 PIPE2 PIPE3 SAX";
-const LINES: &str = "T2D T3D R2D RAX DC1D AC1D RB2D RB3D";
-const PLANES: &str = "CPEG CPE CPS CGAX CAX DC2D DCC2D DCAX AC2D ACAX WARP2D COH2D COHAX";
+/// Families of elements: beginnings of the names, and their dimension. The number of nodes follows; in beams (0), the
+/// order.
+const FAMILIES: [(&str, u8); 5] = [
+    ("B2 B3 PIPE2 PIPE3 SAX", 0),
+    ("T2D T3D R2D RAX DC1D AC1D RB2D RB3D", 1),
+    ("C3D F3D DC3D DCC3D AC3D EC3D FC3D Q3D COH3D SC", 3),
+    (
+        "CPEG CPE CPS CGAX CAX DC2D DCC2D DCAX AC2D ACAX WARP2D COH2D COHAX",
+        2,
+    ),
+    (SHELLS, 2),
+];
 const SHELLS: &str = "M3D SFM3D R3D DS STRI S";
-const SOLIDS: &str = "C3D F3D DC3D DCC3D AC3D EC3D FC3D Q3D COH3D SC";
 
 /// Checks that the first line is a keyword, and that there are nodes, elements or parts.
 fn recognizes(bytes: &[u8]) -> bool {
@@ -74,44 +80,32 @@ fn kind_of(name: &str) -> Option<Option<(CellKind, bool)>> {
     if name == "D" || SHAPELESS.split(' ').any(|start| name.starts_with(start)) {
         return Some(None);
     }
-    let number = |starts: &str| {
-        starts.split(' ').find_map(|start| {
+    FAMILIES.iter().find_map(|(starts, dimension)| {
+        let number = starts.split(' ').find_map(|start| {
             let rest = name.strip_prefix(start)?;
             let n = rest.bytes().take_while(u8::is_ascii_digit).count();
-            rest[..n].parse::<usize>().ok()
-        })
-    };
-    let line = match (number(BEAMS), number(LINES)) {
-        (Some(1 | 3), _) | (_, Some(2)) => Some(Line),
-        (Some(2), _) | (_, Some(3)) => Some(Line3),
-        _ => None,
-    };
-    let solid = || {
-        Some(match number(SOLIDS)? {
-            4 => Tetrahedron,
-            5 => Pyramid,
-            6 => Wedge,
-            8 => Hexahedron,
-            10 => Tetrahedron10,
-            13 => Pyramid13,
-            15 => Wedge15,
-            20 => Hexahedron20,
+            rest[..n].parse().ok()
+        });
+        let kind = match (dimension, number?) {
+            (0, 1 | 3) | (1, 2) => Line,
+            (0, 2) | (1, 3) => Line3,
+            (2, 3) => Triangle,
+            (2, 4) => Quadrilateral,
+            (2, 6 | 65) => Triangle6,
+            (2, 8) => Quadrilateral8,
+            (2, 9) => Quadrilateral9,
+            (3, 4) => Tetrahedron,
+            (3, 5) => Pyramid,
+            (3, 6) => Wedge,
+            (3, 8) => Hexahedron,
+            (3, 10) => Tetrahedron10,
+            (3, 13) => Pyramid13,
+            (3, 15) => Wedge15,
+            (3, 20) => Hexahedron20,
             _ => return None,
-        })
-    };
-    let face = |starts| {
-        Some(match number(starts)? {
-            3 => Triangle,
-            4 => Quadrilateral,
-            6 | 65 => Triangle6,
-            8 => Quadrilateral8,
-            9 => Quadrilateral9,
-            _ => return None,
-        })
-    };
-    let flat = line.or_else(solid).or_else(|| face(PLANES));
-    let flat = flat.map(|kind| (kind, false));
-    flat.or_else(|| Some((face(SHELLS)?, true))).map(Some)
+        };
+        Some(Some((kind, *starts == SHELLS)))
+    })
 }
 
 /// Index in [`CellKind::faces`] of the face S1, S2 and so on.
@@ -126,37 +120,72 @@ fn face_of(kind: CellKind, number: usize) -> Option<usize> {
 
 /// A line `*NAME, PARAMETER=VALUE` and the lines that continue it.
 struct Keyword<'a> {
+    line: Tokens<'a>,
     name: String,
     parameters: Vec<(String, &'a [u8])>,
 }
 
 impl<'a> Keyword<'a> {
-    fn new(line: &Tokens<'a>, lexer: &mut Tokens<'a>) -> Self {
-        let mut text = line.rest();
-        let mut words: Vec<&[u8]> = text[1..].split(|byte| *byte == b',').collect();
-        while text.ends_with(b",")
+    /// The next keyword of a file.
+    fn next(lexer: &mut Tokens<'a>) -> Option<Self> {
+        let is_keyword = |line: &Tokens| {
+            let text = line.rest();
+            text.starts_with(b"*") && !text.starts_with(b"**")
+        };
+        let line = std::iter::from_fn(|| lexer.line()).find(is_keyword)?;
+        let (bytes, start) = (lexer.bytes(), line.position());
+        while bytes[start..lexer.position()]
+            .trim_ascii_end()
+            .ends_with(b",")
             && let Some(next) = lexer.peek_line()
             && !next.rest().starts_with(b"*")
         {
             lexer.line();
-            text = next.rest();
-            words.extend(text.split(|byte| *byte == b','));
         }
-        let parameters = words[1..].iter().map(|part| {
-            let mut halves = part.splitn(2, |byte| *byte == b'=');
+        let mut parts = words(&Tokens::between(bytes, start..lexer.position()));
+        let name = plain(&parts.next()?.rest()[1..]);
+        let parameters = parts.map(|part| {
+            let mut halves = part.rest().splitn(2, |byte| *byte == b'=');
             let name = plain(halves.next().unwrap_or_default());
             (name, unquoted(halves.next().unwrap_or_default()))
         });
-        Self {
-            name: plain(words[0]),
-            parameters: parameters.collect(),
-        }
+        let parameters = parameters.collect();
+        Some(Self {
+            line,
+            name,
+            parameters,
+        })
     }
 
     fn get(&self, name: &str) -> Option<&'a [u8]> {
         let mut found = self.parameters.iter().filter(|(other, _)| other == name);
         found.next().map(|(_, value)| *value)
     }
+}
+
+/// The next line of data before the next keyword.
+fn data<'a>(lexer: &mut Tokens<'a>) -> Option<Tokens<'a>> {
+    while let Some(line) = lexer.peek_line() {
+        if line.rest().starts_with(b"*") && !line.rest().starts_with(b"**") {
+            return None;
+        }
+        lexer.line();
+        if !line.rest().starts_with(b"*") {
+            return Some(line);
+        }
+    }
+    None
+}
+
+/// The parts of lines between their commas.
+fn words<'a>(lines: &Tokens<'a>) -> impl Iterator<Item = Tokens<'a>> + use<'a> {
+    let (bytes, first) = (lines.bytes(), lines.position());
+    let commas = memchr::memchr_iter(b',', lines.left()).chain([lines.left().len()]);
+    let mut start = first;
+    commas.map(move |at| {
+        let end = first + at;
+        Tokens::between(bytes, std::mem::replace(&mut start, end + 1)..end)
+    })
 }
 
 /// A word in capitals, without blanks.
@@ -172,14 +201,6 @@ fn unquoted(word: &[u8]) -> &[u8] {
     inside.unwrap_or(word)
 }
 
-/// The parts of a line between its commas.
-fn words(bytes: &[u8], line: Range<usize>) -> impl Iterator<Item = Tokens<'_>> {
-    let commas = memchr::memchr_iter(b',', &bytes[line.clone()]);
-    let mut start = line.start;
-    let ends = commas.map(move |i| line.start + i).chain([line.end]);
-    ends.map(move |end| Tokens::between(bytes, std::mem::replace(&mut start, end + 1)..end))
-}
-
 fn integer(word: &mut Tokens, what: &str) -> Result<i64> {
     let number = word.integer(what)?;
     word.end(what)?;
@@ -187,7 +208,7 @@ fn integer(word: &mut Tokens, what: &str) -> Result<i64> {
 }
 
 /// Numbers from the first to the last with a step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Stretch {
     first: i64,
     last: i64,
@@ -200,47 +221,19 @@ fn push(set: &mut Vec<Stretch>, number: i64) {
         Some(last) if last.step == 1 && last.last.checked_add(1) == Some(number) => {
             last.last = number;
         }
-        _ => set.push(Stretch {
-            first: number,
-            last: number,
-            step: 1,
-        }),
-    }
-}
-
-/// Indices of the members of a set that exist; `numbers` has the number of each index.
-fn members(set: &[Stretch], index: &Index, numbers: &[i64]) -> Vec<u32> {
-    let mut found = Vec::new();
-    for set in set.iter().filter(|set| set.first <= set.last) {
-        let range = set.first..=set.last;
-        if set.last.abs_diff(set.first) / set.step as u64 <= numbers.len() as u64 {
-            let of_range = range.step_by(set.step as usize);
-            found.extend(of_range.filter_map(|number| index.get(number)));
-            continue;
+        _ => {
+            let (first, last, step) = (number, number, 1);
+            set.push(Stretch { first, last, step });
         }
-        let is_in = |number: i64| {
-            range.contains(&number) && number.abs_diff(set.first).is_multiple_of(set.step as u64)
-        };
-        let all = (0u32..).zip(numbers);
-        found.extend(all.filter(|(_, number)| is_in(**number)).map(|(i, _)| i));
     }
-    found
 }
 
 /// Sets or surfaces: name and members of each, in the order of the file.
+#[derive(Default)]
 struct Sets<T> {
     all: Vec<(String, Vec<T>)>,
     /// Places by name in capitals, of a part and of the assembly.
     places: BTreeMap<(bool, String), usize>,
-}
-
-impl<T> Default for Sets<T> {
-    fn default() -> Self {
-        Self {
-            all: Vec::new(),
-            places: BTreeMap::new(),
-        }
-    }
 }
 
 impl<T> Sets<T> {
@@ -261,6 +254,86 @@ impl<T> Sets<T> {
     }
 }
 
+/// Numbers of nodes or of elements in the order of the file, and sets of them.
+#[derive(Default)]
+struct Items {
+    numbers: Vec<i64>,
+    /// Offsets of their lines; of an element the last one.
+    lines: Vec<usize>,
+    sets: Sets<Stretch>,
+}
+
+impl Items {
+    fn push(&mut self, number: i64, line: &Tokens, set: Option<usize>) {
+        self.numbers.push(number);
+        self.lines.push(line.position());
+        if let Some(set) = set {
+            push(&mut self.sets.all[set].1, number);
+        }
+    }
+
+    /// Adds the members in a line to a set: numbers and other sets, or the stretch of a line with GENERATE.
+    fn extend(&mut self, set: usize, line: &Tokens, generates: bool, at: bool) -> Result<()> {
+        let mut words = words(line).filter(|word| !word.rest().is_empty());
+        if generates {
+            let numbers = words.map(|mut word| integer(&mut word, "a number of GENERATE"));
+            let (first, last, step) = match numbers.collect::<Result<Vec<i64>>>()?[..] {
+                [first, last] => (first, last, 1),
+                [first, last, step] if step > 0 => (first, last, step),
+                _ => {
+                    let message =
+                        "GENERATE needs a first and a last number, and a step of at least 1";
+                    return Err(line.error(message));
+                }
+            };
+            self.sets.all[set].1.push(Stretch { first, last, step });
+            return Ok(());
+        }
+        words.try_for_each(|mut word| {
+            let name = unquoted(word.rest());
+            if name.iter().all(u8::is_ascii_digit) {
+                let number = integer(&mut word, "a member of a set")?;
+                push(&mut self.sets.all[set].1, number);
+                return Ok(());
+            }
+            let missing = || format!("there is no set {} before this line", shown(name));
+            let other = self.sets.find(at, name);
+            let other = other.ok_or_else(|| word.error(missing()))?;
+            let more = self.sets.all[other].1.clone();
+            self.sets.all[set].1.extend(more);
+            Ok(())
+        })
+    }
+
+    fn index(&self, what: &str, bytes: &[u8]) -> Result<Index> {
+        Index::new(&self.numbers, what).map_err(|error| {
+            let mut seen = HashSet::new();
+            let repeated = self.numbers.iter().position(|number| !seen.insert(number));
+            let at = repeated.map_or(bytes.len(), |i| self.lines[i]);
+            error.line(line_of(bytes, at))
+        })
+    }
+
+    /// Indices of the members of a set that exist.
+    fn members(&self, set: &[Stretch], index: &Index) -> Vec<u32> {
+        let mut found = Vec::new();
+        for set in set.iter().filter(|set| set.first <= set.last) {
+            let (range, step) = (set.first..=set.last, set.step as u64);
+            if set.last.abs_diff(set.first) / step <= self.numbers.len() as u64 {
+                let of_range = range.step_by(set.step as usize);
+                found.extend(of_range.filter_map(|number| index.get(number)));
+                continue;
+            }
+            let is_in = |number: &i64| {
+                range.contains(number) && number.abs_diff(set.first).is_multiple_of(step)
+            };
+            let all = (0u32..).zip(&self.numbers);
+            found.extend(all.filter(|(_, number)| is_in(number)).map(|(i, _)| i));
+        }
+        found
+    }
+}
+
 /// The elements of a line `*ELEMENT`.
 struct Elements {
     kind: CellKind,
@@ -273,46 +346,34 @@ struct Elements {
 }
 
 /// Elements with one of their faces, edges or sides of a shell.
+#[derive(Default)]
 struct Facet {
     at: usize,
     elements: Vec<Stretch>,
     label: String,
 }
 
-/// The meaning of lines of data, with the place of a set.
-#[derive(Default, Clone, Copy)]
-enum Block {
-    #[default]
-    Passed,
-    Nodes(Option<usize>),
-    Elements(Option<usize>),
-    Set {
-        is_of_nodes: bool,
-        set: usize,
-        generates: bool,
-    },
-    Surface(usize),
-    Instance {
-        is_first: bool,
-    },
+impl Facet {
+    /// The index of the face of an element; `None` for the shell itself.
+    fn face(&self, kind: CellKind, is_shell: bool) -> Option<Option<usize>> {
+        let number = |start| self.label.strip_prefix(start)?.parse::<usize>().ok();
+        let number = match (self.label.as_str(), is_shell) {
+            ("SPOS" | "SNEG", _) | ("S1" | "S2", true) => return Some(None),
+            (_, false) => number('S'),
+            // CalculiX counts the sides of a shell as faces.
+            (_, true) => number('E').or_else(|| number('S')?.checked_sub(2)),
+        };
+        face_of(kind, number?).map(Some)
+    }
 }
 
 #[derive(Default)]
 struct Reader {
     points: Vec<[f64; 3]>,
-    node_numbers: Vec<i64>,
-    /// Offsets of the lines of the nodes.
-    node_lines: Vec<usize>,
+    nodes: Items,
+    elements: Items,
     blocks: Vec<Elements>,
-    element_numbers: Vec<i64>,
-    /// Offsets of the last lines of the elements.
-    element_lines: Vec<usize>,
-    node_sets: Sets<Stretch>,
-    element_sets: Sets<Stretch>,
     surfaces: Sets<Facet>,
-    block: Block,
-    /// Numbers of an element that the next line continues.
-    element: Vec<i64>,
     part: Option<String>,
     has_instance: bool,
     /// True in an assembly, but not in an instance.
@@ -324,47 +385,24 @@ struct Reader {
 impl Reader {
     fn read(mut self, bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
         let mut lexer = Tokens::new(bytes);
-        loop {
-            let at = lexer.position();
-            let Some(line) = lexer.line() else { break };
-            let text = line.rest();
-            if text.starts_with(b"**") {
-                continue;
-            }
-            if text.starts_with(b"*") {
-                self.check_element(&line)?;
-                let keyword = Keyword::new(&line, &mut lexer);
-                self.block = self.begin(&keyword, &line, at, notes)?;
-            } else {
-                self.take(bytes, at..lexer.position())?;
-            }
+        while let Some(keyword) = Keyword::next(&mut lexer) {
+            let left = self.take(&keyword, &mut lexer, notes)?;
+            self.left.extend(left);
         }
-        let end = Tokens::between(bytes, bytes.len()..bytes.len());
-        self.check_element(&end)?;
         if self.points.is_empty() {
-            return Err(end.error("the file has no nodes (*NODE)"));
+            return Err(lexer.error("the file has no nodes (*NODE)"));
         }
         self.mesh(bytes, notes)
     }
 
-    /// Refuses an element that ends before all its nodes.
-    fn check_element(&self, line: &Tokens) -> Result<()> {
-        let Some((number, nodes)) = self.element.split_first() else {
-            return Ok(());
-        };
-        let n = nodes.len();
-        Err(line.error(format!("element {number} ends after {n} of its nodes")))
-    }
-
-    /// Takes a keyword; gives the meaning of the lines after it.
-    fn begin(
+    /// Takes a keyword and its lines of data; gives the name of content that a mesh lacks.
+    fn take<'a>(
         &mut self,
-        keyword: &Keyword,
-        line: &Tokens,
-        at: usize,
+        keyword: &Keyword<'a>,
+        lexer: &mut Tokens<'a>,
         notes: &mut Notes,
-    ) -> Result<Block> {
-        let name = keyword.name.as_str();
+    ) -> Result<Option<String>> {
+        let (name, line) = (keyword.name.as_str(), &keyword.line);
         let is_elsewhere = matches!(name, "NODE" | "ELEMENT") && keyword.get("INPUT").is_some();
         if is_elsewhere || REFUSED.split(' ').any(|refused| refused == name) {
             return Err(line.error(format!(
@@ -374,9 +412,7 @@ impl Reader {
         }
         let of_assembly = self.in_assembly;
         match name {
-            "NODE" if of_assembly => {
-                self.left.insert("*NODE of the assembly".into());
-            }
+            "NODE" if of_assembly => return Ok(Some("*NODE of the assembly".into())),
             "NODE" => {
                 let system = keyword.get("SYSTEM").unwrap_or(b"R");
                 if !system.eq_ignore_ascii_case(b"R") {
@@ -386,64 +422,70 @@ impl Reader {
                     )));
                 }
                 let set = keyword.get("NSET");
-                let set = set.map(|set| self.node_sets.place(of_assembly, set, notes));
-                return Ok(Block::Nodes(set));
+                let set = set.map(|set| self.nodes.sets.place(of_assembly, set, notes));
+                while let Some(line) = data(lexer) {
+                    let mut words = words(&line);
+                    let Some(mut number) = words.next() else {
+                        continue;
+                    };
+                    let number = integer(&mut number, "a node number")?;
+                    self.points.push(coordinates(words)?);
+                    self.nodes.push(number, &line, set);
+                }
             }
             "ELEMENT" => {
                 let of = plain(keyword.get("TYPE").unwrap_or_default());
-                let Some(kind) = kind_of(&of) else {
-                    return Err(line.error(format!(
+                let kind = kind_of(&of).ok_or_else(|| {
+                    line.error(format!(
                         "element type \"{of}\" is not read; solids of 4 to 20 nodes (C3D4, C3D20R), faces of 3 to 9 \
                          (S4, CPS6) and lines (B31, T3D2) are"
-                    )));
-                };
+                    ))
+                })?;
                 let Some((kind, is_shell)) = kind else {
-                    self.left.insert(format!("*ELEMENT, TYPE={of}"));
-                    return Ok(Block::Passed);
+                    return Ok(Some(format!("*ELEMENT, TYPE={of}")));
                 };
-                self.blocks.push(Elements {
+                let set = keyword.get("ELSET");
+                let set = set.map(|set| self.elements.sets.place(of_assembly, set, notes));
+                let mut block = Elements {
                     kind,
                     is_shell,
-                    at,
-                    first: self.element_numbers.len(),
+                    at: line.position(),
+                    first: self.elements.numbers.len(),
                     nodes: Vec::new(),
-                });
-                let set = keyword.get("ELSET");
-                let set = set.map(|set| self.element_sets.place(of_assembly, set, notes));
-                return Ok(Block::Elements(set));
+                };
+                self.elements(&mut block, set, lexer)?;
+                self.blocks.push(block);
             }
-            "NSET" if keyword.get("ELSET").is_some() => {
-                self.left.insert("*NSET, ELSET=".into());
-            }
+            "NSET" if keyword.get("ELSET").is_some() => return Ok(Some("*NSET, ELSET=".into())),
             "NSET" if of_assembly && keyword.get("INSTANCE").is_none() => {
-                self.left.insert("*NSET without INSTANCE".into());
+                return Ok(Some("*NSET without INSTANCE".into()));
             }
             "NSET" | "ELSET" => {
-                let Some(set) = keyword.get(name) else {
-                    let message = format!("*{name} has no name of the set ({name}=)");
-                    return Err(line.error(message));
-                };
-                let is_of_nodes = name == "NSET";
-                let sets = if is_of_nodes {
-                    &mut self.node_sets
+                let missing = || line.error(format!("*{name} has no name of the set ({name}=)"));
+                let set = keyword.get(name).ok_or_else(missing)?;
+                let are_nodes = name == "NSET";
+                let items = if are_nodes {
+                    &mut self.nodes
                 } else {
-                    &mut self.element_sets
+                    &mut self.elements
                 };
-                return Ok(Block::Set {
-                    is_of_nodes,
-                    set: sets.place(of_assembly, set, notes),
-                    generates: keyword.get("GENERATE").is_some(),
-                });
+                let set = items.sets.place(of_assembly, set, notes);
+                let generates = keyword.get("GENERATE").is_some();
+                while let Some(line) = data(lexer) {
+                    items.extend(set, &line, generates, of_assembly)?;
+                }
             }
             "SURFACE" => {
                 let of = keyword.get("TYPE").unwrap_or(b"ELEMENT");
-                if let Some(name) = keyword.get("NAME")
-                    && of.eq_ignore_ascii_case(b"ELEMENT")
-                {
-                    let surface = self.surfaces.place(of_assembly, name, notes);
-                    return Ok(Block::Surface(surface));
+                let name = keyword.get("NAME");
+                let Some(name) = name.filter(|_| of.eq_ignore_ascii_case(b"ELEMENT")) else {
+                    return Ok(Some("*SURFACE without faces".into()));
+                };
+                let surface = self.surfaces.place(of_assembly, name, notes);
+                while let Some(line) = data(lexer) {
+                    let facet = self.facet(&line)?;
+                    self.surfaces.all[surface].1.push(facet);
                 }
-                self.left.insert("*SURFACE without faces".into());
             }
             "PART" => {
                 let part = text_of(keyword.get("NAME").unwrap_or_default(), notes);
@@ -460,150 +502,90 @@ impl Reader {
                     return Err(line.error(message));
                 }
                 self.in_assembly = false;
-                return Ok(Block::Instance { is_first: true });
+                if let Some(line) = data(lexer) {
+                    for (x, mut word) in self.offset.iter_mut().zip(words(&line)) {
+                        *x = word.real("a coordinate")?;
+                    }
+                }
+                if let Some(line) = data(lexer) {
+                    let message =
+                        "the instance is rotated, which is not read; write the mesh in place";
+                    return Err(line.error(message));
+                }
             }
             "ASSEMBLY" | "ENDINSTANCE" => self.in_assembly = true,
             "ENDASSEMBLY" => self.in_assembly = false,
             _ if STRUCTURE.split(' ').any(|known| known == name) => {}
-            _ => {
-                self.left.insert(format!("*{name}"));
-            }
+            _ => return Ok(Some(format!("*{name}"))),
         }
-        Ok(Block::Passed)
+        Ok(None)
     }
 
-    /// Takes a line of data.
-    fn take(&mut self, bytes: &[u8], line: Range<usize>) -> Result<()> {
-        let mut words = words(bytes, line.clone());
-        match self.block {
-            Block::Passed => {}
-            Block::Nodes(set) => {
-                let mut first = words.next();
-                let number = first.as_mut().map(|word| integer(word, "a node number"));
-                let Some(number) = number.transpose()? else {
-                    return Ok(());
-                };
-                let mut point = [0.0; 3];
-                for (x, mut word) in point.iter_mut().zip(words) {
-                    if !word.rest().is_empty() {
-                        *x = word.real("a coordinate")?;
-                        word.end("a coordinate")?;
-                    }
-                }
-                self.points.push(point);
-                self.node_numbers.push(number);
-                self.node_lines.push(line.start);
-                if let Some(set) = set {
-                    push(&mut self.node_sets.all[set].1, number);
-                }
+    /// Takes the elements of a line `*ELEMENT`; the numbers of one may be on several lines.
+    fn elements(
+        &mut self,
+        block: &mut Elements,
+        set: Option<usize>,
+        lexer: &mut Tokens,
+    ) -> Result<()> {
+        let n_nodes = block.kind.n_nodes().unwrap_or(0);
+        let mut element = Vec::new();
+        while let Some(line) = data(lexer) {
+            for mut word in words(&line).filter(|word| !word.rest().is_empty()) {
+                element.push(integer(&mut word, "a number of an element")?);
             }
-            Block::Elements(set) => {
-                for mut word in words.filter(|word| !word.rest().is_empty()) {
-                    self.element
-                        .push(integer(&mut word, "a number of an element")?);
+            let Some((&number, nodes)) = element.split_first() else {
+                continue;
+            };
+            if nodes.len() > n_nodes {
+                let (name, n) = (block.kind.name(), nodes.len());
+                return Err(line.error(format!("a {name} needs {n_nodes} nodes, found {n}")));
+            }
+            if nodes.len() == n_nodes {
+                match *nodes {
+                    // The middle comes second.
+                    [a, b, c] if block.kind == Line3 => block.nodes.extend([a, c, b]),
+                    _ => block.nodes.extend(nodes),
                 }
-                self.end_element(set, &Tokens::between(bytes, line))?;
-            }
-            Block::Set {
-                is_of_nodes,
-                set,
-                generates,
-            } => {
-                let sets = if is_of_nodes {
-                    &mut self.node_sets
-                } else {
-                    &mut self.element_sets
-                };
-                let line = Tokens::between(bytes, line);
-                let words = words.filter(|word| !word.rest().is_empty());
-                if generates {
-                    sets.all[set].1.push(generated(words, &line)?);
-                } else {
-                    sets.extend(set, words, self.in_assembly)?;
-                }
-            }
-            Block::Surface(surface) => {
-                let Some(mut of) = words.next() else {
-                    return Ok(());
-                };
-                let elements = match self
-                    .element_sets
-                    .find(self.in_assembly, unquoted(of.rest()))
-                {
-                    Some(set) => self.element_sets.all[set].1.clone(),
-                    None => {
-                        let mut elements = Vec::new();
-                        let number = integer(&mut of, "an element or the name of an element set")?;
-                        push(&mut elements, number);
-                        elements
-                    }
-                };
-                self.surfaces.all[surface].1.push(Facet {
-                    at: line.start,
-                    elements,
-                    label: words
-                        .next()
-                        .map_or(String::new(), |word| plain(word.rest())),
-                });
-            }
-            Block::Instance { is_first: true } => {
-                for (x, mut word) in self.offset.iter_mut().zip(words) {
-                    *x = word.real("a coordinate")?;
-                }
-                self.block = Block::Instance { is_first: false };
-            }
-            Block::Instance { is_first: false } => {
-                let message = "the instance is rotated, which is not read; write the mesh in place";
-                return Err(Tokens::between(bytes, line).error(message));
+                self.elements.push(number, &line, set);
+                element.clear();
             }
         }
-        Ok(())
-    }
-
-    /// Takes the element if all its nodes are known.
-    fn end_element(&mut self, set: Option<usize>, line: &Tokens) -> Result<()> {
-        let (Some(block), Some((&number, nodes))) =
-            (self.blocks.last_mut(), self.element.split_first())
-        else {
+        let Some((number, nodes)) = element.split_first() else {
             return Ok(());
         };
-        let n_nodes = block.kind.n_nodes().unwrap_or(0);
-        if nodes.len() > n_nodes {
-            let (name, n) = (block.kind.name(), nodes.len());
-            return Err(line.error(format!("a {name} needs {n_nodes} nodes, found {n}")));
-        }
-        if nodes.len() == n_nodes {
-            if block.kind == Line3 {
-                // The middle comes second.
-                block.nodes.extend([nodes[0], nodes[2], nodes[1]]);
-            } else {
-                block.nodes.extend(nodes);
-            }
-            self.element_numbers.push(number);
-            self.element_lines.push(line.position());
-            self.element.clear();
-            if let Some(set) = set {
-                push(&mut self.element_sets.all[set].1, number);
-            }
-        }
-        Ok(())
+        let message = format!("element {number} ends after {} of its nodes", nodes.len());
+        let next = lexer.peek_line();
+        Err(next.map_or_else(|| lexer.error_at_end(&message), |line| line.error(&message)))
     }
 
-    fn mesh(mut self, bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
-        let wrong = |at: usize, message: String| {
-            let start = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
-            Error::input(message).line(line_of(bytes, at + start.count()))
-        };
-        let index = |numbers: &[i64], lines: &[usize], what: &str| {
-            Index::new(numbers, what).map_err(|error| {
-                let mut seen = HashSet::new();
-                let repeated = numbers.iter().position(|number| !seen.insert(number));
-                let at = repeated.map_or(bytes.len(), |i| lines[i]);
-                error.line(line_of(bytes, at))
-            })
-        };
-        let nodes = index(&self.node_numbers, &self.node_lines, "node")?;
-        let elements = index(&self.element_numbers, &self.element_lines, "element")?;
+    /// Reads a line of a surface: an element or a set of them, and the face.
+    fn facet(&self, line: &Tokens) -> Result<Facet> {
+        let mut words = words(line);
+        let mut elements = Vec::new();
+        if let Some(mut of) = words.next() {
+            let sets = &self.elements.sets;
+            match sets.find(self.in_assembly, unquoted(of.rest())) {
+                Some(set) => elements.clone_from(&sets.all[set].1),
+                None => {
+                    let what = "an element or the name of an element set";
+                    push(&mut elements, integer(&mut of, what)?);
+                }
+            }
+        }
+        Ok(Facet {
+            at: line.position(),
+            elements,
+            label: words
+                .next()
+                .map_or(String::new(), |word| plain(word.rest())),
+        })
+    }
+
+    fn mesh(self, bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
+        let wrong = |at: usize, message: String| Error::input(message).line(line_of(bytes, at));
+        let nodes = self.nodes.index("node", bytes)?;
+        let elements = self.elements.index("element", bytes)?;
         let mut mesh = Mesh::default();
         let moved = |point: [f64; 3]| std::array::from_fn(|i| point[i] + self.offset[i]);
         mesh.points = self.points.into_iter().map(moved).collect();
@@ -611,10 +593,9 @@ impl Reader {
             let n_nodes = block.kind.n_nodes().unwrap_or(1);
             let found = block.nodes.iter().enumerate().map(|(i, number)| {
                 nodes.get(*number).ok_or_else(|| {
-                    let element = self.element_numbers[block.first + i / n_nodes];
-                    let message =
-                        format!("element {element} has node {number}, which is not there");
-                    wrong(block.at, message)
+                    let element = self.elements.numbers[block.first + i / n_nodes];
+                    let what = format!("node {number}, which is not there");
+                    wrong(block.at, format!("element {element} has {what}"))
                 })
             });
             let found = found.collect::<Result<Vec<u32>>>()?;
@@ -622,45 +603,28 @@ impl Reader {
         }
         let n_elements = mesh.cells.len();
         let mut empty = Vec::new();
-        for (name, set) in self.element_sets.all {
-            let cells = members(&set, &elements, &self.element_numbers);
-            if !add_group(&mut mesh, &name, cells) {
-                empty.push(name);
-            }
+        for (name, set) in &self.elements.sets.all {
+            let cells = self.elements.members(set, &elements);
+            empty.extend(add_group(&mut mesh, name, cells));
         }
-        for (name, facets) in self.surfaces.all {
+        for (name, facets) in &self.surfaces.all {
             let mut cells = Vec::new();
             for facet in facets {
-                for cell in members(&facet.elements, &elements, &self.element_numbers) {
-                    let after = self
-                        .blocks
-                        .partition_point(|block| block.first <= cell as usize);
-                    let is_shell = self.blocks[after - 1].is_shell;
+                for cell in self.elements.members(&facet.elements, &elements) {
+                    let is_before = |block: &Elements| block.first <= cell as usize;
+                    let block = &self.blocks[self.blocks.partition_point(is_before) - 1];
                     let of = mesh.cells.get(cell as usize);
-                    let number = match (facet.label.as_str(), is_shell) {
-                        ("SPOS" | "SNEG", _) | ("S1" | "S2", true) => {
-                            cells.push(cell);
-                            continue;
-                        }
-                        (label, false) => label.strip_prefix('S').and_then(|n| n.parse().ok()),
-                        // CalculiX counts the sides of a shell as faces.
-                        (label, true) => label
-                            .strip_prefix('E')
-                            .and_then(|n| n.parse().ok())
-                            .or_else(|| {
-                                label
-                                    .strip_prefix('S')?
-                                    .parse::<usize>()
-                                    .ok()?
-                                    .checked_sub(2)
-                            }),
-                    };
-                    let face = number.and_then(|number| face_of(of.kind, number));
-                    let Some((kind, nodes)) = face.and_then(|face| side(&mesh.cells, &of, face))
-                    else {
+                    let face = facet.face(of.kind, block.is_shell);
+                    if face == Some(None) {
+                        cells.push(cell);
+                        continue;
+                    }
+                    let found = face.flatten();
+                    let found = found.and_then(|face| side(&mesh.cells, &of, face));
+                    let (kind, nodes) = found.ok_or_else(|| {
                         let (name, label) = (of.kind.name(), &facet.label);
-                        return Err(wrong(facet.at, format!("a {name} has no face \"{label}\"")));
-                    };
+                        wrong(facet.at, format!("a {name} has no face \"{label}\""))
+                    })?;
                     if mesh.cells.len() + 1 >= u32::MAX as usize {
                         return Err(wrong(facet.at, too_many("cells")));
                     }
@@ -668,20 +632,15 @@ impl Reader {
                     mesh.cells.push(kind, &nodes);
                 }
             }
-            if !add_group(&mut mesh, &name, cells) {
-                empty.push(name);
-            }
+            empty.extend(add_group(&mut mesh, name, cells));
         }
-        let sets = self.node_sets.all.into_iter();
-        let sets = sets.map(|(name, set)| (name, members(&set, &nodes, &self.node_numbers)));
+        let sets = self.nodes.sets.all.iter();
+        let sets = sets.map(|(name, set)| (name, self.nodes.members(set, &nodes)));
         let left = add_node_sets(&mut mesh, sets.collect(), n_elements);
         for (what, names) in [
             ("sets without elements", empty),
             ("node sets", left),
-            (
-                "keywords",
-                std::mem::take(&mut self.left).into_iter().collect(),
-            ),
+            ("keywords", self.left.into_iter().collect()),
         ] {
             let what = what.to_owned();
             notes.list(names, |names| NotKept::NamedNodes { what, names });
@@ -690,77 +649,45 @@ impl Reader {
     }
 }
 
-/// The stretch of a line of a set with GENERATE.
-fn generated<'a>(words: impl Iterator<Item = Tokens<'a>>, line: &Tokens) -> Result<Stretch> {
-    let numbers = words.map(|mut word| integer(&mut word, "a number of GENERATE"));
-    match numbers.collect::<Result<Vec<i64>>>()?[..] {
-        [first, last] => Ok(Stretch {
-            first,
-            last,
-            step: 1,
-        }),
-        [first, last, step] if step > 0 => Ok(Stretch { first, last, step }),
-        _ => Err(line.error("GENERATE needs a first and a last number, and a step of at least 1")),
-    }
-}
-
-impl Sets<Stretch> {
-    /// Adds the members in a line, numbers or other sets, to a set.
-    fn extend<'a>(
-        &mut self,
-        set: usize,
-        words: impl Iterator<Item = Tokens<'a>>,
-        is_assembly: bool,
-    ) -> Result<()> {
-        for mut word in words {
-            let name = unquoted(word.rest());
-            let is_number = |name: &[u8]| name.iter().all(u8::is_ascii_digit);
-            if is_number(name) {
-                let number = integer(&mut word, "a member of a set")?;
-                push(&mut self.all[set].1, number);
-                continue;
-            }
-            let Some(other) = self.find(is_assembly, name) else {
-                let name = shown(name);
-                return Err(word.error(format!("there is no set {name} before this line")));
-            };
-            let more = self.all[other].1.clone();
-            self.all[set].1.extend(more);
+/// Coordinates, which are 0 where they are left out.
+fn coordinates<'a>(words: impl Iterator<Item = Tokens<'a>>) -> Result<[f64; 3]> {
+    let mut point = [0.0; 3];
+    for (x, mut word) in point.iter_mut().zip(words) {
+        if !word.rest().is_empty() {
+            *x = word.real("a coordinate")?;
+            word.end("a coordinate")?;
         }
-        Ok(())
     }
+    Ok(point)
 }
 
-/// Adds a group for each dimension of the cells; `false` where there are none.
-fn add_group(mesh: &mut Mesh, name: &str, cells: Vec<u32>) -> bool {
+/// Adds a group for each dimension of the cells; gives the name where there are none.
+fn add_group(mesh: &mut Mesh, name: &str, cells: Vec<u32>) -> Option<String> {
     let mut parts: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
     for cell in cells {
         let dimension = mesh.cells.get(cell as usize).kind.dimension();
         parts.entry(dimension).or_default().push(cell as usize);
     }
-    let is_added = !parts.is_empty();
-    mesh.groups
-        .extend(parts.into_iter().map(|(dimension, cells)| Group {
-            dimension,
-            name: name.to_owned(),
-            number: None,
-            condition: None,
-            cells: cells.into_iter().collect::<CellSet>(),
-        }));
-    is_added
+    let is_empty = parts.is_empty();
+    let groups = parts.into_iter();
+    let groups = groups.map(|(d, cells)| Group::new(d, name, None, cells.into_iter().collect()));
+    mesh.groups.extend(groups);
+    is_empty.then(|| name.to_owned())
 }
 
 /// Adds the outer faces whose corners are all in a set of nodes as a tag, in a mesh without tags. Gives the names of
 /// the other sets, and of sets of all nodes.
-fn add_node_sets(mesh: &mut Mesh, sets: Vec<(String, Vec<u32>)>, n_elements: usize) -> Vec<String> {
+fn add_node_sets(
+    mesh: &mut Mesh,
+    sets: Vec<(&String, Vec<u32>)>,
+    n_elements: usize,
+) -> Vec<String> {
     let mut left = Vec::new();
-    let has_tags = sets.is_empty() || mesh.boundary_tags().next().is_some();
-    let outer = if has_tags {
-        Vec::new()
-    } else {
+    let mut outer = Vec::new();
+    if !sets.is_empty() && mesh.boundary_tags().next().is_none() {
         let dimension = mesh.cells.dimension();
-        exterior_faces(&mesh.cells, 0..n_elements, dimension, |_| true)
-    };
+        outer = exterior_faces(&mesh.cells, 0..n_elements, dimension, |_| true);
+    }
     for (name, nodes) in sets {
         let mut is_in = vec![false; mesh.points.len()];
         nodes.iter().for_each(|node| is_in[*node as usize] = true);
@@ -768,16 +695,13 @@ fn add_node_sets(mesh: &mut Mesh, sets: Vec<(String, Vec<u32>)>, n_elements: usi
         let first = mesh.cells.len();
         for (kind, nodes) in outer.iter().filter(|_| !is_all) {
             let corners = &nodes[..kind.n_corners(nodes.len())];
-            if corners.iter().all(|corner| is_in[*corner as usize])
-                && mesh.cells.len() + 1 < u32::MAX as usize
-            {
+            let is_inside = corners.iter().all(|corner| is_in[*corner as usize]);
+            if is_inside && mesh.cells.len() + 1 < u32::MAX as usize {
                 mesh.cells.push(*kind, nodes);
             }
         }
         let cells = first as u32..mesh.cells.len() as u32;
-        if !add_group(mesh, &name, cells.collect()) {
-            left.push(name);
-        }
+        left.extend(add_group(mesh, name, cells.collect()));
     }
     left
 }

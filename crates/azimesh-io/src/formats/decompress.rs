@@ -8,14 +8,6 @@ use std::io::{self, ErrorKind};
 /// The largest dictionary or window, in bytes, that a file may require.
 const WINDOW: u64 = 2 << 30;
 
-/// The format of a compressed file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Codec {
-    Gzip,
-    Xz,
-    Zstd,
-}
-
 /// Extensions of compressed files.
 const ENDINGS: &[&str] = &[".gz", ".xz", ".zst"];
 
@@ -32,12 +24,12 @@ pub fn without_compression(name: &str) -> &str {
     }
 }
 
-/// The codec of a file with these first bytes.
-fn codec(bytes: &[u8]) -> Option<Codec> {
+/// The format of a compressed file with these first bytes.
+fn codec(bytes: &[u8]) -> Option<&'static str> {
     match bytes {
-        [0x1f, 0x8b, ..] => Some(Codec::Gzip),
-        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Some(Codec::Xz),
-        [0x28, 0xb5, 0x2f, 0xfd, ..] | [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] => Some(Codec::Zstd),
+        [0x1f, 0x8b, ..] => Some("gzip"),
+        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Some("xz"),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] | [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] => Some("zstd"),
         _ => None,
     }
 }
@@ -55,13 +47,13 @@ pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<(Vec
     let mut content = Vec::new();
     let mut n_padding = 0;
     let result = match codec {
-        Codec::Gzip => gzip(bytes, limit, &mut content).map(|n| n_padding = n),
-        Codec::Xz => {
+        "gzip" => gzip(bytes, limit, &mut content).map(|n| n_padding = n),
+        "xz" => {
             let window_kib = (WINDOW >> 10) as u32;
             let file = lzma_rust2::XzReader::new_mem_limit(bytes, true, window_kib);
             limit.read_all(file, &mut content)
         }
-        Codec::Zstd => zstd(bytes, limit, &mut content),
+        _ => zstd(bytes, limit, &mut content),
     };
     Some(match result {
         Ok(()) => Ok((content, n_padding)),
@@ -69,12 +61,7 @@ pub(super) fn decompress(bytes: &[u8], limit: MemoryLimit) -> Option<Result<(Vec
     })
 }
 
-fn refusal(codec: Codec, n_bytes: usize, error: &io::Error) -> Error {
-    let name = match codec {
-        Codec::Gzip => "gzip",
-        Codec::Xz => "xz",
-        Codec::Zstd => "zstd",
-    };
+fn refusal(name: &str, n_bytes: usize, error: &io::Error) -> Error {
     match error.kind() {
         ErrorKind::FileTooLarge => {
             Error::system(format!("the {name} data decompresses to {error}"))

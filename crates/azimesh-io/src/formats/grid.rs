@@ -49,12 +49,9 @@ impl Grid {
             _ => Vec::new(),
         };
         let is_low = ranges[across].start == 0;
-        let turned = if self.n_indices == 2 {
-            is_low == (across == 0)
-        } else {
-            is_low
-        };
-        let kind = kind(self.n_indices - 1);
+        let turned = is_low == (self.n_indices != 2 || across == 0);
+        let kinds = [CellKind::Vertex, CellKind::Line, CellKind::Quadrilateral];
+        let kind = kinds[self.n_indices - 1];
         for k in ranges[2].clone() {
             for j in ranges[1].clone() {
                 for i in ranges[0].clone() {
@@ -66,14 +63,5 @@ impl Grid {
                 }
             }
         }
-    }
-}
-
-fn kind(dimension: usize) -> CellKind {
-    match dimension {
-        0 => CellKind::Vertex,
-        1 => CellKind::Line,
-        2 => CellKind::Quadrilateral,
-        _ => CellKind::Hexahedron,
     }
 }

@@ -1,6 +1,6 @@
 //! The nodes of cells as files list them, for ranks that write the nodes of their own cells.
 
-use super::column::Sink;
+use super::column::{Sink, stream_integers};
 use super::vtk::order;
 use super::{cgns, ugrid};
 use crate::mesh::reverse_each;
@@ -33,10 +33,9 @@ pub fn list_nodes(
         sink
     };
     for run in cells.runs_in(range).filter(|run| wanted.lists(run.kind)) {
-        let end = run.first_cell + run.n_cells();
         let step = (BLOCK / run.n_nodes).max(1);
-        for start in (run.first_cell..end).step_by(step) {
-            let some = start..end.min(start + step);
+        for start in run.range().step_by(step) {
+            let some = start..run.range().end.min(start + step);
             match wanted.listing {
                 Listing::Vtk => {
                     for nodes in cells.runs_in(some) {
@@ -64,10 +63,6 @@ fn as_integers(
     number: &dyn Fn(u32) -> u32,
     sink: Sink,
 ) -> Result<()> {
-    let numbers = nodes.iter().map(|&node| number(node));
-    if is_wide {
-        let wide: Vec<i64> = numbers.map(i64::from).collect();
-        return sink(bytemuck::cast_slice(&wide));
-    }
-    sink(bytemuck::cast_slice(&numbers.collect::<Vec<u32>>()))
+    let numbers = nodes.iter().map(|&node| i64::from(number(node)));
+    stream_integers(numbers, is_wide, sink)
 }

@@ -50,13 +50,7 @@ const KINDS: [(&[u8], CellKind); 10] = [
 ];
 
 /// Sections of cells of higher order with an order of nodes that differs between programs.
-const REFUSED: [&[u8]; 5] = [
-    b"QuadrilateralsQ2",
-    b"HexahedraQ2",
-    b"PrismsP2",
-    b"PyramidsP2",
-    b"TetrahedraP3",
-];
+const REFUSED: &str = "QuadrilateralsQ2 HexahedraQ2 PrismsP2 PyramidsP2 TetrahedraP3";
 
 fn recognizes(head: &[u8]) -> bool {
     let mut words = Tokens::between(head, 0..head.len().min(4096));
@@ -101,9 +95,7 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
                 n => return Err(words.error(format!("the dimension is {n}; it must be 2 or 3"))),
             },
             (b"End", _) => break,
-            (b"Vertices", None) => {
-                return Err(words.error("Vertices come before Dimension"));
-            }
+            (b"Vertices", None) => return Err(words.error("Vertices come before Dimension")),
             (b"Vertices", Some(dimension)) => {
                 if references.is_some() {
                     return Err(words.error("there is a second section of vertices"));
@@ -117,7 +109,7 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
                         return Err(words.error(message));
                     };
                     read_cells(&mut words, *kind, n_nodes, &mut mesh.cells, &mut tags)?;
-                } else if REFUSED.contains(&name) {
+                } else if REFUSED.split(' ').any(|refused| refused.as_bytes() == name) {
                     let message = "are not read; write the mesh in first order, or as MSH";
                     return Err(words.error(format!("{} {message}", name.escape_ascii())));
                 } else if name.first().is_some_and(u8::is_ascii_alphabetic) {
@@ -125,9 +117,9 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
                     pass_numbers(&mut words);
                 } else {
                     let found = shown(name);
-                    return Err(
-                        words.error(format!("expected the name of a section, found {found}; cells before it may have more nodes than their kind"))
-                    );
+                    return Err(words.error(format!(
+                        "expected the name of a section, found {found}; cells before it may have more nodes than their kind"
+                    )));
                 }
             }
         }
@@ -139,35 +131,23 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
         let array = DataArray::scalar(REFERENCES, Values::I32(references));
         mesh.point_arrays.push(array);
     }
-    let groups = tags.into_iter();
-    mesh.groups = groups
-        .map(|((dimension, number), cells): ((u8, i32), CellSet)| Group {
-            dimension,
-            name: number.to_string(),
-            number: Some(number),
-            condition: None,
-            cells,
-        })
-        .collect();
-    let what = "sections".to_owned();
-    notes.list(left.into_iter().collect(), |names| NotKept::NamedNodes {
-        what,
-        names,
-    });
+    let group = |((dimension, number), cells): ((u8, i32), CellSet)| {
+        Group::new(dimension, number.to_string(), Some(number), cells)
+    };
+    mesh.groups = tags.into_iter().map(group).collect();
+    let (what, left) = ("sections".to_owned(), left.into_iter().collect());
+    notes.list(left, |names| NotKept::NamedNodes { what, names });
     Ok(mesh)
 }
 
 /// Moves to the next word that begins with a letter.
 fn pass_numbers(words: &mut Tokens) {
-    loop {
-        let before = words.clone();
-        match words.word() {
-            Some(word) if !word[0].is_ascii_alphabetic() => {}
-            _ => {
-                *words = before;
-                return;
-            }
-        }
+    let mut next = words.clone();
+    while next
+        .word()
+        .is_some_and(|word| !word[0].is_ascii_alphabetic())
+    {
+        *words = next.clone();
     }
 }
 
@@ -206,9 +186,9 @@ fn read_cells(
         for node in &mut nodes {
             let number: usize = words.narrow("a node of a cell")?;
             if !(1..=n_nodes).contains(&number) {
-                let name = kind.name();
+                let (name, most) = (kind.name(), n_nodes);
                 return Err(words.error(format!(
-                    "a {name} has node {number}; there are nodes 1 to {n_nodes}"
+                    "a {name} has node {number}; there are nodes 1 to {most}"
                 )));
             }
             *node = number as u32 - 1;

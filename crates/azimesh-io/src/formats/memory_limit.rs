@@ -19,19 +19,13 @@ const UNKNOWN: u64 = 16 << 30;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MemoryLimit {
     bytes: usize,
-    reason: Reason,
+    reason: &'static str,
 }
 
-/// Origin of the limit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Reason {
-    /// The option of the user.
-    Option,
-    /// Free memory.
-    Free,
-    /// The size of the compressed file.
-    Ratio,
-}
+/// Origins of the limit, with the option that changes it.
+const OPTION: &str = "the limit set by {}";
+const FREE: &str = "half of the free memory; {} allows more";
+const PACKED: &str = "more than a mesh of this compressed size should have; {} allows more";
 
 impl MemoryLimit {
     /// `max_memory` bytes; without it half of the free memory, since the mesh itself needs some too.
@@ -39,17 +33,17 @@ impl MemoryLimit {
         let bytes = max_memory.unwrap_or_else(|| free() / 2);
         Self {
             bytes: usize::try_from(bytes).unwrap_or(usize::MAX),
-            reason: max_memory.map_or(Reason::Free, |_| Reason::Option),
+            reason: max_memory.map_or(FREE, |_| OPTION),
         }
     }
 
     /// The limit for a compressed file of `n` bytes: meshes do not compress to a hundredth, decompression bombs do.
     pub fn for_compressed(self, n: usize) -> Self {
         let bytes = n.saturating_mul(RATIO).max(COMPRESSED);
-        if self.reason == Reason::Option || bytes >= self.bytes {
+        if self.reason == OPTION || bytes >= self.bytes {
             return self;
         }
-        let reason = Reason::Ratio;
+        let reason = PACKED;
         Self { bytes, reason }
     }
 
@@ -79,12 +73,7 @@ impl MemoryLimit {
     }
 
     fn exceeded(&self) -> Error {
-        let which = match self.reason {
-            Reason::Option => "the limit set by {}",
-            Reason::Free => "half of the free memory; {} allows more",
-            Reason::Ratio => "more than a mesh of this compressed size should have; {} allows more",
-        };
-        let which = which.replace("{}", &option("max-memory"));
+        let which = self.reason.replace("{}", &option("max-memory"));
         let message = format!("more than {} bytes, {which}", self.bytes);
         Error::new(ErrorKind::FileTooLarge, message)
     }
@@ -154,7 +143,7 @@ mod tests {
     fn a_small_compressed_file_may_have_a_gigabyte_and_a_large_one_a_hundred_times_its_size() {
         let by_default = MemoryLimit {
             bytes: 16 << 30,
-            reason: Reason::Free,
+            reason: FREE,
         };
         assert_eq!(by_default.for_compressed(6 << 20).bytes, 1 << 30);
         assert_eq!(by_default.for_compressed(100 << 20).bytes, 10_000 << 20);

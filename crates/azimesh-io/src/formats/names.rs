@@ -175,6 +175,34 @@ pub fn tell_apart<'n>(
     }
 }
 
+/// Arrays that all parts of a mesh have alike by a key, each with one array of every part; notes the others.
+pub fn alike<'p, A, K: Ord>(
+    parts: &[&'p Vec<A>],
+    what: &'static str,
+    (name, key): (impl Fn(&A) -> &str, impl Fn(&'p A) -> K),
+    notes: &mut Notes,
+) -> Vec<Vec<&'p A>> {
+    let mut found: BTreeMap<K, Vec<&A>> = BTreeMap::new();
+    for array in parts.iter().flat_map(|part| part.iter()) {
+        found.entry(key(array)).or_default().push(array);
+    }
+    let is_everywhere = |array: &'p A| {
+        found
+            .get(&key(array))
+            .filter(|all| all.len() == parts.len())
+    };
+    let first = parts.first().into_iter().flat_map(|part| part.iter());
+    let alike: Vec<_> = first.filter_map(is_everywhere).cloned().collect();
+    let known: BTreeSet<&str> = alike.iter().map(|all| name(all[0])).collect();
+    let others = parts.iter().flat_map(|part| part.iter()).map(&name);
+    let others = others.filter(|name| !known.contains(name));
+    notes.extend(others.map(|name| ArrayRead::NotAlike {
+        what,
+        name: name.to_owned(),
+    }));
+    alike
+}
+
 /// Makes names of arrays unique; notes groups that share a name, which then stands for all of them.
 pub fn check(mesh: &mut Mesh, notes: &mut Notes) {
     for (what, arrays) in [

@@ -1,6 +1,7 @@
 //! Numbers stored as bytes: their type, and their conversion on all threads.
 
-use super::vtk::number::{Element, Number, with_type};
+use super::vtk::number::Element::{self, Float32, Float64, Int32, Int64};
+use super::vtk::number::{Number, with_type};
 use crate::mesh::{Values, arrays::with_numbers, reverse_each};
 use azimesh_core::parallel::for_blocks;
 use std::ops::Range;
@@ -27,21 +28,13 @@ impl DType {
 
     /// Floating-point numbers of 4 or 8 bytes.
     pub fn real(width: usize, is_big_endian: bool) -> Self {
-        let element = if width == 4 {
-            Element::Float32
-        } else {
-            Element::Float64
-        };
+        let element = if width == 4 { Float32 } else { Float64 };
         Self::new(element, is_big_endian)
     }
 
     /// Signed integers of 4 or 8 bytes.
     pub fn integer(width: usize, is_big_endian: bool) -> Self {
-        let element = if width == 4 {
-            Element::Int32
-        } else {
-            Element::Int64
-        };
+        let element = if width == 4 { Int32 } else { Int64 };
         Self::new(element, is_big_endian)
     }
 
@@ -124,19 +117,10 @@ impl<'a> Chunk<'a> {
         );
     }
 
-    /// The values as indices of 32 bits; one that is too large for them is too large for every mesh and becomes the
-    /// largest.
-    pub fn narrow(&self, out: &mut [u32]) {
-        let narrow = |index| u32::try_from(index).unwrap_or(u32::MAX);
-        self.convert(
-            out,
-            &|part, out| with_type!(part.element, T => part.map(out, |x: T| narrow(x.as_index()))),
-        );
-    }
-
-    /// The values as VTK's types of cells: none is larger than 255, and 255 is none.
-    pub fn types(&self, out: &mut [u8]) {
-        let narrow = |index| u8::try_from(index).unwrap_or(u8::MAX);
+    /// The values as indices of 32 bits, or as VTK's types of cells; one that is too large becomes the `highest`, which is
+    /// too large for every mesh and is no type.
+    pub fn narrow<U: TryFrom<u64> + Copy + Send + Sync>(&self, out: &mut [U], highest: U) {
+        let narrow = |index| U::try_from(index).unwrap_or(highest);
         self.convert(
             out,
             &|part, out| with_type!(part.element, T => part.map(out, |x: T| narrow(x.as_index()))),

@@ -74,7 +74,7 @@ fn far_below<'a>(mesh: &MeshView<'a>) -> impl Iterator<Item = usize> + use<'a> {
     let dimension = mesh.dimension();
     let runs = mesh.cells.runs();
     let runs = runs.filter(move |run| run.kind.dimension() + 1 < dimension);
-    runs.flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
+    runs.flat_map(|run| run.range())
 }
 
 /// Removes cells; groups and arrays follow, and groups that had only these go.

@@ -323,10 +323,8 @@ pub fn check_no_device(path: &Path) -> io::Result<()> {
         use std::os::unix::fs::FileTypeExt;
         let kind = std::fs::metadata(path)?.file_type();
         if kind.is_char_device() || kind.is_block_device() {
-            return Err(io::Error::new(
-                ErrorKind::InvalidInput,
-                "this is a device, not a file",
-            ));
+            let message = "this is a device, not a file";
+            return Err(io::Error::new(ErrorKind::InvalidInput, message));
         }
     }
     Ok(())
@@ -336,10 +334,9 @@ pub fn check_no_device(path: &Path) -> io::Result<()> {
 /// another file refers to, and for companion files.
 pub fn check_file(path: &Path) -> io::Result<()> {
     let message = "this is a folder, a pipe or a device, not a file";
-    if std::fs::metadata(path)?.is_file() {
-        return Ok(());
-    }
-    Err(io::Error::new(ErrorKind::InvalidInput, message))
+    let is_file = std::fs::metadata(path)?.is_file();
+    let refusal = || io::Error::new(ErrorKind::InvalidInput, message);
+    is_file.then_some(()).ok_or_else(refusal)
 }
 
 /// The content of a small companion file, which must be a file: a pipe may wait for ever.

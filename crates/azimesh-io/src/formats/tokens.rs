@@ -8,7 +8,7 @@
 //! while let Some(mut line) = tokens.line() {                      // a line is Tokens too
 //!     let n: usize = line.narrow("a number of nodes")?;           // word, integer, narrow, real, rest, end
 //!     let lines = tokens.take_lines(n, "nodes")?;                 // a block of records
-//!     lines.parse_into(&mut points, 1, |line, out| ..)?;          // on all threads
+//!     lines.parse_into(&mut points, 1, |line, i, out| ..)?;          // on all threads
 //! }
 //! let mut count = tokens.next_word();                             // free form: words on whatever lines
 //! let words = tokens.words();                                     // counted on all threads, words.len()
@@ -302,24 +302,12 @@ impl<'a> Lines<'a> {
         self.n_lines
     }
 
-    /// Parses each line into its `per_line` entries of `out`; the first wrong line is the error.
+    /// Parses each line, whose number among these is passed too, into its `per_line` entries of `out`; the first wrong line
+    /// is the error.
     ///
     /// # Panics
     /// When `out` has not `per_line` entries for every line.
     pub fn parse_into<T: Send>(
-        &self,
-        out: &mut [T],
-        per_line: usize,
-        parse: impl Fn(&mut Tokens<'a>, &mut [T]) -> Result<()> + Sync,
-    ) -> Result<()> {
-        self.parse_each(out, per_line, |line, _, entry| parse(line, entry))
-    }
-
-    /// As [`Lines::parse_into`], with the number of the line among these, from 0.
-    ///
-    /// # Panics
-    /// When `out` has not `per_line` entries for every line.
-    pub fn parse_each<T: Send>(
         &self,
         out: &mut [T],
         per_line: usize,
@@ -419,7 +407,8 @@ impl Words<'_> {
     }
 }
 
-fn n_words(bytes: &[u8]) -> usize {
+/// Number of words of a text.
+pub fn n_words(bytes: &[u8]) -> usize {
     let is_blank = bytes.iter().map(u8::is_ascii_whitespace);
     let before = std::iter::once(true).chain(is_blank.clone());
     before.zip(is_blank).filter(|&(a, b)| a && !b).count()
@@ -531,7 +520,7 @@ mod tests {
             .expect("all are there");
         let mut out = vec![0i64; 20_000];
         lines
-            .parse_into(&mut out, 1, |line, out| {
+            .parse_into(&mut out, 1, |line, _, out| {
                 out[0] = line.integer("n")?;
                 line.end("n")
             })
@@ -543,7 +532,7 @@ mod tests {
             .take_lines(20_000, "numbers")
             .expect("all are there");
         let error = lines
-            .parse_into(&mut out, 1, |line, out| {
+            .parse_into(&mut out, 1, |line, _, out| {
                 out[0] = line.integer("n")?;
                 Ok(())
             })

@@ -29,6 +29,24 @@ pub struct Group {
     pub cells: CellSet,
 }
 
+impl Group {
+    /// A group without a condition.
+    pub(crate) fn new(
+        dimension: u8,
+        name: impl Into<String>,
+        number: Option<i32>,
+        cells: CellSet,
+    ) -> Self {
+        Self {
+            dimension,
+            name: name.into(),
+            number,
+            condition: None,
+            cells,
+        }
+    }
+}
+
 /// The boundary tags of a mesh of this dimension, in order: groups of one dimension less, of points in a
 /// cloud.
 pub(super) fn boundary_tags(
@@ -135,6 +153,14 @@ impl CellSet {
         self.ranges
             .iter()
             .map(|range| range.start as usize..range.end as usize)
+    }
+}
+
+impl From<Range<usize>> for CellSet {
+    fn from(cells: Range<usize>) -> Self {
+        let mut set = Self::new();
+        set.push_range(cells);
+        set
     }
 }
 

@@ -1,6 +1,6 @@
 //! Sections of elements of an unstructured zone, and which element is which cell.
 
-use super::super::vtk::chunk::Chunk;
+use super::super::number::Chunk;
 use super::builder::MeshBuilder;
 use super::element::{
     self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,

@@ -1,6 +1,6 @@
 //! One zone: its kind, its sizes, its nodes.
 
-use super::super::vtk::chunk::Chunk;
+use super::super::number::Chunk;
 use super::node::Node;
 use super::time::Step;
 use crate::mesh::{Values, too_many};

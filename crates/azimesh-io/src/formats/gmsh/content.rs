@@ -46,9 +46,9 @@ pub(super) struct MshContent {
 }
 
 /// Name of the array of node tags.
-const NODE_NUMBERS: &str = "node_number";
+pub(super) const NODE_NUMBERS: &str = "node_number";
 /// Name of the array of element tags.
-const CELL_NUMBERS: &str = "cell_number";
+pub(super) const CELL_NUMBERS: &str = "cell_number";
 
 impl MshContent {
     /// With tags up to `highest` and numbers of groups from `lowest_group` on. Refuses kinds of cells
@@ -74,7 +74,7 @@ impl MshContent {
                     content.add(of, entity, next..next + n);
                     next += n;
                 };
-                let range = run.first_cell..run.first_cell + run.n_cells();
+                let range = run.range();
                 match own_tags {
                     Some(tags) => tags.for_each_stretch(range, add),
                     None => add(0, range.len()),
@@ -163,21 +163,19 @@ impl MshContent {
 
     /// Arrays that are written as values at nodes and at elements: all but those that became tags.
     pub fn data<'a>(&self, mesh: &MeshView<'a>) -> [Vec<&'a DataArray>; 2] {
-        let point = mesh.point_arrays.iter().copied();
-        let point = point.filter(|a| self.node_numbers.is_none() || a.name != NODE_NUMBERS);
-        let cell = mesh.cell_arrays.iter().copied();
-        let cell = cell.filter(|a| self.cell_numbers.is_none() || a.name != CELL_NUMBERS);
-        let cell = cell.filter(|a| !self.has_own_tags || a.name != ENTITIES);
-        [point.collect(), cell.collect()]
+        let mut data = [mesh.point_arrays.to_vec(), mesh.cell_arrays.to_vec()];
+        data[0].retain(|a| self.node_numbers.is_none() || a.name != NODE_NUMBERS);
+        data[1].retain(|a| self.cell_numbers.is_none() || a.name != CELL_NUMBERS);
+        data[1].retain(|a| !self.has_own_tags || a.name != ENTITIES);
+        data
     }
 }
 
 fn refused(run: CellRun) -> Error {
-    let name = run.kind.name();
-    let remedy = remedy(run.kind);
+    let (name, remedy, n) = (run.kind.name(), remedy(run.kind), run.n_nodes);
     Error::input(format!(
-        "cell {} is a {name} with {} nodes, which MSH cannot hold{remedy}",
-        run.first_cell, run.n_nodes
+        "cell {} is a {name} with {n} nodes, which MSH cannot hold{remedy}",
+        run.first_cell
     ))
 }
 

@@ -8,7 +8,7 @@ use super::index::{Index, Numbers};
 use super::kinds::{self, Type};
 use super::nodes::CHUNK;
 use super::stream::{Binary, Stream, Version};
-use crate::mesh::{CellKind, Cells, too_many};
+use crate::mesh::{Cells, too_many};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::{block, map_items, try_map};
 use std::ops::Range;
@@ -88,9 +88,8 @@ pub(super) fn cells_of(blocks: &[Block], nodes: &Index) -> Result<(Cells, bool)>
         block.fill(nodes, out, &counts_up)?;
         rest = tail;
     }
-    let kinds = blocks
-        .iter()
-        .map(|block| (block.of.kind, block.of.n_nodes, block.n_cells));
+    let kind = |block: &Block| (block.of.kind, block.of.n_nodes, block.n_cells);
+    let kinds = blocks.iter().map(kind);
     let cells = Cells::from_connectivity(connectivity, kinds);
     Ok((cells, counts_up.into_inner()))
 }
@@ -108,10 +107,9 @@ pub(super) fn read_blocks<'a>(
         let number = stream.int("an element type")?;
         let of = kinds::element_type(number.into()).map_err(|why| stream.error(why))?;
         if dimension != i32::from(of.kind.dimension()) {
+            let (name, own) = (of.kind.name(), of.kind.dimension());
             return Err(stream.error(format!(
-                "an entity of dimension {dimension} has elements of type {number}, {}s of dimension {}",
-                of.kind.name(),
-                of.kind.dimension()
+                "an entity of dimension {dimension} has elements of type {number}, {name}s of dimension {own}"
             )));
         }
         let n = stream.size("the number of elements in a block")?;
@@ -144,16 +142,14 @@ impl<'a> Block<'a> {
             binary.size_bytes = 4;
         }
         let start = stream.text.position();
-        let (lines, bytes) = if stream.binary.is_some() {
+        let mut lines = None;
+        if stream.binary.is_some() {
             let each = (1 + n_tags + of.n_nodes) * binary.size_bytes;
-            (None, stream.take(n_cells, each, "the elements")?)
+            stream.take(n_cells, each, "the elements")?;
         } else {
-            let lines = stream.text.take_lines(n_cells, "the elements")?;
-            (
-                Some(lines),
-                &stream.text.bytes()[start..stream.text.position()],
-            )
-        };
+            lines = Some(stream.text.take_lines(n_cells, "the elements")?);
+        }
+        let bytes = &stream.text.bytes()[start..stream.text.position()];
         Ok(Self {
             of,
             first_cell,
@@ -210,7 +206,7 @@ impl<'a> Block<'a> {
     fn fill(&self, nodes: &Index, out: &mut [u32], counts_up: &AtomicBool) -> Result<()> {
         let n_nodes = self.of.n_nodes;
         if let Some(lines) = &self.lines {
-            return lines.parse_each(out, n_nodes, |line, i, cell| {
+            return lines.parse_into(out, n_nodes, |line, i, cell| {
                 if line.integer("an element tag")? != number_of(self.first_cell + i) {
                     counts_up.store(false, Ordering::Relaxed);
                 }
@@ -238,9 +234,8 @@ impl<'a> Block<'a> {
             let tags = element[width * (1 + self.n_tags)..].chunks_exact(width);
             for (j, bytes) in tags.enumerate() {
                 let tag = binary.size(bytes);
-                cell[of.vtk(j)] = nodes
-                    .get(tag)
-                    .ok_or_else(|| Error::input(unknown_node(of.kind, tag)).byte(self.place(i)))?;
+                let node = nodes.get(tag).ok_or_else(|| unknown_node(of, tag));
+                cell[of.vtk(j)] = node.map_err(|why| Error::input(why).byte(self.place(i)))?;
             }
         }
         Ok(counts_up)
@@ -277,9 +272,8 @@ impl<'a> Block<'a> {
         for (i, element) in self.bytes.chunks_exact(self.each()).enumerate() {
             let int = |i: usize| self.binary.int(&element[4 * i..4 * i + 4]);
             let tags = std::array::from_fn(|i| if i < self.n_tags { int(1 + i) } else { 0 });
-            batch
-                .add(self.of, int(0).into(), self.n_tags, tags)
-                .map_err(|why| Error::input(why).byte(self.place(i)))?;
+            let added = batch.add(self.of, int(0).into(), self.n_tags, tags);
+            added.map_err(|why| Error::input(why).byte(self.place(i)))?;
         }
         Ok(batch)
     }
@@ -297,9 +291,8 @@ fn parse_nodes(line: &mut Tokens, of: &Type, nodes: &Index, cell: &mut [u32]) ->
             return Err(line.error(wrong_count(of, i as i64)));
         }
         let tag = line.integer("a node of an element")?;
-        cell[of.vtk(i)] = nodes
-            .get(tag)
-            .ok_or_else(|| line.error(unknown_node(of.kind, tag)))?;
+        let node = nodes.get(tag).ok_or_else(|| unknown_node(of, tag));
+        cell[of.vtk(i)] = node.map_err(|why| line.error(why))?;
     }
     line.end("an element")
 }
@@ -309,8 +302,9 @@ fn wrong_count(of: &Type, found: i64) -> String {
     format!("a {name} needs {n} nodes, found {found}")
 }
 
-fn unknown_node(kind: CellKind, tag: i64) -> String {
-    format!("a {} has node {tag}, which is not in $Nodes", kind.name())
+fn unknown_node(of: &Type, tag: i64) -> String {
+    let name = of.kind.name();
+    format!("a {name} has node {tag}, which is not in $Nodes")
 }
 
 /// Consecutive elements of versions 1 and 2, read by one task.
@@ -346,9 +340,8 @@ fn read_list(stream: &mut Stream, nodes: &Index, tags: &mut Tags) -> Result<Cell
     while cells.len() < n {
         let block = read_block(stream, n - cells.len())?;
         let parts = try_map(block.n_cells.div_ceil(CHUNK), &|i| {
-            block
-                .part(self::block(block.n_cells, CHUNK, i))
-                .batch(nodes)
+            let part = block.part(self::block(block.n_cells, CHUNK, i));
+            part.batch(nodes)
         })?;
         parts.iter().for_each(|part| part.add_to(&mut cells, tags));
     }
@@ -368,9 +361,8 @@ fn read_block<'a>(stream: &mut Stream<'a>, left: usize) -> Result<Block<'a>> {
         )));
     }
     let n_tags = usize::try_from(n_tags).map_err(|_| {
-        stream.error(format!(
-            "a block of elements has {n_tags} tags, which is out of range"
-        ))
+        let message = "which is out of range";
+        stream.error(format!("a block of elements has {n_tags} tags, {message}"))
     })?;
     Block::read(stream, of, 0, n_cells, n_tags)
 }
@@ -430,11 +422,10 @@ impl Batch {
         self.numbers.push(number);
         match self.runs.last_mut() {
             Some(run) if std::ptr::eq(run.of, of) && run.tags == tags => run.n_cells += 1,
-            _ => self.runs.push(Run {
-                of,
-                tags,
-                n_cells: 1,
-            }),
+            _ => {
+                let n_cells = 1;
+                self.runs.push(Run { of, tags, n_cells });
+            }
         }
         Ok(())
     }

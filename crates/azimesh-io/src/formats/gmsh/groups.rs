@@ -66,18 +66,14 @@ impl Entities {
         }
         let groups = ints(stream, "the number of physical groups", "a physical group")?;
         if dimension > 0 {
-            ints(
-                stream,
-                "the number of bounding entities",
-                "a bounding entity",
-            )?;
+            let what = "a bounding entity";
+            ints(stream, "the number of bounding entities", what)?;
         }
         let (mut kept, mut seen) = (Vec::new(), BTreeSet::new());
         for group in groups {
             // A negative group holds the entity with its orientation reversed.
-            let group = group
-                .checked_abs()
-                .ok_or_else(|| stream.error(format!("physical group {group} is out of range")))?;
+            let wrong = || stream.error(format!("physical group {group} is out of range"));
+            let group = group.checked_abs().ok_or_else(wrong)?;
             if seen.insert(group) {
                 kept.push(group);
             }
@@ -241,12 +237,8 @@ pub(super) fn groups(
     dimension: u8,
     notes: &mut Notes,
 ) -> Vec<Group> {
-    let group = |(dimension, number): Key, name: String, cells: CellSet| Group {
-        dimension,
-        name,
-        number: Some(number),
-        condition: None,
-        cells,
+    let group = |(dimension, number): Key, name: String, cells: CellSet| {
+        Group::new(dimension, name, Some(number), cells)
     };
     let nameless = |(key, cells): (Key, CellSet)| group(key, key.1.to_string(), cells);
     let mut groups: Vec<Group> = Vec::new();
@@ -323,26 +315,23 @@ fn groups_in(segments: &[(Range<usize>, Vec<usize>)], cells: &CellSet) -> Vec<us
 
 /// The cells in order, cut wherever the set of groups changes.
 pub(super) fn segments(mesh: &MeshView) -> Vec<(Range<usize>, Vec<usize>)> {
-    let mut events: Vec<(usize, bool, usize)> = Vec::new();
+    // Cells at which a group begins or ends.
+    let mut events: Vec<(usize, usize)> = Vec::new();
     for (i, group) in mesh.groups.iter().enumerate() {
-        for range in group.cells.ranges() {
-            events.push((range.start, true, i));
-            events.push((range.end, false, i));
-        }
+        let ranges = group.cells.ranges();
+        events.extend(ranges.flat_map(|range| [(range.start, i), (range.end, i)]));
     }
     events.sort_unstable();
     let mut active = BTreeSet::new();
     let mut segments = Vec::new();
     let mut start = 0;
-    for (cell, enters, group) in events {
+    for (cell, group) in events {
         if cell > start {
             segments.push((start..cell, active.iter().copied().collect()));
             start = cell;
         }
-        if enters {
+        if !active.remove(&group) {
             active.insert(group);
-        } else {
-            active.remove(&group);
         }
     }
     if start < mesh.cells.len() {

@@ -29,10 +29,8 @@ impl Index {
             return Err(Error::input(too_many(&format!("{what}s"))));
         }
         let n = tags.len() as u64;
-        if tags
-            .windows(2)
-            .all(|pair| pair[0].checked_add(1) == Some(pair[1]))
-        {
+        let counts_up = |pair: &[i64]| pair[0].checked_add(1) == Some(pair[1]);
+        if tags.windows(2).all(counts_up) {
             return Ok(Self::Consecutive { first, n });
         }
         let twice = |tag: i64| Error::input(format!("{what} {tag} is given twice"));
@@ -46,10 +44,8 @@ impl Index {
                 }
                 *slot = i as u32;
             }
-            return Ok(Self::Dense {
-                first: lowest,
-                index,
-            });
+            let first = lowest;
+            return Ok(Self::Dense { first, index });
         }
         let mut index: Vec<(i64, u32)> = tags.iter().copied().zip(0..).collect();
         index.sort_unstable();
@@ -69,10 +65,8 @@ impl Index {
             }
             Self::Dense { first, index } => {
                 let i = tag.wrapping_sub(*first) as u64;
-                index
-                    .get(usize::try_from(i).ok()?)
-                    .copied()
-                    .filter(|i| *i != NONE)
+                let found = index.get(usize::try_from(i).ok()?).copied();
+                found.filter(|i| *i != NONE)
             }
             Self::Sparse(index) => {
                 let at = index.binary_search_by_key(&tag, |(tag, _)| *tag).ok()?;
@@ -118,10 +112,10 @@ impl Numbers {
         if matches!(self.stretches[..], [] | [(1, _)]) {
             return None;
         }
-        let values = self.stretches.iter();
-        let values = values.flat_map(|&(first, n)| (0..n as i64).map(move |i| first + i));
         let mut all = Vec::with_capacity(self.n);
-        all.extend(values);
+        for &(first, n) in &self.stretches {
+            all.extend((0..n as i64).map(|i| first + i));
+        }
         Some(all)
     }
 }

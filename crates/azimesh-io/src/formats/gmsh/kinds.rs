@@ -106,11 +106,10 @@ fn make(number: i64) -> Option<Type> {
 }
 
 fn refused(number: i64) -> String {
-    let incomplete = "an incomplete (serendipity) element of third or higher order, which lacks nodes \
-                      inside; mesh with Mesh.SecondOrderIncomplete = 0 for complete ones";
     let what = match number {
         20 | 22 | 24 | 32 | 33 | 39..=41 | 52..=61 | 79..=83 | 99..=105 | 111..=117 | 125..=131 => {
-            incomplete
+            "an incomplete (serendipity) element of third or higher order, which lacks nodes inside; mesh with \
+             Mesh.SecondOrderIncomplete = 0 for complete ones"
         }
         34 | 35 => "a polygon or polyhedron that Gmsh makes by cutting elements with a level set",
         67..=70 => "the border between cut elements",
@@ -127,12 +126,14 @@ fn refused(number: i64) -> String {
 
 /// Gmsh's number for elements of this kind with `n_nodes`; `None` where it has none.
 pub(super) fn number(kind: CellKind, n_nodes: usize) -> Option<i32> {
-    if kind == CubicLine {
-        return number(LagrangeCurve, n_nodes);
-    }
     if let Some((number, _)) = TYPES.iter().find(|(_, of)| *of == kind) {
         return Some(*number);
     }
+    let kind = if kind == CubicLine {
+        LagrangeCurve
+    } else {
+        kind
+    };
     let (_, numbers) = ORDERS.iter().find(|(of, _)| *of == kind)?;
     let order = lagrange::order(kind, n_nodes)?;
     numbers.get(order - 1).copied()

@@ -92,10 +92,9 @@ const HEADER_BYTES: usize = 4096;
 
 /// Checks if a file starts as one of Gmsh does; `$NOD` starts version 1.
 fn is_msh(head: &[u8]) -> bool {
+    let starts: [&[u8]; 3] = [b"$MeshFormat", b"$Comments", b"$NOD"];
     let head = head.trim_ascii_start();
-    [&b"$MeshFormat"[..], b"$Comments", b"$NOD"]
-        .iter()
-        .any(|start| head.starts_with(start))
+    starts.iter().any(|start| head.starts_with(start))
 }
 
 #[cfg(test)]

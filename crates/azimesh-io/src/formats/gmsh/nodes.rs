@@ -112,6 +112,7 @@ pub(super) fn check_total(stream: &Stream, found: usize, said: usize) -> Result<
 /// Reads a block of tags as text.
 fn read_tags(stream: &mut Stream, n: usize, tags: &mut Vec<i64>) -> Result<()> {
     let what = "a node tag";
+    let known = tags.len();
     if stream.has_long_line(1) {
         for _ in 0..n {
             tags.push(stream.word(what)?.integer(what)?);
@@ -119,9 +120,8 @@ fn read_tags(stream: &mut Stream, n: usize, tags: &mut Vec<i64>) -> Result<()> {
         return Ok(());
     }
     let lines = stream.text.take_lines(n, "the node tags")?;
-    let known = tags.len();
     tags.resize(known + n, 0);
-    lines.parse_into(&mut tags[known..], 1, |line, tag| {
+    lines.parse_into(&mut tags[known..], 1, |line, _, tag| {
         tag[0] = line.integer(what)?;
         line.end(what)
     })
@@ -136,21 +136,18 @@ fn read_coordinates(
 ) -> Result<()> {
     if stream.has_long_line(3 + n_parameters) {
         for _ in 0..n {
-            let mut point = [0.0; 3];
-            for x in &mut point {
-                *x = stream.real("a coordinate of a node")?;
-            }
+            let mut next = || stream.real("a coordinate of a node");
+            points.push([next()?, next()?, next()?]);
             for _ in 0..n_parameters {
                 stream.real("a parameter of a node")?;
             }
-            points.push(point);
         }
         return Ok(());
     }
     let lines = stream.text.take_lines(n, "the node coordinates")?;
     let known = points.len();
     points.resize(known + n, [0.0; 3]);
-    lines.parse_into(&mut points[known..], 1, |line, point| {
+    lines.parse_into(&mut points[known..], 1, |line, _, point| {
         point[0] = coordinates_of(line)?;
         if n_parameters > 0 {
             return Ok(());
@@ -171,7 +168,7 @@ fn read_lines(
     let lines = stream.text.take_lines(n, "the nodes")?;
     let mut nodes = vec![(0, [0.0; 3]); n];
     let n_parametric = AtomicUsize::new(0);
-    lines.parse_into(&mut nodes, 1, |line, node| {
+    lines.parse_into(&mut nodes, 1, |line, _, node| {
         node[0] = (line.integer("a node number")?, coordinates_of(line)?);
         if !more {
             return line.end("a node");
@@ -198,9 +195,10 @@ fn coordinates_of(line: &mut Tokens) -> Result<[f64; 3]> {
 fn pass_parameters(stream: &mut Stream) -> Result<bool> {
     let dimension = stream.int("the entity of a node")?;
     stream.int("the entity of a node")?;
-    let n = match dimension {
-        1 | 2 => dimension as usize,
-        _ => 0,
+    let n = if matches!(dimension, 1 | 2) {
+        dimension as usize
+    } else {
+        0
     };
     stream.take(n, 8, "the parameters of a node")?;
     Ok(n > 0)
@@ -265,29 +263,22 @@ impl<'a> Block<'a> {
 
     /// The coordinates of some of the nodes, which must be finite.
     pub fn points(&self, nodes: Range<usize>, points: &mut [[f64; 3]]) -> Result<()> {
-        let &Self {
-            binary,
-            record_bytes,
-            before,
-            ..
-        } = self;
+        let (binary, record_bytes) = (self.binary, self.record_bytes);
         for_blocks(points, CHUNK, &|first, points| {
             let start = (nodes.start + first) * record_bytes;
             let records = self.records[start..].chunks_exact(record_bytes);
             for (point, node) in points.iter_mut().zip(records) {
-                for (i, x) in point.iter_mut().enumerate() {
-                    *x = binary.real(&node[before + 8 * i..before + 8 * i + 8]);
+                for (x, bytes) in point.iter_mut().zip(node[self.before..].chunks_exact(8)) {
+                    *x = binary.real(bytes);
                 }
             }
         });
-        let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
-        let Some(i) = points.iter().position(|point| !finite(point)) else {
+        let is_odd = |point: &[f64; 3]| point.iter().any(|x| !x.is_finite());
+        let Some(i) = points.iter().position(is_odd) else {
             return Ok(());
         };
-        let message = format!(
-            "a node is at {}; coordinates must be finite",
-            point(&points[i])
-        );
+        let at = point(&points[i]);
+        let message = format!("a node is at {at}; coordinates must be finite");
         let place = self.start + (nodes.start + i) * record_bytes;
         Err(Error::input(message).byte(place as u64))
     }

@@ -2,6 +2,7 @@
 
 use super::super::tokens::shown;
 use super::super::{Notes, ReadOptions};
+use super::content::{CELL_NUMBERS, NODE_NUMBERS};
 use super::data::{self, Data};
 use super::elements::{self, Tags};
 use super::groups::{self, Entities, PhysicalName};
@@ -111,15 +112,10 @@ pub(super) fn sections<'a, E: From<Error>>(
             }
             _ => {}
         }
-        let passed = if has_version {
-            read(name, &mut stream)?
-        } else {
-            Passed::Over
-        };
-        match passed {
-            Passed::Read => end_section(name, &mut stream)?,
-            Passed::Over => skip_section(name, &mut stream)?,
-            Passed::Last => return Ok(stream),
+        match has_version.then(|| read(name, &mut stream)).transpose()? {
+            Some(Passed::Read) => end_section(name, &mut stream)?,
+            Some(Passed::Last) => return Ok(stream),
+            Some(Passed::Over) | None => skip_section(name, &mut stream)?,
         }
     }
     if !has_version {
@@ -293,8 +289,8 @@ impl<'a> FileContent<'a> {
         options: &ReadOptions,
         notes: &mut Notes,
     ) -> Result<()> {
-        let nodes = self.nodes;
-        let nodes = nodes.ok_or_else(|| stream.error("the file has no $Nodes"))?;
+        let missing = || stream.error("the file has no $Nodes");
+        let nodes = self.nodes.ok_or_else(missing)?;
         if !self.only_tags {
             mesh.points = nodes.points;
             mesh.cells = self.cells.unwrap_or_default();
@@ -305,10 +301,7 @@ impl<'a> FileContent<'a> {
             item: "node",
         });
         let tags = self.tags;
-        if tags.n_ghosts > 0 {
-            let n = tags.n_ghosts;
-            notes.push(Read::SeveralPartitions { n });
-        }
+        notes.count(tags.n_ghosts, |n| Read::SeveralPartitions { n });
         let named = self.names.len();
         if self.needs_entities && !self.entities.are_known && named > 0 {
             notes.push(Read::GroupsWithoutEntities { n: named });
@@ -318,20 +311,19 @@ impl<'a> FileContent<'a> {
         } else {
             tags.elementary.physical(&self.entities)
         };
-        let (elementary, partition) = match tags.elementary.of_parts(&self.entities) {
-            Some(found) => found,
-            None => (tags.elementary, tags.partition),
-        };
+        let of_parts = tags.elementary.of_parts(&self.entities);
+        let (elementary, partition) = of_parts.unwrap_or((tags.elementary, tags.partition));
         mesh.groups = groups::groups(self.names, physical, &elementary, mesh.dimension(), notes);
         mesh.cell_arrays = groups::arrays(&elementary, &partition, mesh);
         let numbers = tags.numbers.values();
         let index = (&nodes.index, numbers.as_deref());
         data::add(&self.data, index, mesh, options, notes)?;
-        let array = |name: &str, numbers| DataArray::scalar(name, Values::I64(numbers));
-        mesh.point_arrays
-            .extend(nodes.numbers.map(|numbers| array("node_number", numbers)));
-        mesh.cell_arrays
-            .extend(numbers.map(|numbers| array("cell_number", numbers)));
+        for (arrays, name, numbers) in [
+            (&mut mesh.point_arrays, NODE_NUMBERS, nodes.numbers),
+            (&mut mesh.cell_arrays, CELL_NUMBERS, numbers),
+        ] {
+            arrays.extend(numbers.map(|n| DataArray::scalar(name, Values::I64(n))));
+        }
         tags.shared.merge(mesh);
         data::note_missing(mesh, notes);
         Ok(())

@@ -56,10 +56,10 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
         }
         Ok(Passed::Read)
     })?;
-    match blocks.end {
-        Some(_) => Ok(blocks),
-        None => Err(stream.error("the file has no $Nodes").into()),
+    if blocks.end.is_none() {
+        return Err(stream.error("the file has no $Nodes").into());
     }
+    Ok(blocks)
 }
 
 impl<'a> Blocks<'a> {

@@ -1,6 +1,6 @@
 //! The scalars of an MSH file, as text or as binary of either byte order.
 
-use super::super::tokens::Tokens;
+use super::super::tokens::{Tokens, line_of};
 use azimesh_core::error::{Error, Result};
 
 /// The versions of the format, as far as they differ; 2 stands for 2.0 to 2.2.
@@ -23,11 +23,11 @@ pub(super) struct Binary {
 impl Binary {
     /// A 4-byte integer.
     pub fn int(self, bytes: &[u8]) -> i32 {
-        let bytes = bytes.try_into().expect("an int has 4 bytes");
+        let number = i32::from_le_bytes(bytes.try_into().expect("an int has 4 bytes"));
         if self.big_endian {
-            i32::from_be_bytes(bytes)
+            number.swap_bytes()
         } else {
-            i32::from_le_bytes(bytes)
+            number
         }
     }
 
@@ -170,7 +170,7 @@ impl<'a> Stream<'a> {
         let at = self.text.position();
         match self.binary {
             Some(_) => error.byte(at as u64),
-            None => error.line(super::super::tokens::line_of(self.text.bytes(), at)),
+            None => error.line(line_of(self.text.bytes(), at)),
         }
     }
 }

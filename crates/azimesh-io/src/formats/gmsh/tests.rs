@@ -17,13 +17,8 @@ fn read(bytes: &[u8]) -> Mesh {
 }
 
 fn group(dimension: u8, name: &str, number: i32, cells: &[usize]) -> Group {
-    Group {
-        dimension,
-        name: name.into(),
-        number: Some(number),
-        condition: None,
-        cells: cells.iter().copied().collect(),
-    }
+    let cells = cells.iter().copied().collect();
+    Group::new(dimension, name, Some(number), cells)
 }
 
 /// Every kind that comes back as itself, with its number of nodes.

@@ -2,8 +2,8 @@
 //! the entity of highest dimension; 2.2 repeats a cell for each of its groups.
 
 use super::super::names::{Given, Rule, cut};
+use super::super::number::Chunk;
 use super::super::records::{push_integer, push_real, write_all, write_records};
-use super::super::vtk::chunk::Chunk;
 use super::super::{Encoding, Notes, WriteOptions};
 use super::content::{Entity, MshContent, tag_range};
 use super::data::MOST_COMPONENTS;
@@ -42,12 +42,8 @@ pub(super) fn write(
     options: &WriteOptions,
     is_41: bool,
 ) -> Result<Notes> {
-    let (highest, lowest_group) = if is_41 {
-        (i64::MAX, 0)
-    } else {
-        (i32::MAX.into(), 1)
-    };
-    let mut content = MshContent::new(mesh, highest, lowest_group)?;
+    let highest = if is_41 { i64::MAX } else { i32::MAX.into() };
+    let mut content = MshContent::new(mesh, highest, i32::from(!is_41))?;
     let mut notes = Notes::default();
     if is_41 {
         notes.extend(content.drop_large_numbers(mesh));
@@ -97,7 +93,7 @@ pub(super) fn write(
 /// or counted in the order of the file.
 struct Numbers<'a> {
     own: Option<&'a [i64]>,
-    /// A cell and its number, from which on both count up.
+    /// First cell and number of each block.
     stretches: Vec<[usize; 2]>,
     /// Number of the first copy of the first cell of each block. Copies of a block follow one another.
     copies: Vec<usize>,
@@ -111,12 +107,9 @@ impl<'a> Numbers<'a> {
         let mut next = highest_own.map_or(1, |n| *n as usize + 1);
         let (mut stretches, mut copies): (Vec<[usize; 2]>, _) = (Vec::new(), Vec::new());
         for block in &content.blocks {
-            let (start, n) = (block.cells.start, block.cells.len());
+            let n = block.cells.len();
             if own.is_none() {
-                let goes_on = |[cell, number]: &[usize; 2]| number + start - cell == next;
-                if !stretches.last().is_some_and(goes_on) {
-                    stretches.push([start, next]);
-                }
+                stretches.push([block.cells.start, next]);
                 next += n;
             }
             copies.push(next);
@@ -328,18 +321,15 @@ impl Sink<'_> {
                 let front = 1 + tags.len();
                 for run in mesh.cells.runs_in(block.cells.clone()) {
                     let own = numbers.own.filter(|_| copy == 0);
-                    let first = match copy.checked_sub(1) {
-                        None => numbers.of(run.first_cell),
-                        Some(before) => {
-                            let start = run.first_cell - block.cells.start;
-                            (first_copy + before * n + start) as u64
-                        }
+                    let first = if copy == 0 {
+                        numbers.of(run.first_cell)
+                    } else {
+                        let start = run.first_cell - block.cells.start;
+                        (first_copy + (copy - 1) * n + start) as u64
                     };
                     self.integers(run.n_cells(), front + run.n_nodes, |i, values| {
-                        values[0] = match own {
-                            Some(own) => own[run.first_cell + i] as u64,
-                            None => first + i as u64,
-                        };
+                        let number = || first + i as u64;
+                        values[0] = own.map_or_else(number, |own| own[run.first_cell + i] as u64);
                         for (value, tag) in values[1..].iter_mut().zip(&tags) {
                             *value = *tag as u64;
                         }
@@ -408,11 +398,8 @@ impl Sink<'_> {
                 continue;
             };
             if n > MOST_COMPONENTS {
-                notes.push(ArrayWritten::TooManyComponents {
-                    name: own_name,
-                    n,
-                    most: MOST_COMPONENTS,
-                });
+                let (name, most) = (own_name, MOST_COMPONENTS);
+                notes.push(ArrayWritten::TooManyComponents { name, n, most });
                 continue;
             }
             notes.extend(ARRAY.note("array", &array.name, &name));

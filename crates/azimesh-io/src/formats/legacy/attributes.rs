@@ -50,7 +50,7 @@ impl Section<'_> {
         n_components: Option<usize>,
         notes: &mut Notes,
     ) -> Result<()> {
-        let name = cursor.name("the name of an array", notes)?;
+        let name = cursor.name(notes)?;
         let count = || cursor.count("a number of components");
         let n_components = n_components.map_or_else(count, Ok)?;
         let kind = Type::read(cursor)?;
@@ -59,12 +59,10 @@ impl Section<'_> {
 
     /// `SCALARS name type [components]`, and on a separate line their lookup table.
     fn scalars(&mut self, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
-        let name = cursor.name("the name of an array", notes)?;
+        let name = cursor.name(notes)?;
         let kind = Type::read(cursor)?;
-        let mut rest = cursor.clone();
-        let line = rest.line().trim_ascii();
         let mut n_components = 1;
-        if !line.is_empty() {
+        if !cursor.clone().line().trim_ascii().is_empty() {
             n_components = cursor.count("a number of components")?;
         }
         if cursor.peek().as_deref() == Some("lookup_table") {
@@ -76,7 +74,7 @@ impl Section<'_> {
 
     /// Colours: bytes, or as text numbers from 0 to 1.
     fn colors(&mut self, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
-        let name = cursor.name("the name of an array", notes)?;
+        let name = cursor.name(notes)?;
         let n_components = cursor.count("a number of components")?;
         if cursor.binary {
             let kind = Type::Number(Element::UInt8);
@@ -86,8 +84,7 @@ impl Section<'_> {
         let colors = values::numbers::<f32>(cursor, Element::Float32, n)?;
         let byte = |color: f32| (255.0 * color + 0.5) as u8;
         let bytes = Values::U8(colors.into_iter().map(byte).collect());
-        self.arrays
-            .push(DataArray::tuples(name, n_components, bytes));
+        self.push(name, n_components, bytes);
         Ok(())
     }
 
@@ -104,11 +101,14 @@ impl Section<'_> {
         notes: &mut Notes,
     ) -> Result<()> {
         let n = self.n_values(cursor, n_components)?;
-        let values =
-            values::read(cursor, kind, n, notes).map_err(|error| in_array(error, &name))?;
-        self.arrays
-            .push(DataArray::tuples(name, n_components, values));
+        let values = values_of(cursor, &name, kind, n, notes)?;
+        self.push(name, n_components, values);
         Ok(())
+    }
+
+    fn push(&mut self, name: String, n_components: usize, values: Values) {
+        let array = DataArray::tuples(name, n_components, values);
+        self.arrays.push(array);
     }
 
     /// `FIELD name n`, then for each array `name components tuples type` and its values.
@@ -131,12 +131,10 @@ impl Section<'_> {
             let n = n_components.checked_mul(n_tuples).ok_or_else(|| {
                 cursor.error(format!("an array has {n_tuples} tuples of {n_components} components, which is out of range"))
             })?;
-            let values =
-                values::read(cursor, kind, n, notes).map_err(|error| in_array(error, &name))?;
+            let values = values_of(cursor, &name, kind, n, notes)?;
             let fits = self.n_tuples.is_none_or(|expected| expected == n_tuples);
             if fits && n_components > 0 {
-                self.arrays
-                    .push(DataArray::tuples(name, n_components, values));
+                self.push(name, n_components, values);
             } else {
                 notes.push(ArrayRead::Misfit {
                     what: self.what,
@@ -151,23 +149,26 @@ impl Section<'_> {
     }
 }
 
-/// An error with the array's name.
-fn in_array(mut error: Error, name: &str) -> Error {
-    error.message = format!("array \"{name}\": {}", error.message);
-    error
+/// Reads `n` values of an array, which errors name.
+fn values_of(
+    cursor: &mut Cursor,
+    name: &str,
+    kind: Type,
+    n: usize,
+    notes: &mut Notes,
+) -> Result<Values> {
+    values::read(cursor, kind, n, notes).map_err(|error| Error {
+        message: format!("array \"{name}\": {}", error.message),
+        ..error
+    })
 }
 
 fn lookup_table(cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
-    let name = cursor.name("the name of a lookup table", notes)?;
+    let name = decoded(cursor.need("the name of a lookup table")?, notes);
     let n = cursor.count("the size of a lookup table")?;
-    let element = if cursor.binary {
-        Element::UInt8
-    } else {
-        Element::Float32
-    };
-    let n = n
-        .checked_mul(4)
-        .ok_or_else(|| cursor.error("the size of a lookup table is out of range"))?;
+    let element = cursor.by_encoding(Element::UInt8, Element::Float32);
+    let too_large = || cursor.error("the size of a lookup table is out of range");
+    let n = n.checked_mul(4).ok_or_else(too_large)?;
     values::read(cursor, Type::Number(element), n, notes)?;
     notes.push(NotKept::Named {
         what: "lookup table",

@@ -6,6 +6,7 @@
 use super::super::Notes;
 use super::super::names::text_of;
 use super::super::tokens::{line_of, shown};
+use super::super::vtk::number::Element;
 use azimesh_core::error::{Error, Result};
 
 /// A place in a legacy file.
@@ -45,6 +46,11 @@ impl<'a> Cursor<'a> {
             _ => return Err(Error::input("the third line must be ASCII or BINARY").line(3)),
         };
         Ok(cursor)
+    }
+
+    /// The type of numbers that text and binary files have as different types.
+    pub fn by_encoding(&self, binary: Element, text: Element) -> Element {
+        if self.binary { binary } else { text }
     }
 
     /// The bytes from the position on.
@@ -97,9 +103,9 @@ impl<'a> Cursor<'a> {
         word.ok_or_else(|| self.error_at(at, format!("the file ends where {what} should be")))
     }
 
-    /// The next word as a name, decoded.
-    pub fn name(&mut self, what: &str, notes: &mut Notes) -> Result<String> {
-        Ok(decoded(self.need(what)?, notes))
+    /// The next word as the name of an array, decoded.
+    pub fn name(&mut self, notes: &mut Notes) -> Result<String> {
+        Ok(decoded(self.need("the name of an array")?, notes))
     }
 
     /// The next word as a whole number, zero or more.
@@ -153,16 +159,9 @@ pub(super) fn decoded(word: &[u8], notes: &mut Notes) -> String {
     while let Some((&byte, tail)) = rest.split_first() {
         let code = tail.get(..2).filter(|_| byte == b'%');
         let code = code.and_then(|code| std::str::from_utf8(code).ok());
-        match code.and_then(|code| u8::from_str_radix(code, 16).ok()) {
-            Some(code) => {
-                bytes.push(code);
-                rest = &tail[2..];
-            }
-            None => {
-                bytes.push(byte);
-                rest = tail;
-            }
-        }
+        let code = code.and_then(|code| u8::from_str_radix(code, 16).ok());
+        bytes.push(code.unwrap_or(byte));
+        rest = &tail[2 * usize::from(code.is_some())..];
     }
     text_of(&bytes, notes)
 }

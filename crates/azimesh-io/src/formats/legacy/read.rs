@@ -5,6 +5,7 @@ use super::super::vtk::cells::{Built, CellTable, repeat_tuples};
 use super::super::vtk::list::List;
 use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::polygonal;
+use super::super::vtk::structured::Grid;
 use super::super::vtk::{order, structured, tags};
 use super::attributes::{Section, metadata};
 use super::cursor::Cursor;
@@ -52,16 +53,14 @@ fn parts(cursor: &mut Cursor, notes: &mut Notes) -> Result<File> {
     Ok(file)
 }
 
-/// The grids of VTK.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-enum Grid {
-    #[default]
-    Unstructured,
-    Poly,
-    Structured,
-    Rectilinear,
-    Image,
-}
+/// VTK's names of the grids.
+const GRIDS: [&str; 5] = [
+    "UNSTRUCTURED_GRID",
+    "POLYDATA",
+    "STRUCTURED_GRID",
+    "RECTILINEAR_GRID",
+    "STRUCTURED_POINTS",
+];
 
 fn grid(cursor: &mut Cursor) -> Result<Grid> {
     match cursor.keyword().as_deref() {
@@ -73,29 +72,14 @@ fn grid(cursor: &mut Cursor) -> Result<Grid> {
         _ => return Err(cursor.error("DATASET must follow the header")),
     }
     let name = cursor.need("the kind of the dataset")?;
-    Ok(match name.to_ascii_lowercase().as_slice() {
-        b"unstructured_grid" => Grid::Unstructured,
-        b"polydata" => Grid::Poly,
-        b"structured_grid" => Grid::Structured,
-        b"rectilinear_grid" => Grid::Rectilinear,
-        b"structured_points" => Grid::Image,
-        _ => {
-            let found = shown(name);
-            return Err(cursor.error(format!(
-                "the dataset {found} is not read; those that are: UNSTRUCTURED_GRID, POLYDATA, \
-                 STRUCTURED_GRID, RECTILINEAR_GRID, STRUCTURED_POINTS"
-            )));
-        }
+    let grid = std::str::from_utf8(name).ok();
+    let grid = grid.and_then(|name| Grid::named(name, GRIDS));
+    grid.ok_or_else(|| {
+        let (found, known) = (shown(name), GRIDS.join(", "));
+        cursor.error(format!(
+            "the dataset {found} is not read; those that are: {known}"
+        ))
     })
-}
-
-/// The items whose arrays are being read.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-enum ArrayTarget {
-    #[default]
-    Whole,
-    Points,
-    Cells,
 }
 
 /// The parts of the file that have been read.
@@ -116,20 +100,16 @@ struct File {
     places: [usize; 6],
     /// The last keyword, and where it stands.
     last: (String, usize),
-    place: ArrayTarget,
+    /// Items whose arrays are being read: 0 of the whole, 1 at points, 2 of cells.
+    items: usize,
     n_tuples: usize,
-    /// Arrays of each target.
     arrays: [Vec<DataArray>; 3],
 }
 
 impl File {
     /// Reads what follows a keyword.
     fn part(&mut self, keyword: &str, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
-        let list = |name| {
-            ["vertices", "lines", "polygons", "triangle_strips"]
-                .iter()
-                .position(|n| *n == name)
-        };
+        const LISTS: [&str; 4] = ["vertices", "lines", "polygons", "triangle_strips"];
         match keyword {
             "points" => {
                 let n = cursor.count("a number of points")?;
@@ -162,14 +142,14 @@ impl File {
             }
             "point_data" | "cell_data" => {
                 self.n_tuples = cursor.count("a number of tuples")?;
-                self.place = match keyword {
-                    "point_data" => ArrayTarget::Points,
-                    _ => ArrayTarget::Cells,
-                };
+                self.items = if keyword == "point_data" { 1 } else { 2 };
                 self.check_tuples(cursor)?;
             }
-            "metadata" => metadata(cursor, self.last_array(), notes),
-            _ => match list(keyword) {
+            "metadata" => {
+                let arrays = Some(&mut self.arrays[self.items]).filter(|_| self.items > 0);
+                metadata(cursor, arrays.and_then(|arrays| arrays.last_mut()), notes);
+            }
+            _ => match LISTS.iter().position(|list| *list == keyword) {
                 Some(list) => {
                     self.places[list] = cursor.at;
                     self.lists[list] = values::list(cursor)?;
@@ -182,11 +162,11 @@ impl File {
 
     /// Reads arrays.
     fn arrays(&mut self, keyword: &str, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
-        let has_items = self.place != ArrayTarget::Whole;
+        let has_items = self.items > 0;
         let mut section = Section {
-            what: ["field", "point", "cell"][self.place as usize],
+            what: ["field", "point", "cell"][self.items],
             n_tuples: has_items.then_some(self.n_tuples),
-            arrays: &mut self.arrays[self.place as usize],
+            arrays: &mut self.arrays[self.items],
         };
         let known =
             (has_items || keyword == "field") && section.attribute(keyword, cursor, notes)?;
@@ -201,13 +181,6 @@ impl File {
             return Err(cursor.error_at(*at, message));
         }
         Err(cursor.error(format!("the keyword {found} is not known here")))
-    }
-
-    fn last_array(&mut self) -> Option<&mut DataArray> {
-        match self.place {
-            ArrayTarget::Whole => None,
-            place => self.arrays[place as usize].last_mut(),
-        }
     }
 
     fn n_points(&self) -> Result<usize> {
@@ -226,8 +199,8 @@ impl File {
     }
 
     fn check_tuples(&self, cursor: &Cursor) -> Result<()> {
-        let (n, what) = match self.place {
-            ArrayTarget::Points => (self.n_points()?, "points"),
+        let (n, what) = match self.items {
+            1 => (self.n_points()?, "points"),
             _ => (self.n_cells(), "cells"),
         };
         if n != self.n_tuples {
@@ -249,10 +222,8 @@ impl File {
     }
 
     fn unstructured(mut self, cursor: &Cursor, notes: &mut Notes) -> Result<Mesh> {
-        let nodes = PieceNodes {
-            base: 0,
-            limit: self.points.len() as u64,
-        };
+        let (base, limit) = (0, self.points.len() as u64);
+        let nodes = PieceNodes { base, limit };
         let mut table = CellTable::new("CELL_TYPES");
         if self.grid == Grid::Poly {
             for (list, which) in std::mem::take(&mut self.lists).into_iter().zip(0..) {
@@ -277,11 +248,10 @@ impl File {
                     _ => place(error, cursor, at),
                 })?;
         }
-        let Built { cells, origin } = table
-            .finish(notes)
-            .map_err(|error| Error::input(error.message))?;
+        let built = table.finish(notes);
+        let Built { cells, origin } = built.map_err(|error| Error::input(error.message))?;
         if let Some(origin) = origin {
-            repeat_tuples(&mut self.arrays[ArrayTarget::Cells as usize], &origin);
+            repeat_tuples(&mut self.arrays[2], &origin);
         }
         let points = std::mem::take(&mut self.points);
         Ok(self.with(points, cells))
@@ -326,9 +296,8 @@ impl File {
             let (n, name) = (dimensions[i], ["X", "Y", "Z"][i]);
             if self.grid == Grid::Image {
                 let spacing = self.spacing.unwrap_or([1.0; 3])[i];
-                *axis = (0..n)
-                    .map(|k| self.origin[i] + k as f64 * spacing)
-                    .collect();
+                let along = (0..n).map(|k| self.origin[i] + k as f64 * spacing);
+                *axis = along.collect();
             } else if axis.len() != n {
                 let found = axis.len();
                 return Err(Error::input(format!(

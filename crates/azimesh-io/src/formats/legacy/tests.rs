@@ -1,6 +1,7 @@
 use super::*;
+use crate::formats::vtk::fixtures::rich_mesh;
 use crate::formats::{Encoding, Notes, ReadOptions, Source, WriteOptions, parse};
-use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellKind, Mesh, Values};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::formats::Read;
 
@@ -21,79 +22,6 @@ fn read(text: &str) -> Mesh {
 fn error(bytes: &[u8]) -> String {
     let result = parse(&VTK51, bytes, &ReadOptions::default());
     result.expect_err("it cannot be read").to_string()
-}
-
-/// Mixed cells, polyhedra, a face in two tags, zones, arrays of every type.
-fn rich_mesh() -> Mesh {
-    let mut mesh = Mesh {
-        points: (0..30u32)
-            .map(|i| {
-                [
-                    f64::from(i % 3),
-                    f64::from(i) / 3.0,
-                    -0.1 * f64::from(i * i),
-                ]
-            })
-            .collect(),
-        ..Mesh::default()
-    };
-    let cells = &mut mesh.cells;
-    cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
-    let stream = [
-        4, 3, 10, 11, 12, 3, 10, 11, 13, 3, 11, 12, 13, 3, 10, 12, 13,
-    ];
-    cells.push_polyhedron(&stream).expect("a good stream");
-    let nodes: Vec<u32> = (0..27).collect();
-    cells.push(CellKind::LagrangeHexahedron, &nodes);
-    cells.push(CellKind::Triangle, &[0, 1, 2]);
-    cells.push(CellKind::Polygon, &[2, 3, 4, 5, 6]);
-    cells.push(CellKind::Line, &[0, 1]);
-    let group = |dimension, name: &str, number, cells: &[usize]| Group {
-        dimension,
-        name: name.into(),
-        number: Some(number),
-        condition: None,
-        cells: cells.iter().copied().collect(),
-    };
-    mesh.groups = vec![
-        group(2, "wall \"ä\" %", 1, &[3, 4]),
-        group(2, "probe", 2, &[4]),
-        group(3, "rotor", 1, &[0, 1]),
-        group(3, "rest", 2, &[2]),
-    ];
-    mesh.cell_arrays = vec![
-        DataArray::scalar("i8", Values::I8((-4..2).collect())),
-        DataArray::scalar("u8", Values::U8((0..6).map(|i| i * 50).collect())),
-        DataArray::scalar("i16", Values::I16((0..6).map(|i| i * -3000).collect())),
-        DataArray::scalar("u16", Values::U16((0..6).map(|i| i * 7000).collect())),
-        DataArray::scalar("i32", Values::I32((0..6).map(|i| i << 28).collect())),
-        DataArray::scalar("u32", Values::U32((0..6).map(|i| u32::MAX >> i).collect())),
-        DataArray::scalar("i64", Values::I64((0..6).map(|i| i64::MIN >> i).collect())),
-        DataArray::scalar("u64", Values::U64((0..6).map(|i| u64::MAX >> i).collect())),
-        DataArray::scalar(
-            "text",
-            Values::Text((0..6).map(|i| "x ".repeat(i * 40)).collect()),
-        ),
-    ];
-    mesh.point_arrays = vec![
-        DataArray {
-            component_names: vec!["u u".into(), "v".into(), "w%".into()],
-            ..DataArray::tuples(
-                "a velocity",
-                3,
-                Values::F64((0..90u8).map(|i| f64::from(i) / 7.0).collect()),
-            )
-        },
-        DataArray::scalar(
-            "p",
-            Values::F32((0..30u8).map(|i| f32::from(i) / 3.0).collect()),
-        ),
-    ];
-    mesh.field_arrays = vec![
-        DataArray::scalar("TimeValue", Values::F64(vec![0.1])),
-        DataArray::scalar("title", Values::Text(vec!["".into(), "ü\n".into()])),
-    ];
-    mesh
 }
 
 #[test]

@@ -3,12 +3,13 @@
 use super::super::Notes;
 use super::super::names::text_of;
 use super::super::number::{Chunk, DType};
+use super::super::tokens::shown;
 use super::super::vtk::list::List;
-use super::super::vtk::number::{Element, parse_words, points_are_finite};
-use super::super::vtk::text::{cuts, word_end, word_start};
+use super::super::vtk::number::{
+    Element, cuts, parse_words, points_are_finite, word_end, word_start,
+};
 use super::cursor::{Cursor, decoded};
-use crate::mesh::Values;
-use crate::mesh::too_many;
+use crate::mesh::{Values, arrays::with_numbers, too_many};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::map;
 
@@ -56,7 +57,7 @@ impl Type {
     pub fn read(cursor: &mut Cursor) -> Result<Self> {
         let word = cursor.need("a type of values")?;
         Self::from_name(word).ok_or_else(|| {
-            let name = super::super::tokens::shown(word);
+            let name = shown(word);
             cursor.error(format!(
                 "{name} is not a type of values; known types: bit, char, unsigned_char, short, \
                  unsigned_short, int, unsigned_int, long, unsigned_long, vtktypeint64, \
@@ -77,27 +78,14 @@ pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize, notes: &mut Notes)
         Type::Bit => return bits(cursor, n).map(Values::U8),
         Type::Text => return strings(cursor, n, notes).map(Values::Text),
     };
-    Ok(match element {
-        Element::Int8 => Values::I8(numbers(cursor, element, n)?),
-        Element::UInt8 | Element::String => Values::U8(numbers(cursor, element, n)?),
-        Element::Int16 => Values::I16(numbers(cursor, element, n)?),
-        Element::UInt16 => Values::U16(numbers(cursor, element, n)?),
-        Element::Int32 => Values::I32(numbers(cursor, element, n)?),
-        Element::UInt32 => Values::U32(numbers(cursor, element, n)?),
-        Element::Int64 => Values::I64(numbers(cursor, element, n)?),
-        Element::UInt64 => Values::U64(numbers(cursor, element, n)?),
-        Element::Float32 => Values::F32(numbers(cursor, element, n)?),
-        Element::Float64 => Values::F64(numbers(cursor, element, n)?),
-    })
+    let mut values = element.no_values();
+    with_numbers!(&mut values, out => *out = numbers(cursor, element, n)?, _text => {});
+    Ok(values)
 }
 
 /// How ids are stored.
-pub(super) fn id(cursor: &Cursor) -> Element {
-    if cursor.binary {
-        Element::Int32
-    } else {
-        Element::Int64
-    }
+fn id(cursor: &Cursor) -> Element {
+    cursor.by_encoding(Element::Int32, Element::Int64)
 }
 
 /// Reads `n` coordinates of whatever type.
@@ -303,13 +291,8 @@ pub(super) fn list(cursor: &mut Cursor) -> Result<List> {
     if cursor.version.0 >= 5 && n <= 1 && size == 0 {
         return Ok(List::default());
     }
-    let element = if cursor.binary {
-        Element::Int32
-    } else {
-        Element::UInt32
-    };
-    let entries = numbers(cursor, element, size)?;
-    Ok(List::counted(n, entries))
+    let element = cursor.by_encoding(Element::Int32, Element::UInt32);
+    Ok(List::counted(n, numbers(cursor, element, size)?))
 }
 
 fn with_offsets(cursor: &mut Cursor, at: usize, n: usize, size: usize) -> Result<List> {
@@ -325,7 +308,7 @@ fn with_offsets(cursor: &mut Cursor, at: usize, n: usize, size: usize) -> Result
     if cursor.keyword().as_deref() != Some("connectivity") {
         return Err(cursor.error("CONNECTIVITY must follow the offsets"));
     }
-    let entries = integers(cursor, size, &|chunk, out| chunk.narrow(out))?;
+    let entries = integers(cursor, size, &|chunk, out| chunk.narrow(out, u32::MAX))?;
     Ok(List::ending(ends, entries))
 }
 
@@ -347,5 +330,7 @@ fn integers<U: Copy + Default>(
 /// Reads VTK's types of `n` cells.
 pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<u8>> {
     let n = cursor.count("a number of cells")?;
-    converted(cursor, Element::Int32, n, &|chunk, out| chunk.types(out))
+    converted(cursor, Element::Int32, n, &|chunk, out| {
+        chunk.narrow(out, u8::MAX)
+    })
 }

@@ -2,15 +2,14 @@
 
 use super::super::column::Column;
 use super::super::names::{Rule, decoded};
+use super::super::records::push_integer;
 use super::super::vtk::arrays::VtkArrays;
-use super::super::vtk::number::Element;
+use super::super::vtk::number::{Element, ascii, failed};
 use super::super::vtk::order;
-use super::super::vtk::text::{ascii, failed};
 use super::super::{Encoding, WriteOptions};
 use super::cursor::encoded;
 use crate::formats::Notes;
-use crate::mesh::reverse_each;
-use crate::mesh::{CellKind, CellRef, CellRun, Cells, MeshView};
+use crate::mesh::{CellKind, CellRef, Cells, MeshView, reverse_each};
 use azimesh_core::error::{Error, Result};
 use std::io::{BufWriter, Write};
 
@@ -64,9 +63,10 @@ struct Writer<'o> {
 impl Writer<'_> {
     fn all(&mut self, mesh: &MeshView, plan: &VtkArrays) -> Result<()> {
         let sections = plan.sections();
-        let version = match self.version {
-            Version::V42 => "4.2",
-            Version::V51 => "5.1",
+        let version = if self.version == Version::V42 {
+            "4.2"
+        } else {
+            "5.1"
         };
         let encoding = if self.binary { "BINARY" } else { "ASCII" };
         let title = if order::has_wedges(mesh.cells) {
@@ -81,10 +81,8 @@ impl Writer<'_> {
         self.field(&sections.fields)?;
         let points = &sections.points[0];
         let n_points = mesh.points.len();
-        self.text(&format!(
-            "POINTS {n_points} {}\n",
-            self.type_name(points.element)
-        ))?;
+        let kind = self.type_name(points.element);
+        self.text(&format!("POINTS {n_points} {kind}\n"))?;
         self.values(points)?;
         self.cells(mesh, plan)?;
         let types = sections.cells.iter().find(|array| array.name == "types");
@@ -218,15 +216,13 @@ impl Writer<'_> {
         };
         let n_cells = plan.n_cells();
         let repeated = || plan.repeated.iter().map(|cell| cells.get(*cell));
-        let n_entries: usize = cells.runs().map(|run| n_entries(cells, run)).sum::<usize>()
-            + repeated()
-                .map(|cell| entries(cells, &cell).len())
-                .sum::<usize>();
+        let all = || cells.iter().chain(repeated());
+        let n_entries: usize = all().map(|cell| entries(cells, &cell).len()).sum();
         if self.version == Version::V42 {
             let size = n_entries + n_cells;
             self.text(&format!("CELLS {n_cells} {size}\n"))?;
             let mut out = Integers::new(self.out, self.binary, 4);
-            for cell in cells.iter().chain(repeated()) {
+            for cell in all() {
                 let entries = entries(cells, &cell);
                 out.push(entries.len() as u64)?;
                 out.nodes(cell.kind, entries)?;
@@ -241,14 +237,14 @@ impl Writer<'_> {
         let mut out = Integers::new(self.out, self.binary, 8);
         let mut end = 0;
         out.push(0)?;
-        for cell in cells.iter().chain(repeated()) {
+        for cell in all() {
             end += entries(cells, &cell).len() as u64;
             out.push(end)?;
         }
         out.finish()?;
         self.text("CONNECTIVITY vtktypeint64\n")?;
         let mut out = Integers::new(self.out, self.binary, 8);
-        for cell in cells.iter().chain(repeated()) {
+        for cell in all() {
             out.nodes(cell.kind, entries(cells, &cell))?;
         }
         out.finish()
@@ -282,16 +278,6 @@ fn entries<'c>(cells: &'c Cells, cell: &CellRef<'c>) -> &'c [u32] {
     }
 }
 
-fn n_entries(cells: &Cells, run: CellRun) -> usize {
-    match run.kind {
-        CellKind::Polyhedron => (run.first_cell..run.first_cell + run.n_cells())
-            .filter_map(|cell| cells.face_stream(cell))
-            .map(<[u32]>::len)
-            .sum(),
-        _ => run.connectivity.len(),
-    }
-}
-
 /// Writes integers one after another, as text or in 4 or 8 bytes.
 struct Integers<'o> {
     out: &'o mut dyn Write,
@@ -314,10 +300,10 @@ impl<'o> Integers<'o> {
 
     fn push(&mut self, value: u64) -> Result<()> {
         if self.binary {
-            self.bytes
-                .extend_from_slice(&value.to_be_bytes()[8 - self.width..]);
+            let bytes = &value.to_be_bytes()[8 - self.width..];
+            self.bytes.extend_from_slice(bytes);
         } else {
-            super::super::records::push_integer(&mut self.bytes, value);
+            push_integer(&mut self.bytes, value);
             self.bytes.push(b' ');
             self.in_line += 1;
             if self.in_line == 16 {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Names of the sides: across which index, and whether at its end.
-pub(super) const SIDES: [(&str, usize, bool); 6] = [
+const SIDES: [(&str, usize, bool); 6] = [
     ("imin", 0, false),
     ("imax", 0, true),
     ("jmin", 1, false),
@@ -51,15 +51,19 @@ impl Block {
         n > 1 && self.grid.nodes[..n].iter().all(|n| *n > 1)
     }
 
-    /// All faces of a side.
-    pub fn side(&self, across: usize, is_end: bool) -> Cells {
-        let n = self.grid.nodes;
-        let ranges = [0, 1, 2].map(|index| match index == across {
-            true if is_end => n[across] - 1..n[across],
-            true => 0..1,
-            false => 0..self.grid.cells[index],
-        });
-        self.faces(across, ranges)
+    /// The sides: names with faces; none where it has no sides.
+    pub fn sides(&self) -> impl Iterator<Item = (&'static str, Cells)> {
+        let n_sides = if self.has_sides() {
+            2 * self.grid.n_indices
+        } else {
+            0
+        };
+        SIDES[..n_sides].iter().map(|(name, across, is_end)| {
+            let mut ranges = self.grid.cells.map(|n| 0..n);
+            let last = self.grid.nodes[*across] - 1;
+            ranges[*across] = if *is_end { last..last + 1 } else { 0..1 };
+            (*name, self.faces(*across, ranges))
+        })
     }
 
     /// The faces across an index whose lowest corners lie in these ranges.

@@ -5,7 +5,7 @@ use azimesh_core::error::{Error, Result, option};
 use std::fmt;
 
 /// Most blocks that a file may have.
-pub(super) const MOST_BLOCKS: usize = 1 << 20;
+const MOST_BLOCKS: usize = 1 << 20;
 
 /// How a file is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,31 +45,26 @@ impl Layout {
     }
 }
 
+/// The blocks of a file in messages.
+pub(super) fn blocks_of(is_multi: bool) -> &'static str {
+    if is_multi {
+        "multi-block"
+    } else {
+        "single block"
+    }
+}
+
 impl fmt::Display for Layout {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let blocks = if self.is_multi {
-            "multi-block"
-        } else {
-            "single block"
-        };
+        let blocks = blocks_of(self.is_multi);
         let blanking = if self.has_blanking { "with" } else { "without" };
         write!(f, "{blocks}, {}D, {blanking} iblank", self.n_axes)?;
-        match self.binary {
-            None => write!(f, ", text"),
-            Some(binary) => {
-                let order = if binary.is_big_endian {
-                    "big"
-                } else {
-                    "little"
-                };
-                let records = if binary.has_records {
-                    "Fortran records"
-                } else {
-                    "C binary"
-                };
-                write!(f, ", {records}, {order}-endian, {} bits", 8 * binary.real)
-            }
-        }
+        let Some(binary) = self.binary else {
+            return write!(f, ", text");
+        };
+        let order = ["little", "big"][usize::from(binary.is_big_endian)];
+        let records = ["C binary", "Fortran records"][usize::from(binary.has_records)];
+        write!(f, ", {records}, {order}-endian, {} bits", 8 * binary.real)
     }
 }
 
@@ -89,8 +84,24 @@ pub(super) fn n_nodes(blocks: &[[usize; 3]], most: usize) -> Option<usize> {
     (total > 0).then_some(total)
 }
 
-/// The numbers of nodes along the indices from a list of all of them.
-pub(super) fn blocks(sizes: &[i64], n_axes: usize) -> Option<Vec<[usize; 3]>> {
+/// With and without the number of blocks, and the coordinates of a node.
+pub(super) const HEADERS: [(bool, usize); 4] = [(true, 3), (true, 2), (false, 3), (false, 2)];
+
+/// The blocks that the counts at the start announce, and where the first one starts. `counts` gives so many counts from a
+/// place on, and what follows them.
+pub(super) fn header(
+    (is_multi, n_axes): (bool, usize),
+    counts: impl Fn(usize, usize) -> Option<(Vec<i64>, usize)>,
+) -> Option<(Vec<[usize; 3]>, usize)> {
+    let (mut n, mut at) = (1, 0);
+    if is_multi {
+        let (first, end) = counts(0, 1)?;
+        (n, at) = (usize::try_from(first[0]).ok()?, end);
+    }
+    if n == 0 || n > MOST_BLOCKS {
+        return None;
+    }
+    let (sizes, start) = counts(at, n * n_axes)?;
     let block = |sizes: &[i64]| {
         let mut block = [1; 3];
         for (along, size) in block.iter_mut().zip(sizes) {
@@ -98,7 +109,8 @@ pub(super) fn blocks(sizes: &[i64], n_axes: usize) -> Option<Vec<[usize; 3]>> {
         }
         Some(block)
     };
-    sizes.chunks_exact(n_axes).map(block).collect()
+    let blocks = sizes.chunks_exact(n_axes).map(block);
+    Some((blocks.collect::<Option<_>>()?, start))
 }
 
 /// The one way in which a file can be read.
@@ -109,12 +121,10 @@ pub(super) fn one(mut fits: Vec<Fit>, stated: &Plot3d, why_none: String) -> Resu
         [_] => Ok(fits.remove(0)),
         [first, second, ..] => {
             let all: Vec<String> = fits.iter().map(|fit| fit.layout.to_string()).collect();
-            let state = match Plot3d::that_tell(&first.layout, &second.layout) {
-                Some([one, other]) => {
-                    format!("; give {} {one} or {other}", option("format"))
-                }
-                None => String::new(),
-            };
+            let flavours = Plot3d::that_tell(&first.layout, &second.layout);
+            let state = flavours.map_or(String::new(), |[one, other]| {
+                format!("; give {} {one} or {other}", option("format"))
+            });
             Err(Error::input(format!(
                 "the file can be read in {} ways: {}{state}",
                 all.len(),
@@ -131,9 +141,15 @@ mod tests {
 
     #[test]
     fn sizes_that_no_block_has_are_refused() {
-        assert_eq!(blocks(&[3, 4, 5, 6], 2), Some(vec![[3, 4, 1], [5, 6, 1]]));
-        assert_eq!(blocks(&[3, 0], 2), None);
-        assert_eq!(blocks(&[3, -2, 4], 3), None);
+        let blocks = |counts: &[i64], head| {
+            header(head, |at, n| {
+                Some((counts.get(at..at + n)?.to_vec(), at + n))
+            })
+        };
+        let two = vec![[3, 4, 1], [5, 6, 1]];
+        assert_eq!(blocks(&[2, 3, 4, 5, 6], (true, 2)), Some((two, 5)));
+        assert_eq!(blocks(&[3, 0], (false, 2)), None);
+        assert_eq!(blocks(&[3, -2, 4], (false, 3)), None);
         assert_eq!(n_nodes(&[[3, 4, 1], [2, 2, 2]], 100), Some(20));
         assert_eq!(n_nodes(&[[3, 4, 1]], 11), None);
         assert_eq!(n_nodes(&[[1, 1, 1]], 11), None);

@@ -103,20 +103,18 @@ fn is_grid(source: &Source) -> bool {
         ending.is_some_and(|ending| EXTENSIONS.contains(&ending))
     };
     let bytes = source.bytes();
-    match read::is_text(bytes) {
-        true => is_named() && !text::fits(bytes).0.is_empty(),
-        false => records::recognizes(bytes),
+    if read::is_text(bytes) {
+        return is_named() && !text::fits(bytes).0.is_empty();
     }
+    records::recognizes(bytes)
 }
 
 impl Plot3d {
     /// The flavours that one of two layouts is of and the other is not.
     fn that_tell(one: &Layout, other: &Layout) -> Option<[&'static str; 2]> {
         let only = |this: &Layout, that: &Layout| {
-            let found = ALL
-                .iter()
-                .find(|flavour| (flavour.allows)(this) && !(flavour.allows)(that));
-            found.map(|flavour| flavour.name)
+            let is_only = |of: &&Plot3d| (of.allows)(this) && !(of.allows)(that);
+            ALL.iter().find(is_only).map(|flavour| flavour.name)
         };
         Some([only(one, other)?, only(other, one)?])
     }

@@ -58,12 +58,7 @@ pub(super) fn parse(bytes: &[u8], blocks: &[Block]) -> Result<Vec<Entry>> {
 
 /// The next line with content; some files end lines, also empty ones, with a backslash.
 fn next_line<'a>(lexer: &mut Tokens<'a>) -> Option<Tokens<'a>> {
-    loop {
-        let line = lexer.line()?;
-        if line.rest() != b"\\" {
-            return Some(line);
-        }
-    }
+    std::iter::from_fn(|| lexer.line()).find(|line| line.rest() != b"\\")
 }
 
 /// The type at the start of a line, between apostrophes or not.
@@ -71,10 +66,10 @@ fn name(line: &mut Tokens) -> Result<String> {
     let word = line.word().unwrap_or_default();
     let word = String::from_utf8_lossy(word);
     let name = word.trim_matches(['\'', '"']);
-    match name.is_empty() {
-        true => Err(line.error("a line must begin with a type")),
-        false => Ok(name.to_owned()),
+    if name.is_empty() {
+        return Err(line.error("a line must begin with a type"));
     }
+    Ok(name.to_owned())
 }
 
 /// The map that the file has of each block; refuses one of other blocks.
@@ -147,13 +142,11 @@ impl Map {
 /// Block, side and ranges.
 fn part(line: &mut Tokens, blocks: &[(&Block, Map)]) -> Result<Entry> {
     let number: usize = line.narrow("the number of a block")?;
-    let block = number
-        .checked_sub(1)
-        .and_then(|i| Some((i, blocks.get(i)?)));
-    let Some((i, &(block, map))) = block else {
+    let i = number.wrapping_sub(1);
+    let &(block, map) = blocks.get(i).ok_or_else(|| {
         let n = blocks.len();
-        return Err(line.error(format!("there is no block {number}; the grid has {n}")));
-    };
+        line.error(format!("there is no block {number}; the grid has {n}"))
+    })?;
     let number = line.integer("the number of a side")?;
     let (across, is_end, along) = side(number, map).ok_or_else(|| {
         let most = if map == Map::OnePlane { 4 } else { 6 };
@@ -161,10 +154,9 @@ fn part(line: &mut Tokens, blocks: &[(&Block, Map)]) -> Result<Entry> {
     })?;
     let nodes = map.nodes(block);
     let mut ranges: [Range<usize>; 3] = [0..1, 0..1, 0..1];
-    ranges[across] = match is_end {
-        true => nodes[across] - 1..nodes[across],
-        false => 0..1,
-    };
+    if is_end {
+        ranges[across] = nodes[across] - 1..nodes[across];
+    }
     for index in along {
         let ends: [usize; 2] = [line.narrow("an index")?, line.narrow("an index")?];
         let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
@@ -177,18 +169,16 @@ fn part(line: &mut Tokens, blocks: &[(&Block, Map)]) -> Result<Entry> {
         }
         ranges[index] = low - 1..(high - 1).max(low);
     }
-    Ok(Entry {
-        name: None,
-        block: i,
-        faces: match (map, across) {
-            (Map::Space | Map::OnePlane, _) => block.faces(across, ranges),
-            (Map::TwoPlanes, 0) => Cells::new(),
-            (Map::TwoPlanes, _) => {
-                let [_, i, j] = ranges;
-                block.faces(across - 1, [i, j, 0..1])
-            }
-        },
-    })
+    let faces = match (map, across) {
+        (Map::Space | Map::OnePlane, _) => block.faces(across, ranges),
+        (Map::TwoPlanes, 0) => Cells::new(),
+        (Map::TwoPlanes, _) => {
+            let [_, i, j] = ranges;
+            block.faces(across - 1, [i, j, 0..1])
+        }
+    };
+    let (name, block) = (None, i);
+    Ok(Entry { name, block, faces })
 }
 
 /// Refuses parts that do not cover each face of the sides once.
@@ -196,16 +186,13 @@ pub(super) fn check_whole(entries: &[Entry], blocks: &[Block]) -> Result<()> {
     for (i, block) in blocks.iter().enumerate() {
         let mut named: Vec<Vec<u32>> = Vec::new();
         for entry in entries.iter().filter(|entry| entry.block == i) {
-            named.extend(entry.faces.iter().map(|face| sorted(face.nodes)));
+            named.extend(entry.faces.iter().map(|face| face.nodes.to_vec()));
         }
         let n = named.len();
+        named.iter_mut().for_each(|nodes| nodes.sort_unstable());
         named.sort_unstable();
         named.dedup();
-        let n_sides: usize = super::blocks::SIDES
-            .iter()
-            .filter(|(_, across, _)| *across < block.grid.n_indices)
-            .map(|(_, across, is_end)| block.side(*across, *is_end).len())
-            .sum();
+        let n_sides: usize = block.sides().map(|(_, faces)| faces.len()).sum();
         if named.len() != n_sides || n != n_sides {
             return Err(Error::input(format!(
                 "its lines cover {n} faces of block {}, {} of them once; its sides have {n_sides}",
@@ -215,10 +202,4 @@ pub(super) fn check_whole(entries: &[Entry], blocks: &[Block]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn sorted(nodes: &[u32]) -> Vec<u32> {
-    let mut nodes = nodes.to_vec();
-    nodes.sort_unstable();
-    nodes
 }

@@ -1,15 +1,14 @@
 //! A Plot3D file as a mesh: blocks, then their boundaries by a neutral map file beside it or by their sides.
 
 use super::super::source::{read_file, without_mark};
-use super::super::{Notes, Source, case_name};
-use super::blocks::{Block, Places, SIDES};
+use super::super::{Notes, Source, case_name, names};
+use super::blocks::{Block, Places};
 use super::{Plot3d, blocks, layout, neutral, records, text};
-use crate::mesh::{CellSet, Cells, Group, Mesh};
+use crate::mesh::{Cells, Group, Mesh};
 use azimesh_core::diagnostic::formats::{NotKept, Read};
 use azimesh_core::error::Result;
 use std::io::ErrorKind;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Whether a file begins as text, which no binary grid does: its counts have bytes that are zero.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
@@ -21,18 +20,18 @@ pub(super) fn is_text(bytes: &[u8]) -> bool {
 pub(super) fn read(source: &Source, stated: &Plot3d, notes: &mut Notes) -> Result<Mesh> {
     let bytes = source.bytes();
     let is_text = is_text(bytes);
-    let (fits, why) = match is_text {
-        true => text::fits(bytes),
-        false => (
-            records::fits(bytes),
-            "the counts at the start fit the length of the file in no layout of a Plot3D grid"
-                .into(),
-        ),
+    let (fits, why) = if is_text {
+        text::fits(bytes)
+    } else {
+        let why =
+            "the counts at the start fit the length of the file in no layout of a Plot3D grid";
+        (records::fits(bytes), why.to_owned())
     };
     let fit = layout::one(fits, stated, why)?;
-    let (points, is_blanked) = match is_text {
-        true => text::points(bytes, &fit)?,
-        false => fit.points(bytes)?,
+    let (points, is_blanked) = if is_text {
+        text::points(bytes, &fit)?
+    } else {
+        fit.points(bytes)?
     };
     if is_text {
         notes.fortran(bytes);
@@ -47,12 +46,9 @@ pub(super) fn read(source: &Source, stated: &Plot3d, notes: &mut Notes) -> Resul
     let blocks = blocks::append(&fit.blocks, &mut mesh.cells)?;
     if blocks.len() > 1 {
         for (i, block) in blocks.iter().enumerate() {
-            let dimension = block.grid.n_indices as u8;
-            mesh.groups.push(group(
-                dimension,
-                format!("block{}", i + 1),
-                block.cells.clone(),
-            ));
+            let (dimension, name) = (block.grid.n_indices as u8, format!("block{}", i + 1));
+            let cells = block.cells.clone().into();
+            mesh.groups.push(Group::new(dimension, name, None, cells));
         }
     }
     if !by_neutral_map(source.path(), &blocks, &mut mesh, notes) {
@@ -61,27 +57,10 @@ pub(super) fn read(source: &Source, stated: &Plot3d, notes: &mut Notes) -> Resul
     Ok(mesh)
 }
 
-fn group(dimension: u8, name: String, cells: Range<usize>) -> Group {
-    let mut set = CellSet::new();
-    set.push_range(cells);
-    Group {
-        dimension,
-        name,
-        number: None,
-        condition: None,
-        cells: set,
-    }
-}
-
-/// The neutral map file of a grid.
-fn neutral_map(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{}.nmf", case_name(&name)))
-}
-
 /// Tags by the neutral map file beside the grid, where there is one that is whole; otherwise a note says why not.
 fn by_neutral_map(path: &Path, blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) -> bool {
-    let path = neutral_map(path);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let path = path.with_file_name(format!("{}.nmf", case_name(&name)));
     let read = match read_file(&path) {
         Ok(bytes) => neutral::parse(without_mark(&bytes), blocks)
             .and_then(|entries| neutral::check_whole(&entries, blocks).map(|()| entries))
@@ -97,20 +76,15 @@ fn by_neutral_map(path: &Path, blocks: &[Block], mesh: &mut Mesh, notes: &mut No
         }
     };
     let n_interfaces = entries.iter().filter(|entry| entry.name.is_none()).count() / 2;
-    let mut names: Vec<&str> = entries
-        .iter()
-        .filter_map(|entry| entry.name.as_deref())
-        .collect();
-    let mut seen = std::collections::BTreeSet::new();
-    names.retain(|name| seen.insert(*name));
-    for name in names {
-        let of_name = entries
-            .iter()
-            .filter(|entry| entry.name.as_deref() == Some(name));
-        let mut faces = Cells::new();
-        of_name.for_each(|entry| faces.append(&entry.faces));
-        add_tag(mesh, name.to_owned(), &faces);
+    let (mut tags, mut places) = (Vec::new(), names::Places::default());
+    for entry in entries {
+        if let Some(name) = entry.name {
+            let tag = places.entry(name.clone(), &mut tags, || (name, Cells::new()));
+            tag.1.append(&entry.faces);
+        }
     }
+    tags.into_iter()
+        .for_each(|(name, faces)| add_tag(mesh, name, &faces));
     say_interfaces(n_interfaces, notes);
     true
 }
@@ -121,30 +95,21 @@ fn add_tag(mesh: &mut Mesh, name: String, faces: &Cells) {
     };
     let first = mesh.cells.len();
     mesh.cells.append(faces);
-    mesh.groups
-        .push(group(face.kind.dimension(), name, first..mesh.cells.len()));
-}
-
-/// The sides of a block: names with faces.
-fn sides(block: &Block) -> Vec<(&'static str, Cells)> {
-    let of_block = SIDES
-        .iter()
-        .filter(|(_, across, _)| block.has_sides() && *across < block.grid.n_indices);
-    of_block
-        .map(|(name, across, is_end)| (*name, block.side(*across, *is_end)))
-        .collect()
+    let cells = (first..mesh.cells.len()).into();
+    let dimension = face.kind.dimension();
+    mesh.groups.push(Group::new(dimension, name, None, cells));
 }
 
 /// A tag for each side of a block that lies nowhere on a side of a block.
 fn by_sides(blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) {
     let mut places = Places::new(&mesh.points);
-    for (_, faces) in blocks.iter().flat_map(sides) {
+    for (_, faces) in blocks.iter().flat_map(Block::sides) {
         places.add(&faces);
     }
     let (mut tags, mut parts) = (Vec::new(), Vec::new());
     let mut n_interfaces = 0;
     for (i, block) in blocks.iter().enumerate() {
-        for (side, faces) in sides(block) {
+        for (side, faces) in block.sides() {
             let name = match blocks.len() {
                 1 => side.to_owned(),
                 _ => format!("block{}_{side}", i + 1),

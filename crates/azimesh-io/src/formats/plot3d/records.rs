@@ -1,7 +1,7 @@
 //! Binary files: the layouts whose counts fit a file, and the coordinates of its blocks.
 
 use super::super::number::{Chunk, DType};
-use super::layout::{Binary, Fit, Layout, MOST_BLOCKS, blocks, n_nodes};
+use super::layout::{Binary, Fit, HEADERS, Layout, header, n_nodes};
 use azimesh_core::error::{Error, Result};
 
 /// Bytes of a mark of a record, and of a count.
@@ -41,31 +41,32 @@ pub(super) fn fits(bytes: &[u8]) -> Vec<Fit> {
     let mut found = Vec::new();
     for is_big_endian in [false, true] {
         for has_records in [true, false] {
-            for (is_multi, n_axes) in [(true, 3), (true, 2), (false, 3), (false, 2)] {
-                let binary = Binary {
-                    is_big_endian,
-                    has_records,
-                    real: 0,
-                };
-                let Some((blocks, start)) = header(bytes, &binary, is_multi, n_axes) else {
+            let binary = Binary {
+                is_big_endian,
+                has_records,
+                real: 0,
+            };
+            for (is_multi, n_axes) in HEADERS {
+                let counts = |at, n| binary.record(bytes, at, n);
+                let header = header((is_multi, n_axes), counts);
+                let known = header.filter(|(blocks, _)| n_nodes(blocks, bytes.len() / 4).is_some());
+                let Some((blocks, start)) = known else {
                     continue;
                 };
                 for (real, has_blanking) in [(4, false), (4, true), (8, false), (8, true)] {
-                    let binary = Some(Binary { real, ..binary });
                     let layout = Layout {
-                        binary,
+                        binary: Some(Binary { real, ..binary }),
                         is_multi,
                         n_axes,
                         has_blanking,
                     };
+                    let blocks = blocks.clone();
                     let fit = Fit {
                         layout,
-                        blocks: blocks.clone(),
+                        blocks,
                         start,
                     };
-                    if fit.ends_with(bytes) {
-                        found.push(fit);
-                    }
+                    found.extend(fit.ends_with(bytes).then_some(fit));
                 }
             }
         }
@@ -81,30 +82,6 @@ pub(super) fn fits(bytes: &[u8]) -> Vec<Fit> {
 pub(super) fn recognizes(bytes: &[u8]) -> bool {
     // Text never does: its first four characters would be a count of millions.
     bytes.len() >= 24 && fits(bytes).iter().any(|fit| fit.is_plausible(bytes))
-}
-
-/// The blocks that the counts at the start announce, and where the first starts.
-fn header(
-    bytes: &[u8],
-    binary: &Binary,
-    is_multi: bool,
-    n_axes: usize,
-) -> Option<(Vec<[usize; 3]>, usize)> {
-    let (n, at) = match is_multi {
-        true => {
-            let (n, at) = binary.record(bytes, 0, 1)?;
-            let n = usize::try_from(n[0]).ok()?;
-            (n, at)
-        }
-        false => (1, 0),
-    };
-    if n == 0 || n > MOST_BLOCKS {
-        return None;
-    }
-    let (sizes, start) = binary.record(bytes, at, n * n_axes)?;
-    let blocks = blocks(&sizes, n_axes)?;
-    n_nodes(&blocks, bytes.len() / 4)?;
-    Some((blocks, start))
 }
 
 impl Fit {
@@ -134,10 +111,8 @@ impl Fit {
 
     /// Whether the last block ends where the file does, and the records have right marks.
     fn ends_with(&self, bytes: &[u8]) -> bool {
-        let sizes = self
-            .blocks
-            .iter()
-            .map(|block| self.block_bytes(block.iter().product()));
+        let size = |block: &[usize; 3]| self.block_bytes(block.iter().product());
+        let sizes = self.blocks.iter().map(size);
         if sizes.sum::<usize>().checked_add(self.start) != Some(bytes.len()) {
             return false;
         }

@@ -1,7 +1,7 @@
 //! Files of text: numbers between white space, wherever lines end.
 
 use super::super::tokens::Tokens;
-use super::layout::{Fit, Layout, MOST_BLOCKS, blocks, n_nodes};
+use super::layout::{Fit, HEADERS, Layout, blocks_of, header, n_nodes};
 use azimesh_core::error::{Error, Result};
 
 /// The layouts whose counts fit the number of words of a text, and a sentence on why there may be none.
@@ -9,16 +9,14 @@ pub(super) fn fits(bytes: &[u8]) -> (Vec<Fit>, String) {
     let mut found = Vec::new();
     let mut needs = Vec::new();
     let n_words = Tokens::new(bytes).words().len();
-    for (is_multi, n_axes) in [(true, 3), (true, 2), (false, 3), (false, 2)] {
-        let Some((blocks, n_counts, start)) = header(bytes, is_multi, n_axes) else {
+    for (is_multi, n_axes) in HEADERS {
+        let header = header((is_multi, n_axes), |at, n| counts(bytes, at, n));
+        let Some((blocks, start)) = header else {
             continue;
         };
+        let n_counts = blocks.len() * n_axes + usize::from(is_multi);
         let Some(n) = n_nodes(&blocks, n_words) else {
-            let kind = if is_multi {
-                "multi-block"
-            } else {
-                "single block"
-            };
+            let kind = blocks_of(is_multi);
             needs.push(format!("{kind}, {n_axes}D: more than the file has"));
             continue;
         };
@@ -42,43 +40,25 @@ pub(super) fn fits(bytes: &[u8]) -> (Vec<Fit>, String) {
             }
         }
     }
-    let why = match needs.is_empty() {
-        _ if found.is_empty() && memchr::memchr(b'*', bytes).is_some() => {
-            "numbers that stand for several, such as 3*0.0, are not read; write each of them".into()
-        }
-        true => "this is no Plot3D grid: it does not begin with numbers of blocks and nodes".into(),
-        false => format!(
-            "the file has {n_words} numbers, which fits no layout of a Plot3D grid; needed are, {}",
-            needs.join("; ")
-        ),
+    let why = if found.is_empty() && memchr::memchr(b'*', bytes).is_some() {
+        "numbers that stand for several, such as 3*0.0, are not read; write each of them".into()
+    } else if needs.is_empty() {
+        "this is no Plot3D grid: it does not begin with numbers of blocks and nodes".into()
+    } else {
+        let needs = needs.join("; ");
+        format!(
+            "the file has {n_words} numbers, which fits no layout of a Plot3D grid; needed are, {needs}"
+        )
     };
     (found, why)
 }
 
-/// The blocks that the counts at the start announce, how many counts these are, and where the first block starts.
-fn header(bytes: &[u8], is_multi: bool, n_axes: usize) -> Option<(Vec<[usize; 3]>, usize, usize)> {
-    let mut lexer = Tokens::new(bytes);
-    let mut integer = || {
-        let mut word = lexer.next_word()?;
-        let value = word.integer("a count").ok()?;
-        Some((value, lexer.position()))
-    };
-    let n = match is_multi {
-        true => usize::try_from(integer()?.0).ok()?,
-        false => 1,
-    };
-    if n == 0 || n > MOST_BLOCKS {
-        return None;
-    }
-    let mut sizes = Vec::new();
-    let mut start = 0;
-    for _ in 0..n * n_axes {
-        let (size, end) = integer()?;
-        sizes.push(size);
-        start = end;
-    }
-    let n_counts = n * n_axes + usize::from(is_multi);
-    Some((blocks(&sizes, n_axes)?, n_counts, start))
+/// The next `n` words from a place on as counts, and the place after them.
+fn counts(bytes: &[u8], at: usize, n: usize) -> Option<(Vec<i64>, usize)> {
+    let mut words = Tokens::between(bytes, at..bytes.len());
+    let next = |_| words.next_word()?.integer("a count").ok();
+    let counts = (0..n).map(next).collect::<Option<Vec<i64>>>()?;
+    Some((counts, words.position()))
 }
 
 /// The coordinates of all blocks, and whether nodes are blanked.
@@ -107,7 +87,7 @@ pub(super) fn points(bytes: &[u8], fit: &Fit) -> Result<(Vec<[f64; 3]>, bool)> {
                 0.0
             }
         };
-        points.extend((0..n).map(|i| [axis(0, i), axis(1, i), axis(2, i)]));
+        points.extend((0..n).map(|i| [0, 1, 2].map(|k| axis(k, i))));
         is_blanked |= own[n_axes * n..].contains(&0.0);
     }
     if points.len() >= u32::MAX as usize {

@@ -5,12 +5,14 @@
 //! in the order of these, others stay piece by piece.
 
 use crate::formats::Notes;
+use crate::formats::names::alike;
+use crate::formats::vtk::number::Element;
 use crate::mesh::too_many;
 use crate::mesh::{Cells, DataArray, Mesh, for_each_shared_place};
 use azimesh_core::diagnostic::formats::{ArrayRead, Pieces};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::{any, collect, largest, sort};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// One piece, with the names of the arrays that hold its global numbers.
 pub struct Piece {
@@ -59,13 +61,14 @@ pub fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Result<Mesh> {
     let cell_ids = numbers(&pieces, |p| (&p.mesh.cell_arrays, &p.cell_ids));
     let has_cell_ids = cell_ids.is_some();
     let n_cells = pieces.iter().map(|piece| piece.mesh.cells.len()).sum();
-    let order: Vec<usize> = match cell_ids {
-        Some(ids) => sorted(&ids)
+    let in_file = || (0..n_cells).collect();
+    let by_number = |ids: Vec<i64>| {
+        sorted(&ids)
             .iter()
             .map(|(_, cell)| *cell as usize)
-            .collect(),
-        None => (0..n_cells).collect(),
+            .collect()
     };
+    let order: Vec<usize> = cell_ids.map_or_else(in_file, by_number);
     let mut mesh = Mesh {
         points: joined.origin.iter().map(|&node| points[node]).collect(),
         point_arrays: arrays(&pieces, "point", |m| &m.point_arrays, &joined.origin, notes),
@@ -111,9 +114,8 @@ fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<
         let near = |i: usize| (a[i] - b[i]).abs() <= SAME_PLACE * largest;
         pair[0].0 == pair[1].0 && !(0..3).all(near)
     };
-    if any(sorted.len().saturating_sub(1), |i| {
-        elsewhere(&sorted[i..i + 2])
-    }) {
+    let n_pairs = sorted.len().saturating_sub(1);
+    if any(n_pairs, |i| elsewhere(&sorted[i..i + 2])) {
         notes.push(Pieces::NumbersUnused);
         return None;
     }
@@ -185,9 +187,8 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
 
 /// The cells of all pieces with the nodes of the whole, one piece after another.
 fn cells(pieces: &mut [Piece], new_index: &[u32]) -> Cells {
-    let n_entries = pieces
-        .iter()
-        .map(|piece| piece.mesh.cells.connectivity().len());
+    let each = pieces.iter();
+    let n_entries = each.map(|piece| piece.mesh.cells.connectivity().len());
     let mut cells = Cells::new();
     cells.reserve(n_entries.sum());
     let mut rest = new_index;
@@ -212,34 +213,22 @@ fn arrays<'p>(
     let parts = pieces.iter();
     let parts = parts.filter(|piece| what == "point" || !piece.mesh.cells.is_empty());
     let parts: Vec<&Vec<DataArray>> = parts.map(|piece| of(&piece.mesh)).collect();
-    let Some((first, rest)) = parts.split_first() else {
-        return Vec::new();
+    let kind = |array: &'p DataArray| {
+        let element = Element::of(&array.values).name();
+        (&*array.name, array.n_components, element)
     };
-    let mut arrays: Vec<DataArray> = Vec::new();
-    let mut kept: BTreeSet<&str> = BTreeSet::new();
-    // Arrays of several pieces have a name and a number of components in common.
-    let key = |array: &'p DataArray| (&*array.name, array.n_components);
-    let by_key = |part: &&'p Vec<DataArray>| part.iter().map(|array| (key(array), array)).collect();
-    let rest: Vec<BTreeMap<_, &DataArray>> = rest.iter().map(by_key).collect();
-    for array in first.iter() {
-        let others = rest.iter().map(|part| part.get(&key(array)));
-        let others: Option<Vec<_>> = others.map(|other| Some(&other?.values)).collect();
-        let mut all = array.values.clone();
-        if others.is_some_and(|others| others.into_iter().all(|values| all.append(values))) {
-            kept.insert(&array.name);
-            arrays.push(DataArray {
-                values: all.select(array.n_components, origin),
-                ..array.clone()
-            });
+    let all = alike(&parts, what, (|array| &*array.name, kind), notes);
+    let whole = all.into_iter().map(|of_pieces| {
+        let mut values = of_pieces[0].values.clone();
+        for array in &of_pieces[1..] {
+            values.append(&array.values);
         }
-    }
-    for array in parts.into_iter().flatten() {
-        if !kept.contains(&*array.name) {
-            let name = array.name.clone();
-            notes.push(ArrayRead::NotAlike { what, name });
+        DataArray {
+            values: values.select(of_pieces[0].n_components, origin),
+            ..of_pieces[0].clone()
         }
-    }
-    arrays
+    });
+    whole.collect()
 }
 
 /// Field arrays of the first piece; a note where another piece has another.

@@ -32,7 +32,7 @@ mod write;
 
 use super::vtk::{order, tags};
 use super::vtu::read::{Raw, raw};
-use super::vtu::xml::{Child, Parser, as_utf8};
+use super::vtu::xml::{Parser, as_utf8};
 use super::{Encoding, Format, Holds, Notes, ReadOptions, Source};
 use crate::mesh::{DataArray, Mesh};
 use azimesh_core::error::{Error, Result, option};
@@ -132,28 +132,24 @@ fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
     let root = parser.root()?;
     let kind = parser.attribute(&root, "type")?.unwrap_or_default();
     if kind != GRID {
-        return Err(parser.error(format!(
-            "the file has the VTK type {kind}; it must be {GRID}"
-        )));
+        let message = format!("the file has the VTK type {kind}; it must be {GRID}");
+        return Err(parser.error(message));
     }
     let mut names = Vec::new();
-    while let Some(child) = parser.child("VTKFile")? {
-        match child {
-            Child::Element(grid) if grid.name().as_ref() == GRID => {
-                while let Some(child) = parser.child(GRID)? {
-                    if let Child::Element(piece) = &child
-                        && piece.name().as_ref() == "Piece"
-                    {
-                        let name = parser.attribute(piece, "Source")?;
-                        let missing = || parser.error("a Piece has no Source");
-                        names.push(name.ok_or_else(missing)?);
-                    }
-                    parser.skip(child)?;
-                }
-            }
-            other => parser.skip(other)?,
+    parser.each("VTKFile", |parser, name, _| {
+        if name != GRID {
+            return Ok(false);
         }
-    }
+        parser.each(GRID, |parser, name, piece| {
+            if name == "Piece" {
+                let name = parser.attribute(piece, "Source")?;
+                let missing = || parser.error("a Piece has no Source");
+                names.push(name.ok_or_else(missing)?);
+            }
+            Ok(false)
+        })?;
+        Ok(true)
+    })?;
     if names.is_empty() {
         return Err(parser.error("the file has no Piece"));
     }
@@ -164,10 +160,10 @@ fn piece_names(bytes: &[u8]) -> Result<Vec<String>> {
 fn piece_of(raw: Raw) -> Piece {
     let nodes = raw.global_nodes.unwrap_or_else(|| NODE_IDS.into());
     let cells = raw.global_cells.unwrap_or_else(|| CELL_IDS.into());
+    let is_ids = |array: &DataArray| array.n_components == 1 && array.values.is_integer();
     let has = |arrays: &[DataArray], name: &String| {
-        arrays.iter().any(|array| {
-            array.name == *name && array.n_components == 1 && array.values.is_integer()
-        })
+        let mut named = arrays.iter().filter(|array| array.name == *name);
+        named.any(is_ids)
     };
     Piece {
         node_ids: Some(nodes).filter(|name| has(&raw.mesh.point_arrays, name)),

@@ -53,7 +53,6 @@ impl<'m> Subsets<'m> {
         let part = Mesh {
             points: nodes.iter().map(|&node| mesh.points[node]).collect(),
             cells: new_cells,
-            groups: Vec::new(),
             point_arrays: select(&mesh.point_arrays, &nodes),
             cell_arrays: select(&mesh.cell_arrays, cells),
             field_arrays: mesh.field_arrays.iter().copied().cloned().collect(),
@@ -66,12 +65,10 @@ impl<'m> Subsets<'m> {
 
 fn select(arrays: &[&DataArray], keep: &[usize]) -> Vec<DataArray> {
     let selected = arrays.iter().map(|array| DataArray {
+        name: array.name.clone(),
+        n_components: array.n_components,
         component_names: array.component_names.clone(),
-        ..DataArray::tuples(
-            &array.name,
-            array.n_components,
-            array.values.select(array.n_components, keep),
-        )
+        values: array.values.select(array.n_components, keep),
     });
     selected.collect()
 }

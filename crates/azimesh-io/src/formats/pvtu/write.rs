@@ -9,7 +9,7 @@ use super::super::vtu::{NAMES, VTU, escaped};
 use super::super::{Notes, Out, OutputSet, WriteOptions, check_listed};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS};
-use crate::mesh::{CellRun, CellSet, DataArray, Group, MeshView, Values};
+use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
 use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::curve;
@@ -82,14 +82,17 @@ fn write_all(
         // Every piece has all groups, so that each has the same number in all.
         let mut own = own.into_iter().peekable();
         let groups = mesh.groups.iter().enumerate();
-        let groups = groups.map(|(i, group)| Group {
-            dimension: group.dimension,
-            name: group.name.clone(),
-            number: group.number,
-            condition: group.condition.clone(),
-            cells: own
-                .next_if(|(at, _)| *at == i)
-                .map_or_else(CellSet::new, |(_, set)| set),
+        let groups = groups.map(|(i, group)| {
+            let own = own.next_if(|(at, _)| *at == i).map(|(_, set)| set);
+            Group {
+                condition: group.condition.clone(),
+                ..Group::new(
+                    group.dimension,
+                    &*group.name,
+                    group.number,
+                    own.unwrap_or_default(),
+                )
+            }
         });
         part.groups = groups.collect();
         add_numbers(&mut part.point_arrays, NODE_IDS, &nodes, &mut notes);
@@ -160,8 +163,7 @@ fn list(stem: &str, names: &[String], arrays: &str) -> String {
 /// The piece, from 0 to `n - 1`, of every cell. Cells of lower dimension go where the mesh's own
 /// cells at their first node are.
 fn pieces(mesh: &MeshView, n: usize) -> Result<Vec<u32>> {
-    let cells_of = |run: CellRun| run.first_cell..run.first_cell + run.n_cells();
-    let volume: Vec<usize> = mesh.volume_runs().flat_map(cells_of).collect();
+    let volume: Vec<usize> = mesh.volume_runs().flat_map(|run| run.range()).collect();
     let n_volume = volume.len();
     if n == 0 || n > n_volume {
         return Err(Error::input(format!(

@@ -1,12 +1,13 @@
 //! Reading triangles: text or binary, nodes at one place made one.
 
-use super::super::names::text_of;
+use super::super::names::{Places, text_of};
+use super::super::number::DType;
 use super::super::tokens::Tokens;
 use crate::formats::Notes;
-use crate::mesh::{CellKind, Cells, Group, Mesh};
+use crate::mesh::{CellKind, CellSet, Cells, Group, Mesh, too_many};
 use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::{Error, Result};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 /// Bytes before the triangles of a binary file: a title, and their number.
 const HEAD: usize = 84;
@@ -23,11 +24,9 @@ fn n_binary(bytes: &[u8]) -> Option<usize> {
 fn is_text(bytes: &[u8]) -> bool {
     let head = bytes[..bytes.len().min(1024)].trim_ascii_start();
     let has = |word: &[u8]| memchr::memmem::find(head, word).is_some();
+    let words: [&[u8]; 4] = [b"facet", b"FACET", b"endsolid", b"ENDSOLID"];
     let begins = head.len() >= 5 && head[..5].eq_ignore_ascii_case(b"solid");
-    begins
-        && [&b"facet"[..], b"FACET", b"endsolid", b"ENDSOLID"]
-            .map(has)
-            .contains(&true)
+    begins && words.into_iter().any(has)
 }
 
 /// Whether a file is STL. Binary files may begin with the word of text.
@@ -71,10 +70,10 @@ impl Nodes {
     fn node(&mut self, point: [f64; 3]) -> Result<u32> {
         // Zero and minus zero are one place.
         let place = point.map(|x| (x + 0.0).to_bits());
-        let new = u32::try_from(self.points.len())
-            .ok()
-            .filter(|n| *n < u32::MAX);
-        let new = new.ok_or_else(|| Error::input(crate::mesh::too_many("nodes")))?;
+        let new = u32::try_from(self.points.len()).ok();
+        let new = new
+            .filter(|n| *n < u32::MAX)
+            .ok_or_else(|| Error::input(too_many("nodes")))?;
         let node = *self.places.entry(place).or_insert(new);
         if node == new {
             self.points.push(point);
@@ -100,11 +99,8 @@ fn binary(bytes: &[u8], n: usize, notes: &mut Notes) -> Result<Mesh> {
     let mut n_attributes = 0;
     for (i, triangle) in bytes[HEAD..].chunks_exact(TRIANGLE).enumerate() {
         for corner in triangle[12..48].chunks_exact(12) {
-            let number = |k: usize| {
-                let bytes = &corner[4 * k..4 * k + 4];
-                f64::from(f32::from_le_bytes(bytes.try_into().expect("four bytes")))
-            };
-            let point = [number(0), number(1), number(2)];
+            let mut point = [0.0; 3];
+            DType::real(4, false).of(corner).few_reals(&mut point);
             if !point.iter().all(|x| x.is_finite()) {
                 let message = format!("triangle {i} has a coordinate that is not finite");
                 return Err(Error::input(message).byte((HEAD + TRIANGLE * i) as u64));
@@ -124,8 +120,7 @@ struct Text<'a> {
     triangles: Vec<u32>,
     /// Triangles of each named solid, in the order of their names in the file.
     solids: Vec<Group>,
-    /// Place in `solids` of each name.
-    places: BTreeMap<String, usize>,
+    places: Places<String>,
 }
 
 fn text(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
@@ -134,7 +129,7 @@ fn text(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
         nodes: Nodes::default(),
         triangles: Vec::new(),
         solids: Vec::new(),
-        places: BTreeMap::new(),
+        places: Places::default(),
     };
     while let Some(mut line) = text.lexer.line() {
         keyword(&mut line, "solid")?;
@@ -167,11 +162,8 @@ fn keyword(line: &mut Tokens, word: &str) -> Result<()> {
 
 impl<'a> Text<'a> {
     fn next(&mut self) -> Result<Tokens<'a>> {
-        let line = self.lexer.line();
-        line.ok_or_else(|| {
-            self.lexer
-                .error("the file ends within a solid; \"endsolid\" is missing")
-        })
+        let message = "the file ends within a solid; \"endsolid\" is missing";
+        self.lexer.line().ok_or_else(|| self.lexer.error(message))
     }
 
     /// The facets of a solid, to its end.
@@ -202,18 +194,9 @@ impl<'a> Text<'a> {
         if name.is_empty() {
             return Ok(());
         }
-        let n = self.solids.len();
-        let at = *self.places.entry(name.to_owned()).or_insert(n);
-        if at == n {
-            self.solids.push(Group {
-                dimension: 2,
-                name: name.to_owned(),
-                number: None,
-                condition: None,
-                cells: Default::default(),
-            });
-        }
-        self.solids[at].cells.push_range(own);
+        let new = || Group::new(2, name, None, CellSet::new());
+        let solid = self.places.entry(name.to_owned(), &mut self.solids, new);
+        solid.cells.push_range(own);
         Ok(())
     }
 }

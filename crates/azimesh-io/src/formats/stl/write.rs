@@ -3,13 +3,12 @@
 use super::super::records::{push_real, write_all, write_records};
 use super::super::{Encoding, Precision, WriteOptions};
 use crate::formats::Notes;
-use crate::formats::names::Rule;
+use crate::formats::names::{Places, Rule};
 use crate::formats::rounding::loses_digits;
 use crate::mesh::{CellKind, Cells, Mesh, MeshView, facets::facets};
 use azimesh_core::diagnostic::formats::{GroupWritten, Written};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, cross, norm, scale, sub};
-use std::collections::BTreeMap;
 use std::io::Write;
 
 /// Names as the lines of text have them: some programs end one at a blank, others refuse letters beyond ASCII.
@@ -65,22 +64,16 @@ fn solids(mesh: &MeshView, notes: &mut Notes) -> Vec<(String, Vec<usize>)> {
     let mut is_free = vec![true; mesh.cells.len()];
     let mut n_again = 0;
     let mut solids: Vec<(String, Vec<usize>)> = Vec::new();
-    let mut places = BTreeMap::new();
+    let mut places = Places::default();
     for group in groups {
         let name = &written[group.name.as_str()];
         notes.extend(RULE.note("tag", &group.name, name));
-        let own = group.cells.iter();
-        let own: Vec<usize> = own
-            .filter(|cell| {
-                n_again += usize::from(!is_free[*cell]);
-                std::mem::take(&mut is_free[*cell])
-            })
-            .collect();
-        let at = *places.entry(name).or_insert(solids.len());
-        match solids.get_mut(at) {
-            Some((_, triangles)) => triangles.extend(own),
-            None => solids.push((name.clone(), own)),
-        }
+        let own = group.cells.iter().filter(|cell| {
+            n_again += usize::from(!is_free[*cell]);
+            std::mem::take(&mut is_free[*cell])
+        });
+        let solid = places.entry(name, &mut solids, || (name.clone(), Vec::new()));
+        solid.1.extend(own);
     }
     notes.count(n_again, |n| GroupWritten::OneSolid { n });
     let left: Vec<usize> = (0..is_free.len()).filter(|cell| is_free[*cell]).collect();
@@ -127,9 +120,9 @@ fn binary(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()>
     }
     let n = mesh.cells.len();
     let n = u32::try_from(n).map_err(|_| {
+        let most = u32::MAX;
         Error::input(format!(
-            "there are {n} triangles; binary STL counts up to {}",
-            u32::MAX
+            "there are {n} triangles; binary STL counts up to {most}"
         ))
     })?;
     let mut head = [b' '; 80];
@@ -171,9 +164,7 @@ pub(super) fn triangles(mut mesh: Mesh, notes: &mut Notes) -> Mesh {
         starts.push(sources.len());
     }
     notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
-    if n_cut > 0 {
-        notes.push(Written::CutIntoTriangles { n: n_cut });
-    }
+    notes.count(n_cut, |n| Written::CutIntoTriangles { n });
     for group in &mut mesh.groups {
         let own = group.cells.iter();
         group.cells = own

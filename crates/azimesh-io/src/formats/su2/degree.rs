@@ -44,16 +44,15 @@ impl Element {
         let degree = usize::try_from(shape / 100).unwrap_or(0) + 1;
         let refused =
             || format!("element type {number} is not read; 1, 3, 5, 9, 10, 12, 13 and 14 are");
-        let linear = linear
-            .filter(|kind| super::holds(*kind))
-            .ok_or_else(refused)?;
+        let linear = linear.filter(|kind| super::holds(*kind));
+        let linear = linear.ok_or_else(refused)?;
         if degree > 1 && linear == Vertex {
             return Err(refused());
         }
         if degree > MAX_DEGREE {
+            let name = linear.name();
             return Err(format!(
-                "element type {number} is a {} of degree {degree}; degrees up to {MAX_DEGREE} are read",
-                linear.name()
+                "element type {number} is a {name} of degree {degree}; degrees up to {MAX_DEGREE} are read"
             ));
         }
         Ok(Self {
@@ -68,19 +67,15 @@ impl Element {
         match self.degree {
             1 => self.linear,
             2 => self.curved()[1],
-            _ => self.lagrange(),
+            _ => self.curved()[2],
         }
     }
 
+    /// The kinds of its shape of degree 1, 2 and any.
     fn curved(&self) -> &'static [CellKind; 3] {
         let mut rows = CURVED.iter();
         let row = rows.find(|row| row[0] == self.linear);
         row.expect("vertices are not curved")
-    }
-
-    /// The kind that has its shape at any degree.
-    fn lagrange(&self) -> CellKind {
-        self.curved()[2]
     }
 
     /// Number of its nodes.
@@ -88,7 +83,7 @@ impl Element {
         let n = if self.degree == 1 {
             self.linear.n_nodes()
         } else {
-            lagrange::n_nodes(self.lagrange(), self.degree)
+            lagrange::n_nodes(self.curved()[2], self.degree)
         };
         n.expect("every kind has a number of nodes at these degrees")
     }
@@ -98,7 +93,7 @@ impl Element {
         if self.degree == 1 {
             return None;
         }
-        let wanted = lagrange::lattice(self.lagrange(), self.degree);
+        let wanted = lagrange::lattice(self.curved()[2], self.degree);
         let order = lagrange::permutation(&wanted, &self.rows());
         Some(order.expect("both are the lattice of one cell"))
     }

@@ -27,6 +27,7 @@ pub(super) struct WrittenZone {
 }
 
 /// The faces (and single nodes) of one name.
+#[derive(Clone)]
 pub(super) struct Marker {
     /// The name as it is in the mesh.
     pub name: String,
@@ -44,14 +45,14 @@ impl WrittenZones {
         if let Some(owner) = owners(mesh, &zones, &markers) {
             return Self::split(mesh, &zones, markers, &owner);
         }
-        let runs = mesh.volume_runs();
-        let cells = runs.map(|run| run.first_cell..run.first_cell + run.n_cells());
+        let (nodes, cells) = (None, mesh.volume_runs().map(|run| run.range()).collect());
+        let whole = WrittenZone {
+            cells,
+            nodes,
+            markers,
+        };
         Self {
-            zones: vec![WrittenZone {
-                cells: cells.collect(),
-                nodes: None,
-                markers,
-            }],
+            zones: vec![whole],
             is_reordered: false,
             local: None,
         }
@@ -65,7 +66,7 @@ impl WrittenZones {
             local.push(nodes.len() as u32);
             nodes.push(node as u32);
         }
-        let mut own: Vec<Vec<Marker>> = zones.iter().map(|_| Vec::new()).collect();
+        let mut own: Vec<Vec<Marker>> = vec![Vec::new(); zones.len()];
         for marker in markers {
             if marker.cells.is_empty() {
                 own[0].push(marker);
@@ -82,9 +83,8 @@ impl WrittenZones {
             }
             for (zone, cells) in of_zones {
                 own[zone as usize].push(Marker {
-                    name: marker.name.clone(),
-                    written: marker.written.clone(),
                     cells,
+                    ..marker.clone()
                 });
             }
         }
@@ -171,10 +171,8 @@ fn owners(mesh: &MeshView, zones: &[&Group], markers: &[Marker]) -> Option<Vec<u
     }
     let mut last = 0;
     for owner in &mut owner {
-        if *owner == NOBODY {
-            *owner = last;
-        }
-        last = *owner;
+        last = if *owner == NOBODY { last } else { *owner };
+        *owner = last;
     }
     let ranges = markers.iter().flat_map(|marker| &marker.cells).cloned();
     let mut runs = ranges.flat_map(|range| mesh.cells.runs_in(range));

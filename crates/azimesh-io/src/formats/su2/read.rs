@@ -19,12 +19,8 @@ pub(super) fn recognizes(head: &[u8]) -> bool {
     let mut lexer = Tokens::with_comments(head);
     let line = lexer.line();
     let keyword = line.and_then(|line| Keyword::of(&line));
-    keyword.is_some_and(|keyword| {
-        matches!(
-            keyword.name,
-            b"NDIME" | b"NZONE" | b"IZONE" | b"NELEM" | b"NPOIN" | b"NMARK"
-        )
-    })
+    let names: [&[u8]; 6] = [b"NDIME", b"NZONE", b"IZONE", b"NELEM", b"NPOIN", b"NMARK"];
+    keyword.is_some_and(|keyword| names.contains(&keyword.name))
 }
 
 /// The block that the next lines of data belong to.
@@ -83,9 +79,6 @@ struct File<'a> {
     zones: Vec<Zone<'a>>,
     /// Numbers of the zones.
     numbers: BTreeSet<i32>,
-    block: Block,
-    /// Name of the last keyword.
-    last: &'a [u8],
     /// Lines behind each keyword that means nothing here, itself included.
     unknown: BTreeMap<String, usize>,
 }
@@ -115,19 +108,32 @@ fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Res
         dimension: None,
         zones: vec![Zone::default()],
         numbers: BTreeSet::new(),
-        block: Block::None,
-        last: b"",
         unknown: BTreeMap::new(),
     };
     while let Some(line) = lexer.line() {
-        match Keyword::of(&line) {
-            Some(keyword) => {
-                let block = Counted::of(&keyword, lexer.position());
-                let taken = file.take(&keyword, &line, &mut lexer, notes);
-                blocks.extend(block);
-                taken?;
+        let expected = |line: &Tokens| {
+            let found = shown(line.rest());
+            line.error(format!("expected a line KEYWORD= value, found {found}"))
+        };
+        let keyword = Keyword::of(&line).ok_or_else(|| expected(&line))?;
+        let counted = Counted::of(&keyword, lexer.position());
+        let is_counted = counted.is_some();
+        let taken = file.take(&keyword, &line, &mut lexer, notes);
+        blocks.extend(counted);
+        let block = taken?;
+        while let Some(line) = lexer.peek_line().filter(|line| Keyword::of(line).is_none()) {
+            lexer.line();
+            match &block {
+                &Block::Text(extra) => file.zone().keep(extra, line.rest(), notes),
+                Block::Unknown(name) => *file.unknown.entry(name.clone()).or_default() += 1,
+                Block::None => {
+                    let known = blocks.last().filter(|_| is_counted);
+                    let known = known.ok_or_else(|| expected(&line))?;
+                    let (what, found) = ("there are more lines before", shown(line.rest()));
+                    let what = format!("but {what} the next keyword: {found}");
+                    return Err(known.wrong(what, bytes));
+                }
             }
-            None => file.take_data(&line, blocks.last(), bytes, notes)?,
         }
     }
     for (name, n) in file.unknown.iter().take(LISTED) {
@@ -152,9 +158,7 @@ impl<'a> File<'a> {
         line: &Tokens<'a>,
         lexer: &mut Tokens<'a>,
         notes: &mut Notes,
-    ) -> Result<()> {
-        self.block = Block::None;
-        self.last = keyword.name;
+    ) -> Result<Block> {
         match keyword.name {
             b"NZONE" => {
                 let n = keyword.count(line)?;
@@ -178,40 +182,14 @@ impl<'a> File<'a> {
                 self.zone().number = Some(number);
             }
             _ => {
-                self.block = self.zone().take(keyword, line, lexer, notes)?;
-                if let Block::Unknown(name) = &self.block {
+                let block = self.zone().take(keyword, line, lexer, notes)?;
+                if let Block::Unknown(name) = &block {
                     *self.unknown.entry(name.clone()).or_default() += 1;
                 }
+                return Ok(block);
             }
         }
-        Ok(())
-    }
-
-    /// Takes a line that is no keyword; `before` is the last block of a known number of lines.
-    fn take_data(
-        &mut self,
-        line: &Tokens,
-        before: Option<&Counted>,
-        bytes: &[u8],
-        notes: &mut Notes,
-    ) -> Result<()> {
-        match &self.block {
-            &Block::Text(extra) => self.zone().keep(extra, line.rest(), notes),
-            Block::Unknown(name) => {
-                *self.unknown.get_mut(name).expect("its keyword came first") += 1;
-            }
-            Block::None => {
-                let found = shown(line.rest());
-                return Err(match before.filter(|block| block.name == self.last) {
-                    Some(block) => block.wrong(
-                        format!("but there are more lines before the next keyword: {found}"),
-                        bytes,
-                    ),
-                    None => line.error(format!("expected a line KEYWORD= value, found {found}")),
-                });
-            }
-        }
-        Ok(())
+        Ok(Block::None)
     }
 
     fn mesh(mut self, lexer: &Tokens, notes: &mut Notes) -> Result<Mesh> {
@@ -234,18 +212,14 @@ impl<'a> File<'a> {
         let mut mesh = Mesh::default();
         let mut markers = Places::default();
         for (i, zone) in self.zones.iter().enumerate() {
-            let volume = zone
-                .append_to(&mut mesh, &mut markers, notes)
-                .map_err(|error| error.line(line_of(lexer.bytes(), lexer.position())))?;
+            let volume = zone.append_to(&mut mesh, &mut markers, notes);
+            let volume =
+                volume.map_err(|error| error.line(line_of(lexer.bytes(), lexer.position())))?;
             if n_zones > 1 {
                 let number = zone.number.unwrap_or(i as i32 + 1);
-                mesh.groups.push(Group {
-                    dimension: dimension.expect("it was checked") as u8,
-                    name: number.to_string(),
-                    number: Some(number),
-                    condition: None,
-                    cells: volume.collect(),
-                });
+                let (dimension, name) = (dimension.expect("it was checked"), number.to_string());
+                let zone = Group::new(dimension as u8, name, Some(number), volume.into());
+                mesh.groups.push(zone);
             }
         }
         let dimension = dimension.map(|dimension| dimension as u8);
@@ -258,13 +232,10 @@ impl<'a> File<'a> {
     /// Puts text that only SU2 understands into field arrays, one entry a zone.
     fn add_extra(&mut self, mesh: &mut Mesh) {
         for extra in Extra::ALL {
-            let texts = self.zones.iter_mut();
-            let texts: Vec<String> = texts
-                .map(|zone| std::mem::take(&mut zone.extra[extra as usize]))
-                .collect();
+            let text = |zone: &mut Zone| std::mem::take(&mut zone.extra[extra as usize]);
+            let texts: Vec<String> = self.zones.iter_mut().map(text).collect();
             if texts.iter().any(|text| !text.is_empty()) {
-                let values = Values::Text(texts);
-                let array = DataArray::scalar(extra.array(), values);
+                let array = DataArray::scalar(extra.array(), Values::Text(texts));
                 mesh.field_arrays.push(array);
             }
         }
@@ -328,10 +299,8 @@ impl<'a> Keyword<'a> {
     pub fn count(&self, line: &Tokens) -> Result<usize> {
         let value = self.integer(line)?;
         usize::try_from(value).map_err(|_| {
-            line.error(format!(
-                "{}= {value}: a count cannot be negative",
-                self.name()
-            ))
+            let name = self.name();
+            line.error(format!("{name}= {value}: a count cannot be negative"))
         })
     }
 }

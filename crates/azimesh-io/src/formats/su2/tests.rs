@@ -32,13 +32,7 @@ fn write(mesh: &Mesh) -> (String, Notes) {
 }
 
 fn tag(dimension: u8, name: &str, cells: std::ops::Range<usize>) -> Group {
-    Group {
-        dimension,
-        name: name.into(),
-        number: None,
-        condition: None,
-        cells: cells.collect(),
-    }
+    Group::new(dimension, name, None, cells.into())
 }
 
 fn solid() -> Mesh {

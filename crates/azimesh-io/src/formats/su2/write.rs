@@ -114,11 +114,9 @@ fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
     let boundary = boundary.flat_map(|range| mesh.cells.runs_in(range));
     let mut runs = mesh.volume_runs().chain(boundary);
     if let Some(run) = runs.find(|run| !holds(run.kind)) {
+        let (cell, name, remedy) = (run.first_cell, run.kind.name(), remedy(run.kind));
         return Err(Error::input(format!(
-            "cell {} is a {}, which SU2 cannot hold{}",
-            run.first_cell,
-            run.kind.name(),
-            remedy(run.kind)
+            "cell {cell} is a {name}, which SU2 cannot hold{remedy}"
         )));
     }
     Ok(())
@@ -132,11 +130,9 @@ fn height(mesh: &MeshView) -> Result<Option<Written>> {
     };
     let size = (high[0] - low[0]).max(high[1] - low[1]);
     if high[2] - low[2] > 1e-12 * size {
+        let ([.., low], [.., high], turned) = (low, high, mesh.turned_flat());
         return Err(Error::input(format!(
-            "z goes from {} to {}; SU2 holds meshes of dimension 2 only in a plane of constant z{}",
-            low[2],
-            high[2],
-            mesh.turned_flat()
+            "z goes from {low} to {high}; SU2 holds meshes of dimension 2 only in a plane of constant z{turned}"
         )));
     }
     let lies_flat = low[2] == 0.0 && high[2] == 0.0;
@@ -150,11 +146,10 @@ fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<GroupWritten> {
     if names.is_empty() {
         return None;
     }
-    if parts.zones.len() == 1 {
-        let format = "SU2";
+    let (n, format) = (parts.zones.len(), "SU2");
+    if n == 1 {
         return Some(GroupWritten::ZonesLeftOut { format, names });
     }
-    let n = parts.zones.len();
     let is_numbered = |(i, name): (usize, &String)| *name == (i + 1).to_string();
     let keeps_names = names.iter().enumerate().all(is_numbered);
     (!keeps_names).then_some(GroupWritten::ZoneNames { n, names })
@@ -174,11 +169,10 @@ fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
     for cell in tags.flat_map(|tag| tag.cells.iter()) {
         is_tagged[cell] = true;
     }
-    let mut n_faces = 0;
-    let mut n_lower = 0;
+    let (mut n_faces, mut n_lower) = (0, 0);
     for run in mesh.cells.runs() {
         let of = run.kind.dimension();
-        let cells = &is_tagged[run.first_cell..run.first_cell + run.n_cells()];
+        let cells = &is_tagged[run.range()];
         let n_untagged = || cells.iter().filter(|tagged| !**tagged).count();
         if of + 1 == dimension {
             n_faces += n_untagged();

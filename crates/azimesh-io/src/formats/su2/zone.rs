@@ -137,17 +137,15 @@ impl<'a> Zone<'a> {
 
     /// Refuses a zone without its parts; notes markers of one name, which are one tag, and a wrong number of markers.
     pub fn check(&self, lexer: &Tokens, notes: &mut Notes) -> Result<()> {
-        let missing = |what: &str| match self.number {
-            Some(zone) => lexer.error(format!("zone {zone} has no {what}=")),
-            None => lexer.error(format!("the file has no {what}=")),
-        };
         for (what, is_there) in [
             ("NDIME", self.dimension.is_some()),
             ("NPOIN", self.points.is_some()),
             ("NELEM", self.has_volume),
         ] {
             if !is_there {
-                return Err(missing(what));
+                let zone = self.number.map(|zone| format!("zone {zone}"));
+                let zone = zone.as_deref().unwrap_or("the file");
+                return Err(lexer.error(format!("{zone} has no {what}=")));
             }
         }
         if let Some(name) = &self.marker {
@@ -162,10 +160,8 @@ impl<'a> Zone<'a> {
             notes.push(Read::MarkersJoined { name, n });
         }
         if let Some(n) = self.n_markers.filter(|n| *n != self.n_found) {
-            notes.push(Read::MarkerCount {
-                said: n,
-                found: self.n_found,
-            });
+            let (said, found) = (n, self.n_found);
+            notes.push(Read::MarkerCount { said, found });
         }
         Ok(())
     }
@@ -185,7 +181,7 @@ impl<'a> Zone<'a> {
         }
         mesh.points.resize(first_node + points.len(), [0.0; 3]);
         // After the coordinates, a line may have the index of the node.
-        points.parse_into(&mut mesh.points[first_node..], 1, |line, point| {
+        points.parse_into(&mut mesh.points[first_node..], 1, |line, _, point| {
             for (i, x) in point[0][..dimension].iter_mut().enumerate() {
                 if line.is_done() {
                     let message = format!("a node needs {dimension} coordinates, found {i}");
@@ -202,8 +198,9 @@ impl<'a> Zone<'a> {
             if first.saturating_add(lines.len()) >= u32::MAX as usize {
                 return Err(Error::input(too_many("cells")));
             }
-            let parts = lines
-                .parse(|line, part| parse_cell(line, &nodes, dimension, name.as_deref(), part))?;
+            let marker = name.as_deref();
+            let parts =
+                lines.parse(|line, part| parse_cell(line, &nodes, dimension, marker, part))?;
             append_cells(parts, &mut mesh.cells, notes);
             match name {
                 Some(name) => add_marker(mesh, markers, name, first, dimension as u8 - 1),
@@ -264,12 +261,11 @@ fn parse_cell(
     let kind = element.kind();
     if usize::from(kind.dimension()) + usize::from(marker.is_some()) > dimension {
         let kind = kind.name();
-        return Err(line.error(match marker {
-            Some(name) => {
-                format!("a {kind} cannot be on the boundary \"{name}\" with NDIME= {dimension}")
-            }
-            None => format!("a {kind} cannot be in a mesh with NDIME= {dimension}"),
-        }));
+        let boundary = marker.map(|name| format!("on the boundary \"{name}\""));
+        let place = boundary.as_deref().unwrap_or("in a mesh");
+        return Err(line.error(format!(
+            "a {kind} cannot be {place} with NDIME= {dimension}"
+        )));
     }
     let n_nodes = element.n_nodes();
     for i in 0..n_nodes {
@@ -279,10 +275,9 @@ fn parse_cell(
         }
         let node = line.integer("a node index")?;
         if !usize::try_from(node).is_ok_and(|node| node < nodes.len()) {
+            let (kind, n) = (kind.name(), nodes.len());
             return Err(line.error(format!(
-                "a {} has node {node}, but the mesh has {} nodes, counted from 0",
-                kind.name(),
-                nodes.len()
+                "a {kind} has node {node}, but the mesh has {n} nodes, counted from 0"
             )));
         }
         part.connectivity.push((nodes.start + node as usize) as u32);
@@ -304,25 +299,13 @@ fn add_marker(
     boundary: u8,
 ) {
     let runs = mesh.cells.runs_in(first..mesh.cells.len());
-    let mut ranges: Vec<(u8, Range<usize>)> = runs
-        .map(|run| {
-            (
-                run.kind.dimension(),
-                run.first_cell..run.first_cell + run.n_cells(),
-            )
-        })
-        .collect();
+    let ranges = runs.map(|run| (run.kind.dimension(), run.range()));
+    let mut ranges: Vec<(u8, Range<usize>)> = ranges.collect();
     if ranges.is_empty() {
         ranges.push((boundary, 0..0));
     }
     for (dimension, cells) in ranges {
-        let new = || Group {
-            dimension,
-            name: name.to_owned(),
-            number: None,
-            condition: None,
-            cells: CellSet::new(),
-        };
+        let new = || Group::new(dimension, name, None, CellSet::new());
         let group = markers.entry((dimension, name.to_owned()), &mut mesh.groups, new);
         group.cells.push_range(cells);
     }

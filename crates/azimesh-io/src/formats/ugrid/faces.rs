@@ -2,6 +2,7 @@
 
 use super::mapbc::{self, Patch};
 use crate::mesh::{CellRun, CellSet, DataArray, Group, Mesh, MeshView, Values};
+use azimesh_core::geometry::bounds::Bounds;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Field array of FUN3D's numbers that would be written otherwise: face number, condition.
@@ -19,22 +20,19 @@ pub(super) fn add_groups(mesh: &mut Mesh, numbers: &[i32], patches: &[Patch]) {
         sets.entry(same[0]).or_default().push_range(first..end);
         first = end;
     }
+    let mut by_number: BTreeMap<i32, &Patch> = BTreeMap::new();
     for patch in patches {
         sets.entry(patch.number).or_default();
+        by_number.insert(patch.number, patch);
     }
     let mut kept = Vec::new();
-    let by_number = patches.iter().map(|patch| (patch.number, patch));
-    let by_number: BTreeMap<i32, &Patch> = by_number.collect();
     for (number, cells) in sets {
         let patch = by_number.get(&number).copied();
-        let condition = patch.and_then(|patch| mapbc::condition(patch.condition));
         let name = patch.and_then(|patch| patch.name.clone());
+        let name = name.unwrap_or_else(|| number.to_string());
         let group = Group {
-            dimension: 2,
-            name: name.unwrap_or_else(|| number.to_string()),
-            number: Some(number),
-            condition,
-            cells,
+            condition: patch.and_then(|patch| mapbc::condition(patch.condition)),
+            ..Group::new(2, name, Some(number), cells)
         };
         if let Some(patch) = patch.filter(|_| group.condition.is_some())
             && condition_number(&mesh.view(), &group) != Some(patch.condition)
@@ -65,10 +63,9 @@ pub(super) struct Tag<'a> {
 pub(super) fn tags<'a>(mesh: &MeshView<'a>) -> Vec<Tag<'a>> {
     let mut taken = BTreeSet::new();
     let own = |group: &Group| group.number.filter(|number| *number > 0);
-    let own: Vec<Option<i32>> = mesh
-        .boundary_tags()
-        .map(|group| own(group).filter(|number| taken.insert(*number)))
-        .collect();
+    let tags = mesh.boundary_tags();
+    let own = tags.map(|group| own(group).filter(|number| taken.insert(*number)));
+    let own: Vec<Option<i32>> = own.collect();
     let mut free = (1..).filter(|number| !taken.contains(number));
     let tags = mesh.boundary_tags().zip(own);
     tags.map(|(group, own)| Tag {
@@ -105,16 +102,10 @@ fn kept_number(mesh: &MeshView, number: Option<i32>) -> Option<i32> {
 
 /// The axis along which the tag's faces extend least, at rest: of all steps it is the same.
 fn normal(mesh: &MeshView, group: &Group) -> usize {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
     let runs = group.cells.ranges().flat_map(|r| mesh.cells.runs_in(r));
-    for &node in runs.flat_map(|run| run.connectivity) {
-        let point = mesh.rest.points[node as usize];
-        for i in 0..3 {
-            low[i] = low[i].min(point[i]);
-            high[i] = high[i].max(point[i]);
-        }
-    }
+    let nodes = runs.flat_map(|run| run.connectivity);
+    let points = nodes.map(|node| &mesh.rest.points[*node as usize]);
+    let Bounds { low, high } = Bounds::around(points);
     let extent = |axis: &usize| high[*axis] - low[*axis];
     let least = (0..3).min_by(|a, b| extent(a).total_cmp(&extent(b)));
     least.expect("there are three axes")
@@ -170,9 +161,8 @@ impl FaceNumbers {
     }
 
     fn first(&self, run: &CellRun) -> usize {
-        let after = self
-            .starts
-            .partition_point(|(cell, _)| *cell <= run.first_cell);
+        let is_before = |(cell, _): &(usize, usize)| *cell <= run.first_cell;
+        let after = self.starts.partition_point(is_before);
         let (cell, face) = self.starts[after - 1];
         face + run.first_cell - cell
     }

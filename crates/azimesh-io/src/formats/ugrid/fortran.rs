@@ -103,11 +103,13 @@ impl<'a> Record<'a> {
     fn mark(&mut self, is_negative: bool) -> io::Result<()> {
         let length = (self.end() - self.start) as i32;
         let mark = if is_negative { -length } else { length };
-        self.out.write_all(&if self.is_big_endian {
+        let little = mark.to_le_bytes();
+        let bytes = if self.is_big_endian {
             mark.to_be_bytes()
         } else {
-            mark.to_le_bytes()
-        })
+            little
+        };
+        self.out.write_all(&bytes)
     }
 }
 
@@ -136,12 +138,12 @@ impl Write for Record<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::layout::records;
+    use super::super::layout::binary;
     use super::*;
 
     #[test]
     fn a_record_in_parts_comes_back() {
-        let binary = records(true, 8).expect("it is binary");
+        let binary = binary(true, 8, 4, true).expect("it is binary");
         let mut file = Vec::new();
         let mut record = Record::in_parts(&mut file, true, 10, 4).expect("a vector takes all");
         record.write_all(&[1, 2, 3]).expect("a vector takes all");

@@ -1,6 +1,6 @@
 //! The content of a UGRID file, its order, and how its numbers are stored.
 
-use super::{fortran, text};
+use super::{fortran, read};
 use crate::formats::number::DType;
 use crate::mesh::{CellKind, Cells, Coordinates, Listing, NodesOfCells};
 use azimesh_core::parallel::{BLOCK, for_blocks};
@@ -108,12 +108,8 @@ impl Counts {
 
     /// Integers before the nodes of a kind: node indices and, before solid cells, face numbers.
     pub fn n_before(&self, kind: usize) -> usize {
-        let numbers = if kind < N_FACE_KINDS {
-            0
-        } else {
-            self.n_faces()
-        };
-        self.n_entries(kind) + numbers
+        let n_face_numbers = usize::from(kind >= N_FACE_KINDS) * self.n_faces();
+        self.n_entries(kind) + n_face_numbers
     }
 
     /// Integers after the coordinates.
@@ -123,11 +119,8 @@ impl Counts {
 
     /// Cells of these nodes, which are in UGRID's order.
     pub fn cells(&self, mut connectivity: Vec<u32>) -> Cells {
-        let pyramid = KINDS
-            .into_iter()
-            .take_while(|kind| *kind != CellKind::Pyramid);
-        let pyramid = pyramid.count();
-        turn(&mut connectivity[self.n_entries(pyramid)..self.n_entries(pyramid + 1)]);
+        // Pyramids are the fourth of the kinds.
+        turn(&mut connectivity[self.n_entries(3)..self.n_entries(4)]);
         let runs = (0..KINDS.len()).map(|i| (KINDS[i], N_NODES[i], self.n_cells[i]));
         Cells::from_connectivity(connectivity, runs.filter(|(_, _, n)| *n > 0))
     }
@@ -154,29 +147,24 @@ pub(super) struct Binary {
 /// Storage of numbers: as text, or as bytes.
 pub(super) type Layout = Option<Binary>;
 
-/// C binary.
-pub(super) const fn c_binary(is_big_endian: bool, real: usize, integer: usize) -> Layout {
+/// C binary, or Fortran records.
+pub(super) const fn binary(
+    is_big_endian: bool,
+    real: usize,
+    integer: usize,
+    has_records: bool,
+) -> Layout {
     Some(Binary {
         is_big_endian,
         real,
         integer,
-        has_records: false,
-    })
-}
-
-/// Fortran records.
-pub(super) const fn records(is_big_endian: bool, real: usize) -> Layout {
-    Some(Binary {
-        is_big_endian,
-        real,
-        integer: 4,
-        has_records: true,
+        has_records,
     })
 }
 
 /// Checks if the counts at the start fit the length of the file: there is no magic number.
 pub(super) fn fits(layout: &Layout, bytes: &[u8]) -> bool {
-    layout.map_or_else(|| text::fits(bytes), |binary| binary.fits(bytes))
+    layout.map_or_else(|| read::fits_text(bytes), |binary| binary.fits(bytes))
 }
 
 impl Binary {
@@ -230,16 +218,13 @@ impl Binary {
 
     /// Ignores marks of records: some writers get them wrong.
     fn fits(&self, bytes: &[u8]) -> bool {
-        let before = if self.has_records { fortran::MARK } else { 0 };
+        let before = usize::from(self.has_records) * fortran::MARK;
         let Some(Ok(counts)) = bytes.get(before..).and_then(|from| self.counts(from)) else {
             return false;
         };
         let body = self.body(&counts);
-        let marks = if self.has_records {
-            2 * fortran::MARK as u128 + fortran::marks(body)
-        } else {
-            0
-        };
+        let marks = 2 * fortran::MARK as u128 + fortran::marks(body);
+        let marks = u128::from(self.has_records) * marks;
         counts.is_mesh() && bytes.len() as u128 == self.header() as u128 + body + marks
     }
 }

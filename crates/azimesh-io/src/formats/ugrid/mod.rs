@@ -28,13 +28,12 @@ mod fortran;
 mod layout;
 mod mapbc;
 mod read;
-mod text;
 mod write;
 
 use super::slabs::opened;
 use super::{Encoding, Format, Precision};
 pub(super) use layout::in_order;
-use layout::{Layout, c_binary, fits, records};
+use layout::{Layout, binary, fits};
 use std::path::{Path, PathBuf};
 
 /// One way of storing a UGRID file.
@@ -71,39 +70,35 @@ macro_rules! flavours {
 
 flavours! {
     TEXT "ugrid" "UGRID (.ugrid, text)" ["ugrid"] None;
-    B8 "ugrid-b8" "UGRID (.b8.ugrid)" ["b8.ugrid"] c_binary(true, 8, 4);
-    LB8 "ugrid-lb8" "UGRID (.lb8.ugrid)" ["lb8.ugrid"] c_binary(false, 8, 4);
-    B4 "ugrid-b4" "UGRID (.b4.ugrid)" ["b4.ugrid"] c_binary(true, 4, 4);
-    LB4 "ugrid-lb4" "UGRID (.lb4.ugrid)" ["lb4.ugrid"] c_binary(false, 4, 4);
-    R8 "ugrid-r8" "UGRID (.r8.ugrid)" ["r8.ugrid"] records(true, 8);
-    LR8 "ugrid-lr8" "UGRID (.lr8.ugrid)" ["lr8.ugrid"] records(false, 8);
-    R4 "ugrid-r4" "UGRID (.r4.ugrid)" ["r4.ugrid"] records(true, 4);
-    LR4 "ugrid-lr4" "UGRID (.lr4.ugrid)" ["lr4.ugrid"] records(false, 4);
-    B8L "ugrid-b8l" "UGRID (.b8l.ugrid)" ["b8l.ugrid", "b8.ugrid64"] c_binary(true, 8, 8);
+    B8 "ugrid-b8" "UGRID (.b8.ugrid)" ["b8.ugrid"] binary(true, 8, 4, false);
+    LB8 "ugrid-lb8" "UGRID (.lb8.ugrid)" ["lb8.ugrid"] binary(false, 8, 4, false);
+    B4 "ugrid-b4" "UGRID (.b4.ugrid)" ["b4.ugrid"] binary(true, 4, 4, false);
+    LB4 "ugrid-lb4" "UGRID (.lb4.ugrid)" ["lb4.ugrid"] binary(false, 4, 4, false);
+    R8 "ugrid-r8" "UGRID (.r8.ugrid)" ["r8.ugrid"] binary(true, 8, 4, true);
+    LR8 "ugrid-lr8" "UGRID (.lr8.ugrid)" ["lr8.ugrid"] binary(false, 8, 4, true);
+    R4 "ugrid-r4" "UGRID (.r4.ugrid)" ["r4.ugrid"] binary(true, 4, 4, true);
+    LR4 "ugrid-lr4" "UGRID (.lr4.ugrid)" ["lr4.ugrid"] binary(false, 4, 4, true);
+    B8L "ugrid-b8l" "UGRID (.b8l.ugrid)" ["b8l.ugrid", "b8.ugrid64"] binary(true, 8, 8, false);
     LB8L "ugrid-lb8l" "UGRID (.lb8l.ugrid)" ["lb8l.ugrid", "lb8.ugrid64"]
-        c_binary(false, 8, 8);
+        binary(false, 8, 8, false);
 }
 
 /// Constants and functions that depend on the widths of numbers.
 const fn of_layout(layout: &Layout) -> Format {
-    let (encodings, is_single, is_plain): (&[Encoding], _, _) = match layout {
-        None => (Format::NEW.encodings, false, false),
-        Some(binary) => (
-            &[Encoding::Raw],
-            binary.real == 4,
-            !binary.has_records && binary.real == 8,
-        ),
-    };
-    Format {
-        encodings,
-        precisions: if is_single {
-            &[Precision::F32]
-        } else {
-            &[Precision::F64]
-        },
-        takes_numbers_apart: if is_plain { |_| true } else { |_| false },
+    let text = Format {
         companions: mapbc::companions,
         ..Format::NEW
+    };
+    let Some(binary) = layout else {
+        return text;
+    };
+    let is_plain = !binary.has_records && binary.real == 8;
+    let precisions = [&[Precision::F32], &[Precision::F64]];
+    Format {
+        encodings: &[Encoding::Raw],
+        precisions: precisions[(binary.real == 8) as usize],
+        takes_numbers_apart: if is_plain { |_| true } else { |_| false },
+        ..text
     }
 }
 

@@ -1,10 +1,12 @@
-//! Makes a mesh of the numbers of a file. A binary file is read by ranges; the whole mesh is the range of all.
+//! Makes a mesh of the numbers of a file. A binary file is read by ranges; the whole mesh is the range of all. In text the
+//! numbers are between white space, wherever lines end.
 
 use super::super::number::{Chunk, DType};
 use super::super::slabs::{Refusal, Slabs, overlapping, whole};
+use super::super::tokens::{Tokens, shown, without_comments};
 use super::super::{Notes, Source};
 use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, N_NODES};
-use super::{Ugrid, faces, fortran, mapbc, text};
+use super::{Ugrid, faces, fortran, mapbc};
 use crate::mesh::{Cells, Mesh};
 use azimesh_core::diagnostic::formats::{NotKept, Read};
 use azimesh_core::error::{Error, Result, option};
@@ -30,7 +32,7 @@ pub(super) fn read(source: &Source, flavour: &Ugrid, notes: &mut Notes) -> Resul
         mesh.points = stored.points(0..stored.n_nodes())?;
         (mesh, face_numbers)
     } else {
-        text::read(source.bytes(), flavour, notes)?
+        read_text(source.bytes(), flavour, notes)?
     };
     faces::add_groups(&mut mesh, &face_numbers, &patches);
     Ok(mesh)
@@ -113,27 +115,18 @@ impl<'a> Stored<'a> {
 
     /// The coordinates of some nodes.
     fn coordinates(&self, nodes: Range<usize>) -> Chunk<'_> {
-        let Binary {
-            real,
-            is_big_endian,
-            ..
-        } = self.binary;
+        let real = self.binary.real;
         let bytes = &self.body[3 * real * nodes.start..3 * real * nodes.end];
-        DType::real(real, is_big_endian).of(bytes)
+        DType::real(real, self.binary.is_big_endian).of(bytes)
     }
 
     /// Some of the integers after the coordinates, and their offset in the file.
     fn integers(&self, numbers: Range<usize>) -> (Chunk<'_>, usize) {
-        let Binary {
-            real,
-            integer,
-            is_big_endian,
-            ..
-        } = self.binary;
-        let first = 3 * self.counts.n_nodes * real;
-        let [start, end] = [numbers.start, numbers.end].map(|at| first + at * integer);
-        let bytes = DType::integer(integer, is_big_endian).of(&self.body[start..end]);
-        (bytes, self.start + start)
+        let binary = self.binary;
+        let first = 3 * self.counts.n_nodes * binary.real;
+        let [start, end] = [numbers.start, numbers.end].map(|at| first + at * binary.integer);
+        let dtype = DType::integer(binary.integer, binary.is_big_endian);
+        (dtype.of(&self.body[start..end]), self.start + start)
     }
 
     /// Node indices of some cells of a kind, counted from 0; each is one of the mesh.
@@ -257,9 +250,8 @@ fn records<'a>(bytes: &'a [u8], binary: &Binary, notes: &mut Notes) -> Result<Re
 
 /// A hint at the flavour that the file may be instead.
 fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
-    let other = flavour
-        .other(bytes)
-        .map(|name| format!("; it would fit {} {name}", option("format")));
+    let other = flavour.other(bytes);
+    let other = other.map(|name| format!("; it would fit {} {name}", option("format")));
     format!(" (read as {}{})", flavour.name, other.unwrap_or_default())
 }
 
@@ -267,4 +259,111 @@ fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
 pub(super) fn no_such_node(kind: usize, node: impl std::fmt::Display, n_nodes: usize) -> String {
     let kind = KINDS[kind].name();
     format!("a {kind} has node {node}, but the mesh has {n_nodes} nodes, counted from 1")
+}
+
+/// Checks if seven counts are at the start, with about as much text behind them as they need.
+pub(super) fn fits_text(bytes: &[u8]) -> bool {
+    let Ok((counts, rest)) = text_counts(bytes) else {
+        return false;
+    };
+    let n_numbers = 3 * counts.n_nodes as u128 + counts.n_integers() as u128;
+    let is_number = Tokens::new(&bytes[rest..]).real("a coordinate").is_ok();
+    counts.is_mesh() && is_number && n_numbers * 2 <= (bytes.len() - rest) as u128 + 1
+}
+
+/// The counts, and the byte behind them.
+fn text_counts(bytes: &[u8]) -> Result<(Counts, usize)> {
+    let mut lexer = Tokens::new(bytes);
+    let mut numbers = [0; 7];
+    for number in &mut numbers {
+        let word = lexer.next_word();
+        let mut word =
+            word.ok_or_else(|| lexer.error("the file ends within the seven counts at its start"))?;
+        *number = word.integer("one of the seven counts")?;
+    }
+    let counts = Counts::of(numbers).map_err(|refusal| lexer.error(refusal))?;
+    Ok((counts, lexer.position()))
+}
+
+/// The mesh in a text, which may have comments, and the number of each boundary face.
+fn read_text(bytes: &[u8], flavour: &Ugrid, notes: &mut Notes) -> Result<(Mesh, Vec<i32>)> {
+    let plain = without_comments(bytes);
+    let found = read_plain(plain.as_deref().unwrap_or(bytes), flavour, notes)?;
+    if plain.is_some() {
+        notes.dialect(bytes);
+    }
+    Ok(found)
+}
+
+fn read_plain(bytes: &[u8], flavour: &Ugrid, notes: &mut Notes) -> Result<(Mesh, Vec<i32>)> {
+    let (counts, start) =
+        text_counts(bytes).map_err(|error| binary_instead(error, bytes, flavour))?;
+    let tokens = Tokens::between(bytes, start..bytes.len());
+    let words = tokens.words();
+    let n_found = words.len();
+    let n_needed = 3 * counts.n_nodes + counts.n_integers();
+    if n_found < n_needed {
+        return Err(tokens.error_at_end(format!(
+            "the counts at the start need {n_needed} numbers, the file ends after {n_found}"
+        )));
+    }
+    let mut points = vec![[0.0; 3]; counts.n_nodes];
+    let mut integers = vec![0u32; counts.n_integers()];
+    let reals = points.as_flattened_mut();
+    words.parse_into(reals, "a coordinate", &mut integers, |words, first, out| {
+        parse_integers(words, &counts, first, out)
+    })?;
+    let first = counts.n_entries(N_FACE_KINDS);
+    let face_numbers = integers.drain(first..first + counts.n_faces());
+    let face_numbers = face_numbers.map(|bits| bits as i32).collect();
+    notes.dialect(bytes);
+    notes.count(n_found - n_needed, |n| NotKept::Rest { n, what: "numbers" });
+    let mesh = Mesh {
+        points,
+        cells: counts.cells(integers),
+        ..Mesh::default()
+    };
+    Ok((mesh, face_numbers))
+}
+
+/// Adds to an error what the file may be instead.
+fn binary_instead(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
+    if let Some(name) = flavour.other(bytes) {
+        error.message += &format!(" (read as text; it would fit {} {name})", option("format"));
+    } else if bytes.iter().take(64).any(|byte| *byte == 0) {
+        let start = shown(&bytes[..bytes.len().min(16)]);
+        error.message = format!("expected text, found binary data: {start}");
+    }
+    error
+}
+
+/// Parses integers from number `first` on: nodes counted from 0, bits of the face numbers.
+fn parse_integers(
+    words: &mut Tokens,
+    counts: &Counts,
+    first: usize,
+    out: &mut [u32],
+) -> Result<()> {
+    let (mut at, end) = (first, first + out.len());
+    let mut out = out.iter_mut();
+    for kind in 0..KINDS.len() {
+        if kind == N_FACE_KINDS {
+            let n = counts.n_before(kind).min(end).saturating_sub(at);
+            for out in out.by_ref().take(n) {
+                *out = words.narrow::<i32>("a face number")? as u32;
+            }
+            at += n;
+        }
+        let last = counts.n_before(kind) + counts.n_entries(kind + 1) - counts.n_entries(kind);
+        let n = last.min(end).saturating_sub(at);
+        for out in out.by_ref().take(n) {
+            let node = words.integer("a node index")?;
+            *out = match usize::try_from(node) {
+                Ok(index) if index >= 1 && index <= counts.n_nodes => (index - 1) as u32,
+                _ => return Err(words.error(no_such_node(kind, node, counts.n_nodes))),
+            };
+        }
+        at += n;
+    }
+    Ok(())
 }

@@ -10,13 +10,7 @@ use azimesh_core::diagnostic::formats::{
 use azimesh_core::error::Result;
 
 fn tag(name: &str, number: Option<i32>, cells: std::ops::Range<usize>) -> Group {
-    Group {
-        dimension: 2,
-        name: name.into(),
-        number,
-        condition: None,
-        cells: cells.collect(),
-    }
+    Group::new(2, name, number, cells.into())
 }
 
 /// A hexahedron with a pyramid on top, a tetrahedron beside it and a wedge, in the order of UGRID;
@@ -57,6 +51,12 @@ fn written(flavour: &Format, mesh: &Mesh) -> (Vec<u8>, Notes) {
     let mut file = Vec::new();
     let notes = flavour.write_file(&mesh.view(), &mut file, &WriteOptions::default());
     (file, notes.expect("UGRID holds it"))
+}
+
+fn saved(mesh: &Mesh, path: &Path, flavour: &Format) -> Notes {
+    let options = WriteOptions::default();
+    let notes = save(&mesh.view(), path, flavour, &options, Commit::REPLACE);
+    notes.expect("it can be written")
 }
 
 fn read(flavour: &Format, file: &[u8]) -> Result<(Mesh, Notes)> {
@@ -142,14 +142,7 @@ fn names_and_conditions_are_beside_the_mesh() {
     mesh.groups[1].condition = Some("6100".into());
     mesh.groups[3].condition = Some("BCSymmetryPlane".into());
     let path = folder.path().join("wing.lb8.ugrid");
-    let notes = save(
-        &mesh.view(),
-        &path,
-        &LB8,
-        &WriteOptions::default(),
-        Commit::REPLACE,
-    )
-    .expect("it can be written");
+    let notes = saved(&mesh, &path, &LB8);
     let renamed = GroupWritten::Renamed {
         what: "tag",
         name: "far field".into(),
@@ -208,14 +201,7 @@ fn numbers_of_fun3d_come_back_where_words_of_cgns_say_less() {
     let mesh = B8.read_file(&source, &ReadOptions::default(), &mut Notes::default());
     let mesh = mesh.expect("a good file");
     assert_eq!(mesh.groups[0].condition.as_deref(), Some("BCFarfield"));
-    let notes = save(
-        &mesh.view(),
-        &path,
-        &B8,
-        &WriteOptions::default(),
-        Commit::REPLACE,
-    )
-    .expect("it can be written");
+    let notes = saved(&mesh, &path, &B8);
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(std::fs::read_to_string(&mapbc).expect("it is there"), text);
 }
@@ -386,14 +372,7 @@ fn an_old_mapbc_does_not_rename_the_tags_of_a_new_mesh() {
     let path = folder.path().join("wing.b8.ugrid");
     assert!((B8.companions)(&solid().view(), &path).is_empty());
     std::fs::write(folder.path().join("wing.mapbc"), "1\n2 4000 hub\n").expect("a folder");
-    save(
-        &solid().view(),
-        &path,
-        &B8,
-        &WriteOptions::default(),
-        Commit::REPLACE,
-    )
-    .expect("it can be written");
+    saved(&solid(), &path, &B8);
     let source = Source::open(&path).expect("it is there");
     let mesh = B8.read_file(&source, &ReadOptions::default(), &mut Notes::default());
     assert_eq!(mesh.expect("it can be read").groups, solid().groups);

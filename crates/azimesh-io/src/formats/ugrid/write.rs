@@ -2,9 +2,9 @@
 
 use super::super::WriteOptions;
 use super::super::records::{push_integer, push_real, write_all, write_records};
-use super::faces::{self, FaceNumbers, Tag};
+use super::faces::{self, FaceNumbers};
 use super::fortran::Record;
-use super::layout::{Binary, Counts, KINDS, Layout, N_FACE_KINDS, in_order};
+use super::layout::{Counts, KINDS, Layout, N_FACE_KINDS, in_order};
 use super::mapbc;
 use crate::formats::names::names_in;
 use crate::formats::portable::remedy;
@@ -34,16 +34,23 @@ pub(super) fn write(
         notes.in_64_bits("UGRID", options);
     }
     note_dropped(mesh, &mut notes);
-    note_faces(&numbers, &tags, &mut notes);
+    notes.count(numbers.n_shared, |n| GroupWritten::FaceTagsLeftOut { n });
+    notes.count(numbers.n_untagged, |n| GroupWritten::UntaggedNumbered {
+        n,
+        number: numbers.untagged,
+        name: mapbc::untagged(&tags),
+    });
     mapbc::note_changes(mesh, &tags, &numbers, &mut notes);
+    let mut head = Vec::new();
+    push_integers(layout, counts.numbers(), &mut head);
     if let Some(binary) = layout.filter(|binary| binary.has_records) {
         let failed = |error: std::io::Error| Error::system(error.to_string());
-        let mut record = Record::new(out, &binary, binary.header() as u64).map_err(failed)?;
-        write_counts(&counts, layout, &mut record)?;
+        let mut record = Record::new(out, &binary, head.len() as u64).map_err(failed)?;
+        write_all(&mut record, &head)?;
         let mut record = Record::new(out, &binary, binary.body(&counts) as u64).map_err(failed)?;
         write_body(mesh, &numbers, layout, &mut record)?;
     } else {
-        write_counts(&counts, layout, out)?;
+        write_all(out, &head)?;
         write_body(mesh, &numbers, layout, out)?;
     }
     Ok(notes)
@@ -131,23 +138,6 @@ fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
     notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
 }
 
-fn note_faces(numbers: &FaceNumbers, tags: &[Tag], notes: &mut Notes) {
-    notes.count(numbers.n_shared, |n| GroupWritten::FaceTagsLeftOut { n });
-    if numbers.n_untagged > 0 {
-        notes.push(GroupWritten::UntaggedNumbered {
-            n: numbers.n_untagged,
-            number: numbers.untagged,
-            name: mapbc::untagged(tags),
-        });
-    }
-}
-
-fn write_counts(counts: &Counts, layout: &Layout, out: &mut dyn Out) -> Result<()> {
-    let mut buffer = Vec::new();
-    push_integers(layout, counts.numbers(), &mut buffer);
-    write_all(out, &buffer)
-}
-
 fn write_body(
     mesh: &MeshView,
     numbers: &FaceNumbers,
@@ -162,9 +152,7 @@ fn write_body(
             let points = &mesh.points[range];
             match coordinates {
                 Some(coordinates) => coordinates.append(points, buffer),
-                None => points
-                    .iter()
-                    .for_each(|point| push_line(*point, push_real, buffer)),
+                None => points.iter().for_each(|p| push_line(*p, push_real, buffer)),
             }
         })?;
     }
@@ -209,16 +197,11 @@ fn write_cells(mesh: &MeshView, kind: CellKind, layout: &Layout, out: &mut dyn O
 
 /// Appends integers; as text, a line of them.
 fn push_integers(layout: &Layout, values: impl IntoIterator<Item = u64>, buffer: &mut Vec<u8>) {
-    let Some(Binary {
-        is_big_endian,
-        integer,
-        ..
-    }) = *layout
-    else {
+    let Some(binary) = layout else {
         return push_line(values, push_integer, buffer);
     };
     for value in values {
-        match (is_big_endian, integer) {
+        match (binary.is_big_endian, binary.integer) {
             (true, 4) => buffer.extend((value as u32).to_be_bytes()),
             (false, 4) => buffer.extend((value as u32).to_le_bytes()),
             (true, _) => buffer.extend(value.to_be_bytes()),

@@ -7,6 +7,7 @@ use super::tags::{self, BOUNDARY, LOWER, Labels, Numbers, ZONE};
 use crate::formats::Notes;
 use crate::formats::column::{BLOCK, Column, Data, Sink, stream, stream_integers};
 use crate::formats::names::{Given, Rule};
+use crate::formats::number::DType;
 use crate::formats::{Precision, WriteOptions};
 use crate::mesh::{
     CellKind, Cells, Coordinates, DataArray, Group, Listing, MeshView, NodesOfCells, Values,
@@ -61,8 +62,10 @@ impl<'a> VtkArrays<'a> {
         let mut labels = Vec::new();
         let mut notes = Notes::default();
         let mut repeated = Vec::new();
+        let mut of_several = Vec::new();
         for pair in [BOUNDARY, ZONE, LOWER] {
-            let of_pair = |group: &&Group| match pair.array {
+            let (array, is_boundary) = (pair.array, pair.array == BOUNDARY.array);
+            let of_pair = |group: &&Group| match array {
                 "BoundaryTag" => group.dimension + 1 == dimension,
                 "Zone" => group.dimension == dimension,
                 _ => group.dimension + 1 < dimension,
@@ -73,23 +76,16 @@ impl<'a> VtkArrays<'a> {
             }
             let mut numbers = tags::number(&groups, mesh.cells.len(), !options.tag_names);
             notes.extend(numbers.fit_names(&TEXT));
-            if pair.array == BOUNDARY.array {
+            if is_boundary {
                 repeated.extend(numbers.further.iter().map(|(cell, _)| *cell));
+            } else if let Some(&(cell, _)) = numbers.further.first() {
+                let n = numbers.further.len();
+                of_several.push(GroupWritten::OfSeveral { n, array, cell });
             }
-            let more = numbers.repeated(&repeated, pair.array == BOUNDARY.array);
+            let more = numbers.repeated(&repeated, is_boundary);
             labels.push((pair, numbers, more));
         }
-        for (pair, numbers, _) in &labels {
-            if pair.array != BOUNDARY.array
-                && let Some((cell, _)) = numbers.further.first()
-            {
-                notes.push(GroupWritten::OfSeveral {
-                    n: numbers.further.len(),
-                    array: pair.array,
-                    cell: *cell,
-                });
-            }
-        }
+        notes.extend(of_several);
         let mut plan = Self {
             mesh,
             options,
@@ -155,10 +151,9 @@ impl<'a> VtkArrays<'a> {
     /// Whether an array of the mesh is written: its name is not taken by tags, and strings only with names of tags.
     fn is_kept(&self, array: &DataArray) -> bool {
         let with_text = self.options.tag_names;
-        let is_taken = self
-            .labels
-            .iter()
-            .any(|(pair, ..)| pair.array == array.name || (pair.names == array.name && with_text));
+        let mut pairs = self.labels.iter().map(|(pair, ..)| pair);
+        let name = array.name.as_str();
+        let is_taken = pairs.any(|of| of.array == name || (of.names == name && with_text));
         !is_taken && (with_text || !matches!(array.values, Values::Text(_)))
     }
 
@@ -172,12 +167,8 @@ impl<'a> VtkArrays<'a> {
         let [at_nodes, _, fields] = self.arrays.each_ref().map(|arrays| arrays.iter());
         let names = self.labels.iter().filter(|_| self.options.tag_names);
         let names = names.map(|(pair, n, _)| {
-            Column::scalar(
-                pair.names,
-                Element::String,
-                n.names.len(),
-                Data::text(&n.names),
-            )
+            let (n, text) = (n.names.len(), Data::text(&n.names));
+            Column::scalar(pair.names, Element::String, n, text)
         });
         let at_nodes = at_nodes.map(|(array, name)| {
             let mut column = column(array, name);
@@ -186,11 +177,9 @@ impl<'a> VtkArrays<'a> {
             }
             column
         });
+        let fields = fields.map(|(array, name)| column(array, name));
         Sections {
-            fields: fields
-                .map(|(array, name)| column(array, name))
-                .chain(names)
-                .collect(),
+            fields: fields.chain(names).collect(),
             point_data: at_nodes.collect(),
             cell_data: self.cell_data(),
             points: vec![self.points()],
@@ -216,11 +205,7 @@ impl<'a> VtkArrays<'a> {
     fn points(&self) -> Column<'_> {
         let coordinates = self.mesh.points.as_flattened();
         let is_single = self.options.precision == Precision::F32;
-        let element = if is_single {
-            Element::Float32
-        } else {
-            Element::Float64
-        };
+        let element = DType::real(if is_single { 4 } else { 8 }, false).element;
         let numbers = Coordinates::new(None, is_single);
         let data = match self.mesh.coordinates_apart(numbers) {
             Some(numbers) => Data::Remote(numbers),
@@ -239,10 +224,7 @@ impl<'a> VtkArrays<'a> {
         let (cells, again) = (self.mesh.cells, &self.again);
         let (n_cells, n_own) = (self.n_cells(), cells.connectivity().len());
         let n_entries = n_own + again.connectivity().len();
-        let index = match i32::try_from(self.mesh.points.len()) {
-            Ok(_) => Element::Int32,
-            Err(_) => Element::UInt32,
-        };
+        let index = index_type(self.mesh.points.len());
         let numbers = NodesOfCells::new(0..cells.len(), Listing::Vtk, false);
         let node_data = match self.mesh.nodes_apart(numbers) {
             Some(numbers) => {
@@ -277,6 +259,11 @@ impl<'a> VtkArrays<'a> {
         }
         arrays
     }
+}
+
+/// Type of indices below `n`.
+pub fn index_type(n: usize) -> Element {
+    i32::try_from(n).map_or(Element::UInt32, |_| Element::Int32)
 }
 
 /// Type of offsets up to `n`; whether they have 64 bits.
@@ -345,7 +332,7 @@ pub fn ends_of(cells: &Cells) -> impl Iterator<Item = i64> {
 /// Face streams of the polyhedra.
 fn faces(cells: &Cells, sink: Sink) -> Result<()> {
     let polyhedra = cells.runs().filter(|run| run.kind == CellKind::Polyhedron);
-    let mut indices = polyhedra.flat_map(|run| run.first_cell..run.first_cell + run.n_cells());
+    let mut indices = polyhedra.flat_map(|run| run.range());
     let stream = |cell| cells.face_stream(cell).unwrap_or(&[]);
     indices.try_for_each(|cell| sink(bytemuck::cast_slice(stream(cell))))
 }
@@ -353,10 +340,8 @@ fn faces(cells: &Cells, sink: Sink) -> Result<()> {
 /// End of each polyhedron's face stream, -1 for other cells.
 fn face_ends(cells: &Cells) -> impl Iterator<Item = i64> {
     let mut end = 0;
-    let kinds = cells.runs().flat_map(|run| {
-        let own = run.first_cell..run.first_cell + run.n_cells();
-        own.map(move |cell| (cell, run.kind))
-    });
+    let kinds = cells.runs();
+    let kinds = kinds.flat_map(|run| run.range().map(move |cell| (cell, run.kind)));
     kinds.map(move |(cell, kind)| {
         let is_polyhedron = kind == CellKind::Polyhedron;
         let Some(stream) = is_polyhedron.then(|| cells.face_stream(cell)).flatten() else {

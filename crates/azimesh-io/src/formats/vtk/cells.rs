@@ -3,10 +3,10 @@
 //! Ends are checked window by window as they are read and never held as an array. Cells that a mesh
 //! does not have are put into its kinds at the end: see `split`.
 
-use super::chunk::Chunk;
 use super::polyhedra::Streams;
 use super::split::{self, TypeRun, kind, type_name};
 use crate::formats::Notes;
+use crate::formats::number::Chunk;
 use crate::mesh::too_many;
 use crate::mesh::{CellKind, Cells, DataArray};
 use azimesh_core::error::{Error, Result};
@@ -71,7 +71,7 @@ impl CellTable {
             window.runs(block(types.len(), WINDOW, i))
         })?;
         for run in parts.into_iter().flatten() {
-            extend(&mut self.runs, run);
+            extend(&mut self.runs, run.vtk, run.n_nodes, run.n_cells);
         }
         self.n_cells += types.len();
         Ok(())
@@ -86,14 +86,7 @@ impl CellTable {
             fitting.ok_or_else(|| misfit(self.n_cells, vtk, n_nodes as u64, self.types_array))?;
         let n_cells = u32::try_from(n_cells).map_err(|_| Error::input(too_many("cells")))?;
         self.n_cells += n_cells as usize;
-        extend(
-            &mut self.runs,
-            TypeRun {
-                vtk,
-                n_nodes,
-                n_cells,
-            },
-        );
+        extend(&mut self.runs, vtk, n_nodes, n_cells);
         Ok(())
     }
 
@@ -136,14 +129,7 @@ impl Window<'_> {
             let last = runs.last().copied();
             let n_nodes = n_nodes.filter(|n| fits_after(last, vtk, *n));
             let n_nodes = n_nodes.ok_or_else(|| self.refused(cell, before, end))?;
-            extend(
-                &mut runs,
-                TypeRun {
-                    vtk,
-                    n_nodes,
-                    n_cells: 1,
-                },
-            );
+            extend(&mut runs, vtk, n_nodes, 1);
             before = end;
         }
         Ok(runs)
@@ -164,12 +150,10 @@ impl Window<'_> {
 
 fn misfit(cell: usize, vtk: u8, n: u64, types_array: &'static str) -> Error {
     if kind(vtk).is_none() && !split::is_collection(vtk) {
-        let error = Error::input(format!(
-            "cell {cell} has the VTK type {vtk}, which is not read"
-        ));
+        let error = format!("cell {cell} has the VTK type {vtk}, which is not read");
         return match types_array {
-            "" => error,
-            name => error.dataset(name),
+            "" => Error::input(error),
+            name => Error::input(error).dataset(name),
         };
     }
     let name = type_name(vtk);
@@ -183,12 +167,14 @@ fn misfit(cell: usize, vtk: u8, n: u64, types_array: &'static str) -> Error {
     }
 }
 
-fn extend(runs: &mut Vec<TypeRun>, run: TypeRun) {
+fn extend(runs: &mut Vec<TypeRun>, vtk: u8, n_nodes: u32, n_cells: u32) {
     match runs.last_mut() {
-        Some(last) if (last.vtk, last.n_nodes) == (run.vtk, run.n_nodes) => {
-            last.n_cells += run.n_cells;
-        }
-        _ => runs.push(run),
+        Some(last) if (last.vtk, last.n_nodes) == (vtk, n_nodes) => last.n_cells += n_cells,
+        _ => runs.push(TypeRun {
+            vtk,
+            n_nodes,
+            n_cells,
+        }),
     }
 }
 

@@ -25,7 +25,7 @@ impl List {
         }
     }
 
-    /// Adds cells by the offsets `ends`.
+    /// Cells by the offsets `ends`.
     pub fn ending(ends: Vec<i64>, entries: Vec<u32>) -> Self {
         Self {
             n_cells: ends.len(),
@@ -53,17 +53,14 @@ impl List {
         let (mut from, mut to) = (0, 0);
         let mut unique: Vec<u32> = Vec::new();
         for cell in 0..self.n_cells {
-            let length = match &self.ends {
-                Some(ends) => (ends[cell] as u64)
-                    .checked_sub(from as u64)
-                    .map(|n| n as usize),
+            let end = match &self.ends {
+                Some(ends) => usize::try_from(ends[cell]).ok().filter(|end| *end >= from),
                 None => {
                     let length = entries.get(from).map(|n| *n as usize);
                     from += 1;
-                    length
+                    length.and_then(|n| from.checked_add(n))
                 }
             };
-            let end = length.and_then(|n| from.checked_add(n));
             let end = end.filter(|end| *end <= entries.len()).ok_or_else(|| {
                 let n = entries.len();
                 Error::input(format!(
@@ -71,18 +68,18 @@ impl List {
                 ))
             })?;
             let vtk = kind(cell, end - from);
+            let mut n_nodes = end - from;
             if vtk == polyhedron {
                 let stream = &entries[from..end];
                 table.streams.push(stream, nodes, cell)?;
                 distinct(stream, &mut unique);
-                entries[to..to + unique.len()].copy_from_slice(&unique);
-                table.append_run(vtk, unique.len(), 1)?;
-                to += unique.len();
+                n_nodes = unique.len();
+                entries[to..to + n_nodes].copy_from_slice(&unique);
             } else {
                 entries.copy_within(from..end, to);
-                table.append_run(vtk, end - from, 1)?;
-                to += end - from;
             }
+            table.append_run(vtk, n_nodes, 1)?;
+            to += n_nodes;
             from = end;
         }
         if from != entries.len() {

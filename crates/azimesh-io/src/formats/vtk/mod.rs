@@ -3,17 +3,19 @@
 //! Knows VTK's cells, numbers and names of arrays; nothing of how a file is laid out.
 //!
 //! ```text
-//! number     types of numbers, words -> numbers; chunk: bytes -> numbers, many at a time
+//! number     types of numbers, words -> numbers and back
 //! cells      types, ends and node indices -> runs; split: collections of cells; polyhedra: faces
 //! order      hexahedra of high order in files before VTK 9
 //! structured cells of blocks that list none
 //! list       cells as legacy files list them
 //! tags       integer cell arrays <-> groups
-//! arrays     mesh -> list of arrays to be written; text: numbers as text
+//! arrays     mesh -> list of arrays to be written
 //! ```
 
 pub mod arrays;
 pub mod cells;
+#[cfg(test)]
+pub(super) mod fixtures;
 pub mod list;
 pub mod number;
 pub mod order;
@@ -21,6 +23,3 @@ pub mod polyhedra;
 pub mod split;
 pub mod structured;
 pub mod tags;
-pub mod text;
-
-pub(in crate::formats) use super::number as chunk;

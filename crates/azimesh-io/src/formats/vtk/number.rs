@@ -1,9 +1,12 @@
 //! Numbers in the bytes or the text of a file.
 
-use super::text::word_end;
+use crate::formats::column::Column;
+use crate::formats::tokens::Tokens;
 use crate::mesh::Values;
 use azimesh_core::diagnostic::point;
-use azimesh_core::error::Error;
+use azimesh_core::error::{Error, Result};
+use azimesh_core::parallel::map_blocks;
+use std::io::{self, Write};
 
 /// Type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,7 +138,6 @@ macro_rules! integer {
             value.try_into().ok()
         }
         fn format(self, text: &mut Vec<u8>) {
-            use std::io::Write;
             write!(text, "{self}").expect("writing to memory does not fail");
         }
     })* };
@@ -168,7 +170,6 @@ macro_rules! float {
             fast_float2::parse(word).ok()
         }
         fn format(self, text: &mut Vec<u8>) {
-            use std::io::Write;
             let written = if self.is_nan() { write!(text, "nan") } else { write!(text, "{self:?}") };
             written.expect("writing to memory does not fail");
         }
@@ -189,18 +190,10 @@ pub fn parse_words(text: &[u8], element: Element) -> std::result::Result<Vec<u8>
 type Word<'a> = (usize, &'a [u8]);
 
 fn parse_each<T: Number>(text: &[u8]) -> std::result::Result<Vec<u8>, Word<'_>> {
-    let mut numbers = Vec::new();
-    let mut at = 0;
-    while at < text.len() {
-        if text[at].is_ascii_whitespace() {
-            at += 1;
-            continue;
-        }
-        let end = word_end(text, at);
-        let word = &text[at..end];
-        let number = T::parse(word).ok_or((at, word))?;
+    let (mut numbers, mut words) = (Vec::new(), Tokens::new(text));
+    while let Some(word) = words.word() {
+        let number = T::parse(word).ok_or((words.position() - word.len(), word))?;
         numbers.extend_from_slice(bytemuck::bytes_of(&number));
-        at = end;
     }
     Ok(numbers)
 }
@@ -211,14 +204,90 @@ pub fn points_are_finite(
     first: usize,
     points: &[[f64; 3]],
 ) -> std::result::Result<(), (usize, Error)> {
-    let value = points.as_flattened().iter().position(|x| !x.is_finite());
-    let Some(value) = value else {
+    let mut values = points.as_flattened().iter();
+    let Some(value) = values.position(|x| !x.is_finite()) else {
         return Ok(());
     };
-    let message = format!(
-        "node {} is at {}; coordinates must be finite",
-        first + value / 3,
-        point(&points[value / 3])
-    );
+    let (node, at) = (first + value / 3, point(&points[value / 3]));
+    let message = format!("node {node} is at {at}; coordinates must be finite");
     Err((value, Error::input(message)))
+}
+
+/// Values that one task turns into text; a multiple of every line length.
+const PER_TASK: usize = 7560;
+
+/// Ends of stretches of text of about `length`, between words; the first is `start`.
+pub fn cuts(text: &[u8], start: usize, end: usize, length: usize) -> Vec<usize> {
+    let mut cuts = vec![start];
+    while cuts[cuts.len() - 1] < end {
+        cuts.push(word_end(&text[..end], cuts[cuts.len() - 1] + length));
+    }
+    cuts
+}
+
+/// The end of the word that `at` is in.
+pub fn word_end(text: &[u8], at: usize) -> usize {
+    let Some(rest) = text.get(at..) else {
+        return text.len();
+    };
+    let length = rest.iter().position(u8::is_ascii_whitespace);
+    at + length.unwrap_or(rest.len())
+}
+
+/// Where the word with this index starts; the end of the text where there are fewer.
+pub fn word_start(text: &[u8], index: usize) -> usize {
+    let mut words = Tokens::new(text);
+    for _ in 0..index {
+        words.word();
+    }
+    let blanks = words
+        .left()
+        .iter()
+        .take_while(|byte| byte.is_ascii_whitespace());
+    words.position() + blanks.count()
+}
+
+/// An error of the sink.
+pub fn failed(error: io::Error) -> Error {
+    Error::system(format!("cannot write: {error}"))
+}
+
+/// Writes the values as text, a tuple or ten scalars a line.
+pub fn ascii(array: &Column, out: &mut dyn Write) -> Result<()> {
+    let element = match array.element {
+        // Characters are written as numbers.
+        Element::String => Element::UInt8,
+        element => element,
+    };
+    let per_line = match array.n_components {
+        1 => 10,
+        n => n.min(10),
+    };
+    let per_task = PER_TASK / per_line * per_line * element.size();
+    array.for_each(&mut |bytes| {
+        for group in bytes.chunks(per_task * 64) {
+            let texts = map_blocks(
+                group.len(),
+                per_task,
+                &|range| with_type!(element, T => lines::<T>(&group[range], per_line)),
+            );
+            for text in texts {
+                out.write_all(&text).map_err(failed)?;
+            }
+        }
+        Ok(())
+    })
+}
+
+fn lines<T: Number>(bytes: &[u8], per_line: usize) -> Vec<u8> {
+    let mut text = Vec::with_capacity(bytes.len() * 2);
+    for line in bytes.chunks(per_line * size_of::<T>()) {
+        for value in line.chunks_exact(size_of::<T>()) {
+            T::from_bytes(value).format(&mut text);
+            text.push(b' ');
+        }
+        text.pop();
+        text.push(b'\n');
+    }
+    text
 }

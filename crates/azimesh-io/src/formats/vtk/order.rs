@@ -139,9 +139,8 @@ fn degrees_of(array: &DataArray, cell: usize) -> Option<[usize; 3]> {
 }
 
 fn cube_root(n: usize) -> Option<usize> {
-    (2..=n)
-        .take_while(|k| k * k * k <= n)
-        .find(|k| k * k * k == n)
+    let roots = (2..=n).take_while(|k| k * k * k <= n);
+    roots.last().filter(|k| k * k * k == n)
 }
 
 /// Swaps the inner nodes of the last two edges along the third axis.

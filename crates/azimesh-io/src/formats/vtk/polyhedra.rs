@@ -3,6 +3,7 @@
 //! Old: a stream `n_faces, (n_nodes, node...)...` for each polyhedron and where each ends. New: a
 //! list of faces, and the faces of each cell.
 
+use crate::formats::number::Chunk;
 use crate::mesh::{CellKind, cells::face_stream};
 use azimesh_core::error::{Error, Result};
 
@@ -13,6 +14,18 @@ pub struct PieceNodes {
     pub base: u32,
     /// Nodes of this piece.
     pub limit: u64,
+}
+
+impl PieceNodes {
+    /// Converts entries of a list of nodes from `first` on.
+    pub fn indices(self, chunk: Chunk, first: usize, out: &mut [u32]) -> Result<()> {
+        let converted = chunk.indices(out, (0, self.limit), self.base);
+        converted.map_err(|(at, value)| {
+            let (entry, highest) = (first + at, self.limit as i64 - 1);
+            let wanted = format!("it must be from 0 to {highest}");
+            Error::input(format!("entry {entry} is {value}; {wanted}"))
+        })
+    }
 }
 
 /// Face streams `n_faces, (n_nodes, node...)...` of all polyhedra.
@@ -148,14 +161,14 @@ fn start_of(ends: &[usize], index: usize) -> usize {
 fn ends_within(offsets: &[i64], n: usize, name: &str) -> Result<Vec<usize>> {
     let mut before = 0;
     let check = |&offset: &i64| {
-        let end = usize::try_from(offset)
-            .ok()
-            .filter(|end| (before..=n).contains(end));
-        before = end.ok_or_else(|| {
-            let message =
-                format!("offset {offset} follows {before}; offsets must ascend to at most {n}");
-            Error::input(message).dataset(name)
-        })?;
+        let end = usize::try_from(offset).ok();
+        before = end
+            .filter(|end| (before..=n).contains(end))
+            .ok_or_else(|| {
+                let message =
+                    format!("offset {offset} follows {before}; offsets must ascend to at most {n}");
+                Error::input(message).dataset(name)
+            })?;
         Ok(before)
     };
     offsets.iter().map(check).collect()

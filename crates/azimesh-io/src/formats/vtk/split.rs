@@ -137,7 +137,7 @@ fn push_parts(kind: CellKind, nodes: &[u32], out: &mut Vec<u32>) {
 }
 
 fn note(runs: &[TypeRun], notes: &mut Notes) {
-    let (mut lost, mut n_empty) = (false, 0u64);
+    let (mut with_nodes, mut n_empty) = (false, 0u64);
     for vtk in [POLY_VERTEX, POLYLINE, STRIP] {
         let (kind, shared) = parts(vtk).expect("these three have parts");
         let (mut n_split, mut n_cells) = (0u64, 0u64);
@@ -163,12 +163,10 @@ fn note(runs: &[TypeRun], notes: &mut Notes) {
     }
     for run in runs.iter().filter(|run| run.vtk == EMPTY) {
         n_empty += u64::from(run.n_cells);
-        lost |= run.n_nodes > 0;
+        with_nodes |= run.n_nodes > 0;
     }
     if n_empty > 0 {
-        notes.push(Read::EmptyCells {
-            n: n_empty,
-            with_nodes: lost,
-        });
+        let n = n_empty;
+        notes.push(Read::EmptyCells { n, with_nodes });
     }
 }

@@ -5,13 +5,32 @@ use crate::mesh::{CellKind, Cells};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::for_blocks;
 
+/// The grids of VTK, in the order of the lists of their names.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[allow(missing_docs)] // VTK's names
+pub enum Grid {
+    #[default]
+    Unstructured,
+    Poly,
+    Structured,
+    Rectilinear,
+    Image,
+}
+
+impl Grid {
+    /// The grid whose name is in a list, as it is or in other capitals.
+    pub fn named(name: &str, names: [&str; 5]) -> Option<Self> {
+        use Grid::*;
+        let at = names.iter().position(|of| of.eq_ignore_ascii_case(name))?;
+        Some([Unstructured, Poly, Structured, Rectilinear, Image][at])
+    }
+}
+
 /// Number of nodes of a block with these dimensions.
 pub fn n_points(dimensions: [usize; 3]) -> Result<usize> {
-    let n = dimensions
-        .iter()
-        .try_fold(1usize, |n, of_axis| n.checked_mul(*of_axis))
-        .filter(|n| *n < u32::MAX as usize);
-    n.ok_or_else(|| {
+    let mut each = dimensions.iter();
+    let n = each.try_fold(1usize, |n, along| n.checked_mul(*along));
+    n.filter(|n| *n < u32::MAX as usize).ok_or_else(|| {
         let [x, y, z] = dimensions;
         Error::input(format!(
             "{x} x {y} x {z} nodes are more than the 4294967294 that a mesh can have"

@@ -78,9 +78,8 @@ fn is_surface_of_solid(mesh: &Mesh) -> bool {
 
 fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {
     if is_integer(mesh, name) {
-        let own = [&BOUNDARY, &ZONE]
-            .into_iter()
-            .find(|labels| labels.array == name);
+        let mut own = [&BOUNDARY, &ZONE].into_iter();
+        let own = own.find(|labels| labels.array == name);
         let names = own.map_or("", |labels| labels.names);
         let below = u8::from(name == BOUNDARY.array);
         let dimension = mesh.dimension().saturating_sub(below);
@@ -96,9 +95,9 @@ fn take_chosen(mesh: &mut Mesh, name: &str) -> Result<()> {
     let nearest = nearest_name(name, known.iter().copied());
     let hint = nearest.map_or(String::new(), |near| format!(" (did you mean {near}?)"));
     let known = if known.is_empty() {
-        "none".to_owned()
+        "none"
     } else {
-        known.join(", ")
+        &known.join(", ")
     };
     Err(Error::input(format!(
         "there is no cell array \"{name}\"{hint}; cell arrays: {known}"
@@ -118,9 +117,8 @@ fn take(mesh: &mut Mesh, labels: &Labels, usual: u8) {
     let mut sets: BTreeMap<(i64, u8), CellSet> = BTreeMap::new();
     for run in mesh.cells.runs() {
         let dimension = run.kind.dimension();
-        let cells = run.first_cell..run.first_cell + run.n_cells();
-        let mut start = cells.start;
-        numbers.for_each_stretch(cells, |number, n| {
+        let mut start = run.first_cell;
+        numbers.for_each_stretch(run.range(), |number, n| {
             let is_none = number == 0 || (number == -1 && labels.array == OF_GMSH);
             if !is_none {
                 let set = sets.entry((number, dimension)).or_default();
@@ -140,13 +138,8 @@ fn take(mesh: &mut Mesh, labels: &Labels, usual: u8) {
         let name = index
             .and_then(|i| names.get(i))
             .filter(|name| !name.is_empty());
-        Group {
-            dimension,
-            name: name.cloned().unwrap_or_else(|| number.to_string()),
-            number: i32::try_from(number).ok(),
-            condition: None,
-            cells,
-        }
+        let name = name.cloned().unwrap_or_else(|| number.to_string());
+        Group::new(dimension, name, i32::try_from(number).ok(), cells)
     };
     mesh.groups.extend(sets.into_iter().map(group));
 }
@@ -187,9 +180,8 @@ impl Numbers {
         let new_name = |name: &String| written[name.as_str()].clone();
         self.names = before.iter().map(new_name).collect();
         let notes = written.iter();
-        notes
-            .filter_map(|(name, written)| rule.note("group", name, written))
-            .collect()
+        let notes = notes.filter_map(|(name, written)| rule.note("group", name, written));
+        notes.collect()
     }
 
     /// The numbers that cells written again have, which are these `cells`: the further ones of boundary tags.

@@ -2,8 +2,8 @@
 
 use super::super::Notes;
 use super::super::hdf5::{Dataset, Group};
+use super::super::number::Chunk;
 use super::super::vtk::cells::{Built, CellTable};
-use super::super::vtk::chunk::Chunk;
 use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::extent::{FaceRows, PartRows};
 use crate::mesh::{CellKind, Values, too_many};
@@ -97,7 +97,7 @@ pub(super) fn types(grid: &Group, rows: &Range<u64>) -> Result<Vec<u8>> {
     windows(&column(grid, "Types")?, rows, |values| {
         let start = types.len();
         types.resize(start + values.len(), 0);
-        integers(&values, "Types")?.types(&mut types[start..]);
+        integers(&values, "Types")?.narrow(&mut types[start..], u8::MAX);
         Ok(())
     })?;
     Ok(types)
@@ -188,14 +188,12 @@ fn indices(
     windows(&dataset, rows, |values| {
         let start = out.len();
         out.resize(start + values.len(), 0);
-        let found =
-            integers(&values, name)?.indices(&mut out[start..], (0, nodes.limit), nodes.base);
-        found.map_err(|(at, value)| {
-            let at = rows.start + (start - first + at) as u64;
-            let highest = nodes.limit as i64 - 1;
-            let message = format!("entry {at} is {value}; it must be from 0 to {highest}");
-            Error::input(message).dataset(name)
-        })
+        let (listed, entry) = (
+            integers(&values, name)?,
+            rows.start as usize + start - first,
+        );
+        let found = nodes.indices(listed, entry, &mut out[start..]);
+        found.map_err(|error| error.dataset(name))
     })
 }
 

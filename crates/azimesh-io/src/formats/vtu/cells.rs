@@ -1,7 +1,6 @@
 //! Cells of all pieces of a file: which arrays hold them.
 
 use super::super::vtk::cells::{Built, CellTable};
-use super::super::vtk::chunk::Chunk;
 use super::super::vtk::polyhedra::{PieceNodes, SharedFaces};
 use super::super::vtk::split::polygonal;
 use super::document::Piece;
@@ -17,11 +16,8 @@ pub(super) fn read(pieces: &mut [Piece], is_poly: bool, notes: &mut Notes) -> Re
     let mut table = CellTable::new(if is_poly { "" } else { "types" });
     let mut n_points = 0;
     for piece in pieces {
-        let limit = count(piece.n_points)? as u64;
-        let nodes = PieceNodes {
-            base: n_points,
-            limit,
-        };
+        let (base, limit) = (n_points, count(piece.n_points)? as u64);
+        let nodes = PieceNodes { base, limit };
         n_points = count(u64::from(n_points) + limit)? as u32;
         if is_poly {
             piece.n_cells = 0;
@@ -52,11 +48,10 @@ fn list_cells(
     table: &mut CellTable,
 ) -> Result<()> {
     let mut before = 0;
-    for end in all(named(arrays, "offsets")?, Some(n_cells), |chunk, out| {
-        chunk.integers(out)
-    })? {
-        let n_nodes = end.checked_sub(before);
-        let n_nodes = n_nodes.and_then(|n| usize::try_from(n).ok());
+    for end in integers(arrays, "offsets", Some(n_cells))? {
+        let n_nodes = end
+            .checked_sub(before)
+            .and_then(|n| usize::try_from(n).ok());
         let n_nodes = n_nodes.ok_or_else(|| {
             Error::input(format!(
                 "a cell ends at {end}, before the cell before it, which ends at {before}"
@@ -67,12 +62,12 @@ fn list_cells(
         before = end;
     }
     let array = named(arrays, "connectivity")?;
-    indices(
-        array,
-        nodes,
-        usize::try_from(before).ok(),
-        &mut table.connectivity,
-    )
+    let n_entries = usize::try_from(before).ok();
+    indices(array, nodes, n_entries, &mut table.connectivity)
+}
+
+fn integers(arrays: &[Array], name: &str, n: Option<usize>) -> Result<Vec<i64>> {
+    all(named(arrays, name)?, n, |chunk, out| chunk.integers(out))
 }
 
 /// Appends cells of one piece; gives their types.
@@ -81,11 +76,10 @@ fn read_piece(piece: &Piece, nodes: PieceNodes, table: &mut CellTable) -> Result
     if n_cells == 0 {
         return Ok(Vec::new());
     }
-    let types = all(
-        named(&piece.cells, "types")?,
-        Some(n_cells),
-        |chunk, out| chunk.types(out),
-    )?;
+    let types = named(&piece.cells, "types")?;
+    let types = all(types, Some(n_cells), |chunk, out| {
+        chunk.narrow(out, u8::MAX)
+    })?;
     let before = table.connectivity.len();
     let array = named(&piece.cells, "connectivity")?;
     indices(array, nodes, None, &mut table.connectivity)?;
@@ -93,10 +87,8 @@ fn read_piece(piece: &Piece, nodes: PieceNodes, table: &mut CellTable) -> Result
     let end = append_ends(offsets, &types, table).map_err(|error| error.dataset("offsets"))?;
     let found = table.connectivity.len() - before;
     if end != found as u64 {
-        return Err(Error::input(format!(
-            "the last cell ends at {end}, but there are {found} node indices"
-        ))
-        .dataset("connectivity"));
+        let message = format!("the last cell ends at {end}, but there are {found} node indices");
+        return Err(Error::input(message).dataset("connectivity"));
     }
     Ok(types)
 }
@@ -122,25 +114,9 @@ fn indices(
 ) -> Result<()> {
     let done = std::cell::Cell::new(0);
     collect(array, 1, expected, out, &|chunk, out| {
-        append_indices(chunk, done.get(), nodes, out)?;
+        nodes.indices(chunk, done.get(), out)?;
         done.set(done.get() + out.len());
         Ok(())
-    })
-}
-
-/// Converts entries of the connectivity from `first` on.
-pub(super) fn append_indices(
-    chunk: Chunk,
-    first: usize,
-    nodes: PieceNodes,
-    out: &mut [u32],
-) -> Result<()> {
-    let converted = chunk.indices(out, (0, nodes.limit), nodes.base);
-    converted.map_err(|(at, value)| {
-        let (entry, highest) = (first + at, nodes.limit as i64 - 1);
-        Error::input(format!(
-            "entry {entry} is {value}; it must be from 0 to {highest}"
-        ))
     })
 }
 
@@ -161,38 +137,32 @@ fn append_ends(array: &Array, types: &[u8], table: &mut CellTable) -> Result<u64
         done += n;
         Ok(())
     })?;
-    if done == types.len() {
-        Ok(last)
-    } else {
-        Err(wrong(done))
+    if done < types.len() {
+        return Err(wrong(done));
     }
+    Ok(last)
 }
 
 /// Appends the faces of the polyhedra of a piece, whose cells have these types.
 fn faces(arrays: &[Array], nodes: PieceNodes, types: &[u8], table: &mut CellTable) -> Result<()> {
     let list = |name: &str, limit: u64| -> Result<Vec<u32>> {
-        let mut list = Vec::new();
-        indices(
-            named(arrays, name)?,
-            PieceNodes { base: 0, limit },
-            None,
-            &mut list,
-        )?;
+        let (mut list, base) = (Vec::new(), 0);
+        let array = named(arrays, name)?;
+        indices(array, PieceNodes { base, limit }, None, &mut list)?;
         Ok(list)
     };
-    let ends = |name: &str, n| all(named(arrays, name)?, n, |chunk, out| chunk.integers(out));
     if !arrays.iter().any(|a| a.name == "polyhedron_offsets") {
         let faces = list("faces", u32::MAX.into())?;
-        let ends = ends("faceoffsets", Some(types.len()))?;
+        let ends = integers(arrays, "faceoffsets", Some(types.len()))?;
         return table.streams.read_streams(&faces, &ends, nodes, types);
     }
     let face_nodes = list("face_connectivity", nodes.limit)?;
-    let face_ends = ends("face_offsets", None)?;
+    let face_ends = integers(arrays, "face_offsets", None)?;
     let shared = SharedFaces {
         face_nodes: &face_nodes,
         cell_faces: &list("polyhedron_to_faces", face_ends.len() as u64)?,
         face_ends: &face_ends,
-        cell_ends: &ends("polyhedron_offsets", Some(types.len()))?,
+        cell_ends: &integers(arrays, "polyhedron_offsets", Some(types.len()))?,
     };
     table.streams.read_shared(&shared, nodes, types)
 }

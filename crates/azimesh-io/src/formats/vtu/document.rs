@@ -2,30 +2,20 @@
 
 use super::super::names::tell_apart;
 use super::super::vtk::order::{OUTWARD, WEDGES};
+use super::super::vtk::structured::Grid;
 use super::super::{Compression, Notes};
-use super::xml::{Array, Child, Layout, Parser};
+use super::xml::{Array, Layout, Parser};
 use azimesh_core::error::Result;
 use quick_xml::events::BytesStart;
 
-/// The grids that can be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Grid {
-    Unstructured,
-    Poly,
-    Structured,
-    Rectilinear,
-    Image,
-}
-
-impl Grid {
-    const ALL: [(&'static str, Grid); 5] = [
-        ("UnstructuredGrid", Grid::Unstructured),
-        ("PolyData", Grid::Poly),
-        ("StructuredGrid", Grid::Structured),
-        ("RectilinearGrid", Grid::Rectilinear),
-        ("ImageData", Grid::Image),
-    ];
-}
+/// VTK's names of the grids.
+const GRIDS: [&str; 5] = [
+    "UnstructuredGrid",
+    "PolyData",
+    "StructuredGrid",
+    "RectilinearGrid",
+    "ImageData",
+];
 
 /// The grid in a file.
 pub(super) struct Document<'a> {
@@ -73,9 +63,12 @@ impl Document<'_> {
         let fields = self.field_data.iter_mut();
         tell_apart("field", fields.map(|array| &mut array.name), notes);
         for piece in &mut self.pieces {
-            let (points, cells) = (piece.point_data.iter_mut(), piece.cell_data.iter_mut());
-            tell_apart("point", points.map(|array| &mut array.name), notes);
-            tell_apart("cell", cells.map(|array| &mut array.name), notes);
+            for (what, arrays) in [
+                ("point", &mut piece.point_data),
+                ("cell", &mut piece.cell_data),
+            ] {
+                tell_apart(what, arrays.iter_mut().map(|array| &mut array.name), notes);
+            }
         }
     }
 }
@@ -90,12 +83,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
             parser.error("a .pvd lists the meshes of a sequence; give the file of one of them")
         );
     }
-    let Some((name, grid)) = Grid::ALL.into_iter().find(|(name, _)| *name == kind) else {
-        return Err(parser.error(format!(
-            "the file has the VTK type {kind}; those that are read: UnstructuredGrid, PolyData, \
-             StructuredGrid, RectilinearGrid, ImageData, and PUnstructuredGrid (.pvtu)"
-        )));
-    };
+    let grid = Grid::named(&kind, GRIDS).filter(|_| GRIDS.contains(&&*kind));
+    let grid = grid.ok_or_else(|| {
+        parser.error(format!(
+            "the file has the VTK type {kind}; those that are read: {}, and PUnstructuredGrid (.pvtu)",
+            GRIDS.join(", ")
+        ))
+    })?;
     let mut document = Document {
         grid,
         version: parser.version(&root)?,
@@ -109,20 +103,18 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
     };
     parser.layout = document.layout;
     let mut found = false;
-    while let Some(child) = parser.child("VTKFile")? {
-        match child {
-            Child::Element(e) if e.name().as_ref() == name => {
-                found = true;
-                parser.grid(&e, name, &mut document)?;
-            }
-            other => parser.skip(other)?,
+    parser.each("VTKFile", |parser, name, element| {
+        let is_grid = name == kind;
+        if is_grid {
+            found = true;
+            parser.grid(element, name, &mut document)?;
         }
-    }
+        Ok(is_grid)
+    })?;
     if found {
-        Ok(document)
-    } else {
-        Err(parser.error(format!("there is no element {name}")))
+        return Ok(document);
     }
+    Err(parser.error(format!("there is no element {kind}")))
 }
 
 impl<'a> Parser<'a> {
@@ -165,19 +157,14 @@ impl<'a> Parser<'a> {
         document.origin = self.numbers(element, "Origin")?.unwrap_or([0.0; 3]);
         document.spacing = self.numbers(element, "Spacing")?.unwrap_or([1.0; 3]);
         document.direction = self.numbers(element, "Direction")?;
-        while let Some(child) = self.child(name)? {
-            match child {
-                Child::Element(e) if e.name().as_ref() == "FieldData" => {
-                    document.field_data.extend(self.arrays("FieldData")?);
-                }
-                Child::Element(e) if e.name().as_ref() == "Piece" => {
-                    let piece = self.piece(&e)?;
-                    document.pieces.push(piece);
-                }
-                other => self.skip(other)?,
+        self.each(name, |parser, name, element| {
+            match name {
+                "FieldData" => document.field_data.extend(parser.arrays(name)?),
+                "Piece" => document.pieces.push(parser.piece(element)?),
+                _ => return Ok(false),
             }
-        }
-        Ok(())
+            Ok(true)
+        })
     }
 
     fn piece(&mut self, element: &BytesStart) -> Result<Piece<'a>> {
@@ -189,37 +176,34 @@ impl<'a> Parser<'a> {
             ..Piece::default()
         };
         for (list, name) in piece.lists.iter_mut().zip(LISTS) {
-            let count = self.count(element, &format!("NumberOf{name}"))?;
-            list.0 = count.unwrap_or(0);
+            list.0 = self
+                .count(element, &format!("NumberOf{name}"))?
+                .unwrap_or(0);
         }
-        while let Some(child) = self.child("Piece")? {
-            let Child::Element(element) = child else {
-                continue;
-            };
-            let name = element.name();
-            match name.as_ref() {
+        self.each("Piece", |parser, name, element| {
+            match name {
                 "Points" => {
-                    piece.points.extend(self.arrays("Points")?);
+                    piece.points.extend(parser.arrays(name)?);
                     // Errors name the array, whatever the file calls it.
                     let arrays = piece.points.iter_mut();
-                    arrays.for_each(|array| array.name = "Points".into());
+                    arrays.for_each(|array| array.name = name.into());
                 }
-                "Cells" => piece.cells.extend(self.arrays("Cells")?),
-                "Coordinates" => piece.cells.extend(self.arrays("Coordinates")?),
+                "Cells" | "Coordinates" => piece.cells.extend(parser.arrays(name)?),
                 "PointData" => {
-                    piece.global_nodes = self.attribute(&element, "GlobalIds")?;
-                    piece.point_data.extend(self.arrays("PointData")?);
+                    piece.global_nodes = parser.attribute(element, "GlobalIds")?;
+                    piece.point_data.extend(parser.arrays(name)?);
                 }
                 "CellData" => {
-                    piece.global_cells = self.attribute(&element, "GlobalIds")?;
-                    piece.cell_data.extend(self.arrays("CellData")?);
+                    piece.global_cells = parser.attribute(element, "GlobalIds")?;
+                    piece.cell_data.extend(parser.arrays(name)?);
                 }
-                name => match LISTS.iter().position(|list| *list == name) {
-                    Some(list) => piece.lists[list].1.extend(self.arrays(LISTS[list])?),
-                    None => self.skip(Child::Element(element))?,
+                _ => match LISTS.iter().position(|list| *list == name) {
+                    Some(list) => piece.lists[list].1.extend(parser.arrays(name)?),
+                    None => return Ok(false),
                 },
             }
-        }
+            Ok(true)
+        })?;
         Ok(piece)
     }
 
@@ -234,11 +218,10 @@ impl<'a> Parser<'a> {
         };
         let mut numbers = [T::default(); N];
         let mut words = text.split_whitespace();
+        let wrong = || self.error(format!("{name}=\"{text}\" is not a list of {N} numbers"));
         for number in &mut numbers {
             let word = words.next().and_then(|word| word.parse().ok());
-            *number = word.ok_or_else(|| {
-                self.error(format!("{name}=\"{text}\" is not a list of {N} numbers"))
-            })?;
+            *number = word.ok_or_else(wrong)?;
         }
         Ok(Some(numbers))
     }

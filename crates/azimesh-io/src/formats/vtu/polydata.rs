@@ -2,7 +2,7 @@
 
 use super::super::column::{Column, Data};
 use super::super::format::{OuterFaces, surface_of};
-use super::super::vtk::arrays::{VtkArrays, ends_of};
+use super::super::vtk::arrays::{VtkArrays, ends_of, index_type};
 use super::super::vtk::number::Element;
 use super::super::{Format, Notes, WriteOptions};
 use super::write::{File, NAMES};
@@ -57,12 +57,13 @@ fn write_surface(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) -> 
 
 /// Connectivity and offsets of one list.
 fn columns<'a>(nodes: &'a [u32], ends: &'a [i64]) -> [Column<'a>; 2] {
-    let index = match i32::try_from(nodes.len()) {
-        Ok(_) => Element::Int32,
-        Err(_) => Element::UInt32,
-    };
     [
-        Column::scalar("connectivity", index, nodes.len(), Data::slice(nodes)),
+        Column::scalar(
+            "connectivity",
+            index_type(nodes.len()),
+            nodes.len(),
+            Data::slice(nodes),
+        ),
         Column::scalar("offsets", Element::Int64, ends.len(), Data::slice(ends)),
     ]
 }
@@ -96,10 +97,7 @@ fn with_faces_apart(mesh: Mesh) -> Mesh {
     let mut is_taken = vec![false; mesh.cells.len()];
     let mut further: Vec<usize> = Vec::new();
     let mut groups = mesh.groups.clone();
-    for group in groups
-        .iter_mut()
-        .filter(|group| group.dimension == boundary)
-    {
+    for group in groups.iter_mut().filter(|of| of.dimension == boundary) {
         let own = group.cells.iter().map(|cell| {
             if !std::mem::replace(&mut is_taken[cell], true) {
                 return cell;
@@ -113,11 +111,8 @@ fn with_faces_apart(mesh: Mesh) -> Mesh {
         return mesh;
     }
     for group in groups.iter_mut().filter(|group| group.dimension > boundary) {
-        group.cells = group
-            .cells
-            .iter()
-            .map(|cell| cell + further.len())
-            .collect();
+        let own = group.cells.iter().map(|cell| cell + further.len());
+        group.cells = own.collect();
     }
     let mut sources: Vec<usize> = (0..n_below).collect();
     sources.extend(&further);

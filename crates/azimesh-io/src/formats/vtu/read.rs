@@ -3,9 +3,10 @@
 
 use super::super::vtk::cells::repeat_tuples;
 use super::super::vtk::number::Element;
+use super::super::vtk::structured::Grid;
 use super::super::vtk::{order, structured, tags};
 use super::cells;
-use super::document::{self, Document, Grid};
+use super::document::{self, Document};
 use super::values::{all, data, field, points};
 use super::xml::{Array, as_utf8};
 use crate::formats::{Notes, ReadOptions};
@@ -89,8 +90,8 @@ fn block(document: &mut Document, n_bytes: usize) -> Result<Mesh> {
             "the structured grid has {n} pieces; only grids of one piece are read"
         )));
     };
-    let extent = piece.extent;
-    let extent = extent.ok_or_else(|| Error::input("the piece has no Extent"))?;
+    let missing = || Error::input("the piece has no Extent");
+    let extent = piece.extent.ok_or_else(missing)?;
     let dimensions = dimensions(extent)?;
     let n_points = structured::n_points(dimensions)?;
     structured::check_implied(n_points, n_bytes)?;

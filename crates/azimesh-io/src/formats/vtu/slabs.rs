@@ -1,14 +1,14 @@
 //! A .vtu file by slabs: parts of its arrays of raw values. Odd and damaged files are left to the reader of the whole.
 
+use super::super::number::Chunk;
 use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::super::vtk::cells::CellTable;
-use super::super::vtk::chunk::Chunk;
 use super::super::vtk::number::Element;
 use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::{is_collection, kind, type_name};
+use super::super::vtk::structured::Grid;
 use super::super::vtk::{order, tags};
-use super::cells::append_indices;
-use super::document::{self, Document, Grid, Piece};
+use super::document::{self, Document, Piece};
 use super::read::{FIRST_WITH_PRESENT_ORDER, add_arrays};
 use super::stored::Stored;
 use super::values::count;
@@ -71,9 +71,8 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
         pieces.push(Values::of(piece, node, cell)?);
     }
     if !document.has_marked_wedges && pieces.iter().any(Values::has_wedges) {
-        return Err(whole(
-            "all volumes say which order of nodes its wedges have",
-        ));
+        let why = "all volumes say which order of nodes its wedges have";
+        return Err(whole(why));
     }
     if options.tag_array.is_none() {
         check_tags(&document, &pieces)?;
@@ -126,22 +125,18 @@ impl<'a> Values<'a> {
             [array] => array.n_components == 3 && array.element != Element::String,
             _ => false,
         };
-        if has_points && values.are_complete() {
+        let n_entries = values.connectivity.n_values();
+        let has = |chunk: &Chunk, n| chunk.bytes.len() == n * chunk.element.size();
+        let are_complete = has_points
+            && has(&values.points, 3 * n_nodes)
+            && has(&values.types, n_cells)
+            && has(&values.offsets, n_cells)
+            && has(&values.connectivity, n_entries)
+            && (n_cells == 0 || values.offsets.integer(n_cells - 1) as u64 == n_entries as u64);
+        if are_complete {
             return Ok(values);
         }
         Err(whole("its arrays are not as long as they should be"))
-    }
-
-    /// Whether the arrays have as many values as the nodes and cells need.
-    fn are_complete(&self) -> bool {
-        let n_cells = self.cells.len();
-        let n_entries = self.connectivity.n_values();
-        let has = |chunk: &Chunk, n| chunk.bytes.len() == n * chunk.element.size();
-        has(&self.points, 3 * self.nodes.len())
-            && has(&self.types, n_cells)
-            && has(&self.offsets, n_cells)
-            && has(&self.connectivity, n_entries)
-            && (n_cells == 0 || self.offsets.integer(n_cells - 1) as u64 == n_entries as u64)
     }
 
     /// Appends some of the cells, counted from the first of the piece, which are at least one.
@@ -162,14 +157,13 @@ impl<'a> Values<'a> {
         let end = self.offsets.integer(cells.end - 1);
         let n = self.connectivity.n_values();
         let place = |offset| usize::try_from(offset).ok().filter(|at| *at <= n);
-        let entries = place(start).zip(place(end));
-        let (first, last) = entries
-            .filter(|(first, last)| first <= last)
-            .ok_or_else(|| {
-                let message =
-                    format!("cells lie from {start} to {end}; there are {n} node indices");
-                Error::input(message).dataset("offsets")
-            })?;
+        let entries = place(start)
+            .zip(place(end))
+            .filter(|(first, last)| first <= last);
+        let (first, last) = entries.ok_or_else(|| {
+            let message = format!("cells lie from {start} to {end}; there are {n} node indices");
+            Error::input(message).dataset("offsets")
+        })?;
         let added = table.append_ends(&types, self.offsets.part(cells), first as u64);
         added.map_err(|error| error.dataset("offsets"))?;
         let done = table.connectivity.len();
@@ -179,23 +173,23 @@ impl<'a> Values<'a> {
             limit: self.nodes.len() as u64,
         };
         let listed = self.connectivity.part(first..last);
-        let added = append_indices(listed, first, nodes, &mut table.connectivity[done..]);
+        let added = nodes.indices(listed, first, &mut table.connectivity[done..]);
         added.map_err(|error| error.dataset("connectivity"))
     }
 
     fn types_of(&self, cells: Range<usize>) -> Vec<u8> {
         let mut types = vec![0; cells.len()];
-        self.types.part(cells).types(&mut types);
+        self.types.part(cells).narrow(&mut types, u8::MAX);
         types
     }
 
     /// Checks if any block of cells, whose types are passed too, has a property.
     fn any(&self, has: impl Fn(Range<usize>, Vec<u8>) -> bool) -> bool {
         let n = self.cells.len();
-        let mut blocks = (0..n)
-            .step_by(BLOCK)
-            .map(|start| start..n.min(start + BLOCK));
-        blocks.any(|cells| has(cells.clone(), self.types_of(cells)))
+        (0..n).step_by(BLOCK).any(|start| {
+            let cells = start..n.min(start + BLOCK);
+            has(cells.clone(), self.types_of(cells))
+        })
     }
 
     fn has_wedges(&self) -> bool {

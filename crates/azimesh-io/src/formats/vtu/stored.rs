@@ -5,9 +5,9 @@
 
 use super::super::Compression;
 use super::super::decompress::reason;
-use super::super::vtk::chunk::Chunk;
-use super::super::vtk::number::parse_words;
-use super::super::vtk::text::{cuts, word_end};
+use super::super::number::{Chunk, DType};
+use super::super::tokens::n_words;
+use super::super::vtk::number::{cuts, parse_words, word_end};
 use super::xml::{Array, DataEncoding, Layout};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::parallel::{map, map_items};
@@ -74,13 +74,12 @@ impl<'d, 'a> Stored<'d, 'a> {
     }
 
     fn chunk<'b>(&self, bytes: &'b [u8]) -> Chunk<'b> {
-        let is_other = self.array.layout.big_endian != cfg!(target_endian = "big");
-        Chunk {
-            bytes,
-            element: self.array.element,
-            // Text is parsed to the order of this machine.
-            swap: is_other && !matches!(self.data, Data::Text),
-        }
+        // Text is parsed to the order of this machine.
+        let is_big_endian = match self.data {
+            Data::Text => cfg!(target_endian = "big"),
+            _ => self.array.layout.big_endian,
+        };
+        DType::new(self.array.element, is_big_endian).of(bytes)
     }
 
     /// Number of bytes of all values; unknown for text.
@@ -133,12 +132,6 @@ impl<'d, 'a> Stored<'d, 'a> {
 
 /// Passes on the bytes that a function appends, except for an incomplete tuple at the end.
 type Push<'p> = &'p mut dyn FnMut(&mut dyn FnMut(&mut Vec<u8>) -> Result<()>) -> Result<()>;
-
-/// Number of words of a text.
-pub(super) fn n_words(text: &[u8]) -> usize {
-    let words = text.split(u8::is_ascii_whitespace);
-    words.filter(|word| !word.is_empty()).count()
-}
 
 fn text_chunks(array: &Array, push: Push) -> Result<()> {
     let text = array.stored;
@@ -216,9 +209,9 @@ fn take(encoding: DataEncoding, stored: &[u8], n_bytes: usize) -> Result<(Cow<'_
     let (run, rest) = base64_run(stored, n_bytes)?;
     // Padding may cut it short.
     let decoded = base64_simd::STANDARD.decode_to_vec(run).ok();
-    let mut bytes = decoded
-        .filter(|bytes| bytes.len() >= n_bytes)
-        .ok_or_else(|| Error::input("the base64 text is damaged"))?;
+    let damaged = || Error::input("the base64 text is damaged");
+    let whole = decoded.filter(|bytes| bytes.len() >= n_bytes);
+    let mut bytes = whole.ok_or_else(damaged)?;
     bytes.truncate(n_bytes);
     Ok((Cow::Owned(bytes), rest))
 }
@@ -245,9 +238,8 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
     } else {
         (stored, width)
     };
-    let total = n_bytes
-        .checked_add(skip)
-        .ok_or_else(|| Error::input("its size is out of range"))?;
+    let total = n_bytes.checked_add(skip);
+    let total = total.ok_or_else(|| Error::input("its size is out of range"))?;
     let text = base64_run(text, total)?.0;
     Ok(Data::Base64 {
         text,
@@ -278,9 +270,8 @@ fn blocks<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resu
     sizes.drain(..3);
     let last = if last == 0 { block_size } else { last };
     let n_bytes = (sizes.len() - 1).checked_mul(block_size);
-    let n_bytes = n_bytes
-        .and_then(|n| n.checked_add(last))
-        .ok_or_else(|| Error::input("the size of its blocks is out of range"))?;
+    let n_bytes = n_bytes.and_then(|n| n.checked_add(last));
+    let n_bytes = n_bytes.ok_or_else(|| Error::input("the size of its blocks is out of range"))?;
     let mut each = sizes.iter();
     let n_compressed = each.try_fold(0usize, |sum, size| sum.checked_add(*size));
     let n_compressed = n_compressed.filter(|n| *n <= rest.len()).ok_or_else(|| {

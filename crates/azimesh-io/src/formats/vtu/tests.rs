@@ -1,91 +1,8 @@
 use super::*;
+use crate::formats::vtk::fixtures::rich_mesh;
 use crate::formats::{Notes, ReadOptions, WriteOptions, parse};
-use crate::mesh::{CellKind, CellSet, DataArray, Group, Mesh, Values};
+use crate::mesh::{CellKind, CellSet, Mesh, Values};
 use azimesh_core::diagnostic::formats::GroupWritten;
-
-/// Every kind of thing that a mesh can hold: mixed cells, a polyhedron, a face in two tags, zones,
-/// a group of lower dimension, arrays of every type.
-fn rich_mesh() -> Mesh {
-    let mut mesh = Mesh {
-        points: (0..14u32)
-            .map(|i| {
-                [
-                    f64::from(i % 3),
-                    f64::from(i) / 3.0,
-                    -0.1 * f64::from(i * i),
-                ]
-            })
-            .collect(),
-        ..Mesh::default()
-    };
-    let cells = &mut mesh.cells;
-    cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
-    cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
-    cells.push(CellKind::Hexahedron, &[2, 3, 4, 5, 6, 7, 8, 9]);
-    let stream = [
-        4, 3, 10, 11, 12, 3, 10, 11, 13, 3, 11, 12, 13, 3, 10, 12, 13,
-    ];
-    cells.push_polyhedron(&stream).expect("a good stream");
-    cells.push(CellKind::Triangle, &[0, 1, 2]);
-    cells.push(CellKind::Polygon, &[2, 3, 4, 5, 6]);
-    cells.push(CellKind::Quadrilateral, &[2, 3, 4, 5]);
-    cells.push(CellKind::Line, &[0, 1]);
-    cells.push(CellKind::Vertex, &[13]);
-    let group = |dimension, name: &str, number, cells: &[usize]| Group {
-        dimension,
-        name: name.into(),
-        number: Some(number),
-        condition: None,
-        cells: cells.iter().copied().collect(),
-    };
-    mesh.groups = vec![
-        group(2, "wall <&\"> ä", 1, &[4, 5]),
-        group(2, "unused", 2, &[]),
-        group(2, "probe", 3, &[5, 6]),
-        group(3, "rotor", 1, &[0, 1]),
-        group(3, "outside", 2, &[2, 3]),
-        group(1, "edge", 1, &[7]),
-        group(0, "corner", 2, &[8]),
-    ];
-    mesh.cell_arrays = vec![
-        DataArray::scalar("i8", Values::I8((-4..5).collect())),
-        DataArray::scalar("u8", Values::U8((0..9).map(|i| i * 28).collect())),
-        DataArray::scalar("i16", Values::I16((0..9).map(|i| i * -3000).collect())),
-        DataArray::scalar("u16", Values::U16((0..9).map(|i| i * 7000).collect())),
-        DataArray::scalar(
-            "i32",
-            Values::I32((0..9).map(|i| i * -200_000_000).collect()),
-        ),
-        DataArray::scalar(
-            "u32",
-            Values::U32((0..9).map(|i| i * 400_000_000).collect()),
-        ),
-        DataArray::scalar("i64", Values::I64((0..9).map(|i| i64::MIN >> i).collect())),
-        DataArray::scalar("u64", Values::U64((0..9).map(|i| u64::MAX >> i).collect())),
-    ];
-    let thirds = |n: u16| (0..n).map(|i| f64::from(i) / 3.0 - 1e-300);
-    let velocity = Values::F64(thirds(42).collect());
-    mesh.point_arrays = vec![
-        DataArray {
-            component_names: vec!["u".into(), "v".into(), "w & x".into()],
-            ..DataArray::tuples("velocity", 3, velocity)
-        },
-        DataArray::scalar(
-            "p",
-            Values::F32(thirds(14).map(|x| x as f32 * 1e30).collect()),
-        ),
-        DataArray::tuples("stress", 11, Values::F64(thirds(154).collect())),
-    ];
-    mesh.field_arrays = vec![
-        DataArray::scalar("TimeValue", Values::F64(vec![0.1])),
-        DataArray::scalar(
-            "title",
-            Values::Text(vec!["a".into(), "".into(), "ü\n".into()]),
-        ),
-        DataArray::scalar("nothing", Values::I64(vec![])),
-    ];
-    mesh
-}
 
 fn written(mesh: &Mesh, options: &WriteOptions) -> (Vec<u8>, Notes) {
     let mut bytes = Vec::new();
@@ -128,12 +45,8 @@ fn everything_in_a_mesh_survives_every_way_of_writing_it() {
         let (bytes, notes) = written(&expected, &options);
         assert_eq!(notes, []);
         if options.precision == Precision::F32 {
-            let single = |x: &mut f64| *x = f64::from(*x as f32);
-            expected
-                .points
-                .as_flattened_mut()
-                .iter_mut()
-                .for_each(single);
+            let coordinates = expected.points.as_flattened_mut().iter_mut();
+            coordinates.for_each(|x| *x = f64::from(*x as f32));
         }
         assert_eq!(read(&bytes), expected, "{options:?}");
     }
@@ -156,31 +69,17 @@ fn a_mesh_larger_than_a_block_survives_every_way_of_writing_it() {
                 .push(CellKind::Tetrahedron, &[i, i - 1, i - 2, i - 3]),
         }
     }
-    for encoding in [Encoding::Raw, Encoding::Base64, Encoding::Ascii] {
-        for compression in [
-            Compression::None,
-            Compression::Zlib,
-            Compression::Lz4,
-            Compression::Lzma,
-        ] {
-            let options = WriteOptions {
-                encoding,
-                compression,
-                ..WriteOptions::default()
-            };
-            assert_eq!(read(&written(&mesh, &options).0), mesh, "{options:?}");
-        }
+    let is_double = |options: &WriteOptions| options.precision == Precision::F64;
+    for options in all_options().into_iter().filter(is_double) {
+        assert_eq!(read(&written(&mesh, &options).0), mesh, "{options:?}");
     }
 }
 
 #[test]
 fn an_empty_mesh_survives_every_way_of_writing_it() {
     for options in all_options() {
-        assert_eq!(
-            read(&written(&Mesh::default(), &options).0),
-            Mesh::default(),
-            "{options:?}"
-        );
+        let mesh = Mesh::default();
+        assert_eq!(read(&written(&mesh, &options).0), mesh, "{options:?}");
     }
 }
 
@@ -194,7 +93,7 @@ fn without_names_tags_keep_their_numbers() {
         ..WriteOptions::default()
     };
     let (bytes, notes) = written(&mesh, &options);
-    assert_eq!(notes.len(), 2, "{notes:?}");
+    assert_eq!(notes.len(), 3, "{notes:?}");
     let names: Vec<_> = read(&bytes).groups.iter().map(|g| g.name.clone()).collect();
     assert_eq!(names, ["3", "17"]);
 }
@@ -209,7 +108,7 @@ fn a_cell_in_two_zones_keeps_the_first_and_is_noted() {
         notes,
         [GroupWritten::OfSeveral { n: 1, array, cell }.into()]
     );
-    assert!(read(&bytes).groups[4].cells == [2].into_iter().collect::<CellSet>());
+    assert!(read(&bytes).groups[4].cells == CellSet::from(2..3));
 }
 
 /// A grid in ASCII with one quadrilateral, its edges, and the given cell data.

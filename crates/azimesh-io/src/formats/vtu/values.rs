@@ -1,17 +1,16 @@
 //! Values of arrays of all pieces, converted and joined: coordinates, indices, data.
 
-use super::super::vtk::chunk::Chunk;
-use super::super::vtk::number::{Element, points_are_finite};
-use super::super::vtk::text::word_start;
+use super::super::number::Chunk;
+use super::super::vtk::number::{Element, points_are_finite, word_start};
 use super::document::Piece;
-use super::stored::{Stored, n_words};
+use super::stored::Stored;
 use super::xml::{Array, DataEncoding};
 use crate::formats::Notes;
-use crate::formats::names::text_of;
+use crate::formats::names::{alike, text_of};
+use crate::formats::tokens::n_words;
 use crate::mesh::{DataArray, Values, arrays::with_numbers};
 use azimesh_core::diagnostic::formats::ArrayRead;
 use azimesh_core::error::{Error, Result, counted};
-use std::collections::{BTreeMap, BTreeSet};
 
 /// Coordinates of the nodes of all pieces.
 pub(super) fn points(pieces: &[Piece]) -> Result<Vec<[f64; 3]>> {
@@ -27,12 +26,11 @@ pub(super) fn points(pieces: &[Piece]) -> Result<Vec<[f64; 3]>> {
             }
         };
         if array.n_components != 3 || array.element == Element::String {
-            return Err(Error::input(format!(
-                "points are {} with {} components; they must be numbers with 3 components",
-                array.element.name(),
-                array.n_components
-            ))
-            .dataset("Points"));
+            let (element, n) = (array.element.name(), array.n_components);
+            let message = format!(
+                "points are {element} with {n} components; they must be numbers with 3 components"
+            );
+            return Err(Error::input(message).dataset("Points"));
         }
         let n = count(piece.n_points).map_err(|error| error.dataset("Points"))?;
         let first = points.len();
@@ -52,12 +50,12 @@ pub(super) fn points(pieces: &[Piece]) -> Result<Vec<[f64; 3]>> {
 
 /// A number of nodes or cells, which must fit in an index of 32 bits.
 pub(super) fn count(n: u64) -> Result<usize> {
-    if n >= u64::from(u32::MAX) {
-        return Err(Error::input(format!(
-            "{n} is more than 4294967294, the most nodes or cells that a mesh can have"
-        )));
+    if n < u64::from(u32::MAX) {
+        return Ok(n as usize);
     }
-    Ok(n as usize)
+    Err(Error::input(format!(
+        "{n} is more than 4294967294, the most nodes or cells that a mesh can have"
+    )))
 }
 
 /// All values of an array; their number must be `expected`.
@@ -166,44 +164,25 @@ pub(super) fn data<'d, 'a: 'd>(
     notes: &mut Notes,
 ) -> Result<Vec<DataArray>> {
     let parts: Vec<_> = pieces.iter().map(of).filter(|(n, _)| *n > 0).collect();
-    let Some(((_, first), rest)) = parts.split_first() else {
-        return Ok(Vec::new());
-    };
+    let all: Vec<&Vec<Array>> = parts.iter().map(|(_, part)| *part).collect();
+    let kind = |a: &Array| (a.name.clone(), a.element.name(), a.is_bits, a.n_components);
+    let mut misfits = Notes::default();
     let mut arrays: Vec<DataArray> = Vec::new();
-    let mut known: BTreeSet<&str> = BTreeSet::new();
-    let by_name = |(_, part): &(u64, &'d Vec<Array<'a>>)| -> BTreeMap<&'d str, &'d Array<'a>> {
-        part.iter().map(|array| (&*array.name, array)).collect()
-    };
-    let rest: Vec<_> = rest.iter().map(by_name).collect();
-    for array in first.iter() {
-        let kind = |array: &Array| (array.element, array.is_bits, array.n_components);
-        let others = rest.iter().map(|part| part.get(&*array.name).copied());
-        let others = others.map(|other| other.filter(|other| kind(other) == kind(array)));
-        let Some(others) = others.collect::<Option<Vec<_>>>() else {
-            continue;
-        };
-        known.insert(&array.name);
-        let mut all = empty(array);
+    for of_pieces in alike(&all, what, (|array| &*array.name, kind), &mut misfits) {
+        let mut all = empty(of_pieces[0]);
         let mut fits = true;
-        for (array, (n, _)) in std::iter::once(array).chain(others).zip(&parts) {
+        for (array, (n, _)) in of_pieces.into_iter().zip(&parts) {
             let n = count(*n).map_err(|error| error.dataset(&array.name))?;
             fits = fits && append_fitting(&mut all.values, array, n, notes)?;
         }
         if fits {
             arrays.push(all);
         } else {
-            notes.push(ArrayRead::TooLong {
-                what,
-                name: all.name,
-            });
+            let name = all.name;
+            notes.push(ArrayRead::TooLong { what, name });
         }
     }
-    for array in parts.iter().flat_map(|(_, part)| part.iter()) {
-        if !known.contains(&*array.name) {
-            let name = array.name.clone();
-            notes.push(ArrayRead::NotAlike { what, name });
-        }
-    }
+    notes.extend(misfits);
     Ok(arrays)
 }
 
@@ -301,10 +280,8 @@ fn strings(
     notes: &mut Notes,
 ) -> Result<()> {
     let bytes: Vec<u8> = if array.encoding == DataEncoding::Ascii {
-        let codes = Array {
-            element: Element::Int16,
-            ..array.clone()
-        };
+        let mut codes = array.clone();
+        codes.element = Element::Int16;
         let byte = |code: i16| {
             let byte = u8::try_from(code).or_else(|_| i8::try_from(code).map(|c| c as u8));
             let message = || format!("{code} is not a character");

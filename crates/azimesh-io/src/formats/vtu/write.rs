@@ -4,9 +4,8 @@
 use super::super::column::{Column, Sink};
 use super::super::names::Rule;
 use super::super::vtk::arrays::{Sections, VtkArrays};
-use super::super::vtk::number::Element;
+use super::super::vtk::number::{Element, ascii, failed};
 use super::super::vtk::order::{self, OUTWARD, WEDGES};
-use super::super::vtk::text::{ascii, failed};
 use super::super::{Compression, Encoding, Notes, Out, WriteOptions};
 use crate::mesh::MeshView;
 use azimesh_core::error::Result;
@@ -122,30 +121,25 @@ impl File<'_> {
         if self.has_wedges {
             mark = format!(" {WEDGES}=\"{OUTWARD}\"");
         }
-        put(
-            out,
-            format!(
-                "<?xml version=\"1.0\"?>\n<VTKFile type=\"{grid}\" version=\"{version}\" \
-                 byte_order=\"{order}\" header_type=\"UInt64\"{compressor}{mark}>\n  <{grid}>\n"
-            ),
-        )?;
+        let head = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"{grid}\" version=\"{version}\" \
+             byte_order=\"{order}\" header_type=\"UInt64\"{compressor}{mark}>\n  <{grid}>\n"
+        );
+        put(out, head)?;
         let sections = &self.sections;
         if !sections.fields.is_empty() {
             section("FieldData", &sections.fields, out, array)?;
         }
         let (n_points, n_cells) = (self.n_points, self.n_cells);
-        let counts = match self.lists {
-            None => format!(" NumberOfCells=\"{n_cells}\""),
-            Some(lists) => {
-                let counts = LISTS.iter().zip(lists);
-                let counts = counts.map(|(list, n)| format!(" NumberOf{list}=\"{n}\""));
-                counts.collect()
-            }
-        };
-        put(
-            out,
-            format!("<Piece NumberOfPoints=\"{n_points}\"{counts}>\n"),
-        )?;
+        let mut counts = format!("NumberOfPoints=\"{n_points}\"");
+        match self.lists {
+            None => counts += &format!(" NumberOfCells=\"{n_cells}\""),
+            Some(lists) => LISTS
+                .iter()
+                .zip(lists)
+                .for_each(|(list, n)| counts += &format!(" NumberOf{list}=\"{n}\"")),
+        }
+        put(out, format!("<Piece {counts}>\n"))?;
         section("PointData", &sections.point_data, out, array)?;
         section("CellData", &sections.cell_data, out, array)?;
         section("Points", &sections.points, out, array)?;
@@ -289,9 +283,10 @@ impl<'c> Encoded<'c> {
         /// Bytes encoded at a time, a multiple of 3.
         const STEP: usize = 3 << 18;
         let mut encode = |bytes: &[u8]| {
-            bytes
+            let mut steps = bytes
                 .chunks(STEP)
-                .try_for_each(|step| put(out, base64_simd::STANDARD.encode_to_string(step)))
+                .map(|s| base64_simd::STANDARD.encode_to_string(s));
+            steps.try_for_each(|text| put(out, text))
         };
         let mut start = &self.header[..];
         if self.blocks.is_some() {

@@ -1,5 +1,6 @@
 //! XML of VTK: elements, attributes, and the stored values of arrays, which are not decoded here.
 
+use super::super::tokens::line_of;
 use super::super::vtk::number::Element;
 use super::super::{Compression, Notes};
 use azimesh_core::diagnostic::formats::Read;
@@ -44,7 +45,7 @@ pub(super) struct Array<'a> {
 impl Array<'_> {
     /// The line of the file that a stored byte is on.
     pub fn line(&self, at: usize) -> u64 {
-        line_after(self.before) - 1 + line_after(&self.stored[..at])
+        line_of(self.before, self.before.len()) - 1 + line_of(self.stored, at)
     }
 }
 
@@ -59,14 +60,9 @@ pub(super) enum DataEncoding {
     Raw,
 }
 
-/// One-based line after `before`.
-fn line_after(before: &[u8]) -> u64 {
-    1 + memchr::memchr_iter(b'\n', before).count() as u64
-}
-
 /// The encoding of the data after `<AppendedData encoding="...">_`, and the byte that it starts at.
 fn appended_section(bytes: &[u8], start: usize) -> Result<(DataEncoding, usize)> {
-    let fail = |message: &str| Error::input(message).line(line_after(&bytes[..start]));
+    let fail = |message: &str| Error::input(message).line(line_of(bytes, start));
     let length = memchr::memchr(b'>', &bytes[start..])
         .ok_or_else(|| fail("the file ends inside the element AppendedData"))?;
     let tag = &bytes[start..=start + length];
@@ -137,7 +133,7 @@ fn value(attribute: &Attribute) -> String {
 }
 
 /// The content of an element.
-pub(in crate::formats) enum Child<'a> {
+enum Child<'a> {
     Element(BytesStart<'a>),
     /// Text that is not blank, as a range of the file.
     Text(Range<usize>),
@@ -185,15 +181,30 @@ impl<'a> Parser<'a> {
     /// Arrays inside an element.
     pub(super) fn arrays(&mut self, parent: &str) -> Result<Vec<Array<'a>>> {
         let mut arrays = Vec::new();
+        self.each(parent, |parser, name, element| {
+            let is_array = matches!(name, "DataArray" | "Array");
+            if is_array {
+                arrays.push(parser.array(element)?);
+            }
+            Ok(is_array)
+        })?;
+        Ok(arrays)
+    }
+
+    /// Passes the elements inside `parent` and their names to `take`, and skips those that it does not take.
+    pub fn each(
+        &mut self,
+        parent: &str,
+        mut take: impl FnMut(&mut Self, &str, &BytesStart) -> Result<bool>,
+    ) -> Result<()> {
         while let Some(child) = self.child(parent)? {
-            match child {
-                Child::Element(e) if matches!(e.name().as_ref(), "DataArray" | "Array") => {
-                    arrays.push(self.array(&e)?);
-                }
-                other => self.skip(other)?,
+            if let Child::Element(element) = child
+                && !take(self, element.name().as_ref(), &element)?
+            {
+                self.skip(&element)?;
             }
         }
-        Ok(arrays)
+        Ok(())
     }
 
     fn array(&mut self, element: &BytesStart) -> Result<Array<'a>> {
@@ -260,7 +271,7 @@ impl<'a> Parser<'a> {
                 Child::Text(_) => {
                     return Err(self.error("the values are interrupted by an element"));
                 }
-                element => self.skip(element)?,
+                Child::Element(element) => self.skip(&element)?,
             }
         }
         let at = self.reader.buffer_position() as usize;
@@ -281,9 +292,8 @@ impl<'a> Parser<'a> {
         let (encoding, first) =
             section.ok_or_else(|| missing(self, "the file has no AppendedData"))?;
         let end = self.bytes.len();
-        let start = usize::try_from(offset)
-            .ok()
-            .and_then(|offset| first.checked_add(offset));
+        let start = usize::try_from(offset).ok();
+        let start = start.and_then(|offset| first.checked_add(offset));
         let start = start.filter(|start| *start <= end).ok_or_else(|| {
             let n = end - first;
             let message =
@@ -294,7 +304,7 @@ impl<'a> Parser<'a> {
     }
 
     /// The next element or text inside `parent`; `None` at its end.
-    pub fn child(&mut self, parent: &str) -> Result<Option<Child<'a>>> {
+    fn child(&mut self, parent: &str) -> Result<Option<Child<'a>>> {
         loop {
             let start = self.reader.buffer_position() as usize;
             match self.next_event()? {
@@ -316,20 +326,16 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Passes over an element.
-    pub fn skip(&mut self, child: Child) -> Result<()> {
-        if let Child::Element(element) = child {
-            let skipped = self.reader.read_to_end(element.name()).map(drop);
-            skipped.map_err(|error| self.error(error.to_string()))?;
-        }
-        Ok(())
+    fn skip(&mut self, element: &BytesStart) -> Result<()> {
+        let skipped = self.reader.read_to_end(element.name()).map(drop);
+        skipped.map_err(|error| self.error(error.to_string()))
     }
 
     fn next_event(&mut self) -> Result<Event<'a>> {
         let event = self.reader.read_event();
         event.map_err(|error| {
-            let at = (self.reader.error_position() as usize).min(self.bytes.len());
-            Error::input(error.to_string()).line(line_after(&self.bytes[..at]))
+            let at = self.reader.error_position() as usize;
+            Error::input(error.to_string()).line(line_of(self.bytes, at))
         })
     }
 
@@ -356,7 +362,7 @@ impl<'a> Parser<'a> {
 
     /// An error at this position.
     pub fn error(&self, message: impl Into<String>) -> Error {
-        let at = (self.reader.buffer_position() as usize).min(self.bytes.len());
-        Error::input(message).line(line_after(&self.bytes[..at]))
+        let at = self.reader.buffer_position() as usize;
+        Error::input(message).line(line_of(self.bytes, at))
     }
 }
