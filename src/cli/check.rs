@@ -5,12 +5,13 @@ use crate::preflight::{
     self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, estimate_bytes,
     estimate_memory, evenly,
 };
+use crate::run::sentences;
 use azimesh_core::diagnostic::{Diagnostic, amount, in_digits, short};
 use azimesh_core::error::{Result, counted, one_line};
 use azimesh_core::parallel;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Frame, Role, Schedule, Step, TagRole};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::fmt::{Display, Write};
 use std::path::PathBuf;
 
@@ -42,10 +43,101 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
         output: n_bytes,
     };
     match context.common.json {
-        true => context.print_json(as_json(&plan, &extremes, bytes, &warnings))?,
+        true => context.print_json(&as_json(&plan, &extremes, bytes, &warnings))?,
         false => context.print_result(&as_text(&plan, &extremes, bytes))?,
     }
     Ok(Outcome::Fine)
+}
+
+/// The meaning of a schedule on a mesh.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Checked {
+    /// Nodes of the mesh, with those that a turning zone duplicates.
+    nodes: usize,
+    /// Surface nodes that are base point candidates; nodes at one place count once.
+    surface_points: usize,
+    /// Surface nodes at the position of another one.
+    coincident_surface_nodes: usize,
+    /// Boundary tags with a role.
+    tags: Vec<CheckedTag>,
+    /// Kernel of the interpolation.
+    kernel: &'static str,
+    /// Support radius, mesh units.
+    support_radius: f64,
+    /// Displacement error allowed, mesh units.
+    tolerance: f64,
+    /// Choices that the schedule left open, as sentences.
+    chosen: Vec<String>,
+    /// Modes of the motion.
+    modes: usize,
+    /// Largest error of the modes, mesh units.
+    mode_truncation: f64,
+    /// Smallest first-cell height at a moving wall, mesh units; null where there is none.
+    smallest_first_cell: Option<f64>,
+    /// Memory that `deform` needs at its peak, bytes.
+    memory_bytes: u64,
+    /// Bytes of the input that are mapped in addition.
+    mapped_bytes: u64,
+    /// Frame, axes and signs, as sentences.
+    conventions: Vec<String>,
+    /// Estimated time of the run, s.
+    seconds: f64,
+    /// Bytes of all meshes; an upper bound with compression.
+    output_bytes: u64,
+    /// Warnings that `deform` would print.
+    warnings: Vec<String>,
+    /// Largest displacement of a surface node at any step, mesh units.
+    max_displacement: f64,
+    /// The step of it.
+    max_displacement_step: usize,
+    /// Every step.
+    steps: Vec<CheckedStep>,
+}
+
+/// A tag.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct CheckedTag {
+    /// Its name.
+    name: String,
+    /// Its role in words.
+    role: String,
+}
+
+/// A step.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct CheckedStep {
+    /// Its number, from 0.
+    step: usize,
+    /// Azimuth, degrees; null where the schedule has times only.
+    azimuth_deg: Option<f64>,
+    /// Time, s; null without `[time]` or `rpm`.
+    time_s: Option<f64>,
+    /// Largest displacement of a surface node, mesh units.
+    max_displacement: f64,
+    /// Every body.
+    bodies: Vec<CheckedBody>,
+}
+
+/// A body.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct CheckedBody {
+    /// Its name.
+    name: String,
+    /// Pitch; null without a cyclic motion.
+    pitch_deg: Option<f64>,
+    /// Flap; likewise.
+    flap_deg: Option<f64>,
+    /// Lag; likewise.
+    lag_deg: Option<f64>,
+    /// Displacement of its outermost point along the span; null in 2D, and where neither `rotor.span_axis` nor a cyclic or
+    /// beam motion says what the span is.
+    tip_displacement: Option<[f64; 3]>,
+    /// Largest displacement of one of its points (4096 at most).
+    max_displacement: f64,
 }
 
 /// Bytes that a run takes.
@@ -99,37 +191,46 @@ fn as_json(
     extremes: &LargestDisplacements,
     bytes: Bytes,
     warnings: &[Diagnostic],
-) -> Value {
+) -> Checked {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
-    json!({
-        "nodes": plan.boundary.n_nodes,
-        "surface_points": plan.surface.nodes.len(),
-        "coincident_surface_nodes": plan.surface.n_coincident,
-        "tags": tags.map(|tag| json!({ "name": tag.tag, "role": role_name(plan, tag) })).collect::<Vec<_>>(),
-        "kernel": plan.basis.kernel.name(),
-        "support_radius": plan.basis.radius,
-        "tolerance": plan.tolerance,
-        "chosen": plan.choices,
-        "modes": plan.n_modes(),
-        "mode_truncation": plan.truncation(),
-        "smallest_first_cell": plan.smallest_first_cell,
-        "memory_bytes": bytes.memory,
-        "mapped_bytes": bytes.mapped,
-        "conventions": plan.motion.rotor.conventions(),
-        "seconds": seconds(plan, bytes.output),
-        "output_bytes": bytes.output,
-        "warnings": warnings,
-        "max_displacement": extremes.largest().1,
-        "max_displacement_step": extremes.largest().0,
-        "steps": steps.map(|step| json!({
-            "step": step.index(),
-            "azimuth_deg": step.azimuth_deg(),
-            "time_s": step.time_s(),
-            "max_displacement": plan.largest_displacement(step.index()),
-            "bodies": bodies_at(plan, &[step]).iter().map(|body| body_as_json(plan, body)).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>(),
-    })
+    let tag = |tag: &TagRole| CheckedTag {
+        name: tag.tag.clone(),
+        role: role_name(plan, tag),
+    };
+    let step = |step: &Step| CheckedStep {
+        step: step.index(),
+        azimuth_deg: step.azimuth_deg(),
+        time_s: step.time_s(),
+        max_displacement: plan.largest_displacement(step.index()),
+        bodies: bodies_at(plan, &[step])
+            .iter()
+            .map(|body| checked_body(plan, body))
+            .collect(),
+    };
+    let (max_displacement_step, max_displacement) = extremes.largest();
+    Checked {
+        nodes: plan.boundary.n_nodes,
+        surface_points: plan.surface.nodes.len(),
+        coincident_surface_nodes: plan.surface.n_coincident,
+        tags: tags.map(tag).collect(),
+        kernel: plan.basis.kernel.name(),
+        support_radius: plan.basis.radius,
+        tolerance: plan.tolerance,
+        chosen: sentences(&plan.choices),
+        modes: plan.n_modes(),
+        mode_truncation: plan.truncation(),
+        smallest_first_cell: plan.smallest_first_cell,
+        memory_bytes: bytes.memory,
+        mapped_bytes: bytes.mapped,
+        conventions: plan.motion.rotor.conventions(),
+        seconds: seconds(plan, bytes.output),
+        output_bytes: bytes.output,
+        warnings: sentences(warnings),
+        max_displacement,
+        max_displacement_step,
+        steps: steps.map(step).collect(),
+    }
 }
 
 fn as_text(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> String {
@@ -239,17 +340,17 @@ fn listed(plan: &Plan) -> Vec<&Step> {
     evenly(plan, LISTED)
 }
 
-fn body_as_json(plan: &Plan, at: &BodyAtStep) -> Value {
-    let degrees = at.angles.map(|angles| angles.map(f64::to_degrees));
-    let angle = |i: usize| degrees.map(|degrees| degrees[i]);
-    json!({
-        "name": plan.motion.bodies[at.body].name,
-        "pitch_deg": angle(0),
-        "flap_deg": angle(1),
-        "lag_deg": angle(2),
-        "tip_displacement": at.tip,
-        "max_displacement": at.largest,
-    })
+fn checked_body(plan: &Plan, at: &BodyAtStep) -> CheckedBody {
+    let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
+    let angle = |i: usize| angles.map(|angles| angles[i]);
+    CheckedBody {
+        name: plan.motion.bodies[at.body].name.clone(),
+        pitch_deg: angle(0),
+        flap_deg: angle(1),
+        lag_deg: angle(2),
+        tip_displacement: at.tip,
+        max_displacement: at.largest,
+    }
 }
 
 /// A table of each body: its angles and its tip where it has them, and its largest displacement.

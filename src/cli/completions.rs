@@ -4,7 +4,7 @@ use super::{Cli, Context, Outcome};
 use azimesh_core::error::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
-use serde_json::json;
+use serde::Serialize;
 
 /// Arguments of `azimesh completions`.
 #[derive(Debug, clap::Args)]
@@ -20,15 +20,25 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
+/// A script for a shell.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Completions {
+    /// Name of the shell.
+    shell: String,
+    /// The script.
+    script: String,
+}
+
 pub(super) fn run(args: &CompletionsArgs, context: &Context) -> Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "azimesh", &mut script);
     let script = String::from_utf8_lossy(&script);
     match context.common.json {
-        true => context.print_json(json!({
-            "shell": args.shell.to_string(),
-            "script": script,
-        }))?,
+        true => context.print_json(&Completions {
+            shell: args.shell.to_string(),
+            script: script.into_owned(),
+        })?,
         false => context.print(&script)?,
     }
     Ok(Outcome::Fine)

@@ -11,6 +11,7 @@ use azimesh_core::ranks::Ranks;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::Schedule;
 use azimesh_io::mesh::Mesh;
+use serde::{Serialize, Serializer};
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -128,7 +129,9 @@ impl Context {
     }
 
     /// Prints a JSON result with its version.
-    pub fn print_json(&self, mut value: serde_json::Value) -> Result<()> {
+    pub fn print_json(&self, result: &impl Serialize) -> Result<()> {
+        let value = serde_json::to_value(result);
+        let mut value = value.expect("keys are text, and numbers that are not finite are null");
         if let Some(object) = value.as_object_mut() {
             object.shift_insert(0, "version".into(), 1.into());
         }
@@ -171,6 +174,25 @@ impl Context {
             // Nobody is left to tell when stderr is gone.
             let _ = writeln!(std::io::stderr(), "{text}");
         }
+    }
+}
+
+/// Entries of a JSON object whose keys are names, in their order.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct Entries<T>(
+    #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, T>"))] Vec<(String, T)>,
+);
+
+impl<K: Into<String>, T> FromIterator<(K, T)> for Entries<T> {
+    fn from_iter<I: IntoIterator<Item = (K, T)>>(entries: I) -> Self {
+        let entries = entries.into_iter().map(|(key, value)| (key.into(), value));
+        Self(entries.collect())
+    }
+}
+
+impl<T: Serialize> Serialize for Entries<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(key, value)| (key, value)))
     }
 }
 

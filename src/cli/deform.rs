@@ -5,8 +5,8 @@ use super::shared::why_not_run;
 use super::{Context, Outcome, memory};
 use crate::alloc::limit;
 use crate::preflight::{Fits, check_memory, existing_folder};
-use crate::record::Criterion;
-use crate::run::{Finished, Request, run_after};
+use crate::record::{Criterion, Timings};
+use crate::run::{Finished, Request, run_after, sentences};
 use azimesh_core::diagnostic::run::RunNote;
 use azimesh_core::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
 use azimesh_core::error::{Error, Result, counted, path_in_line};
@@ -17,7 +17,7 @@ use azimesh_deform::{Deformation, ReadWhole};
 use azimesh_io::formats::openfoam::set_patch_types;
 use azimesh_io::formats::{self, SharedFile};
 use azimesh_io::mesh::{Mesh, OneLayer};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -331,7 +331,7 @@ pub(super) fn report(
     context: &Context,
 ) -> Result<Outcome> {
     if context.common.json {
-        context.print_json(as_json(folder, &finished))?;
+        context.print_json(&as_json(folder, &finished))?;
     }
     if let Some(error) = finished.ended_by {
         return Err(error);
@@ -352,64 +352,100 @@ pub(super) fn report(
     })
 }
 
-/// Keys as in run.json.
-fn as_json(folder: &Path, finished: &Finished) -> Value {
-    json!({
-        "folder": folder.display().to_string(),
-        "outcome": finished.outcome,
-        "steps_written": finished.n_steps,
-        "steps_kept": finished.n_kept,
-        "skipped_steps": finished.skipped,
-        "base_points": finished.n_base,
-        "selection_error": finished.selection_error,
-        "max_surface_error": finished.surface_error,
-        "inverted_steps": finished.inverted_steps,
-        "max_inverted": finished.max_inverted,
-        "min_scaled_jacobian": finished.min_scaled_jacobian,
-        "mesh_bytes": finished.mesh_bytes,
-        "warnings": finished.warnings,
-        "failures": finished.failures.iter().map(failure).collect::<Vec<_>>(),
-        "seconds": finished.timings,
-    })
+fn as_json(folder: &Path, finished: &Finished) -> Deformed {
+    Deformed {
+        folder: folder.display().to_string(),
+        outcome: finished.outcome.clone(),
+        steps_written: finished.n_steps,
+        steps_kept: finished.n_kept,
+        skipped_steps: sentences(&finished.skipped),
+        base_points: finished.n_base,
+        selection_error: Some(finished.selection_error),
+        max_surface_error: Some(finished.surface_error),
+        inverted_steps: finished.inverted_steps,
+        max_inverted: finished.max_inverted,
+        min_scaled_jacobian: finished.min_scaled_jacobian,
+        mesh_bytes: finished.mesh_bytes,
+        warnings: sentences(&finished.warnings),
+        failures: finished.failures.iter().map(failure).collect(),
+        seconds: finished.timings,
+    }
 }
 
-/// A failed check as JSON: its sentence, and of a condition of `--fail-on` its numbers.
-fn failure(note: &Diagnostic) -> Value {
-    let message = note.to_string();
+/// A failed check: its sentence, and of a condition of `--fail-on` its numbers.
+fn failure(note: &Diagnostic) -> Failure {
     let found = match &note.kind {
         NoteKind::Run(RunNote::ConditionHolds {
             step,
             condition,
             value,
             ..
-        }) => Some((*step, condition.clone(), *value)),
-        // Of a part that was joined the record has the sentence.
-        _ => recorded_condition(&message),
+        }) => condition
+            .parse()
+            .ok()
+            .map(|condition: Criterion| (*step, condition, *value)),
+        _ => None,
     };
-    let parsed = |(step, condition, value): (usize, String, f64)| {
-        Some((step, condition.parse::<Criterion>().ok()?, value))
-    };
-    let found = found.and_then(parsed);
     let condition = found.as_ref().map(|(_, condition, _)| condition);
-    json!({
-        "message": message,
-        "metric": condition.map(Criterion::column),
-        "value": found.as_ref().map(|(.., value)| value),
-        "limit": condition.map(Criterion::limit),
-        "step": found.as_ref().map(|(step, ..)| step),
-    })
+    Failure {
+        message: note.to_string(),
+        metric: condition.map(|condition| condition.column().to_owned()),
+        value: found.as_ref().map(|(.., value)| *value),
+        limit: condition.map(Criterion::limit),
+        step: found.as_ref().map(|(step, ..)| *step),
+    }
 }
 
-/// Step, condition and value of the sentence of one that holds.
-fn recorded_condition(sentence: &str) -> Option<(usize, String, f64)> {
-    let (step, rest) = sentence.strip_prefix("step ")?.split_once(": ")?;
-    let (condition, told) = rest.split_once(" holds: ")?;
-    let (_, value) = told.rsplit_once(" is ")?;
-    Some((
-        step.parse().ok()?,
-        condition.to_owned(),
-        value.parse().ok()?,
-    ))
+/// The result of a run, or of parts that were joined. Keys are those of run.json.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Deformed {
+    /// The folder.
+    folder: String,
+    /// `complete`, `complete but for N steps`, or the failed check that ended the run.
+    outcome: String,
+    /// Steps that are in the folder.
+    steps_written: usize,
+    /// Of them, steps that were there before; after `finish` all where nothing had to be written, else 0.
+    steps_kept: usize,
+    /// Steps that `--keep-going` skipped, with the reasons.
+    skipped_steps: Vec<String>,
+    /// Number of base points; with `real` the largest.
+    base_points: usize,
+    /// Largest error before the correction, mesh units.
+    selection_error: Option<f64>,
+    /// Largest error as written, mesh units.
+    max_surface_error: Option<f64>,
+    /// Steps with inverted cells; null where quality was not computed.
+    inverted_steps: Option<usize>,
+    /// Inverted cells of the worst step; null likewise.
+    max_inverted: Option<usize>,
+    /// Smallest scaled Jacobian of all steps; null likewise.
+    min_scaled_jacobian: Option<f64>,
+    /// Bytes of one mesh file (of all steps where one file holds them).
+    mesh_bytes: u64,
+    /// Warnings, as sentences.
+    warnings: Vec<String>,
+    /// Conditions of `--fail-on` that failed, and other checks.
+    failures: Vec<Failure>,
+    /// Seconds of each stage, all runs of the folder together.
+    seconds: Timings,
+}
+
+/// A failure.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Failure {
+    /// The failure in a sentence.
+    message: String,
+    /// Column of a condition of `--fail-on`; null for another check.
+    metric: Option<String>,
+    /// Its value.
+    value: Option<f64>,
+    /// The number that it is compared with.
+    limit: Option<f64>,
+    /// The step.
+    step: Option<usize>,
 }
 
 /// A condition may fail at every step: the first notes of each sort are shown, all with `-v`.

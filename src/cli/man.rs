@@ -4,7 +4,7 @@ use super::{Cli, Context, Outcome};
 use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::{Commit, save_text};
 use clap::{Command, CommandFactory};
-use serde_json::json;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// Arguments of `azimesh man`.
@@ -25,9 +25,29 @@ pub struct ManArgs {
 /// What the foot of each page says.
 const SOURCE: &str = concat!("azimesh ", env!("CARGO_PKG_VERSION"));
 
+/// The manual page as text, or the pages that were written with `-o DIR`.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub(super) enum Manual {
+    /// One page.
+    Page(Page),
+    /// Pages in a folder.
+    Written {
+        /// The folder.
+        folder: String,
+        /// Names of the files.
+        pages: Vec<String>,
+    },
+}
+
 /// A manual page.
-struct Page {
-    file: String,
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Page {
+    /// Name of the page.
+    page: String,
+    /// Its text.
     text: String,
 }
 
@@ -38,24 +58,25 @@ pub(super) fn run(args: &ManArgs, context: &Context) -> Result<Outcome> {
     add_pages(&program, &mut pages)?;
     match &args.output {
         Some(folder) => {
-            let paths: Vec<PathBuf> = pages.iter().map(|page| folder.join(&page.file)).collect();
+            let paths: Vec<PathBuf> = pages.iter().map(|page| folder.join(&page.page)).collect();
             let commit = Commit::with_force(args.force);
             paths.iter().try_for_each(|path| commit.check(path))?;
             std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
             for (page, path) in pages.iter().zip(&paths) {
                 save_text(&page.text, path, commit)?;
             }
-            let files: Vec<&str> = pages.iter().map(|page| page.file.as_str()).collect();
-            match context.common.json {
-                true => context.print_json(json!({
-                    "folder": folder.display().to_string(),
-                    "pages": files,
-                }))?,
-                false => files.iter().for_each(|file| context.detail(file)),
+            let files: Vec<String> = pages.into_iter().map(|page| page.page).collect();
+            if context.common.json {
+                context.print_json(&Manual::Written {
+                    folder: folder.display().to_string(),
+                    pages: files,
+                })?;
+            } else {
+                files.iter().for_each(|file| context.detail(file));
             }
         }
         None if context.common.json => {
-            context.print_json(json!({ "page": pages[0].file, "text": pages[0].text }))?;
+            context.print_json(&Manual::Page(pages.swap_remove(0)))?;
         }
         None => context.print(&pages[0].text)?,
     }
@@ -71,7 +92,7 @@ fn add_pages(command: &Command, pages: &mut Vec<Page>) -> Result<()> {
     man.render(&mut text)
         .map_err(|error| Error::system(format!("a manual page cannot be made: {error}")))?;
     pages.push(Page {
-        file: man.get_filename(),
+        page: man.get_filename(),
         text: String::from_utf8_lossy(&text).into_owned(),
     });
     command

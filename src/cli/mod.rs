@@ -19,6 +19,8 @@ mod quality;
 mod repair;
 mod report;
 mod sample;
+#[cfg(test)]
+mod schema;
 mod select;
 mod shared;
 #[cfg(unix)]

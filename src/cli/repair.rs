@@ -14,7 +14,7 @@ use azimesh_quality::repair::{
 };
 use azimesh_quality::{Reference, assess};
 use azimesh_rbf::slide::Sliding;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -207,7 +207,7 @@ fn freedom(
 impl Findings {
     fn tell(&self, context: &Context, args: &RepairArgs) -> Result<()> {
         match (context.common.json, args.output.as_os_str() == "-") {
-            (true, _) => context.print_json(self.as_json())?,
+            (true, _) => context.print_json(&self.as_json())?,
             (false, true) => context.print_aside(&self.as_text()),
             (false, false) => context.print_result(&self.as_text())?,
         }
@@ -287,22 +287,120 @@ impl Findings {
         text
     }
 
-    fn as_json(&self) -> Value {
-        let unrepaired = self.repaired.unrepaired.iter();
-        json!({
-            "invalid_before": self.n_before,
-            "invalid": self.repaired.unrepaired.len(),
-            "min_scaled_jacobian_before": self.scaled_before,
-            "min_scaled_jacobian": self.scaled,
-            "patches": self.repaired.patches.iter().map(patch_json).collect::<Vec<_>>(),
-            "improved": self.improved.iter().map(patch_json).collect::<Vec<_>>(),
-            "unrepaired": unrepaired
-                .map(|left| json!({ "cell": left.cell, "reason": left.reason.name() }))
-                .collect::<Vec<_>>(),
-            "overtaken": self.repaired.overtaken.iter()
-                .map(|face| json!({ "cell": face.cell, "nodes": face.nodes }))
-                .collect::<Vec<_>>(),
-        })
+    fn as_json(&self) -> RepairResult {
+        let (unrepaired, overtaken) = (&self.repaired.unrepaired, &self.repaired.overtaken);
+        RepairResult {
+            invalid_before: self.n_before,
+            invalid: unrepaired.len(),
+            min_scaled_jacobian_before: self.scaled_before,
+            min_scaled_jacobian: self.scaled,
+            patches: self.repaired.patches.iter().map(Patch::of).collect(),
+            improved: self.improved.iter().map(Patch::of).collect(),
+            unrepaired: unrepaired
+                .iter()
+                .map(|left| Left {
+                    cell: left.cell,
+                    reason: left.reason.name(),
+                })
+                .collect(),
+            overtaken: overtaken
+                .iter()
+                .map(|face| Face {
+                    cell: face.cell,
+                    nodes: face.nodes.clone(),
+                })
+                .collect(),
+        }
+    }
+}
+
+/// The patches whose nodes moved, and the cells that are not valid.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct RepairResult {
+    /// Cells that were not valid: inverted at a corner or between corners, or unproven.
+    invalid_before: usize,
+    /// Cells that are not valid now.
+    invalid: usize,
+    /// Smallest scaled Jacobian before; null where no cell has one.
+    min_scaled_jacobian_before: Option<f64>,
+    /// Smallest scaled Jacobian now; null where no cell has one.
+    min_scaled_jacobian: Option<f64>,
+    /// The patches, those of fewer rings first.
+    patches: Vec<Patch>,
+    /// Patches of the last round of `--improve`.
+    improved: Vec<Patch>,
+    /// Cells that are not valid now.
+    unrepaired: Vec<Left>,
+    /// Faces of the boundary that prove that there is no valid mesh: their nodes are fixed, and the outside of the mesh is
+    /// on their inner side.
+    overtaken: Vec<Face>,
+}
+
+/// A patch.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Patch {
+    /// The first cell that was not valid, from 0.
+    first_cell: usize,
+    /// Cells that were not valid.
+    invalid_before: usize,
+    /// Cells that are not valid after it.
+    invalid: usize,
+    /// Cells of the patch.
+    cells: usize,
+    /// Nodes that could move.
+    nodes: usize,
+    /// Rings of neighbours around the cells that were not valid.
+    rings: usize,
+    /// Newton steps.
+    newton_steps: usize,
+    /// Iterations of the linear systems, all steps together.
+    solver_iterations: usize,
+    /// Smallest Jacobian of a simplex, relative to its target shape, before.
+    min_jacobian_before: f64,
+    /// Smallest Jacobian after it.
+    min_jacobian: f64,
+    /// Largest displacement of a node, mesh units.
+    largest_move: f64,
+}
+
+/// A cell.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Left {
+    /// The cell, from 0.
+    cell: usize,
+    /// The reason.
+    #[cfg_attr(test, schemars(extend("enum" = ["fixed", "boundary", "not_found", "surface", "curved", "rounded"])))]
+    reason: &'static str,
+}
+
+/// A face, an edge in 2D.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Face {
+    /// Its cell, from 0.
+    cell: usize,
+    /// Its nodes, from 0.
+    nodes: Vec<u32>,
+}
+
+impl Patch {
+    fn of(log: &PatchLog) -> Self {
+        Self {
+            first_cell: log.first_cell,
+            invalid_before: log.invalid_before,
+            invalid: log.invalid,
+            cells: log.n_cells,
+            nodes: log.n_nodes,
+            rings: log.rings,
+            newton_steps: log.steps,
+            solver_iterations: log.iterations,
+            min_jacobian_before: log.least_before,
+            min_jacobian: log.least,
+            largest_move: log.largest_move,
+        }
     }
 }
 
@@ -314,22 +412,6 @@ fn in_the_way(face: &Overtaken) -> String {
         face.cell,
         nodes.join(", ")
     )
-}
-
-fn patch_json(log: &PatchLog) -> Value {
-    json!({
-        "first_cell": log.first_cell,
-        "invalid_before": log.invalid_before,
-        "invalid": log.invalid,
-        "cells": log.n_cells,
-        "nodes": log.n_nodes,
-        "rings": log.rings,
-        "newton_steps": log.steps,
-        "solver_iterations": log.iterations,
-        "min_jacobian_before": log.least_before,
-        "min_jacobian": log.least,
-        "largest_move": log.largest_move,
-    })
 }
 
 fn sentence(log: &PatchLog) -> String {

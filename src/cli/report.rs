@@ -6,7 +6,7 @@ use crate::report;
 use azimesh_core::diagnostic::amount;
 use azimesh_core::error::{Error, Result, counted, path_in_line};
 use azimesh_io::formats::{self, Commit};
-use serde_json::json;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `azimesh report`.
@@ -61,15 +61,29 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
     Ok(Outcome::Fine)
 }
 
+/// The page that was written.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Written {
+    /// Path of the page.
+    file: String,
+    /// Its size.
+    bytes: usize,
+    /// Steps on it.
+    steps: usize,
+    /// Missing data, such as meshes that are gone.
+    notes: Vec<String>,
+}
+
 fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
     let bytes = page.html.len();
     if context.common.json {
-        return context.print_json(json!({
-            "file": output.display().to_string(),
-            "bytes": bytes,
-            "steps": page.n_steps,
-            "notes": page.notes,
-        }));
+        return context.print_json(&Written {
+            file: output.display().to_string(),
+            bytes,
+            steps: page.n_steps,
+            notes: page.notes.clone(),
+        });
     }
     match context.common.quiet {
         true => Ok(()),

@@ -1,11 +1,12 @@
 //! `azimesh sample`: makes a mesh and its schedule, and says what they are.
 
+use super::context::Entries;
 use super::{Context, Outcome};
 use crate::sample::{self, BladeOptions, Sample, SizeOptions};
 use azimesh_core::error::{Error, Result, path_in_line};
 use azimesh_io::formats::{self, Commit, WriteOptions, save_text};
-use azimesh_io::mesh::Mesh;
-use serde_json::{Value, json};
+use azimesh_io::mesh::{Group, Mesh};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -145,6 +146,26 @@ fn schedule_path(mesh: &Path, commit: Commit) -> Result<Option<PathBuf>> {
     Ok(Some(schedule))
 }
 
+/// The mesh that was made.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Sampled {
+    /// Path of the mesh.
+    mesh: String,
+    /// Path of the schedule.
+    schedule: String,
+    /// Number of nodes.
+    nodes: usize,
+    /// Nodes on boundary faces.
+    surface_nodes: usize,
+    /// Cells by kind.
+    cells: Entries<usize>,
+    /// Cells by zone.
+    zones: Entries<usize>,
+    /// Faces by boundary tag.
+    tags: Entries<usize>,
+}
+
 /// One line, or JSON; on stderr when the mesh itself went to stdout.
 fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) -> Result<()> {
     let n_surface = surface_nodes(mesh);
@@ -153,19 +174,16 @@ fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) 
         return Ok(());
     };
     if context.common.json {
-        let counts = |groups: Vec<(&str, usize)>| -> Value {
-            let entry = |(name, n): (&str, usize)| (name.to_owned(), n.into());
-            Value::Object(groups.into_iter().map(entry).collect())
-        };
-        return context.print_json(json!({
-            "mesh": path.display().to_string(),
-            "schedule": schedule.display().to_string(),
-            "nodes": mesh.points.len(),
-            "surface_nodes": n_surface,
-            "cells": counts(cells_by_kind(mesh)),
-            "zones": counts(mesh.zones().map(|zone| (zone.name.as_str(), zone.cells.len())).collect()),
-            "tags": counts(mesh.boundary_tags().map(|tag| (tag.name.as_str(), tag.cells.len())).collect()),
-        }));
+        let sizes = |group: &Group| (group.name.clone(), group.cells.len());
+        return context.print_json(&Sampled {
+            mesh: path.display().to_string(),
+            schedule: schedule.display().to_string(),
+            nodes: mesh.points.len(),
+            surface_nodes: n_surface,
+            cells: cells_by_kind(mesh).into_iter().collect(),
+            zones: mesh.zones().map(sizes).collect(),
+            tags: mesh.boundary_tags().map(sizes).collect(),
+        });
     }
     context.print_result(&format!(
         "{}: {}; schedule: {}\n",

@@ -11,7 +11,7 @@ use azimesh_deform::{
 };
 use azimesh_io::formats::{Commit, guard_inputs, refuse_special};
 use azimesh_rbf::select::Selection;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// Arguments of `azimesh select`.
@@ -65,7 +65,7 @@ fn report(
     let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
     let missed = missed_layers(plan, selections).max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
     if context.common.json {
-        context.print_json(as_json(args, plan, selections, missed.is_none()))?;
+        context.print_json(&as_json(args, plan, selections, missed.is_none()))?;
     } else {
         for (layer, selection) in plan.layers.iter().zip(selections) {
             context.print_result(&format!(
@@ -89,32 +89,72 @@ fn report(
     Ok(Outcome::CheckFailed)
 }
 
-fn as_json(args: &SelectArgs, plan: &Plan, selections: &[Selection], met: bool) -> Value {
-    let layers = plan
-        .layers
-        .iter()
-        .zip(selections)
-        .map(|(layer, selection)| {
-            let history = selection.history.iter();
-            json!({
-                "of": layer.name(),
-                "base_points": selection.base.len(),
-                "modes": layer.modes.n_modes,
-                "support_radius": layer.space.basis.radius,
-                "tolerance": layer.tolerance,
-                "error": selection.error,
-                "measured": selection.measured,
-                "skipped": selection.skipped,
-                "history": history.map(|(n, error)| json!([n, error])).collect::<Vec<_>>(),
-                "residuals": selection.picked,
-            })
-        });
-    json!({
-        "base": args.output.display().to_string(),
-        "surface_points": plan.surface.nodes.len(),
-        "support_radius": plan.basis.radius,
-        "tolerance": plan.tolerance,
-        "tolerance_met": met,
-        "layers": layers.collect::<Vec<_>>(),
-    })
+fn as_json(args: &SelectArgs, plan: &Plan, selections: &[Selection], met: bool) -> Selected {
+    let layer = |(layer, selection): (&Layer, &Selection)| SelectedLayer {
+        of: layer.name(),
+        base_points: selection.base.len(),
+        modes: layer.modes.n_modes,
+        support_radius: layer.space.basis.radius,
+        tolerance: Some(layer.tolerance),
+        error: Some(selection.error),
+        measured: Some(selection.measured),
+        skipped: selection.skipped,
+        history: selection.history.clone(),
+        residuals: selection.picked.clone(),
+    };
+    Selected {
+        base: args.output.display().to_string(),
+        surface_points: plan.surface.nodes.len(),
+        support_radius: plan.basis.radius,
+        tolerance: plan.tolerance,
+        tolerance_met: met,
+        layers: plan.layers.iter().zip(selections).map(layer).collect(),
+    }
+}
+
+/// The base points that were chosen.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Selected {
+    /// Path of the file.
+    base: String,
+    /// Surface nodes; nodes at one place count once.
+    surface_points: usize,
+    /// Support radius, mesh units.
+    support_radius: f64,
+    /// Displacement error allowed, mesh units.
+    tolerance: f64,
+    /// Whether the base points meet it.
+    tolerance_met: bool,
+    /// One; with `twist` the rotations, then the translations.
+    layers: Vec<SelectedLayer>,
+}
+
+/// A layer.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct SelectedLayer {
+    /// Key of the base points in base.toml.
+    #[cfg_attr(test, schemars(extend("enum" = ["nodes", "rotation_nodes"])))]
+    of: &'static str,
+    /// Number of base points.
+    base_points: usize,
+    /// Modes of the interpolated displacements or rotations.
+    modes: usize,
+    /// Support radius of this layer, mesh units.
+    support_radius: f64,
+    /// Error that was asked for; 0.99 of the schedule's.
+    tolerance: Option<f64>,
+    /// Largest error over the steps that the points were chosen for; null where it is not finite.
+    error: Option<f64>,
+    /// The error that is compared with the tolerance.
+    measured: Option<f64>,
+    /// Candidates too close to base points.
+    skipped: usize,
+    /// Base points and largest error at each sweep over all surface nodes.
+    #[cfg_attr(test, schemars(with = "Vec<[Option<f64>; 2]>"))]
+    history: Vec<(usize, f64)>,
+    /// Error of each base point when it was chosen.
+    #[cfg_attr(test, schemars(with = "Vec<Option<f64>>"))]
+    residuals: Vec<f64>,
 }

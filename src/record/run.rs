@@ -11,71 +11,74 @@ use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A run; written at its start and completed at its end.
+/// The record of a run; written at its start and completed at its end.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct RunRecord {
     /// Version of this layout.
     pub version: u32,
     /// Program and version.
     pub program: String,
-    /// Title that the schedule gives.
+    /// `output.title` of the schedule; absent without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// What the schedule calls the mesh unit.
+    /// `output.length_unit` of the schedule; absent without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_unit: Option<String>,
     /// `running`, `complete`, `complete but for N steps`, or the message of the error.
     pub outcome: String,
-    /// The mesh, the schedule, and the files that it names.
+    /// Files that were read.
     pub inputs: Vec<InputRecord>,
-    /// Bodies of a schedule made in memory that a function moves; none in a schedule from a file.
+    /// Bodies of a schedule made in memory that a function moves; `--resume` and `finish` compare them, and refuse a function
+    /// without a name.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub functions: Vec<FunctionRecord>,
-    /// What it was asked for.
+    /// Options that decide what is written.
     pub options: OptionsRecord,
-    /// Sentences about what the schedule left open.
+    /// Choices that the schedule left open, as sentences.
     pub chosen: Vec<String>,
-    /// 3, or 2 for a mesh in a plane.
+    /// 2 or 3.
     pub dimension: Option<usize>,
     /// Nodes of the mesh.
     pub nodes: Option<usize>,
-    /// Its cells, boundary faces included.
+    /// Cells, boundary faces included.
     pub cells: Option<usize>,
-    /// Surface points; surface nodes at one place are one of them.
+    /// Surface nodes; nodes at one place count once.
     pub surface_points: Option<usize>,
-    /// Surface nodes at the place of another one.
+    /// Surface nodes at the position of another one.
     pub coincident_surface_nodes: Option<usize>,
     /// Steps of the schedule.
     pub steps: Option<usize>,
     /// Modes of the motion.
     pub modes: Option<usize>,
-    /// By how much they are off at most, in mesh units.
+    /// Largest error of the modes, mesh units.
     pub mode_truncation: Option<f64>,
-    /// What moves, and how.
+    /// The motion in the rotating frame.
     pub motion: Option<MotionRecord>,
-    /// How often the run was resumed; none for joined parts.
+    /// How often the run was resumed; absent in a joined sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resumed: Option<u64>,
-    /// Steps that were finished before the last time; none for joined parts.
+    /// Steps that were finished before the last time; absent in a joined sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_kept: Option<usize>,
-    /// Files beside the meshes and their hashes: `*.mapbc` is the file of each step with that ending; the files of a case that
-    /// all its steps share have their paths from the folder on.
+    /// Companion files of the meshes with their hashes, by path from the folder; `*.mapbc` is the file of each step; absent if
+    /// there are none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub companions: BTreeMap<String, String>,
-    /// Files of base points and their hashes.
+    /// Files of base points with their hashes.
     pub base_files: BTreeMap<String, String>,
     /// One for each time base points were chosen.
     pub selections: Vec<SelectionRecord>,
-    /// Conditions that fail the run.
+    /// Conditions of `--fail-on`.
     pub fail_on: Vec<String>,
-    /// Where the time went, in all runs so far.
+    /// Seconds of each stage, all runs of the folder together.
     pub seconds: Option<Timings>,
-    /// The parts that were joined, as `A..B`.
+    /// Parts that were joined, as `A..B`; only after `finish`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<String>>,
-    /// What was done about inverted cells; none where nothing was.
+    /// Steps with inverted cells that were computed again in substeps or repaired, and with `on_inverted = "repair"` the steps
+    /// around them; not with `"warn"` or `"stop"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repairs: Option<Vec<RepairRecord>>,
     /// Where one file holds all steps, the byte at which each ends.
@@ -88,60 +91,66 @@ pub struct RunRecord {
 
 /// An input file.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct InputRecord {
-    /// `mesh`, `schedule`, `base`, or `file` for one that the schedule names.
+    /// Its kind.
+    #[cfg_attr(test, schemars(extend("enum" = ["mesh", "schedule", "file", "base"])))]
     pub what: String,
-    /// Its path as it was given.
+    /// Path as given.
     pub file: String,
-    /// Its hash; none for what came from a pipe.
+    /// Its hash, of a `.pvtu` with its pieces, of a case that of its mesh; absent for a pipe.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blake3: Option<String>,
 }
 
 /// A body that a function moves.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct FunctionRecord {
     /// The body.
     pub body: String,
-    /// The name of the function; none where it was given without one.
+    /// Name of the function.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
 }
 
 /// Options that decide what is written.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct OptionsRecord {
     /// Kernel of the interpolation.
     pub kernel: Option<String>,
-    /// Support radius, in mesh units.
+    /// Support radius, mesh units.
     pub support_radius: Option<f64>,
-    /// Displacement error that is allowed, in mesh units.
+    /// Displacement error allowed, mesh units.
     pub tolerance: Option<f64>,
-    /// Most base points.
+    /// Base points at most.
     pub max_points: Option<usize>,
-    /// Whether moving nodes are put exactly where the motion puts them.
+    /// Whether surfaces are exact.
     pub correction: Option<bool>,
     /// Format of the meshes.
     pub format: Option<String>,
     /// `f64` or `f32`.
     pub precision: Option<String>,
-    /// The cell array that boundary tags were read from, where it was named.
+    /// `--tag-array`; null without.
     pub tag_array: Option<String>,
-    /// Kind of the surface files, where they are written.
+    /// Kind of the surface files, `su2`; only with `output.surface`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
 }
 
 /// The motion of the schedule in the rotating frame, and how the inertial one turns against it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct MotionRecord {
-    /// `rotating` or `inertial`.
+    /// Frame.
+    #[cfg_attr(test, schemars(extend("enum" = ["rotating", "inertial"])))]
     pub frame: String,
-    /// Centre of the hub.
+    /// Hub centre.
     pub hub: Vector,
     /// Axis about which the azimuth turns, right-handed.
     pub turn_axis: Vector,
@@ -151,60 +160,66 @@ pub struct MotionRecord {
 
 /// A body over all steps of the schedule; what it has not is empty.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct BodyRecord {
     /// Its name.
     pub name: String,
     /// Boundary tags that move with it.
     pub tags: Vec<String>,
-    /// Pitch in degrees, of a cyclic motion.
+    /// Pitch; of a cyclic motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pitch_deg: Vec<f64>,
-    /// Flap in degrees, of a cyclic motion.
+    /// Flap; likewise.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub flap_deg: Vec<f64>,
-    /// Lag in degrees, of a cyclic motion.
+    /// Lag; likewise.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lag_deg: Vec<f64>,
-    /// Displacement of its outermost point along its span.
+    /// Displacement of its outermost point along the span; in 3D, where `rotor.span_axis` or a cyclic or beam motion says what the
+    /// span is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tip_displacement: Vec<Vector>,
-    /// Largest displacement of one of its points.
+    /// Largest displacement of one of its points (4096 at most).
     pub max_displacement: Vec<f64>,
 }
 
 /// One choice of base points.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct SelectionRecord {
-    /// The first step that it serves.
+    /// First step that it serves.
     pub first_step: usize,
     /// Number of steps that it serves.
     pub steps: usize,
-    /// One, or with `twist` the rotations and the translations.
+    /// One; with `twist` the rotations, then the translations.
     pub layers: Vec<LayerRecord>,
-    /// What it gave rise to; none until it is evaluated at the nodes.
+    /// Warnings of its evaluation; absent until then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warnings: Option<Vec<String>>,
 }
 
 /// Base points of a layer. An error that is not finite is null.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct LayerRecord {
     /// Key of the base points in base.toml.
+    #[cfg_attr(test, schemars(extend("enum" = ["nodes", "rotation_nodes"])))]
     pub of: String,
-    /// How many there are.
+    /// Number of base points.
     pub base_points: usize,
-    /// Error that was asked for.
+    /// Error that was asked for; 0.99 of the schedule's.
     pub tolerance: Option<f64>,
-    /// Largest error over the steps that they were chosen for.
+    /// Largest error over the steps that the points were chosen for; null where it is not finite.
     pub error: Option<f64>,
-    /// The error that is held against the tolerance.
+    /// The error that is compared with the tolerance.
     pub measured: Option<f64>,
-    /// Candidates that were no use.
+    /// Candidates too close to base points.
     pub skipped: usize,
     /// Base points and largest error at each sweep over all surface nodes.
+    #[cfg_attr(test, schemars(with = "Vec<[Option<f64>; 2]>"))]
     pub history: Vec<(usize, Option<f64>)>,
     /// Error of each base point when it was chosen.
     pub residuals: Vec<Option<f64>>,
@@ -212,11 +227,12 @@ pub struct LayerRecord {
 
 /// What became of a step with inverted cells.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct RepairRecord {
     /// The step.
     pub step: usize,
-    /// Substeps that were taken at last; none where they did not help.
+    /// Substeps in the end; null where they did not help.
     pub substeps: Option<usize>,
     /// The kernel of the substeps, where it is not that of the schedule.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -225,19 +241,19 @@ pub struct RepairRecord {
     pub inverted_before: usize,
     /// Inverted cells with them.
     pub inverted: usize,
-    /// Unproven cells without them; none where there are none.
+    /// Unproven cells without them; only where there are some.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unproven_before: Option<usize>,
-    /// The steps `A..B` that were repaired together; none without `on_inverted = "repair"`.
+    /// The steps that were repaired together: the first, and the one after the last; only with `"repair"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[usize; 2]>,
-    /// The part of the repair that the step takes: less than 1 where the repair grows or fades.
+    /// The part of the repair that the step takes: 1 where cells are folded, less before and after; only with `"repair"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weight: Option<f64>,
-    /// Patches that were untangled after that; none without `on_inverted = "repair"`, and where nothing was left.
+    /// Patches whose nodes were moved after the substeps; only with `"repair"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub patches: Option<Vec<PatchRecord>>,
-    /// Inverted and unproven cells after it.
+    /// Inverted and unproven cells after all; only with `"repair"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unrepaired: Option<usize>,
     /// The repair as a sentence.
@@ -246,11 +262,12 @@ pub struct RepairRecord {
 
 /// A patch of a step whose cells were untangled.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct PatchRecord {
-    /// The first cell that was not valid.
+    /// The first cell that was not valid, from 0.
     pub first_cell: usize,
-    /// Cells that were not valid before.
+    /// Cells that were not valid.
     pub invalid_before: usize,
     /// Cells that are not valid after it.
     pub invalid: usize,
@@ -260,41 +277,42 @@ pub struct PatchRecord {
     pub nodes: usize,
     /// Rings of neighbours around the cells that were not valid.
     pub rings: usize,
-    /// The least Jacobian relative to the reference before.
+    /// Smallest Jacobian of a simplex, relative to its target shape, before.
     pub min_jacobian_before: f64,
-    /// And after it.
+    /// Smallest Jacobian after it.
     pub min_jacobian: f64,
-    /// The largest way of a node, in mesh units.
+    /// Largest displacement of a node, mesh units.
     pub largest_move: f64,
 }
 
 /// What a run came to.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct EndRecord {
     /// Steps that are finished, those of earlier runs included.
     pub steps_written: usize,
-    /// Base points, the most at any step.
+    /// Number of base points; with `real` the largest.
     #[serde(default)]
     pub base_points: Option<usize>,
-    /// Largest displacement error before the correction, in mesh units.
+    /// Largest error before the correction, mesh units.
     #[serde(default)]
     pub selection_error: Option<f64>,
-    /// Steps with inverted cells; none where no cell was judged.
+    /// Steps with inverted cells; null where quality was not computed.
     #[serde(default)]
     pub inverted_steps: Option<usize>,
-    /// Most inverted cells in one step; none where no cell was judged.
+    /// Inverted cells of the worst step; null likewise.
     #[serde(default)]
     pub max_inverted: Option<usize>,
-    /// Smallest scaled Jacobian at any step.
+    /// Smallest scaled Jacobian of all steps; null likewise.
     #[serde(default)]
     pub min_scaled_jacobian: Option<f64>,
-    /// Largest distance of a written surface node from its place.
+    /// Largest error as written, mesh units; null without steps.
     #[serde(default)]
     pub max_surface_error: Option<f64>,
-    /// Steps that were skipped, with the reasons.
+    /// Steps that `--keep-going` skipped, with the reasons.
     #[serde(default)]
     pub skipped_steps: Vec<String>,
-    /// What the user should know.
+    /// Warnings, as sentences.
     #[serde(default)]
     pub warnings: Vec<String>,
     /// Conditions that failed.
@@ -304,17 +322,18 @@ pub struct EndRecord {
 
 /// Seconds of each stage of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Timings {
-    /// Choosing base points.
+    /// Choosing base points, s.
     pub selection: f64,
-    /// Evaluating the modes at the nodes, and the correction.
+    /// Evaluating the modes at all nodes, and the correction, s.
     pub modes: f64,
-    /// Node positions and quality, all steps.
+    /// Positions and quality, all steps, s.
     pub steps: f64,
-    /// Writing meshes, all steps; overlaps with the next step's positions.
+    /// Writing, all steps, s; overlaps with the next step.
     pub writing: f64,
-    /// The whole run.
+    /// The whole run, s.
     pub total: f64,
 }
 

@@ -2,13 +2,13 @@
 //! leaves what a run in one go would have left. What is there already and whole is left as it is.
 
 use super::compatibility::{Pair, difference};
-use super::finished::Finished;
+use super::finished::{Finished, condition};
 use super::lock::{self, Lock};
 use super::names::{self, Names};
 use super::parts::{self, Found, PartRun, damaged};
 use super::record::{self, Clock, RecordFile, latest};
 use super::table;
-use crate::record::{Row, Rows, RunRecord, Timings};
+use crate::record::{Criterion, Row, Rows, RunRecord, Timings};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::run::RunNote;
 use azimesh_core::error::{Error, Result};
@@ -285,11 +285,28 @@ fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
     let has_azimuth = rows.values().any(|row| row.azimuth_deg.is_some());
     finished.take_rows(names, rows, &BTreeMap::new(), &[], has_azimuth)?;
     let ends = || parts.iter().filter_map(|part| part.record.end.as_ref());
+    let mut conditions = BTreeMap::new();
+    for part in parts {
+        let criteria = part.record.fail_on.iter();
+        let criteria: Vec<Criterion> = criteria.filter_map(|text| text.parse().ok()).collect();
+        for (step, row) in &part.rows {
+            for criterion in &criteria {
+                let note = condition(criterion, *step, row)?;
+                conditions.extend(note.map(|note| (note.to_string(), note)));
+            }
+        }
+    }
     let recorded = |sentence| Diagnostic::from(RunNote::Recorded { sentence });
+    // A failure that is not a condition is known by its sentence only.
+    let failed = |sentence| {
+        conditions
+            .remove(&sentence)
+            .unwrap_or_else(|| recorded(sentence))
+    };
     let warnings = union(ends().map(|end| &end.warnings)).into_iter();
     let failures = union(ends().map(|end| &end.failures)).into_iter();
     finished.warnings = warnings.map(recorded).collect();
-    finished.failures = failures.map(recorded).collect();
+    finished.failures = failures.map(failed).collect();
     Ok(finished)
 }
 

@@ -71,17 +71,8 @@ impl Finished {
                 self.inverted.push(note.clone().into());
                 self.warnings.push(note.into());
             }
-            let values = row.numbers();
             for criterion in fail_on {
-                if let Some(value) = criterion.met_by(&values)? {
-                    let note = RunNote::ConditionHolds {
-                        step: *step,
-                        condition: criterion.to_string(),
-                        column: criterion.column().to_owned(),
-                        value,
-                    };
-                    self.failures.push(note.into());
-                }
+                self.failures.extend(condition(criterion, *step, row)?);
             }
         }
         let sizes = rows.values().map(|row| bytes_of(&names.path(&row.file)));
@@ -114,6 +105,22 @@ impl Finished {
             self.min_scaled_jacobian = Some(least.min(jacobian));
         }
     }
+}
+
+/// The note of a condition that holds at a step.
+pub(super) fn condition(
+    criterion: &Criterion,
+    step: usize,
+    row: &Row,
+) -> Result<Option<Diagnostic>> {
+    let note = |value: f64| RunNote::ConditionHolds {
+        step,
+        condition: criterion.to_string(),
+        column: criterion.column().to_owned(),
+        value,
+    };
+    let held = criterion.met_by(&row.numbers())?;
+    Ok(held.map(|value| note(value).into()))
 }
 
 /// The inverted cells of a step.

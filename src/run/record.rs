@@ -145,7 +145,7 @@ impl RecordFile {
 }
 
 /// Diagnostics as run.json has them.
-pub(super) fn sentences(notes: &[Diagnostic]) -> Vec<String> {
+pub fn sentences(notes: &[Diagnostic]) -> Vec<String> {
     notes.iter().map(Diagnostic::to_string).collect()
 }
 

@@ -18,6 +18,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+pub use target::Outputs;
 use target::{Place, Written};
 
 /// Arguments of `azimesh convert`.
@@ -374,11 +375,11 @@ impl Run<'_> {
     }
 
     fn report(&self) -> Result<()> {
-        let written = self.written.borrow();
+        let written = self.written.take();
         if self.context.common.json {
-            return self.context.print_json(target::as_json(&written));
+            return self.context.print_json(&Outputs::of(written));
         }
-        for file in written.iter() {
+        for file in &written {
             self.context.detail(&file.to_string());
         }
         Ok(())

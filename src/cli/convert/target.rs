@@ -9,7 +9,7 @@ use azimesh_io::formats::{
     is_flattened, is_series, make_portable, pvd, refuse_special, stage_bytes, vtk_series,
 };
 use azimesh_io::mesh::{ByRanks, Mesh};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -30,12 +30,34 @@ pub enum Place {
 }
 
 /// A file that was written.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Written {
-    path: PathBuf,
+    /// Path of the file.
+    output: String,
+    /// Name of its format, as `--format` takes it.
     format: &'static str,
+    /// Number of nodes.
     nodes: usize,
+    /// Number of cells.
     cells: usize,
+    /// Time of the step; only where the mesh is a step of a sequence.
+    #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<f64>,
+}
+
+/// The files that were written: one at the top, several in `outputs`.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum Outputs {
+    /// One file.
+    One(Written),
+    /// Several files.
+    Several {
+        /// The files, in order.
+        outputs: Vec<Written>,
+    },
 }
 
 impl Place {
@@ -323,7 +345,7 @@ impl Run<'_> {
     fn note_written(&self, mesh: &Mesh, path: &Path, format: &Format, time: Option<f64>) {
         if path.as_os_str() != "-" {
             self.written.borrow_mut().push(Written {
-                path: path.to_path_buf(),
+                output: path.display().to_string(),
                 format: format.name,
                 nodes: mesh.points.len(),
                 cells: mesh.cells.len(),
@@ -339,7 +361,7 @@ fn is_pvd(list: &Path) -> bool {
 
 impl fmt::Display for Written {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let path = self.path.display();
+        let path = &self.output;
         let [nodes, cells] = [counted(self.nodes, "node"), counted(self.cells, "cell")];
         write!(f, "{path}: {nodes}, {cells}")?;
         self.time
@@ -347,22 +369,12 @@ impl fmt::Display for Written {
     }
 }
 
-/// The files as JSON; one file is told without a list.
-pub fn as_json(written: &[Written]) -> Value {
-    let of = |file: &Written| {
-        let mut told = json!({
-            "output": file.path.display().to_string(),
-            "format": file.format,
-            "nodes": file.nodes,
-            "cells": file.cells,
-        });
-        if let Some(time) = file.time {
-            told["time"] = json!(time);
+impl Outputs {
+    /// Files in their order.
+    pub fn of(written: Vec<Written>) -> Self {
+        match <[Written; 1]>::try_from(written) {
+            Ok([one]) => Self::One(one),
+            Err(outputs) => Self::Several { outputs },
         }
-        told
-    };
-    match written {
-        [one] => of(one),
-        several => json!({ "outputs": several.iter().map(of).collect::<Vec<_>>() }),
     }
 }

@@ -8,7 +8,10 @@ use super::{Context, Outcome};
 use azimesh_core::error::{Error, Result};
 use azimesh_io::formats;
 use azimesh_io::mesh::{Difference, Mesh, Tolerance};
+use sequence::SequenceDifference;
+use serde::Serialize;
 use std::path::PathBuf;
+use told::MeshDifference;
 
 /// Arguments of `azimesh diff`.
 #[derive(Debug, clap::Args)]
@@ -94,10 +97,21 @@ pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
     })
 }
 
+/// The differences of two meshes, at the top, or of two sequences, in `steps`.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub(super) enum Differences {
+    /// Two meshes.
+    Meshes(MeshDifference),
+    /// Two sequences.
+    Sequences(SequenceDifference),
+}
+
 fn one_mesh(args: &DiffArgs, a: &Input, b: &Input, context: &Context) -> Result<bool> {
     let difference = args.difference(&a.mesh(None, context)?, &b.mesh(None, context)?, context)?;
     if context.common.json {
-        context.print_json(told::as_json(&difference))?;
+        context.print_json(&Differences::Meshes(MeshDifference::of(&difference)))?;
     } else {
         let details = match context.common.verbose {
             0 => String::new(),

@@ -1,10 +1,11 @@
 //! Two sequences, step by step.
 
-use super::{Context, DiffArgs, Input, told};
+use super::told::{self, MeshDifference};
+use super::{Context, DiffArgs, Differences, Input};
 use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Result, counted, one_line};
 use azimesh_io::mesh::Difference;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 /// Times that differ by no more than this part of the last one are the same.
 const TIMES: f64 = 1e-9;
@@ -34,7 +35,8 @@ pub fn compare(
     let same = frame.is_empty() && steps.iter().all(|step| step.difference.is_same());
     let summary = summary(&frame, &steps);
     if context.common.json {
-        context.print_json(as_json(same, &summary, [ours, theirs], &steps))?;
+        let found = as_json(same, summary, [ours, theirs], &steps);
+        context.print_json(&Differences::Sequences(found))?;
         return Ok(same);
     }
     let mut text = String::new();
@@ -121,25 +123,54 @@ fn summary(frame: &[String], steps: &[Compared]) -> String {
     )
 }
 
-fn as_json(same: bool, summary: &str, times: [&[f64]; 2], steps: &[Compared]) -> Value {
+fn as_json(
+    same: bool,
+    summary: String,
+    times: [&[f64]; 2],
+    steps: &[Compared],
+) -> SequenceDifference {
     let worst = worst(steps);
-    let largest = worst.map_or(0.0, |(_, step)| step.difference.max_distance());
-    let worst = worst.map(|(at, _)| at);
-    let steps = steps.iter().enumerate().map(|(i, step)| {
-        let mut told = json!({ "step": i, "time": step.time });
-        if let (Some(told), Value::Object(more)) =
-            (told.as_object_mut(), told::as_json(&step.difference))
-        {
-            told.extend(more);
-        }
-        told
-    });
-    json!({
-        "same": same,
-        "summary": summary,
-        "times": times,
-        "max_distance": largest,
-        "worst_step": worst,
-        "steps": steps.collect::<Vec<_>>(),
-    })
+    let step = |(step, found): (usize, &Compared)| StepDifference {
+        step,
+        time: found.time,
+        difference: MeshDifference::of(&found.difference),
+    };
+    SequenceDifference {
+        same,
+        summary,
+        times: times.map(<[f64]>::to_vec),
+        max_distance: worst.map_or(0.0, |(_, step)| step.difference.max_distance()),
+        worst_step: worst.map(|(at, _)| at),
+        steps: steps.iter().enumerate().map(step).collect(),
+    }
+}
+
+/// The difference of two sequences.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct SequenceDifference {
+    /// Whether they are the same.
+    same: bool,
+    /// The line that is printed without `--json`.
+    summary: String,
+    /// Times of both sequences.
+    times: [Vec<f64>; 2],
+    /// Largest distance of two nodes at any step, mesh units.
+    max_distance: f64,
+    /// The step with that distance; null where no node differs.
+    worst_step: Option<usize>,
+    /// Every step.
+    steps: Vec<StepDifference>,
+}
+
+/// A step.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct StepDifference {
+    /// Its number, from 0.
+    step: usize,
+    /// Its time in the first sequence.
+    time: f64,
+    #[serde(flatten)]
+    difference: MeshDifference,
 }

@@ -4,7 +4,7 @@ use azimesh_core::diagnostic::short;
 use azimesh_core::error::one_line;
 use azimesh_io::mesh::Difference;
 use azimesh_io::mesh::difference::NodePair;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 /// A line for each difference, behind `indent`.
 pub fn details(difference: &Difference, indent: &str) -> String {
@@ -46,32 +46,95 @@ fn describe(pair: &NodePair) -> String {
     )
 }
 
-/// All there is to know.
-pub fn as_json(difference: &Difference) -> Value {
-    let pair = |pair: &NodePair| {
-        json!({
-            "node": pair.node,
-            "partner": pair.partner,
-            "a": pair.a,
-            "b": pair.b,
-            "distance": pair.distance,
-        })
-    };
-    json!({
-        "same": difference.is_same(),
-        "summary": difference.to_string(),
-        "nodes": difference.n_nodes,
-        "moved_nodes": difference.moved_nodes,
-        "max_distance": difference.max_distance(),
-        "first_moved": difference.first_moved.as_ref().map(pair),
-        "furthest": difference.furthest.as_ref().map(pair),
-        "unpaired_nodes": difference.unpaired_nodes,
-        "cells": difference.n_cells,
-        "changed_cells": difference.changed_cells,
-        "node_differences": difference.nodes,
-        "cell_differences": difference.cells,
-        "group_differences": difference.groups,
-        "array_differences": difference.arrays,
-        "notes": difference.notes,
-    })
+/// The difference of two meshes.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct MeshDifference {
+    /// Whether they are the same.
+    same: bool,
+    /// The line that is printed without `--json`.
+    summary: String,
+    /// Nodes of both meshes.
+    nodes: [usize; 2],
+    /// Nodes further apart than the tolerance.
+    moved_nodes: usize,
+    /// Largest distance of two nodes, mesh units.
+    max_distance: f64,
+    /// First node that differs; null where none does.
+    first_moved: Option<Pair>,
+    /// The nodes that are furthest apart; null without nodes.
+    furthest: Option<Pair>,
+    /// Nodes without a partner, in both meshes.
+    unpaired_nodes: [usize; 2],
+    /// Cells of both meshes.
+    cells: [usize; 2],
+    /// Cells that differ.
+    changed_cells: usize,
+    /// Differences of nodes, as sentences.
+    node_differences: Vec<String>,
+    /// Differences of cells.
+    cell_differences: Vec<String>,
+    /// Differences of tags, zones and other groups.
+    group_differences: Vec<String>,
+    /// Differences of arrays.
+    array_differences: Vec<String>,
+    /// Questions that could not be decided.
+    notes: Vec<String>,
+}
+
+/// Two nodes.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Pair {
+    /// Node of the first mesh, from 0.
+    node: usize,
+    /// Node of the second mesh.
+    partner: usize,
+    /// Position in the first.
+    a: [f64; 3],
+    /// Position in the second.
+    b: [f64; 3],
+    /// Distance, mesh units.
+    distance: f64,
+}
+
+impl MeshDifference {
+    pub fn of(difference: &Difference) -> Self {
+        Self {
+            same: difference.is_same(),
+            summary: difference.to_string(),
+            nodes: difference.n_nodes,
+            moved_nodes: difference.moved_nodes,
+            max_distance: difference.max_distance(),
+            first_moved: difference.first_moved.map(Pair::of),
+            furthest: difference.furthest.map(Pair::of),
+            unpaired_nodes: difference.unpaired_nodes,
+            cells: difference.n_cells,
+            changed_cells: difference.changed_cells,
+            node_differences: difference.nodes.clone(),
+            cell_differences: difference.cells.clone(),
+            group_differences: difference.groups.clone(),
+            array_differences: difference.arrays.clone(),
+            notes: difference.notes.clone(),
+        }
+    }
+}
+
+impl Pair {
+    fn of(pair: NodePair) -> Self {
+        let NodePair {
+            node,
+            partner,
+            a,
+            b,
+            distance,
+        } = pair;
+        Self {
+            node,
+            partner,
+            a,
+            b,
+            distance,
+        }
+    }
 }

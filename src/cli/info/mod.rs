@@ -9,7 +9,8 @@ use super::{Context, Outcome};
 use azimesh_core::error::Result;
 use azimesh_io::formats;
 use facts::Facts;
-use serde_json::json;
+pub use json::Info;
+use json::{MeshInfo, NamedInfo};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `azimesh info`.
@@ -31,7 +32,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     if let [mesh] = &args.meshes[..] {
         let told = tell(mesh, format, args.step, context)?;
         match told {
-            Told::Json(json) => context.print_json(json)?,
+            Told::Json(info) => context.print_json(&Info::One(info))?,
             Told::Text(text) => context.print_result(&text)?,
         }
         return Ok(Outcome::Fine);
@@ -39,10 +40,10 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     let (mut all, mut failed) = (Vec::new(), Vec::new());
     for path in &args.meshes {
         match tell(path, format, args.step, context) {
-            Ok(Told::Json(mut json)) => {
-                json["file"] = path.display().to_string().into();
-                all.push(json);
-            }
+            Ok(Told::Json(info)) => all.push(NamedInfo {
+                info: *info,
+                file: path.display().to_string(),
+            }),
             Ok(Told::Text(text)) => {
                 context.print_result(&format!("{}:\n{text}\n", path.display()))?;
             }
@@ -50,7 +51,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
         }
     }
     if context.common.json {
-        context.print_json(json!({ "meshes": all }))?;
+        context.print_json(&Info::Several { meshes: all })?;
     }
     let last = failed.pop();
     for error in failed {
@@ -61,7 +62,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
 
 /// What is said of one mesh.
 enum Told {
-    Json(serde_json::Value),
+    Json(Box<MeshInfo>),
     Text(String),
 }
 
@@ -76,7 +77,7 @@ fn tell(
     let loaded = input.read(step, context)?;
     let facts = context.stage("inspecting", || Ok(Facts::of(&input, step, &loaded)))?;
     if context.common.json {
-        return Ok(Told::Json(json::of(&facts)));
+        return Ok(Told::Json(Box::new(MeshInfo::of(&facts))));
     }
     for note in &facts.notes {
         context.note(&format!("{}: {note}", path.display()));

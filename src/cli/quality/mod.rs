@@ -1,5 +1,6 @@
 //! `azimesh quality`.
 
+mod json;
 mod table;
 mod worst;
 
@@ -12,6 +13,7 @@ use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::{Format, SharedFile, guard_inputs};
 use azimesh_io::mesh::{Cells, Mesh, RankPart, in_32_bits};
 use azimesh_quality::{Assessment, Judge, Reference, Statistic, remarks, statistics};
+pub use json::QualityResult;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -360,7 +362,7 @@ impl<'a> Findings<'a> {
     fn tell(&self, context: &Context, beside: bool) -> Result<()> {
         let text = || table::as_text(self);
         match (context.common.json, beside) {
-            (true, _) => context.print_json(table::as_json(self))?,
+            (true, _) => context.print_json(&QualityResult::of(self))?,
             (false, true) => context.print_aside(&text()),
             (false, false) => context.print_result(&text())?,
         }

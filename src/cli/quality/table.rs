@@ -1,11 +1,10 @@
-//! What `azimesh quality` prints: text for people, JSON for programs.
+//! The quality as text.
 
 use super::worst::WorstCell;
 use super::{Findings, Judged};
 use azimesh_core::diagnostic::{point, short};
 use azimesh_core::error::one_line;
 use azimesh_quality::{Assessment, Extreme, Statistic};
-use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
 const ANY_TEXT: &str = "a string takes any text";
@@ -157,118 +156,4 @@ fn extreme(quality: &Assessment, column: &str) -> Option<Extreme> {
         "min_size_skew" => quality.cells.size_skew.min,
         _ => None,
     }
-}
-
-/// The values as JSON: the numbers of one mesh at the top, those of a sequence in `steps`.
-pub(super) fn as_json(findings: &Findings<'_>) -> Value {
-    let mut object = Map::new();
-    match &findings.meshes[..] {
-        [
-            Judged {
-                step: None,
-                quality,
-                ..
-            },
-        ] => json_of_mesh(&mut object, quality),
-        meshes => {
-            let steps = meshes.iter().map(|mesh| {
-                let mut row = Map::new();
-                if let Some(step) = mesh.step {
-                    row.insert("step".into(), step.index.into());
-                    row.insert("time".into(), json!(step.time));
-                }
-                json_of_mesh(&mut row, &mesh.quality);
-                Value::Object(row)
-            });
-            object.insert("steps".into(), steps.collect());
-        }
-    }
-    if let Some(metrics) = &findings.metrics {
-        object.insert("metrics".into(), json_of_metrics(metrics));
-    }
-    let worst = findings.worst.cells.iter().map(json_of_cell);
-    object.insert("worst".into(), worst.collect());
-    let met = findings.met();
-    let failed = met.iter().map(|(criterion, _)| criterion.to_string());
-    object.insert("failed_on".into(), failed.collect());
-    let failures = met.iter().flat_map(|(criterion, met)| {
-        met.iter().map(|(step, value)| {
-            let place = step.map_or_else(String::new, |step| format!("step {}: ", step.index));
-            json!({
-                "message": place + &criterion.sentence("", *value),
-                "metric": criterion.column(),
-                "value": value,
-                "limit": criterion.limit(),
-                "step": step.map(|step| step.index),
-            })
-        })
-    });
-    object.insert("failures".into(), failures.collect());
-    if findings.meshes.iter().any(|mesh| mesh.step.is_some()) {
-        let steps = met.iter().map(|(criterion, met)| {
-            let steps = met
-                .iter()
-                .filter_map(|(step, _)| Some(step.as_ref()?.index));
-            (criterion.to_string(), steps.collect())
-        });
-        let steps: Map<String, Value> = steps.collect();
-        object.insert("failed_steps".into(), Value::Object(steps));
-    }
-    Value::Object(object)
-}
-
-fn json_of_mesh(object: &mut Map<String, Value>, quality: &Assessment) {
-    let summary = &quality.cells;
-    object.insert("cells".into(), summary.n_cells.into());
-    object.insert("inner_faces".into(), quality.faces.n_inner.into());
-    object.insert("outer_faces".into(), quality.faces.n_outer.into());
-    for (name, value) in quality.columns() {
-        let value = match (name, value) {
-            ("inverted" | "inverted_reference" | "unproven", Some(count)) => json!(count as u64),
-            (_, value) => json!(value),
-        };
-        object.insert(name.into(), value);
-        if let Some(extreme) = extreme(quality, name) {
-            object.insert(format!("{name}_cell"), extreme.cell.into());
-        }
-    }
-    object.insert("total_volume".into(), json!(summary.total_volume));
-    object.insert("inverted_cells".into(), json!(summary.inverted_cells));
-}
-
-fn json_of_metrics(metrics: &[Statistic]) -> Value {
-    let value = |extreme: Option<Extreme>| extreme.map(|e| e.value);
-    let cell = |extreme: Option<Extreme>| extreme.map(|e| e.cell);
-    let entries = metrics.iter().map(|metric| {
-        let entry = json!({
-            "cells": metric.n_cells,
-            "min": value(metric.min),
-            "mean": metric.mean,
-            "max": value(metric.max),
-            "min_cell": cell(metric.min),
-            "max_cell": cell(metric.max),
-        });
-        (metric.name.to_owned(), entry)
-    });
-    Value::Object(entries.collect())
-}
-
-fn json_of_cell(cell: &WorstCell) -> Value {
-    let mut object = Map::new();
-    if let Some(step) = cell.step {
-        object.insert("step".into(), step.index.into());
-    }
-    let nearest = cell.nearest.as_ref();
-    let rest = [
-        ("cell", json!(cell.found.cell)),
-        ("kind", json!(cell.kind)),
-        ("position", json!(cell.position)),
-        ("scaled_jacobian", json!(cell.found.scaled_jacobian)),
-        ("volume", json!(cell.found.volume)),
-        ("tags", json!(cell.tags)),
-        ("nearest_tag", json!(nearest.map(|(name, _)| name))),
-        ("distance", json!(nearest.map(|(_, distance)| distance))),
-    ];
-    object.extend(rest.map(|(key, value)| (key.to_owned(), value)));
-    Value::Object(object)
 }
