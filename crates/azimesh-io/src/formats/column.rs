@@ -144,17 +144,6 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// The same values without a copy.
-    pub fn borrowed(&self) -> Data<'_> {
-        match self {
-            Data::Bytes(bytes) => Data::Bytes(Cow::Borrowed(bytes)),
-            Data::Text(strings) => Data::Text(Cow::Borrowed(strings)),
-            Data::Made(make) => Data::made(make),
-            Data::Remote(numbers) => Data::Remote(numbers.clone()),
-            Data::Parts(parts) => Data::Parts(parts.iter().map(Data::borrowed).collect()),
-        }
-    }
-
     /// The hash of all bytes.
     pub fn hash(&self) -> Result<blake3::Hash> {
         if let Data::Remote(numbers) = self {
@@ -191,4 +180,14 @@ pub fn stream_integers(values: impl Iterator<Item = i64>, is_wide: bool, sink: S
         return stream(values, sink);
     }
     stream(values.map(|x| x as i32), sink)
+}
+
+/// Start of each item of a list, and the end of the last.
+pub fn starts(lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = i64> {
+    let mut end = 0;
+    let ends = lengths.map(move |n| {
+        end += n as i64;
+        end
+    });
+    std::iter::once(0).chain(ends)
 }

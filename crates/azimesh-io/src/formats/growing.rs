@@ -2,10 +2,26 @@
 
 use super::save::PIECE;
 use super::staged::{Commit, Temporary, folder_of, sync_folder};
+use crate::mesh::MeshView;
 use azimesh_core::error::{Error, Result};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+/// The hash so far of the kinds and the nodes of all cells, which must be the same at every step.
+pub(super) fn hasher_of_cells(mesh: &MeshView) -> blake3::Hasher {
+    let mut hasher = blake3::Hasher::new();
+    for run in mesh.cells.runs() {
+        let run = [run.kind as usize, run.n_nodes, run.n_cells()];
+        hasher.update(bytemuck::cast_slice(&run));
+    }
+    // Nodes on several ranks are those of the same mesh at every step.
+    if mesh.by_ranks.is_none() {
+        hasher.update_rayon(bytemuck::cast_slice(mesh.cells.connectivity()));
+    }
+    hasher.update_rayon(bytemuck::cast_slice(mesh.cells.face_streams()));
+    hasher
+}
 
 /// A file that gets its name when its first step is complete, and is extended in place after that.
 pub(super) struct GrowingFile {

@@ -31,6 +31,7 @@ mod number;
 pub mod openfoam;
 mod options;
 mod output_set;
+mod pieces;
 pub mod plot3d;
 mod portable;
 pub mod pvtu;

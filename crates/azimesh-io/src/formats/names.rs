@@ -96,6 +96,19 @@ impl Given {
         };
         names.iter().zip(staying).map(given).collect()
     }
+
+    /// Names by what they are written as, as [`Rule::by_name`].
+    pub fn by_name<'a>(
+        mut self,
+        names: impl IntoIterator<Item = &'a str>,
+        rule: &Rule,
+    ) -> BTreeMap<&'a str, String> {
+        let mut seen = BTreeSet::new();
+        let new = names.into_iter().filter(|name| seen.insert(*name));
+        let names: Vec<&str> = new.collect();
+        let written = self.give_all(&names, rule);
+        names.into_iter().zip(written).collect()
+    }
 }
 
 impl Rule {
@@ -104,11 +117,7 @@ impl Rule {
         &self,
         names: impl IntoIterator<Item = &'a str>,
     ) -> BTreeMap<&'a str, String> {
-        let mut seen = BTreeSet::new();
-        let new = names.into_iter().filter(|name| seen.insert(*name));
-        let names: Vec<&str> = new.collect();
-        let written = Given::default().give_all(&names, self);
-        names.into_iter().zip(written).collect()
+        Given::default().by_name(names, self)
     }
 
     /// A note for a name that is written as another.

@@ -4,7 +4,7 @@ use super::Format;
 use super::rounding::flattened;
 use crate::mesh::{MeshView, check_in_32_bits};
 use azimesh_core::diagnostic::formats::Written;
-use azimesh_core::error::Result;
+use azimesh_core::error::{Error, Result};
 use std::num::NonZeroUsize;
 
 /// Options of readers.
@@ -24,6 +24,21 @@ pub struct ReadOptions {
     pub tag_array: Option<String>,
     /// Index of the step to read from a file with a sequence; the last by default.
     pub step: Option<usize>,
+}
+
+impl ReadOptions {
+    /// The step that is read of a file with `n`: the one asked for, else the last; `None` where it has none.
+    pub(super) fn step_of(&self, n: usize) -> Result<Option<usize>> {
+        match self.step {
+            Some(step) if step < n.max(1) => Ok(self.step.filter(|_| n > 0)),
+            None => Ok(n.checked_sub(1)),
+            Some(step) => Err(Error::input(if n <= 1 {
+                format!("there is no step {step}: the file holds one mesh")
+            } else {
+                format!("there is no step {step}: the file has steps 0 to {}", n - 1)
+            })),
+        }
+    }
 }
 
 /// Options of writers: [`Encoding`], [`Compression`], [`Precision`] and what only the formats of VTK have.

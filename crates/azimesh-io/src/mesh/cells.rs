@@ -122,6 +122,14 @@ impl Cells {
             .map_or(0, |run| run.first_cell as usize + run.n_cells as usize)
     }
 
+    /// Refuses so many further cells where they could not be indexed.
+    pub(crate) fn check_space(&self, n: usize) -> Result<()> {
+        match self.len().checked_add(n) {
+            Some(total) if total < u32::MAX as usize => Ok(()),
+            _ => Err(Error::input(super::too_many("cells"))),
+        }
+    }
+
     /// Whether there is no cell.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
@@ -473,6 +481,12 @@ impl Cells {
             .copied()
             .unwrap_or(self.polyhedra.stream.len());
         Some(&self.polyhedra.stream[starts[ordinal]..end])
+    }
+
+    /// Number of faces of a polyhedron; 0 for any other cell.
+    pub(crate) fn n_faces(&self, cell: usize) -> usize {
+        self.face_stream(cell)
+            .map_or(0, |stream| stream[0] as usize)
     }
 
     /// Face streams of all polyhedra, one after another.

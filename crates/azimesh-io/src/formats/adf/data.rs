@@ -1,11 +1,14 @@
 //! The data of a node: its type, its dimensions, and its values in the byte order of this machine.
 
 use super::file::File;
+use crate::formats::vtk::number::Element::{
+    self, Float32, Int8, Int32, Int64, UInt8, UInt32, UInt64,
+};
 use crate::mesh::Values;
 use crate::mesh::reverse_each;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::for_blocks;
-use bytemuck::allocation::{cast_vec, zeroed_vec};
+use bytemuck::allocation::zeroed_vec;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -50,25 +53,13 @@ impl Pieces {
     }
 }
 
-/// The type of values.
-#[derive(Clone, Copy)]
-enum Kind {
-    Characters,
-    Bytes,
-    Integers,
-    Unsigned,
-    Reals,
-    /// Integers that are of 64 bits by their type, of 32 in a file of a machine whose long integers have no more.
-    ShortIntegers,
-    ShortUnsigned,
-}
-
 /// The data of a node.
 pub struct Data {
     file: Rc<File>,
-    kind: Kind,
-    /// Bytes of a value in the file.
-    size: usize,
+    /// Type of the values in the file.
+    element: Element,
+    /// True if they are integers of 64 bits by their type, and of 32 in a file of a machine whose long integers have no more.
+    is_short: bool,
     shape: Vec<u64>,
     n_values: usize,
     pieces: Pieces,
@@ -83,7 +74,7 @@ impl Data {
         at: u64,
         pieces: impl FnOnce(u64) -> Result<Pieces>,
     ) -> Result<Self> {
-        let Some((kind, size)) = kind_of(data_type, file.long()) else {
+        let Some((element, is_short)) = type_of(data_type, file.long()) else {
             let name = data_type.escape_ascii();
             let message = format!(
                 "data of the type \"{name}\" is not read; C1, B1, I4, I8, U4, U8, R4 and R8 are"
@@ -95,7 +86,7 @@ impl Data {
             true => Some(0),
             false => shape
                 .iter()
-                .try_fold(size as u64, |product, n| product.checked_mul(*n)),
+                .try_fold(element.size() as u64, |product, n| product.checked_mul(*n)),
         };
         let Some(n_bytes) = n_bytes.filter(|n| *n <= length) else {
             let message = format!(
@@ -105,10 +96,10 @@ impl Data {
         };
         Ok(Self {
             file: file.clone(),
-            kind,
-            size,
+            element,
+            is_short,
             shape,
-            n_values: n_bytes as usize / size,
+            n_values: n_bytes as usize / element.size(),
             pieces: pieces(n_bytes)?,
         })
     }
@@ -163,24 +154,23 @@ impl Data {
     }
 
     fn part(&self, values: Range<usize>) -> Values {
-        match (self.kind, self.size) {
-            (Kind::Characters, _) => Values::I8(cast_vec(self.numbers::<u8>(values))),
-            (Kind::Bytes, _) => Values::U8(self.numbers(values)),
-            (Kind::Integers, 4) => Values::I32(cast_vec(self.numbers::<u32>(values))),
-            (Kind::Integers, _) => Values::I64(cast_vec(self.numbers::<u64>(values))),
-            (Kind::Unsigned, 4) => Values::U32(self.numbers(values)),
-            (Kind::Unsigned, _) => Values::U64(self.numbers(values)),
-            (Kind::Reals, 4) => Values::F32(cast_vec(self.numbers::<u32>(values))),
-            (Kind::Reals, _) => Values::F64(cast_vec(self.numbers::<u64>(values))),
-            (Kind::ShortIntegers, _) => {
-                let short = self.numbers::<u32>(values).into_iter();
-                Values::I64(short.map(|n| i64::from(n as i32)).collect())
-            }
-            (Kind::ShortUnsigned, _) => {
-                let short = self.numbers::<u32>(values).into_iter();
-                Values::U64(short.map(u64::from).collect())
-            }
+        match self.element {
+            Int8 => Values::I8(self.numbers(values)),
+            UInt8 => Values::U8(self.numbers(values)),
+            Int32 if self.is_short => Values::I64(self.widened::<i32, _>(values)),
+            UInt32 if self.is_short => Values::U64(self.widened::<u32, _>(values)),
+            Int32 => Values::I32(self.numbers(values)),
+            UInt32 => Values::U32(self.numbers(values)),
+            Int64 => Values::I64(self.numbers(values)),
+            UInt64 => Values::U64(self.numbers(values)),
+            Float32 => Values::F32(self.numbers(values)),
+            _ => Values::F64(self.numbers(values)),
         }
+    }
+
+    fn widened<T: bytemuck::Pod, W: From<T>>(&self, values: Range<usize>) -> Vec<W> {
+        let short = self.numbers::<T>(values).into_iter();
+        short.map(W::from).collect()
     }
 
     /// Values of the size of `T`.
@@ -193,7 +183,7 @@ impl Data {
     /// The bytes of values from `first` on.
     fn fill(&self, first: usize, out: &mut [u8]) {
         let (pieces, file) = (&self.pieces, self.file.source.bytes());
-        let (size, swaps) = (self.size, self.file.swaps());
+        let (size, swaps) = (self.element.size(), self.file.swaps());
         let start = first * size;
         for_blocks(out, PER_TASK, &|first, out| {
             pieces.copy(file, start + first, out);
@@ -204,19 +194,19 @@ impl Data {
     }
 }
 
-/// The type that a text means, and the bytes of a value; links are text.
-fn kind_of(data_type: &[u8], long: usize) -> Option<(Kind, usize)> {
+/// The type in the file that a text means, and whether it stands for integers of 64 bits; links are text.
+fn type_of(data_type: &[u8], long: usize) -> Option<(Element, bool)> {
     Some(match (data_type, long) {
-        (b"C1" | b"LK", _) => (Kind::Characters, 1),
-        (b"B1", _) => (Kind::Bytes, 1),
-        (b"I4", _) => (Kind::Integers, 4),
-        (b"I8", 4) => (Kind::ShortIntegers, 4),
-        (b"I8", _) => (Kind::Integers, 8),
-        (b"U4", _) => (Kind::Unsigned, 4),
-        (b"U8", 4) => (Kind::ShortUnsigned, 4),
-        (b"U8", _) => (Kind::Unsigned, 8),
-        (b"R4", _) => (Kind::Reals, 4),
-        (b"R8", _) => (Kind::Reals, 8),
+        (b"C1" | b"LK", _) => (Int8, false),
+        (b"B1", _) => (UInt8, false),
+        (b"I8", 4) => (Int32, true),
+        (b"U8", 4) => (UInt32, true),
+        (b"I4", _) => (Int32, false),
+        (b"U4", _) => (UInt32, false),
+        (b"I8", _) => (Int64, false),
+        (b"U8", _) => (UInt64, false),
+        (b"R4", _) => (Float32, false),
+        (b"R8", _) => (Element::Float64, false),
         _ => return None,
     })
 }

@@ -3,10 +3,9 @@
 use super::super::Notes;
 use super::super::names::Places;
 use super::solution::Arrays;
-use crate::mesh::{CellRun, CellSet, Cells, DataArray, Group, too_many};
+use crate::mesh::{CellRun, CellSet, Cells, DataArray, Group};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::formats::{NotKept, Read};
-use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -46,14 +45,6 @@ impl MeshBuilder {
     pub fn leave_named(&mut self, what: &str, name: &str) {
         let names = self.left_by_name.entry(what.to_owned()).or_default();
         names.push(name.to_owned());
-    }
-
-    /// Refuses more cells than can be indexed.
-    pub fn check_room(&self, n: usize) -> Result<()> {
-        match self.cells.len().checked_add(n) {
-            Some(total) if total < u32::MAX as usize => Ok(()),
-            _ => Err(Error::input(too_many("cells"))),
-        }
     }
 
     /// Adds the notes on what is left out.

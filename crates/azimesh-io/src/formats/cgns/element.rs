@@ -129,6 +129,15 @@ impl ElementType {
         TYPES.iter().copied().find(|t| t.number == number)
     }
 
+    /// The type with this number in a file of this CGNS version: before 3, those above all others are polygons.
+    pub fn in_version(number: i64, version: f64) -> Option<Self> {
+        let n_nodes = number.checked_sub(21).and_then(|n| usize::try_from(n).ok());
+        match n_nodes.filter(|n| version < 2.995 && *n >= 3) {
+            Some(n_nodes) => Some(element(number, "polygon", n_nodes, Polygon, Same)),
+            None => Self::from_number(number),
+        }
+    }
+
     /// The type that holds a cell with all its nodes.
     pub fn of(kind: CellKind, n_nodes: usize) -> Option<Self> {
         let kind = match kind {
@@ -178,15 +187,9 @@ fn is_3_0(version: f64) -> bool {
     (2.995..3.095).contains(&version)
 }
 
-/// Nodes of the polygon that an element type above all others stands for: so it was before CGNS 3.
-pub(super) fn old_polygon(number: i64, version: f64) -> Option<usize> {
-    let n = usize::try_from(number.checked_sub(21)?).ok()?;
-    (version < 2.995 && n >= 3).then_some(n)
-}
-
 /// Puts the nodes of consecutive elements into another order: node `i` becomes what was node
 /// `order[i]`.
-pub(super) fn permute(connectivity: &mut [u32], order: &[usize]) {
+pub(in crate::formats) fn permute(connectivity: &mut [u32], order: &[usize]) {
     let n = order.len();
     for_blocks(connectivity, n * 4096, &|_, elements| {
         let mut before = vec![0; n];
@@ -326,7 +329,9 @@ mod tests {
         assert_eq!(current_number(13, 3.0), 21);
         assert_eq!(current_number(17, 3.1), 17);
         assert_eq!(current_number(7, 3.0), 7);
-        assert_eq!(old_polygon(26, 2.5), Some(5));
-        assert_eq!(old_polygon(26, 3.1), None);
+        let old = ElementType::in_version(26, 2.5).expect("it is a polygon");
+        assert_eq!((old.kind, old.n_nodes), (Polygon, 5));
+        let new = ElementType::in_version(26, 3.1).expect("it is a triangle");
+        assert_eq!(new.name, "TRI_10");
     }
 }

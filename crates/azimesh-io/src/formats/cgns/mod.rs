@@ -51,6 +51,7 @@ use super::adf::is_adf;
 use super::hdf5::is_hdf5;
 use super::slabs::opened;
 use super::{Encoding, Format, Holds, Precision};
+pub(super) use element::permute;
 pub(super) use write::{list_elements, list_mixed};
 
 /// Name of the node that holds a name in full which is too long for CGNS.

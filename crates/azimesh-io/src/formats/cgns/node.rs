@@ -52,15 +52,19 @@ impl Node {
             ))
             .byte(0));
         };
-        let root = Self {
+        let root = Self::new(stored, String::new(), String::new(), String::new());
+        Ok((root, missing))
+    }
+
+    fn new(stored: Stored, name: String, label: String, path: String) -> Self {
+        Self {
             stored,
-            name: String::new(),
-            label: String::new(),
-            path: String::new(),
+            name,
+            label,
+            path,
             children: OnceCell::new(),
             latin1: Rc::default(),
-        };
-        Ok((root, missing))
+        }
     }
 
     /// A child, or the node that it links to.
@@ -70,25 +74,20 @@ impl Node {
             Stored::Adf(node) => self.decoded(node.name()),
         };
         let path = format!("{}/{name}", self.path);
-        let (stored, label) = match stored {
-            Stored::Hdf5(group) => {
-                let group = linked_group(group).map_err(|error| error.dataset(&path))?;
-                let label = text_of(&group, "label").map_err(|error| error.dataset(&path))?;
-                (Stored::Hdf5(group), label.unwrap_or_default())
-            }
-            Stored::Adf(node) => {
-                let node = node.target().map_err(|error| error.dataset(&path))?;
+        let linked = match stored {
+            Stored::Hdf5(group) => linked_group(group).and_then(|group| {
+                let label = text_of(&group, "label")?.unwrap_or_default();
+                Ok((Stored::Hdf5(group), label))
+            }),
+            Stored::Adf(node) => node.target().map(|node| {
                 let label = decoded(node.label()).into_owned();
                 (Stored::Adf(node), label)
-            }
+            }),
         };
+        let (stored, label) = linked.map_err(|error| error.dataset(&path))?;
         Ok(Self {
-            stored,
-            name,
-            label,
-            path,
-            children: OnceCell::new(),
             latin1: self.latin1.clone(),
+            ..Self::new(stored, name, label, path)
         })
     }
 
@@ -117,18 +116,21 @@ impl Node {
         if let Some(children) = self.children.get() {
             return Ok(children);
         }
-        let at = |error: Error| error.dataset(&self.path);
-        let children: Result<Vec<Node>> = match &self.stored {
-            Stored::Hdf5(group) => {
-                let groups = group.groups().map_err(at)?.into_iter();
+        let stored: Result<Vec<Stored>> = match &self.stored {
+            Stored::Hdf5(group) => group.groups().map(|groups| {
+                let groups = groups.into_iter();
                 let nodes = groups.filter(|group| !group.name().starts_with(' '));
-                nodes.map(|group| self.below(Stored::Hdf5(group))).collect()
-            }
+                nodes.map(Stored::Hdf5).collect()
+            }),
             Stored::Adf(node) => {
-                let nodes = node.children().map_err(at)?.into_iter();
-                nodes.map(|node| self.below(Stored::Adf(node))).collect()
+                let children = node.children();
+                children.map(|nodes| nodes.into_iter().map(Stored::Adf).collect())
             }
         };
+        let stored = stored
+            .map_err(|error| error.dataset(&self.path))?
+            .into_iter();
+        let children: Result<Vec<Node>> = stored.map(|stored| self.below(stored)).collect();
         let children = children?;
         Ok(self.children.get_or_init(|| children))
     }

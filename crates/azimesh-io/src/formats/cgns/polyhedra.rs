@@ -129,7 +129,7 @@ impl Polyhedra {
         found: &mut MeshBuilder,
     ) -> Result<Span> {
         let faces = self.faces.section(section);
-        found.check_room(section.n_elements)?;
+        found.cells.check_space(section.n_elements)?;
         let first_cell = found.cells.len();
         let mut cells = vec![u32::MAX; section.n_elements];
         for (cell, (face, is_cell)) in cells.iter_mut().zip(self.is_cell(faces, named)) {
@@ -200,7 +200,7 @@ impl Polyhedra {
     fn append(&self, solids: &Solids, node: &Node, found: &mut MeshBuilder) -> Result<Span> {
         let first_cell = found.cells.len();
         let n = solids.starts.len() - 1;
-        found.check_room(n)?;
+        found.cells.check_space(n)?;
         let mut stream: Vec<u32> = Vec::new();
         for (i, ends) in solids.starts.windows(2).enumerate() {
             stream.clear();

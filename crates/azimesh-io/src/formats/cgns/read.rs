@@ -61,7 +61,7 @@ fn read_bases(
     cells: Option<Cells>,
     notes: &mut Notes,
 ) -> Result<Mesh> {
-    let step = Step::choose(root, options.step)?;
+    let step = Step::choose(root, options)?;
     let (bases, version) = bases(root)?;
     let mut found = MeshBuilder::default();
     let mut zones: Vec<(Zone, Rc<Families>)> = Vec::new();

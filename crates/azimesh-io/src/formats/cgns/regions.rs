@@ -194,10 +194,15 @@ fn noun(node: &Node) -> &'static str {
 }
 
 impl Region<'_> {
-    /// Counts it among what is left behind, since it has no cells.
-    pub fn leave(&self, found: &mut MeshBuilder) {
-        let what = format!("{} for which no cells were found", noun(self.node));
-        found.leave_named(&what, self.node.name());
+    /// Makes its cells groups; notes a region without cells.
+    pub fn tag(&self, cells: &[Range<usize>], zone: &Zone, found: &mut MeshBuilder) {
+        if cells.iter().all(Range::is_empty) {
+            let what = format!("{} for which no cells were found", noun(self.node));
+            found.leave_named(&what, self.node.name());
+        }
+        for name in &self.names {
+            tag(name, self.condition.as_deref(), cells, zone, found);
+        }
     }
 
     /// Its nodes in an unstructured zone; `None` for a region of elements, or where the numbers are too large for nodes.
@@ -225,6 +230,26 @@ impl Region<'_> {
         let stretches = self.numbers.chunk_by(follows);
         let range = |s: &[i64]| s[0]..s[s.len() - 1].saturating_add(1);
         stretches.map(range).collect()
+    }
+}
+
+/// Adds cells to groups of this name, one for each dimension that they have.
+pub(super) fn tag(
+    name: &str,
+    condition: Option<&str>,
+    cells: &[Range<usize>],
+    zone: &Zone,
+    found: &mut MeshBuilder,
+) {
+    for dimension in 0..=3 {
+        let runs = found
+            .cells_in(cells)
+            .filter(|run| run.kind.dimension() == dimension);
+        let of_dimension: Vec<Range<usize>> = runs.map(|run| run.range()).collect();
+        if !of_dimension.is_empty() {
+            let place = zone.node.name();
+            (found.tags).add(name, place, dimension, condition, of_dimension);
+        }
     }
 }
 

@@ -3,11 +3,11 @@
 use super::super::number::Chunk;
 use super::builder::MeshBuilder;
 use super::element::{
-    self, ElementType, MIXED, NFACE_N, NGON_N, current_number, old_polygon, permute, type_name,
+    self, ElementType, MIXED, NFACE_N, NGON_N, current_number, permute, type_name,
 };
 use super::node::Node;
 use super::zone::Zone;
-use crate::mesh::{CellKind, Values};
+use crate::mesh::Values;
 use azimesh_core::error::{Error, Result, counted};
 use std::fmt::Display;
 use std::ops::Range;
@@ -112,15 +112,13 @@ impl Section<'_> {
         let first_cell = found.cells.len();
         let (number, n) = (self.element_type, self.n_elements);
         if number == MIXED {
-            found.check_room(n)?;
+            found.cells.check_space(n)?;
             self.with_rows(1, |mut rows| {
                 append_mixed((0..n, n), &mut rows, zone.version, &zone.nodes(), found)
             })?;
-        } else if let Some(n_nodes) = old_polygon(number, zone.version) {
-            self.read_old_polygons(n_nodes, zone, found)?;
-        } else if let Some(element) = ElementType::from_number(number) {
+        } else if let Some(element) = ElementType::in_version(number, zone.version) {
             self.check_entries(element)?;
-            found.check_room(n)?;
+            found.cells.check_space(n)?;
             self.with_rows(element.n_nodes, |rows| {
                 append_rows(element, rows, &zone.nodes(), found)
             })?;
@@ -146,7 +144,7 @@ impl Section<'_> {
         let data = node.data()?;
         let mut sizes = data.shape().iter();
         let n_entries = sizes.try_fold(1, |p: u64, n| p.checked_mul(*n));
-        let expected = self.n_elements as u64 * element.n_nodes as u64;
+        let expected = (self.n_elements as u64).saturating_mul(element.n_nodes as u64);
         if n_entries == Some(expected) {
             return Ok(());
         }
@@ -171,22 +169,6 @@ impl Section<'_> {
         let appended = append(Rows::new(rows, (row as u64, step), &|rows| data.rows(rows)));
         appended.map_err(|e| node.refuse(e.message))
     }
-
-    /// Polygons of `n` nodes each.
-    fn read_old_polygons(&self, n: usize, zone: &Zone, found: &mut MeshBuilder) -> Result<()> {
-        let node = self.node.need("ElementConnectivity")?;
-        let nodes = node_indices(&node.values()?, node, zone)?;
-        if Some(nodes.len()) != n.checked_mul(self.n_elements) {
-            return Err(node.refuse(format!(
-                "it has {} entries, which are not {n} nodes for each of {} polygons",
-                nodes.len(),
-                self.n_elements
-            )));
-        }
-        found.check_room(self.n_elements)?;
-        found.cells.push_run(CellKind::Polygon, n, &nodes);
-        Ok(())
-    }
 }
 
 /// Appends some of `n` elements that name their own type, each before its nodes, in a file of this version.
@@ -202,15 +184,13 @@ pub(super) fn append_mixed(
     for i in elements {
         let first = entries.next(1)?.map_or(0, |number| number[0]);
         let number = current_number(first, version);
-        let polygon = old_polygon(number, version);
-        let element = ElementType::from_number(number).filter(|_| polygon.is_none());
+        let element = ElementType::in_version(number, version);
         if element != of || nodes.len() as u64 > BLOCK {
             flush(of, &mut nodes, found);
             of = element;
         }
-        let n = polygon.or(element.map(|element| element.n_nodes));
         let left = entries.n_left();
-        let numbers = n.map_or(Ok(None), |n| entries.next(n))?;
+        let numbers = element.map_or(Ok(None), |element| entries.next(element.n_nodes))?;
         let Some(numbers) = numbers else {
             return Err(Error::input(format!(
                 "element {} of {n_elements} has type {}, which is not known or needs more than the {left} entries that are left",
@@ -220,10 +200,6 @@ pub(super) fn append_mixed(
         };
         for &number in numbers {
             nodes.push(index_in(of_zone, number).map_err(Error::input)?);
-        }
-        if polygon.is_some() {
-            found.cells.push(CellKind::Polygon, &nodes);
-            nodes.clear();
         }
     }
     flush(of, &mut nodes, found);

@@ -7,7 +7,7 @@ use super::super::hdf5::{Dataset, is_hdf5};
 use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::super::{Notes, ReadOptions, Source};
 use super::builder::MeshBuilder;
-use super::element::{ElementType, MIXED, old_polygon, type_name};
+use super::element::{ElementType, MIXED, type_name};
 use super::node::{Data, Node};
 use super::read::{self, bases, zones_of};
 use super::regions::may_be_of_nodes;
@@ -16,7 +16,7 @@ use super::sections::{BLOCK, Rows, Section, append_mixed, append_rows, sections}
 use super::time::Step;
 use super::unstructured::order;
 use super::zone::{Zone, put};
-use crate::mesh::{Cells, Mesh, Values, too_many};
+use crate::mesh::{CellKind, Cells, Mesh, Values, too_many};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use std::ops::Range;
@@ -83,7 +83,7 @@ pub(super) fn open<'a>(source: &'a Source, options: &ReadOptions) -> Found<impl 
         return Err(whole("it is not in HDF5"));
     }
     let (root, _) = Node::root(source)?;
-    let step = Step::choose(&root, options.step)?;
+    let step = Step::choose(&root, options)?;
     let (bases, version) = bases(&root)?;
     let mut zones: Vec<Zone> = Vec::new();
     for base in bases {
@@ -219,8 +219,8 @@ impl Elements {
 /// The form of a section of one element type, with so many entries.
 fn fixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
     let number = section.element_type;
-    let is_polygon = old_polygon(number, version).is_some();
-    match ElementType::from_number(number).filter(|_| !is_polygon) {
+    let element = ElementType::in_version(number, version);
+    match element.filter(|element| element.kind != CellKind::Polygon) {
         None => Err(whole(format!(
             "it has a section of type {}",
             type_name(number)

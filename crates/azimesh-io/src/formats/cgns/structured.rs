@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Appends the cells of a structured zone and the faces of its boundary conditions.
 pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) -> Result<()> {
     let grid = Grid::of(zone)?;
-    found.check_room(grid.cells.iter().product())?;
+    found.cells.check_space(grid.cells.iter().product())?;
     structured::append(&mut found.cells, grid.nodes, grid.first_node as u32);
     for region in regions(zone, families, found)? {
         if region.place == GridLocation::CellCenters && grid.is_solid(&region) {
@@ -21,26 +21,13 @@ pub(super) fn read(zone: &Zone, families: &Families, found: &mut MeshBuilder) ->
             continue;
         }
         let start = found.cells.len();
-        match region.is_range {
-            true => grid.append_range(&region, &mut found.cells)?,
-            false => grid.append_list(&region, &mut found.cells)?,
+        if region.is_range {
+            grid.append_range(&region, &mut found.cells)?;
+        } else {
+            grid.append_list(&region, &mut found.cells)?;
         }
         let cells = start..found.cells.len();
-        if cells.is_empty() {
-            region.leave(found);
-            continue;
-        }
-        for name in &region.names {
-            let condition = region.condition.as_deref();
-            let dimension = zone.cell_dimension - 1;
-            found.tags.add(
-                name,
-                zone.node.name(),
-                dimension,
-                condition,
-                [cells.clone()],
-            );
-        }
+        region.tag(&[cells], zone, found);
     }
     Ok(())
 }

@@ -2,7 +2,8 @@
 
 use super::node::Node;
 use super::{FIELD_ARRAYS, FIELD_POINTERS};
-use azimesh_core::error::{Error, Result};
+use crate::formats::ReadOptions;
+use azimesh_core::error::Result;
 
 /// The step that is read.
 pub(super) struct Step {
@@ -19,24 +20,11 @@ fn points_at(pointer: &str, solution: &str) -> bool {
 }
 
 impl Step {
-    /// The given step, or the last.
-    pub fn choose(root: &Node, asked: Option<usize>) -> Result<Self> {
+    /// The step that the options ask for, or the last.
+    pub fn choose(root: &Node, options: &ReadOptions) -> Result<Self> {
         let n = times(root)?.len();
-        let index = match asked {
-            Some(step) if step >= n.max(1) => {
-                let message = match n {
-                    0 | 1 => format!("there is no step {step}: the file holds one mesh"),
-                    _ => format!("there is no step {step}: the file has steps 0 to {}", n - 1),
-                };
-                return Err(Error::input(message));
-            }
-            Some(step) => Some(step),
-            None => n.checked_sub(1),
-        };
-        Ok(Self {
-            index: index.filter(|_| n > 0),
-            n,
-        })
+        let index = options.step_of(n)?;
+        Ok(Self { index, n })
     }
 
     /// The node of a zone that a list of pointers names for this step.

@@ -4,7 +4,7 @@ use super::super::exterior::exterior_faces;
 use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
 use super::polyhedra::Polyhedra;
-use super::regions::{Families, GridLocation, Region, regions};
+use super::regions::{Families, GridLocation, Region, regions, tag};
 use super::sections::{Cells, Section, Span, not_of_zone, part, says_nothing, sections};
 use super::zone::Zone;
 use crate::mesh::NodeBits;
@@ -66,12 +66,7 @@ fn add_groups(
     let mut cells: Vec<Vec<Range<usize>>> = regions.iter().map(of_region).collect();
     make_faces(zone, regions, &mut cells, of_zone.start, found);
     for (region, cells) in regions.iter().zip(&cells) {
-        if cells.is_empty() {
-            region.leave(found);
-        }
-        for name in &region.names {
-            tag(name, region.condition.as_deref(), cells, zone, found);
-        }
+        region.tag(cells, zone, found);
     }
     tag_sections(zone, sections, &members, found);
     Ok(())
@@ -359,26 +354,6 @@ fn make_faces(
             }
         }
         cells[*i].extend((start < found.cells.len()).then(|| start..found.cells.len()));
-    }
-}
-
-/// Adds cells to groups of this name, one for each dimension that they have.
-fn tag(
-    name: &str,
-    condition: Option<&str>,
-    cells: &[Range<usize>],
-    zone: &Zone,
-    found: &mut MeshBuilder,
-) {
-    for dimension in 0..=3 {
-        let runs = found
-            .cells_in(cells)
-            .filter(|run| run.kind.dimension() == dimension);
-        let of_dimension: Vec<Range<usize>> = runs.map(|run| run.range()).collect();
-        if !of_dimension.is_empty() {
-            let place = zone.node.name();
-            (found.tags).add(name, place, dimension, condition, of_dimension);
-        }
     }
 }
 

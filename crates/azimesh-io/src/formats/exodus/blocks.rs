@@ -1,14 +1,14 @@
 //! Element blocks: cells, in the order of the elements, and a group of each block. Names of blocks and sets.
 
 use super::super::Notes;
+use super::super::cgns::permute;
 use super::super::names::text_of;
 use super::super::netcdf::{File, Variable};
 use super::element::{Element, Shape};
 use super::polyhedra::{self, FaceBlocks};
-use crate::mesh::{Cells, Group, too_many};
+use crate::mesh::{CellSet, Cells, Group};
 use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel::for_blocks;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -134,7 +134,9 @@ fn elements(
             "its elements of type \"{name}\" have {per_element} nodes, which is no element that is read"
         ))
     })?;
-    check_room(cells, n, variable)?;
+    cells
+        .check_space(n)
+        .map_err(|e| variable.refuse(e.message))?;
     let mut nodes = indices(variable, n_nodes, "node")?;
     if let Some(order) = element.order.filter(|order| order.len() == per_element) {
         permute(&mut nodes, order);
@@ -149,14 +151,6 @@ fn elements(
         false => cells.append(&block),
     }
     Ok(())
-}
-
-/// Refuses more cells than can be indexed.
-pub(super) fn check_room(cells: &Cells, n: usize, variable: &Variable) -> Result<()> {
-    match cells.len().checked_add(n) {
-        Some(total) if total < u32::MAX as usize => Ok(()),
-        _ => Err(variable.refuse(too_many("cells"))),
-    }
 }
 
 /// The values as indices from 0 of one of `n` nodes or faces, which the file counts from 1.
@@ -175,44 +169,22 @@ pub(super) fn indices(variable: &Variable, n: usize, what: &str) -> Result<Vec<u
     Ok(indices)
 }
 
-fn permute(nodes: &mut [u32], order: &[usize]) {
-    let n = order.len();
-    for_blocks(nodes, n * 4096, &|_, elements| {
-        let mut before = vec![0; n];
-        for element in elements.chunks_exact_mut(n) {
-            before.copy_from_slice(element);
-            for (node, &from) in element.iter_mut().zip(order) {
-                *node = before[from];
-            }
-        }
-    });
-}
-
 /// The nodes of elements that cells keep.
 fn kept(nodes: &[u32], per_element: usize, element: &Element) -> Vec<u32> {
+    let all: Vec<usize> = (0..element.n_kept).collect();
+    let order = element.order.unwrap_or(&all);
     let elements = nodes.chunks_exact(per_element);
-    match element.order {
-        Some(order) => elements
-            .flat_map(|nodes| order.iter().map(|&i| nodes[i]))
-            .collect(),
-        None => elements
-            .flat_map(|nodes| nodes[..element.n_kept].iter().copied())
-            .collect(),
-    }
+    let kept = elements.flat_map(|nodes| order.iter().map(|&i| nodes[i]));
+    kept.collect()
 }
 
 /// The groups of the blocks: zones, or tags where their cells are faces of others.
 pub(super) fn groups(blocks: &[Block], cells: &Cells) -> Vec<Group> {
-    let group = |block: &Block| Group {
-        dimension: cells.get(block.cells.start).kind.dimension(),
-        name: block.named.name.clone(),
-        number: block.named.number(),
-        condition: None,
-        cells: {
-            let mut set = crate::mesh::CellSet::new();
-            set.push_range(block.cells.clone());
-            set
-        },
+    let group = |block: &Block| {
+        let mut set = CellSet::new();
+        set.push_range(block.cells.clone());
+        let dimension = cells.get(block.cells.start).kind.dimension();
+        block.named.group(dimension, set)
     };
     let with_cells = blocks.iter().filter(|block| !block.cells.is_empty());
     with_cells.map(group).collect()
@@ -228,9 +200,15 @@ pub(super) struct Named {
 }
 
 impl Named {
-    /// The number, where it is one that groups can have.
-    pub fn number(&self) -> Option<i32> {
-        i32::try_from(self.id).ok()
+    /// A group of its cells, of a dimension.
+    pub fn group(&self, dimension: u8, cells: CellSet) -> Group {
+        Group {
+            dimension,
+            name: self.name.clone(),
+            number: i32::try_from(self.id).ok(),
+            condition: None,
+            cells,
+        }
     }
 }
 

@@ -4,10 +4,10 @@ use super::super::Notes;
 use super::super::exterior::exterior_faces;
 use super::super::netcdf::File;
 use super::blocks::{Named, check_number, indices, named};
-use super::sides::{Faces, group};
-use crate::mesh::{CellKind, Cells, Group, too_many};
+use super::sides::Faces;
+use crate::mesh::{CellKind, Cells, Group};
 use azimesh_core::diagnostic::formats::NotKept;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::Result;
 
 /// Appends the faces of all node sets, and gives their groups. Where there are tags already, node sets only repeat
 /// them in another way, and their names are noted.
@@ -66,20 +66,16 @@ fn tags(
         };
         let first = cells.len();
         for (kind, nodes) in outer.iter().filter(all_in) {
-            if cells.len() + 1 >= u32::MAX as usize {
-                return Err(Error::input(too_many("cells")).dataset("node sets"));
-            }
+            let space = cells.check_space(1);
+            space.map_err(|error| error.dataset("node sets"))?;
             cells.push(*kind, nodes);
         }
         match cells.len() - first {
             0 => left.push(named.name),
             n => {
                 faces.of_cells.extend(std::iter::repeat_n(u32::MAX, n));
-                groups.push(group(
-                    &named,
-                    dimension.saturating_sub(1),
-                    (first..first + n).collect(),
-                ));
+                let cells = (first..first + n).collect();
+                groups.push(named.group(dimension.saturating_sub(1), cells));
             }
         }
     }

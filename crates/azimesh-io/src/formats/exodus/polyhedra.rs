@@ -1,7 +1,7 @@
 //! Blocks of polygons (NSIDED) and of polyhedra (NFACED), whose faces are in blocks of their own.
 
 use super::super::netcdf::{File, Variable};
-use super::blocks::{check_number, check_room, indices};
+use super::blocks::{check_number, indices};
 use crate::mesh::{CellKind, Cells, turn_outward};
 use azimesh_core::error::{Error, Result};
 use std::ops::Range;
@@ -16,7 +16,8 @@ pub(super) fn polygons(
 ) -> Result<()> {
     let name = format!("ebepecnt{place}");
     let lists = Lists::read(file, &name, indices(nodes, n_nodes, "node")?)?;
-    check_room(cells, lists.len(), nodes)?;
+    let space = cells.check_space(lists.len());
+    space.map_err(|e| nodes.refuse(e.message))?;
     for polygon in 0..lists.len() {
         cells.push(CellKind::Polygon, lists.face(polygon, &name)?);
     }
@@ -35,7 +36,8 @@ pub(super) fn polyhedra(
     let n_faces = blocks.last().map_or(0, |(faces, ..)| faces.end);
     let of_cells = indices(numbers, n_faces, "face")?;
     let of_cells = Lists::read(file, &format!("ebepecnt{place}"), of_cells)?;
-    check_room(cells, of_cells.len(), numbers)?;
+    let space = cells.check_space(of_cells.len());
+    space.map_err(|e| numbers.refuse(e.message))?;
     let (mut sides, mut stream) = (Vec::new(), Vec::new());
     for cell in 0..of_cells.len() {
         sides.clear();

@@ -24,7 +24,8 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
         .dataset("num_dim"));
     }
     refuse_piece(&file)?;
-    let step = choose_step(&file, options.step)?;
+    let step = options.step_of(times(&file)?.len());
+    let step = step.map_err(|error| error.dataset(TIMES))?;
     let points = nodes(&file)?;
     let n_nodes = points.len();
     let n_coordinates = file.length("num_dim")?.unwrap_or(3);
@@ -166,16 +167,4 @@ const TIMES: &str = "time_whole";
 pub(super) fn times(file: &File) -> Result<Vec<f64>> {
     file.variable(TIMES)?
         .map_or(Ok(Vec::new()), |times| times.reals())
-}
-
-/// The step that is read: the one asked for, else the last; `None` where there are no times.
-fn choose_step(file: &File, asked: Option<usize>) -> Result<Option<usize>> {
-    let n = times(file)?.len();
-    let message = match asked {
-        Some(step) if step < n.max(1) => return Ok(asked.filter(|_| n > 0)),
-        None => return Ok(n.checked_sub(1)),
-        Some(step) if n <= 1 => format!("there is no step {step}: the file holds one mesh"),
-        Some(step) => format!("there is no step {step}: the file has steps 0 to {}", n - 1),
-    };
-    Err(Error::input(message).dataset(TIMES))
 }

@@ -2,7 +2,7 @@
 
 use super::super::Notes;
 use super::super::netcdf::{File, Variable};
-use super::blocks::{Block, Named, check_number, check_room, named};
+use super::blocks::{Block, check_number, named};
 use super::element::Side;
 use crate::mesh::sides::{for_each_side, side};
 use crate::mesh::{CellKind, CellRef, Cells, Group};
@@ -50,21 +50,10 @@ pub(super) fn read(
             if named.name == named.id.to_string() && of_blocks.contains(&*named.name) {
                 named.name = format!("side set {}", named.id);
             }
-            groups.push(group(&named, dimension, cells));
+            groups.push(named.group(dimension, cells.into_iter().collect()));
         }
     }
     Ok((groups, faces))
-}
-
-/// A group of cells in any order.
-pub(super) fn group(named: &Named, dimension: u8, cells: Vec<usize>) -> Group {
-    Group {
-        dimension,
-        name: named.name.clone(),
-        number: named.number(),
-        condition: None,
-        cells: cells.into_iter().collect(),
-    }
 }
 
 /// What side sets refer to.
@@ -91,7 +80,8 @@ impl Sets<'_> {
                 of.len()
             )));
         }
-        check_room(cells, of.len(), elements)?;
+        let space = cells.check_space(of.len());
+        space.map_err(|e| elements.refuse(e.message))?;
         let mut members: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
         for (i, (element, number)) in of.into_iter().zip(numbers).enumerate() {
             let cell = usize::try_from(element)

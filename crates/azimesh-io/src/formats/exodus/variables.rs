@@ -2,8 +2,8 @@
 
 use super::super::Notes;
 use super::super::netcdf::{File, Variable};
-use super::blocks::Block;
-use super::blocks::lines;
+use super::super::pieces::{Piece, joined, with_vectors};
+use super::blocks::{Block, lines};
 use super::sides::Faces;
 use crate::mesh::{DataArray, Values};
 use azimesh_core::error::Result;
@@ -39,9 +39,9 @@ pub(super) fn at_nodes(
                 None => continue,
             },
         };
-        scalars.push((name, values));
+        scalars.push(DataArray::scalar(name, values));
     }
-    arrays.extend(joined(scalars));
+    arrays.extend(with_vectors(scalars, vector));
     Ok(arrays)
 }
 
@@ -63,20 +63,25 @@ pub(super) fn at_cells(
     };
     let mut scalars = Vec::new();
     for (i, name) in lines(file, "name_elem_var", notes)?.into_iter().enumerate() {
-        let mut parts = Vec::new();
+        let mut pieces = Vec::new();
         for block in blocks {
             let variable = format!("vals_elem_var{}eb{}", i + 1, block.place);
             let Some(variable) = file.variable(&variable)? else {
                 continue;
             };
             let values = at_step(&variable, step, block.cells.len())?;
-            parts.push((block.cells.start, values));
+            let values = match values {
+                Values::F32(_) | Values::F64(_) => values,
+                other => Values::F64(other.to_f64().unwrap_or_default()),
+            };
+            let at = vec![block.cells.clone()];
+            pieces.push(Piece { at, values });
         }
-        if !parts.is_empty() {
-            scalars.push((name, placed(parts, faces)));
+        if !pieces.is_empty() {
+            scalars.push(DataArray::scalar(name, joined_with_faces(pieces, faces)));
         }
     }
-    arrays.extend(joined(scalars));
+    arrays.extend(with_vectors(scalars, vector));
     Ok(arrays)
 }
 
@@ -136,46 +141,15 @@ fn of_all(all: &Variable, step: usize, i: usize, n_nodes: usize) -> Result<Value
     Ok(values.select(1, &own))
 }
 
-/// Values of elements from the blocks that have them, each with its first element; elsewhere there is no number.
-fn placed(mut parts: Vec<(usize, Values)>, faces: &Faces) -> Values {
-    let n = faces.first;
-    let are_f32 = parts
-        .iter()
-        .all(|(_, values)| matches!(values, Values::F32(_)));
-    if are_f32 {
-        let mut all = vec![f32::NAN; n];
-        for (first, values) in &parts {
-            if let Values::F32(values) = values {
-                all[*first..first + values.len()].copy_from_slice(values);
-            }
-        }
-        all.extend(of_faces(&all, faces, f32::NAN));
-        return Values::F32(all);
+/// Values of elements from the blocks that have them, and of the faces of elements; elsewhere there is no number.
+fn joined_with_faces(pieces: Vec<Piece>, faces: &Faces) -> Values {
+    let mut values = joined(pieces, faces.first);
+    match &mut values {
+        Values::F32(values) => values.extend(of_faces(values, faces, f32::NAN)),
+        Values::F64(values) => values.extend(of_faces(values, faces, f64::NAN)),
+        _ => unreachable!("they are floating-point numbers"),
     }
-    let mut all = match &mut parts[..] {
-        [(0, Values::F64(values))] if values.len() == n => std::mem::take(values),
-        parts => {
-            let mut all = vec![f64::NAN; n];
-            for (first, values) in parts {
-                let values = reals(values);
-                all[*first..*first + values.len()].copy_from_slice(&values);
-            }
-            all
-        }
-    };
-    all.extend(of_faces(&all, faces, f64::NAN));
-    Values::F64(all)
-}
-
-fn reals(values: &Values) -> Vec<f64> {
-    match values {
-        Values::F64(values) => values.clone(),
-        Values::F32(values) => values.iter().map(|&x| x.into()).collect(),
-        other => {
-            let integers = other.to_integers().unwrap_or_default();
-            integers.into_iter().map(|x| x as f64).collect()
-        }
-    }
+    values
 }
 
 /// The values of the elements that faces are sides of.
@@ -184,64 +158,18 @@ fn of_faces<T: Copy>(values: &[T], faces: &Faces, none: T) -> Vec<T> {
     faces.of_cells.iter().map(of).collect()
 }
 
-/// Scalars, of which three that are named by axes become vectors: `displ_x`, `displ_y` and `displ_z` become `displ`.
-fn joined(scalars: Vec<(String, Values)>) -> Vec<DataArray> {
-    let mut scalars: Vec<Option<(String, Values)>> = scalars.into_iter().map(Some).collect();
-    let mut arrays = Vec::new();
-    for i in 0..scalars.len() {
-        let Some((name, values)) = scalars[i].take() else {
-            continue;
-        };
-        arrays.push(match others(&name, &values, &scalars) {
-            Some((stem, others)) => {
-                let others = others.map(|i| scalars[i].take().expect("it was just found").1);
-                vector(stem, &values, others)
-            }
-            None => DataArray::scalar(name, values),
-        });
-    }
-    arrays
-}
-
-/// The name of a vector, and where its other components are, where this is the first.
-fn others<'a>(
-    name: &'a str,
-    values: &Values,
-    scalars: &[Option<(String, Values)>],
-) -> Option<(&'a str, [usize; 2])> {
-    let (axis, axes) = match name.as_bytes().last()? {
-        b'x' => ('x', ['y', 'z']),
-        b'X' => ('X', ['Y', 'Z']),
+/// The name of the vector of which a scalar is the first component, and the names of the others: `displ_x`, `displ_y` and
+/// `displ_z` are `displ`.
+fn vector(first: &str) -> Option<(String, [String; 2])> {
+    let axes = match first.as_bytes().last()? {
+        b'x' => ["y", "z"],
+        b'X' => ["Y", "Z"],
         _ => return None,
     };
+    let start = &first[..first.len() - 1];
     // Two axes are a component of a tensor.
-    let is_axis = |c: char| "xyzXYZ".contains(c);
-    let start = name
-        .strip_suffix(axis)
-        .filter(|start| !start.ends_with(is_axis))?;
-    let find = |axis: char| {
-        scalars.iter().position(|scalar| {
-            scalar.as_ref().is_some_and(|(other, of)| {
-                other.strip_suffix(axis) == Some(start)
-                    && std::mem::discriminant(of) == std::mem::discriminant(values)
-            })
-        })
-    };
+    let is_tensor = start.ends_with(|c: char| "xyzXYZ".contains(c));
     let stem = start.strip_suffix('_').unwrap_or(start);
-    (!stem.is_empty()).then_some((stem, [find(axes[0])?, find(axes[1])?]))
-}
-
-fn vector(name: &str, x: &Values, [y, z]: [Values; 2]) -> DataArray {
-    macro_rules! interleaved {
-        ($($variant:ident),*) => {
-            match (x, y, z) {
-                $((Values::$variant(x), Values::$variant(y), Values::$variant(z)) => Values::$variant(
-                    x.iter().zip(y).zip(z).flat_map(|((&x, y), z)| [x, y, z]).collect(),
-                ),)*
-                _ => unreachable!("the three are of one type"),
-            }
-        };
-    }
-    let values = interleaved!(I8, U8, I16, U16, I32, U32, I64, U64, F32, F64);
-    DataArray::tuples(name, 3, values)
+    let names = || (stem.to_owned(), axes.map(|axis| format!("{start}{axis}")));
+    (!is_tensor && !stem.is_empty()).then(names)
 }

@@ -269,7 +269,13 @@ impl Small {
             .flat_map(|point| &point[..self.dimension]);
         let bytes: Vec<u8> = coordinates.flat_map(|x| x.to_le_bytes()).collect();
         let shape = [self.points.len() as u64, self.dimension as u64];
-        let one = tree.dataset(coords, "1", Element::F64, &shape, Data::Bytes(bytes.into()));
+        let one = tree.dataset(
+            coords,
+            "1",
+            Element::Float64,
+            &shape,
+            Data::Bytes(bytes.into()),
+        );
         ids(&mut tree, one, 1, self.points.len());
         let cells = tree.group(mesh, "cells");
         let zones = tree.group(cells, "zoneTopology");
@@ -334,7 +340,13 @@ impl Small {
                 let dataset = {
                     let bytes: Vec<u8> = list.iter().flat_map(|n| n.to_le_bytes()).collect();
                     let n = list.len() as u64;
-                    tree.dataset(group, name, Element::U32, &[n], Data::Bytes(bytes.into()))
+                    tree.dataset(
+                        group,
+                        name,
+                        Element::UInt32,
+                        &[n],
+                        Data::Bytes(bytes.into()),
+                    )
                 };
                 ids(tree, dataset, part.start + 1, part.end);
             }

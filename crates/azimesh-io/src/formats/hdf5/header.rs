@@ -7,6 +7,7 @@
 use super::index;
 use super::messages::{LINK, Links, Messages, link, with_checksum};
 use super::tree::{Attribute, Id, NOWHERE, Node, Storage};
+use crate::formats::vtk::number::Element;
 use azimesh_core::error::{Error, Result};
 
 /// Bytes of the superblock.
@@ -28,9 +29,9 @@ pub(super) fn object(node: &Node, place: &Storage, addresses: &[u64]) -> Result<
     match &node.dataset {
         Some(dataset) => {
             messages.push(1, 0, &dataspace(Some(&dataset.shape)))?;
-            messages.push(3, 1, &dataset.element.encode())?;
+            messages.push(3, 1, &datatype(dataset.element))?;
             messages.push(5, 1, &[3, 0x0a])?;
-            let element = dataset.element.size();
+            let element = size(dataset.element);
             let layout = layout(place, &dataset.shape, element, dataset.n_bytes());
             messages.push(8, 0, &layout)?;
         }
@@ -97,16 +98,19 @@ fn layout(place: &Storage, shape: &[u64], element: u64, n_bytes: u64) -> Vec<u8>
 }
 
 fn attribute_message(attribute: &Attribute) -> Vec<u8> {
-    let datatype = attribute.element.encode();
     let space = dataspace(attribute.shape.as_deref());
     let mut message = vec![3, 0];
-    for size in [attribute.name.len() + 1, datatype.len(), space.len()] {
+    for size in [
+        attribute.name.len() + 1,
+        attribute.datatype.len(),
+        space.len(),
+    ] {
         message.extend((size as u16).to_le_bytes());
     }
     message.push(1);
     message.extend(attribute.name.as_bytes());
     message.push(0);
-    message.extend(datatype);
+    message.extend(&attribute.datatype);
     message.extend(space);
     message.extend(&attribute.bytes);
     message
@@ -139,4 +143,54 @@ pub(super) fn heap(at: u64, strings: &[String]) -> (Vec<u8>, Vec<u8>) {
         heap[start + 8..start + 16].copy_from_slice(&size.to_le_bytes());
     }
     (heap, references)
+}
+
+/// Bytes of one value in a dataset; of a string those of a reference into a heap.
+pub(in crate::formats) fn size(element: Element) -> u64 {
+    match element {
+        Element::String => 16,
+        number => number.size() as u64,
+    }
+}
+
+/// The datatype message of numbers in the byte order of this machine, or of strings.
+pub(super) fn datatype(element: Element) -> Vec<u8> {
+    use Element::{Float32, Float64, Int8, Int16, Int32, Int64};
+    let order = u8::from(cfg!(target_endian = "big"));
+    let size = size(element) as u32;
+    let mut message = Vec::with_capacity(20);
+    match element {
+        // Called ASCII, as VTK wants it, whatever the bytes.
+        Element::String => {
+            message.extend([0x19, 1, 0, 0]);
+            message.extend(size.to_le_bytes());
+            message.extend(datatype(Element::UInt8));
+        }
+        Float32 | Float64 => {
+            let (sign, exponent_at, exponent, bias) = match element {
+                Float32 => (31, 23, 8, 127_u32),
+                _ => (63, 52, 11, 1023),
+            };
+            message.extend([0x11, 0x20 | order, sign, 0]);
+            message.extend(size.to_le_bytes());
+            let bits = sign + 1;
+            message.extend([0, 0, bits, 0, exponent_at, exponent, 0, exponent_at]);
+            message.extend(bias.to_le_bytes());
+        }
+        _ => {
+            let is_signed = matches!(element, Int8 | Int16 | Int32 | Int64);
+            message.extend([0x10, order | u8::from(is_signed) << 3, 0, 0]);
+            message.extend(size.to_le_bytes());
+            message.extend([0, 0]);
+            message.extend((size as u16 * 8).to_le_bytes());
+        }
+    }
+    message
+}
+
+/// The datatype message of ASCII text of so many bytes, ended by a zero (C's strings) or filled up with zeros.
+pub(super) fn text_type(bytes: u32, is_terminated: bool) -> Vec<u8> {
+    let mut message = vec![0x13, u8::from(!is_terminated), 0, 0];
+    message.extend(bytes.to_le_bytes());
+    message
 }

@@ -9,7 +9,7 @@
 //! tree.text_attribute(group, "Type", "UnstructuredGrid");
 //! tree.number_attribute(group, "Version", &[2_i64, 3], false);
 //! let points = Data::slice(mesh.points.as_flattened());                 // not copied
-//! tree.dataset(group, "Points", Element::F64, &[n_points, 3], points);
+//! tree.dataset(group, "Points", Element::Float64, &[n_points, 3], points);
 //! tree.write(out)?;
 //! ```
 //!
@@ -19,7 +19,7 @@
 //! let mut file = StepFile::create(path, Begin::Create, true)?;         // staged until the first step is complete
 //! let x = file.store(&Data::slice(&x))?;                               // keep `x` for later steps
 //! let mut tree = ...;                                                  // all that is in the file now
-//! tree.dataset(group, "CoordinateX", Element::F64, &[n], x);
+//! tree.dataset(group, "CoordinateX", Element::Float64, &[n], x);
 //! let hash = file.finish_step(&tree)?;
 //! file.commit()?;                                                      // from here on it can be read
 //! ```
@@ -37,7 +37,6 @@
 //! ```
 
 mod decode;
-mod element;
 mod header;
 mod index;
 mod messages;
@@ -49,7 +48,7 @@ mod whole;
 mod write;
 
 pub(super) use self::{
-    element::Element,
+    header::size,
     index::Chunks,
     messages::Links,
     read::{Dataset, File, Group, MissingFiles},
@@ -58,6 +57,7 @@ pub(super) use self::{
     tree::{Id, Payload, Stored, Tree},
     whole::{SIGNATURE, cut_off, first_bytes, is_hdf5},
 };
+pub(super) use super::vtk::number::Element;
 
 #[cfg(test)]
 mod tests;

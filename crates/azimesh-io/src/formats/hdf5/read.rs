@@ -211,8 +211,7 @@ impl Group {
 
     /// An attribute that is numbers or text.
     pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
-        let attribute = self.at_self(found(self.0.attribute(name)))?;
-        attribute_values(name, attribute)
+        attribute_values(name, self.at_self(found(self.0.attribute(name)))?)
     }
 
     fn subgroup(&self, inner: hdf5_reader::group::Group) -> Group {
@@ -290,8 +289,7 @@ impl Dataset {
 
     /// An attribute that is numbers or text.
     pub fn attribute(&self, name: &str) -> Result<Option<Values>> {
-        let attribute = at(self.name(), found(self.inner.attribute(name)))?;
-        attribute_values(name, attribute)
+        attribute_values(name, at(self.name(), found(self.inner.attribute(name)))?)
     }
 
     /// Numbers of values along each index; empty for a single value.
@@ -354,15 +352,8 @@ impl Dataset {
 
     /// All values, in their own type and the byte order of this machine.
     pub fn values(&self) -> Result<Values> {
-        let read = || {
-            with_number!(
-                self.inner.dtype(),
-                T, Variant => self.numbers::<T>().map(|bits| Variant(cast_vec(bits))),
-                |other: &Datatype| self.others(other)
-            )
-        };
-        let values = self.short.while_reading(&self.inner, read);
-        values.map_err(|error| error.dataset(self.name()))
+        let read = || self.read(None);
+        self.short.while_reading(&self.inner, read)
     }
 
     /// Refuses rows that are not there, and more than a file of this size can hold. Whoever reads
@@ -390,37 +381,38 @@ impl Dataset {
         if self.shape().is_empty() || rows == (0..self.n_rows()) {
             return self.values();
         }
-        with_number!(
+        self.read(Some(rows))
+    }
+
+    /// The values of some rows, or of all.
+    fn read(&self, rows: Option<Range<u64>>) -> Result<Values> {
+        let values = with_number!(
             self.inner.dtype(),
-            T, Variant => self.some_numbers::<T>(&rows).map(|bits| Variant(cast_vec(bits))),
-            |other: &Datatype| {
-                let Values::Text(text) = self.others(other)? else {
-                    return Err(unknown(other));
-                };
-                let row = self.row()?;
-                let part = rows.start as usize * row..rows.end as usize * row;
-                Ok(Values::Text(text[part].to_vec()))
+            T, Variant => self.numbers::<T>(rows).map(|bits| Variant(cast_vec(bits))),
+            |other: &Datatype| match (self.others(other)?, rows) {
+                (Values::Text(text), Some(rows)) => {
+                    let row = self.row()?;
+                    let part = rows.start as usize * row..rows.end as usize * row;
+                    Ok(Values::Text(text[part].to_vec()))
+                }
+                (_, Some(_)) => Err(unknown(other)),
+                (values, None) => Ok(values),
             }
-        )
-        .map_err(|error| error.dataset(self.name()))
+        );
+        values.map_err(|error| error.dataset(self.name()))
     }
 
-    fn numbers<T: H5Type>(&self) -> Result<Vec<T>> {
-        let array = self.inner.read_array_parallel::<T>().map_err(refused)?;
-        Ok(array.into_raw_vec_and_offset().0)
-    }
-
-    fn some_numbers<T: H5Type>(&self, rows: &Range<u64>) -> Result<Vec<T>> {
-        if rows.is_empty() {
-            return Ok(Vec::new());
-        }
-        let mut selection = SliceInfo::all(self.shape().len());
-        selection.selections[0] = SliceInfoElem::Slice {
-            start: rows.start,
-            end: rows.end,
-            step: 1,
+    fn numbers<T: H5Type>(&self, rows: Option<Range<u64>>) -> Result<Vec<T>> {
+        let array = match rows {
+            None => self.inner.read_array_parallel::<T>(),
+            Some(rows) if rows.is_empty() => return Ok(Vec::new()),
+            Some(Range { start, end }) => {
+                let step = 1;
+                let mut selection = SliceInfo::all(self.shape().len());
+                selection.selections[0] = SliceInfoElem::Slice { start, end, step };
+                self.inner.read_slice_parallel::<T>(&selection)
+            }
         };
-        let array = self.inner.read_slice_parallel::<T>(&selection);
         Ok(array.map_err(refused)?.into_raw_vec_and_offset().0)
     }
 

@@ -3,9 +3,10 @@
 //! Rows that are constant or grow by a constant are written ahead of the steps that need them. Others are in chunks,
 //! of which each step rewrites the last one.
 
-use super::element::{Element, Number};
+use super::header::size;
 use super::index::Chunks;
 use super::tree::{NOWHERE, Storage, Stored};
+use crate::formats::vtk::number::{Element, Number};
 use azimesh_core::error::Result;
 
 /// Bytes of the smallest chunk.
@@ -32,7 +33,7 @@ pub(in crate::formats) struct Rows {
 impl Rows {
     /// No row yet. Bytes of a row are those of some numbers of 8 bytes.
     pub fn new(element: Element, row: &[u64]) -> Self {
-        let row_bytes = (row.iter().product::<u64>() * element.size()) as usize;
+        let row_bytes = (row.iter().product::<u64>() * size(element)) as usize;
         assert!(row_bytes.is_multiple_of(8), "rows must be of 8-byte words");
         Self {
             element,

@@ -12,7 +12,7 @@ use super::header::{self, SUPERBLOCK};
 use super::index::Chunks;
 use super::messages::Links;
 use super::rows::Rows;
-use super::tree::{NOWHERE, Payload, Storage, Stored, Tree};
+use super::tree::{Id, NOWHERE, Payload, Storage, Stored, Tree};
 use super::write::{ALIGNMENT, failed, headers, stored_bytes, write_data};
 use crate::formats::Begin;
 use crate::formats::column::Data;
@@ -92,10 +92,37 @@ impl StepFile {
     /// Appends the root of a tree and all below it, for a group of this step or of later ones
     /// ([`Links::add`], [`Tree::object`]).
     pub fn store_object(&mut self, tree: &Tree) -> Result<Stored> {
-        let nodes = 0..tree.nodes.len();
-        let places: Result<Vec<Storage>> = nodes.map(|i| self.storage(tree, i)).collect();
-        let places = places?;
-        let address = headers(tree, &places, |header| self.put(&header))?;
+        let mut addresses = vec![NOWHERE; tree.nodes.len()];
+        self.store_nodes(tree, &tree.below(Tree::ROOT), &mut addresses)
+    }
+
+    /// Appends the children of a group and all below them, except one, and adds them to the children of a group of later
+    /// steps.
+    pub fn store_children(
+        &mut self,
+        tree: &Tree,
+        of: Id,
+        except: Option<Id>,
+        links: &mut Links,
+    ) -> Result<()> {
+        let mut addresses = vec![NOWHERE; tree.nodes.len()];
+        let children = &tree.nodes[of.0].children;
+        for (name, child) in children.iter().filter(|(_, id)| Some(*id) != except) {
+            let nodes = tree.below(*child);
+            links.add(name, self.store_nodes(tree, &nodes, &mut addresses)?)?;
+        }
+        Ok(())
+    }
+
+    fn store_nodes(
+        &mut self,
+        tree: &Tree,
+        nodes: &[usize],
+        addresses: &mut [u64],
+    ) -> Result<Stored> {
+        let places: Result<Vec<Storage>> = nodes.iter().map(|i| self.storage(tree, *i)).collect();
+        let nodes = nodes.iter().copied().zip(places?);
+        let address = headers(tree, nodes, addresses, |header| self.put(&header))?;
         Ok(Stored { address })
     }
 

@@ -32,18 +32,14 @@ fn a_tree_is_read_back_in_the_order_it_was_made() {
     let names_of = ["blade".to_owned(), String::new(), "größe".to_owned()];
     let mut tree = Tree::new();
     let zone = tree.group(Tree::ROOT, "zone");
-    let label = Element::Text {
-        bytes: 33,
-        terminated: true,
-    };
-    tree.padded_attribute(zone, "label", "Zone_t", label);
+    tree.text_field(zone, "label", "Zone_t", (33, true));
     tree.text_attribute(zone, "Type", "UnstructuredGrid");
     tree.number_attribute(zone, "flags", &[1_i32], false);
     tree.number_attribute(zone, "one", &[2.5_f64], true);
     let point = tree.numbers(zone, "x", &[1.0, 2.5, -1e300]);
     tree.number_attribute(point, "unit", &[7_u8], true);
     let made = Data::made(|sink| (0..6_i16).try_for_each(|i| sink(&i.to_ne_bytes())));
-    tree.dataset(zone, "a", Element::I16, &[3, 2], made);
+    tree.dataset(zone, "a", Element::Int16, &[3, 2], made);
     tree.dataset(zone, "names", Element::String, &[3], Data::text(&names_of));
     tree.numbers::<f32>(zone, "empty", &[]);
     tree.group(Tree::ROOT, "another");
@@ -142,9 +138,9 @@ impl Sequence {
             file,
             chunks: Chunks::new(2),
             links: Links::default(),
-            steps: Rows::new(Element::U64, &[]),
-            names: Rows::new(Element::I8, &[32]),
-            alike: Rows::new(Element::I64, &[]),
+            steps: Rows::new(Element::UInt64, &[]),
+            names: Rows::new(Element::Int8, &[32]),
+            alike: Rows::new(Element::Int64, &[]),
             n: 0,
         }
     }
@@ -171,7 +167,7 @@ impl Sequence {
         }
         let mut tree = Tree::new();
         let group = tree.group(Tree::ROOT, "same");
-        tree.dataset(group, "fixed", Element::U8, &[3], self.fixed);
+        tree.dataset(group, "fixed", Element::UInt8, &[3], self.fixed);
         let group = tree.group(Tree::ROOT, "links");
         tree.links(group, &self.links);
         tree.numbers(group, "last", &[step]);
@@ -179,7 +175,13 @@ impl Sequence {
             rows: 2,
             chunks: &self.chunks,
         };
-        tree.dataset(Tree::ROOT, "x", Element::F64, &[2 * (step + 1), 2], data);
+        tree.dataset(
+            Tree::ROOT,
+            "x",
+            Element::Float64,
+            &[2 * (step + 1), 2],
+            data,
+        );
         tree.rows(Tree::ROOT, "steps", &self.steps);
         tree.rows(Tree::ROOT, "names", &self.names);
         tree.rows(Tree::ROOT, "alike", &self.alike);

@@ -1,10 +1,11 @@
 //! The content of a file: groups, datasets and attributes, before they have addresses.
 
-use super::element::{Element, Number};
+use super::header::{datatype, size, text_type};
 use super::index::Chunks;
 use super::messages::Links;
 use super::rows::Rows;
 use crate::formats::column::Data;
+use crate::formats::vtk::number::{Element, Number};
 
 /// The undefined address.
 pub(super) const NOWHERE: u64 = u64::MAX;
@@ -98,7 +99,7 @@ impl<'a> Node<'a> {
 
 pub(super) struct Attribute {
     pub name: String,
-    pub element: Element,
+    pub datatype: Vec<u8>,
     pub shape: Option<Vec<u64>>,
     pub bytes: Vec<u8>,
 }
@@ -111,7 +112,7 @@ pub(super) struct Dataset<'a> {
 
 impl Dataset<'_> {
     pub fn n_bytes(&self) -> u64 {
-        self.shape.iter().product::<u64>() * self.element.size()
+        self.shape.iter().product::<u64>() * size(self.element)
     }
 }
 
@@ -178,24 +179,24 @@ impl<'a> Tree<'a> {
     /// Adds an attribute of text that takes as many bytes as it has, at least one, without a zero
     /// at the end.
     pub fn text_attribute(&mut self, of: Id, name: &str, text: &str) {
-        let bytes = text.len().max(1) as u32;
-        let terminated = false;
-        self.padded_attribute(of, name, text, Element::Text { bytes, terminated });
+        let size = text.len().max(1);
+        self.text_field(of, name, text, (size, false));
     }
 
-    /// Adds an attribute of text in a field of fixed size, zeros after it; text that is too long
-    /// is cut.
-    pub fn padded_attribute(&mut self, of: Id, name: &str, text: &str, element: Element) {
+    /// Adds an attribute of text in a field of so many bytes, zeros after it, at least one if it is terminated; text that
+    /// is too long is cut.
+    pub fn text_field(
+        &mut self,
+        of: Id,
+        name: &str,
+        text: &str,
+        (size, is_terminated): (usize, bool),
+    ) {
         let mut bytes = text.as_bytes().to_vec();
-        let size = element.size() as usize;
-        if let Element::Text {
-            terminated: true, ..
-        } = element
-        {
-            bytes.truncate(size.saturating_sub(1));
-        }
+        bytes.truncate(size - usize::from(is_terminated));
         bytes.resize(size, 0);
-        self.attribute(of, name, element, None, bytes);
+        let datatype = text_type(size as u32, is_terminated);
+        self.attribute(of, name, datatype, None, bytes);
     }
 
     /// Adds an attribute of numbers: a scalar where `is_scalar`, else with one index.
@@ -208,23 +209,40 @@ impl<'a> Tree<'a> {
     ) {
         let shape = (!is_scalar).then(|| vec![values.len() as u64]);
         let bytes = bytemuck::cast_slice(values).to_vec();
-        self.attribute(of, name, T::ELEMENT, shape, bytes);
+        self.attribute(of, name, datatype(T::ELEMENT), shape, bytes);
     }
 
     fn attribute(
         &mut self,
         of: Id,
         name: &str,
-        element: Element,
+        datatype: Vec<u8>,
         shape: Option<Vec<u64>>,
         bytes: Vec<u8>,
     ) {
         self.nodes[of.0].attributes.push(Attribute {
             name: name.to_owned(),
-            element,
+            datatype,
             shape,
             bytes,
         });
+    }
+
+    /// A node and all nodes below it, in the order in which they were added.
+    pub(super) fn below(&self, Id(top): Id) -> Vec<usize> {
+        let mut nodes = vec![top];
+        let mut next = 0;
+        while let Some(&node) = nodes.get(next) {
+            nodes.extend(
+                self.nodes[node]
+                    .children
+                    .iter()
+                    .map(|(_, Id(child))| *child),
+            );
+            next += 1;
+        }
+        nodes.sort_unstable();
+        nodes
     }
 
     fn add(&mut self, parent: Id, name: &str, node: Node<'a>) -> Id {

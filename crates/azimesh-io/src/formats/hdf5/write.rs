@@ -54,7 +54,9 @@ impl Tree<'_> {
 /// Headers one after another from address `start` on, and the address of the root group's.
 fn headers_from(start: u64, tree: &Tree, places: &[Storage]) -> Result<(Vec<u8>, u64)> {
     let mut bytes = Vec::new();
-    let root = headers(tree, places, |header| {
+    let mut addresses = vec![NOWHERE; tree.nodes.len()];
+    let nodes = places.iter().cloned().enumerate();
+    let root = headers(tree, nodes, &mut addresses, |header| {
         let address = start + bytes.len() as u64;
         bytes.extend(header);
         bytes.resize(bytes.len().next_multiple_of(8), 0);
@@ -63,21 +65,24 @@ fn headers_from(start: u64, tree: &Tree, places: &[Storage]) -> Result<(Vec<u8>,
     Ok((bytes, root))
 }
 
-/// Makes the headers of all nodes, children first; `put` gives each its address. Gives the address
-/// of the root group's.
+/// Makes the headers of a node and of all nodes below it, the last one first; `put` gives each its address. Gives the
+/// address of the first.
 pub(super) fn headers(
     tree: &Tree,
-    places: &[Storage],
+    nodes: impl DoubleEndedIterator<Item = (usize, Storage)>,
+    addresses: &mut [u64],
     mut put: impl FnMut(Vec<u8>) -> Result<u64>,
 ) -> Result<u64> {
-    let mut addresses = vec![NOWHERE; tree.nodes.len()];
-    for id in (0..tree.nodes.len()).rev() {
-        addresses[id] = match tree.nodes[id].object {
+    let mut last = NOWHERE;
+    for (id, place) in nodes.rev() {
+        let node = &tree.nodes[id];
+        last = match node.object {
             Some(object) => object.address,
-            None => put(header::object(&tree.nodes[id], &places[id], &addresses)?)?,
+            None => put(header::object(node, &place, addresses)?)?,
         };
+        addresses[id] = last;
     }
-    Ok(addresses[0])
+    Ok(last)
 }
 
 /// Bytes that the values take in the file, with the heap of strings.

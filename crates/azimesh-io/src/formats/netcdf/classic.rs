@@ -26,22 +26,15 @@ pub(in super::super) struct Classic<'a> {
     /// Index of the dimension of the records.
     record: Option<usize>,
     n_records: usize,
-    /// Bytes from one record to the next.
-    record_size: u64,
-    variables: BTreeMap<String, Header<'a>>,
+    variables: BTreeMap<String, Stored<'a>>,
 }
 
-/// A variable in the header.
-struct Header<'a> {
-    dimensions: Vec<usize>,
-    element: Element,
-    start: u64,
-    attributes: BTreeMap<String, &'a [u8]>,
-}
-
-/// Where the values of a variable are.
+/// Position of the values of a variable.
+#[derive(Clone)]
 pub(in super::super) struct Stored<'a> {
     bytes: &'a [u8],
+    /// Indices of its dimensions, and their lengths.
+    dimensions: Vec<usize>,
     pub(super) shape: Vec<usize>,
     element: Element,
     start: u64,
@@ -66,7 +59,6 @@ impl<'a> Classic<'a> {
             dimensions: Vec::new(),
             record: None,
             n_records: 0,
-            record_size: 0,
             variables: BTreeMap::new(),
         };
         for i in 0..cursor.list(DIMENSIONS, "dimensions")? {
@@ -81,14 +73,14 @@ impl<'a> Classic<'a> {
         cursor.attributes()?;
         for _ in 0..cursor.list(VARIABLES, "variables")? {
             let name = cursor.name()?;
-            let header = classic.header(&mut cursor)?;
-            classic.variables.insert(name, header);
+            let variable = classic.header(&mut cursor)?;
+            classic.variables.insert(name, variable);
         }
-        classic.lay_out_records(n_records);
+        classic.lay_out(n_records);
         Ok(classic)
     }
 
-    fn header(&self, cursor: &mut Cursor<'a>) -> Result<Header<'a>> {
+    fn header(&self, cursor: &mut Cursor<'a>) -> Result<Stored<'a>> {
         let n = cursor.size("the number of dimensions of a variable")?;
         let mut dimensions = Vec::new();
         for _ in 0..n {
@@ -111,60 +103,41 @@ impl<'a> Classic<'a> {
             1 => u64::from(cursor.word("the place of a variable")?),
             _ => cursor.long("the place of a variable")?,
         };
-        Ok(Header {
+        Ok(Stored {
+            bytes: self.bytes,
             dimensions,
+            shape: Vec::new(),
             element,
             start,
+            stride: 0,
             attributes,
         })
     }
 
-    /// Bytes of a row of a variable of records, of all of another; `None` where they are too many.
-    fn row(&self, header: &Header) -> Option<u64> {
-        let fixed = header
-            .dimensions
-            .iter()
-            .filter(|i| Some(**i) != self.record);
-        let size = header.element.size() as u64;
-        fixed
-            .map(|i| self.dimensions[*i].1 as u64)
-            .try_fold(size, u64::checked_mul)
-    }
-
-    fn is_of_records(&self, header: &Header) -> bool {
-        header
-            .dimensions
-            .first()
-            .is_some_and(|first| Some(*first) == self.record)
-    }
-
-    /// Finds the size of a record: its variables are each filled up to a multiple of four bytes, but for one alone.
-    fn lay_out_records(&mut self, n_records: u64) {
-        let of_records: Vec<&Header> = self
-            .variables
-            .values()
-            .filter(|header| self.is_of_records(header))
-            .collect();
-        let rows: Vec<u64> = of_records
-            .iter()
-            .map(|header| self.row(header).unwrap_or(u64::MAX / 4))
-            .collect();
-        self.record_size = match rows[..] {
+    /// Finds the shape of each variable, and the size of a record: its variables are each filled up to a multiple of four
+    /// bytes, but for one alone.
+    fn lay_out(&mut self, n_records: u64) {
+        let record = self.record;
+        let is_of_records =
+            |variable: &Stored| record.is_some() && variable.dimensions.first().copied() == record;
+        self.set_shapes(1);
+        let of_records = self.variables.values().filter(|of| is_of_records(of));
+        let rows: Vec<u64> = of_records.clone().map(Stored::row).collect();
+        let record_size = match rows[..] {
             [row] => row,
-            _ => rows.iter().fold(0, |sum, row| {
+            _ => rows.iter().fold(0_u64, |sum, row| {
                 sum.saturating_add(row.saturating_add(3) / 4 * 4)
             }),
         };
-        let start = of_records.iter().map(|header| header.start).min();
         // A file whose writer did not finish has no number of records: those that are there count.
         let streaming = if self.version == 5 {
             u64::MAX
         } else {
             u32::MAX.into()
         };
-        let there = start.map_or(0, |start| {
+        let there = of_records.map(|of| of.start).min().map_or(0, |start| {
             let left = (self.bytes.len() as u64).saturating_sub(start);
-            left.checked_div(self.record_size).unwrap_or(0)
+            left.checked_div(record_size).unwrap_or(0)
         });
         let n = if n_records == streaming {
             there
@@ -172,6 +145,27 @@ impl<'a> Classic<'a> {
             n_records
         };
         self.n_records = usize::try_from(n).unwrap_or(usize::MAX);
+        self.set_shapes(self.n_records);
+        for variable in self.variables.values_mut() {
+            variable.stride = if is_of_records(variable) {
+                record_size
+            } else {
+                variable.row()
+            };
+        }
+    }
+
+    fn set_shapes(&mut self, n_records: usize) {
+        let length = |i: &usize| {
+            if Some(*i) == self.record {
+                n_records
+            } else {
+                self.dimensions[*i].1
+            }
+        };
+        for variable in self.variables.values_mut() {
+            variable.shape = variable.dimensions.iter().map(length).collect();
+        }
     }
 
     /// The format's name.
@@ -185,18 +179,13 @@ impl<'a> Classic<'a> {
 
     /// The length of a dimension.
     pub fn length(&self, dimension: &str) -> Option<usize> {
-        let found = self
-            .dimensions
-            .iter()
-            .position(|(name, _)| name == dimension)?;
-        Some(self.length_of(found))
-    }
-
-    fn length_of(&self, dimension: usize) -> usize {
-        match Some(dimension) == self.record {
-            true => self.n_records,
-            false => self.dimensions[dimension].1,
-        }
+        let mut dimensions = self.dimensions.iter();
+        let found = dimensions.position(|(name, _)| name == dimension)?;
+        Some(if Some(found) == self.record {
+            self.n_records
+        } else {
+            self.dimensions[found].1
+        })
     }
 
     /// Names of the variables.
@@ -206,33 +195,24 @@ impl<'a> Classic<'a> {
 
     /// The variable of this name.
     pub fn variable(&self, name: &str) -> Option<Stored<'a>> {
-        let header = self.variables.get(name)?;
-        let shape: Vec<usize> = header
-            .dimensions
-            .iter()
-            .map(|i| self.length_of(*i))
-            .collect();
-        let row = shape.iter().skip(1).map(|n| *n as u64);
-        let row = row.fold(header.element.size() as u64, u64::saturating_mul);
-        Some(Stored {
-            bytes: self.bytes,
-            shape,
-            element: header.element,
-            start: header.start,
-            stride: if self.is_of_records(header) {
-                self.record_size
-            } else {
-                row
-            },
-            attributes: header.attributes.clone(),
-        })
+        self.variables.get(name).cloned()
     }
 }
 
 impl<'a> Stored<'a> {
+    /// Bytes of a row.
+    fn row(&self) -> u64 {
+        let row = self.shape.iter().skip(1).map(|n| *n as u64);
+        row.fold(self.element.size() as u64, u64::saturating_mul)
+    }
+
+    fn n_rows(&self) -> usize {
+        self.shape.first().copied().unwrap_or(1)
+    }
+
     /// Values of some rows.
     pub fn rows(&self, rows: Range<usize>) -> Result<Data<'a>> {
-        let n_rows = self.shape.first().copied().unwrap_or(1);
+        let n_rows = self.n_rows();
         if rows.start > rows.end || rows.end > n_rows {
             let (start, end) = (rows.start, rows.end);
             return Err(Error::input(format!(
@@ -247,8 +227,7 @@ impl<'a> Stored<'a> {
         if self.element != Element::String {
             return Err(Error::input("it must be text"));
         }
-        let n_rows = self.shape.first().copied().unwrap_or(1);
-        Ok(self.bytes_of(0..n_rows)?.into_owned())
+        Ok(self.bytes_of(0..self.n_rows())?.into_owned())
     }
 
     /// The bytes of an attribute that is text.
@@ -257,8 +236,7 @@ impl<'a> Stored<'a> {
     }
 
     fn bytes_of(&self, rows: Range<usize>) -> Result<Cow<'a, [u8]>> {
-        let row = self.shape.iter().skip(1).map(|n| *n as u64);
-        let row = row.fold(self.element.size() as u64, u64::saturating_mul);
+        let row = self.row();
         let start = |row: usize| {
             (row as u64)
                 .saturating_mul(self.stride)

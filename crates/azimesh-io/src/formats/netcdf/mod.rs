@@ -5,8 +5,9 @@
 //! classic   CDF-1, CDF-2 and CDF-5: the header, and where the values of each variable lie
 //! ```
 //!
-//! The crate `netcdf-reader` (0.9) reads these formats too, but its errors about damaged headers (`InvalidData`) have no
-//! byte offset. It returns copies of values, while values are read here in the mapped file.
+//! The crate `netcdf-reader` (0.12) reads these formats too, but its errors about damaged headers (`InvalidData`) have no
+//! byte offset, names must be UTF-8, each dimension of length 0 is one of records, and it returns copies of values, while values
+//! are read here in the mapped file.
 //!
 //! netCDF-4 files are HDF5 and are read as such: a dimension is a dataset of its length, a variable a dataset.
 

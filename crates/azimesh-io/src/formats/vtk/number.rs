@@ -99,6 +99,8 @@ pub(in crate::formats) use with_type;
 
 /// A number as a file holds it.
 pub trait Number: bytemuck::Pod + Send + Sync {
+    /// Its type.
+    const ELEMENT: Element;
     /// From as many bytes as it has, in the byte order of this machine.
     #[inline]
     fn from_bytes(bytes: &[u8]) -> Self {
@@ -117,7 +119,8 @@ pub trait Number: bytemuck::Pod + Send + Sync {
 }
 
 macro_rules! integer {
-    ($($T:ident),*) => { $(impl Number for $T {
+    ($($T:ident $element:ident),*) => { $(impl Number for $T {
+        const ELEMENT: Element = Element::$element;
         fn swapped(self) -> Self {
             self.swap_bytes()
         }
@@ -142,7 +145,7 @@ macro_rules! integer {
         }
     })* };
 }
-integer!(i8, u8, i16, u16, i32, u32, i64, u64);
+integer!(i8 Int8, u8 UInt8, i16 Int16, u16 UInt16, i32 Int32, u32 UInt32, i64 Int64, u64 UInt64);
 
 fn parse_digits(digits: &[u8]) -> Option<u64> {
     if digits.is_empty() {
@@ -156,7 +159,8 @@ fn parse_digits(digits: &[u8]) -> Option<u64> {
 }
 
 macro_rules! float {
-    ($($T:ident),*) => { $(impl Number for $T {
+    ($($T:ident $element:ident),*) => { $(impl Number for $T {
+        const ELEMENT: Element = Element::$element;
         fn swapped(self) -> Self {
             Self::from_bits(self.to_bits().swap_bytes())
         }
@@ -175,7 +179,7 @@ macro_rules! float {
         }
     })* };
 }
-float!(f32, f64);
+float!(f32 Float32, f64 Float64);
 
 /// The bytes of the numbers in `text`, separated by white space; or the place of a word that is no such number, and a
 /// sentence about it.

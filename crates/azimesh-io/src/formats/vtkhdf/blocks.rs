@@ -1,6 +1,6 @@
 //! The datasets of a mesh, and notes on what they leave out.
 
-use super::super::column::{BLOCK, Column, Data, Sink, stream_integers};
+use super::super::column::{BLOCK, Column, Data, Sink, starts, stream_integers};
 use super::super::vtk::arrays::{VtkArrays, ends_of};
 use super::super::vtk::number::Element;
 use crate::formats::Notes;
@@ -132,7 +132,7 @@ impl<'a> Blocks<'a> {
     fn add_faces(&mut self, mesh: &'a MeshView<'a>, plan: &VtkArrays) {
         let cells = mesh.cells;
         let (n_faces, n_entries) = polyhedra(cells).fold((0, 0), |(faces, entries), cell| {
-            let (n, stream) = (n_faces_of(cells, cell), cells.face_stream(cell));
+            let (n, stream) = (cells.n_faces(cell), cells.face_stream(cell));
             let n_nodes = stream.unwrap_or(&[]).len().saturating_sub(1 + n);
             (faces + n as u64, entries + n_nodes as u64)
         });
@@ -156,14 +156,8 @@ impl<'a> Blocks<'a> {
         let cell_starts = Data::made(move |sink| {
             let of_mesh = cells.runs().flat_map(|run| {
                 let is_polyhedron = run.kind == CellKind::Polyhedron;
-                let n = move |cell| {
-                    if is_polyhedron {
-                        n_faces_of(cells, cell)
-                    } else {
-                        0
-                    }
-                };
-                (run.first_cell..run.first_cell + run.n_cells()).map(n)
+                let n = move |cell| is_polyhedron.then(|| cells.n_faces(cell));
+                run.range().map(move |cell| n(cell).unwrap_or(0))
             });
             let lengths = of_mesh.chain(std::iter::repeat_n(0, n_more));
             stream_integers(starts(lengths), wide_faces, sink)
@@ -217,28 +211,11 @@ fn offsets<'a>(mesh: &'a MeshView<'a>, plan: &VtkArrays, wide: bool) -> Data<'a>
     ])
 }
 
-/// Start of each item of a list, and the end of the last.
-fn starts(lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = i64> {
-    let mut end = 0;
-    let ends = lengths.map(move |n| {
-        end += n as i64;
-        end
-    });
-    std::iter::once(0).chain(ends)
-}
-
 fn polyhedra(cells: &Cells) -> impl Iterator<Item = usize> {
     let runs = cells.runs().filter(|run| run.kind == CellKind::Polyhedron);
-    runs.flat_map(|run| run.first_cell..run.first_cell + run.n_cells())
+    runs.flat_map(|run| run.range())
 }
 
 fn faces(cells: &Cells) -> impl Iterator<Item = &[u32]> {
     polyhedra(cells).flat_map(|cell| cells.polyhedron_faces(cell))
-}
-
-fn n_faces_of(cells: &Cells, polyhedron: usize) -> usize {
-    let n = cells
-        .face_stream(polyhedron)
-        .and_then(|stream| stream.first());
-    n.map_or(0, |n| *n as usize)
 }

@@ -19,10 +19,10 @@ fn two_vertices(point_offsets: &[i64], connectivity: &[u64]) -> Result<Mesh> {
         tree.numbers(root, name, &[1_i64, 1]);
     }
     let points = Data::owned(&[0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0]);
-    tree.dataset(root, "Points", Element::F64, &[2, 3], points);
+    tree.dataset(root, "Points", Element::Float64, &[2, 3], points);
     let nodes = vec![0_u8; 8 * connectivity.iter().product::<u64>() as usize];
     let nodes = Data::owned(&nodes);
-    tree.dataset(root, "Connectivity", Element::I64, connectivity, nodes);
+    tree.dataset(root, "Connectivity", Element::Int64, connectivity, nodes);
     tree.numbers(root, "Offsets", &[0_i64, 1, 0, 1]);
     tree.numbers(root, "Types", &[1_u8, 1]);
     let steps = tree.group(root, "Steps");
@@ -69,7 +69,7 @@ fn with_arrays(point: usize, cell: usize, n_points: i64) -> Result<(Mesh, Notes)
         tree.numbers(root, name, &[2_i64]);
     }
     let points = Data::owned(&[0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0]);
-    tree.dataset(root, "Points", Element::F64, &[2, 3], points);
+    tree.dataset(root, "Points", Element::Float64, &[2, 3], points);
     tree.numbers(root, "Connectivity", &[0_i64, 1]);
     tree.numbers(root, "Offsets", &[0_i64, 1, 2]);
     tree.numbers(root, "Types", &[1_u8, 1]);

@@ -1,7 +1,8 @@
 //! A file that takes one mesh after another: cells once, positions and arrays as they change.
 
 use super::super::column::Data;
-use super::super::hdf5::{Chunks, Element, Links, Payload, Rows, StepFile, Stored, Tree};
+use super::super::growing::hasher_of_cells;
+use super::super::hdf5::{Chunks, Element, Links, Payload, Rows, StepFile, Stored, Tree, size};
 use super::super::portable::not_taken;
 use super::super::vtk::arrays::VtkArrays;
 use super::super::vtk::order;
@@ -9,7 +10,7 @@ use super::super::{Begin, SequenceFile, WriteOptions};
 use super::blocks::{Block, Blocks, NAMES, shape};
 use super::write::Grid;
 use crate::formats::Notes;
-use crate::mesh::{CellKind, MeshView};
+use crate::mesh::MeshView;
 use azimesh_core::error::{Error, Result};
 use std::path::Path;
 
@@ -144,7 +145,7 @@ impl SequenceFile for Sequence {
 impl Sequence {
     /// Writes the cells, or makes sure that they are those of the first step.
     fn fix(&mut self, mesh: &MeshView, blocks: &Blocks) -> Result<()> {
-        let hash = hash_of(mesh);
+        let hash = hasher_of_cells(mesh).finalize();
         if let Some(topology) = &self.content.topology {
             if topology.hash == hash && topology.counts == blocks.counts {
                 return Ok(());
@@ -156,21 +157,21 @@ impl Sequence {
         }
         let mut datasets = Links::default();
         for (name, n) in &blocks.counts {
-            let tree = Tree::of_dataset(Element::I64, &[1], Data::owned(&[*n as i64]));
+            let tree = Tree::of_dataset(Element::Int64, &[1], Data::owned(&[*n as i64]));
             datasets.add(name, self.file.store_object(&tree)?)?;
         }
         for Block { column, .. } in &blocks.cells {
             let stored = self.file.store(&column.data)?;
             let shape = [column.n_tuples as u64];
-            let tree = Tree::of_dataset(column.element.into(), &shape, stored);
+            let tree = Tree::of_dataset(column.element, &shape, stored);
             datasets.add(column.name, self.file.store_object(&tree)?)?;
         }
         self.file.store_links(&mut datasets)?;
         let has_polyhedra = mesh.cells.has_polyhedra();
         let names = &COLUMNS[..if has_polyhedra { 8 } else { 5 }];
         let columns = names.iter().map(|&name| match name {
-            VALUES => (name, Rows::new(Element::F64, &[])),
-            _ => (name, Rows::new(Element::I64, &[])),
+            VALUES => (name, Rows::new(Element::Float64, &[])),
+            _ => (name, Rows::new(Element::Int64, &[])),
         });
         self.content.columns = columns.collect();
         self.content.topology = Some(Topology {
@@ -202,8 +203,7 @@ impl Sequence {
         }
         let series = &mut all[at];
         let shape = (column.n_tuples as u64, column.n_components as u64);
-        if (series.element, (series.n_rows, series.n_components)) != (column.element.into(), shape)
-        {
+        if (series.element, (series.n_rows, series.n_components)) != (column.element, shape) {
             return changed("has another type or length than in the first step");
         }
         let hash = column.data.hash()?;
@@ -299,8 +299,8 @@ impl Series {
     fn new(block: &Block, chunk_limit: u64) -> Self {
         let column = &block.column;
         let (n_rows, n_components) = (column.n_tuples as u64, column.n_components as u64);
-        let element = Element::from(column.element);
-        let n_chunks = (n_rows * n_components * element.size()).div_ceil(chunk_limit);
+        let element = column.element;
+        let n_chunks = (n_rows * n_components * size(element)).div_ceil(chunk_limit);
         let n_chunks = n_chunks.max(1);
         Self {
             group: block.group,
@@ -314,8 +314,8 @@ impl Series {
             chunks: Chunks::new(shape(1, n_components).len()),
             last: None,
             object: None,
-            offsets: Rows::new(Element::I64, &[]),
-            sizes: Rows::new(Element::I64, &[2]),
+            offsets: Rows::new(Element::Int64, &[]),
+            sizes: Rows::new(Element::Int64, &[2]),
         }
     }
 
@@ -326,7 +326,7 @@ impl Series {
 
     /// Bytes of a row.
     fn row(&self) -> u64 {
-        self.n_components * self.element.size()
+        self.n_components * size(self.element)
     }
 
     /// Adds the rows of a step.
@@ -358,25 +358,4 @@ impl Series {
         grid.tree
             .dataset(parent, &self.name, self.element, &shape, data);
     }
-}
-
-/// A hash of the kinds and the nodes of all cells.
-fn hash_of(mesh: &MeshView) -> blake3::Hash {
-    let cells = mesh.cells;
-    let mut hasher = blake3::Hasher::new();
-    // Nodes on several ranks are those of the same mesh at every step.
-    if mesh.by_ranks.is_none() {
-        hasher.update_rayon(bytemuck::cast_slice(cells.connectivity()));
-    }
-    for run in cells.runs() {
-        let n = [u64::from(run.kind.vtk()), run.n_nodes as u64];
-        hasher.update(bytemuck::cast_slice(&n));
-        hasher.update(&run.n_cells().to_ne_bytes());
-        if run.kind == CellKind::Polyhedron {
-            for cell in run.first_cell..run.first_cell + run.n_cells() {
-                hasher.update(bytemuck::cast_slice(cells.face_stream(cell).unwrap_or(&[])));
-            }
-        }
-    }
-    hasher.finalize()
 }

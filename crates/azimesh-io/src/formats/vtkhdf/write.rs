@@ -32,9 +32,9 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     for block in blocks.arrays {
         let (parent, column) = (grid.group(block.group), block.column);
         let shape = shape(column.n_tuples as u64, column.n_components as u64);
-        let element = column.element.into();
+        let (name, element) = (column.name, column.element);
         grid.tree
-            .dataset(parent, column.name, element, &shape, column.data);
+            .dataset(parent, name, element, &shape, column.data);
     }
     grid.tree.write(out)?;
     Ok(blocks.notes)

@@ -20,8 +20,8 @@ mod solid;
 #[cfg(test)]
 mod tests;
 
-use super::{CellKind, CellRef, CellSet, Cells, Group, Mesh, too_many};
-use azimesh_core::error::{Error, Result};
+use super::{CellKind, CellRef, CellSet, Cells, Group, Mesh};
+use azimesh_core::error::Result;
 use azimesh_core::parallel::{SMALL_BLOCK, map_blocks};
 use nodes::{FaceNodes, NewNodes};
 use std::ops::Range;
@@ -218,17 +218,9 @@ impl Draft {
         }
     }
 
-    /// Makes sure that so many further cells can be indexed.
-    fn check_room(&self, n: usize) -> Result<()> {
-        match self.cells.len().checked_add(n) {
-            Some(total) if total < u32::MAX as usize => Ok(()),
-            _ => Err(Error::input(too_many("cells"))),
-        }
-    }
-
     /// Adds cells as they are.
     fn keep(&mut self, cells: &Cells, range: Range<usize>) -> Result<()> {
-        self.check_room(range.len())?;
+        self.cells.check_space(range.len())?;
         for run in cells.runs_in(range.clone()) {
             self.cells.push_run(run.kind, run.n_nodes, run.connectivity);
         }
@@ -251,7 +243,7 @@ impl Draft {
             for (i, parts) in all.iter().enumerate() {
                 let nodes = [&parts.simplices, &parts.others][which];
                 let (start, n) = (self.origin.len(), nodes.len() / n_nodes);
-                self.check_room(n)?;
+                self.cells.check_space(n)?;
                 self.cells.push_run(kind, n_nodes, nodes);
                 self.origin.resize(start + n, first + i);
                 self.parts[from + i][which] = start as u32..(start + n) as u32;

@@ -1,7 +1,7 @@
 //! Groups by numbers: wrong ones are refused, and what a mesh cannot hold is named.
 
 use super::*;
-use crate::formats::hdf5::{Element, Id, Tree};
+use crate::formats::hdf5::{Id, Tree};
 use azimesh_core::diagnostic::formats::{NotKept, Read};
 
 /// A hexahedron with its six faces in a tag.
@@ -141,11 +141,7 @@ fn a_base_without_zones_is_refused() {
     let mut tree = Tree::new();
     let mut node = |parent: Id, name: &str, label: &str, sizes: &[i32]| {
         let id = tree.group(parent, name);
-        let field = Element::Text {
-            bytes: 33,
-            terminated: true,
-        };
-        tree.padded_attribute(id, "label", label, field);
+        tree.text_field(id, "label", label, (33, true));
         tree.numbers(id, " data", sizes);
     };
     node(

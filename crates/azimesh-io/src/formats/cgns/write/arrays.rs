@@ -1,12 +1,12 @@
 //! Arrays to be written: solutions at nodes and at cells, and arrays of the mesh as a whole, which are user-defined data
 //! of the base.
 
-use super::super::FULL_NAME;
+use super::super::{FIELD_ARRAYS, FULL_NAME};
 use super::RULE;
-use super::draft::{Draft, NodeIndex};
+use super::draft::Draft;
 use crate::formats::Notes;
 use crate::formats::column::{Data, Sink};
-use crate::formats::hdf5::Element;
+use crate::formats::hdf5::{Element, Id, Payload};
 use crate::formats::names::Given;
 use crate::mesh::arrays::with_numbers;
 use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, Values};
@@ -15,16 +15,39 @@ use azimesh_core::error::Result;
 use azimesh_core::parallel::collect;
 use std::cell::LazyCell;
 use std::ops::Range;
+use std::slice::from_ref;
 
-/// Name of the solution at the nodes.
-pub(super) const AT_NODES: &str = "PointArrays";
-/// Name of the solution at the cells.
-pub(super) const AT_CELLS: &str = "CellArrays";
+/// The node for arrays of one kind.
+pub(super) struct Kind {
+    pub name: &'static str,
+    label: &'static str,
+    location: Option<&'static str>,
+}
+
+/// The solution at the nodes.
+pub(super) const AT_NODES: Kind = Kind {
+    name: "PointArrays",
+    label: "FlowSolution_t",
+    location: Some("Vertex"),
+};
+/// The solution at the cells.
+pub(super) const AT_CELLS: Kind = Kind {
+    name: "CellArrays",
+    label: "FlowSolution_t",
+    location: Some("CellCenter"),
+};
+/// Arrays of the mesh as a whole.
+pub(super) const OF_MESH: Kind = Kind {
+    name: FIELD_ARRAYS,
+    label: "UserDefinedData_t",
+    location: None,
+};
 /// Values converted at a time.
 const BLOCK: usize = 1 << 20;
 
 /// An array to be written: a component of an array of a solution, or an array of the mesh as a whole.
-pub(super) struct Array<'a> {
+#[derive(Clone, PartialEq)]
+pub(super) struct Array<D> {
     /// Name in the file.
     pub name: String,
     /// Full name, where that is too long for CGNS.
@@ -32,16 +55,27 @@ pub(super) struct Array<'a> {
     pub element: Element,
     /// Sizes, the first index running fastest.
     pub sizes: Vec<u64>,
-    pub data: Data<'a>,
+    pub data: D,
+}
+
+/// Gives the arrays of the mesh as a whole, at nodes and at cells of the mesh's own dimension; adds a note for each that
+/// is left out.
+pub(super) fn all<'a>(mesh: &MeshView<'a>, notes: &mut Notes) -> [Vec<Array<Data<'a>>>; 3] {
+    let (nodes, cells) = (0..mesh.points.len(), volume_cells(mesh));
+    [
+        fields(&mesh.field_arrays, notes),
+        scalars(mesh, &mesh.point_arrays, from_ref(&nodes), notes),
+        scalars(mesh, &mesh.cell_arrays, &cells, notes),
+    ]
 }
 
 /// Gives the scalars of arrays at nodes or cells, restricted to the tuples that are written.
-pub(super) fn scalars<'a>(
+fn scalars<'a>(
     mesh: &MeshView<'a>,
     arrays: &[&'a DataArray],
     tuples: &[Range<usize>],
     notes: &mut Notes,
-) -> Vec<Array<'a>> {
+) -> Vec<Array<Data<'a>>> {
     let mut scalars = Vec::new();
     for &array in arrays {
         let n_components = array.n_components;
@@ -84,7 +118,7 @@ pub(super) fn scalars<'a>(
 }
 
 /// The arrays of the mesh as a whole that CGNS can hold; a note for each other. Strings have a zero after each.
-pub(super) fn fields<'a>(arrays: &[&'a DataArray], notes: &mut Notes) -> Vec<Array<'a>> {
+fn fields<'a>(arrays: &[&'a DataArray], notes: &mut Notes) -> Vec<Array<Data<'a>>> {
     let mut fields = Vec::new();
     for array in arrays {
         if array.n_components == 0 || array.n_tuples() == 0 {
@@ -108,7 +142,7 @@ pub(super) fn fields<'a>(arrays: &[&'a DataArray], notes: &mut Notes) -> Vec<Arr
             }
             values => {
                 let numbers = values.to_integers().unwrap_or_default();
-                Data::integers(&numbers, element == Element::I64)
+                Data::integers(&numbers, element == Element::Int64)
             }
         };
         fields.push(Array {
@@ -124,7 +158,7 @@ pub(super) fn fields<'a>(arrays: &[&'a DataArray], notes: &mut Notes) -> Vec<Arr
 }
 
 /// Gives arrays names that CGNS takes.
-fn fit_names(arrays: &mut [Array], mut taken: Given, notes: &mut Notes) {
+fn fit_names<D>(arrays: &mut [Array<D>], mut taken: Given, notes: &mut Notes) {
     let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
     let names = taken.give_all(&names, &RULE);
     for (array, name) in arrays.iter_mut().zip(names) {
@@ -146,7 +180,7 @@ fn fits(array: &DataArray, notes: &mut Notes) -> bool {
 }
 
 /// Cells of the mesh's own dimension.
-pub(super) fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
+fn volume_cells(mesh: &MeshView) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for range in mesh.volume_runs().map(|run| run.range()) {
         match joined.last_mut() {
@@ -191,27 +225,48 @@ fn says_more(
 
 fn element(values: &Values) -> Element {
     match values {
-        Values::F32(_) => Element::F32,
-        Values::F64(_) => Element::F64,
-        Values::U32(_) | Values::I64(_) | Values::U64(_) => Element::I64,
-        Values::Text(_) => Element::I8,
-        _ => Element::I32,
+        Values::F32(_) => Element::Float32,
+        Values::F64(_) => Element::Float64,
+        Values::U32(_) | Values::I64(_) | Values::U64(_) => Element::Int64,
+        Values::Text(_) => Element::Int8,
+        _ => Element::Int32,
     }
 }
 
-impl<'a> Array<'a> {
-    /// Adds it to a solution or to user-defined data.
-    pub fn add(self, draft: &mut Draft<'a>, parent: NodeIndex) {
-        let name = (self.name.as_str(), "DataArray_t");
-        let node = draft.data(parent, name, (self.element, &self.sizes), self.data);
-        add_full_name(draft, node, self.full_name.as_deref());
+impl<D> Array<D> {
+    /// The array with other values.
+    pub fn with<E>(self, data: E) -> Array<E> {
+        Array {
+            name: self.name,
+            full_name: self.full_name,
+            element: self.element,
+            sizes: self.sizes,
+            data,
+        }
     }
 }
 
-/// Adds the full name of an array, where it has another.
-pub(super) fn add_full_name(draft: &mut Draft, array: NodeIndex, full_name: Option<&str>) {
-    if let Some(name) = full_name {
-        draft.text(array, (FULL_NAME, "Descriptor_t"), name);
+/// Adds a node with arrays of a kind; none without arrays.
+pub(super) fn add<'a, D: Into<Payload<'a>>>(
+    draft: &mut Draft<'a>,
+    parent: Id,
+    (name, kind): (&str, &Kind),
+    arrays: impl IntoIterator<Item = Array<D>>,
+) {
+    let mut arrays = arrays.into_iter().peekable();
+    if arrays.peek().is_none() {
+        return;
+    }
+    let node = draft.group(parent, (name, kind.label));
+    if let Some(location) = kind.location {
+        draft.text(node, ("GridLocation", "GridLocation_t"), location);
+    }
+    for array in arrays {
+        let name = (array.name.as_str(), "DataArray_t");
+        let of = draft.data(node, name, (array.element, &array.sizes), array.data);
+        if let Some(name) = array.full_name {
+            draft.text(of, (FULL_NAME, "Descriptor_t"), &name);
+        }
     }
 }
 

@@ -96,13 +96,8 @@ impl FaceTable {
     pub fn of_polyhedron(&self, mesh: &MeshView, cell: usize) -> &[i64] {
         let at = (self.polyhedra).binary_search_by_key(&(cell as u32), |(cell, _)| *cell);
         let start = self.polyhedra[at.expect("it is a polyhedron")].1;
-        &self.used[start..start + n_faces(mesh, cell)]
+        &self.used[start..start + mesh.cells.n_faces(cell)]
     }
-}
-
-/// Number of faces of a polyhedron.
-pub(super) fn n_faces(mesh: &MeshView, cell: usize) -> usize {
-    (mesh.cells.face_stream(cell)).map_or(0, |stream| stream[0] as usize)
 }
 
 /// For each face the first one with the same nodes.

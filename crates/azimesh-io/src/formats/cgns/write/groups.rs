@@ -2,15 +2,15 @@
 //! of the zone with theirs. All share the nodes of the one zone.
 
 use super::super::{FIELD_ARRAYS, FULL_NAME};
-use super::draft::{Draft, NodeIndex};
+use super::draft::Draft;
 use super::plan::Numbering;
 use super::{RULE, SIMULATION, TIMES, ZONE};
 use crate::formats::Notes;
-use crate::formats::hdf5::Element;
+use crate::formats::hdf5::{Element, Id};
 use crate::formats::names::{Given, in_cgns};
 use crate::mesh::{CellSet, Group, MeshView};
 use azimesh_core::diagnostic::formats::{Condition, GroupWritten};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Types of boundary conditions that CGNS knows.
 const CONDITIONS: [&str; 25] = [
@@ -43,7 +43,7 @@ const CONDITIONS: [&str; 25] = [
 
 /// Adds the groups of a mesh, families to the base, the rest to the zone.
 pub(super) fn add(
-    (draft, base, zone): (&mut Draft, NodeIndex, NodeIndex),
+    (draft, base, zone): (&mut Draft, Id, Id),
     mesh: &MeshView,
     names: &mut Given,
     numbering: (&Numbering, Element),
@@ -80,12 +80,12 @@ pub(super) fn add(
 
 /// Cells are subregions. The CGNS library's own checker takes subregions of cells or of faces only, so that nodes, and
 /// edges in space, are user-defined data.
-fn add_region(draft: &mut Draft, zone: NodeIndex, name: &str, of: u8, mesh: u8) -> NodeIndex {
+fn add_region(draft: &mut Draft, zone: Id, name: &str, of: u8, mesh: u8) -> Id {
     if of + 1 < mesh {
         return draft.group(zone, (name, "UserDefinedData_t"));
     }
     let name = (name, "ZoneSubRegion_t");
-    draft.integers(zone, name, (Element::I32, &[1]), &[of.into()])
+    draft.integers(zone, name, (Element::Int32, &[1]), &[of.into()])
 }
 
 fn known_condition(group: &Group) -> Option<&str> {
@@ -96,7 +96,7 @@ fn known_condition(group: &Group) -> Option<&str> {
 /// Adds the elements of a group, of one of nodes the nodes.
 fn add_points(
     draft: &mut Draft,
-    parent: NodeIndex,
+    parent: Id,
     group: &Group,
     mesh: &MeshView,
     (numbering, integer): (&Numbering, Element),
@@ -133,41 +133,39 @@ fn add_points(
 
 /// Families of a base, one for each name of a group.
 struct Families<'a> {
-    base: NodeIndex,
+    base: Id,
     /// Name in the file of each.
     names: BTreeMap<&'a str, String>,
-    places: BTreeMap<String, NodeIndex>,
-    with_condition: BTreeSet<NodeIndex>,
+    /// Those in the file, and whether each has a condition.
+    written: BTreeMap<String, (Id, bool)>,
 }
 
 impl<'a> Families<'a> {
-    fn new(base: NodeIndex, mesh: &'a MeshView<'a>) -> Self {
-        let mut seen = BTreeSet::new();
+    fn new(base: Id, mesh: &'a MeshView<'a>) -> Self {
         let names = mesh.groups.iter().map(|group| group.name.as_str());
-        let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
-        let mut taken = Given::with([ZONE, TIMES, SIMULATION, "DataClass", FIELD_ARRAYS]);
-        let written = taken.give_all(&names, &RULE);
+        let taken = Given::with([ZONE.0, TIMES, SIMULATION, "DataClass", FIELD_ARRAYS]);
         Self {
             base,
-            names: names.into_iter().zip(written).collect(),
-            places: BTreeMap::new(),
-            with_condition: BTreeSet::new(),
+            names: taken.by_name(names, &RULE),
+            written: BTreeMap::new(),
         }
     }
 
     /// The name of the family of a group.
     fn family(&mut self, draft: &mut Draft, group: &Group, notes: &mut Notes) -> String {
         let (base, name) = (self.base, self.names[group.name.as_str()].clone());
-        let family = *self.places.entry(name.clone()).or_insert_with(|| {
+        let new = || {
             let family = draft.group(base, (&name, "Family_t"));
             // VTK's reader complains of a family without children.
             draft.text(family, (FULL_NAME, "Descriptor_t"), &group.name);
             notes.extend(RULE.note("group", &group.name, &name));
-            family
-        });
+            (family, false)
+        };
+        let (family, has_condition) = self.written.entry(name.clone()).or_insert_with(new);
         match (&group.condition, known_condition(group)) {
-            (Some(_), Some(condition)) if self.with_condition.insert(family) => {
-                draft.text(family, ("FamilyBC", "FamilyBC_t"), condition);
+            (Some(_), Some(condition)) if !*has_condition => {
+                draft.text(*family, ("FamilyBC", "FamilyBC_t"), condition);
+                *has_condition = true;
             }
             (Some(condition), None) => notes.push(Condition::Unknown {
                 condition: condition.clone(),

@@ -18,26 +18,28 @@ pub(super) mod sequence;
 mod series;
 
 use super::super::{Precision, WriteOptions};
-use super::{CELL_ORDER, FIELD_ARRAYS, FromAdf};
+use super::{CELL_ORDER, FromAdf};
 use crate::formats::column::Data;
-use crate::formats::hdf5::Element;
+use crate::formats::hdf5::{Element, Id, Tree};
 use crate::formats::names::{Given, Rule, cut};
 use crate::formats::{Notes, Out};
 use crate::mesh::{Coordinates, MeshView};
-use arrays::Array;
+use arrays::{AT_CELLS, AT_NODES, OF_MESH};
 use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::Result;
-use draft::{Draft, NodeIndex};
+use draft::Draft;
 use faces::FaceTable;
 use plan::Numbering;
 pub(super) use plan::other_order;
 pub(in crate::formats) use sections::{list_elements, list_mixed};
-use std::slice::from_ref;
 
 /// Version of CGNS that is written: the first in which polygons have start offsets.
 const VERSION: f32 = 3.4;
-/// Name of the zone.
-const ZONE: &str = "Zone";
+/// The base, and the type of its data.
+const BASE: draft::Name = ("Base", "CGNSBase_t");
+const BASE_DATA: Element = Element::Int32;
+/// The zone.
+const ZONE: draft::Name = ("Zone", "Zone_t");
 /// Name of the node with the times of a sequence.
 const TIMES: &str = "TimeIterValues";
 /// Name of the node that declares a sequence to be one in time.
@@ -85,43 +87,25 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     notes.extend(flattened);
     notes.extend(from_adf.map(|_| Written::Hdf5ForAdf));
     notes.extend(sorted.iter().map(|_| Written::CellsByType));
-    let of_mesh = arrays::fields(&mesh.field_arrays, &mut notes);
-    let user_defined = (FIELD_ARRAYS, "UserDefinedData_t");
-    add_arrays(draft, fixed.base, user_defined, None, of_mesh);
-    let everywhere = 0..mesh.points.len();
-    let at_nodes = arrays::scalars(mesh, &mesh.point_arrays, from_ref(&everywhere), &mut notes);
-    let solution = (arrays::AT_NODES, "FlowSolution_t");
-    add_arrays(draft, zone, solution, Some("Vertex"), at_nodes);
-    let cells = arrays::volume_cells(mesh);
-    let at_cells = arrays::scalars(mesh, &mesh.cell_arrays, &cells, &mut notes);
-    let solution = (arrays::AT_CELLS, "FlowSolution_t");
-    add_arrays(draft, zone, solution, Some("CellCenter"), at_cells);
-    draft.tree().write(out)?;
+    let [of_mesh, at_nodes, at_cells] = arrays::all(mesh, &mut notes);
+    for (parent, kind, arrays) in [
+        (fixed.base, OF_MESH, of_mesh),
+        (zone, AT_NODES, at_nodes),
+        (zone, AT_CELLS, at_cells),
+    ] {
+        arrays::add(draft, parent, (kind.name, &kind), arrays);
+    }
+    draft.tree.write(out)?;
     Ok(notes)
-}
-
-fn add_arrays<'a>(
-    draft: &mut Draft<'a>,
-    parent: NodeIndex,
-    name: draft::Name,
-    location: Option<&str>,
-    arrays: Vec<Array<'a>>,
-) {
-    if arrays.is_empty() {
-        return;
-    }
-    let node = draft.group(parent, name);
-    if let Some(location) = location {
-        draft.text(node, ("GridLocation", "GridLocation_t"), location);
-    }
-    arrays.into_iter().for_each(|array| array.add(draft, node));
 }
 
 /// Writes all but coordinates, solutions and field arrays.
 struct Static<'a> {
     draft: Draft<'a>,
-    base: NodeIndex,
-    zone: NodeIndex,
+    base: Id,
+    zone: Id,
+    /// Type of indices and counts.
+    integer: Element,
     /// Coordinates that nodes have.
     n_axes: usize,
     notes: Notes,
@@ -144,8 +128,8 @@ impl<'a> Static<'a> {
             "ZoneGridConnectivity",
             "ZoneIterativeData",
             "ArbitraryGridMotion",
-            arrays::AT_NODES,
-            arrays::AT_CELLS,
+            AT_NODES.name,
+            AT_CELLS.name,
             CELL_ORDER,
         ]);
         let mut sections = plan::sections(mesh, &mut names)?;
@@ -154,16 +138,21 @@ impl<'a> Static<'a> {
         let entries = mesh.cells.connectivity().len() + mesh.cells.len() + faces.nodes.len();
         let last_face = faces.first_element + faces.len();
         let integer = draft::integers_for(entries.max(mesh.points.len()).max(last_face));
-        let mut draft = Draft::default();
+        let mut draft = Draft::marked_root();
         let name = ("CGNSLibraryVersion", "CGNSLibraryVersion_t");
-        draft.data(None, name, (Element::F32, &[1]), Data::owned(&[VERSION]));
+        draft.data(
+            Tree::ROOT,
+            name,
+            (Element::Float32, &[1]),
+            Data::owned(&[VERSION]),
+        );
         let sizes = [i64::from(dimension), n_axes as i64];
-        let base = draft.integers(None, ("Base", "CGNSBase_t"), (Element::I32, &[2]), &sizes);
+        let base = draft.integers(Tree::ROOT, BASE, (BASE_DATA, &[2]), &sizes);
         draft.text(base, ("DataClass", "DataClass_t"), UNITS);
         let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
         let n_cells = if mesh.dimension() == 0 { 0 } else { n_cells };
         let sizes = [mesh.points.len() as i64, n_cells as i64, 0];
-        let zone = draft.integers(base, (ZONE, "Zone_t"), (integer, &[1, 3]), &sizes);
+        let zone = draft.integers(base, ZONE, (integer, &[1, 3]), &sizes);
         draft.text(zone, ("ZoneType", "ZoneType_t"), "Unstructured");
         for section in &sections {
             let first = numbering.element(section.cells.start);
@@ -188,6 +177,7 @@ impl<'a> Static<'a> {
             draft,
             base,
             zone,
+            integer,
             n_axes,
             notes,
         })
@@ -197,7 +187,7 @@ impl<'a> Static<'a> {
 /// Adds the arrays of coordinates, which are lengths, to a grid.
 fn add_coordinates<'a>(
     draft: &mut Draft<'a>,
-    grid: NodeIndex,
+    grid: Id,
     mesh: &'a MeshView<'a>,
     options: &WriteOptions,
     n_axes: usize,
@@ -205,9 +195,9 @@ fn add_coordinates<'a>(
     let names = ["CoordinateX", "CoordinateY", "CoordinateZ"];
     let is_single = options.precision == Precision::F32;
     let element = if is_single {
-        Element::F32
+        Element::Float32
     } else {
-        Element::F64
+        Element::Float64
     };
     let points = mesh.points;
     for (axis, name) in names.into_iter().enumerate().take(n_axes) {
@@ -228,7 +218,7 @@ fn add_coordinates<'a>(
         let node = draft.data(grid, (name, "DataArray_t"), kind, data);
         let exponents = Data::owned(&[0.0, 1.0, 0.0, 0.0, 0.0]);
         let name = ("DimensionalExponents", "DimensionalExponents_t");
-        draft.data(node, name, (Element::F64, &[5]), exponents);
+        draft.data(node, name, (Element::Float64, &[5]), exponents);
     }
 }
 

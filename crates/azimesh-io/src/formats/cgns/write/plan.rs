@@ -44,43 +44,32 @@ pub(super) fn sorted(mesh: &MeshView) -> Result<Option<Mesh>> {
     Ok(order.map(|order| mesh.with_cells_in_order(&order)))
 }
 
-/// The order of the cells in the file, where it is another than theirs.
+/// The order of the cells in the file, where it is another than theirs: cells of one type and in the same groups of the
+/// boundary are together where that makes much fewer sections and not too many; else cells of one type where these are too many.
 pub fn other_order(mesh: &MeshView) -> Result<Option<Vec<usize>>> {
     let stretches = stretches(mesh)?;
-    if let Some(order) = by_tags(mesh, &stretches) {
-        return Ok(Some(order));
+    let changes = changes(mesh);
+    if changes.len() > stretches.len() {
+        let (pieces, n_classes) = pieces(&stretches, changes);
+        if n_classes <= MOST_SECTIONS && pieces.len() > MOST_PIECES * n_classes {
+            return Ok(Some(in_order(pieces)));
+        }
     }
     if stretches.len() <= MOST_SECTIONS {
         return Ok(None);
     }
-    let dimension = mesh.dimension();
-    let mut kinds = Vec::new();
-    let mut pieces = Vec::new();
-    for run in mesh.cells.runs() {
-        let kind = (form(mesh, &run, dimension)?, run.kind.dimension());
-        pieces.push((rank(&mut kinds, kind), run.range()));
-    }
+    let (pieces, _) = pieces(&runs(mesh)?, BTreeMap::new());
     Ok(Some(in_order(pieces)))
 }
 
-/// The cells of pieces in the order of their ranks.
+/// The cells of pieces in the order of their classes.
 fn in_order(mut pieces: Vec<(usize, Range<usize>)>) -> Vec<usize> {
-    pieces.sort_by_key(|(rank, _)| *rank);
+    pieces.sort_by_key(|(class, _)| *class);
     pieces.into_iter().flat_map(|(_, cells)| cells).collect()
 }
 
-/// The place of a value among those that are known; a new one is added.
-fn rank<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
-    let found = known.iter().position(|other| *other == value);
-    found.unwrap_or_else(|| {
-        known.push(value);
-        known.len() - 1
-    })
-}
-
-/// The order of cells in which those of one type and the same groups of the boundary are together; `None` where that
-/// does not make much fewer sections, or too many.
-fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
+/// Groups of the boundary that begin or end at a cell.
+fn changes(mesh: &MeshView) -> BTreeMap<usize, Vec<usize>> {
     let dimension = mesh.dimension();
     let mut changes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     let groups = mesh.groups.iter().enumerate();
@@ -90,16 +79,25 @@ fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
             changes.entry(range.end).or_default().push(group);
         }
     }
-    if changes.len() <= stretches.len() {
-        return None;
-    }
+    changes
+}
+
+/// Pieces of one form and dimension and in the same groups, each with the index of its class; and the number of classes.
+fn pieces(
+    stretches: &[Stretch],
+    changes: BTreeMap<usize, Vec<usize>>,
+) -> (Vec<(usize, Range<usize>)>, usize) {
     let mut inside: BTreeSet<usize> = BTreeSet::new();
     let mut changes = changes.into_iter().peekable();
     let mut kinds: Vec<(Form, u8)> = Vec::new();
     let mut classes: BTreeMap<(usize, Vec<usize>), usize> = BTreeMap::new();
-    let mut pieces: Vec<(usize, Range<usize>)> = Vec::new();
+    let mut pieces = Vec::new();
     for (form, of, cells) in stretches {
-        let kind = rank(&mut kinds, (*form, *of));
+        let kind = kinds.iter().position(|kind| *kind == (*form, *of));
+        let kind = kind.unwrap_or_else(|| {
+            kinds.push((*form, *of));
+            kinds.len() - 1
+        });
         let mut start = cells.start;
         while start < cells.end {
             while let Some((_, groups)) = changes.next_if(|(at, _)| *at <= start) {
@@ -118,16 +116,23 @@ fn by_tags(mesh: &MeshView, stretches: &[Stretch]) -> Option<Vec<usize>> {
             start = end;
         }
     }
-    if classes.len() > MOST_SECTIONS || pieces.len() <= MOST_PIECES * classes.len() {
-        return None;
-    }
-    Some(in_order(pieces))
+    (pieces, classes.len())
 }
 
 /// Consecutive cells that are a section, or several where groups begin and end.
 type Stretch = (Form, u8, Range<usize>);
 
+/// The sections as they would be without groups; joined where these are too many.
 fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
+    let runs = runs(mesh)?;
+    Ok(if runs.len() > MOST_SECTIONS {
+        mixed(runs)
+    } else {
+        runs
+    })
+}
+
+fn runs(mesh: &MeshView) -> Result<Vec<Stretch>> {
     let dimension = mesh.dimension();
     let mut stretches: Vec<Stretch> = Vec::new();
     for run in mesh.cells.runs() {
@@ -138,9 +143,6 @@ fn stretches(mesh: &MeshView) -> Result<Vec<Stretch>> {
             }
             _ => stretches.push((form, of, run.range())),
         }
-    }
-    if stretches.len() > MOST_SECTIONS {
-        stretches = mixed(stretches);
     }
     Ok(stretches)
 }

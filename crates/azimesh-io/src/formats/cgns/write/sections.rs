@@ -1,30 +1,61 @@
 //! Sections of elements: connectivity in CGNS's node order, counted from 1.
 
 use super::super::element::{ElementType, MIXED, NFACE_N, NGON_N};
-use super::draft::{Draft, NodeIndex};
-use super::faces::{FaceTable, n_faces};
+use super::draft::Draft;
+use super::faces::FaceTable;
 use super::plan::{Form, Planned};
-use crate::formats::column::{Data, Sink, stream_integers};
-use crate::formats::hdf5::Element;
+use crate::formats::column::{Data, Sink, starts, stream_integers};
+use crate::formats::hdf5::{Element, Id};
 use crate::mesh::{CellKind, CellRun, Cells, Listing, MeshView, NodesOfCells};
 use azimesh_core::error::Result;
 use azimesh_core::parallel::for_blocks;
-use std::iter::once;
 use std::ops::Range;
 
 /// Cells made into elements at a time.
 const BLOCK: usize = 1 << 16;
 
+/// A section of a file.
+struct Section<'a> {
+    /// Number of the element type, and number of boundary elements.
+    kind: [i64; 2],
+    /// Number of the first element, and number of elements.
+    elements: (usize, usize),
+    /// Start of each element and the end of the last, where elements have different sizes.
+    starts: Option<Data<'a>>,
+    n_entries: usize,
+    entries: Data<'a>,
+}
+
+impl<'a> Section<'a> {
+    fn add(self, draft: &mut Draft<'a>, zone: Id, name: &str, integer: Element) {
+        let name = (name, "Elements_t");
+        let section = draft.integers(zone, name, (Element::Int32, &[2]), &self.kind);
+        let (first, n) = self.elements;
+        let range = [first as i64, (first + n) as i64 - 1];
+        let name = ("ElementRange", "IndexRange_t");
+        draft.integers(section, name, (integer, &[2]), &range);
+        let lists = [
+            ("ElementStartOffset", n + 1, self.starts),
+            ("ElementConnectivity", self.n_entries, Some(self.entries)),
+        ];
+        for (name, n, data) in lists {
+            if let Some(data) = data {
+                draft.data(section, (name, "DataArray_t"), (integer, &[n as u64]), data);
+            }
+        }
+    }
+}
+
 /// Adds a section to a zone, with the number of its first element.
 pub(super) fn add<'a>(
     draft: &mut Draft<'a>,
-    zone: NodeIndex,
+    zone: Id,
     (planned, first): (&Planned, usize),
     mesh: &'a MeshView<'a>,
     faces: &'a FaceTable,
     integer: Element,
 ) {
-    let (is_wide, cells) = (integer == Element::I64, planned.cells.clone());
+    let (is_wide, cells) = (integer == Element::Int64, planned.cells.clone());
     let number = match planned.form {
         Form::Fixed(element) => element.number,
         Form::Mixed => MIXED,
@@ -33,36 +64,14 @@ pub(super) fn add<'a>(
     };
     let is_boundary = number == NGON_N && mesh.cells.has_polyhedra();
     let n_boundary = if is_boundary { cells.len() } else { 0 };
-    let name = &planned.name;
-    let section = header(
-        draft,
-        zone,
-        name,
-        [number, n_boundary as i64],
-        integer,
-        (first, cells.len()),
-    );
-    let n = match planned.form {
-        Form::Fixed(element) => cells.len() * element.n_nodes,
+    let (starts, n_entries) = match planned.form {
+        Form::Fixed(element) => (None, cells.len() * element.n_nodes),
         _ => {
-            let cells = cells.clone();
-            let sizes = move || sizes(mesh, cells.clone(), number);
-            let offsets = Data::made(move |sink| {
-                let mut end = 0;
-                let ends = sizes().map(|size| {
-                    end += size as i64;
-                    end
-                });
-                stream_integers(once(0).chain(ends), is_wide, sink)
+            let of = cells.clone();
+            let starts = Data::made(move |sink| {
+                stream_integers(starts(sizes(mesh, of.clone(), number)), is_wide, sink)
             });
-            let kind = (integer, &[planned.cells.len() as u64 + 1][..]);
-            draft.data(
-                section,
-                ("ElementStartOffset", "DataArray_t"),
-                kind,
-                offsets,
-            );
-            self::sizes(mesh, planned.cells.clone(), number).sum()
+            (Some(starts), sizes(mesh, cells.clone(), number).sum())
         }
     };
     let listing = if number == MIXED {
@@ -70,9 +79,10 @@ pub(super) fn add<'a>(
     } else {
         Listing::Cgns
     };
+    let elements = (first, cells.len());
     let remote = mesh.nodes_apart(NodesOfCells::new(cells.clone(), listing, is_wide));
     let own = |node| node;
-    let data = match (remote, planned.form) {
+    let entries = match (remote, planned.form) {
         (Some(numbers), _) => Data::Remote(numbers),
         (_, Form::Mixed) => {
             Data::made(move |sink| list_mixed(mesh.cells, cells.clone(), is_wide, &own, sink))
@@ -85,73 +95,40 @@ pub(super) fn add<'a>(
         }),
         _ => Data::made(move |sink| list_elements(mesh.cells, cells.clone(), is_wide, &own, sink)),
     };
-    draft.data(
-        section,
-        ("ElementConnectivity", "DataArray_t"),
-        (integer, &[n as u64]),
-        data,
-    );
+    let section = Section {
+        kind: [number, n_boundary as i64],
+        elements,
+        starts,
+        n_entries,
+        entries,
+    };
+    section.add(draft, zone, &planned.name, integer);
 }
 
 /// Adds the section of those faces of polyhedra that are no cells.
 pub(super) fn add_faces<'a>(
     draft: &mut Draft<'a>,
-    zone: NodeIndex,
+    zone: Id,
     name: &str,
     faces: &'a FaceTable,
     integer: Element,
 ) {
-    let is_wide = integer == Element::I64;
-    let elements = (faces.first_element, faces.len());
-    let section = header(draft, zone, name, [NGON_N, 0], integer, elements);
-    let offsets = Data::made(move |sink| {
-        stream_integers(
-            faces.starts.iter().map(|start| *start as i64),
-            is_wide,
-            sink,
-        )
+    let is_wide = integer == Element::Int64;
+    let starts = Data::made(move |sink| {
+        stream_integers(faces.starts.iter().map(|at| *at as i64), is_wide, sink)
     });
-    let n = faces.starts.len() as u64;
-    draft.data(
-        section,
-        ("ElementStartOffset", "DataArray_t"),
-        (integer, &[n]),
-        offsets,
-    );
-    let nodes = Data::made(move |sink| {
-        stream_integers(
-            faces.nodes.iter().map(|node| i64::from(*node) + 1),
-            is_wide,
-            sink,
-        )
+    let entries = Data::made(move |sink| {
+        let numbers = faces.nodes.iter().map(|node| i64::from(*node) + 1);
+        stream_integers(numbers, is_wide, sink)
     });
-    let n = faces.nodes.len() as u64;
-    draft.data(
-        section,
-        ("ElementConnectivity", "DataArray_t"),
-        (integer, &[n]),
-        nodes,
-    );
-}
-
-/// Adds a section of `n` elements without their nodes; `data` is the type and the number of boundary elements.
-fn header(
-    draft: &mut Draft,
-    zone: NodeIndex,
-    name: &str,
-    data: [i64; 2],
-    integer: Element,
-    (first, n): (usize, usize),
-) -> NodeIndex {
-    let section = draft.integers(zone, (name, "Elements_t"), (Element::I32, &[2]), &data);
-    let range = [first as i64, (first + n) as i64 - 1];
-    draft.integers(
-        section,
-        ("ElementRange", "IndexRange_t"),
-        (integer, &[2]),
-        &range,
-    );
-    section
+    let section = Section {
+        kind: [NGON_N, 0],
+        elements: (faces.first_element, faces.len()),
+        starts: Some(starts),
+        n_entries: faces.nodes.len(),
+        entries,
+    };
+    section.add(draft, zone, name, integer);
 }
 
 /// Entries of each element.
@@ -162,7 +139,7 @@ fn sizes<'a>(
 ) -> impl Iterator<Item = usize> + 'a {
     mesh.cells.runs_in(cells).flat_map(move |run| {
         run.range().map(move |cell| match number {
-            NFACE_N => n_faces(mesh, cell),
+            NFACE_N => mesh.cells.n_faces(cell),
             MIXED => run.n_nodes + 1,
             _ => run.n_nodes,
         })

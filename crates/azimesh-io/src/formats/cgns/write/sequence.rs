@@ -1,22 +1,22 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
 //! once; pointers of the zone to those of each step, and times.
 
-use super::super::{FIELD_ARRAYS, FIELD_POINTERS, FromAdf};
-use super::arrays::{AT_CELLS, AT_NODES, fields, scalars, volume_cells};
-use super::draft::{self, Draft, Open};
+use super::super::{FIELD_POINTERS, FromAdf};
+use super::arrays::{self, AT_CELLS, AT_NODES, OF_MESH};
+use super::draft::Draft;
 use super::faces::FaceTable;
 use super::plan::{Numbering, sorted};
 use super::series::{Series, names, padded, step_name};
-use super::{SIMULATION, Static, TIMES, add_coordinates};
-use crate::formats::hdf5::{Element, Links, Rows, StepFile, Tree};
+use super::{BASE, BASE_DATA, SIMULATION, Static, TIMES, ZONE, add_coordinates};
+use crate::formats::growing::hasher_of_cells;
+use crate::formats::hdf5::{Element, Id, Links, Rows, StepFile, Tree};
 use crate::formats::portable::not_taken;
 use crate::formats::{Begin, Notes, SequenceFile, WriteOptions};
-use crate::mesh::{CellKind, MeshView};
+use crate::mesh::MeshView;
 use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::largest;
 use std::path::Path;
-use std::slice::from_ref;
 
 /// Name of the node that describes how the nodes of a zone move.
 const MOTION: &str = "ArbitraryGridMotion";
@@ -41,11 +41,12 @@ struct Steps {
     fields: Series,
 }
 
-/// Nodes that all steps share.
+/// Children of the root, the base and the zone in the file, and what all steps share.
 struct First {
     root: Links,
-    base: Open,
-    zone: Open,
+    base: Links,
+    zone: Links,
+    integer: Element,
     n_axes: usize,
     n_points: usize,
     cells: blake3::Hash,
@@ -82,10 +83,18 @@ impl Sequence {
         let (draft, base, zone) = (&mut fixed.draft, fixed.base, fixed.zone);
         draft.text(base, (SIMULATION, "SimulationType_t"), "TimeAccurate");
         draft.text(zone, (MOTION, "ArbitraryGridMotion_t"), "DeformingGrid");
+        let mut store = |node, except| {
+            let mut links = Links::default();
+            let stored = self
+                .file
+                .store_children(&draft.tree, node, except, &mut links);
+            stored.map(|()| links)
+        };
         self.first = Some(First {
-            root: draft.open_root(&mut self.file, base)?,
-            base: draft.open(&mut self.file, base, Some(zone))?,
-            zone: draft.open(&mut self.file, zone, None)?,
+            root: store(Tree::ROOT, Some(base))?,
+            base: store(base, Some(zone))?,
+            zone: store(zone, None)?,
+            integer: fixed.integer,
             n_axes: fixed.n_axes,
             n_points: mesh.points.len(),
             cells,
@@ -102,10 +111,11 @@ impl Sequence {
             )));
         }
         let name = step_name("GridCoordinates", self.steps.n);
-        let mut draft = Draft::default();
-        let grid = draft.group(None, (&name, "GridCoordinates_t"));
+        let mut draft = Draft::part();
+        let grid = draft.group(Tree::ROOT, (&name, "GridCoordinates_t"));
         add_coordinates(&mut draft, grid, mesh, &self.options, first.n_axes);
-        draft.store(&mut self.file, None, None, &mut first.zone.links)?;
+        let links = &mut first.zone;
+        (self.file).store_children(&draft.tree, Tree::ROOT, None, links)?;
         self.steps.grids.push(&padded(&name));
         self.steps.motions.push(&padded(MOTION));
         Ok(())
@@ -114,15 +124,14 @@ impl Sequence {
 
 impl Steps {
     fn new() -> Self {
-        let solutions = "FlowSolution_t";
         Self {
             n: 0,
-            times: Rows::new(Element::F64, &[]),
+            times: Rows::new(Element::Float64, &[]),
             grids: names(),
             motions: names(),
-            at_nodes: Series::new(AT_NODES, solutions, Some("Vertex")),
-            at_cells: Series::new(AT_CELLS, solutions, Some("CellCenter")),
-            fields: Series::new(FIELD_ARRAYS, "UserDefinedData_t", None),
+            at_nodes: Series::new(AT_NODES),
+            at_cells: Series::new(AT_CELLS),
+            fields: Series::new(OF_MESH),
         }
     }
 
@@ -133,19 +142,14 @@ impl Steps {
         (file, first): (&mut StepFile, &mut First),
         notes: &mut Notes,
     ) -> Result<()> {
-        let of_mesh = fields(&mesh.field_arrays, notes);
-        let everywhere = 0..mesh.points.len();
-        let at_nodes = scalars(mesh, &mesh.point_arrays, from_ref(&everywhere), notes);
-        let at_cells = scalars(mesh, &mesh.cell_arrays, &volume_cells(mesh), notes);
-        let links = &mut first.base.links;
-        self.fields.append(self.n, of_mesh, file, links)?;
-        let links = &mut first.zone.links;
+        let [of_mesh, at_nodes, at_cells] = arrays::all(mesh, notes);
+        (self.fields).append(self.n, of_mesh, file, &mut first.base)?;
         for (series, arrays) in [
             (&mut self.at_nodes, at_nodes),
             (&mut self.at_cells, at_cells),
         ] {
             series.check_names(self.n, &arrays)?;
-            series.append(self.n, arrays, file, links)?;
+            series.append(self.n, arrays, file, &mut first.zone)?;
         }
         Ok(())
     }
@@ -163,23 +167,20 @@ impl Steps {
         Ok(())
     }
 
-    /// The node of the base that lists all steps.
-    fn times(&self) -> Draft<'_> {
-        let mut draft = Draft::default();
+    /// Adds the node of the base that lists all steps.
+    fn add_times<'a>(&'a self, draft: &mut Draft<'a>, base: Id) {
         let name = (TIMES, "BaseIterativeData_t");
-        let times = draft.integers(None, name, (Element::I32, &[1]), &[self.n as i64]);
-        draft.rows(times, "TimeValues", Element::F64, &self.times);
+        let times = draft.integers(base, name, (Element::Int32, &[1]), &[self.n as i64]);
+        draft.rows(times, "TimeValues", Element::Float64, &self.times);
         if self.fields.is_used() {
-            draft.rows(times, FIELD_POINTERS, Element::I8, &self.fields.pointers);
+            draft.rows(times, FIELD_POINTERS, Element::Int8, &self.fields.pointers);
         }
-        draft
     }
 
-    /// The node of the zone that lists all steps.
-    fn pointers(&self) -> Draft<'_> {
-        let mut draft = Draft::default();
-        let data = draft.group(None, ("ZoneIterativeData", "ZoneIterativeData_t"));
-        let mut add = |name, rows| draft.rows(data, name, Element::I8, rows);
+    /// Adds the node of the zone that lists all steps.
+    fn add_pointers<'a>(&'a self, draft: &mut Draft<'a>, zone: Id) {
+        let data = draft.group(zone, ("ZoneIterativeData", "ZoneIterativeData_t"));
+        let mut add = |name, rows| draft.rows(data, name, Element::Int8, rows);
         add("GridCoordinatesPointers", &self.grids);
         add("ArbitraryGridMotionPointers", &self.motions);
         let used = [&self.at_nodes, &self.at_cells].into_iter();
@@ -190,7 +191,6 @@ impl Steps {
         {
             add(list, &series.pointers);
         }
-        draft
     }
 }
 
@@ -216,20 +216,16 @@ impl SequenceFile for Sequence {
         steps.n += 1;
         steps.times.push(&[time]);
         steps.store(file)?;
-        for links in [
-            &mut first.root,
-            &mut first.base.links,
-            &mut first.zone.links,
-        ] {
+        for links in [&mut first.root, &mut first.base, &mut first.zone] {
             file.store_links(links)?;
         }
-        let (times, pointers) = (steps.times(), steps.pointers());
-        let mut tree = draft::root_of(&first.root);
-        let base = first.base.add_to(&mut tree, Tree::ROOT);
-        times.add_to(&mut tree, base);
-        let zone = first.zone.add_to(&mut tree, base);
-        pointers.add_to(&mut tree, zone);
-        file.finish_step(&tree)
+        let mut draft = Draft::root();
+        draft.tree.links(Tree::ROOT, &first.root);
+        let base = draft.stored(Tree::ROOT, BASE, BASE_DATA, &first.base);
+        steps.add_times(&mut draft, base);
+        let zone = draft.stored(base, ZONE, first.integer, &first.zone);
+        steps.add_pointers(&mut draft, zone);
+        file.finish_step(&draft.tree)
     }
 
     fn commit(&mut self) -> Result<()> {
@@ -263,28 +259,12 @@ fn is_flat(mesh: &MeshView) -> bool {
 
 /// A hash of what must be the same at every step: cells and groups.
 fn hash_of(mesh: &MeshView) -> blake3::Hash {
-    let mut hasher = blake3::Hasher::new();
-    for run in mesh.cells.runs() {
-        hasher.update(&[run.kind.vtk()]);
-        hasher.update(&(run.n_nodes as u64).to_le_bytes());
-        hasher.update(&(run.n_cells() as u64).to_le_bytes());
-    }
-    // What lies with several ranks is the same mesh at every step.
-    if mesh.by_ranks.is_none() {
-        hasher.update_rayon(bytemuck::cast_slice(mesh.cells.connectivity()));
-    }
-    let runs = mesh.cells.runs();
-    let polyhedra = runs.filter(|run| run.kind == CellKind::Polyhedron);
-    for cell in polyhedra.flat_map(|run| run.range()) {
-        let stream = mesh.cells.face_stream(cell).unwrap_or(&[]);
-        hasher.update(bytemuck::cast_slice(stream));
-    }
+    let mut hasher = hasher_of_cells(mesh);
     for group in mesh.groups {
         hasher.update(group.name.as_bytes());
         hasher.update(&[group.dimension]);
         for range in group.cells.ranges() {
-            hasher.update(&(range.start as u64).to_le_bytes());
-            hasher.update(&(range.end as u64).to_le_bytes());
+            hasher.update(bytemuck::cast_slice(&[range.start, range.end]));
         }
     }
     hasher.finalize()

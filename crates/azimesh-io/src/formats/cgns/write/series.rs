@@ -2,31 +2,21 @@
 //! step before, and the list that says which node each step has.
 
 use super::LONGEST;
-use super::arrays::{Array, add_full_name};
+use super::arrays::{self, Array, Kind};
 use super::draft::Draft;
-use crate::formats::hdf5::{Element, Links, Rows, StepFile, Stored};
+use crate::formats::column::Data;
+use crate::formats::hdf5::{Element, Links, Rows, StepFile, Stored, Tree};
 use azimesh_core::error::{Error, Result};
 
 /// The entry of a list for a step without such a node.
 const NONE: &str = "Null";
 
-/// An array in the file.
-#[derive(Clone, PartialEq)]
-struct Written {
-    name: String,
-    full_name: Option<String>,
-    element: Element,
-    sizes: Vec<u64>,
-    hash: blake3::Hash,
-    stored: Stored,
-}
+/// An array in the file, with the hash of its values.
+type Written = Array<(blake3::Hash, Stored)>;
 
 /// Nodes with arrays, of which a step has a new one unless its arrays are those of the step before.
 pub(super) struct Series {
-    name: &'static str,
-    label: &'static str,
-    /// Where the values are, of solutions.
-    location: Option<&'static str>,
+    kind: Kind,
     /// Name and arrays of the newest.
     newest: Option<(String, Vec<Written>)>,
     /// The name of each step's node.
@@ -34,11 +24,9 @@ pub(super) struct Series {
 }
 
 impl Series {
-    pub fn new(name: &'static str, label: &'static str, location: Option<&'static str>) -> Self {
+    pub fn new(kind: Kind) -> Self {
         Self {
-            name,
-            label,
-            location,
+            kind,
             newest: None,
             pointers: names(),
         }
@@ -54,7 +42,7 @@ impl Series {
     }
 
     /// Refuses other arrays than the first step has.
-    pub fn check_names(&self, step: usize, arrays: &[Array]) -> Result<()> {
+    pub fn check_names(&self, step: usize, arrays: &[Array<Data>]) -> Result<()> {
         let before: Vec<&str> = self.newest().iter().map(|array| &*array.name).collect();
         let now: Vec<&str> = arrays.iter().map(|array| &*array.name).collect();
         if step == 0 || before == now {
@@ -71,7 +59,7 @@ impl Series {
     pub fn append(
         &mut self,
         step: usize,
-        arrays: Vec<Array>,
+        arrays: Vec<Array<Data>>,
         file: &mut StepFile,
         links: &mut Links,
     ) -> Result<()> {
@@ -80,8 +68,11 @@ impl Series {
         if self.newest() != arrays {
             let mut name = NONE.to_owned();
             if !arrays.is_empty() {
-                name = step_name(self.name, step);
-                self.draft(&name, &arrays).store(file, None, None, links)?;
+                name = step_name(self.kind.name, step);
+                let mut draft = Draft::part();
+                let of_step = arrays.iter().map(|array| array.clone().with(array.data.1));
+                arrays::add(&mut draft, Tree::ROOT, (&name, &self.kind), of_step);
+                file.store_children(&draft.tree, Tree::ROOT, None, links)?;
             }
             self.newest = Some((name, arrays));
         }
@@ -89,46 +80,25 @@ impl Series {
         self.pointers.push(&padded(name));
         Ok(())
     }
-
-    fn draft(&self, name: &str, arrays: &[Written]) -> Draft<'static> {
-        let mut draft = Draft::default();
-        let node = draft.group(None, (name, self.label));
-        if let Some(location) = self.location {
-            draft.text(node, ("GridLocation", "GridLocation_t"), location);
-        }
-        for array in arrays {
-            let name = (array.name.as_str(), "DataArray_t");
-            let array_node = draft.data(node, name, (array.element, &array.sizes), array.stored);
-            add_full_name(&mut draft, array_node, array.full_name.as_deref());
-        }
-        draft
-    }
 }
 
 /// Writes the array, or refers to the array of the previous step if the values are the same.
-fn stored(array: Array, before: &[Written], file: &mut StepFile) -> Result<Written> {
+fn stored(array: Array<Data>, before: &[Written], file: &mut StepFile) -> Result<Written> {
     let hash = array.data.hash()?;
     let is_same = |other: &&Written| {
         let kind = (other.element, &other.sizes);
-        other.name == array.name && kind == (array.element, &array.sizes) && other.hash == hash
+        other.name == array.name && kind == (array.element, &array.sizes) && other.data.0 == hash
     };
     let stored = match before.iter().find(is_same) {
-        Some(other) => other.stored,
+        Some(other) => other.data.1,
         None => file.store(&array.data)?,
     };
-    Ok(Written {
-        name: array.name,
-        full_name: array.full_name,
-        element: array.element,
-        sizes: array.sizes,
-        hash,
-        stored,
-    })
+    Ok(array.with((hash, stored)))
 }
 
 /// A list of names, one for each step.
 pub(super) fn names() -> Rows {
-    Rows::new(Element::I8, &[LONGEST as u64])
+    Rows::new(Element::Int8, &[LONGEST as u64])
 }
 
 /// A name as it is in a list.
