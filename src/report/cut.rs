@@ -85,7 +85,7 @@ impl Window {
         })
     }
 
-    /// Whether the box around some corners reaches into it.
+    /// Tests if the box around some corners reaches into it.
     pub fn holds(&self, corners: &[Flat]) -> bool {
         (0..2).all(|axis| {
             let along = || {
@@ -192,7 +192,7 @@ impl<'a> Cut<'a> {
         self.plane.flat(self.mesh.points[node as usize])
     }
 
-    /// Where an edge crosses the plane; the same in every cell that has the edge.
+    /// Returns the point at which an edge crosses the plane; the same in every cell that has the edge.
     fn crossing(&self, (a, b): Crossed, height: &[f64]) -> Flat {
         let [a, b] = [a as usize, b as usize];
         let part = height[a] / (height[a] - height[b]);

@@ -20,7 +20,7 @@ const OF_BODY: [(&str, &str, &str); 6] = [
     ("tip_z", "tip displacement along z", MESH_UNITS),
 ];
 
-/// What a folder says of its sequence.
+/// The records of a sequence in a folder.
 pub struct Sequence {
     /// The folder of the records.
     pub folder: PathBuf,
@@ -144,7 +144,7 @@ impl Sequence {
         }
     }
 
-    /// Returns the label and the unit of a column. `body/pitch_deg` is that of a body; an unknown column has its own name.
+    /// Returns the label and the unit of a column. `body/pitch_deg` is that of a body; an unknown column keeps its name.
     /// Volumes have their unit from the dimension of the mesh, and are areas in a plane.
     pub fn label(&self, column: &str) -> (String, String) {
         let (body, key) = column.rsplit_once('/').unwrap_or(("", column));
@@ -163,36 +163,31 @@ impl Sequence {
         (of + name, unit.replace(MESH_UNITS, self.length_unit()))
     }
 
-    /// What the schedule calls the mesh unit.
+    /// Returns the name of the mesh unit in the schedule.
     pub fn length_unit(&self) -> &str {
         self.record.length_unit.as_deref().unwrap_or(MESH_UNITS)
     }
 
     /// Returns the command that makes these meshes; `None` where the record names no mesh and no schedule.
     pub fn command(&self) -> Option<String> {
-        let has = |what: &str| self.record.inputs.iter().any(|input| input.what == what);
+        let inputs = &self.record.inputs;
+        let file_of = |what: &str| Some(&inputs.iter().find(|input| input.what == what)?.file);
+        file_of("mesh").and(file_of("schedule"))?;
         let options = &self.record.options;
+        let given = [
+            ("--base", file_of("base")),
+            ("--format", options.format.as_ref()),
+            ("--tag-array", options.tag_array.as_ref()),
+        ];
+        let given = given
+            .into_iter()
+            .filter_map(|(option, value)| Some((option, value?)));
+        let conditions = self.record.fail_on.iter().map(|value| ("--fail-on", value));
         let mut command = self.record.command(&self.output);
-        let mut add =
-            |option: &str, value: &str| command += &format!(" {option} {}", in_shell(value));
-        self.record
-            .inputs
-            .iter()
-            .filter(|input| input.what == "base")
-            .for_each(|input| add("--base", &input.file));
-        options
-            .format
-            .iter()
-            .for_each(|format| add("--format", format));
-        options
-            .tag_array
-            .iter()
-            .for_each(|name| add("--tag-array", name));
-        self.record
-            .fail_on
-            .iter()
-            .for_each(|condition| add("--fail-on", condition));
-        (has("mesh") && has("schedule")).then_some(command)
+        for (option, value) in given.chain(conditions) {
+            command += &format!(" {option} {}", in_shell(value));
+        }
+        Some(command)
     }
 
     /// The title that the schedule gives, or the name of the case.
@@ -208,12 +203,12 @@ impl Sequence {
         }
     }
 
-    /// What the run came to; empty while it is under way.
+    /// Returns the result of the run; empty while it is under way.
     pub fn end(&self) -> EndRecord {
         self.record.end.clone().unwrap_or_default()
     }
 
-    /// How far the run came, in a word or two.
+    /// Returns the state of the run in a word or two.
     pub fn state(&self) -> &str {
         match self.record.outcome.as_str() {
             "" => "not known",
@@ -236,7 +231,7 @@ impl Sequence {
         self.table.text(row, "azimuth_deg").parse().unwrap_or(0.0)
     }
 
-    /// What the horizontal axes show: the azimuth where it grows from step to step, else the time, else
+    /// Returns the column of the horizontal axes: the azimuth where it grows from step to step, else the time, else
     /// the number of the step.
     pub fn abscissa(&self) -> &'static str {
         let grows = |column: &&str| {
@@ -248,7 +243,7 @@ impl Sequence {
         columns.into_iter().find(grows).unwrap_or("step")
     }
 
-    /// Name of the case: that of the mesh without its endings.
+    /// Returns the name of the mesh without its endings.
     pub fn case(&self) -> String {
         let input = self.record.inputs.first().map_or("", |mesh| &mesh.file);
         let name = Path::new(input).file_name().unwrap_or_default();
@@ -275,7 +270,7 @@ fn add_new(to: &mut Vec<String>, sentences: Vec<String>) {
     }
 }
 
-/// What is known of a body over the steps of the schedule; angles that are always zero are left out.
+/// Lists the known values of a body over the steps of the schedule; angles that are always zero are left out.
 fn courses(body: &BodyRecord) -> Vec<(&'static str, Vec<f64>)> {
     // The outermost point along the span of the rotor may be one that stays, as at the root of a wing.
     let has_tip = body.tip_displacement.iter().flatten().any(|x| *x != 0.0);
@@ -300,7 +295,7 @@ fn courses(body: &BodyRecord) -> Vec<(&'static str, Vec<f64>)> {
         .collect()
 }
 
-/// The file of a whole sequence, or those of its parts.
+/// Lists the file of a whole sequence, or the files of its parts.
 fn whole_or_parts(folder: &Path, stem: &str, extension: &str) -> Vec<PathBuf> {
     let whole = folder.join(file_name(stem, None, extension));
     if whole.is_file() {

@@ -156,7 +156,7 @@ fn check(mesh: Mesh, before: &Mesh) -> Result<Mesh> {
     )))
 }
 
-/// What all pictures have in common, and the pictures so far.
+/// The settings of all pictures, and the pictures so far.
 struct Studio<'a> {
     view: View,
     motion: Option<&'a MotionRecord>,

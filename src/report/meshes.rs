@@ -1,19 +1,19 @@
-//! The meshes of a sequence that the page needs: those of steps, and the one that was given.
+//! Reads the meshes of a sequence: of its steps, and the reference mesh.
 
 use super::folder::Sequence;
 use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::{self, ReadOptions, check_file, hash_of_mesh_file};
 use azimesh_io::mesh::Mesh;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Where the meshes of a sequence are.
+/// The meshes of a sequence.
 pub struct Meshes<'a> {
     sequence: &'a Sequence,
     options: &'a ReadOptions,
 }
 
 impl<'a> Meshes<'a> {
-    /// Those of a folder.
+    /// Finds the meshes of the folder of a sequence.
     pub fn new(sequence: &'a Sequence, options: &'a ReadOptions) -> Self {
         Self { sequence, options }
     }
@@ -52,28 +52,22 @@ impl<'a> Meshes<'a> {
             tag_array: own.or(tag_array),
         };
         let mut is_there = false;
-        for path in self.places(&input.file) {
+        // Paths of run.json are relative to the folder in which it ran: this one, that of the run, or its parent.
+        let folder = &self.sequence.folder;
+        for place in [Path::new(""), folder, &folder.join("..")] {
+            let path = place.join(&input.file);
             match mesh_of_hash(&path, hash, &options) {
                 Ok(Some(mesh)) => return Ok(mesh),
                 Ok(None) => is_there = true,
                 Err(_) => {}
             }
         }
-        Err(Error::input(match is_there {
-            true => "it has changed since the run",
-            false => "it is not there any more",
-        })
-        .file(Path::new(&input.file)))
-    }
-
-    /// Where a path of run.json may be: from here, from the folder, from beside it.
-    fn places(&self, file: &str) -> [PathBuf; 3] {
-        let folder = &self.sequence.folder;
-        [
-            PathBuf::from(file),
-            folder.join(file),
-            folder.join("..").join(file),
-        ]
+        let why = if is_there {
+            "it has changed since the run"
+        } else {
+            "it is not there any more"
+        };
+        Err(Error::input(why).file(Path::new(&input.file)))
     }
 }
 
@@ -89,10 +83,8 @@ fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option
     }
     let found = check_file(path).and_then(|()| hash_of_mesh_file(path));
     let found = found.map_err(io)?;
-    match found.to_string() == hash {
-        true => read(path, options).map(Some),
-        false => Ok(None),
-    }
+    let is_same = found.to_string() == hash;
+    is_same.then(|| read(path, options)).transpose()
 }
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Mesh> {

@@ -1,4 +1,4 @@
-//! One HTML page of a sequence: what moved, how exact and how good every step is, how long it took.
+//! One HTML page of a sequence: motion, accuracy, quality and time of every step.
 //!
 //! ```text
 //! folder ── Sequence::read ──> run.json, steps.csv ── charts ──────────────> figures ─┐

@@ -183,10 +183,8 @@ impl Surface {
         let parts = self.parts.iter().enumerate().map(|(at, part)| {
             let points = poses.iter().flat_map(|pose| &pose[part.vertices.clone()]);
             let points: Vec<Vector> = points.map(|x| x.map(f64::from)).collect();
-            let Bounds { low, high } = match points.is_empty() {
-                true => Bounds::around(&[[0.0; 3]]),
-                false => Bounds::around(&points),
-            };
+            let none = [[0.0; 3]];
+            let Bounds { low, high } = Bounds::around(if points.is_empty() { &none[..] } else { &points });
             let step = sub(high, low).map(|extent| extent / STEPS);
             scales.resize(part.vertices.end, (low, step));
             let (shown, turns) = shown_and_turns(at);

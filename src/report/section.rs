@@ -1,4 +1,4 @@
-//! Where a plane cuts single cells: polygons of any cell, segments of faces.
+//! Cuts single cells by a plane: polygons of any cell, segments of faces.
 
 use azimesh_io::mesh::sides::for_each_side;
 use azimesh_io::mesh::{CellRef, Cells};
@@ -6,7 +6,7 @@ use azimesh_io::mesh::{CellRef, Cells};
 /// An edge of the mesh that the plane crosses, its lower node first.
 pub type Crossed = (u32, u32);
 
-/// Room that is used for one cell after another.
+/// Memory that is used for one cell after another.
 #[derive(Debug, Default)]
 pub struct Scratch {
     crossings: Vec<(Crossed, bool)>,

@@ -1,4 +1,4 @@
-//! What a run came to, in sentences: what moved, how exactly, how good the cells are.
+//! The result of a run in sentences: motion, accuracy, quality of the cells.
 
 use super::folder::Sequence;
 use azimesh_core::diagnostic::{in_digits, short};
@@ -30,28 +30,26 @@ fn steps(sequence: &Sequence) -> String {
     let azimuth = span("azimuth_deg", "°").map(|span| format!("azimuth {span}"));
     let time = span("time_s", " s").map(|span| format!("time {span}"));
     let spans: Vec<String> = azimuth.into_iter().chain(time).collect();
-    let told = counted(table.len(), "step");
-    match spans.is_empty() {
-        true => format!("{told}."),
-        false => format!("{told}, {}.", spans.join(", ")),
-    }
+    let n = counted(table.len(), "step");
+    let parts: Vec<String> = std::iter::once(n).chain(spans).collect();
+    format!("{}.", parts.join(", "))
 }
 
 /// A sentence for each motion; bodies that move alike share one.
 fn bodies(sequence: &Sequence) -> Vec<String> {
     let mut motions: Vec<(String, Vec<&str>)> = Vec::new();
     for body in sequence.bodies() {
-        let Some(told) = motion(sequence, &body.name) else {
+        let Some(words) = motion(sequence, &body.name) else {
             continue;
         };
-        match motions.iter_mut().find(|(other, _)| *other == told) {
+        match motions.iter_mut().find(|(other, _)| *other == words) {
             Some((_, names)) => names.push(&body.name),
-            None => motions.push((told, vec![&body.name])),
+            None => motions.push((words, vec![&body.name])),
         }
     }
     let shown = motions.iter().take(MOTIONS);
     let mut sentences: Vec<String> = shown
-        .map(|(told, names)| format!("{}: {told}.", names.join(", ")))
+        .map(|(words, names)| format!("{}: {words}.", names.join(", ")))
         .collect();
     if motions.len() > MOTIONS {
         sentences.push(format!(
@@ -64,9 +62,9 @@ fn bodies(sequence: &Sequence) -> Vec<String> {
 
 fn motion(sequence: &Sequence, body: &str) -> Option<String> {
     let range = |key: &str| sequence.table.range(&format!("{body}/{key}"));
-    let mut told = Vec::new();
+    let mut words = Vec::new();
     if let Some([_, most]) = range("max_displacement") {
-        told.push(format!(
+        words.push(format!(
             "moved by up to {} {}",
             figures(most),
             sequence.length_unit()
@@ -78,16 +76,16 @@ fn motion(sequence: &Sequence, body: &str) -> Option<String> {
         ("lag", "lag_deg"),
     ] {
         if let Some([least, most]) = range(key) {
-            told.push(format!("{name} {}° to {}°", rounded(least), rounded(most)));
+            words.push(format!("{name} {}° to {}°", rounded(least), rounded(most)));
         }
     }
-    (!told.is_empty()).then(|| told.join(", "))
+    (!words.is_empty()).then(|| words.join(", "))
 }
 
 fn accuracy(sequence: &Sequence) -> Option<String> {
     let unit = sequence.length_unit();
     let [_, error] = sequence.table.range("max_surface_error")?;
-    let mut told = match error {
+    let mut words = match error {
         0.0 => "Surfaces are exactly where the motion puts them".to_owned(),
         _ => format!(
             "Surfaces are within {} {unit} of where the motion puts them",
@@ -102,29 +100,29 @@ fn accuracy(sequence: &Sequence) -> Option<String> {
         before.push(format!("tolerance {}", figures(tolerance)));
     }
     if !before.is_empty() {
-        told += &format!(" ({})", before.join(", "));
+        words += &format!(" ({})", before.join(", "));
     }
     if let Some([_, n]) = sequence.table.range("base_points") {
-        told += &format!("; {} base points", short(n));
+        words += &format!("; {} base points", short(n));
     }
-    Some(told + ".")
+    Some(words + ".")
 }
 
 fn quality(sequence: &Sequence) -> Option<String> {
     let row = sequence.table.worst()?;
     let [least, _] = sequence.table.range("min_scaled_jacobian")?;
     let step = sequence.table.step(row);
-    let mut told = format!(
+    let mut words = format!(
         "The smallest scaled Jacobian is {}, at step {step}",
         figures(least)
     );
     if let Some([ratio, _]) = sequence.table.range("min_first_cell_ratio") {
-        told += &format!(
+        words += &format!(
             "; first cells keep at least {} of their height",
             figures(ratio)
         );
     }
-    Some(told + ".")
+    Some(words + ".")
 }
 
 fn folded(sequence: &Sequence) -> Option<String> {

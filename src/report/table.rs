@@ -128,7 +128,7 @@ impl Table {
         self.text(row, "step").parse().unwrap_or(row)
     }
 
-    /// Whether a column has a value in any row.
+    /// Tests if a column has a value in any row.
     pub fn has(&self, column: &str) -> bool {
         self.numbers(column).iter().any(Option::is_some)
     }

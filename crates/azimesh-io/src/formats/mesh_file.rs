@@ -225,7 +225,9 @@ pub trait SequenceFile: Send {
     fn append(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash>;
 
     /// Makes the mesh that was appended last a part of the file. Must be called before another is appended.
-    fn commit(&mut self) -> Result<()>;
+    fn commit(&mut self) -> Result<()> {
+        Ok(())
+    }
 
     /// Appends and commits.
     fn push(&mut self, time: f64, mesh: &MeshView) -> Result<blake3::Hash> {
@@ -242,10 +244,14 @@ pub trait SequenceFile: Send {
 
     /// Ends a resumed file ([`Begin::Resume`]) with the mesh appended last: removes what comes after it. Returns
     /// whether there was anything.
-    fn end(&mut self) -> Result<bool>;
+    fn end(&mut self) -> Result<bool> {
+        Ok(false)
+    }
 
     /// Checks if all meshes appended so far were in the file before ([`Begin::Resume`]).
-    fn is_resuming(&self) -> bool;
+    fn is_resuming(&self) -> bool {
+        false
+    }
 }
 
 /// Treatment of an existing file of a sequence.

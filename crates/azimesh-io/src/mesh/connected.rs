@@ -102,18 +102,18 @@ impl Mesh {
 }
 
 /// Numbers in connected parts; a part goes by its smallest number.
-pub(super) struct UnionFind {
+pub(crate) struct UnionFind {
     above: Vec<u32>,
 }
 
 impl UnionFind {
-    pub(super) fn new(n: usize) -> Self {
+    pub fn new(n: usize) -> Self {
         Self {
             above: (0..n as u32).collect(),
         }
     }
 
-    pub(super) fn of(&mut self, mut node: u32) -> u32 {
+    pub fn of(&mut self, mut node: u32) -> u32 {
         while self.above[node as usize] != node {
             let next = self.above[self.above[node as usize] as usize];
             self.above[node as usize] = next;
@@ -122,7 +122,7 @@ impl UnionFind {
         node
     }
 
-    pub(super) fn join(&mut self, nodes: &[u32]) {
+    pub fn join(&mut self, nodes: &[u32]) {
         for pair in nodes.windows(2) {
             let (a, b) = (self.of(pair[0]), self.of(pair[1]));
             self.above[a.max(b) as usize] = a.min(b);

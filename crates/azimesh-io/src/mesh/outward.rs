@@ -58,7 +58,7 @@ pub(super) fn turn_alike(sides: &mut [Vec<u32>]) -> bool {
 }
 
 /// Which faces are to be turned over, from those beside each and whether both pass the edge in one direction.
-fn turned(beside: &[Vec<(usize, bool)>]) -> Option<Vec<bool>> {
+pub(crate) fn turned(beside: &[Vec<(usize, bool)>]) -> Option<Vec<bool>> {
     let mut turned: Vec<Option<bool>> = vec![None; beside.len()];
     for start in 0..beside.len() {
         if turned[start].is_some() {

@@ -154,8 +154,7 @@ pub(in crate::formats) fn one_by_one(
         let held = first..n_cells.min(first + n_held);
         let of_cells = CellFaces::new(blocks, held.clone(), size, parts);
         in_batches(held, n_cells, &mut cells, &|range| {
-            let mut part = Cells::new();
-            let mut scratch = shapes::Scratch::default();
+            let (mut part, mut stream) = (Cells::new(), Vec::new());
             for cell in range {
                 let found = of_cells.get(cell);
                 if found.len() < 4 {
@@ -165,7 +164,7 @@ pub(in crate::formats) fn one_by_one(
                         counted(found.len(), "face")
                     )));
                 }
-                shapes::push(&mut part, faces, found, &mut scratch)?;
+                shapes::push(&mut part, faces, found, &mut stream)?;
             }
             Ok(part)
         })?;
@@ -176,22 +175,18 @@ pub(in crate::formats) fn one_by_one(
     in_batches(outside, faces.len(), &mut cells, &|range| {
         let (mut part, mut scratch) = (Cells::new(), Vec::new());
         for face in range {
-            push_face(&mut part, faces.get(face), &mut scratch);
+            scratch.clear();
+            scratch.extend(faces.get(face).iter().map(|node| node.get()));
+            let kind = match scratch.len() {
+                3 => CellKind::Triangle,
+                4 => CellKind::Quadrilateral,
+                _ => CellKind::Polygon,
+            };
+            part.push(kind, &scratch);
         }
         Ok(part)
     })?;
     Ok(cells)
-}
-
-fn push_face(cells: &mut Cells, nodes: &[Label], scratch: &mut Vec<u32>) {
-    let kind = match nodes.len() {
-        3 => CellKind::Triangle,
-        4 => CellKind::Quadrilateral,
-        _ => CellKind::Polygon,
-    };
-    scratch.clear();
-    scratch.extend(nodes.iter().map(|node| node.get()));
-    cells.push(kind, scratch);
 }
 
 /// Appends the cells of a range; after the first batch reserves memory for the cells up to `last`.

@@ -9,12 +9,6 @@ use super::uniform::{hexahedron, tetrahedron};
 use crate::mesh::{CellKind, Cells};
 use azimesh_core::error::Result;
 
-/// Memory that is used again from cell to cell.
-#[derive(Default)]
-pub(in crate::formats) struct Scratch {
-    stream: Vec<u32>,
-}
-
 /// The few faces of a cell that may be a simple one, turned outward.
 struct Outward {
     faces: [[u32; 4]; 6],
@@ -22,12 +16,12 @@ struct Outward {
     n: usize,
 }
 
-/// Appends the cell that has these faces, with [`INWARD`] where they point into it.
+/// Appends the cell that has these faces, with [`INWARD`] where they point into it. `stream` is memory that is used again.
 pub(in crate::formats) fn push(
     cells: &mut Cells,
     faces: FacesView,
     of_cell: &[u32],
-    scratch: &mut Scratch,
+    stream: &mut Vec<u32>,
 ) -> Result<()> {
     if let Some(outward) = Outward::new(faces, of_cell)
         && let Some((kind, nodes)) = outward.shape()
@@ -35,7 +29,6 @@ pub(in crate::formats) fn push(
         cells.push(kind, &nodes[..kind.n_nodes().unwrap_or(0)]);
         return Ok(());
     }
-    let stream = &mut scratch.stream;
     stream.clear();
     let value = |node: &Label| node.get();
     stream.push(of_cell.len() as u32);
@@ -168,7 +161,7 @@ mod tests {
         };
         let of_cell: Vec<u32> = (0..faces.len()).map(number).collect();
         let mut cells = Cells::new();
-        push(&mut cells, list.view(), &of_cell, &mut Scratch::default()).expect("a cell");
+        push(&mut cells, list.view(), &of_cell, &mut Vec::new()).expect("a cell");
         cells
     }
 

@@ -18,20 +18,8 @@ const WHOLE: u8 = BASE | APEX | SIDES;
 /// The cells, then the faces on the boundary as cells; `None` where the cells are of other kinds.
 pub(super) fn assemble(blocks: &Blocks, faces: FacesView, n_cells: usize) -> Option<Cells> {
     match faces.size {
-        3 => cells(
-            blocks,
-            faces,
-            (n_cells, 4),
-            tetrahedra,
-            [CellKind::Tetrahedron, CellKind::Triangle],
-        ),
-        4 => cells(
-            blocks,
-            faces,
-            (n_cells, 6),
-            hexahedra,
-            [CellKind::Hexahedron, CellKind::Quadrilateral],
-        ),
+        3 => cells(blocks, faces, n_cells, tetrahedra),
+        4 => cells(blocks, faces, n_cells, hexahedra),
         _ => None,
     }
 }
@@ -40,16 +28,19 @@ pub(super) fn assemble(blocks: &Blocks, faces: FacesView, n_cells: usize) -> Opt
 type Fill<const F: usize, const N: usize> =
     fn(&Blocks, &[[Label; F]], usize, &mut [[u32; N]]) -> Option<()>;
 
-/// Cells of `N` nodes and, on the boundary, faces of `F` nodes. Each of `n_cells` has `n_faces`.
+/// Cells of `N` nodes and, on the boundary, faces of `F` nodes.
 fn cells<const F: usize, const N: usize>(
     blocks: &Blocks,
     faces: FacesView,
-    (n_cells, n_faces): (usize, usize),
+    n_cells: usize,
     fill: Fill<F, N>,
-    [kind, face_kind]: [CellKind; 2],
 ) -> Option<Cells> {
+    let (kind, face_kind) = match F {
+        3 => (CellKind::Tetrahedron, CellKind::Triangle),
+        _ => (CellKind::Hexahedron, CellKind::Quadrilateral),
+    };
     let n_inside = blocks.neighbour.len();
-    if n_cells.checked_mul(n_faces) != Some(blocks.owner.len() + n_inside) {
+    if n_cells.checked_mul(kind.faces().len()) != Some(blocks.owner.len() + n_inside) {
         return None;
     }
     let all = faces.nodes.as_chunks::<F>().0;

@@ -32,21 +32,9 @@ const NAMES: Rule = Rule {
     why: "OpenFOAM's names are words without blanks, quotes, brackets, slashes and semicolons, and begin with a letter",
 };
 
-/// A patch to be written.
-#[derive(Debug, PartialEq)]
-pub(super) struct NewPatch {
-    /// Name.
-    pub name: String,
-    /// Type.
-    pub kind: String,
-    /// Further entries: keys and texts.
-    entries: Vec<(String, String)>,
-}
-
 /// The patches of a mesh, in the order of its tags; the last one is for faces without a tag.
 pub(super) struct Patches {
-    /// The patches.
-    pub list: Vec<NewPatch>,
+    pub list: Vec<Patch>,
     /// For each cell the patch of a boundary cell; `list.len() - 1` for cells without a tag.
     pub of_cell: Vec<u32>,
     /// Faces in more than one tag.
@@ -54,10 +42,8 @@ pub(super) struct Patches {
 }
 
 impl Patches {
-    /// The patches of the tags. `origin` is what the mesh was read from, whose entries are kept.
-    ///
-    /// # Errors
-    /// If a type needs entries that are not known.
+    /// The patches of the tags. `origin` is what the mesh was read from, whose entries are kept; a type that needs further
+    /// entries is refused.
     pub fn of(mesh: &MeshView, origin: Option<&Topology>, notes: &mut Notes) -> Result<Self> {
         let tags: Vec<_> = mesh.boundary_tags().collect();
         let rest = tags.len() as u32;
@@ -101,27 +87,23 @@ impl Patches {
                 });
             }
         }
-        if let Some(&n) = sizes.last().filter(|n| **n > 0)
-            && let Some(patch) = self.list.last()
-        {
-            notes.push(GroupWritten::UntaggedPatch {
-                n,
-                name: patch.name.clone(),
-            });
-        }
+        let rest = self.list.iter().zip(sizes).last();
+        notes.extend(rest.filter(|(_, n)| **n > 0).map(|(patch, &n)| {
+            let name = patch.name.clone();
+            GroupWritten::UntaggedPatch { n, name }
+        }));
         notes
     }
 
     /// The content of the file `boundary` behind its header. `sizes` has the sizes of the patches, `n_inner` is the number
     /// of faces before them.
     pub fn text(&self, n_inner: usize, sizes: &[usize]) -> String {
-        let is_written = |at: &usize| *at + 1 < self.list.len() || sizes[*at] > 0;
-        let places: Vec<usize> = (0..self.list.len()).filter(is_written).collect();
-        let mut text = format!("{}\n(\n", places.len());
+        let n = self.list.len() - usize::from(sizes.last() == Some(&0));
+        let mut text = format!("{n}\n(\n");
         let mut start = n_inner;
-        for at in places {
-            self.list[at].push_text(&mut text, sizes[at], start);
-            start += sizes[at];
+        for (patch, &n_faces) in self.list.iter().zip(sizes).take(n) {
+            push_text(&mut text, patch, n_faces, start);
+            start += n_faces;
         }
         text.push_str(")\n");
         text
@@ -133,7 +115,7 @@ pub(super) fn patches_of(
     mesh: &MeshView,
     origin: Option<&Topology>,
     notes: &mut Notes,
-) -> Result<Vec<NewPatch>> {
+) -> Result<Vec<Patch>> {
     let tags: Vec<_> = mesh.boundary_tags().collect();
     let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
     let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
@@ -146,18 +128,6 @@ pub(super) fn patches_of(
         notes.extend(NAMES.note("boundary tag", &tag.name, &name));
         let known = known.get(&*tag.name).copied();
         let kind = kind_of(tag.condition.as_deref(), known, &tag.name, notes);
-        list.push(NewPatch::of(name, kind, known)?);
-    }
-    list.push(NewPatch {
-        name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
-        kind: "patch".to_owned(),
-        entries: Vec::new(),
-    });
-    Ok(list)
-}
-
-impl NewPatch {
-    fn of(name: String, kind: String, known: Option<&Patch>) -> Result<Self> {
         let known = known.filter(|known| known.kind == kind);
         if known.is_none() && kind.to_ascii_lowercase().contains("cyclic") {
             return Err(Error::input(format!(
@@ -165,60 +135,60 @@ impl NewPatch {
                  have; give it another type with --patch-type {name}=patch, and make it {kind} in the file boundary"
             )));
         }
-        let own =
-            |(key, _): &&(String, String)| !["type", "nFaces", "startFace"].contains(&key.as_str());
-        let entries = known
-            .into_iter()
-            .flat_map(|known| known.entries.iter().filter(own).cloned());
-        Ok(Self {
+        list.push(Patch {
             name,
             kind,
-            entries: entries.collect(),
-        })
+            entries: known.map_or(Vec::new(), |known| known.entries.clone()),
+            ..Patch::default()
+        });
     }
+    list.push(Patch {
+        name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
+        kind: "patch".to_owned(),
+        ..Patch::default()
+    });
+    Ok(list)
+}
 
-    fn push_text(&self, text: &mut String, n_faces: usize, start: usize) {
-        text.push_str(&format!("    {}\n    {{\n", self.name));
-        let mut line = |key: &str, value: &str| {
-            text.push_str(&if value.starts_with('{') {
-                format!("        {key}\n        {value}\n")
-            } else {
-                format!("        {key:<15} {value};\n")
-            });
-        };
-        line("type", &self.kind);
-        self.entries
-            .iter()
-            .for_each(|(key, value)| line(key, value));
-        line("nFaces", &n_faces.to_string());
-        line("startFace", &start.to_string());
-        text.push_str("    }\n");
+/// Adds the entry of a patch with these faces.
+fn push_text(text: &mut String, patch: &Patch, n_faces: usize, start: usize) {
+    text.push_str(&format!("    {}\n    {{\n", patch.name));
+    let mut line = |key: &str, value: &str| {
+        text.push_str(&if value.starts_with('{') {
+            format!("        {key}\n        {value}\n")
+        } else {
+            format!("        {key:<15} {value};\n")
+        });
+    };
+    line("type", &patch.kind);
+    for (key, value) in &patch.entries {
+        if !["type", "nFaces", "startFace"].contains(&key.as_str()) {
+            line(key, value);
+        }
     }
+    line("nFaces", &n_faces.to_string());
+    line("startFace", &start.to_string());
+    text.push_str("    }\n");
 }
 
 /// The type that a tag has in OpenFOAM.
 fn kind_of(condition: Option<&str>, known: Option<&Patch>, tag: &str, notes: &mut Notes) -> String {
-    let Some(condition) = condition else {
-        return "patch".to_owned();
-    };
-    let is_of_openfoam = || known.is_some_and(|known| known.kind == condition);
-    if GIVEN.contains(&condition) || is_of_openfoam() || is_pair(condition) {
+    let condition = condition.unwrap_or("patch");
+    let is_of_openfoam = GIVEN.contains(&condition)
+        || known.is_some_and(|known| known.kind == condition)
+        || condition.starts_with("cyclic")
+        || condition.starts_with("nonConformal");
+    if is_of_openfoam {
         return condition.to_owned();
     }
     let similar = OF_CGNS.iter().find(|(word, _)| condition.starts_with(word));
-    if let Some((_, kind)) = similar {
-        return (*kind).to_owned();
+    if similar.is_none() {
+        notes.push(Condition::AsPatch {
+            condition: condition.to_owned(),
+            tag: tag.to_owned(),
+        });
     }
-    notes.push(Condition::AsPatch {
-        condition: condition.to_owned(),
-        tag: tag.to_owned(),
-    });
-    "patch".to_owned()
-}
-
-/// Checks if patches of this type come in pairs.
-fn is_pair(kind: &str) -> bool {
-    kind.starts_with("cyclic") || kind.starts_with("nonConformal")
+    similar.map_or("patch", |(_, kind)| *kind).to_owned()
 }
 
 fn fit_name(name: &str, longest: usize) -> String {
@@ -388,10 +358,8 @@ mod tests {
             .map(|(key, text)| (key.to_owned(), text.to_owned()))
             .to_vec(),
         };
-        let patch =
-            NewPatch::of("side".into(), "cyclic".into(), Some(&known)).expect("it has its entries");
         let mut text = String::new();
-        patch.push_text(&mut text, 3, 20);
+        push_text(&mut text, &known, 3, 20);
         let words: Vec<&str> = text.split_whitespace().collect();
         assert_eq!(
             words.join(" "),

@@ -10,7 +10,7 @@
 //!
 //! As in OpenFOAM, a file that a time does not have is taken from the latest time before it.
 
-use super::file::{FoamFile, path_of};
+use super::file::path_of;
 use super::topology::{StoredPieces, Topology};
 use crate::formats::{Location, Source};
 use crate::mesh::MeshView;
@@ -37,54 +37,38 @@ pub(crate) struct CasePath {
 /// A mesh of the sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Step {
-    /// Its time; 0 of `constant`.
     pub time: f64,
-    /// Name of its folder.
     pub name: String,
-    /// Only the pieces have it.
+    /// Only the pieces have the mesh.
     pub is_decomposed: bool,
 }
 
 /// A folder of one piece, `processorN`, or a collated one of several, `processorsN`.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct PieceFolder {
-    /// The folder.
-    pub folder: PathBuf,
+pub(super) struct ProcessorDirs {
+    pub name: String,
     /// Number of the first piece in it.
     pub first: usize,
-    /// It is a collated one.
     pub is_collated: bool,
 }
 
 /// A case with the times at which its mesh is known.
 pub(super) struct Case {
-    /// Its folder and region.
     pub path: CasePath,
-    /// Folders of the pieces of a decomposed case.
-    pub pieces: Vec<PieceFolder>,
+    pub pieces: Vec<ProcessorDirs>,
     /// The meshes of the sequence, in the order of their times.
     pub steps: Vec<Step>,
-    /// Regions of the case.
     pub regions: Vec<String>,
-}
-
-/// Folders of one piece, or of the whole case, at the times up to one: the latest first.
-pub(super) struct Instances {
-    folders: Vec<PathBuf>,
-    /// The folder that errors name: the last one if `None`.
-    named: Option<PathBuf>,
 }
 
 /// The folders that a mesh is written to.
 pub(super) struct Place<'m> {
-    /// The case and the region.
     pub path: CasePath,
     /// The pieces that it is written in; none where it is written as a whole.
     pub pieces: &'m [StoredPieces],
 }
 
 impl CasePath {
-    /// A whole case.
     pub fn new(root: impl Into<PathBuf>) -> Self {
         Self {
             root: root.into(),
@@ -98,18 +82,17 @@ impl CasePath {
             Location::File(source) => return Self::of_mark(source.path()),
             Location::Folder(folder) => folder,
         };
+        let whole = || Self::new(folder.clone());
         if is_mesh(folder) {
             let named = parent_of(folder).filter(|(name, _)| name == MESH);
             let path = named.and_then(|(_, above)| Self::of_instance(&above, true));
-            return Some(path.unwrap_or_else(|| Self::new(folder.clone())));
+            return Some(path.unwrap_or_else(whole));
         }
-        let path = folder
-            .join(MESH)
-            .is_dir()
-            .then(|| Self::of_instance(folder, false));
+        let has_mesh = folder.join(MESH).is_dir();
+        let path = has_mesh.then(|| Self::of_instance(folder, false));
         path.flatten()
             .or_else(|| Self::of_region_in_pieces(folder))
-            .or_else(|| is_case(folder).then(|| Self::new(folder.clone())))
+            .or_else(|| is_case(folder).then(whole))
     }
 
     /// The path of points: `CASE/TIME/polyMesh/points`, or with a region in between.
@@ -137,8 +120,8 @@ impl CasePath {
     fn of_region_in_pieces(folder: &Path) -> Option<Self> {
         let (region, constant) = parent_of(folder)?;
         let (name, root) = parent_of(&constant)?;
-        let pieces = pieces_in(&root);
-        let is_there = name == CONSTANT && regions_in(&pieces.first()?.folder).contains(&region);
+        let pieces = root.join(&pieces_in(&root).first()?.name);
+        let is_there = name == CONSTANT && regions_in(&pieces).contains(&region);
         is_there.then_some(Self {
             region: Some(region),
             ..Self::new(root)
@@ -192,35 +175,33 @@ impl CasePath {
     /// The folders in the case that have the mesh that the case begins with, whole or in pieces.
     pub fn owned(&self) -> Vec<String> {
         let folder = self.folder(CONSTANT);
-        let pieces = pieces_in(&self.root);
-        let pieces = pieces
-            .iter()
-            .map(|pieces| format!("{}/{folder}", pieces.name()));
+        let pieces = pieces_in(&self.root).into_iter();
+        let pieces = pieces.map(|pieces| format!("{}/{folder}", pieces.name));
         pieces.chain([folder.clone()]).collect()
     }
 
-    /// The folders of the mesh up to a step.
-    fn up_to(&self, step: &Step) -> Instances {
+    /// The same region and time in a folder of pieces.
+    fn within(&self, pieces: &ProcessorDirs) -> Self {
+        Self {
+            root: self.root.join(&pieces.name),
+            ..self.clone()
+        }
+    }
+
+    /// The folders of the mesh up to a step, the latest first.
+    fn up_to(&self, step: &Step) -> Vec<PathBuf> {
         let mut times = times_in(&self.root);
-        times.retain(|(time, name)| *name == step.name || *time <= step.time);
-        // Of two names of one time, the name of the step comes first.
-        times.sort_by(|a, b| {
-            let is_step = |name: &String| *name == step.name;
-            b.0.total_cmp(&a.0).then(is_step(&b.1).cmp(&is_step(&a.1)))
+        times.retain(|(time, name)| {
+            step.name != CONSTANT && (*name == step.name || *time <= step.time)
         });
-        if step.name == CONSTANT {
-            times.clear();
-        }
-        let names = times
-            .iter()
-            .map(|(_, name)| name.as_str())
-            .chain([CONSTANT]);
-        Instances {
-            folders: names
-                .map(|name| self.root.join(self.folder(name)))
-                .collect(),
-            named: None,
-        }
+        // Of two names of one time, the name of the step comes first.
+        times.sort_by(|(a, own), (b, other)| {
+            let is_step = |name: &String| *name == step.name;
+            b.total_cmp(a).then(is_step(other).cmp(&is_step(own)))
+        });
+        let names = times.iter().map(|(_, name)| name.as_str());
+        let folder = |name: &str| self.root.join(self.folder(name));
+        names.chain([CONSTANT]).map(folder).collect()
     }
 
     /// The times at which the folder has points, `constant` before them unless there is one at time 0 or before.
@@ -247,45 +228,7 @@ impl CasePath {
     }
 }
 
-impl PieceFolder {
-    /// Its name in the case.
-    pub fn name(&self) -> String {
-        let name = self.folder.file_name().unwrap_or_default();
-        name.to_string_lossy().into_owned()
-    }
-}
-
-impl Instances {
-    /// The latest file of this name.
-    pub fn find(&self, name: &str) -> Result<Option<FoamFile>> {
-        let folders = self.folders.iter();
-        let mut paths = folders.filter_map(|folder| path_of(folder, name));
-        paths.next().map(|path| FoamFile::open(&path)).transpose()
-    }
-
-    /// The latest file of this name, which must be there.
-    pub fn need(&self, name: &str) -> Result<FoamFile> {
-        self.find(name)?.ok_or_else(|| {
-            let folder = self.named.as_ref().or(self.folders.last());
-            let folder = folder.map_or(Path::new(""), PathBuf::as_path);
-            Error::input(format!("the mesh has no file \"{name}\"")).file(folder)
-        })
-    }
-
-    /// The folders from the latest to the folder of `faces`, which has the files that belong to them.
-    pub fn since_faces(&self) -> Self {
-        let is_last = |folder: &PathBuf| path_of(folder, "faces").is_some();
-        let last = self.folders.iter().position(is_last);
-        let n = last.map_or(self.folders.len(), |last| last + 1);
-        Self {
-            folders: self.folders[..n].to_vec(),
-            named: self.named.clone(),
-        }
-    }
-}
-
 impl Case {
-    /// The case that a path names.
     pub fn at(location: &Location) -> Result<Self> {
         let path = location.path();
         let mut of = CasePath::of(location).ok_or_else(|| {
@@ -302,7 +245,7 @@ impl Case {
         let pieces = pieces_in(&of.root);
         let mut regions = regions_in(&of.root);
         if let Some(pieces) = pieces.first() {
-            regions.extend(regions_in(&pieces.folder));
+            regions.extend(regions_in(&of.root.join(&pieces.name)));
         }
         regions.sort();
         regions.dedup();
@@ -328,29 +271,12 @@ impl Case {
         Ok(case)
     }
 
-    /// The folders of the whole mesh, up to a step.
-    pub fn whole(&self, step: &Step) -> Instances {
-        if !is_mesh(&self.path.root) {
-            return self.path.up_to(step);
-        }
-        Instances {
-            folders: vec![self.path.root.clone()],
-            named: None,
-        }
-    }
-
-    /// The folders of a piece, or of several collated ones, up to a step.
-    pub fn of_pieces(&self, pieces: &PieceFolder, step: &Step) -> Instances {
-        Instances {
-            named: Some(pieces.folder.clone()),
-            ..self.path_in(pieces).up_to(step)
-        }
-    }
-
-    fn path_in(&self, pieces: &PieceFolder) -> CasePath {
-        CasePath {
-            root: pieces.folder.clone(),
-            ..self.path.clone()
+    /// The folders of the mesh up to a step, whole or in a folder of pieces, the latest first.
+    pub fn folders(&self, step: &Step, pieces: Option<&ProcessorDirs>) -> Vec<PathBuf> {
+        match pieces {
+            Some(pieces) => self.path.within(pieces).up_to(step),
+            None if is_mesh(&self.path.root) => vec![self.path.root.clone()],
+            None => self.path.up_to(step),
         }
     }
 
@@ -367,11 +293,9 @@ impl Case {
     fn find_steps(&self, is_decomposed: bool) -> Vec<Step> {
         let mut steps = self.path.steps(is_decomposed);
         if let Some(pieces) = self.pieces.first() {
-            for step in self.path_in(pieces).steps(true) {
-                if !steps.iter().any(|known| known.time == step.time) {
-                    steps.push(step);
-                }
-            }
+            let mut more = self.path.within(pieces).steps(true);
+            more.retain(|step| !steps.iter().any(|known| known.time == step.time));
+            steps.append(&mut more);
         }
         steps.sort_by(|a, b| a.time.total_cmp(&b.time));
         steps
@@ -383,13 +307,10 @@ impl Case {
             (None, []) => {
                 "the case has no mesh: there is no constant/polyMesh with points".to_owned()
             }
-            (None, regions) => {
-                let regions = regions.iter().map(|region| format!("{CONSTANT}/{region}"));
-                format!(
-                    "the case has no mesh of its own but regions; give one of {}",
-                    regions.collect::<Vec<_>>().join(", ")
-                )
-            }
+            (None, regions) => format!(
+                "the case has no mesh of its own but regions; give one of {CONSTANT}/{}",
+                regions.join(&format!(", {CONSTANT}/"))
+            ),
         };
         Error::input(message).file(path)
     }
@@ -400,31 +321,28 @@ impl<'m> Place<'m> {
     /// pieces, unless its cells or tags are others now or `as_one`.
     pub fn of(path: &Path, mesh: &MeshView<'m>, as_one: bool) -> Self {
         let origin = mesh.origin.get::<Topology>();
-        let fits = |origin: &&Topology| {
-            !origin.pieces.is_empty() && origin.has_groups_of(mesh) && origin.has_cells_of(mesh)
-        };
+        let in_pieces = origin.filter(|origin| !as_one && !origin.pieces.is_empty());
+        let in_pieces =
+            in_pieces.filter(|origin| origin.has_groups_of(mesh) && origin.has_cells_of(mesh));
         Self {
             path: CasePath {
                 region: origin.and_then(|origin| origin.path.region.clone()),
                 ..CasePath::new(case_of(path))
             },
-            pieces: origin
-                .filter(|_| !as_one)
-                .filter(fits)
-                .map_or(&[], |origin| &origin.pieces),
+            pieces: in_pieces.map_or(&[], |origin| &origin.pieces),
         }
     }
 
     /// The folders of the mesh at a time, from the case on: one, or one in each folder of pieces.
     pub fn folders(&self, time: &str) -> Vec<String> {
         let folder = self.path.folder(time);
-        match self.pieces {
-            [] => vec![folder],
-            pieces => {
-                let pieces = pieces.iter().map(|pieces| &pieces.folder);
-                pieces.map(|pieces| format!("{pieces}/{folder}")).collect()
-            }
+        if self.pieces.is_empty() {
+            return vec![folder];
         }
+        let pieces = self.pieces.iter();
+        pieces
+            .map(|pieces| format!("{}/{folder}", pieces.folder))
+            .collect()
     }
 
     /// The folders that this mesh replaces as a whole. With pieces no other mesh of the case stays: that would be read
@@ -502,7 +420,6 @@ fn time_of(name: &str) -> Option<f64> {
     time.is_finite().then_some(time)
 }
 
-/// Names of what a folder has.
 fn names_in(folder: &Path) -> impl Iterator<Item = String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.filter_map(|entry| entry.file_name().into_string().ok())
@@ -522,7 +439,7 @@ fn regions_in(root: &Path) -> Vec<String> {
 }
 
 /// The folders of the pieces of a decomposed case, in the order of the pieces.
-pub(super) fn pieces_in(root: &Path) -> Vec<PieceFolder> {
+pub(super) fn pieces_in(root: &Path) -> Vec<ProcessorDirs> {
     let pieces = names_in(root).filter_map(|name| {
         let rest = name.strip_prefix("processor")?;
         let (first, is_collated) = match rest.strip_prefix('s') {
@@ -534,19 +451,18 @@ pub(super) fn pieces_in(root: &Path) -> Vec<PieceFolder> {
                 None => return None,
             },
         };
-        let folder = root.join(&name);
-        let is_one = folder.is_dir() && first < u32::MAX as usize;
-        is_one.then_some(PieceFolder {
-            folder,
+        let is_one = root.join(&name).is_dir() && first < u32::MAX as usize;
+        is_one.then_some(ProcessorDirs {
+            name,
             first,
             is_collated,
         })
     });
-    let mut pieces: Vec<PieceFolder> = pieces.collect();
+    let mut pieces: Vec<_> = pieces.collect();
     let has_single = pieces.iter().any(|pieces| !pieces.is_collated);
     // A case has the one or the other; both after it was decomposed twice.
     pieces.retain(|pieces| pieces.is_collated != has_single);
-    pieces.sort_by(|a, b| (a.first, &a.folder).cmp(&(b.first, &b.folder)));
+    pieces.sort_by(|a, b| (a.first, &a.name).cmp(&(b.first, &b.name)));
     pieces
 }
 

@@ -45,7 +45,12 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
             name.display()
         ))
         .file(case)),
-        None => Copying::of(origin, &Place::of(case, mesh, false))?.check(),
+        None => {
+            // A file that cannot be read is refused before anything is written.
+            let copying = Copying::of(origin, &Place::of(case, mesh, false))?;
+            let mut files = copying.files.iter().map(|inside| copying.from.join(inside));
+            files.try_for_each(|path| open(&path).map(|_| ()))
+        }
     }
 }
 
@@ -61,10 +66,25 @@ fn resolved(path: &Path) -> PathBuf {
 
 /// Copies the files that belong to the case of the mesh. Files that are there already stay as they are.
 pub(super) fn copy(mesh: &MeshView, files: &mut CaseFiles) -> Result<()> {
-    match mesh.origin.get::<Topology>() {
-        Some(origin) => Copying::of(origin, files.place)?.copy(files),
-        None => Ok(()),
+    let Some(origin) = mesh.origin.get::<Topology>() else {
+        return Ok(());
+    };
+    let copying = Copying::of(origin, files.place)?;
+    let case = &files.place.path.root;
+    for inside in &copying.files {
+        if !case.join(inside).exists() {
+            let file = open(&copying.from.join(inside))?;
+            files.copy(file, &inside.to_string_lossy(), &case.join(inside))?;
+        }
     }
+    for (inside, place) in &copying.links {
+        if fs::symlink_metadata(case.join(inside)).is_err() {
+            let to: PathBuf = inside.components().skip(1).map(|_| "..").collect();
+            let name = inside.to_string_lossy();
+            files.out.link_in_folder(&name, &to.join(place))?;
+        }
+    }
+    Ok(())
 }
 
 /// The files of a case that are copied. A folder is copied once: a link that leads to it again becomes a link to the copy.
@@ -154,33 +174,6 @@ impl<'a> Copying<'a> {
         in_root
             .or(self.places.get(&real).map(PathBuf::as_path))
             .map(Path::to_path_buf)
-    }
-
-    /// Opens each file, so that one that cannot be read is refused before anything is written.
-    fn check(&self) -> Result<()> {
-        let mut files = self.files.iter().map(|inside| self.from.join(inside));
-        files.try_for_each(|path| open(&path).map(|_| ()))
-    }
-
-    fn copy(&self, files: &mut CaseFiles) -> Result<()> {
-        let case = &files.place.path.root;
-        for inside in self
-            .files
-            .iter()
-            .filter(|inside| !case.join(inside).exists())
-        {
-            let file = open(&self.from.join(inside))?;
-            files.copy(file, &inside.to_string_lossy(), &case.join(inside))?;
-        }
-        for (inside, place) in &self.links {
-            if fs::symlink_metadata(case.join(inside)).is_err() {
-                let above = inside.components().skip(1).map(|_| "..");
-                let to: PathBuf = above.collect();
-                let name = inside.to_string_lossy();
-                files.out.link_in_folder(&name, &to.join(place))?;
-            }
-        }
-        Ok(())
     }
 }
 

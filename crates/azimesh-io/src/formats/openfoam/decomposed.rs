@@ -2,14 +2,15 @@
 //! the numbers that their points, faces and cells have in the whole. Pieces without files of these numbers get them from
 //! the faces that they share.
 
-use super::case::{Case, PieceFolder, Step};
+use super::case::{Case, Step};
 use super::lists;
 use super::read::{Files, Lists, read_lists};
-use super::topology::{Patch, StoredFile, StoredPiece, StoredPieces};
+use super::topology::{Patch, StoredPiece, StoredPieces};
 use super::zones::{Zone, of_name};
 use crate::formats::Notes;
 use crate::formats::by_faces::{Faces, Label, NONE};
 use crate::formats::names::Places;
+use crate::mesh::UnionFind;
 use azimesh_core::diagnostic::formats::Foam;
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -36,10 +37,11 @@ struct Piece {
     /// Its mesh, with the numbers of the piece.
     lists: Lists,
     /// Its numbers in the whole.
-    numbers: Option<Numbers>,
+    numbers: Numbers,
 }
 
 /// Numbers in the whole of the points, faces and cells of a piece.
+#[derive(Default)]
 struct Numbers {
     points: Vec<u32>,
     /// From 1 on; negative where the face is turned round.
@@ -60,13 +62,9 @@ impl Piece {
         patches.filter(|patch| is_shared(patch) && whole_patch(patch).is_none())
     }
 
-    fn numbers(&self) -> &Numbers {
-        self.numbers.as_ref().expect("all pieces have numbers")
-    }
-
     /// Index in the whole of a face, and whether the face is turned round.
     fn whole_face(&self, face: usize) -> (usize, bool) {
-        let number = self.numbers().faces[face];
+        let number = self.numbers.faces[face];
         (number.unsigned_abs() as usize - 1, number < 0)
     }
 
@@ -106,65 +104,53 @@ pub(super) fn read(
     notes: &mut Notes,
 ) -> Result<(Lists, Vec<StoredPieces>)> {
     let mut pieces: Vec<Piece> = Vec::new();
+    let mut has_numbers = true;
     let mut folders = Vec::new();
-    for folder in &case.pieces {
-        let found = case.of_pieces(folder, step);
-        let (meshes, stored) = read_lists(&found, folder.is_collated, &NUMBERS)?;
-        folders.push((folder, stored));
+    for dirs in &case.pieces {
+        let folder = case.path.root.join(&dirs.name);
+        let found = case.folders(step, Some(dirs));
+        let (meshes, files) = read_lists(&found, Some((dirs, &folder)), &NUMBERS)?;
+        folders.push((dirs, files, meshes.len()));
         for (i, (lists, files)) in meshes.into_iter().enumerate() {
+            let numbers = read_numbers(&lists, &files)?;
+            has_numbers &= numbers.is_some();
             pieces.push(Piece {
-                number: folder.first + i,
-                folder: folder.folder.clone(),
-                numbers: read_numbers(&lists, &files)?,
+                number: dirs.first + i,
+                folder: folder.clone(),
                 lists,
+                numbers: numbers.unwrap_or_default(),
             });
         }
     }
-    for (i, piece) in pieces.iter().enumerate() {
-        if piece.number != i {
-            return Err(
-                Error::input(format!("the case is decomposed, but piece {i} is missing"))
-                    .file(&case.path.root),
-            );
-        }
+    if let Some(i) = (0..pieces.len()).find(|i| pieces[*i].number != *i) {
+        let message = format!("the case is decomposed, but piece {i} is missing");
+        return Err(Error::input(message).file(&case.path.root));
     }
-    let n = pieces.len();
-    let has_numbers = pieces.iter().all(|piece| piece.numbers.is_some());
     if !has_numbers {
         let numbers = find_numbers(&pieces)?;
         for (piece, numbers) in pieces.iter_mut().zip(numbers) {
-            piece.numbers = Some(numbers);
+            piece.numbers = numbers;
         }
     }
     let lists = join(&pieces)?;
+    let n = pieces.len();
     let by = if has_numbers {
         "the numbers of the whole"
     } else {
         "the faces that they share"
     };
     notes.push(Foam::Joined { n, by });
-    Ok((lists, stored(folders, pieces)))
-}
-
-/// Files folder by folder, and of each piece its nodes in the whole and its patches.
-fn stored(folders: Vec<(&PieceFolder, Vec<StoredFile>)>, pieces: Vec<Piece>) -> Vec<StoredPieces> {
-    let mut pieces = pieces.into_iter().peekable();
-    let folders = folders.into_iter().map(|(folder, files)| {
-        let mut own = Vec::new();
-        while let Some(piece) = pieces.next_if(|piece| piece.folder == folder.folder) {
-            own.push(StoredPiece {
-                nodes: piece.numbers.map_or(Vec::new(), |numbers| numbers.points),
-                patches: piece.lists.patches,
-            });
-        }
-        StoredPieces {
-            folder: folder.name(),
-            is_collated: folder.is_collated,
-            files,
-            pieces: own,
-        }
+    let mut stored = pieces.into_iter().map(|piece| StoredPiece {
+        nodes: piece.numbers.points,
+        patches: piece.lists.patches,
     });
-    folders.collect()
+    let folders = folders.into_iter().map(|(dirs, files, n)| StoredPieces {
+        folder: dirs.name.clone(),
+        is_collated: dirs.is_collated,
+        files,
+        pieces: stored.by_ref().take(n).collect(),
+    });
+    Ok((lists, folders.collect()))
 }
 
 /// The numbers of a piece in the whole, where all files of them are there.
@@ -221,7 +207,7 @@ fn join(pieces: &[Piece]) -> Result<Lists> {
     for (piece, face, is_turned) in places {
         let piece = &pieces[piece];
         let nodes = piece.lists.faces.view().get(face);
-        let whole = |node: &Label| piece.numbers().points[node.get() as usize];
+        let whole = |node: &Label| piece.numbers.points[node.get() as usize];
         if is_turned {
             faces.push(turned(nodes).map(whole));
         } else {
@@ -229,7 +215,7 @@ fn join(pieces: &[Piece]) -> Result<Lists> {
         }
     }
     let points = pieces.iter().flat_map(|piece| {
-        let numbers = piece.numbers().points.iter().zip(&piece.lists.points);
+        let numbers = piece.numbers.points.iter().zip(&piece.lists.points);
         numbers.map(move |(number, point)| (piece, *number as usize, *point))
     });
     let n_points = pieces.iter().map(|piece| piece.lists.points.len()).sum();
@@ -278,31 +264,31 @@ fn sides(pieces: &[Piece], n_faces: usize) -> Result<(Vec<u32>, Vec<u32>)> {
     let mut owner = vec![NONE; n_faces];
     let mut neighbour = vec![NONE; n_faces];
     for piece in pieces {
-        let cells = &piece.numbers().cells;
+        let cells = &piece.numbers.cells;
         for cell in cells {
             piece.check_number("cell", *cell as usize, n_cells)?;
         }
         let (owners, neighbours) = (piece.lists.owner.view(), piece.lists.neighbour.view());
         for face in 0..owners.len() {
             let (number, is_turned) = piece.whole_face(face);
-            let here = cells[owners[face].get() as usize];
-            let there = neighbours.get(face);
-            let there = there.map_or(NONE, |cell| cells[cell.get() as usize]);
-            let [out, other] = if is_turned {
-                [there, here]
-            } else {
-                [here, there]
-            };
-            for (side, cell) in [(&mut owner[number], out), (&mut neighbour[number], other)] {
-                if cell == NONE {
-                    continue;
-                }
-                if ![NONE, cell].contains(side) {
+            let cell =
+                |label: Option<&Label>| label.map_or(NONE, |cell| cells[cell.get() as usize]);
+            let mut own = [cell(owners.get(face)), cell(neighbours.get(face))];
+            if is_turned {
+                own.reverse();
+            }
+            for (side, cell) in [&mut owner[number], &mut neighbour[number]]
+                .into_iter()
+                .zip(own)
+            {
+                if cell != NONE && ![NONE, cell].contains(side) {
                     return Err(piece.refuse(format!(
                         "face {number} of the whole has cells {side} and {cell} on one side"
                     )));
                 }
-                *side = cell;
+                if cell != NONE {
+                    *side = cell;
+                }
             }
         }
     }
@@ -365,7 +351,7 @@ fn patches(pieces: &[Piece], n_internal: usize) -> Result<Vec<Patch>> {
 fn zones(pieces: &[Piece]) -> Vec<Zone> {
     let (mut zones, mut places) = (Vec::new(), Places::default());
     for piece in pieces {
-        let cells = &piece.numbers().cells;
+        let cells = &piece.numbers.cells;
         for zone in &piece.lists.zones {
             let labels = zone.labels.iter();
             let labels = labels.map(|cell| cells.get(*cell as usize).copied().unwrap_or(NONE));
@@ -404,12 +390,12 @@ fn find_numbers(pieces: &[Piece]) -> Result<Vec<Numbers>> {
         faces
     });
     let mut faces: Vec<Vec<i64>> = inside.collect();
-    let mut same = SamePoints((0..n_points as u32).collect());
+    let mut same = UnionFind::new(n_points);
     for piece in pieces {
         for patch in piece.shared() {
             let (other, theirs) = partner(pieces, piece, patch)?;
             for pair in faces_of(patch).zip(faces_of(theirs)) {
-                same.join(&point_starts, [piece, other], pair.into())?;
+                join_nodes(&mut same, &point_starts, [piece, other], pair.into())?;
                 if piece.number < other.number {
                     faces[piece.number][pair.0] = next();
                     faces[other.number][pair.1] = -faces[piece.number][pair.0];
@@ -417,23 +403,23 @@ fn find_numbers(pieces: &[Piece]) -> Result<Vec<Numbers>> {
             }
         }
     }
-    let mut parts: BTreeMap<&str, Vec<(usize, Range<usize>)>> = BTreeMap::new();
-    for piece in pieces {
-        for patch in piece.lists.patches.iter().filter(|patch| patch.n_faces > 0) {
-            if let Some(name) = whole_patch(patch) {
-                let part = (piece.number, faces_of(patch));
-                parts.entry(name).or_default().push(part);
-            }
-        }
-    }
     for patch in whole_patches(pieces) {
-        for (piece, part) in parts.remove(&*patch.name).unwrap_or_default() {
-            faces[piece][part].fill_with(&mut next);
+        for piece in pieces {
+            let is_part = |own: &&Patch| own.n_faces > 0 && whole_patch(own) == Some(&patch.name);
+            for own in piece.lists.patches.iter().filter(is_part) {
+                faces[piece.number][faces_of(own)].fill_with(&mut next);
+            }
         }
     }
     let in_no_patch = faces.iter_mut().flatten().filter(|number| **number == 0);
     in_no_patch.for_each(|number| *number = next());
-    let new_index = same.new_index();
+    // The number of a point is the number of the first point at its place.
+    let (mut new_index, mut n) = (Vec::with_capacity(n_points), 0);
+    for i in 0..n_points {
+        let first = same.of(i as u32) as usize;
+        new_index.push(new_index.get(first).copied().unwrap_or(n));
+        n += u32::from(first == i);
+    }
     let numbers = faces.into_iter().enumerate().map(|(i, faces)| Numbers {
         points: new_index[point_starts[i]..point_starts[i + 1]].to_vec(),
         faces,
@@ -475,56 +461,29 @@ fn partner<'p>(
     Ok((other, theirs))
 }
 
-/// The points of all pieces; each leads to an earlier one at the same place, or to itself.
-struct SamePoints(Vec<u32>);
-
-impl SamePoints {
-    fn root(&mut self, mut point: u32) -> u32 {
-        while self.0[point as usize] != point {
-            let above = self.0[self.0[point as usize] as usize];
-            self.0[point as usize] = above;
-            point = above;
-        }
-        point
+/// Joins the nodes of a face in two pieces, whose points begin at `starts`.
+fn join_nodes(
+    same: &mut UnionFind,
+    starts: &[usize],
+    pieces: [&Piece; 2],
+    faces: [usize; 2],
+) -> Result<()> {
+    let [one, other] = [0, 1].map(|i| pieces[i].lists.faces.view().get(faces[i]));
+    let [a, b] = pieces.map(|piece| &piece.lists.points);
+    let is_near = |(one, other): (&Label, &Label)| {
+        let [p, q] = [a[one.get() as usize], b[other.get() as usize]];
+        let size = p.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        (0..3).all(|i| (p[i] - q[i]).abs() <= SAME_PLACE * size.max(f64::MIN_POSITIVE))
+    };
+    if one.len() != other.len() || !one.iter().zip(turned(other)).all(is_near) {
+        return Err(pieces[0].refuse(format!(
+            "face {} is not face {} of piece {}, which should be the same",
+            faces[0], faces[1], pieces[1].number
+        )));
     }
-
-    /// Joins the nodes of a face in two pieces, whose points begin at `starts`.
-    fn join(&mut self, starts: &[usize], pieces: [&Piece; 2], faces: [usize; 2]) -> Result<()> {
-        let [one, other] = [0, 1].map(|i| pieces[i].lists.faces.view().get(faces[i]));
-        let [a, b] = pieces.map(|piece| &piece.lists.points);
-        let is_near = |(one, other): (&Label, &Label)| {
-            let [p, q] = [a[one.get() as usize], b[other.get() as usize]];
-            let size = p.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            (0..3).all(|i| (p[i] - q[i]).abs() <= SAME_PLACE * size.max(f64::MIN_POSITIVE))
-        };
-        if one.len() != other.len() || !one.iter().zip(turned(other)).all(is_near) {
-            return Err(pieces[0].refuse(format!(
-                "face {} is not face {} of piece {}, which should be the same",
-                faces[0], faces[1], pieces[1].number
-            )));
-        }
-        let [first, second] = pieces.map(|piece| starts[piece.number] as u32);
-        for (one, other) in one.iter().zip(turned(other)) {
-            let [one, other] =
-                [first + one.get(), second + other.get()].map(|node| self.root(node));
-            self.0[one.max(other) as usize] = one.min(other);
-        }
-        Ok(())
+    let [first, second] = pieces.map(|piece| starts[piece.number] as u32);
+    for (one, other) in one.iter().zip(turned(other)) {
+        same.join(&[first + one.get(), second + other.get()]);
     }
-
-    /// The number in the whole of each point.
-    fn new_index(mut self) -> Vec<u32> {
-        let mut n = 0;
-        let mut new_index = vec![0; self.0.len()];
-        for i in 0..self.0.len() {
-            let root = self.root(i as u32) as usize;
-            if root == i {
-                new_index[i] = n;
-                n += 1;
-            } else {
-                new_index[i] = new_index[root];
-            }
-        }
-        new_index
-    }
+    Ok(())
 }

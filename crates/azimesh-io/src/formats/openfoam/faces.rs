@@ -9,7 +9,7 @@
 //! agree, and a checker of meshes is to find the negative volume.
 
 use crate::mesh::sides::for_each_side;
-use crate::mesh::{Across, Adjacency, CellKind, CellRef, CellRun, MeshView};
+use crate::mesh::{Across, Adjacency, CellKind, CellRef, CellRun, MeshView, turned};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, cross, dot, sub};
 use azimesh_core::parallel::{BLOCK, map, map_blocks};
@@ -19,7 +19,6 @@ use std::mem;
 /// The faces of a mesh as polyMesh has them.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct OrderedFaces {
-    /// Nodes of all faces.
     pub faces: FaceList,
     /// Cell of each face that it is turned out of.
     pub owner: Vec<u32>,
@@ -27,7 +26,6 @@ pub(super) struct OrderedFaces {
     pub neighbour: Vec<u32>,
     /// Number of faces of each patch, in order; the last one has the outer faces of no tag.
     pub patch_sizes: Vec<usize>,
-    /// Number of cells.
     pub n_cells: usize,
     /// Number of cells that the mesh lists in the other orientation.
     pub n_reversed: usize,
@@ -38,7 +36,6 @@ pub(super) struct OrderedFaces {
 pub(super) struct FaceList {
     /// Start of each face in `nodes`, and the end.
     pub starts: Vec<u32>,
-    /// Nodes of all faces.
     pub nodes: Vec<u32>,
 }
 
@@ -52,22 +49,18 @@ impl Default for FaceList {
 }
 
 impl FaceList {
-    /// Number of faces.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// Nodes of a face.
     pub fn get(&self, face: usize) -> &[u32] {
         &self.nodes[self.starts[face] as usize..self.starts[face + 1] as usize]
     }
 
-    /// All of them in order.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
         (0..self.len()).map(|face| self.get(face))
     }
 
-    /// Appends a face.
     pub fn push(&mut self, nodes: &[u32]) {
         self.nodes.extend_from_slice(nodes);
         self.starts.push(self.nodes.len() as u32);
@@ -77,16 +70,19 @@ impl FaceList {
     fn append(&mut self, other: &FaceList) -> Result<()> {
         let before = self.nodes.len();
         if before + other.nodes.len() > i32::MAX as usize {
-            return Err(Error::input(
-                "the faces have more than 2147483647 nodes together, the most that labels of 32 bits count",
-            ));
+            return Err(too_many("the faces have", "nodes together"));
         }
         self.nodes.extend_from_slice(&other.nodes);
-        let starts = other.starts[1..].iter();
-        self.starts
-            .extend(starts.map(|start| start + before as u32));
+        let starts = other.starts[1..].iter().map(|start| start + before as u32);
+        self.starts.extend(starts);
         Ok(())
     }
+}
+
+fn too_many(there: &str, what: &str) -> Error {
+    Error::input(format!(
+        "{there} more than 2147483647 {what}, the most that labels of 32 bits count"
+    ))
 }
 
 /// The number of each volume cell among them.
@@ -111,12 +107,10 @@ impl CellNumbers {
         Self { runs, n }
     }
 
-    /// Number of volume cells.
     pub fn len(&self) -> usize {
         self.n
     }
 
-    /// The number of a volume cell.
     #[inline]
     pub fn get(&self, cell: u32) -> u32 {
         let after = self.runs.partition_point(|(first, _)| *first <= cell);
@@ -144,21 +138,19 @@ impl OrderedFaces {
     ///
     /// Time and memory grow with the number of sides of the cells.
     pub fn of(mesh: &MeshView, patch_of: &[u32], n_patches: usize) -> Result<Self> {
-        let numbers = CellNumbers::of(mesh);
-        let orientation = Orientation::of(mesh);
-        let adjacency = Adjacency::of_cells(mesh.cells, mesh.dimension());
         let walk = Walk {
             mesh,
-            numbers: &numbers,
-            orientation: &orientation,
+            numbers: CellNumbers::of(mesh),
+            orientation: Orientation::of(mesh),
             patch_of,
             rest: n_patches as u32,
         };
+        let adjacency = Adjacency::of_cells(mesh.cells, mesh.dimension());
         let mut parts = map(adjacency.n_chunks(), &|chunk| walk.part(&adjacency, chunk));
         drop(adjacency);
         let mut topology = Self {
-            n_cells: numbers.len(),
-            n_reversed: orientation.n_reversed(mesh),
+            n_cells: walk.numbers.len(),
+            n_reversed: walk.orientation.n_reversed(mesh),
             patch_sizes: vec![0; n_patches + 1],
             ..Self::default()
         };
@@ -181,16 +173,12 @@ impl OrderedFaces {
     fn add_patches(&mut self, parts: &[Part]) -> Result<()> {
         let mut order: Vec<([u32; 2], u32, u32)> = Vec::new();
         for (at, part) in parts.iter().enumerate() {
-            let faces = part.on_patch.iter().enumerate();
-            order.extend(
-                faces.map(|(i, &[patch, boundary, _])| ([patch, boundary], at as u32, i as u32)),
-            );
+            let faces = part.on_patch.iter().zip(0..);
+            order.extend(faces.map(|(&[patch, cell, _], i)| ([patch, cell], at as u32, i)));
         }
         order.sort_unstable();
         if order.len() + self.owner.len() > i32::MAX as usize {
-            return Err(Error::input(
-                "there are more than 2147483647 faces, the most that labels of 32 bits count",
-            ));
+            return Err(too_many("there are", "faces"));
         }
         for ([patch, _], part, i) in order {
             let part = &parts[part as usize];
@@ -202,17 +190,15 @@ impl OrderedFaces {
     }
 }
 
-/// Data for a pass over the cells.
 struct Walk<'a> {
     mesh: &'a MeshView<'a>,
-    numbers: &'a CellNumbers,
-    orientation: &'a Orientation,
+    numbers: CellNumbers,
+    orientation: Orientation,
     patch_of: &'a [u32],
     rest: u32,
 }
 
 impl Walk<'_> {
-    /// The faces of the cells of a chunk.
     fn part(&self, adjacency: &Adjacency, chunk: usize) -> Part {
         let (range, mut sides) = adjacency.chunk(chunk);
         let mut part = Part::default();
@@ -271,21 +257,14 @@ impl Walk<'_> {
     }
 }
 
-/// Adds a face without repeated corners, which collapsed cells have.
+/// Adds a face without repeated corners, which collapsed cells have. The first node stays first.
 fn push_face(list: &mut FaceList, corners: &[u32], reverse: bool) {
-    let first = list.nodes.len();
-    let mut add = |node: u32| {
+    let (first, n) = (list.nodes.len(), corners.len());
+    for i in 0..n {
+        let node = corners[if reverse && i > 0 { n - i } else { i }];
         if list.nodes[first..].last() != Some(&node) {
             list.nodes.push(node);
         }
-    };
-    // The first node stays first.
-    let (head, tail) = corners.split_at(corners.len().min(1));
-    head.iter().for_each(|node| add(*node));
-    if reverse {
-        tail.iter().rev().for_each(|node| add(*node));
-    } else {
-        tail.iter().for_each(|node| add(*node));
     }
     if list.nodes.len() > first + 1 && list.nodes[first..].last() == Some(&list.nodes[first]) {
         list.nodes.pop();
@@ -408,28 +387,13 @@ fn disagreeing(faces: &[&[u32]]) -> Option<Vec<bool>> {
     if pairs().all(|pair| pair[0].2 != pair[1].2) {
         return None;
     }
-    let mut next: Vec<Vec<(usize, bool)>> = vec![Vec::new(); faces.len()];
+    let mut beside: Vec<Vec<(usize, bool)>> = vec![Vec::new(); faces.len()];
     for pair in pairs() {
-        let agrees = pair[0].2 != pair[1].2;
-        next[pair[0].1].push((pair[1].1, agrees));
-        next[pair[1].1].push((pair[0].1, agrees));
+        let (a, b, is_same) = (pair[0].1, pair[1].1, pair[0].2 == pair[1].2);
+        beside[a].push((b, is_same));
+        beside[b].push((a, is_same));
     }
-    let mut turned: Vec<Option<bool>> = vec![None; faces.len()];
-    for start in 0..faces.len() {
-        let mut waiting = vec![start];
-        turned[start].get_or_insert(false);
-        while let Some(face) = waiting.pop() {
-            let own = turned[face].unwrap_or(false);
-            for &(other, agrees) in &next[face] {
-                if turned[other].is_none() {
-                    turned[other] = Some(own == agrees);
-                    waiting.push(other);
-                }
-            }
-        }
-    }
-    let turned = turned.into_iter();
-    Some(turned.map(|turned| turned.unwrap_or(false)).collect())
+    turned(&beside)
 }
 
 #[cfg(test)]
@@ -469,18 +433,7 @@ mod tests {
         assert!(dot(normal, sub(mesh.points[0], at(0))) > 0.0);
         assert_eq!(topology.patch_sizes, [1, 5]);
         // The tagged face keeps its first node and turns out of its cell.
-        assert_eq!(topology.faces.get(1), [1, 3, 0].as_slice().rotated_to(1));
-    }
-
-    trait Rotated {
-        fn rotated_to(&self, first: u32) -> &[u32];
-    }
-
-    impl Rotated for [u32] {
-        fn rotated_to(&self, first: u32) -> &[u32] {
-            assert_eq!(self[0], first);
-            self
-        }
+        assert_eq!(topology.faces.get(1), [1, 3, 0]);
     }
 
     #[test]

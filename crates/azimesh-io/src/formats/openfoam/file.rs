@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 pub(super) struct FoamFile {
     /// Bytes on the disk.
     pub stored: Source,
-    /// Decompressed.
     content: Source,
     /// Content of its header.
     pub header: Header,
@@ -24,44 +23,35 @@ pub(super) struct FoamFile {
 }
 
 impl FoamFile {
-    /// Opens a file.
     pub fn open(path: &Path) -> Result<Self> {
         check_file(path).map_err(|error| Error::io(path, &error))?;
         Self::of(Source::stored(path)?)
     }
 
-    /// A file in memory.
     pub fn of(stored: Source) -> Result<Self> {
-        let content = stored
-            .content()
-            .map_err(|error| error.dataset("compressed data"))?;
-        let mut file = Self {
-            header: Header::default(),
-            body: 0..content.bytes().len(),
+        let content = stored.content();
+        let content = content.map_err(|error| error.dataset("compressed data"))?;
+        let mut text = Text::new(content.bytes(), 0);
+        let header = Header::read(&mut text).and_then(|header| {
+            header.ok_or_else(|| {
+                text.error("the file has no header (FoamFile), so it is none of OpenFOAM")
+            })
+        });
+        Ok(Self {
+            header: header.map_err(|error| error.file(stored.path()))?,
+            body: text.at..text.bytes.len(),
             stored,
             content,
-        };
-        let mut text = Text::new(file.content.bytes(), file.body.clone());
-        let header = file.checked(Header::read(&mut text))?;
-        let start = text.at;
-        file.header = header.ok_or_else(|| {
-            let refuse = text.error("the file has no header (FoamFile), so it is none of OpenFOAM");
-            file.refuse(refuse)
-        })?;
-        file.body.start = start;
-        Ok(file)
+        })
     }
 
     /// The text after the header. Errors have the byte if lists are binary.
     pub fn text(&self) -> Text<'_> {
+        let content = &self.content.bytes()[..self.body.end];
         Text {
             is_binary: self.header.is_binary,
-            ..self.text_of(self.body.clone())
+            ..Text::new(content, self.body.start)
         }
-    }
-
-    fn text_of(&self, part: Range<usize>) -> Text<'_> {
-        Text::new(self.content.bytes(), part)
     }
 
     /// The labels in these bytes, where they are as the machine has them.
@@ -74,7 +64,6 @@ impl FoamFile {
         self.content.release();
     }
 
-    /// The path.
     pub fn path(&self) -> &Path {
         self.stored.path()
     }
@@ -110,14 +99,13 @@ impl FoamFile {
             text.expect(b'(', "before a block")?;
             let start = text.at;
             let end = usize::try_from(n).ok().and_then(|n| start.checked_add(n));
-            let is_whole = |end: &usize| *end < text.end && text.bytes[*end] == b')';
+            let is_whole = |end: &usize| text.bytes.get(*end) == Some(&b')');
             let end = end.filter(is_whole).ok_or_else(|| {
-                text.error_at(
-                    start,
-                    format!("the block of {n} bytes does not end at a closing bracket: the file is cut off or damaged"),
-                )
+                text.error(format!(
+                    "the block of {n} bytes does not end at a closing bracket: the file is cut off or damaged"
+                ))
             })?;
-            let mut block = self.text_of(start..end);
+            let mut block = Text::new(&text.bytes[..end], start);
             let header = Header::read(&mut block)?;
             let header = header.or_else(|| blocks.first().map(|first| first.header.clone()));
             blocks.push(Self {
@@ -138,12 +126,10 @@ impl FoamFile {
 
 /// The path of a file that is there, compressed or not.
 pub(super) fn path_of(folder: &Path, name: &str) -> Option<PathBuf> {
-    let plain = folder.join(name);
-    if plain.is_file() {
-        return Some(plain);
-    }
-    let packed = folder.join(format!("{name}.gz"));
-    packed.is_file().then_some(packed)
+    let mut paths = ["", ".gz"]
+        .map(|ending| folder.join(format!("{name}{ending}")))
+        .into_iter();
+    paths.find(|path| path.is_file())
 }
 
 /// Content of the header of a file, `FoamFile { ... }`.
@@ -153,8 +139,29 @@ pub(super) struct Header {
     pub class: String,
     /// Lists are binary.
     pub is_binary: bool,
-    /// Storage of numbers, if the header has it: `LSB;label=32;scalar=64`.
-    pub arch: Option<String>,
+    /// Storage of binary numbers.
+    pub layout: Layout,
+}
+
+/// Storage of binary numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Layout {
+    /// Bytes of a label, the likeliest first.
+    pub labels: [usize; 2],
+    /// Bytes of a scalar, the likeliest first.
+    pub scalars: [usize; 2],
+    /// Highest byte first.
+    pub is_big_endian: bool,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        Self {
+            labels: [4, 8],
+            scalars: [8, 4],
+            is_big_endian: false,
+        }
+    }
 }
 
 impl Header {
@@ -169,25 +176,15 @@ impl Header {
         while !start.take(b'}') {
             let place = start.at;
             let key = start.word("an entry of the header")?;
-            if start.peek() == Some(b'{') {
-                start.braces()?;
-                continue;
-            }
-            let value = decoded(unquoted(start.value()?)).into_owned();
-            match key {
-                b"class" => header.class = value,
-                b"arch" => header.arch = Some(value),
-                b"format" => {
-                    header.is_binary = match value.as_str() {
-                        "ascii" => false,
-                        "binary" => true,
-                        other => {
-                            return Err(start.error_at(
-                                place,
-                                format!("the format is \"{other}\"; it must be ascii or binary"),
-                            ));
-                        }
-                    }
+            let value = decoded(unquoted(start.value()?));
+            match (key, &*value) {
+                (b"class", _) => header.class = value.into_owned(),
+                (b"arch", _) => header.layout = Layout::of(&value),
+                (b"format", "ascii") => header.is_binary = false,
+                (b"format", "binary") => header.is_binary = true,
+                (b"format", other) => {
+                    let message = format!("the format is \"{other}\"; it must be ascii or binary");
+                    return Err(start.error_at(place, message));
                 }
                 _ => {}
             }
@@ -195,22 +192,29 @@ impl Header {
         *text = start;
         Ok(Some(header))
     }
+}
 
-    /// Checks if numbers have their highest byte first.
-    pub fn is_big_endian(&self) -> bool {
-        let arch = self.arch.as_deref().unwrap_or_default();
-        arch.trim_start().starts_with("MSB")
-    }
-
-    /// Bytes of a `label` or `scalar`, where the header says it.
-    pub fn width(&self, of: &str) -> Option<usize> {
-        let parts = self.arch.as_deref()?.split(';');
-        let mut bits = parts.filter_map(|part| part.trim().strip_prefix(of)?.strip_prefix('='));
-        match bits.next()?.trim() {
-            "32" => Some(4),
-            "64" => Some(8),
-            _ => None,
+impl Layout {
+    /// The storage of an entry such as `LSB;label=32;scalar=64`. What it does not have is as usual.
+    fn of(arch: &str) -> Self {
+        let mut layout = Self {
+            is_big_endian: arch.trim_start().starts_with("MSB"),
+            ..Self::default()
+        };
+        for part in arch.split(';').rev() {
+            match part
+                .trim()
+                .split_once('=')
+                .map(|(of, bits)| (of, bits.trim()))
+            {
+                Some(("label", "64")) => layout.labels = [8, 4],
+                Some(("label", _)) => layout.labels = [4, 8],
+                Some(("scalar", "32")) => layout.scalars = [4, 8],
+                Some(("scalar", _)) => layout.scalars = [8, 4],
+                _ => {}
+            }
         }
+        layout
     }
 }
 
@@ -225,31 +229,25 @@ fn unquoted(value: &[u8]) -> &[u8] {
 /// The value of an entry of a dictionary such as `system/controlDict`; entries in braces, directives and what cannot be
 /// read are passed over.
 pub(super) fn entry_of(bytes: &[u8], key: &str) -> Option<String> {
-    let mut text = Text::new(bytes, 0..bytes.len());
+    let mut text = Text::new(bytes, 0);
     let mut found = None;
     while let Some(byte) = text.peek() {
         match byte {
-            b'{' => {
-                text.braces().ok()?;
-                continue;
-            }
+            b'{' => drop(text.value().ok()?),
             // A directive takes its line.
             b'#' => {
                 let rest = text.rest();
                 text.at += memchr::memchr(b'\n', rest).unwrap_or(rest.len());
-                continue;
             }
-            b';' | b'}' | b')' | b'(' | b'[' | b']' => {
-                text.at += 1;
-                continue;
-            }
-            _ => {}
-        }
-        let word = text.word("a key").ok()?;
-        if !matches!(text.peek(), Some(b'{') | None) {
-            let value = text.value().ok()?;
-            if word == key.as_bytes() {
-                found = Some(decoded(unquoted(value)).into_owned());
+            b';' | b'}' | b')' | b'(' | b'[' | b']' => text.at += 1,
+            _ => {
+                let word = text.word("a key").ok()?;
+                if !matches!(text.peek(), Some(b'{') | None) {
+                    let value = text.value().ok()?;
+                    if word == key.as_bytes() {
+                        found = Some(decoded(unquoted(value)).into_owned());
+                    }
+                }
             }
         }
     }
@@ -263,16 +261,14 @@ mod tests {
     #[test]
     fn a_header_says_what_the_file_holds() {
         let text = b"/* banner */\nFoamFile\n{\n format binary; class labelList; // c\n arch \"MSB;label=64;scalar=32\";\n meta { names 1 (a); }\n}\n7";
-        let mut text = Text::new(text, 0..text.len());
+        let mut text = Text::new(text, 0);
         let header = Header::read(&mut text).expect("a good one").expect("one");
-        assert!(header.is_binary && header.is_big_endian());
+        assert!(header.is_binary && header.layout.is_big_endian);
         assert_eq!(header.class, "labelList");
-        assert_eq!(
-            [header.width("label"), header.width("scalar")],
-            [Some(8), Some(4)]
-        );
+        let layout = header.layout;
+        assert_eq!([layout.labels[0], layout.scalars[0]], [8, 4]);
         assert_eq!(text.integer("what follows").expect("7"), 7);
-        let mut none = Text::new(b"12(", 0..3);
+        let mut none = Text::new(b"12(", 0);
         assert_eq!(Header::read(&mut none).expect("no error"), None);
     }
 

@@ -1,54 +1,21 @@
-//! Lists of labels, points and faces, binary or as text (`ascii`).
+//! Lists of labels, points and faces, binary or as text.
 //!
 //! The width of binary numbers is the one with which a list ends at its closing bracket: the header may say nothing of
-//! it, or something that is not so.
+//! it, or something that is not so. Text is parsed in parts on all threads: a list is cut between its values.
 
-use super::ascii;
-use super::file::FoamFile;
+use super::file::{FoamFile, Layout};
 use super::text::Text;
 use crate::formats::by_faces::{Faces, Labels, regular_size};
 use crate::formats::number::DType;
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel::{any, collect};
+use azimesh_core::parallel::{any, collect, map_items};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The first byte of a list after its number of values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Open {
-    /// `(`: the values follow.
-    Values,
-    /// `{`: one value for all.
-    Uniform,
-    /// Nothing: a binary list of no values.
-    Nothing,
-}
-
-/// Storage of binary numbers.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Layout {
-    /// Bytes of a label, the likeliest first.
-    pub labels: [usize; 2],
-    /// Bytes of a scalar, the likeliest first.
-    scalars: [usize; 2],
-    /// Highest byte first.
-    is_big_endian: bool,
-}
-
-impl Layout {
-    /// The layout in the header of a file, else the usual one first.
-    pub fn of(file: &FoamFile) -> Self {
-        let either = |likeliest: Option<usize>, usual: usize| match likeliest.unwrap_or(usual) {
-            4 => [4, 8],
-            _ => [8, 4],
-        };
-        Self {
-            labels: either(file.header.width("label"), 4),
-            scalars: either(file.header.width("scalar"), 8),
-            is_big_endian: file.header.is_big_endian(),
-        }
-    }
-}
+/// Bytes of text that one task parses.
+const PART: usize = 1 << 18;
+/// Tasks whose results are held before they are put together.
+const BATCH: usize = 64;
 
 /// The labels in a file; `of` gives `None` for a label that cannot be one. A list of one value for all may have at most
 /// so many.
@@ -57,18 +24,22 @@ pub(super) fn labels<T: Copy + Default + Send + Sync>(
     most: usize,
     of: impl Fn(i64) -> Option<T> + Sync,
 ) -> Result<Vec<T>> {
-    let mut text = file.text();
-    file.checked(labels_at(&mut text, Layout::of(file), most, &of))
+    file.checked(labels_at(&mut file.text(), file.header.layout, most, &of))
 }
 
-/// The indices in a file, as [`labels`], without a copy where the file has them as the machine does.
+/// The indices in a file, as [`labels`], without a copy where the file has them as the machine does. Lets go of the memory of
+/// a file that is copied.
 pub(super) fn indices(
     file: &FoamFile,
     most: usize,
     of: impl Fn(i64) -> Option<u32> + Sync,
 ) -> Result<Labels> {
-    let mut text = file.text();
-    file.checked(indices_at(&mut text, file, Layout::of(file), most, &of))
+    let layout = file.header.layout;
+    let labels = file.checked(indices_at(&mut file.text(), file, layout, most, &of))?;
+    if !labels.is_stored() {
+        file.release();
+    }
+    Ok(labels)
 }
 
 /// The indices of a list, as [`labels_at`], without a copy where the file has them as the machine does and none is
@@ -83,7 +54,7 @@ fn indices_at(
     let mut after = text.clone();
     if text.is_binary
         && layout.is_big_endian == cfg!(target_endian = "big")
-        && let Ok((n, Open::Values)) = head(&mut after)
+        && let Ok((n, Some(b'('))) = head(&mut after)
         && let Ok((values, 4)) = binary(&mut after, n, "label", layout.labels, ends)
     {
         let labels = file.labels(values);
@@ -106,9 +77,17 @@ pub(super) fn labels_at<T: Copy + Default + Send + Sync>(
     let (n, open) = head(text)?;
     let start = text.at;
     match open {
-        Open::Nothing => Ok(Vec::new()),
-        Open::Uniform => {
-            let n = checked_uniform(text, n, most)?;
+        None => Ok(Vec::new()),
+        Some(b'{') => {
+            let n = match n {
+                Some(n) if n <= most => n,
+                Some(n) => {
+                    return Err(text.error(format!(
+                        "a list of {n} equal values is too long; it can have {most}"
+                    )));
+                }
+                None => return Err(text.error("a list of equal values has no number of them")),
+            };
             let value = if text.is_binary {
                 binary_value(text, layout)?
             } else {
@@ -118,7 +97,7 @@ pub(super) fn labels_at<T: Copy + Default + Send + Sync>(
             let value = of(value).ok_or_else(|| wrong_label(text, start, 0, value))?;
             Ok(vec![value; n])
         }
-        Open::Values if text.is_binary => {
+        _ if text.is_binary => {
             let (values, width) = binary(text, n, "label", layout.labels, ends)?;
             match width {
                 1 => decode::<1, T>(text, values, layout, of),
@@ -126,59 +105,52 @@ pub(super) fn labels_at<T: Copy + Default + Send + Sync>(
                 _ => decode::<8, T>(text, values, layout, of),
             }
         }
-        Open::Values => ascii::labels(text, n, of),
+        _ => values(text, n, b' ', |text| {
+            let place = text.at;
+            let label = text.digits().ok_or((place, "an integer"))?;
+            of(label).ok_or((place, "an index"))
+        }),
     }
 }
 
 /// The points in a file; as text or binary, in 64 or 32 bits.
-pub(super) fn points(file: &FoamFile, most: usize) -> Result<Vec<[f64; 3]>> {
-    file.checked(points_in(file, most))
-}
-
-fn points_in(file: &FoamFile, most: usize) -> Result<Vec<[f64; 3]>> {
-    let mut text = file.text();
-    let layout = Layout::of(file);
-    let (n, open) = head(&mut text)?;
-    match open {
-        Open::Nothing => Ok(Vec::new()),
-        Open::Uniform if text.is_binary => {
-            Err(text.error("all points are at one place; there must be a list of them"))
-        }
-        Open::Uniform => {
-            let n = checked_uniform(&text, n, most)?;
-            let point = ascii::point(&mut text)?;
-            text.expect(b'}', "after the value of a list")?;
-            Ok(vec![point; n])
-        }
-        Open::Values if text.is_binary => {
+pub(super) fn points(file: &FoamFile) -> Result<Vec<[f64; 3]>> {
+    let (mut text, layout) = (file.text(), file.header.layout);
+    let points = head(&mut text).and_then(|(n, open)| match open {
+        None => Ok(Vec::new()),
+        Some(b'{') => Err(text.error("all points are at one place; there must be a list of them")),
+        _ if text.is_binary => {
             let sizes = layout.scalars.map(|width| 3 * width);
             let (values, size) = binary(&mut text, n, "point", sizes, ends_file)?;
             let reals = DType::real(size / 3, layout.is_big_endian);
             Ok(reals.of(&text.bytes[values]).points(3))
         }
-        Open::Values => ascii::points(&mut text, n),
-    }
+        _ => values(&mut text, n, b')', point),
+    });
+    file.checked(points)
 }
 
 /// The faces in a file: a `faceList`, or a `faceCompactList` (where each starts, then the nodes of all).
 pub(super) fn faces(file: &FoamFile) -> Result<Faces> {
     let mut text = file.text();
-    let layout = Layout::of(file);
+    let layout = file.header.layout;
     let faces = match file.header.class.as_str() {
         "faceCompactList" => compact_faces(&text, file, layout),
         _ => head(&mut text).and_then(|(n, open)| match open {
-            Open::Nothing => Ok(Faces::default()),
-            Open::Uniform => {
-                Err(text.error("all faces are the same; there must be a list of them"))
-            }
-            Open::Values if text.is_binary => {
+            None => Ok(Faces::default()),
+            Some(b'{') => Err(text.error("all faces are the same; there must be a list of them")),
+            _ if text.is_binary => {
                 let n = needed(&text, n)?;
                 of_either_width(&text, layout, |text, layout| binary_faces(text, n, layout))
             }
-            Open::Values => ascii::faces(&mut text, n),
+            _ => faces_as_text(&mut text, n),
         }),
     };
-    file.checked(faces)
+    let faces = file.checked(faces)?;
+    if !faces.nodes.is_stored() {
+        file.release();
+    }
+    Ok(faces)
 }
 
 /// Reads with the one width of labels, and then with the other; the error comes from the likeliest width.
@@ -233,7 +205,7 @@ fn binary_faces(text: &mut Text, n: usize, layout: Layout) -> Result<Faces> {
     for _ in 0..n {
         let (n, open) = head(text)?;
         nodes.clear();
-        if open == Open::Values {
+        if open == Some(b'(') {
             let (values, width) = binary(text, n, "label", layout.labels, ends)?;
             for (i, bytes) in text.bytes[values.clone()].chunks_exact(width).enumerate() {
                 let node = number(bytes, layout);
@@ -244,7 +216,7 @@ fn binary_faces(text: &mut Text, n: usize, layout: Layout) -> Result<Faces> {
             needed(text, n)?;
         }
         if faces.nodes.len() + nodes.len() > u32::MAX as usize {
-            return Err(text.error(too_many_nodes()));
+            return Err(text.error(TOO_MANY_NODES));
         }
         faces.push(nodes.iter().copied());
     }
@@ -252,13 +224,12 @@ fn binary_faces(text: &mut Text, n: usize, layout: Layout) -> Result<Faces> {
     Ok(faces)
 }
 
-/// Refuses more nodes of faces than 32 bits count.
-pub(super) fn too_many_nodes() -> String {
-    "the faces have more than 4294967295 nodes together, the most that are read".to_owned()
-}
+const TOO_MANY_NODES: &str =
+    "the faces have more than 4294967295 nodes together, the most that are read";
 
-/// The start of a list, `List<...>`, the number of values and a bracket, which it moves past.
-fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
+/// The start of a list, `List<...>`, the number of values and a bracket, which it moves past: `(` before values, `{` before one
+/// value for all, none of an empty binary list.
+fn head(text: &mut Text) -> Result<(Option<usize>, Option<u8>)> {
     if text.peek().is_some_and(|byte| byte.is_ascii_alphabetic()) {
         let place = text.at;
         let word = text.word("a list")?;
@@ -276,28 +247,18 @@ fn head(text: &mut Text) -> Result<(Option<usize>, Open)> {
             Some(n.ok_or_else(|| text.error_at(place, refused))?)
         }
     };
-    let open = match text.peek() {
-        Some(b'(') => Open::Values,
-        Some(b'{') => Open::Uniform,
-        _ if n == Some(0) => return Ok((n, Open::Nothing)),
-        _ => return Err(text.error(format!("expected ( before a list, found {}", text.found()))),
-    };
-    text.at += 1;
-    Ok((n, open))
+    match text.peek() {
+        Some(open @ (b'(' | b'{')) => {
+            text.at += 1;
+            Ok((n, Some(open)))
+        }
+        _ if n == Some(0) => Ok((n, None)),
+        _ => Err(text.expected(text.at, "( before a list")),
+    }
 }
 
 fn needed(text: &Text, n: Option<usize>) -> Result<usize> {
     n.ok_or_else(|| text.error("a binary list has no number of values"))
-}
-
-fn checked_uniform(text: &Text, n: Option<usize>, most: usize) -> Result<usize> {
-    match n {
-        Some(n) if n <= most => Ok(n),
-        Some(n) => Err(text.error(format!(
-            "a list of {n} equal values is too long; it can have {most}"
-        ))),
-        None => Err(text.error("a list of equal values has no number of them")),
-    }
 }
 
 /// The bytes of a binary list and the size of its values, the first of `sizes` with which it `ends` here; moves past it.
@@ -320,7 +281,7 @@ fn binary(
         }
     }
     let [low, high] = [sizes[0].min(sizes[1]), sizes[0].max(sizes[1])];
-    let left = text.end.saturating_sub(text.at);
+    let left = text.rest().len();
     Err(text.error(format!(
         "the list of {n} {what}s ends at a closing bracket neither with {low} nor with {high} bytes a {what}: \
          {left} bytes follow, so the file is cut off or damaged"
@@ -329,11 +290,9 @@ fn binary(
 
 /// Checks if a list ends here at a closing bracket.
 fn ends(text: &Text, end: usize) -> bool {
-    if end >= text.end || text.bytes[end] != b')' {
-        return false;
-    }
-    let next = text.bytes[end + 1..text.end].first();
-    next.is_none_or(|byte| byte.is_ascii_whitespace() || matches!(byte, b';' | b'/' | b')'))
+    let next = text.bytes.get(end + 1);
+    text.bytes.get(end) == Some(&b')')
+        && next.is_none_or(|byte| byte.is_ascii_whitespace() || b";/)".contains(byte))
 }
 
 /// [`ends`] where nothing but comments follows.
@@ -397,4 +356,182 @@ fn decode<const W: usize, T: Copy + Default + Send + Sync>(
         }
     }
     Ok(all)
+}
+
+/// A value of a list as text, or the position and description of what is expected there.
+type Parsed<T> = std::result::Result<T, (usize, &'static str)>;
+
+/// The values of a list as text, which end with the byte `cut`; moves past it.
+fn values<T: Copy + Send>(
+    text: &mut Text,
+    n: Option<usize>,
+    cut: u8,
+    value: impl Fn(&mut Text) -> Parsed<T> + Sync,
+) -> Result<Vec<T>> {
+    let mut all = Vec::new();
+    let new = |n_bytes| Vec::with_capacity(n_bytes / if cut == b' ' { 6 } else { 20 });
+    let push = |text: &mut Text, part: &mut Vec<T>| value(text).map(|value| part.push(value));
+    parse(text, n, cut, new, push, |_, part| {
+        all.extend_from_slice(&part);
+        Ok(all.len())
+    })?;
+    Ok(all)
+}
+
+fn faces_as_text(text: &mut Text, n: Option<usize>) -> Result<Faces> {
+    let (mut starts, mut all) = (vec![0], Vec::new());
+    let new = |n_bytes| {
+        (
+            Vec::with_capacity(n_bytes / 20),
+            Vec::with_capacity(n_bytes / 6),
+        )
+    };
+    let push = |text: &mut Text, (sizes, nodes): &mut (Vec<u32>, Vec<u32>)| {
+        face(text, nodes).map(|size| sizes.push(size))
+    };
+    parse(text, n, b')', new, push, |text, (sizes, nodes)| {
+        let mut end = all.len();
+        if end + nodes.len() > u32::MAX as usize {
+            return Err(text.error(TOO_MANY_NODES));
+        }
+        all.extend_from_slice(&nodes);
+        starts.extend(sizes.iter().map(|size| {
+            end += *size as usize;
+            end as u32
+        }));
+        Ok(starts.len() - 1)
+    })?;
+    Ok(Faces::new(starts, all))
+}
+
+/// Parses the values of a list as text in parts, cut behind the byte `cut` (a blank for any white space), and moves past its
+/// closing bracket: the last one of the file, or the next one if values have no brackets. `push` adds the next value to a
+/// `new` part for so many bytes; `add` takes the parts in order and returns the number of values so far.
+fn parse<T: Send>(
+    text: &mut Text,
+    n: Option<usize>,
+    cut: u8,
+    new: impl Fn(usize) -> T + Sync,
+    push: impl Fn(&mut Text, &mut T) -> Parsed<()> + Sync,
+    mut add: impl FnMut(&Text, T) -> Result<usize>,
+) -> Result<()> {
+    const UNCLOSED: &str =
+        "the list that begins here has no closing bracket: the file is cut off or damaged";
+    let (start, rest) = (text.clone(), text.rest());
+    let ends_file = cut == b')';
+    let length = if ends_file {
+        memchr::memrchr(b')', rest)
+    } else {
+        memchr::memchr(b')', rest)
+    };
+    let length = length.ok_or_else(|| text.error(UNCLOSED))?;
+    // A list with comments is not cut, since one may hold brackets.
+    let is_plain = memchr::memchr(b'/', &rest[..length]).is_none();
+    let mut after = Text {
+        at: text.at + length + 1,
+        ..text.clone()
+    };
+    if ends_file && is_plain && after.peek().is_some() {
+        return Err(text.error(UNCLOSED));
+    }
+    let (end, size) = if is_plain {
+        (text.at + length, PART)
+    } else {
+        (text.bytes.len(), rest.len())
+    };
+    let parse = |mut part: Text| -> Parsed<(T, usize)> {
+        let mut values = new(part.bytes.len() - part.at);
+        while part.peek().is_some_and(|byte| is_plain || byte != b')') {
+            push(&mut part, &mut values)?;
+        }
+        Ok((values, part.at))
+    };
+    let (mut next, mut found) = (text.at, 0);
+    while next < end {
+        let mut parts = Vec::with_capacity(BATCH);
+        while next < end && parts.len() < BATCH {
+            let from = next;
+            next = (next + size).min(end);
+            let rest = &text.bytes[next..end];
+            let length = match cut {
+                b' ' => rest.iter().position(u8::is_ascii_whitespace),
+                cut => memchr::memchr(cut, rest),
+            };
+            next += length.map_or(rest.len(), |length| length + 1);
+            parts.push(Text {
+                at: from,
+                bytes: &text.bytes[..next],
+                ..start.clone()
+            });
+        }
+        for part in map_items(parts, &|_, part| parse(part)) {
+            let (values, at) = part.map_err(|(at, what)| start.expected(at, what))?;
+            text.at = at;
+            found = add(&start, values)?;
+        }
+    }
+    if !text.take(b')') || ends_file && text.peek().is_some() {
+        return Err(start.error(UNCLOSED));
+    }
+    match n {
+        Some(n) if n != found => Err(start.error(format!(
+            "the list is said to have {n} values, but it has {found}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+#[inline]
+fn real(text: &mut Text) -> Parsed<f64> {
+    text.skip();
+    let rest = text.rest();
+    match fast_float2::parse_partial::<f64, _>(rest) {
+        Ok((value, length)) if value.is_finite() => {
+            let ends = |byte: &u8| matches!(byte, b')' | b'/') || byte.is_ascii_whitespace();
+            if !rest.get(length).is_none_or(ends) {
+                return Err((text.at, "a number"));
+            }
+            text.at += length;
+            Ok(value)
+        }
+        _ => Err((text.at, "a finite number")),
+    }
+}
+
+/// `(x y z)`.
+#[inline]
+fn point(text: &mut Text) -> Parsed<[f64; 3]> {
+    if !text.take(b'(') {
+        return Err((text.at, "a point, (x y z)"));
+    }
+    let point = [real(text)?, real(text)?, real(text)?];
+    if !text.take(b')') {
+        return Err((text.at, ") after three numbers"));
+    }
+    Ok(point)
+}
+
+/// `n(a b c ...)`, or without the number: appends the nodes, gives how many there are.
+#[inline]
+fn face(text: &mut Text, nodes: &mut Vec<u32>) -> Parsed<u32> {
+    let n = match text.peek() {
+        Some(b'(') => None,
+        _ => Some((text.at, text.digits().ok_or((text.at, "an integer"))?)),
+    };
+    if !text.take(b'(') {
+        return Err((text.at, "( before the nodes of a face"));
+    }
+    let before = nodes.len();
+    while !text.take(b')') {
+        let place = text.at;
+        let node = u32::try_from(text.digits().ok_or((text.at, "an integer"))?);
+        nodes.push(node.map_err(|_| (place, "the index of a node"))?);
+    }
+    let found = nodes.len() - before;
+    match n {
+        Some((place, n)) if n != found as i64 => {
+            Err((place, "a face with as many nodes as it says"))
+        }
+        _ => Ok(found as u32),
+    }
 }

@@ -27,8 +27,19 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! Parts of the module:
+//!
+//! ```text
+//! case       paths of a case: its times, regions and folders of pieces, and the mesh that a path names
+//! text       words and values of one file; file: its header and blocks; lists: labels, points and faces, text or binary
+//! read       the files of a step -> lists -> a mesh, its cells by `by_faces`; decomposed: lists of pieces -> one of the whole
+//! topology   files and patches that a mesh keeps of its case, for the writer
+//! write      a mesh -> the files of a case: as they were read, or from cells (faces), tags (boundary) and zones (zones)
+//! output     the header and the lists of a written file, in the case or in each of its pieces
+//! sequence   points of many times in one case (times), with copies of `system`, `0` and `constant` (copy)
+//! ```
 
-mod ascii;
 mod boundary;
 mod case;
 mod copy;
@@ -59,7 +70,7 @@ use crate::mesh::{Mesh, Origin};
 /// The hash of a mesh that was read from a case; `None` of others.
 pub fn hash_of_origin(mesh: &Mesh) -> Option<blake3::Hash> {
     let origin = mesh.origin.get::<topology::Topology>();
-    origin.map(topology::Topology::content)
+    origin.map(|origin| origin.content)
 }
 
 /// The patch that a cyclic one is the image of, in a mesh that was read from a case.

@@ -19,18 +19,6 @@ pub(super) struct CaseFiles<'a, 'b> {
     pub is_binary: bool,
 }
 
-/// A file and what its header says.
-pub(super) struct Named<'a> {
-    /// Folder in the folder of the case or of a piece.
-    pub folder: &'a str,
-    /// Name of the file.
-    pub name: &'a str,
-    /// Class of what is in it, such as `vectorField`.
-    pub class: &'a str,
-    /// A remark on its content.
-    pub note: Option<&'a str>,
-}
-
 /// Writes what follows the header, of a piece or of the whole.
 type Content<'a> = &'a dyn Fn(&mut dyn Write, Option<&StoredPiece>) -> Result<()>;
 
@@ -44,47 +32,39 @@ impl<'a, 'b> CaseFiles<'a, 'b> {
         }
     }
 
-    /// Writes a file of the whole or of every piece, with its header.
-    pub fn write(&mut self, named: &Named, content: Content) -> Result<()> {
-        let is_binary = self.is_binary && named.class != "polyBoundaryMesh";
-        let header = named.header(named.class, is_binary);
+    /// Writes a file of the whole or of every piece, with its header: the class of its content, such as `vectorField`, and a
+    /// remark. `path` is its path in the folder of the case or of a piece.
+    pub fn write(&mut self, path: &str, class: &str, note: &str, content: Content) -> Result<()> {
+        let is_binary = self.is_binary && class != "polyBoundaryMesh";
+        let own = header(path, class, note, is_binary);
         let with_header = |out: &mut dyn Write, piece: Option<&StoredPiece>| {
-            write_all(out, header.as_bytes())?;
+            write_all(out, own.as_bytes())?;
             content(out, piece)
         };
-        let path = format!("{}/{}", named.folder, named.name);
         let place = self.place;
         if place.pieces.is_empty() {
-            return self.raw(&path, &mut |out| with_header(out, None));
+            return self.raw(path, &mut |out| with_header(out, None));
         }
         for folder in place.pieces {
-            let path = format!("{}/{path}", folder.folder);
-            self.raw(&path, &mut |out| {
-                if folder.is_collated {
-                    return collated(out, folder, named, &header, content);
-                }
+            self.raw(&format!("{}/{path}", folder.folder), &mut |out| {
                 let mut pieces = folder.pieces.iter();
+                if folder.is_collated {
+                    let of_all = header(path, "decomposedBlockData", note, true);
+                    return collated(out, &of_all, folder, &own, content);
+                }
                 pieces.try_for_each(|piece| with_header(out, Some(piece)))
             })?;
         }
         Ok(())
     }
 
-    /// Writes vectors at the nodes of the whole or of every piece.
-    pub fn vectors(&mut self, named: &Named, values: &[[f64; 3]]) -> Result<()> {
-        let is_binary = self.is_binary;
-        self.write(named, &|out, piece| vectors(out, values, piece, is_binary))
-    }
-
     /// Writes points.
     pub fn points(&mut self, points: &[[f64; 3]], time: &str) -> Result<()> {
-        let named = Named {
-            folder: &self.place.path.folder(time),
-            name: "points",
-            class: "vectorField",
-            note: None,
-        };
-        self.vectors(&named, points)
+        let path = format!("{}/points", self.place.path.folder(time));
+        let is_binary = self.is_binary;
+        self.write(&path, "vectorField", "", &|out, piece| {
+            vectors(out, points, piece, is_binary)
+        })
     }
 
     /// Writes the bytes of a file that was read. The system refuses to write bytes of a mapped file beyond its end.
@@ -121,46 +101,42 @@ impl<'a, 'b> CaseFiles<'a, 'b> {
     }
 }
 
-/// A block for each piece, behind its number of bytes; the first has the header of all.
+/// Writes a block for each piece, behind its number of bytes; the first has the header `own`.
 fn collated(
     out: &mut dyn Write,
+    of_all: &str,
     folder: &StoredPieces,
-    named: &Named,
-    header: &str,
+    own: &str,
     content: Content,
 ) -> Result<()> {
-    write_all(out, named.header("decomposedBlockData", true).as_bytes())?;
-    let mut block = Vec::new();
+    write_all(out, of_all.as_bytes())?;
+    let mut block = own.as_bytes().to_vec();
     for (i, piece) in folder.pieces.iter().enumerate() {
-        block.clear();
-        if i == 0 {
-            block.extend_from_slice(header.as_bytes());
-        }
         content(&mut block, Some(piece))?;
         let before = format!("\n// Processor{i}\n\n{}\n(", block.len());
         write_all(out, before.as_bytes())?;
         write_all(out, &block)?;
         write_all(out, b")\n")?;
+        block.clear();
     }
     Ok(())
 }
 
-impl Named<'_> {
-    fn header(&self, class: &str, is_binary: bool) -> String {
-        let (format, arch) = match (is_binary, cfg!(target_endian = "little")) {
-            (false, _) => ("ascii", ""),
-            (true, true) => ("binary", "    arch        \"LSB;label=32;scalar=64\";\n"),
-            (true, false) => ("binary", "    arch        \"MSB;label=32;scalar=64\";\n"),
-        };
-        let note = self.note.map_or(String::new(), |note| {
-            format!("    note        \"{note}\";\n")
-        });
-        format!(
-            "FoamFile\n{{\n    version     2.0;\n    format      {format};\n{arch}    class       {class};\n{note}    \
-             location    \"{}\";\n    object      {};\n}}\n\n",
-            self.folder, self.name
-        )
-    }
+fn header(path: &str, class: &str, note: &str, is_binary: bool) -> String {
+    let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+    let (format, arch) = match (is_binary, cfg!(target_endian = "little")) {
+        (false, _) => ("ascii", ""),
+        (true, true) => ("binary", "    arch        \"LSB;label=32;scalar=64\";\n"),
+        (true, false) => ("binary", "    arch        \"MSB;label=32;scalar=64\";\n"),
+    };
+    let note = match note {
+        "" => String::new(),
+        note => format!("    note        \"{note}\";\n"),
+    };
+    format!(
+        "FoamFile\n{{\n    version     2.0;\n    format      {format};\n{arch}    class       {class};\n{note}    \
+         location    \"{folder}\";\n    object      {name};\n}}\n\n"
+    )
 }
 
 /// Writes a list of vectors at the nodes of a piece or of the whole.

@@ -1,7 +1,7 @@
 //! Reads a mesh: from the files of the whole case, or from its pieces.
 
-use super::case::{Case, Instances};
-use super::file::FoamFile;
+use super::case::{Case, ProcessorDirs};
+use super::file::{FoamFile, path_of};
 use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
 use super::{decomposed, lists};
@@ -12,6 +12,7 @@ use azimesh_core::diagnostic::formats::Foam;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::any;
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// The files of the topology that a mesh must have.
 const TOPOLOGY: [&str; 4] = ["faces", "owner", "neighbour", "boundary"];
@@ -24,7 +25,6 @@ pub(super) type Files = BTreeMap<&'static str, FoamFile>;
 /// The lists of a mesh.
 #[derive(Default)]
 pub(super) struct Lists {
-    /// Nodes.
     pub points: Vec<[f64; 3]>,
     /// Faces between two cells, then faces of the patches.
     pub faces: Faces,
@@ -32,9 +32,7 @@ pub(super) struct Lists {
     pub owner: Labels,
     /// The other cell of the faces between two cells.
     pub neighbour: Labels,
-    /// The patches.
     pub patches: Vec<Patch>,
-    /// Zones of cells.
     pub zones: Vec<Zone>,
 }
 
@@ -52,7 +50,7 @@ pub(super) fn read(location: &Location, options: &ReadOptions, notes: &mut Notes
         let (lists, pieces) = decomposed::read(&case, step, notes)?;
         return mesh(lists, Vec::new(), pieces, &case, notes);
     }
-    let (mut meshes, stored) = read_lists(&case.whole(step), false, &[])?;
+    let (mut meshes, stored) = read_lists(&case.folders(step, None), None, &[])?;
     let (lists, files) = meshes.swap_remove(0);
     for (name, key) in [("faceZones", "faceLabels"), ("pointZones", "pointLabels")] {
         let names = files
@@ -82,32 +80,50 @@ fn note_rest(case: &Case, is_decomposed: bool, notes: &mut Notes) {
     }
 }
 
-/// Reads the meshes in some folders: one or, from collated files, one of each block. Returns their files too, and all
-/// files of the topology as they are.
+/// Reads the meshes in some folders, the latest first: one or, from collated files, one of each block. Returns their files
+/// too, and all files of the topology as they are.
 #[allow(clippy::type_complexity)]
 pub(super) fn read_lists(
-    found: &Instances,
-    is_collated: bool,
+    folders: &[PathBuf],
+    pieces: Option<(&ProcessorDirs, &Path)>,
     further: &[&'static str],
 ) -> Result<(Vec<(Lists, Files)>, Vec<StoredFile>)> {
-    let points = found.need("points")?;
-    let topology = found.since_faces();
-    if let Some(old) = topology.find("cells")?
-        && topology.find("owner")?.is_none()
+    let find = |folders: &[PathBuf], name: &str| -> Result<Option<FoamFile>> {
+        let mut paths = folders.iter().filter_map(|folder| path_of(folder, name));
+        paths.next().map(|path| FoamFile::open(&path)).transpose()
+    };
+    let need = |folders: &[PathBuf], name: &str| {
+        find(folders, name)?.ok_or_else(|| {
+            let last = folders.last().map_or(Path::new(""), PathBuf::as_path);
+            let error = Error::input(format!("the mesh has no file \"{name}\""));
+            error.file(pieces.map_or(last, |(_, folder)| folder))
+        })
+    };
+    let points = need(folders, "points")?;
+    // The other files belong to the latest `faces`.
+    let last = folders
+        .iter()
+        .position(|folder| path_of(folder, "faces").is_some());
+    let folders = last.map_or(folders, |last| &folders[..=last]);
+    if let Some(old) = find(folders, "cells")?
+        && find(folders, "owner")?.is_none()
     {
         let message = "the mesh has a file \"cells\" and no \"owner\": this is how OpenFOAM before 1.3 wrote it";
         return Err(old.refuse(Error::input(message)));
     }
     let mut files = vec![("points", points)];
     for name in TOPOLOGY {
-        files.push((name, topology.need(name)?));
+        files.push((name, need(folders, name)?));
     }
-    let zones = ["cellZones", "faceZones", "pointZones"];
-    for name in zones.iter().chain(further) {
-        files.extend(topology.find(name)?.map(|file| (*name, file)));
+    for name in ["cellZones", "faceZones", "pointZones"]
+        .iter()
+        .chain(further)
+    {
+        files.extend(find(folders, name)?.map(|file| (*name, file)));
     }
     let stored = files[1..].iter().map(|(_, file)| StoredFile::of(file));
     let stored = stored.collect();
+    let is_collated = pieces.is_some_and(|(pieces, _)| pieces.is_collated);
     let mut meshes: Vec<Files> = Vec::new();
     for (name, file) in files {
         if is_collated && ONLY_STORED.contains(&name) {
@@ -139,15 +155,7 @@ pub(super) fn read_lists(
     Ok((lists.collect::<Result<_>>()?, stored))
 }
 
-/// Lets go of the memory of a file whose labels were copied out of it.
-fn release(file: &FoamFile, labels: &Labels) {
-    if !labels.is_stored() {
-        file.release();
-    }
-}
-
 impl Lists {
-    /// Reads the files of a mesh.
     fn of(files: &Files) -> Result<Self> {
         let [points, faces, owner, neighbour, boundary] =
             ["points", "faces", "owner", "neighbour", "boundary"].map(|name| &files[name]);
@@ -155,22 +163,19 @@ impl Lists {
             faces: lists::faces(faces)?,
             ..Self::default()
         };
-        release(faces, &lists.faces.nodes);
         let n_faces = lists.faces.len();
         let index = |label: i64| u32::try_from(label).ok().filter(|cell| *cell < NONE - 1);
         lists.owner = lists::indices(owner, n_faces, index)?;
-        release(owner, &lists.owner);
         lists.neighbour = lists::indices(neighbour, n_faces, |label| match label {
             -1 => Some(NONE),
             label => index(label),
         })?;
-        release(neighbour, &lists.neighbour);
         // Old files have -1 for each face on the boundary.
         lists.neighbour.trim_end(NONE);
         let mut text = boundary.text();
         text.is_binary = false;
         lists.patches = boundary.checked(topology::patches(&mut text))?;
-        lists.points = lists::points(points, lists.faces.nodes.len().max(1))?;
+        lists.points = lists::points(points)?;
         points.release();
         lists.check(files)?;
         if let Some(file) = files.get("cellZones") {
@@ -210,15 +215,13 @@ impl Lists {
             return wrong("faces", message);
         }
         let (owner, neighbour) = (self.owner.view(), self.neighbour.view());
+        let count =
+            |n: usize, what: &str| format!("{n} faces have {what}, but there are {n_faces}");
         if owner.len() != n_faces {
-            let n = owner.len();
-            let message = format!("{n} faces have an owner, but there are {n_faces}");
-            return wrong("owner", message);
+            return wrong("owner", count(owner.len(), "an owner"));
         }
         if neighbour.len() > n_faces {
-            let n = neighbour.len();
-            let message = format!("{n} faces have a neighbour, but there are {n_faces}");
-            return wrong("neighbour", message);
+            return wrong("neighbour", count(neighbour.len(), "a neighbour"));
         }
         let is_alone = |face: usize| [NONE, owner[face].get()].contains(&neighbour[face].get());
         if any(neighbour.len(), is_alone)
@@ -262,7 +265,6 @@ impl Lists {
         Ok(())
     }
 
-    /// Number of cells.
     pub fn n_cells(&self) -> usize {
         let last = self.owner.largest().max(self.neighbour.largest());
         last.map_or(0, |last| last as usize + 1)

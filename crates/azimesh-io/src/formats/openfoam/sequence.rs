@@ -168,65 +168,51 @@ impl CaseFormat {
         if hash_of(path)?.to_string() == hash {
             return Ok(true);
         }
-        let Some((case, files)) = files_in_case(path) else {
-            return Ok(false);
-        };
-        let mut hashes = BTreeMap::new();
-        for name in files {
-            let hash = hash_of(&case.join(&name))?;
-            hashes.insert(name, hash);
-        }
+        let (case, files) = files_in_case(path).unwrap_or_default();
+        let hashes = files
+            .into_iter()
+            .map(|name| Ok((name.clone(), hash_of(&case.join(name))?)));
+        let hashes: BTreeMap<_, _> = hashes.collect::<io::Result<_>>()?;
         Ok(hash_of_names(&hashes).to_string() == hash)
     }
 
     /// The case and the index in it of the step whose file this is, where the file has a part of the mesh only.
     pub fn step_at(&self, path: &Path) -> Option<(Location, usize)> {
         let path = CasePath::of_points(path)?;
-        let (case, folders) = whole_case(&path);
-        if folders.is_empty() {
-            return None;
-        }
-        let location = case.location();
-        let steps = Case::at(&location).ok()?.steps;
-        let step = steps
-            .iter()
-            .position(|step| Some(&step.name) == path.time.as_ref())?;
+        let (case, pieces) = whole_case(&path);
+        let location = (!pieces.is_empty()).then(|| case.location())?;
+        let mut steps = Case::at(&location).ok()?.steps.into_iter();
+        let step = steps.position(|step| Some(step.name) == path.time)?;
         Some((location, step))
     }
 
     /// All files of a step that are there, as paths.
     pub fn files_of(&self, path: &Path) -> Vec<PathBuf> {
-        files_in_case(path).map_or(Vec::new(), |(case, files)| {
-            files.iter().map(|name| case.join(name)).collect()
-        })
+        let (case, files) = files_in_case(path).unwrap_or_default();
+        files.iter().map(|name| case.join(name)).collect()
     }
 }
 
 /// The time of the file of a step, `time/polyMesh/points`, also in a piece.
 fn time_in(file: &str) -> &str {
-    let mut names = file.split('/');
-    let first = names.next().unwrap_or(file);
-    if first.starts_with("processor") {
-        names.next().unwrap_or(first)
-    } else {
-        first
-    }
+    let mut names = file
+        .split('/')
+        .skip_while(|name| name.starts_with("processor"));
+    names.next().unwrap_or(file)
 }
 
 /// The case of a path, and the folders of its pieces if the path is in one of them.
 fn whole_case(path: &CasePath) -> (CasePath, Vec<String>) {
-    let case = CasePath {
-        root: path.root.parent().unwrap_or(Path::new("")).to_path_buf(),
-        ..path.clone()
-    };
-    let pieces = pieces_in(&case.root);
-    let pieces: Vec<String> = pieces.iter().map(|pieces| pieces.name()).collect();
-    let own = path.root.file_name().map(|name| name.to_string_lossy());
-    if own.is_some_and(|own| pieces.iter().any(|piece| *piece == own)) {
-        (case, pieces)
-    } else {
-        (path.clone(), Vec::new())
+    let root = path.root.parent().unwrap_or(Path::new("")).to_path_buf();
+    let pieces = pieces_in(&root).into_iter().map(|pieces| pieces.name);
+    let pieces: Vec<String> = pieces.collect();
+    let own = path.root.file_name().unwrap_or_default();
+    let mut case = path.clone();
+    if !pieces.iter().any(|piece| **piece == *own) {
+        return (case, Vec::new());
     }
+    case.root = root;
+    (case, pieces)
 }
 
 /// The case of the points of a step, and all files of the step that are there.
@@ -244,15 +230,11 @@ fn files_in_case(points: &Path) -> Option<(PathBuf, Vec<String>)> {
         format!("{}/{name}", path.folder(time)),
         format!("{}/{WANTED}", path.fields(&field_time)),
     ];
-    let mut files: Vec<String> = match &pieces[..] {
-        [] => own.into(),
-        pieces => {
-            let pieces = pieces.iter();
-            let in_pieces =
-                pieces.flat_map(|piece| own.each_ref().map(|own| format!("{piece}/{own}")));
-            in_pieces.collect()
-        }
-    };
+    let mut files = own.to_vec();
+    if !pieces.is_empty() {
+        let of_piece = |piece: &String| own.each_ref().map(|own| format!("{piece}/{own}"));
+        files = pieces.iter().flat_map(of_piece).collect();
+    }
     files.retain(|name| case.root.join(name).is_file());
     Some((case.root, files))
 }
@@ -262,7 +244,6 @@ pub(super) struct Sequence {
     folder: PathBuf,
     options: WriteOptions,
     times: Vec<f64>,
-    names: TimeNames,
     /// Hash of the cells of the first mesh.
     first: Option<blake3::Hash>,
     n_bytes: u64,
@@ -279,7 +260,6 @@ impl Sequence {
             folder: path.to_path_buf(),
             options: options.clone(),
             times: Vec::new(),
-            names: TimeNames::default(),
             first: None,
             n_bytes: 0,
             notes: Notes::default(),
@@ -300,7 +280,7 @@ impl SequenceFile for Sequence {
             )));
         }
         self.times.push(time);
-        let folders = self.names.folders(&self.times)?;
+        let folders = TimeNames::default().folders(&self.times)?;
         let folder = &folders[folders.len() - 1];
         let mut place = Place::of(&self.folder, mesh, self.options.pieces.is_some());
         place.path.root.clone_from(&self.folder);
@@ -325,23 +305,11 @@ impl SequenceFile for Sequence {
         Ok(hash)
     }
 
-    fn commit(&mut self) -> Result<()> {
-        Ok(())
-    }
-
     fn notes(&self) -> &Notes {
         &self.notes
     }
 
     fn n_bytes(&self) -> u64 {
         self.n_bytes
-    }
-
-    fn end(&mut self) -> Result<bool> {
-        Ok(false)
-    }
-
-    fn is_resuming(&self) -> bool {
-        false
     }
 }

@@ -4,9 +4,9 @@
 use super::boundary::patches_of;
 use super::case::CONSTANT;
 use super::file::entry_of;
-use super::output::{CaseFiles, Named, vectors};
+use super::output::{CaseFiles, vectors};
 use super::sequence::DISPLACEMENT;
-use super::topology::{StoredPiece, Topology};
+use super::topology::Topology;
 use crate::formats::Notes;
 use crate::formats::records::write_all;
 use crate::mesh::{MeshView, Values};
@@ -158,48 +158,29 @@ pub(super) fn write_time(
     let Some(Values::F64(values)) = displacement.map(|array| &array.values) else {
         return Ok(());
     };
-    let named = Named {
-        folder: &files.place.path.fields(field_folder),
-        name: WANTED,
-        class: "pointVectorField",
-        note: None,
-    };
-    let of_whole = boundary_field(mesh)?;
+    let mut of_whole = patches_of(mesh, mesh.origin.get::<Topology>(), &mut Notes::default())?;
+    if let Some(rest) = of_whole.last_mut() {
+        // A pattern for faces of no tag, which may not be there.
+        rest.name = format!("\"{}.*\"", rest.name);
+    }
+    let path = format!("{}/{WANTED}", files.place.path.fields(field_folder));
     let is_binary = files.is_binary;
-    files.write(&named, &|out, piece| {
+    files.write(&path, "pointVectorField", "", &|out, piece| {
         let before =
             "dimensions      [0 1 0 0 0 0 0];\n\ninternalField   nonuniform List<vector> \n";
         write_all(out, before.as_bytes())?;
         vectors(out, values.as_chunks().0, piece, is_binary)?;
-        let own = |piece: &StoredPiece| {
-            entries(piece.patches.iter().map(|patch| (&patch.name, &patch.kind)))
-        };
-        let patches = piece.map_or_else(|| of_whole.clone(), own);
-        let after = format!(";\n\nboundaryField\n{{\n{patches}}}\n");
-        write_all(out, after.as_bytes())
+        write_all(out, b";\n\nboundaryField\n{\n")?;
+        for patch in piece.map_or(&of_whole, |piece| &piece.patches) {
+            let mut known = CONSTRAINTS.split(' ');
+            let of_field = known.find(|known| *known == patch.kind);
+            let (name, of_field) = (&patch.name, of_field.unwrap_or("calculated"));
+            let entry =
+                format!("    {name}\n    {{\n        type            {of_field};\n    }}\n");
+            write_all(out, entry.as_bytes())?;
+        }
+        write_all(out, b"}\n")
     })
-}
-
-/// The entries of patches, as names and types.
-fn entries<'p>(patches: impl Iterator<Item = (&'p String, &'p String)>) -> String {
-    let entry = |(name, kind): (&String, &String)| {
-        let mut known = CONSTRAINTS.split(' ');
-        let of_field = known.find(|known| known == kind).unwrap_or("calculated");
-        format!("    {name}\n    {{\n        type            {of_field};\n    }}\n")
-    };
-    patches.map(entry).collect()
-}
-
-/// The entry of each patch. The patch of faces without a tag is there where such faces are.
-fn boundary_field(mesh: &MeshView) -> Result<String> {
-    let mut patches = patches_of(mesh, mesh.origin.get::<Topology>(), &mut Notes::default())?;
-    if let Some(rest) = patches.last_mut() {
-        // A pattern for faces of no tag, which may not be there.
-        rest.name = format!("\"{}.*\"", rest.name);
-    }
-    Ok(entries(
-        patches.iter().map(|patch| (&patch.name, &patch.kind)),
-    ))
 }
 
 #[cfg(test)]

@@ -6,12 +6,11 @@ use super::text::Text;
 use crate::formats::Source;
 use crate::formats::names::decoded;
 use crate::mesh::{Cells, Group, MeshView};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::Result;
 use azimesh_core::parallel::collect;
 
 /// The files of a mesh that do not change while it moves.
 pub(crate) struct Topology {
-    /// The case and the region.
     pub path: CasePath,
     /// `faces`, `owner`, `neighbour`, `boundary` and, where there are some, `cellZones`, `faceZones`, `pointZones` and
     /// further files of the folder; none where the mesh was joined from the pieces of a decomposed case.
@@ -22,7 +21,7 @@ pub(crate) struct Topology {
     pub patches: Vec<Patch>,
     /// Number of faces between two cells; they come first.
     pub n_internal_faces: usize,
-    /// Hash of the files and the points, however they are stored.
+    /// Hash of the mesh that was read: of its files, points, cells, tags and zones.
     pub(super) content: blake3::Hash,
     /// Hash of the cells that the files give.
     pub(super) cells: blake3::Hash,
@@ -46,7 +45,6 @@ pub(crate) struct StoredPieces {
     pub is_collated: bool,
     /// The files of the topology, and of the numbers in the whole.
     pub files: Vec<StoredFile>,
-    /// The pieces.
     pub pieces: Vec<StoredPiece>,
 }
 
@@ -59,15 +57,12 @@ pub(crate) struct StoredPiece {
 }
 
 /// A patch: an entry of the file `boundary`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Patch {
-    /// Name.
     pub name: String,
     /// `patch`, `wall`, `cyclic` ...
     pub kind: String,
-    /// Number of its faces.
     pub n_faces: usize,
-    /// Index of its first face.
     pub start_face: usize,
     /// All entries as they are in the file, with `type`, `nFaces` and `startFace`: the key and the text between it and
     /// its semicolon, or a dictionary with its braces.
@@ -75,7 +70,6 @@ pub(crate) struct Patch {
 }
 
 impl StoredFile {
-    /// The file that was opened.
     pub fn of(file: &FoamFile) -> Self {
         let name = file.path().file_name().unwrap_or_default();
         Self {
@@ -93,11 +87,6 @@ impl StoredPiece {
 }
 
 impl Topology {
-    /// Hash of the mesh that was read: of its files, points, cells, tags and zones.
-    pub fn content(&self) -> blake3::Hash {
-        self.content
-    }
-
     /// Checks if the mesh has the nodes and cells that the files give, boundary faces too, in their order.
     pub fn has_cells_of(&self, mesh: &MeshView) -> bool {
         hash_of_cells(mesh.points.len(), mesh.cells) == self.cells
@@ -115,9 +104,9 @@ impl Patch {
         (self.kind != "patch").then(|| self.kind.clone())
     }
 
-    /// The text of an entry.
+    /// The text of an entry: of the last one with this key.
     pub fn entry(&self, key: &str) -> Option<&str> {
-        let mut entries = self.entries.iter();
+        let mut entries = self.entries.iter().rev();
         let (_, text) = entries.find(|(known, _)| known == key)?;
         Some(text)
     }
@@ -144,75 +133,49 @@ pub(super) fn patches(text: &mut Text) -> Result<Vec<Patch>> {
 }
 
 fn patch(text: &mut Text) -> Result<Patch> {
-    text.skip();
-    let place = text.at;
-    let name = text.word("the name of a patch")?;
-    check_plain(text, place, name)?;
-    let name = decoded(name).into_owned();
+    check_plain(text)?;
+    let name = decoded(text.word("the name of a patch")?).into_owned();
     text.expect(b'{', &format!("after the name of patch \"{name}\""))?;
-    let mut entries = Vec::new();
+    let mut patch = Patch::default();
     while !text.take(b'}') {
-        entries.push(entry(text)?);
+        check_plain(text)?;
+        let key = decoded(text.word("an entry of a patch")?).into_owned();
+        check_plain(text)?;
+        let value = decoded(text.value()?).into_owned();
+        patch.entries.push((key, value));
     }
+    let needed = |key: &str| {
+        let value = patch.entry(key);
+        value.ok_or_else(|| text.error(format!("patch \"{name}\" has no {key}")))
+    };
     let number = |key: &str| {
-        let value = value_of(&entries, key)
-            .ok_or_else(|| text.error(format!("patch \"{name}\" has no {key}")))?;
+        let value = needed(key)?;
         value.parse::<u32>().map(|n| n as usize).map_err(|_| {
             text.error(format!(
                 "{key} of patch \"{name}\" is {value}; it must be a number of faces"
             ))
         })
     };
-    let kind = value_of(&entries, "type")
-        .ok_or_else(|| text.error(format!("patch \"{name}\" has no type")))?;
     Ok(Patch {
-        kind: kind.to_owned(),
+        kind: needed("type")?.to_owned(),
         n_faces: number("nFaces")?,
         start_face: number("startFace")?,
+        entries: patch.entries.clone(),
         name,
-        entries,
     })
 }
 
-/// The last entry with this key counts.
-fn value_of<'e>(entries: &'e [(String, String)], key: &str) -> Option<&'e str> {
-    let mut entries = entries.iter().rev();
-    let (_, value) = entries.find(|(known, _)| known == key)?;
-    Some(value)
-}
-
-fn entry(text: &mut Text) -> Result<(String, String)> {
-    text.skip();
-    let place = text.at;
-    let key = text.word("an entry of a patch")?;
-    check_plain(text, place, key)?;
-    let value = match text.peek() {
-        Some(b'{') => text.braces()?,
-        _ => {
-            let place = text.at;
-            let value = text.value()?;
-            check_plain(text, place, value)?;
-            value
-        }
+/// Refuses a directive or macro that comes next: its meaning depends on other text.
+fn check_plain(text: &mut Text) -> Result<()> {
+    let what = match text.peek() {
+        Some(b'#') => "directive",
+        Some(b'$') => "macro",
+        _ => return Ok(()),
     };
-    Ok((decoded(key).into_owned(), decoded(value).into_owned()))
-}
-
-/// Refuses directives and macros, whose meaning depends on other text.
-fn check_plain(text: &Text, place: usize, found: &[u8]) -> Result<()> {
-    let refuse = |what: &str| -> Error {
-        let name = found.split(u8::is_ascii_whitespace).next();
-        let name = decoded(name.unwrap_or_default()).into_owned();
-        text.error_at(
-            place,
-            format!("{what} {name} is not followed; write what it stands for in its place"),
-        )
-    };
-    match found.first() {
-        Some(b'#') => Err(refuse("the directive")),
-        Some(b'$') => Err(refuse("the macro")),
-        _ => Ok(()),
-    }
+    let name = decoded(text.clone().word("a name")?).into_owned();
+    Err(text.error(format!(
+        "the {what} {name} is not followed; write what it stands for in its place"
+    )))
 }
 
 /// Hash of the cells of a mesh with so many nodes.
@@ -287,7 +250,7 @@ mod tests {
     use super::*;
 
     fn patches_in(text: &str) -> Result<Vec<Patch>> {
-        patches(&mut Text::new(text.as_bytes(), 0..text.len()))
+        patches(&mut Text::new(text.as_bytes(), 0))
     }
 
     #[test]

@@ -3,8 +3,8 @@
 
 use super::boundary::Patches;
 use super::case::{CONSTANT, Place, mark_of};
-use super::faces::{CellNumbers, OrderedFaces};
-use super::output::{CaseFiles, Named, labels, list};
+use super::faces::{CellNumbers, FaceList, OrderedFaces};
+use super::output::{CaseFiles, labels, list};
 use super::topology::{StoredFile, Topology};
 use super::zones::{KeptZones, write_cell_zones};
 use crate::formats::names::names_in;
@@ -15,7 +15,6 @@ use azimesh_core::diagnostic::formats::{GroupWritten, Written};
 use azimesh_core::error::{Error, Result, option};
 use std::fs::{self, File};
 use std::io::Write;
-use std::path::{Path, PathBuf};
 
 /// The files that are written from cells, tags and zones.
 const WRITTEN: [&str; 5] = ["faces", "owner", "neighbour", "boundary", "cellZones"];
@@ -135,11 +134,21 @@ impl CaseFiles<'_, '_> {
         Ok(true)
     }
 
-    /// Copies the files of a folder that are none of the mesh, such as levels of refinement.
+    /// Copies the files of a folder that are neither points nor `own`, such as levels of refinement.
     fn further(&mut self, origin: &Topology, own: &[StoredFile], folder: &str) -> Result<()> {
-        for (name, path) in further_files(&origin.path.root.join(folder), own) {
-            let file = File::open(&path).map_err(|error| Error::io(&path, &error))?;
-            self.copy(file, &format!("{folder}/{name}"), &path)?;
+        let entries = fs::read_dir(origin.path.root.join(folder)).into_iter();
+        let paths = entries.flatten().flatten().map(|entry| entry.path());
+        let mut paths: Vec<_> = paths.filter(|path| path.is_file()).collect();
+        paths.sort();
+        for path in paths {
+            let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+                continue;
+            };
+            let mut own = own.iter().map(|file| plain(&file.name)).chain(["points"]);
+            if !name.starts_with('.') && !own.any(|own| own == plain(name)) {
+                let file = File::open(&path).map_err(|error| Error::io(&path, &error))?;
+                self.copy(file, &format!("{folder}/{name}"), &path)?;
+            }
         }
         Ok(())
     }
@@ -172,23 +181,26 @@ impl CaseFiles<'_, '_> {
             ordered.faces.len(),
             ordered.neighbour.len()
         );
-        self.faces(&ordered)?;
-        self.labels("owner", &ordered.owner, &counts)?;
-        self.labels("neighbour", &ordered.neighbour, &counts)?;
+        self.faces(&ordered.faces)?;
+        let is_binary = self.is_binary;
+        for (name, cells) in [("owner", &ordered.owner), ("neighbour", &ordered.neighbour)] {
+            self.constant(name, "labelList", &counts, &|out| {
+                labels(out, cells, is_binary)
+            })?;
+        }
         let boundary = patches.text(ordered.neighbour.len(), &ordered.patch_sizes);
         self.groups(mesh, &boundary)?;
         kept.map_or(Ok(()), |kept| kept.write(self, &ordered.faces))
     }
 
-    fn faces(&mut self, ordered: &OrderedFaces) -> Result<()> {
-        let faces = &ordered.faces;
+    fn faces(&mut self, faces: &FaceList) -> Result<()> {
         if self.is_binary {
-            return self.constant("faces", "faceCompactList", None, &|out| {
+            return self.constant("faces", "faceCompactList", "", &|out| {
                 labels(out, &faces.starts, true)?;
                 labels(out, &faces.nodes, true)
             });
         }
-        self.constant("faces", "faceList", None, &|out| {
+        self.constant("faces", "faceList", "", &|out| {
             list(out, faces.len(), None, |face, buffer| {
                 let nodes = faces.get(face);
                 push_integer(buffer, nodes.len() as u64);
@@ -203,16 +215,9 @@ impl CaseFiles<'_, '_> {
         })
     }
 
-    fn labels(&mut self, name: &str, values: &[u32], note: &str) -> Result<()> {
-        let is_binary = self.is_binary;
-        self.constant(name, "labelList", Some(note), &|out| {
-            labels(out, values, is_binary)
-        })
-    }
-
     /// Writes patches, whose text is `boundary`, and zones of cells.
     fn groups(&mut self, mesh: &MeshView, boundary: &str) -> Result<()> {
-        self.constant("boundary", "polyBoundaryMesh", None, &|out| {
+        self.constant("boundary", "polyBoundaryMesh", "", &|out| {
             write_all(out, boundary.as_bytes())
         })?;
         write_cell_zones(mesh, self)
@@ -223,34 +228,12 @@ impl CaseFiles<'_, '_> {
         &mut self,
         name: &str,
         class: &str,
-        note: Option<&str>,
+        note: &str,
         write: &dyn Fn(&mut dyn Write) -> Result<()>,
     ) -> Result<()> {
-        let named = Named {
-            folder: &self.place.path.folder(CONSTANT),
-            name,
-            class,
-            note,
-        };
-        self.write(&named, &|out, _| write(out))
+        let path = format!("{}/{name}", self.place.path.folder(CONSTANT));
+        self.write(&path, class, note, &|out, _| write(out))
     }
-}
-
-/// Files in the folder of a mesh that are neither points nor these of its own: their names and paths.
-fn further_files(folder: &Path, own: &[StoredFile]) -> Vec<(String, PathBuf)> {
-    let own = |name: &str| {
-        let mut files = own.iter();
-        plain(name) == "points" || files.any(|file| plain(&file.name) == plain(name))
-    };
-    let entries = fs::read_dir(folder).into_iter().flatten();
-    let files = entries.flatten().filter(|entry| entry.path().is_file());
-    let named =
-        files.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path())));
-    let mut found: Vec<_> = named
-        .filter(|(name, _)| !name.starts_with('.') && !own(name))
-        .collect();
-    found.sort();
-    found
 }
 
 /// Sizes of the patches where the faces keep their order; `None` if the faces of a tag do not follow one another.

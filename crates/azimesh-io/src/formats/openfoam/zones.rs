@@ -6,7 +6,7 @@
 use super::boundary::zone_names;
 use super::faces::{CellNumbers, FaceList};
 use super::file::FoamFile;
-use super::lists::{self, Layout, labels_at};
+use super::lists::{self, labels_at};
 use super::output::{CaseFiles, flags, labels};
 use super::text::Text;
 use super::topology::{StoredFile, StoredPiece, Topology};
@@ -20,11 +20,14 @@ use std::collections::{BTreeMap, BTreeSet};
 const MOST: usize = u32::MAX as usize / 64;
 
 /// A named list.
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct Zone {
     /// Its name.
     pub name: String,
     /// Cells, faces or points.
     pub labels: Vec<u32>,
+    /// Of faces that are written: whether the zone has a face turned round.
+    flips: Option<Vec<bool>>,
 }
 
 /// The labels of the zone of this name, which may be new.
@@ -35,7 +38,7 @@ pub(super) fn of_name<'z>(
 ) -> &'z mut Vec<u32> {
     let new = || Zone {
         name: name.to_owned(),
-        labels: Vec::new(),
+        ..Zone::default()
     };
     &mut places.entry(name.to_owned(), zones, new).labels
 }
@@ -57,10 +60,13 @@ fn zones_in(file: &FoamFile, key: &str, most: usize) -> Result<Vec<Zone>> {
         text.expect(b'{', &format!("after the name of zone \"{name}\""))?;
         let mut labels = Vec::new();
         while !text.take(b'}') {
-            let found = entry(&mut text, file, key, most)?;
-            labels = found.unwrap_or(labels);
+            labels = entry(&mut text, file, key, most)?.unwrap_or(labels);
         }
-        zones.push(Zone { name, labels });
+        zones.push(Zone {
+            name,
+            labels,
+            flips: None,
+        });
     }
     Ok(zones)
 }
@@ -70,37 +76,26 @@ fn entry(text: &mut Text, file: &FoamFile, key: &str, most: usize) -> Result<Opt
     let is_wanted = text.word("an entry of a zone")? == key.as_bytes();
     let rest = text.rest().trim_ascii_start();
     if is_wanted || text.is_binary && rest.starts_with(b"List<") {
-        let mut layout = Layout::of(file);
+        let mut layout = file.header.layout;
         if rest.starts_with(b"List<bool>") {
             layout.labels = [1, 4];
         }
-        let index = |label: i64| {
-            if is_wanted {
-                u32::try_from(label).ok()
-            } else {
-                Some(0)
-            }
-        };
+        let other = (!is_wanted).then_some(0);
+        let index = |label: i64| u32::try_from(label).ok().or(other);
         let labels = labels_at(text, layout, most, &index)?;
         text.expect(b';', "after a list")?;
         return Ok(is_wanted.then_some(labels));
     }
-    match text.peek() {
-        Some(b'{') => drop(text.braces()?),
-        _ => drop(text.value()?),
-    }
+    text.value()?;
     Ok(None)
 }
 
 /// The names of the zones in a file, or how many there are where it cannot be read: these zones are no part of a mesh.
 pub(super) fn names(file: &FoamFile, key: &str) -> Vec<String> {
-    if let Ok(zones) = zones(file, key, MOST) {
-        return zones.into_iter().map(|zone| zone.name).collect();
-    }
-    let n = file.text().integer("the number of zones").unwrap_or(0);
-    match n {
-        0 => Vec::new(),
-        n => vec![format!("{n} zones")],
+    match (zones(file, key, MOST), file.text().integer("a number")) {
+        (Ok(zones), _) => zones.into_iter().map(|zone| zone.name).collect(),
+        (_, Ok(n)) if n != 0 => vec![format!("{n} zones")],
+        _ => Vec::new(),
     }
 }
 
@@ -112,20 +107,8 @@ pub(super) struct KeptZones {
     faces: Vec<(String, FaceList)>,
 }
 
-/// A zone that is written.
-#[derive(Debug, Default, PartialEq)]
-struct NewZone {
-    name: String,
-    labels: Vec<u32>,
-    /// Of faces: whether the zone has a face turned round.
-    flips: Option<Vec<bool>>,
-}
-
 impl KeptZones {
     /// The zones in the files of a mesh, whole or in pieces.
-    ///
-    /// # Errors
-    /// If the files of these zones are damaged.
     pub fn of(origin: &Topology) -> Result<Self> {
         let mut kept = Self::default();
         // Of zones of points, and of faces.
@@ -208,16 +191,11 @@ impl KeptZones {
     /// Writes the zones, for faces in the order of a list.
     pub fn write(self, files: &mut CaseFiles, faces: &FaceList) -> Result<()> {
         write(files, "face", &self.numbered(faces))?;
-        let points = self.points.into_iter().map(|zone| NewZone {
-            name: zone.name,
-            labels: zone.labels,
-            flips: None,
-        });
-        write(files, "point", &points.collect::<Vec<_>>())
+        write(files, "point", &self.points)
     }
 
     /// The zones of faces, by the numbers that these have in a list.
-    fn numbered(&self, list: &FaceList) -> Vec<NewZone> {
+    fn numbered(&self, list: &FaceList) -> Vec<Zone> {
         let mut places = BTreeMap::new();
         let all = self.faces.iter().flat_map(|(_, faces)| faces.iter());
         places.extend(all.map(|face| (sorted(face), u32::MAX)));
@@ -242,7 +220,7 @@ impl KeptZones {
             // Two pieces have the faces between them.
             found.dedup_by_key(|(face, _)| *face);
             let (labels, flips) = found.into_iter().unzip();
-            NewZone {
+            Zone {
                 name: name.clone(),
                 labels,
                 flips: Some(flips),
@@ -284,10 +262,10 @@ pub(super) fn write_cell_zones(mesh: &MeshView, files: &mut CaseFiles) -> Result
     let zones: Vec<&Group> = mesh.zones().filter(|zone| !zone.cells.is_empty()).collect();
     let numbers = CellNumbers::of(mesh);
     let zones = zones.iter().zip(zone_names(&zones)).map(|(zone, name)| {
-        let cells = zone.cells.iter();
-        NewZone {
+        let cells = zone.cells.iter().map(|cell| numbers.get(cell as u32));
+        Zone {
             name,
-            labels: cells.map(|cell| numbers.get(cell as u32)).collect(),
+            labels: cells.collect(),
             flips: None,
         }
     });
@@ -295,12 +273,12 @@ pub(super) fn write_cell_zones(mesh: &MeshView, files: &mut CaseFiles) -> Result
 }
 
 /// Writes zones of a kind: `cell`, `face` or `point`. A case without any has no such file.
-fn write(files: &mut CaseFiles, kind: &str, zones: &[NewZone]) -> Result<()> {
+fn write(files: &mut CaseFiles, kind: &str, zones: &[Zone]) -> Result<()> {
     if zones.is_empty() {
         return Ok(());
     }
     let is_binary = files.is_binary;
-    files.constant(&format!("{kind}Zones"), "regIOobject", None, &|out| {
+    files.constant(&format!("{kind}Zones"), "regIOobject", "", &|out| {
         write_all(out, format!("{}\n(\n", zones.len()).as_bytes())?;
         for zone in zones {
             let key = format!("{kind}Labels");
@@ -353,7 +331,7 @@ mod tests {
         for face in [&[7, 8, 9][..], &[0, 1, 2], &[5, 6, 4]] {
             list.push(face);
         }
-        let expected = NewZone {
+        let expected = Zone {
             name: "disk".to_owned(),
             labels: vec![1, 2],
             flips: Some(vec![true, false]),
