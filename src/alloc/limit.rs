@@ -8,6 +8,7 @@ use std::io::{Cursor, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 /// Exit code where the system failed.
@@ -106,19 +107,15 @@ pub fn end_without(size: usize) -> ! {
     end_out_of_memory(format_args!("the system did not give {size} bytes"))
 }
 
-/// From here on a thread that cannot be started for want of memory ends the program like that: the standard
-/// library panics where it finds no room for the stack of signals, and so does whoever asks it for a thread
-/// without a look at the answer.
+/// Ends the program from here on where a thread cannot be started for want of memory. The standard library panics if it has
+/// no memory for the signal stack of a thread, and where a caller of `spawn` ignores its error. A panic has this cause if
+/// no other thread can be started either.
 pub fn end_where_threads_fail() {
-    const ITS_WORDS: [&str; 3] = [
-        "failed to spawn thread",
-        "failed to allocate an alternative stack",
-        "failed to set up alternative stack",
-    ];
+    const PROBE: &str = "probe";
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        let text = panic.payload().downcast_ref::<String>();
-        if text.is_some_and(|text| ITS_WORDS.iter().any(|words| text.starts_with(words))) {
+        let probe = || thread::Builder::new().name(PROBE.to_owned()).spawn(|| ());
+        if thread::current().name() == Some(PROBE) || probe().is_err() {
             end_out_of_memory(format_args!("a thread could not be started"));
         }
         usual(panic);
@@ -149,7 +146,7 @@ pub fn end(message: fmt::Arguments<'_>) -> ! {
         }
         // What ends the program wants memory itself.
         Err(ending) if ending == me => {}
-        Err(_) => std::thread::sleep(Duration::from_secs(60)),
+        Err(_) => thread::sleep(Duration::from_secs(60)),
     }
     #[cfg(unix)]
     // SAFETY: ends the process as it is.

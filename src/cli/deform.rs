@@ -396,7 +396,7 @@ fn failure(note: &Diagnostic) -> Failure {
     }
 }
 
-/// The result of a run, or of parts that were joined. Keys are those of run.json.
+/// The result of a run, or of parts that were joined, with the keys of run.json.
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(super) struct Deformed {

@@ -326,7 +326,7 @@ pub(super) struct RepairResult {
     min_scaled_jacobian_before: Option<f64>,
     /// Smallest scaled Jacobian now; null where no cell has one.
     min_scaled_jacobian: Option<f64>,
-    /// The patches, those of fewer rings first.
+    /// The patches, by their number of rings.
     patches: Vec<Patch>,
     /// Patches of the last round of `--improve`.
     improved: Vec<Patch>,

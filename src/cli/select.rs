@@ -124,7 +124,7 @@ pub(super) struct Selected {
     support_radius: f64,
     /// Displacement error allowed, mesh units.
     tolerance: f64,
-    /// Whether the base points meet it.
+    /// True if the base points meet it.
     tolerance_met: bool,
     /// One; with `twist` the rotations, then the translations.
     layers: Vec<SelectedLayer>,

@@ -17,7 +17,7 @@ pub fn unfinished(folder: &Path) -> Option<String> {
 /// `None` where there are no records, `Some(None)` where all is finished.
 fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
     if let Some(record) = read(&place.join("run.json")) {
-        if record.outcome.starts_with("complete") {
+        if record.is_finished() {
             return Some(None);
         }
         let rows = read_file(&place.join("steps.csv")).unwrap_or_default();
@@ -34,9 +34,7 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
     let parts = parts(place);
     let (_, last) = parts.last()?;
     let command = last.command(folder);
-    let open = parts
-        .iter()
-        .filter(|(_, part)| !part.outcome.starts_with("complete"));
+    let open = parts.iter().filter(|(_, part)| !part.is_finished());
     let resume = open.map(|(steps, _)| format!("{command} --steps {steps:?} --resume"));
     let ranges = || parts.iter().map(|(steps, _)| steps.clone());
     let missing = missing(ranges(), last.steps.unwrap_or(0)).into_iter();
@@ -56,7 +54,7 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
 }
 
 fn read(path: &Path) -> Option<RunRecord> {
-    serde_json::from_slice(&read_file(path).ok()?).ok()
+    RunRecord::parse(&read_file(path).ok()?).ok()
 }
 
 /// The records of parts, by their first step.

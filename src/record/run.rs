@@ -1,6 +1,4 @@
-//! run.json: what a run was given, what it did and how it ended.
-//!
-//! What a run of another version does not say is left empty when it is read.
+//! run.json: inputs of a run, its steps and its result. Keys that another version does not write are empty when it is read.
 
 use azimesh_core::diagnostic::deform::DeformNote;
 use azimesh_core::error::{Error, Result};
@@ -56,7 +54,7 @@ pub struct RunRecord {
     pub mode_truncation: Option<f64>,
     /// The motion in the rotating frame.
     pub motion: Option<MotionRecord>,
-    /// How often the run was resumed; absent in a joined sequence.
+    /// Number of times that the run was resumed; absent in a joined sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resumed: Option<u64>,
     /// Steps that were finished before the last time; absent in a joined sequence.
@@ -81,10 +79,10 @@ pub struct RunRecord {
     /// around them; not with `"warn"` or `"stop"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repairs: Option<Vec<RepairRecord>>,
-    /// Where one file holds all steps, the byte at which each ends.
+    /// Byte at which each step ends, if one file holds all steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_ends: Option<Vec<u64>>,
-    /// What the run came to; none while it is under way.
+    /// The result of the run; none while it is under way.
     #[serde(flatten)]
     pub end: Option<EndRecord>,
 }
@@ -129,7 +127,7 @@ pub struct OptionsRecord {
     pub tolerance: Option<f64>,
     /// Base points at most.
     pub max_points: Option<usize>,
-    /// Whether surfaces are exact.
+    /// True if surfaces are exact.
     pub correction: Option<bool>,
     /// Format of the meshes.
     pub format: Option<String>,
@@ -225,7 +223,7 @@ pub struct LayerRecord {
     pub residuals: Vec<Option<f64>>,
 }
 
-/// What became of a step with inverted cells.
+/// The repair of a step with inverted cells.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -234,7 +232,7 @@ pub struct RepairRecord {
     pub step: usize,
     /// Substeps in the end; null where they did not help.
     pub substeps: Option<usize>,
-    /// The kernel of the substeps, where it is not that of the schedule.
+    /// Kernel of the substeps, if the schedule has another one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kernel: Option<String>,
     /// Inverted cells without them.
@@ -285,11 +283,11 @@ pub struct PatchRecord {
     pub largest_move: f64,
 }
 
-/// What a run came to.
+/// The result of a run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct EndRecord {
-    /// Steps that are finished, those of earlier runs included.
+    /// Finished steps, with steps of earlier runs.
     pub steps_written: usize,
     /// Number of base points; with `real` the largest.
     #[serde(default)]
@@ -338,10 +336,10 @@ pub struct Timings {
 }
 
 impl RunRecord {
-    /// What the bytes of a file hold.
+    /// Reads the bytes of a file.
     ///
     /// # Errors
-    /// Where they are no record, with the line.
+    /// If they are no record, with the line.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         serde_json::from_slice(bytes).map_err(|error| {
             let message = "this is not the record of a run; `azimesh deform --resume` with its mesh and schedule (of parts, \
@@ -369,7 +367,12 @@ impl RunRecord {
         )
     }
 
-    /// Whether it says what a run was given, as every run does that writes one.
+    /// Checks if the run has ended without an error: it has written all steps that it did not skip.
+    pub fn is_finished(&self) -> bool {
+        self.outcome.starts_with("complete")
+    }
+
+    /// Checks if it has inputs and options, as every run writes them.
     pub fn is_whole(&self) -> bool {
         !self.inputs.is_empty() && self.options.kernel.is_some()
     }
@@ -388,7 +391,7 @@ pub fn in_shell(word: &str) -> String {
 }
 
 impl OptionsRecord {
-    /// Names and values as they stand in the file.
+    /// Names and values as in the file.
     pub fn entries(&self) -> Map<String, Value> {
         match serde_json::to_value(self) {
             Ok(Value::Object(entries)) => entries,
@@ -398,7 +401,7 @@ impl OptionsRecord {
 }
 
 impl RepairRecord {
-    /// Whether a cell of the step was inverted or unproven before the repair.
+    /// Checks if a cell of the step was inverted or unproven before the repair.
     pub fn was_folded(&self) -> bool {
         self.inverted_before + self.unproven_before.unwrap_or(0) > 0
     }

@@ -213,7 +213,7 @@ impl Sequence {
         match self.record.outcome.as_str() {
             "" => "not known",
             "running" => "not finished",
-            outcome if outcome.starts_with("complete") => outcome,
+            outcome if self.record.is_finished() => outcome,
             _ => "stopped",
         }
     }

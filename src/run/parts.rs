@@ -86,7 +86,7 @@ pub(super) fn records(folder: &Path) -> Result<Vec<Found>> {
     let found = parts_in(folder, "run", "json").map_err(|error| Error::io(folder, &error))?;
     if found.is_empty() {
         let run = record::read(&folder.join("run.json")).ok().flatten();
-        let message = if run.is_some_and(|run| run.outcome.starts_with("complete")) {
+        let message = if run.is_some_and(|run| run.is_finished()) {
             "the sequence in this folder is complete, and no parts that could be joined again are there"
         } else {
             "holds no parts of a sequence: `azimesh deform --steps A..B` leaves a run_A-B.json for each"

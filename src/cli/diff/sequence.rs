@@ -149,7 +149,7 @@ fn as_json(
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct SequenceDifference {
-    /// Whether they are the same.
+    /// True if they are the same.
     same: bool,
     /// The line that is printed without `--json`.
     summary: String,

@@ -50,19 +50,19 @@ fn describe(pair: &NodePair) -> String {
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct MeshDifference {
-    /// Whether they are the same.
+    /// True if they are the same.
     same: bool,
     /// The line that is printed without `--json`.
     summary: String,
     /// Nodes of both meshes.
     nodes: [usize; 2],
-    /// Nodes further apart than the tolerance.
+    /// Nodes whose distance is above the tolerance.
     moved_nodes: usize,
     /// Largest distance of two nodes, mesh units.
     max_distance: f64,
     /// First node that differs; null where none does.
     first_moved: Option<Pair>,
-    /// The nodes that are furthest apart; null without nodes.
+    /// The nodes of the largest distance; null without nodes.
     furthest: Option<Pair>,
     /// Nodes without a partner, in both meshes.
     unpaired_nodes: [usize; 2],

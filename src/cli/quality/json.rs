@@ -6,7 +6,7 @@ use crate::cli::context::Entries;
 use azimesh_quality::{Assessment, Extreme, Statistic};
 use serde::Serialize;
 
-/// The quality of one mesh, at the top, or of a sequence, in `steps`. The columns are those of steps.csv.
+/// The quality of one mesh, at the top, or of a sequence, in `steps`, with the columns of steps.csv.
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged)]
