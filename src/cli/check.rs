@@ -22,15 +22,24 @@ const LISTED: usize = 12;
 #[derive(Debug, clap::Args)]
 pub struct CheckArgs {
     /// Mesh with boundary tags
-    mesh: PathBuf,
+    #[arg(required_unless_present = "schema")]
+    mesh: Option<PathBuf>,
     /// Motion schedule (TOML)
-    schedule: PathBuf,
+    #[arg(required_unless_present = "schema")]
+    schedule: Option<PathBuf>,
+    /// Print the JSON schema of schedules, by which editors complete and check them
+    #[arg(long, conflicts_with_all = ["mesh", "schedule"])]
+    schema: bool,
 }
 
 pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
-    let schedule = Schedule::read(&args.schedule)?;
-    let (plan, mesh) = context.plan(&args.mesh, schedule)?;
-    check_surface_files(&plan, &mesh.view(), &args.mesh)?;
+    let (Some(mesh_file), Some(schedule)) = (&args.mesh, &args.schedule) else {
+        context.print_result(&format!("{:#}\n", Schedule::schema()))?;
+        return Ok(Outcome::Fine);
+    };
+    let schedule = Schedule::read(schedule)?;
+    let (plan, mesh) = context.plan(mesh_file, schedule)?;
+    check_surface_files(&plan, &mesh.view(), mesh_file)?;
     let n_bytes = estimate_bytes(&plan, &mesh.view())?;
     let extremes = LargestDisplacements::new(&plan);
     let warnings = preflight::warnings(&plan, &extremes);
@@ -39,7 +48,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     }
     let bytes = Bytes {
         memory: estimate_memory(&plan, &mesh),
-        mapped: memory::mapped_bytes(&args.mesh),
+        mapped: memory::mapped_bytes(mesh_file),
         output: n_bytes,
     };
     match context.common.json {

@@ -123,8 +123,8 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let mut schedule = ranks.all_ok(Schedule::read(&args.schedule))?;
     check_same_on_ranks(&kept, ranks)?;
     if let Some(name) = &context.common.format {
-        schedule.output.format = formats::to_write(formats::by_name(name)?)?.name.to_owned();
-        schedule.output.format_given = true;
+        let format = formats::to_write(formats::by_name(name)?)?;
+        schedule.output.format = Some(format.name.to_owned());
     }
     if let Some(kinds) = ranks.kinds_of_processors() {
         return Err(Error::input(format!(
@@ -260,7 +260,7 @@ fn read_together(
     if !args.patch_type.is_empty() {
         return Err("--patch-type may make it one layer of cells".to_owned());
     }
-    let format = formats::by_name(&schedule.output.format).map_err(|error| error.message)?;
+    let format = formats::by_name(schedule.output.format()).map_err(|error| error.message)?;
     // Before it is read: ranks see by that whether it is the same file.
     let file = SharedFile::new(&args.mesh, None, &context.read_options());
     let shared = context.read_together(|| file.clone(), format)?;

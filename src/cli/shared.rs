@@ -18,7 +18,7 @@ pub(super) fn why_not_written(format: &Format, options: &WriteOptions) -> Option
 /// Why ranks do not write the meshes of a schedule together.
 pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
-    let Ok(format) = by_name(&output.format) else {
+    let Ok(format) = by_name(output.format()) else {
         return Some("its format is not known");
     };
     let surfaces = (output.surface != SurfaceOutput::None).then_some("it writes surfaces");

@@ -158,7 +158,7 @@ fn writing(plan: &Plan, mesh: &Mesh) -> usize {
         48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
     });
     // In a case, also the positions that it is measured from.
-    let in_case = by_name(&output.format).is_ok_and(|format| format.case.is_some());
+    let in_case = by_name(output.format()).is_ok_and(|format| format.case.is_some());
     let displacement = match (output.displacement, in_case) {
         (false, _) => 0,
         (true, false) => 24 * n,

@@ -41,7 +41,7 @@ pub(crate) fn before_work(
 /// # Errors
 /// Where the format cannot hold the mesh.
 pub fn estimate_bytes(plan: &Plan, mesh: &MeshView<'_>) -> Result<u64> {
-    let format = formats::by_name(&plan.schedule.output.format)?;
+    let format = formats::by_name(plan.schedule.output.format())?;
     let (_, mesh_bytes) = format_holds(plan, mesh, format)?;
     let n_steps = plan.motion.steps.len();
     Ok(Demand::of(plan, mesh, format, (n_steps, 0), mesh_bytes).bytes())
@@ -193,9 +193,9 @@ fn check_precision(plan: &Plan) -> Result<()> {
         return Ok(());
     }
     // UGRID has other formats for 64 bits.
-    let (key, remedy) = match formats::by_name(&output.format)?.rounds(Precision::F64) {
+    let (key, remedy) = match formats::by_name(output.format())?.rounds(Precision::F64) {
         true => (
-            format!("output.format = \"{}\", of 32 bits,", output.format),
+            format!("output.format = \"{}\", of 32 bits,", output.format()),
             "a format of 64 bits, such as \"ugrid-b8\"",
         ),
         false => ("output.precision = \"f32\"".to_owned(), "\"f64\""),

@@ -28,16 +28,16 @@ pub fn check_surface_files(plan: &Plan, mesh: &MeshView<'_>, path: &Path) -> Res
     let name = path.to_string_lossy();
     let is_su2 = by_extension(Path::new(without_compression(&name)));
     let is_su2 = is_su2.is_ok_and(|format| format.name == "su2");
-    if !is_su2 && plan.schedule.output.format != "su2" {
+    if !is_su2 && plan.schedule.output.format() != "su2" {
         return refused(format!(
             "the nodes of {name} have numbers, but SU2 needs those of its own mesh; give the .su2 file as the mesh, or \
              set output.format = \"su2\" and let SU2 read what is written for step 0"
         ));
     }
-    if by_name(&plan.schedule.output.format)?.is_folder() {
+    if by_name(plan.schedule.output.format())?.is_folder() {
         return refused(format!(
             "there is no place for these files in the folder of format = \"{}\"; use another format",
-            plan.schedule.output.format
+            plan.schedule.output.format()
         ));
     }
     let n_zones = n_su2_zones(mesh);

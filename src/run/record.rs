@@ -161,7 +161,7 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
         tolerance: Some(plan.tolerance),
         max_points: Some(selection.max_points),
         correction: Some(selection.correction),
-        format: Some(output.format.clone()),
+        format: Some(output.format().to_owned()),
         precision: Some(precision.to_owned()),
         tag_array: request.tag_array.clone(),
         surface: (output.surface == SurfaceOutput::Su2).then(|| "su2".to_owned()),
@@ -170,7 +170,7 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
 
 /// The files beside the mesh of each step, which do not depend on the step: by their endings, with their hashes.
 fn companions(names: &Names, deformation: &Deformation) -> Result<BTreeMap<String, String>> {
-    let format = formats::by_name(&deformation.plan().schedule.output.format)?;
+    let format = formats::by_name(deformation.plan().schedule.output.format())?;
     let mesh = names.path(&format!("no mesh.{}", format.extensions[0]));
     let files = (format.companions)(&deformation.view_to_write()?, &mesh);
     let named = files.into_iter().map(|(path, content)| {

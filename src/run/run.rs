@@ -82,7 +82,7 @@ pub fn run_after(
     // is removed, and run.json is written before the first mesh.
     let clock = Clock::start();
     let plan = deformation.plan();
-    let format = formats::by_name(&plan.schedule.output.format)?;
+    let format = formats::by_name(plan.schedule.output.format())?;
     let names = names_of(deformation, format, request)?;
     let (mut warnings, mesh_bytes) = warnings_before(deformation, format, &names, request)?;
     let mut record = RecordFile::new(&names, deformation, request)?;

@@ -1,12 +1,13 @@
 //! A moving body: its tags and its motions, read from `[[body]]` or made in memory.
 
+use super::keys::{Holds, Keys, Kind, angle, keys, patterns, string};
 use super::motions::{
-    AxisRotation, Beam, BodyMotion, Cyclic, Displacements, MOTIONS, Modes, Rigid, SurfaceMotion,
+    AxisRotation, Beam, BodyMotion, Cyclic, Displacements, Modes, Rigid, SurfaceMotion,
     TableMotion, Translation,
 };
 use super::names::{Pattern, list};
 use super::places::Places;
-use super::reader::{AngleUnit, Entry};
+use super::reader::Entry;
 use super::setters::setters;
 use super::steps::Step;
 use azimesh_core::error::Result;
@@ -80,6 +81,47 @@ setters! { Body {
     azimuth_offset_deg(azimuth: f64) |self| self.azimuth_offset = Some(azimuth.to_radians());
 } }
 
+type Motions = Vec<Arc<dyn BodyMotion>>;
+
+impl Holds<Arc<dyn BodyMotion>> for Motions {
+    fn hold(&mut self, motion: Arc<dyn BodyMotion>) {
+        self.push(motion);
+        self.sort_by_key(|motion| motion.order());
+    }
+}
+
+/// A motion.
+const fn motion<M: BodyMotion + Keys>() -> Kind<Arc<dyn BodyMotion>> {
+    Kind {
+        words: "a table, below",
+        read: |entry| Ok(Arc::new(M::read(entry)?)),
+        schema: M::schema,
+    }
+}
+
+keys! { impl Body "[[body]]" = Self::new("", [""; 0]), {
+    /// unique among the bodies
+    name => name, string::<String>(), needed "name = \"blade\"";
+    /// boundary tags that move with it; `*` stands for any characters, `?` for one
+    tags => tags, patterns(), needed "tags = [\"blade\"]";
+    /// azimuth of this blade when the rotor's azimuth is zero; 90 for the second of four blades. [What it turns](#what-azimuth_offset-turns)
+    azimuth_offset => azimuth_offset, angle(), or "0, or that of its parent";
+    /// the body that it moves with, which must come earlier in the schedule
+    parent => parent, string::<String>(), or "none";
+    /// pitch, flap and lag as harmonics of the azimuth, or from a table
+    cyclic => motions, motion::<Cyclic>(), or "none";
+    /// a rotation, then a translation
+    rigid => motions, motion::<Rigid>(), or "none";
+    /// six degrees of freedom from a table
+    table => motions, motion::<TableMotion>(), or "none";
+    /// bending of a blade from a structural code
+    beam => motions, motion::<Beam>(), or "none";
+    /// mode shapes times coordinates
+    modes => motions, motion::<Modes>(), or "none";
+    /// displacements from another program
+    surface => motions, motion::<SurfaceMotion>(), or "none";
+} }
+
 impl Body {
     /// A body of these boundary tags; a tag may be a glob with `*` and `?`.
     pub fn new(name: impl Into<String>, tags: impl IntoIterator<Item = impl Into<String>>) -> Self {
@@ -99,7 +141,8 @@ impl Body {
     fn with(mut self, motion: impl BodyMotion) -> Self {
         let sort = motion.type_id();
         self.motions.retain(|other| (**other).type_id() != sort);
-        self.add(Arc::new(motion));
+        let motion: Arc<dyn BodyMotion> = Arc::new(motion);
+        self.motions.hold(motion);
         self
     }
 
@@ -109,11 +152,6 @@ impl Body {
         self.with(rigid)
     }
 
-    fn add(&mut self, motion: Arc<dyn BodyMotion>) {
-        self.motions.push(motion);
-        self.motions.sort_by_key(|motion| motion.order());
-    }
-
     /// Its motion of a type.
     pub(super) fn motion<M: BodyMotion>(&self) -> Option<&M> {
         let mut motions = self.motions.iter();
@@ -121,26 +159,12 @@ impl Body {
     }
 
     /// Reads a body of a schedule.
-    pub(super) fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
-        let mut keys = vec!["name", "tags", "azimuth_offset", "parent"];
-        keys.extend(MOTIONS.iter().map(|known| known.key));
-        let section = entry.section("[[body]]", &keys)?;
-        let name = section.require("name", "name = \"blade\"")?.string()?;
-        let mut body = Self::new(name, [""; 0]);
+    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
+        let section = Self::section(entry)?;
+        let mut body = Self::empty();
         body.places = section.places();
         body.places.add(String::new(), section.line);
-        body.tags = section
-            .require("tags", "tags = [\"blade\"]")?
-            .patterns("name the tags of the body")?;
-        body.parent = section
-            .optional("parent", Entry::string)?
-            .map(str::to_owned);
-        body.azimuth_offset = section.optional("azimuth_offset", |entry| entry.angle(unit))?;
-        for known in MOTIONS {
-            if let Some(motion) = section.optional(known.key, |entry| (known.read)(entry, unit))? {
-                body.add(motion);
-            }
-        }
+        body.set(&section)?;
         Ok(body)
     }
 

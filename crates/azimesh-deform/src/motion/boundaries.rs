@@ -1,10 +1,10 @@
 //! `[boundaries]`: boundary tags that belong to no body, and zones.
 
+use super::keys::{Kind, choice, keys, names, object, patterns};
 use super::names::Pattern;
 use super::reader::Entry;
 use azimesh_core::error::{Position, Result};
-
-const BOUNDARIES: &[&str] = &["zones", "fixed", "slide", "free", "periodic", "others"];
+use serde_json::json;
 
 /// What becomes of boundary tags that are not named anywhere.
 ///
@@ -35,44 +35,43 @@ pub(super) struct PeriodicPair {
     pub(super) place: Option<Position>,
 }
 
-/// `[boundaries]`: which zones deform and what the boundaries that belong to no body do.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Boundaries {
-    /// Zones that deform; all when empty.
-    pub zones: Vec<Pattern>,
-    /// Tags that stay where they are.
-    pub fixed: Vec<Pattern>,
-    /// Tags whose nodes move along the boundary and never leave it.
-    pub slide: Vec<Pattern>,
-    /// Tags inside the mesh whose nodes follow the interpolation.
-    pub free: Vec<Pattern>,
-    /// Pairs of tags that are images of one another.
-    pub periodic: Vec<PeriodicPair>,
-    /// Tags not named anywhere; an error when left out and there are any.
-    pub others: Option<Others>,
+names! {
+    Others { "fixed" => Fixed, "free" => Free, "slide" => Slide }
 }
 
-impl Boundaries {
-    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[boundaries]", BOUNDARIES)?;
-        let mut boundaries = Self::default();
-        for (key, what, names) in [
-            ("zones", "zones", &mut boundaries.zones),
-            ("fixed", "tags", &mut boundaries.fixed),
-            ("slide", "tags", &mut boundaries.slide),
-            ("free", "tags", &mut boundaries.free),
-        ] {
-            let remedy = format!("name the {what}, or leave the key out");
-            section.set(key, names, |entry| entry.patterns(&remedy))?;
-        }
-        section.set("periodic", &mut boundaries.periodic, read_pairs)?;
-        let known = [
-            ("fixed", Others::Fixed),
-            ("free", Others::Free),
-            ("slide", Others::Slide),
-        ];
-        boundaries.others = section.optional("others", |entry| entry.choice(&known))?;
-        Ok(boundaries)
+/// Pairs of sides.
+const PAIRS: Kind<Vec<PeriodicPair>> = Kind {
+    words: "array of `{ pair = [a, b] }`",
+    read: read_pairs,
+    schema: || {
+        let sides = json!({ "type": "array", "items": { "type": "string", "minLength": 1 }, "minItems": 2, "maxItems": 2 });
+        let pair = object(
+            [("pair".to_owned(), sides)].into_iter().collect(),
+            vec!["pair"],
+        );
+        json!({ "type": "array", "items": pair, "minItems": 1 })
+    },
+};
+
+keys! {
+    /// `[boundaries]`: which zones deform and what the boundaries that belong to no body do.
+    #[derive(Debug, Clone)]
+    pub(super) struct Boundaries "[boundaries]" {
+        /// only these zones deform (globs as in `tags`); nodes that they share with other zones stay fixed
+        pub zones: Vec<Pattern>, patterns(), or "all";
+        /// boundary tags that do not move
+        pub fixed: Vec<Pattern>, patterns(), or "none";
+        /// boundary tags whose nodes move along the boundary and never leave it: symmetry planes, walls and outer edges beside a
+        /// moving body. Nodes that a body shares with such a plane move with the body; a warning says if they leave the plane
+        pub slide: Vec<Pattern>, patterns(), or "none";
+        /// tags whose nodes follow the mesh around them: lines and surfaces inside the flow, such as that of a wake
+        pub free: Vec<Pattern>, patterns(), or "none";
+        /// pairs of boundaries that are images of one another by a translation or a rotation; their nodes follow the mesh around
+        /// them, and paired nodes move identically. A side is one name or glob and may stand for several tags
+        pub periodic: Vec<PeriodicPair>, PAIRS, or "none";
+        /// what the remaining tags do; `"free"` ones follow the mesh around them. Without this key, a tag that is named nowhere is
+        /// an error
+        pub others: Option<Others>, choice::<Others>(), or "none";
     }
 }
 

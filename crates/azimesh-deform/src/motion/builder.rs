@@ -88,7 +88,7 @@ setters! { Schedule {
     /// Whether surface nodes are put exactly where the motion takes them; they are unless it is set.
     correction(correction: bool) |self| self.selection.correction = correction;
     /// Name of the format that meshes are written in; unless it is set `vtu`, or `openfoam` for the mesh of a case.
-    format(name: impl Into<String>) |self| (self.output.format, self.output.format_given) = (name.into(), true);
+    format(name: impl Into<String>) |self| self.output.format = Some(name.into());
     /// Precision of the coordinates that are written; 64 bits unless it is set.
     precision(precision: Precision) |self| self.output.precision = precision;
     /// How much quality is computed at each step; a row of steps.csv unless it is set.

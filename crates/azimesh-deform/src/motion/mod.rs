@@ -13,7 +13,7 @@ mod body;
 mod body_map;
 mod boundaries;
 mod builder;
-mod checks;
+mod keys;
 mod motions;
 mod names;
 mod options;
@@ -32,11 +32,10 @@ mod surface;
 pub mod table;
 mod tags;
 mod twist;
-mod velocity;
 mod zones;
 
 pub use body::Body;
-pub use body_map::BodyMap;
+pub use body_map::{BodyMap, BodyVelocity};
 pub use boundaries::Others;
 pub use motions::{
     AxisRotation, Beam, CentreLine, Cyclic, Modes, SurfaceMotion, TableMotion, Translation,
@@ -51,7 +50,6 @@ pub use schedule::Schedule;
 pub use steps::{Step, Steps};
 pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
 pub use table::Table;
-pub use velocity::BodyVelocity;
 pub use zones::DeformingZone;
 
 #[cfg(test)]

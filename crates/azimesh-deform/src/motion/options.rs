@@ -1,27 +1,10 @@
 //! `[rbf]` and `[selection]`: options of the interpolation and of the base points.
 
+use super::keys::{Kind, Named, boolean, choice, count, keys, names, numbers, positive};
 use super::places::Places;
-use super::reader::{AngleUnit, Entry};
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::Vector;
-
-const RBF: &[&str] = &[
-    "kernel",
-    "support_radius",
-    "polynomial",
-    "interpolate",
-    "rotation_radius",
-    "substeps",
-];
-const SELECTION: &[&str] = &[
-    "method",
-    "tolerance",
-    "criterion",
-    "constant",
-    "max_points",
-    "refresh",
-    "correction",
-];
+use serde_json::json;
 
 /// Substeps a step may be cut into at most.
 const MAX_SUBSTEPS: usize = 1000;
@@ -48,17 +31,18 @@ pub enum KernelName {
 }
 
 impl KernelName {
-    const ALL: [(&str, Self); 4] = [
-        ("wendland-c0", Self::WendlandC0),
-        ("wendland-c2", Self::WendlandC2),
-        ("wendland-c4", Self::WendlandC4),
-        ("wendland-c6", Self::WendlandC6),
-    ];
-
     /// The name as it stands in a schedule.
     pub fn name(self) -> &'static str {
-        Self::ALL[self as usize].0
+        Self::names()[self as usize].0
     }
+}
+
+names! {
+    KernelName { "wendland-c0" => WendlandC0, "wendland-c2" => WendlandC2, "wendland-c4" => WendlandC4, "wendland-c6" => WendlandC6 }
+    Polynomial { "none" => None, "linear" => Linear }
+    Interpolate { "displacement" => Displacement, "twist" => Twist }
+    SelectionMethod { "sequence" => Sequence, "constant" => Constant, "real" => Real, "all" => All }
+    SelectionCriterion { "max" => Max, "mean" => Mean }
 }
 
 /// What is added to the radial basis functions.
@@ -95,61 +79,40 @@ pub enum Interpolate {
     Twist,
 }
 
-/// `[rbf]`: the interpolation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RbfOptions {
-    /// Radial basis function.
-    pub kernel: KernelName,
-    /// Support radius in mesh units; chosen by the program when `None`.
-    pub support_radius: Option<f64>,
-    /// What is added to the radial basis functions.
-    pub polynomial: Polynomial,
-    /// What is interpolated.
-    pub interpolate: Interpolate,
-    /// Support radius of the rotation alone, in mesh units; that of everything else when `None`.
-    /// Only with [`Interpolate::Twist`].
-    pub rotation_radius: Option<f64>,
-    /// Parts that each step is cut into, at least one.
-    pub substeps: usize,
-}
-
-impl Default for RbfOptions {
-    fn default() -> Self {
-        Self {
-            kernel: KernelName::default(),
-            support_radius: None,
-            polynomial: Polynomial::None,
-            interpolate: Interpolate::Displacement,
-            rotation_radius: None,
-            substeps: 1,
-        }
+keys! {
+    /// `[rbf]`: the interpolation.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct RbfOptions "[rbf]" {
+        /// radial basis function
+        pub kernel: KernelName, choice::<KernelName>(), default "wendland-c2";
+        /// greater than 1e-9 of the diagonal of the mesh. If left out: the smaller of the diagonal of the deforming region and ten
+        /// diagonals of the box around the moving tags
+        pub support_radius: Option<f64>, positive("length"), or "chosen and reported";
+        /// `"linear"` adds `p0 + p1 x + p2 y + p3 z`, so that an affine motion of all surfaces is reproduced everywhere; of little
+        /// use with fixed boundaries, refused with [sliding or periodic](boundaries.md) ones
+        pub polynomial: Polynomial, choice::<Polynomial>(), default "none";
+        /// what is interpolated: displacements, or the rotation vector and translation of each body. `"twist"` for rotations of
+        /// more than about 60 degrees against a fixed boundary, up to about 300; `"displacement"` for large translations in tight
+        /// spaces, and for a small body close to a fixed one ([a flap](rotations.md#a-flap-beside-a-wing-that-stays)). With a beam
+        /// every section turns about its point of the lifting line (no substeps); `surface` and `modes` have no rotations and are
+        /// refused
+        pub interpolate: Interpolate, choice::<Interpolate>(), default "displacement";
+        /// greater than 0, with `"twist"` only: a support radius for the rotation alone. Without this key the rotation of a rigid
+        /// body inside a fixed circle or cylinder is not interpolated, but falls with the logarithm of the distance from its axis
+        /// ([method](method.md#7-large-rotations)), which folds least
+        pub rotation_radius: Option<f64>, positive("length"), or "`support_radius`";
+        /// number of parts of each step: all angles and translations grow evenly over the parts, and each part deforms the mesh
+        /// that the previous one left. For motions that fold cells in one step; a step takes as many times longer
+        pub substeps: usize, SUBSTEPS, default 1;
     }
 }
+
+const SUBSTEPS: Kind<usize> = Kind {
+    schema: || json!({ "type": "integer", "minimum": 1, "maximum": MAX_SUBSTEPS }),
+    ..count("integer, 1 to 1000")
+};
 
 impl RbfOptions {
-    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[rbf]", RBF)?;
-        let mut options = Self::default();
-        section.set("kernel", &mut options.kernel, |entry| {
-            entry.choice(&KernelName::ALL)
-        })?;
-        options.support_radius = section.optional("support_radius", Entry::positive)?;
-        let known = [("none", Polynomial::None), ("linear", Polynomial::Linear)];
-        section.set("polynomial", &mut options.polynomial, |entry| {
-            entry.choice(&known)
-        })?;
-        let known = [
-            ("displacement", Interpolate::Displacement),
-            ("twist", Interpolate::Twist),
-        ];
-        section.set("interpolate", &mut options.interpolate, |entry| {
-            entry.choice(&known)
-        })?;
-        options.rotation_radius = section.optional("rotation_radius", Entry::positive)?;
-        section.set("substeps", &mut options.substeps, Entry::count)?;
-        Ok(options)
-    }
-
     /// Refuses numbers out of their range, and what does not go together.
     pub(super) fn check(&self, places: &Places) -> Result<()> {
         if let Some(radius) = self.support_radius {
@@ -222,71 +185,49 @@ pub struct Refresh {
     pub azimuth_deg: f64,
 }
 
-/// `[selection]`: the base points.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SelectionOptions {
-    /// How base points are chosen.
-    pub method: SelectionMethod,
-    /// Displacement error allowed on any surface node at any step, in mesh units; chosen by the
-    /// program when `None`.
-    pub tolerance: Option<f64>,
-    /// Which error is to meet the tolerance.
-    pub criterion: SelectionCriterion,
-    /// The displacement of [`SelectionMethod::Constant`], in mesh units and not zero; that of the
-    /// motion when `None`.
-    pub constant: Option<Vector>,
-    /// Base points at most.
-    pub max_points: usize,
-    /// After which azimuth [`SelectionMethod::Real`] chooses anew; at every step when `None`.
-    pub refresh: Option<Refresh>,
-    /// Whether surface nodes are put exactly where the motion takes them.
-    pub correction: bool,
-}
+/// An angle in the unit of the schedule.
+const REFRESH: Kind<Refresh> = Kind {
+    words: "angle",
+    read: |entry| {
+        let (angle, unit) = (entry.positive()?, entry.unit());
+        Ok(Refresh {
+            azimuth: unit.to_radians(angle),
+            azimuth_deg: unit.to_degrees(angle),
+        })
+    },
+    schema: positive("").schema,
+};
 
-impl Default for SelectionOptions {
-    fn default() -> Self {
-        Self {
-            method: SelectionMethod::Sequence,
-            tolerance: None,
-            criterion: SelectionCriterion::Max,
-            constant: None,
-            max_points: 5000,
-            refresh: None,
-            correction: true,
-        }
+keys! {
+    /// `[selection]`: the base points.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct SelectionOptions "[selection]" {
+        /// `"sequence"`: chosen greedily, once, for all steps; `"constant"`: once, for one displacement of all moving nodes (the
+        /// [paper's](paper.md) Algorithm 2), if the motion is not known beforehand; `"real"`: again at each step, for its
+        /// displacements (Algorithm 1); `"all"`: every surface node (at most 40,000) that double precision can tell from others;
+        /// held to the tolerance like the others
+        pub method: SelectionMethod, choice::<SelectionMethod>(), default "sequence";
+        /// displacement error allowed on any surface node at any step, before the correction; greater than 0. If left out: 1e-4 of
+        /// the diagonal of the box around the moving tags; without correction the smallest first-cell height
+        pub tolerance: Option<f64>, positive("length"), or "chosen and reported";
+        /// which error must meet the tolerance: the largest of the surface nodes, or their mean
+        pub criterion: SelectionCriterion, choice::<SelectionCriterion>(), default "max";
+        /// with method `"constant"` only: the displacement, longer than the tolerance. If left out: the largest displacement of a
+        /// moving node at any step in x, in y and in z
+        pub constant: Option<Vector>, numbers::<3>("3 lengths"), or "the motion's";
+        /// most base points; if they do not meet the tolerance, no mesh is written. Not used with `"all"`; with method
+        /// `"constant"` reaching it is a normal end
+        pub max_points: usize, count("integer"), default 5000;
+        /// with method `"real"` only, greater than 0: base points are chosen again after this azimuth, counted from the first step
+        /// of the schedule
+        pub refresh: Option<Refresh>, REFRESH, or "every step";
+        /// moving nodes are put exactly where the motion takes them, fixed ones where they were; sliding ones are put on their
+        /// boundary either way
+        pub correction: bool, boolean(), default true;
     }
 }
 
 impl SelectionOptions {
-    pub(super) fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
-        let section = entry.section("[selection]", SELECTION)?;
-        let mut options = Self::default();
-        let known = [
-            ("sequence", SelectionMethod::Sequence),
-            ("constant", SelectionMethod::Constant),
-            ("real", SelectionMethod::Real),
-            ("all", SelectionMethod::All),
-        ];
-        section.set("method", &mut options.method, |entry| entry.choice(&known))?;
-        options.tolerance = section.optional("tolerance", Entry::positive)?;
-        let known = [
-            ("max", SelectionCriterion::Max),
-            ("mean", SelectionCriterion::Mean),
-        ];
-        section.set("criterion", &mut options.criterion, |entry| {
-            entry.choice(&known)
-        })?;
-        options.constant = section.optional("constant", Entry::numbers)?;
-        section.set("max_points", &mut options.max_points, Entry::count)?;
-        let refresh = section.optional("refresh", Entry::positive)?;
-        options.refresh = refresh.map(|angle| Refresh {
-            azimuth: unit.to_radians(angle),
-            azimuth_deg: unit.to_degrees(angle),
-        });
-        section.set("correction", &mut options.correction, Entry::boolean)?;
-        Ok(options)
-    }
-
     /// Refuses numbers out of their range, and keys that go with another method.
     pub(super) fn check(&self, places: &Places) -> Result<()> {
         if let Some(tolerance) = self.tolerance {

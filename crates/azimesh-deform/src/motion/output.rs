@@ -1,23 +1,10 @@
 //! `[output]`: options of the files that are written.
 
+use super::keys::{Kind, boolean, choice, keys, names, string};
 use super::places::Places;
-use super::reader::Entry;
 use azimesh_core::error::Result;
 use azimesh_io::formats::{self, Compression, Encoding, Precision, WriteOptions};
-
-const OUTPUT: &[&str] = &[
-    "format",
-    "precision",
-    "quality",
-    "displacement",
-    "velocity",
-    "encoding",
-    "compression",
-    "on_inverted",
-    "surface",
-    "title",
-    "length_unit",
-];
+use serde_json::json;
 
 /// Characters of a title and of a unit, at most.
 const TITLE: usize = 200;
@@ -78,55 +65,72 @@ pub enum SurfaceOutput {
     Su2,
 }
 
-/// `[output]`: what is written.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OutputOptions {
-    /// Name of a writable format.
-    pub format: String,
-    /// Whether it was given, and not left to be chosen.
-    pub format_given: bool,
-    /// Precision of coordinates.
-    pub precision: Precision,
-    /// How much quality is computed.
-    pub quality: QualityOutput,
-    /// Whether the displacement is added as a point array.
-    pub displacement: bool,
-    /// Whether node velocities are added as a point array.
-    pub velocity: bool,
-    /// How numbers are stored.
-    pub encoding: Encoding,
-    /// Compression of binary data.
-    pub compression: Compression,
-    /// What happens when a step has inverted cells.
-    pub on_inverted: OnInverted,
-    /// Files of the moving surfaces.
-    pub surface: SurfaceOutput,
-    /// Title of the report; the name of the mesh without one.
-    pub title: Option<String>,
-    /// What the mesh unit is called.
-    pub length_unit: Option<String>,
+names! {
+    QualityOutput { "summary" => Summary, "cells" => Cells, "none" => None }
+    OnInverted { "warn" => Warn, "stop" => Stop, "substeps" => Substeps, "repair" => Repair }
+    SurfaceOutput { "none" => None, "su2" => Su2 }
 }
 
-impl Default for OutputOptions {
-    fn default() -> Self {
-        Self {
-            format: "vtu".into(),
-            format_given: false,
-            precision: Precision::F64,
-            quality: QualityOutput::Summary,
-            displacement: false,
-            velocity: false,
-            encoding: Encoding::Raw,
-            compression: Compression::None,
-            on_inverted: OnInverted::Repair,
-            surface: SurfaceOutput::None,
-            title: None,
-            length_unit: None,
-        }
+fn writable() -> Vec<&'static str> {
+    formats::written().map(|format| format.name).collect()
+}
+
+/// Name of a writable format.
+const FORMAT: Kind<String> = Kind {
+    words: "name of a writable format",
+    read: |entry| {
+        let known: Vec<_> = writable().into_iter().map(|name| (name, name)).collect();
+        Ok(entry.choice(&known)?.to_owned())
+    },
+    schema: || json!({ "enum": writable() }),
+};
+
+keys! {
+    /// `[output]`: what is written.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct OutputOptions "[output]" {
+        /// any of the [formats](formats.md): `"vtu"`, `"msh"`, `"su2"`, ...; `"vtkhdf"` (ParaView 5.12 or later) and `"cgns"` hold
+        /// the whole sequence in one file, [2.6 times smaller for hexahedra, 4 for tetrahedra](outputs.md)
+        pub format: Option<String>, FORMAT, or "`\"vtu\"`; `\"openfoam\"` if the mesh is a case";
+        /// of coordinates, in the formats of VTK and CGNS; `"f32"` is refused where it would change a first-cell height by more
+        /// than 1%
+        pub precision: Precision, choice::<Precision>(), default "f64";
+        /// columns of [steps.csv](outputs.md#stepscsv); these and cell arrays; nothing
+        pub quality: QualityOutput, choice::<QualityOutput>(), default "summary";
+        /// `true` adds the displacement as a point array, in formats that hold arrays; in a case of OpenFOAM as
+        /// `<time>/wantedDisplacement`
+        pub displacement: bool, boolean(), default false;
+        /// `true` adds node velocities as the point array `Velocity`, in mesh units a second, in formats that hold arrays.
+        /// [Velocities](#velocities)
+        pub velocity: bool, boolean(), default false;
+        /// of numbers in VTU files
+        pub encoding: Encoding, choice::<Encoding>(), default "raw";
+        /// of binary data in VTU files
+        pub compression: Compression, choice::<Compression>(), default "none";
+        /// at a step with inverted cells. `"repair"`: compute it and the steps around it in 2, 4 or 8 substeps (or 8 with
+        /// `wendland-c0`) and then move nodes near the cells that are left until these are valid
+        /// ([steps that are repaired](batches.md#inverted-cells)); `"warn"`: continue and exit with 1; `"stop"`: stop
+        /// (`--keep-going` skips the step); `"substeps"`: compute it again in substeps only. Nothing of this with `quality = "none"`, which judges no cell. `"substeps"` cannot be
+        /// used with `velocity`, nor with `interpolate = "twist"` on a beam; `"repair"` takes no substeps there
+        pub on_inverted: OnInverted, choice::<OnInverted>(), default "repair";
+        /// `"su2"` adds a file of the moving surfaces for each step, which SU2 reads in an unsteady run with
+        /// `SURFACE_MOVEMENT= EXTERNAL`: [SU2](tasks/su2.md). The mesh is a `.su2` file, or `format` is `"su2"`; steps are evenly
+        /// spaced
+        pub surface: SurfaceOutput, choice::<SurfaceOutput>(), default "none";
+        /// title of the [report](report.md)
+        pub title: Option<String>, string::<String>(), or "the mesh's name";
+        /// what the mesh unit is called, such as `"m"` or `"mm"`: the [report](report.md) labels lengths with it, and lengths of
+        /// [tables in other units](#names-and-units-of-columns) are converted to it
+        pub length_unit: Option<String>, string::<String>(), or "none";
     }
 }
 
 impl OutputOptions {
+    /// Name of the format that meshes are written in.
+    pub fn format(&self) -> &str {
+        self.format.as_deref().unwrap_or("vtu")
+    }
+
     /// How meshes are written.
     pub fn write_options(&self) -> WriteOptions {
         WriteOptions {
@@ -140,56 +144,7 @@ impl OutputOptions {
 
     /// Whether coordinates are written in 32 bits.
     pub fn rounds(&self) -> Result<bool> {
-        Ok(formats::by_name(&self.format)?.rounds(self.precision))
-    }
-
-    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[output]", OUTPUT)?;
-        let mut options = Self::default();
-        let names = formats::written().map(|format| format.name);
-        let known: Vec<(&str, &str)> = names.map(|name| (name, name)).collect();
-        let format = |entry: &Entry<'_>| Ok(entry.choice(&known)?.to_owned());
-        section.set("format", &mut options.format, format)?;
-        options.format_given = section.get("format").is_some();
-        let known = Precision::ALL.map(|(name, value, _)| (name, value));
-        section.set("precision", &mut options.precision, |entry| {
-            entry.choice(&known)
-        })?;
-        let known = [
-            ("summary", QualityOutput::Summary),
-            ("cells", QualityOutput::Cells),
-            ("none", QualityOutput::None),
-        ];
-        section.set("quality", &mut options.quality, |entry| {
-            entry.choice(&known)
-        })?;
-        section.set("displacement", &mut options.displacement, Entry::boolean)?;
-        section.set("velocity", &mut options.velocity, Entry::boolean)?;
-        let known = Encoding::ALL.map(|(name, value, _)| (name, value));
-        section.set("encoding", &mut options.encoding, |entry| {
-            entry.choice(&known)
-        })?;
-        let known = Compression::ALL.map(|(name, value, _)| (name, value));
-        section.set("compression", &mut options.compression, |entry| {
-            entry.choice(&known)
-        })?;
-        let known = [
-            ("warn", OnInverted::Warn),
-            ("stop", OnInverted::Stop),
-            ("substeps", OnInverted::Substeps),
-            ("repair", OnInverted::Repair),
-        ];
-        section.set("on_inverted", &mut options.on_inverted, |entry| {
-            entry.choice(&known)
-        })?;
-        let known = [("none", SurfaceOutput::None), ("su2", SurfaceOutput::Su2)];
-        section.set("surface", &mut options.surface, |entry| {
-            entry.choice(&known)
-        })?;
-        let text = |entry: &Entry<'_>| entry.string().map(|text| Some(text.to_owned()));
-        section.set("title", &mut options.title, text)?;
-        section.set("length_unit", &mut options.length_unit, text)?;
-        Ok(options)
+        Ok(formats::by_name(self.format())?.rounds(self.precision))
     }
 
     /// Refuses a format that cannot be written, and labels that are empty or too long for one line.
@@ -206,7 +161,7 @@ impl OutputOptions {
                 return Err(places.error(key, message));
             }
         }
-        let known = formats::by_name(&self.format).and_then(formats::to_write);
+        let known = formats::by_name(self.format()).and_then(formats::to_write);
         let known = known.map(|_| ());
         known.map_err(|error| places.error("output.format", error.message))
     }

@@ -6,12 +6,11 @@
 //!                                                                    └─ rotations ──> twist
 //! ```
 
-use super::body_map::BodyMap;
+use super::body_map::{BodyMap, BodyVelocity};
 use super::motions::{At, CentreLine, Clock, Link, MapScope, Rotation};
 use super::resolved::Motion;
 use super::rotor::Frame;
 use super::steps::Step;
-use super::velocity::BodyVelocity;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::geometry::{Moving, Transform};
 

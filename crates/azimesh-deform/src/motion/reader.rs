@@ -3,10 +3,10 @@
 //! Knows what a table may hold and how to say that a key or a value is wrong; nothing of what the
 //! keys mean.
 
-use super::checks::{MOST_TURNED, is_angle};
 use super::names::{Pattern, list};
-use super::places::Places;
+use super::places::{MOST_TURNED, Places, is_angle};
 use azimesh_core::error::{Error, Position, Result, nearest_name};
+use std::cell::Cell;
 use toml::de::{DeTable, DeValue};
 
 /// A table whose keys are known to be right.
@@ -30,8 +30,9 @@ pub(super) struct Entry<'a> {
 }
 
 /// Unit of the angles that a person wrote.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum AngleUnit {
+    #[default]
     Degrees,
     Radians,
 }
@@ -52,36 +53,35 @@ impl AngleUnit {
     }
 }
 
-/// Where the lines of a text end.
-pub(super) struct Lines(Vec<usize>);
+/// Where the lines of a schedule end, and the unit of its angles.
+pub(super) struct Lines {
+    ends: Vec<usize>,
+    pub unit: Cell<AngleUnit>,
+}
 
 impl Lines {
     pub(super) fn of(text: &str) -> Self {
-        let bytes = text.bytes().enumerate();
-        Self(
-            bytes
-                .filter(|(_, byte)| *byte == b'\n')
-                .map(|(at, _)| at)
-                .collect(),
-        )
+        Self {
+            ends: text.match_indices('\n').map(|(at, _)| at).collect(),
+            unit: Cell::default(),
+        }
     }
 
     /// One-based line of a byte offset.
     pub(super) fn at(&self, offset: usize) -> u64 {
-        1 + self.0.partition_point(|end| *end < offset) as u64
+        1 + self.ends.partition_point(|end| *end < offset) as u64
     }
 }
 
 impl<'a> Section<'a> {
     /// The whole document.
-    pub(super) fn root(lines: &'a Lines, table: &'a DeTable<'a>, known: &[&str]) -> Result<Self> {
-        let section = Self {
+    pub(super) fn root(lines: &'a Lines, table: &'a DeTable<'a>, title: &'static str) -> Self {
+        Self {
             lines,
-            title: "the schedule",
+            title,
             table,
             line: 1,
-        };
-        section.checked(known)
+        }
     }
 
     /// The value of a key.
@@ -114,17 +114,14 @@ impl<'a> Section<'a> {
         self.get(key).map(|entry| read(&entry)).transpose()
     }
 
-    /// Puts what a key holds in the place of a default, which stays where the key is left out.
-    pub(super) fn set<T>(
-        &self,
-        key: &str,
-        value: &mut T,
-        read: impl FnOnce(&Entry<'a>) -> Result<T>,
-    ) -> Result<()> {
-        if let Some(found) = self.optional(key, read)? {
-            *value = found;
+    /// Refuses a key without the one that it belongs to.
+    pub(super) fn only_with(&self, key: &str, other: &str) -> Result<()> {
+        match (self.get(key), self.get(other)) {
+            (Some(entry), None) => {
+                Err(entry.error(&format!("is that of `{other}`, which is not given")))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// The lines of the keys of this table and of those of tables in it, by names such as `rbf.kernel`.
@@ -150,7 +147,7 @@ impl<'a> Section<'a> {
     }
 
     /// Refuses the first key that is not known.
-    fn checked(self, known: &[&str]) -> Result<Self> {
+    pub(super) fn check_keys(&self, known: &[&str]) -> Result<()> {
         let wrong = |name: &str| !known.contains(&name);
         let first = self
             .table
@@ -158,7 +155,7 @@ impl<'a> Section<'a> {
             .filter(|key| wrong(key.get_ref()))
             .min_by_key(|key| key.span().start);
         let Some(key) = first else {
-            return Ok(self);
+            return Ok(());
         };
         let name: &str = key.get_ref();
         let message = unknown(&format!("key `{name}` in {}", self.title), name, known);
@@ -181,6 +178,11 @@ impl<'a> Entry<'a> {
         self.lines.at(self.offset)
     }
 
+    /// The unit of angles.
+    pub(super) fn unit(&self) -> AngleUnit {
+        self.lines.unit.get()
+    }
+
     /// A name or a glob.
     pub(super) fn pattern(&self) -> Result<Pattern> {
         Ok(Pattern {
@@ -189,11 +191,15 @@ impl<'a> Entry<'a> {
         })
     }
 
-    /// A list of names or globs that is not empty; `remedy` is said of one that is.
-    pub(super) fn patterns(&self, remedy: &str) -> Result<Vec<Pattern>> {
+    /// A list of names or globs that is not empty.
+    pub(super) fn patterns(&self) -> Result<Vec<Pattern>> {
         let elements = self.elements("strings")?;
         if elements.is_empty() {
-            return Err(self.error(&format!("is empty; {remedy}")));
+            return Err(self.error(match self.key {
+                "tags" => "is empty; name the tags of the body",
+                "zones" => "is empty; name the zones, or leave the key out",
+                _ => "is empty; name the tags, or leave the key out",
+            }));
         }
         elements.iter().map(Self::pattern).collect()
     }
@@ -246,9 +252,9 @@ impl<'a> Entry<'a> {
     }
 
     /// An angle, in radians.
-    pub(super) fn angle(&self, unit: AngleUnit) -> Result<f64> {
+    pub(super) fn angle(&self) -> Result<f64> {
         let expected = "an angle, a finite number";
-        let angle = unit.to_radians(self.number_or(expected)?);
+        let angle = self.unit().to_radians(self.number_or(expected)?);
         if is_angle(angle) {
             Ok(angle)
         } else {
@@ -352,12 +358,13 @@ impl<'a> Entry<'a> {
         let DeValue::Table(table) = self.value else {
             return Err(self.expected(&format!("a table, {title}")));
         };
-        Section {
+        let section = Section {
             lines: self.lines,
             title,
             table,
             line: self.line(),
-        }
-        .checked(known)
+        };
+        section.check_keys(known)?;
+        Ok(section)
     }
 }

@@ -1,8 +1,8 @@
 //! The rotor: where its hub and axes are, in which frame the mesh is seen, and signs.
 
-use super::motions::{TableSource, read_interpolation};
+use super::keys::{choice, direction, keys, names, numbers, positive, sign, string};
+use super::motions::TableSource;
 use super::places::Places;
-use super::reader::Entry;
 use super::setters::setters;
 use super::table::{Column, History, Interpolation, Key};
 use azimesh_core::error::Result;
@@ -10,20 +10,6 @@ use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, unit};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-const ROTOR: &[&str] = &[
-    "hub",
-    "span_axis",
-    "shaft_axis",
-    "frame",
-    "rpm",
-    "azimuth_table",
-    "azimuth_interpolation",
-    "azimuth_sign",
-    "pitch_sign",
-    "flap_sign",
-    "lag_sign",
-];
 
 /// Sine of the angle under which span and shaft count as parallel.
 const PARALLEL: f64 = 1e-6;
@@ -50,51 +36,48 @@ pub struct Signs {
     pub lag: f64,
 }
 
-/// The rotor: hub, axes, frame, speed and signs of its angles.
-///
-/// ```
-/// # use azimesh_deform as azimesh;
-/// use azimesh::{Rotor, Schedule, Steps};
-///
-/// let rotor = Rotor::new().hub([0.0, 0.0, 1.2]).inertial().rpm(395.0).azimuth_sign(-1.0);
-/// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0)).rotor(rotor);
-/// ```
-#[derive(Debug, Clone)]
-pub struct Rotor {
-    /// Hub centre, in mesh units.
-    pub(super) hub: Vector,
-    /// Unit vector along the span of the blade at zero azimuth; zero where one of no length was given.
-    pub(super) span_axis: Option<Vector>,
-    /// Unit vector along the shaft, towards the thrust side; likewise.
-    pub(super) shaft_axis: Option<Vector>,
-    /// In which frame the mesh is written.
-    pub(crate) frame: Frame,
-    /// Revolutions a minute.
-    pub(super) rpm: Option<f64>,
-    /// Azimuth over time.
-    pub(super) azimuth_table: Option<TableSource>,
-    azimuth_interpolation: Interpolation,
-    /// Signs of the angles.
-    pub(super) signs: Signs,
+names! {
+    Frame { "rotating" => Rotating, "inertial" => Inertial }
 }
 
-impl Default for Rotor {
-    fn default() -> Self {
-        Self {
-            hub: [0.0; 3],
-            span_axis: None,
-            shaft_axis: None,
-            frame: Frame::Rotating,
-            rpm: None,
-            azimuth_table: None,
-            azimuth_interpolation: Interpolation::Linear,
-            signs: Signs {
-                azimuth: 1.0,
-                pitch: 1.0,
-                flap: 1.0,
-                lag: 1.0,
-            },
-        }
+keys! {
+    /// The rotor: hub, axes, frame, speed and signs of its angles.
+    ///
+    /// ```
+    /// # use azimesh_deform as azimesh;
+    /// use azimesh::{Rotor, Schedule, Steps};
+    ///
+    /// let rotor = Rotor::new().hub([0.0, 0.0, 1.2]).inertial().rpm(395.0).azimuth_sign(-1.0);
+    /// let schedule = Schedule::new(Steps::azimuth_deg(0.0, 360.0, 5.0)).rotor(rotor);
+    /// ```
+    #[derive(Debug, Clone)]
+    pub struct Rotor "[rotor]" {
+        /// hub centre O
+        pub(super) hub: Vector, numbers::<3>("3 lengths"), default [0, 0, 0];
+        /// direction of the blade at zero azimuth, outward
+        pub(super) span_axis: Option<Vector>, direction(), or "`[1, 0, 0]`; in 2D `[0, 0, -1]`";
+        /// direction of the shaft, towards the thrust side
+        pub(super) shaft_axis: Option<Vector>, direction(), or "`[0, 0, 1]`; in 2D `[0, 1, 0]`";
+        /// inertial: the mesh (or its zones) also turns with the azimuth, and nodes between a turning zone and the rest are
+        /// duplicated, with a [tag on each side](tasks/rotor.md). The interface of a turning zone must be a surface of revolution
+        /// about the shaft; a cylinder along one blade is not, and a warning says so
+        pub(crate) frame: Frame, choice::<Frame>(), default "rotating";
+        /// greater than 0; gives each step its time in s; not together with `[time]`
+        pub(super) rpm: Option<f64>, positive("1/min"), or "none";
+        /// a table `time_s,azimuth_deg` (or `azimuth_rad`; other names are errors) that gives each step of `[time]` its azimuth,
+        /// in place of `frequency`: a rotor that speeds up. It must cover all times
+        pub(super) azimuth_table: Option<TableSource>, string::<TableSource>(), or "none";
+        /// between its rows; with `"cubic"` the speed of the rotor has no jumps; a rotor that starts from rest needs a few rows at
+        /// rest ([cubic tables](#bodytable-six-degrees-of-freedom))
+        azimuth_interpolation: Interpolation, choice::<Interpolation>(), default "linear", with azimuth_table;
+        /// -1 reverses the azimuth
+        pub(super) azimuth_sign: f64, sign(), default 1;
+        /// -1 reverses the pitch angle only
+        pub(super) pitch_sign: f64, sign(), default 1;
+        /// -1 reverses the flap angle only
+        pub(super) flap_sign: f64, sign(), default 1;
+        /// -1 reverses the lag angle only
+        pub(super) lag_sign: f64, sign(), default 1;
     }
 }
 
@@ -103,36 +86,6 @@ impl Rotor {
     /// shaft along y; the rotating frame.
     pub fn new() -> Self {
         Self::default()
-    }
-
-    pub(super) fn read(entry: &Entry<'_>) -> Result<Self> {
-        let section = entry.section("[rotor]", ROTOR)?;
-        let mut rotor = Self::default();
-        section.set("hub", &mut rotor.hub, Entry::numbers)?;
-        if let Some(span) = section.optional("span_axis", Entry::numbers)? {
-            rotor = rotor.span_axis(span);
-        }
-        if let Some(shaft) = section.optional("shaft_axis", Entry::numbers)? {
-            rotor = rotor.shaft_axis(shaft);
-        }
-        let known = [("rotating", Frame::Rotating), ("inertial", Frame::Inertial)];
-        section.set("frame", &mut rotor.frame, |entry| entry.choice(&known))?;
-        rotor.rpm = section.optional("rpm", Entry::positive)?;
-        let table = section.optional("azimuth_table", Entry::string)?;
-        rotor.azimuth_table = table.map(TableSource::from);
-        rotor.azimuth_interpolation = read_interpolation(&section, "azimuth_interpolation")?;
-        if let (Some(entry), None) = (section.get("azimuth_interpolation"), &rotor.azimuth_table) {
-            return Err(entry.error("is that of `azimuth_table`, which is not given"));
-        }
-        for (key, sign) in [
-            ("azimuth_sign", &mut rotor.signs.azimuth),
-            ("pitch_sign", &mut rotor.signs.pitch),
-            ("flap_sign", &mut rotor.signs.flap),
-            ("lag_sign", &mut rotor.signs.lag),
-        ] {
-            section.set(key, sign, Entry::sign)?;
-        }
-        Ok(rotor)
     }
 
     /// Refuses numbers that mean nothing.
@@ -149,10 +102,10 @@ impl Rotor {
             places.positive("rotor.rpm", rpm)?;
         }
         for (key, sign) in [
-            ("rotor.azimuth_sign", self.signs.azimuth),
-            ("rotor.pitch_sign", self.signs.pitch),
-            ("rotor.flap_sign", self.signs.flap),
-            ("rotor.lag_sign", self.signs.lag),
+            ("rotor.azimuth_sign", self.azimuth_sign),
+            ("rotor.pitch_sign", self.pitch_sign),
+            ("rotor.flap_sign", self.flap_sign),
+            ("rotor.lag_sign", self.lag_sign),
         ] {
             places.check(sign.abs() == 1.0, key, &sign.to_string(), "1 or -1")?;
         }
@@ -242,7 +195,12 @@ impl Rotor {
             e_y,
             e_z,
             frame: self.frame,
-            signs: self.signs,
+            signs: Signs {
+                azimuth: self.azimuth_sign,
+                pitch: self.pitch_sign,
+                flap: self.flap_sign,
+                lag: self.lag_sign,
+            },
             in_plane: dimension == 2,
             has_span: self.span_axis.is_some(),
         })
@@ -288,13 +246,13 @@ setters! { Rotor {
     /// A cubic spline between rows of that table, so that the rotor has no jumps of speed.
     cubic_azimuth() |self| self.azimuth_interpolation = Interpolation::Cubic;
     /// 1, or -1 for a rotor that turns clockwise seen from the thrust side.
-    azimuth_sign(sign: f64) |self| self.signs.azimuth = sign;
+    azimuth_sign(sign: f64) |self| self.azimuth_sign = sign;
     /// 1, or -1 for the other convention of the pitch angle.
-    pitch_sign(sign: f64) |self| self.signs.pitch = sign;
+    pitch_sign(sign: f64) |self| self.pitch_sign = sign;
     /// 1, or -1 for the other convention of the flap angle.
-    flap_sign(sign: f64) |self| self.signs.flap = sign;
+    flap_sign(sign: f64) |self| self.flap_sign = sign;
     /// 1, or -1 for the other convention of the lag angle.
-    lag_sign(sign: f64) |self| self.signs.lag = sign;
+    lag_sign(sign: f64) |self| self.lag_sign = sign;
 } }
 
 /// The rotor's axes at zero azimuth: right-handed and orthonormal.

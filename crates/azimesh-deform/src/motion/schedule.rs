@@ -2,31 +2,20 @@
 
 use super::body::Body;
 use super::boundaries::Boundaries;
+use super::keys::{Keys, Kind, choice, count, keys, names, table};
 use super::motions::{Displacements, TableSource};
 use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::{OnInverted, OutputOptions};
 use super::places::Places;
-use super::reader::{AngleUnit, Entry, Lines, Section};
+use super::reader::{AngleUnit, Lines, Section};
 use super::rotor::{Frame, Rotor};
-use super::steps::{Step, Steps};
+use super::steps::{Azimuths, Step, Steps, Times};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::read_input;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
-
-const SCHEDULE: &[&str] = &[
-    "version",
-    "angle_unit",
-    "azimuth",
-    "time",
-    "rotor",
-    "body",
-    "boundaries",
-    "rbf",
-    "selection",
-    "output",
-];
 
 /// A motion schedule: which bodies move how at which steps, and how the mesh follows. From a file, or made
 /// in memory; both are held against the same checks when it is [resolved](Self::resolve) on a mesh.
@@ -94,43 +83,46 @@ impl Schedule {
     ) -> Result<Self> {
         let lines = Lines::of(text);
         let document = DeTable::parse(text).map_err(|error| not_toml(&lines, &error).file(path))?;
-        Section::root(&lines, document.get_ref(), SCHEDULE)
-            .and_then(|root| Self::from_document(&root, path, complete))
+        let root = Section::root(&lines, document.get_ref(), Self::TITLE);
+        Self::from_document(&lines, &root, complete)
+            .map(|schedule| Self {
+                path: path.to_path_buf(),
+                ..schedule
+            })
             .map_err(|error| error.file(path))
     }
 
     fn from_document(
+        lines: &Lines,
         root: &Section<'_>,
-        path: &Path,
         complete: &dyn Fn(&str, Body) -> Body,
     ) -> Result<Self> {
+        root.check_keys(&Self::known())?;
         if let Some(version) = root.get("version") {
             let found = version.count()?;
             if found != 1 {
                 return Err(version.error(&format!("is {found}; this program reads version 1")));
             }
         }
-        let units = [("deg", AngleUnit::Degrees), ("rad", AngleUnit::Radians)];
-        let unit = root.optional("angle_unit", |entry| entry.choice(&units))?;
-        let unit = unit.unwrap_or(AngleUnit::Degrees);
-        let mut schedule = Self::new(Steps::read(root, unit)?);
-        schedule.path = path.to_path_buf();
+        let unit = root.optional("angle_unit", choice().read)?;
+        lines.unit.set(unit.unwrap_or_default());
+        let mut schedule = Self::new(Steps::read(root)?);
         schedule.places = root.places();
-        root.set("rotor", &mut schedule.rotor, Rotor::read)?;
-        root.set("body", &mut schedule.bodies, |entry| {
-            read_bodies(entry, unit)
-        })?;
-        let bodies = std::mem::take(&mut schedule.bodies).into_iter();
+        schedule.set(root)?;
+        let bodies = schedule.bodies.into_iter();
         let completed = bodies.map(|body| complete(&body.name.clone(), body));
         schedule.bodies = completed.collect();
-        root.set("boundaries", &mut schedule.boundaries, Boundaries::read)?;
-        root.set("rbf", &mut schedule.rbf, RbfOptions::read)?;
-        root.set("selection", &mut schedule.selection, |entry| {
-            SelectionOptions::read(entry, unit)
-        })?;
-        root.set("output", &mut schedule.output, OutputOptions::read)?;
         schedule.check()?;
         Ok(schedule)
+    }
+
+    /// The JSON schema of a schedule, by which editors complete and check one.
+    pub fn schema() -> Value {
+        let mut schema = <Self as Keys>::schema();
+        schema["$schema"] = "http://json-schema.org/draft-07/schema#".into();
+        schema["title"] = "Motion schedule of azimesh".into();
+        schema["required"] = json!(["body"]);
+        schema
     }
 
     /// The steps, at least one.
@@ -210,10 +202,10 @@ impl Schedule {
     /// The files that the rotor and the motions name, each once, in their order.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
-        let azimuth = self.rotor.azimuth_table.as_ref();
-        let azimuth = azimuth.and_then(TableSource::file).into_iter();
+        let azimuth = self.rotor.azimuth_table.iter();
         let motions = self.bodies.iter().flat_map(|body| &body.motions);
-        for file in azimuth.chain(motions.flat_map(|motion| motion.files())) {
+        let sources = azimuth.chain(motions.flat_map(|motion| motion.files()));
+        for file in sources.filter_map(TableSource::file) {
             let path = self.path.with_file_name("").join(file);
             if !files.contains(&path) {
                 files.push(path);
@@ -238,10 +230,43 @@ fn not_toml(lines: &Lines, error: &toml::de::Error) -> Error {
     Error::input(format!("this is not TOML: {message}")).line(lines.at(place))
 }
 
-fn read_bodies(entry: &Entry<'_>, unit: AngleUnit) -> Result<Vec<Body>> {
-    let elements = entry.elements("tables; write [[body]], one for each moving body")?;
-    elements
-        .iter()
-        .map(|element| Body::read(element, unit))
-        .collect()
+names! {
+    AngleUnit { "deg" => Degrees, "rad" => Radians }
 }
+
+const VERSION: Kind<usize> = Kind {
+    schema: || json!({ "type": "integer", "enum": [1] }),
+    ..count("integer")
+};
+
+const BODIES: Kind<Vec<Body>> = Kind {
+    words: "tables, below",
+    read: |entry| {
+        let elements = entry.elements("tables; write [[body]], one for each moving body")?;
+        elements.iter().map(Body::read).collect()
+    },
+    schema: || json!({ "type": "array", "items": Body::schema(), "minItems": 1 }),
+};
+
+keys! { impl Schedule "the schedule" = Self::new(Steps::azimuths_deg([])), {
+    /// version of the schedule; 1 is the only one
+    version, VERSION, default 1;
+    /// unit of **every** angle in the file, azimuths included
+    angle_unit, choice::<AngleUnit>(), default "deg";
+    /// the steps, as azimuths
+    azimuth, table::<Azimuths>(), or "this or `time`";
+    /// the steps, as times
+    time, table::<Times>(), or "this or `azimuth`";
+    /// hub, axes, frame and signs
+    rotor => rotor, table::<Rotor>(), or "none";
+    /// what moves
+    body => bodies, BODIES, or "required";
+    /// what does not move, and which zones deform
+    boundaries => boundaries, table::<Boundaries>(), or "none";
+    /// the interpolation
+    rbf => rbf, table::<RbfOptions>(), or "none";
+    /// base points
+    selection => selection, table::<SelectionOptions>(), or "none";
+    /// what is written
+    output => output, table::<OutputOptions>(), or "none";
+} }

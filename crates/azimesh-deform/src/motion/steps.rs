@@ -1,5 +1,6 @@
 //! The steps of a schedule: their azimuths and times.
 
+use super::keys::{Keys, Kind, keys, number, positive};
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
 use super::rotor::{AzimuthHistory, Rotor};
@@ -7,6 +8,7 @@ use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::diagnostic::short;
 use azimesh_core::diagnostic::{Diagnostic, named_step};
 use azimesh_core::error::{Error, Result};
+use serde_json::json;
 use std::f64::consts::TAU;
 use std::fmt;
 
@@ -144,17 +146,15 @@ impl Steps {
     }
 
     /// Reads `[azimuth]` or `[time]`, of which there must be one.
-    pub(super) fn read(root: &Section<'_>, unit: AngleUnit) -> Result<Self> {
+    pub(super) fn read(root: &Section<'_>) -> Result<Self> {
         let (azimuth, time) = (root.get("azimuth"), root.get("time"));
         match (azimuth, time) {
             (Some(azimuth), None) => {
-                let keys = ["start", "stop", "step", "values"];
-                let section = azimuth.section("[azimuth]", &keys)?;
-                Ok(Self::new(Values::read(&section)?, Of::Azimuth(unit)))
+                let values = Values::read(&Azimuths::section(&azimuth)?)?;
+                Ok(Self::new(values, Of::Azimuth(azimuth.unit())))
             }
             (None, Some(time)) => {
-                let keys = ["start", "stop", "step", "values", "frequency"];
-                let section = time.section("[time]", &keys)?;
+                let section = Times::section(&time)?;
                 let frequency = section.optional("frequency", Entry::positive)?;
                 Ok(Self {
                     frequency,
@@ -287,6 +287,48 @@ impl Steps {
     }
 }
 
+/// Keys of `[azimuth]`.
+pub(super) struct Azimuths;
+
+/// Keys of `[time]`.
+pub(super) struct Times;
+
+keys! { impl Azimuths "[azimuth]" = Self, {
+    /// first azimuth
+    start, number("angle"), default 0;
+    /// last azimuth; included if the steps land on it, to a millionth of a step; a note says if they do not
+    stop, number("angle"), or "required";
+    /// not 0; negative when `stop` lies below `start`
+    step, number("angle"), or "required";
+    /// in place of these three: the azimuths themselves, in any order
+    values, listed("array of angles");
+} }
+
+keys! { impl Times "[time]" = Self, {
+    /// first time
+    start, number("s"), default 0;
+    /// last time, as for azimuths
+    stop, number("s"), or "required";
+    /// not 0
+    step, number("s"), or "required";
+    /// in place of these three
+    values, listed("array of s");
+    /// greater than 0; the azimuth is 360 degrees x frequency x time. This or `azimuth_table` in `[rotor]` is needed if anything depends on the azimuth: harmonics without a frequency of their own, tables over azimuth, the inertial frame
+    frequency, positive("Hz"), or "none";
+} }
+
+/// Any number of numbers.
+const fn listed(words: &'static str) -> Kind<Vec<f64>> {
+    Kind {
+        words,
+        read: |entry| {
+            let elements = entry.elements("numbers")?;
+            elements.iter().map(Entry::number).collect()
+        },
+        schema: || json!({ "type": "array", "items": { "type": "number" }, "minItems": 1 }),
+    }
+}
+
 impl Values {
     fn read(section: &Section<'_>) -> Result<Self> {
         let Some(values) = section.get("values") else {
@@ -301,10 +343,7 @@ impl Values {
                 return Err(entry.error("and `values` both define the steps; keep one of them"));
             }
         }
-        let elements = values.elements("numbers")?;
-        Ok(Self::Listed(
-            elements.iter().map(Entry::number).collect::<Result<_>>()?,
-        ))
+        (listed("").read)(&values).map(Self::Listed)
     }
 
     /// The values one by one: `start`, `start + step`, ... up to `stop`, which is the last when a step lands

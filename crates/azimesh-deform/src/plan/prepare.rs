@@ -211,7 +211,7 @@ pub(crate) fn leave_out_boxes(mesh: &mut Mesh) -> bool {
 fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Diagnostic> {
     let output = &mut schedule.output;
     let format = openfoam::OPENFOAM.name;
-    if output.format_given || output.format == format {
+    if output.format.is_some() || output.format() == format {
         return None;
     }
     let ranks = mesh.ranks();
@@ -221,7 +221,7 @@ fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Diagnostic> {
     if !ranks.broadcast(is_case) {
         return None;
     }
-    output.format = format.to_owned();
+    output.format = Some(format.to_owned());
     Some(DeformNote::OutputFormat { format }.into())
 }
 

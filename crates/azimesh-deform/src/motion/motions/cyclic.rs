@@ -1,14 +1,11 @@
 //! `[body.cyclic]`: pitch, flap and lag as harmonics of the azimuth, and from a table.
 
-use super::blade_angles::{self, BladeAngles};
 use super::link::{Link, RigidLink};
-use super::naming;
-use super::series::{Harmonic, Series};
-use super::{
-    At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
-};
+use super::naming::{self, ColumnValues, NamedColumns, NamedTable};
+use super::series::{ANGLES, Series};
+use super::{At, BodyMotion, OnMesh, ResolvedMotion, Rotation, TableSource};
 use crate::motion::body::Body;
-use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::keys::{angle, choice, keys, number, numbers, string};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::steps::Step;
@@ -19,21 +16,6 @@ use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-
-const CYCLIC: &[&str] = &[
-    "collective",
-    "pitch",
-    "coning",
-    "flap",
-    "lag",
-    "phase",
-    "pitch_axis",
-    "flap_hinge",
-    "table",
-    "interpolation",
-    "columns",
-    "units",
-];
 
 /// Cyclic motion of a blade (eq. 11 of the method): pitch, flap and lag as harmonics of the azimuth
 /// `psi` of the blade,
@@ -119,42 +101,36 @@ setters! { Cyclic {
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
 
-impl FromSchedule for Cyclic {
-    const KEY: &'static str = "cyclic";
+keys! { impl Cyclic "[body.cyclic]" = Self::new(), {
+    /// mean pitch
+    collective => pitch.mean, angle(), default 0;
+    /// harmonics 1, 2, ...; a missing `sin` or `cos` is 0
+    pitch => pitch.harmonics, ANGLES, default [];
+    /// mean flap
+    coning => flap.mean, angle(), default 0;
+    /// harmonics of flap
+    flap => flap.harmonics, ANGLES, default [];
+    /// harmonics of lag
+    lag => lag.harmonics, ANGLES, default [];
+    /// added in every harmonic
+    phase => phase, angle(), default 0;
+    /// offset of the pitch axis from the hub along `e_y` (towards the leading edge; in a clockwise rotor the trailing edge) and `e_z`
+    pitch_axis => pitch_axis, numbers::<2>("2 lengths"), default [0, 0];
+    /// `h`, the offset of the flap and lag hinge along the span
+    flap_hinge => flap_hinge, number("length"), default 0;
+    /// a table of `pitch_deg`, `flap_deg` and `lag_deg` over `azimuth_deg`, `time_s` or `step`, in place of the series or on top of them; columns left out are 0, and `_rad` is understood. It has the signs of `[rotor]`, and no `phase`
+    table => table, string::<TableSource>(), or "none";
+    /// between rows of the table
+    interpolation => interpolation, choice::<Interpolation>(), default "linear", with table;
+    /// [names in the file](#names-and-units-of-columns)
+    columns => naming.columns, naming::columns::<Self>(), or "none", with table;
+    /// [units in the file](#names-and-units-of-columns)
+    units => naming.units, naming::units::<Self>(), or "none", with table;
+} }
 
-    fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
-        let section = entry.section("[body.cyclic]", CYCLIC)?;
-        let mut cyclic = Self::new();
-        for (key, angle) in [
-            ("collective", &mut cyclic.pitch.mean),
-            ("coning", &mut cyclic.flap.mean),
-            ("phase", &mut cyclic.phase),
-        ] {
-            section.set(key, angle, |entry| entry.angle(unit))?;
-        }
-        for (key, series) in [
-            ("pitch", &mut cyclic.pitch),
-            ("flap", &mut cyclic.flap),
-            ("lag", &mut cyclic.lag),
-        ] {
-            let harmonics = &mut series.harmonics;
-            section.set(key, harmonics, |entry| {
-                Harmonic::read_all(entry, |entry| entry.angle(unit))
-            })?;
-        }
-        section.set("pitch_axis", &mut cyclic.pitch_axis, Entry::numbers)?;
-        section.set("flap_hinge", &mut cyclic.flap_hinge, Entry::number)?;
-        let table = section.optional("table", Entry::string)?;
-        cyclic.table = table.map(TableSource::from);
-        cyclic.interpolation = read_interpolation(&section, "interpolation")?;
-        cyclic.naming = naming::read(&section, &blade_angles::NAMED)?;
-        let mut of_table = ["interpolation", "columns", "units"].into_iter();
-        let of_table = of_table.find_map(|key| section.get(key));
-        if let (Some(entry), None) = (of_table, &cyclic.table) {
-            return Err(entry.error("is that of `table`, which is not given"));
-        }
-        Ok(cyclic)
-    }
+impl NamedColumns for Cyclic {
+    const COLUMNS: &'static str =
+        "azimuth_deg azimuth_rad time_s step pitch_deg pitch_rad flap_deg flap_rad lag_deg lag_rad";
 }
 
 impl BodyMotion for Cyclic {
@@ -167,16 +143,15 @@ impl BodyMotion for Cyclic {
         series.any(|(_, series)| !series.harmonics.is_empty())
     }
 
-    fn files(&self) -> Vec<&str> {
-        let file = self.table.as_ref().and_then(TableSource::file);
-        file.into_iter().collect()
+    fn files(&self) -> Vec<&TableSource> {
+        self.table.iter().collect()
     }
 
     fn check(&self, body: &Body) -> Result<()> {
         for (name, series) in self.series() {
             series.check(&body.places, &format!("cyclic.{name}"), name)?;
         }
-        naming::check(&self.naming, &blade_angles::NAMED, body, "cyclic")?;
+        naming::check::<Self>(&self.naming, body, "cyclic")?;
         body.places.angle("cyclic.phase", self.phase)?;
         body.places.finite("cyclic.pitch_axis", &self.pitch_axis)?;
         body.places.finite("cyclic.flap_hinge", &[self.flap_hinge])
@@ -219,8 +194,27 @@ impl BodyMotion for Cyclic {
 
 impl Cyclic {
     fn hinges(&self, on: &OnMesh<'_>) -> Result<Hinges> {
-        let read =
-            |table: &TableSource| BladeAngles::read(table, self.interpolation, &self.naming, on);
+        // Angles about an axis in the plane of a 2D mesh are refused.
+        let (allowed, left) = match on.blade.is_upright() {
+            true => (2, "lag_deg"),
+            false => (0, "pitch_deg"),
+        };
+        let refused = |i: usize| {
+            let body = &on.body.name;
+            (on.blade.in_plane && i != allowed).then(|| {
+                format!("body \"{body}\" would leave the plane of the 2D mesh; use only {left}")
+            })
+        };
+        let read = |table: &TableSource| {
+            let table = NamedTable {
+                table,
+                interpolation: self.interpolation,
+                naming: &self.naming,
+                key: "cyclic",
+                place: "cyclic.table",
+            };
+            ColumnValues::read(&table, ["pitch", "flap", "lag"], on, refused)
+        };
         Ok(Hinges {
             table: self.table.as_ref().map(read).transpose()?,
             cyclic: self.clone(),
@@ -244,7 +238,7 @@ struct Blade {
 #[derive(Debug)]
 pub(super) struct Hinges {
     cyclic: Cyclic,
-    table: Option<BladeAngles>,
+    table: Option<ColumnValues<3>>,
     blade: RotorAxes,
     offset: f64,
 }
@@ -260,7 +254,7 @@ impl Hinges {
     fn angles(&self, step: &Step) -> [f64; 3] {
         let (cyclic, psi) = (&self.cyclic, step.azimuth + self.offset);
         let table = self.table.as_ref();
-        let added = table.map_or([0.0; 3], |table| table.angles(step));
+        let added = table.map_or([0.0; 3], |table| table.at(step));
         let series = cyclic.series();
         std::array::from_fn(|i| series[i].1.at(psi, cyclic.phase) + added[i])
     }

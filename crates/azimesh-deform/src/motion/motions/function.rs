@@ -1,6 +1,6 @@
 //! Displacements of nodes by a function of the caller.
 
-use super::sets::{NodeSets, SurfaceSets};
+use super::sets::NodeSets;
 use super::{BodyMotion, OnMesh, ResolvedMotion};
 use crate::motion::steps::Step;
 use crate::motion::table::Key;
@@ -32,10 +32,6 @@ impl BodyMotion for Displacements {
         2
     }
 
-    fn has_harmonics(&self) -> bool {
-        false
-    }
-
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let nodes = on.nodes();
         let displaced = |step: &Step| {
@@ -53,8 +49,8 @@ impl BodyMotion for Displacements {
         let sets: Result<Vec<Vec<Vector>>> = on.clock.steps.iter().map(displaced).collect();
         let places = (0..on.clock.steps.len()).map(|step| step as f64);
         let places = (Key::Step, places.collect());
-        let sets = SurfaceSets::at_places(places, sets?, Vec::new(), Vec::new());
-        Ok(Arc::new(NodeSets::new(sets, on)))
+        let sets = NodeSets::at_places(places, sets?, Vec::new(), Vec::new(), on);
+        Ok(Arc::new(sets))
     }
 }
 

@@ -1,6 +1,5 @@
-//! A link: the map that one motion applies at a step. A body has a chain of them.
+//! A link: the map that one motion applies at a step, and the rotations in it. A body has a chain of links.
 
-use super::Rotation;
 use super::beam::sections::Sections;
 use super::nodes::BodyNodes;
 use azimesh_core::geometry::vector::{Vector, add, scale};
@@ -71,6 +70,38 @@ impl RigidLink {
             Some([by, rate]) => turned.then(&Moving::translation(by, rate)),
             None => turned,
         }
+    }
+}
+
+/// A right-handed rotation about an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::motion) struct Rotation {
+    /// Unit axis.
+    pub axis: Vector,
+    /// A point of the axis, in mesh units.
+    pub origin: Vector,
+    /// In radians.
+    pub angle: f64,
+    /// In radians a second; 0 where the schedule has no time.
+    pub rate: f64,
+}
+
+impl Rotation {
+    /// The part, from 0 to 1, of the angle.
+    pub fn part(self, part: f64) -> Self {
+        Self {
+            angle: part * self.angle,
+            ..self
+        }
+    }
+
+    pub fn map(&self) -> Transform {
+        Transform::rotation(self.axis, self.origin, self.angle)
+    }
+
+    /// The rotation with its velocity.
+    pub fn moving(&self) -> Moving {
+        Moving::rotation(self.axis, self.origin, self.angle, self.rate)
     }
 }
 

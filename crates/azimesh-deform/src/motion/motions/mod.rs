@@ -1,30 +1,25 @@
 //! The motions of a body, one file each: [`BodyMotion`] as declared, [`ResolvedMotion`] on a mesh.
 //!
 //! ```text
-//! schedule.toml ── MOTIONS: read ──┐
+//! schedule.toml ── keys of Body ────┐
 //!                                  ├─> dyn BodyMotion ── resolve ──> dyn ResolvedMotion ── link ──> Link
 //! Body::new(..).cyclic(..) ────────┘    keys, files, checks           what its files hold            map, velocity,
 //!                                                                                                    rotations at a step
 //! ```
 //!
-//! A new motion is a file here with both traits and a line in [`MOTIONS`].
+//! A new motion is a file here with both traits and its keys, and a line in the keys of a body.
 
 mod axis_rotation;
 mod beam;
-mod blade_angles;
 mod clock;
 mod cyclic;
 mod function;
-#[cfg(test)]
-mod heave;
 mod link;
 mod modes;
 mod naming;
-mod node_files;
 mod nodes;
 mod oscillation;
 mod rigid;
-mod rotation;
 mod series;
 mod sets;
 mod surface;
@@ -35,22 +30,22 @@ pub use beam::{Beam, CentreLine};
 pub(super) use clock::Clock;
 pub use cyclic::Cyclic;
 pub(super) use function::Displacements;
-pub(super) use link::{Link, RigidLink};
+pub(super) use link::{Link, RigidLink, Rotation};
 pub use modes::Modes;
+#[cfg(test)]
+pub(super) use naming::NamedColumns;
 pub(super) use rigid::Rigid;
 pub use rigid::Translation;
-pub(super) use rotation::Rotation;
 #[cfg(test)]
 pub(super) use series::{Harmonic, Series};
 pub use surface::SurfaceMotion;
 pub use table::TableMotion;
 
 use super::body::Body;
-use super::reader::{AngleUnit, Entry, Section};
 use super::rotor::RotorAxes;
 use super::steps::Step;
 use super::surface::{Role, SurfaceFaces, SurfaceNodes};
-use super::table::{Interpolation, Table};
+use super::table::Table;
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
@@ -62,54 +57,20 @@ use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The motions that a schedule may name.
-pub(super) const MOTIONS: &[MotionEntry] = &[
-    MotionEntry::of::<Cyclic>(),
-    MotionEntry::of::<Rigid>(),
-    MotionEntry::of::<TableMotion>(),
-    MotionEntry::of::<Beam>(),
-    MotionEntry::of::<Modes>(),
-    MotionEntry::of::<SurfaceMotion>(),
-    #[cfg(test)]
-    MotionEntry::of::<heave::Heave>(),
-];
-
-/// A motion that has a key under `[[body]]`.
-pub(super) struct MotionEntry {
-    pub key: &'static str,
-    pub read: fn(&Entry<'_>, AngleUnit) -> Result<Arc<dyn BodyMotion>>,
-}
-
-impl MotionEntry {
-    const fn of<M: FromSchedule>() -> Self {
-        Self {
-            key: M::KEY,
-            read: |entry, unit| Ok(Arc::new(M::read(entry, unit)?)),
-        }
-    }
-}
-
-/// A motion that a schedule can name.
-pub(super) trait FromSchedule: BodyMotion + Sized {
-    /// Its key under `[[body]]`.
-    const KEY: &'static str;
-
-    /// Reads it from what stands under the key; angles are in `unit`.
-    fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self>;
-}
-
 /// A motion as it is declared.
 pub(super) trait BodyMotion: Any + Debug + Send + Sync {
     /// When it acts: those of a smaller number before it.
     fn order(&self) -> u8;
 
-    /// The files it names, relative to the schedule.
-    fn files(&self) -> Vec<&str> {
+    /// The tables and files it names.
+    fn files(&self) -> Vec<&TableSource> {
         Vec::new()
     }
 
     /// Whether it needs the azimuth of a step: harmonics do, tables say so by their columns.
-    fn has_harmonics(&self) -> bool;
+    fn has_harmonics(&self) -> bool {
+        false
+    }
 
     /// Refuses numbers that mean nothing.
     fn check(&self, _body: &Body) -> Result<()> {
@@ -312,14 +273,4 @@ impl TableSource {
             Self::Table(table) => table.check().map(|()| Arc::clone(table)),
         }
     }
-}
-
-/// What `key` says: `"linear"`, which is the default, or `"cubic"`.
-pub(super) fn read_interpolation(section: &Section<'_>, key: &str) -> Result<Interpolation> {
-    let known = [
-        ("linear", Interpolation::Linear),
-        ("cubic", Interpolation::Cubic),
-    ];
-    let found = section.optional(key, |entry| entry.choice(&known))?;
-    Ok(found.unwrap_or(Interpolation::Linear))
 }

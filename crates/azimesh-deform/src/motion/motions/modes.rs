@@ -2,13 +2,13 @@
 
 use super::clock::StepHistory;
 use super::link::{Link, NodeField, NodeLink};
-use super::node_files::{NamedVectors, arrays_of, place_columns, three, unused, vector};
-use super::nodes::{At as Given, BodyNodes, Filling, Matching, Wrong};
-use super::{
-    At, BodyMotion, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource, read_interpolation,
+use super::nodes::{
+    At as Given, BodyNodes, Filling, MISSING, Matching, NamedVectors, Wrong, arrays_of,
+    place_columns, three, unused, vector,
 };
+use super::{At, BodyMotion, MapScope, OnMesh, ResolvedMotion, TableSource};
 use crate::motion::body::Body;
-use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::keys::{choice, keys, positive, string};
 use crate::motion::setters::setters;
 use crate::motion::table::{History, Interpolation, Table};
 use azimesh_core::diagnostic::Diagnostic;
@@ -66,40 +66,26 @@ setters! { Modes {
     missing_fixed() |self| self.matching.missing_fixed = true;
 } }
 
-impl FromSchedule for Modes {
-    const KEY: &'static str = "modes";
-
-    fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let keys = [
-            "shapes",
-            "coordinates",
-            "interpolation",
-            "match_tolerance",
-            "missing",
-        ];
-        let section = entry.section("[body.modes]", &keys)?;
-        let shapes = section.require("shapes", "shapes = \"modes.csv\"")?;
-        let coordinates = section.require("coordinates", "coordinates = \"q.csv\"")?;
-        Ok(Self {
-            interpolation: read_interpolation(&section, "interpolation")?,
-            matching: Matching::read(&section)?,
-            ..Self::new(shapes.string()?, coordinates.string()?)
-        })
-    }
-}
+keys! { impl Modes "[body.modes]" = Self::new("", ""), {
+    /// a table `node,mode,dx,dy,dz` (or `x,y,z` for `node`; nodes of the mesh, counted from 0, which [Python](python.md) lists with `mesh.tag_nodes("wing")`), modes counted from 1; or a mesh with point arrays whose names end in the number of the mode, as `mode1`, `mode2`
+    shapes => shapes, string::<TableSource>(), needed "shapes = \"modes.csv\"";
+    /// a table of `q1`, `q2`, ... over `azimuth_deg`, `time_s` or `step`
+    coordinates => coordinates, string::<TableSource>(), needed "coordinates = \"q.csv\"";
+    /// of the coordinates between rows
+    interpolation => interpolation, choice::<Interpolation>(), default "linear";
+    /// distance within which a position in the file matches a node
+    match_tolerance => matching.tolerance, positive("length"), default 1e-9;
+    /// nodes of the body that are not in the file stay; without this key they are an error
+    missing => matching.missing_fixed, MISSING, or "none";
+} }
 
 impl BodyMotion for Modes {
     fn order(&self) -> u8 {
         0
     }
 
-    fn has_harmonics(&self) -> bool {
-        false
-    }
-
-    fn files(&self) -> Vec<&str> {
-        let tables = [&self.shapes, &self.coordinates];
-        tables.into_iter().filter_map(TableSource::file).collect()
+    fn files(&self) -> Vec<&TableSource> {
+        vec![&self.shapes, &self.coordinates]
     }
 
     fn check(&self, body: &Body) -> Result<()> {

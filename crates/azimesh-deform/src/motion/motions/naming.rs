@@ -1,44 +1,93 @@
-//! `columns` and `units` of a motion: what a file of another program calls its columns, and their units.
+//! Columns of a table by the names and units of the program that wrote it: `columns` and `units` of a motion.
 
-use super::OnMesh;
+use super::clock::StepHistory;
+use super::{At, OnMesh, TableSource};
 use crate::motion::body::Body;
-use crate::motion::reader::{Entry, Section};
-use crate::motion::table::{ColumnNames, Naming, Scales, Table};
+use crate::motion::keys::{Kind, object};
+use crate::motion::reader::Entry;
+use crate::motion::steps::Step;
+use crate::motion::table::{
+    Column, ColumnNames, History, Interpolation, Naming, Scales, Table, known_units,
+};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::error::Result;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
-/// Reads `columns` and `units`, by the names of `known`.
-pub(super) fn read(section: &Section<'_>, known: &[&str]) -> Result<Naming> {
-    let mut naming = Naming::default();
-    for (key, title, names) in [
-        (
-            "columns",
-            "columns = { name = \"name in the file\" }",
-            &mut naming.columns,
-        ),
-        (
-            "units",
-            "units = { name = \"unit in the file\" }",
-            &mut naming.units,
-        ),
-    ] {
-        let Some(entry) = section.get(key) else {
-            continue;
-        };
-        let found = entry.section(title, known)?;
-        for name in known {
-            if let Some(value) = found.optional(name, Entry::string)? {
-                names.insert((*name).to_owned(), value.to_owned());
-            }
+/// A motion whose table may have other names and units.
+pub(in crate::motion) trait NamedColumns {
+    /// Its columns by their names here, with blanks between them.
+    const COLUMNS: &'static str;
+
+    fn names() -> Vec<&'static str> {
+        Self::COLUMNS.split(' ').collect()
+    }
+}
+
+/// Names of columns in the file.
+pub(super) const fn columns<M: NamedColumns>() -> Kind<BTreeMap<String, String>> {
+    Kind {
+        words: "table of strings",
+        read: |entry| {
+            read(
+                entry,
+                "columns = { name = \"name in the file\" }",
+                &M::names(),
+            )
+        },
+        schema: || schema(M::names(), |_| json!({ "type": "string", "minLength": 1 })),
+    }
+}
+
+/// Units of columns in the file.
+pub(super) const fn units<M: NamedColumns>() -> Kind<BTreeMap<String, String>> {
+    Kind {
+        words: "table of strings",
+        read: |entry| {
+            read(
+                entry,
+                "units = { name = \"unit in the file\" }",
+                &M::names(),
+            )
+        },
+        schema: || {
+            let names = M::names().into_iter();
+            let with_units = names.filter(|name| !known_units(name).is_empty());
+            schema(
+                with_units.collect(),
+                |name| json!({ "enum": known_units(name) }),
+            )
+        },
+    }
+}
+
+fn read(
+    entry: &Entry<'_>,
+    title: &'static str,
+    known: &[&str],
+) -> Result<BTreeMap<String, String>> {
+    let section = entry.section(title, known)?;
+    let mut names = BTreeMap::new();
+    for name in known {
+        if let Some(value) = section.optional(name, Entry::string)? {
+            names.insert((*name).to_owned(), value.to_owned());
         }
     }
-    Ok(naming)
+    Ok(names)
+}
+
+fn schema(names: Vec<&str>, of: impl Fn(&str) -> Value) -> Value {
+    let names = names.into_iter();
+    object(
+        names.map(|name| (name.to_owned(), of(name))).collect(),
+        Vec::new(),
+    )
 }
 
 /// Refuses names and units that there are not; the motion is under `key`.
-pub(super) fn check(naming: &Naming, known: &[&str], body: &Body, key: &str) -> Result<()> {
-    let checked = naming.check(known);
+pub(super) fn check<M: NamedColumns>(naming: &Naming, body: &Body, key: &str) -> Result<()> {
+    let checked = naming.check(&M::names());
     checked.map_err(|(of, message)| body.places.error(&format!("{key}.{of}"), message))
 }
 
@@ -85,4 +134,98 @@ pub(super) fn notes(
     }
     let at_file = |note| Diagnostic::new(note).file(table.path());
     notes.into_iter().map(at_file).collect()
+}
+
+/// Values over the steps from columns of a table, 0 for a column that is left out.
+#[derive(Debug)]
+pub(super) struct ColumnValues<const N: usize> {
+    history: StepHistory,
+    /// Place of each among the values of the history.
+    columns: [Option<usize>; N],
+    /// The largest size of each in a row.
+    pub bound: [f64; N],
+    /// What the user should know of the table.
+    pub notes: Vec<Diagnostic>,
+}
+
+/// A table as a motion declares it; the motion is under `key` in the schedule, the table under `place`.
+pub(super) struct NamedTable<'a> {
+    pub table: &'a TableSource,
+    pub interpolation: Interpolation,
+    pub naming: &'a Naming,
+    pub key: &'a str,
+    pub place: &'a str,
+}
+
+impl<const N: usize> ColumnValues<N> {
+    /// Reads lengths (`dx`) and angles (`rot_x`, a column `rot_x_deg` or `rot_x_rad`) of these names, at least one; there must
+    /// be values at every step. `refused` is an error message for a value other than 0, by the place of the name.
+    pub fn read(
+        source: &NamedTable<'_>,
+        names: [&str; N],
+        on: &OnMesh<'_>,
+        refused: impl Fn(usize) -> Option<String>,
+    ) -> Result<Self> {
+        let table = source.table.read(on, source.place)?;
+        let in_file = resolve(source.naming, on, None, source.key)?;
+        let mut columns = table.columns_as(in_file.clone())?;
+        let key = columns.require_key()?;
+        let is_length = |name: &str| name.starts_with('d');
+        let mut found = [None; N];
+        for (column, name) in found.iter_mut().zip(names) {
+            *column = match is_length(name) {
+                true => columns.optional(name),
+                false => columns.optional_angle(name)?,
+            };
+        }
+        let others = columns.done()?;
+        if found.iter().all(Option::is_none) {
+            let unit = |name: &str| if is_length(name) { "" } else { "_deg" };
+            let names = names.map(|name| format!("{name}{}", unit(name))).join(", ");
+            return Err(table.header_error(format!("the table has none of the columns {names}")));
+        }
+        let rows = |column: Column| {
+            let table = &table;
+            (0..table.n_rows()).map(move |row| table.value(row, column).abs())
+        };
+        for (i, column) in found.iter().enumerate() {
+            if let (Some(column), Some(message)) = (*column, refused(i))
+                && let Some(row) = rows(column).position(|size| size != 0.0)
+            {
+                return Err(table.error(row, message));
+            }
+        }
+        let present: Vec<Column> = found.iter().flatten().copied().collect();
+        let mut next = 0..present.len();
+        let history = History::from_table(&table, key, &present, source.interpolation)?;
+        let history = StepHistory::new(history, on, source.place)?;
+        let mut notes = notes(source.naming, &in_file, &others, &table, &on.body.name);
+        notes.extend(history.note.clone());
+        Ok(Self {
+            history,
+            notes,
+            bound: found
+                .map(|column| column.map_or(0.0, |column| rows(column).fold(0.0, f64::max))),
+            columns: found.map(|column| column.and_then(|_| next.next())),
+        })
+    }
+
+    /// Whether the table has a column.
+    pub fn has(&self, column: usize) -> bool {
+        self.columns[column].is_some()
+    }
+
+    /// The values at a step.
+    pub fn at(&self, step: &Step) -> [f64; N] {
+        self.each(&self.history.values(step))
+    }
+
+    /// Their rates in a second.
+    pub fn rates(&self, at: &At<'_>) -> [f64; N] {
+        self.each(&self.history.rates(at))
+    }
+
+    fn each(&self, values: &[f64]) -> [f64; N] {
+        self.columns.map(|at| at.map_or(0.0, |at| values[at]))
+    }
 }

@@ -33,11 +33,6 @@ impl Oscillation {
         self.series.is_zero() && self.table.is_none()
     }
 
-    /// The path of its table, where that is a file.
-    pub fn file(&self) -> Option<&str> {
-        self.table.as_ref().and_then(TableSource::file)
-    }
-
     /// Refuses numbers that mean nothing; it is under `key`.
     pub fn check(&self, places: &Places, key: &str) -> Result<()> {
         let Some(frequency) = self.frequency else {

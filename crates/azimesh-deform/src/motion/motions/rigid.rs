@@ -2,18 +2,19 @@
 
 use super::link::{Link, RigidLink};
 use super::oscillation::{Oscillation, Swing};
-use super::series::Harmonic;
-use super::{
-    At, AxisRotation, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource,
-    read_interpolation,
-};
+use super::series::{ANGLES, FACTORS, Harmonic};
+use super::{At, AxisRotation, BodyMotion, OnMesh, ResolvedMotion, Rotation, TableSource};
 use crate::motion::body::Body;
-use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::keys::{
+    Keys, Kind, angle, boolean, choice, direction, keys, numbers, positive, string, table,
+};
 use crate::motion::setters::setters;
 use crate::motion::steps::Step;
+use crate::motion::table::Interpolation;
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, scale};
+use serde_json::json;
 use std::sync::Arc;
 
 /// A translation, in mesh units: one that stays, or one that swings along a vector.
@@ -72,76 +73,70 @@ pub(in crate::motion) struct Rigid {
     pub ramp: bool,
 }
 
-impl FromSchedule for Rigid {
-    const KEY: &'static str = "rigid";
+keys! { impl Rigid "[body.rigid]" = Self::default(), {
+    /// right-handed about an axis
+    rotate => rotate, ROTATION, or "none";
+    /// along a vector
+    translate => translate, TRANSLATION, or "`[0, 0, 0]`";
+    /// `true`: angle and translation times `k / (K - 1)` at step `k` of `K` steps, counted from 0: nothing at the first step, all of it at the last. It grows by step number, whatever the times or azimuths between the steps are; over time use a table. `false`: all of it at every step
+    ramp => ramp, boolean(), default false;
+} }
 
-    fn read(entry: &Entry<'_>, unit: AngleUnit) -> Result<Self> {
-        let section = entry.section("[body.rigid]", &["rotate", "translate", "ramp"])?;
-        Ok(Self {
-            rotate: section.optional("rotate", |entry| read_rotation(entry, unit))?,
-            translate: section.optional("translate", read_translation)?,
-            ramp: section.optional("ramp", Entry::boolean)?.unwrap_or(false),
-        })
-    }
-}
+keys! { impl AxisRotation "rotate = { axis, origin, angle }" = Self::new([0.0; 3]), {
+    /// its direction; it stays in the mesh while the body turns
+    axis => axis, direction(), needed "axis = [0.0, 0.0, 1.0]";
+    /// a point of the axis
+    origin => origin, numbers::<3>("3 lengths"), default [0, 0, 0];
+    /// the mean; required without `harmonics` and `table`
+    angle => angle.series.mean, angle(), default 0;
+    /// added: `sum_m [ sin_m sin(m psi) + cos_m cos(m psi) ]`, with the azimuth `psi` of the body (`azimuth_offset` included)
+    harmonics => angle.series.harmonics, ANGLES, default [];
+    /// of the first harmonic: `psi` is then 360 degrees x frequency x time, without offset. Steps need times: `[time]`, or `rpm`
+    frequency => angle.frequency, positive("Hz"), or "none";
+    /// added: `angle_deg` (or `angle_rad`) over `azimuth_deg`, `time_s` or `step`
+    table => angle.table, string::<TableSource>(), or "none";
+    /// between rows of the table
+    interpolation => angle.interpolation, choice::<Interpolation>(), default "linear", with table;
+} }
 
-fn read_rotation(entry: &Entry<'_>, unit: AngleUnit) -> Result<AxisRotation> {
-    let keys = [
-        "axis",
-        "origin",
-        "angle",
-        "harmonics",
-        "frequency",
-        "table",
-        "interpolation",
-    ];
-    let section = entry.section("rotate = { axis, origin, angle }", &keys)?;
-    let axis = section.require("axis", "axis = [0.0, 0.0, 1.0]")?;
-    let mut rotation = AxisRotation::new(axis.numbers()?);
-    section.set("origin", &mut rotation.origin, Entry::numbers)?;
-    let angle = &mut rotation.angle;
-    section.set("harmonics", &mut angle.series.harmonics, |entry| {
-        Harmonic::read_all(entry, |entry| entry.angle(unit))
-    })?;
-    angle.frequency = section.optional("frequency", Entry::positive)?;
-    let table = section.optional("table", Entry::string)?;
-    angle.table = table.map(TableSource::from);
-    angle.interpolation = read_interpolation(&section, "interpolation")?;
-    if let (Some(entry), None) = (section.get("interpolation"), &angle.table) {
-        return Err(entry.error("is that of `table`, which is not given"));
-    }
-    angle.series.mean = match section.optional("angle", |entry| entry.angle(unit))? {
-        None if angle.is_zero() => section.require("angle", "angle = 20.0")?.angle(unit)?,
-        found => found.unwrap_or(0.0),
-    };
-    Ok(rotation)
-}
+keys! { impl Translation "translate = { vector, harmonics }" = Self::new([0.0; 3]), {
+    /// in mesh units
+    vector => by, numbers::<3>("3 lengths"), needed "vector = [0.0, 0.0, 0.1]";
+    /// the vector times `sum_m [ sin_m sin(m psi) + cos_m cos(m psi) ]`; without harmonics it is the vector itself
+    harmonics => factor.series.harmonics, FACTORS, default [];
+    /// as for `rotate`
+    frequency => factor.frequency, positive("Hz"), or "none";
+} }
 
-/// A vector, or `{ vector, harmonics, frequency }`.
-fn read_translation(entry: &Entry<'_>) -> Result<Translation> {
-    if !entry.is_table() {
-        return entry.numbers().map(Translation::new);
-    }
-    let keys = ["vector", "harmonics", "frequency"];
-    let section = entry.section("translate = { vector, harmonics }", &keys)?;
-    let vector = section.require("vector", "vector = [0.0, 0.0, 0.1]")?;
-    let mut translation = Translation::new(vector.numbers()?);
-    let factor = &mut translation.factor;
-    section.set("harmonics", &mut factor.series.harmonics, |entry| {
-        Harmonic::read_all(entry, |entry| entry.number())
-    })?;
-    factor.frequency = section.optional("frequency", Entry::positive)?;
-    Ok(translation.swinging())
-}
+const ROTATION: Kind<AxisRotation> = Kind {
+    read: |entry| {
+        let rotation = AxisRotation::read(entry)?;
+        if rotation.angle.is_zero() {
+            AxisRotation::section(entry)?.require("angle", "angle = 20.0")?;
+        }
+        Ok(rotation)
+    },
+    ..table::<AxisRotation>()
+};
+
+/// A vector, or a table.
+const TRANSLATION: Kind<Translation> = Kind {
+    words: "3 lengths, or a table, below",
+    read: |entry| match entry.is_table() {
+        true => Translation::read(entry).map(Translation::swinging),
+        false => entry.numbers().map(Translation::new),
+    },
+    schema: || json!({ "anyOf": [(numbers::<3>("").schema)(), Translation::schema()] }),
+};
 
 impl BodyMotion for Rigid {
     fn order(&self) -> u8 {
         3
     }
 
-    fn files(&self) -> Vec<&str> {
-        let file = self.rotate.as_ref().and_then(|turn| turn.angle.file());
-        file.into_iter().collect()
+    fn files(&self) -> Vec<&TableSource> {
+        let rotations = self.rotate.iter();
+        rotations.flat_map(|turn| &turn.angle.table).collect()
     }
 
     fn has_harmonics(&self) -> bool {

@@ -1,8 +1,10 @@
 //! A Fourier series of the azimuth: a mean and its harmonics.
 
+use crate::motion::keys::{Kind, object};
 use crate::motion::places::Places;
 use crate::motion::reader::Entry;
 use azimesh_core::error::Result;
+use serde_json::{Value, json};
 
 /// Harmonics that a series may have.
 pub(super) const MOST_HARMONICS: usize = 1000;
@@ -92,20 +94,33 @@ impl Series {
     }
 }
 
-impl Harmonic {
-    /// Reads a list of harmonics, each of its numbers by `number`.
-    pub(super) fn read_all(
-        entry: &Entry<'_>,
-        number: impl Fn(&Entry<'_>) -> Result<f64>,
-    ) -> Result<Vec<Self>> {
-        let read = |element: &Entry<'_>| {
-            let section = element.section("a harmonic { sin, cos }", &["sin", "cos"])?;
-            let mut harmonic = Self::default();
-            section.set("sin", &mut harmonic.sin, &number)?;
-            section.set("cos", &mut harmonic.cos, &number)?;
-            Ok(harmonic)
-        };
-        let elements = entry.elements("harmonics such as { sin = -7.65, cos = -0.96 }")?;
-        elements.iter().map(read).collect()
-    }
+/// Harmonics of an angle.
+pub(super) const ANGLES: Kind<Vec<Harmonic>> = Kind {
+    words: "array of `{ sin, cos }`, angles",
+    read: |entry| read(entry, |entry| entry.angle()),
+    schema,
+};
+
+/// Harmonics of a factor.
+pub(super) const FACTORS: Kind<Vec<Harmonic>> = Kind {
+    words: "array of `{ sin, cos }`",
+    read: |entry| read(entry, |entry| entry.number()),
+    schema,
+};
+
+fn read(entry: &Entry<'_>, number: fn(&Entry<'_>) -> Result<f64>) -> Result<Vec<Harmonic>> {
+    let read = |element: &Entry<'_>| {
+        let section = element.section("a harmonic { sin, cos }", &["sin", "cos"])?;
+        let [sin, cos] = ["sin", "cos"].map(|key| section.optional(key, number));
+        let (sin, cos) = (sin?.unwrap_or(0.0), cos?.unwrap_or(0.0));
+        Ok(Harmonic { sin, cos })
+    };
+    let elements = entry.elements("harmonics such as { sin = -7.65, cos = -0.96 }")?;
+    elements.iter().map(read).collect()
+}
+
+fn schema() -> Value {
+    let number = |key: &str| (key.to_owned(), json!({ "type": "number", "default": 0 }));
+    let harmonic = object(["sin", "cos"].map(number).into_iter().collect(), Vec::new());
+    json!({ "type": "array", "items": harmonic })
 }

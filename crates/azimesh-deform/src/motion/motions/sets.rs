@@ -21,9 +21,9 @@ const ROUND_OFF: f64 = 1e-14;
 /// Part of the largest component by which the last of the sets of whole revolutions may differ from the first.
 const REPEATED: f64 = 1e-3;
 
-/// A set of displacements for every step, or one for all.
-#[derive(Debug, Clone)]
-pub(super) struct SurfaceSets {
+/// A set of displacements of the nodes of a body for every step, or one for all.
+#[derive(Debug)]
+pub(super) struct NodeSets {
     /// What the sets belong to; `None` is one for all steps.
     key: Option<Key>,
     /// Where the sets are, increasing.
@@ -36,34 +36,19 @@ pub(super) struct SurfaceSets {
     period: std::result::Result<Period, Option<String>>,
     /// What the user should know.
     notes: Vec<Diagnostic>,
-}
-
-/// The sets with the nodes that they are for.
-#[derive(Debug)]
-pub(super) struct NodeSets {
-    sets: SurfaceSets,
     nodes: Arc<BodyNodes>,
+    /// The azimuth (radians) by which the body is ahead among them: 0 where they do not repeat themselves.
     offset: f64,
-}
-
-impl NodeSets {
-    pub fn new(sets: SurfaceSets, on: &OnMesh<'_>) -> Self {
-        Self {
-            sets,
-            nodes: on.nodes(),
-            offset: on.offset,
-        }
-    }
 }
 
 impl ResolvedMotion for NodeSets {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let set = self.sets.at(at.step, self.offset);
-        let rates = || self.sets.rates(at.step, self.offset, &at.clock);
+        let set = self.find(at.step).expect("there is a set for every step");
+        let rates = || self.rates(at.step, &at.clock);
         let rates = at.rates.then(|| NodeField::Values(Cow::Owned(rates())));
         Some(Link::Nodes(NodeLink {
             nodes: Arc::clone(&self.nodes),
-            fields: vec![(NodeField::Values(Cow::Borrowed(set)), rates)],
+            fields: vec![(NodeField::Values(Cow::Borrowed(&self.sets[set])), rates)],
             part: at.part,
         }))
     }
@@ -73,18 +58,18 @@ impl ResolvedMotion for NodeSets {
     }
 
     fn memory_bytes(&self) -> usize {
-        let sets = self.sets.sets.iter();
+        let sets = self.sets.iter();
         sets.map(|set| size_of_val(set.as_slice())).sum()
     }
 
     fn notes(&self) -> &[Diagnostic] {
-        &self.sets.notes
+        &self.notes
     }
 }
 
-impl SurfaceSets {
+impl NodeSets {
     /// One set for all steps.
-    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<Diagnostic>) -> Self {
+    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<Diagnostic>, on: &OnMesh<'_>) -> Self {
         Self {
             key: None,
             places: vec![0.0],
@@ -92,6 +77,8 @@ impl SurfaceSets {
             lines: Vec::new(),
             period: Err(None),
             notes,
+            nodes: on.nodes(),
+            offset: 0.0,
         }
     }
 
@@ -101,27 +88,23 @@ impl SurfaceSets {
         sets: Vec<Vec<Vector>>,
         lines: Vec<u64>,
         notes: Vec<Diagnostic>,
+        on: &OnMesh<'_>,
     ) -> Self {
+        let period = Period::of(key, &places, || last_differs(&sets));
         Self {
-            period: Period::of(key, &places, || last_differs(&sets)),
             key: Some(key),
             places,
-            sets,
             lines,
-            notes,
+            offset: if period.is_ok() { on.offset } else { 0.0 },
+            period,
+            ..Self::one(sets, notes, on)
         }
     }
 
-    /// Gives the place of a body among the sets at a step: ahead by its azimuth offset (radians) where they repeat themselves.
-    fn place(&self, key: Key, step: &Step, offset: f64) -> Option<f64> {
-        let offset = if self.period.is_ok() { offset } else { 0.0 };
-        Clock::place(key, step, offset)
-    }
-
     /// The set of a step.
-    fn find(&self, step: &Step, offset: f64) -> Option<usize> {
+    fn find(&self, step: &Step) -> Option<usize> {
         let Some(key) = self.key else { return Some(0) };
-        let at = self.place(key, step, offset)?;
+        let at = Clock::place(key, step, self.offset)?;
         let turned = || self.nearest_turned(at, self.period.as_ref().ok()?.length);
         self.nearest(at).or_else(turned)
     }
@@ -142,10 +125,10 @@ impl SurfaceSets {
 
     /// Refuses a step without a set. Where rows are missing, the error is at the last row before them.
     fn check_step(&self, step: &Step, on: &OnMesh<'_>, path: &Path) -> Result<()> {
-        let (Some(key), None) = (self.key, self.find(step, on.offset)) else {
+        let (Some(key), None) = (self.key, self.find(step)) else {
             return Ok(());
         };
-        let Some(at) = self.place(key, step, on.offset) else {
+        let Some(at) = Clock::place(key, step, self.offset) else {
             return Err(on.error("surface", NO_TIME));
         };
         let before = self.places.partition_point(|place| *place < at);
@@ -189,16 +172,10 @@ impl SurfaceSets {
         SAME * spacing.unwrap_or(place.abs()) + ROUND_OFF * at.abs()
     }
 
-    /// The displacements of a step.
-    pub fn at(&self, step: &Step, offset: f64) -> &[Vector] {
-        let found = self.find(step, offset);
-        &self.sets[found.expect("there is a set for every step")]
-    }
-
     /// Velocities at a step: the slope between the sets next to its own, or where sets belong to steps
     /// between those of the steps next to it in time; to one side at an end.
-    pub fn rates(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Vec<Vector> {
-        let (from, to, rate) = self.slope(step, offset, clock).unwrap_or((0, 0, 0.0));
+    fn rates(&self, step: &Step, clock: &Clock<'_>) -> Vec<Vector> {
+        let (from, to, rate) = self.slope(step, clock).unwrap_or((0, 0, 0.0));
         let pairs = self.sets[from].iter().zip(&self.sets[to]);
         pairs
             .map(|(from, to)| scale(sub(*to, *from), rate))
@@ -206,15 +183,15 @@ impl SurfaceSets {
     }
 
     /// Two sets, and what their difference is to be multiplied with; `None` where there is no other.
-    fn slope(&self, step: &Step, offset: f64, clock: &Clock<'_>) -> Option<(usize, usize, f64)> {
+    fn slope(&self, step: &Step, clock: &Clock<'_>) -> Option<(usize, usize, f64)> {
         let key = self.key?;
         if key == Key::Step {
             let [before, after] = clock.beside(step).map(|step| &clock.steps[step]);
             let seconds = after.time_s? - before.time_s?;
-            let sets = (self.find(before, offset)?, self.find(after, offset)?);
+            let sets = (self.find(before)?, self.find(after)?);
             return (seconds > 0.0).then_some((sets.0, sets.1, 1.0 / seconds));
         }
-        let [before, after] = self.beside(self.find(step, offset)?);
+        let [before, after] = self.beside(self.find(step)?);
         let way = after.1 - before.1;
         (way > 0.0).then(|| (before.0, after.0, clock.rate(key, step) / way))
     }

@@ -1,12 +1,14 @@
 //! `[body.surface]`: displacements of the nodes of a body as another program gives them: a table, a mesh with
 //! an array, or SU2's surface positions.
 
-use super::node_files::{NamedVectors, arrays_of, place_columns, three, unused, vector};
-use super::nodes::{At as Given, Filling, Matching, Wrong};
-use super::sets::{NodeSets, SurfaceSets};
-use super::{BodyMotion, FromSchedule, OnMesh, ResolvedMotion, TableSource};
+use super::nodes::{
+    At as Given, Filling, MISSING, Matching, NamedVectors, Wrong, arrays_of, place_columns, three,
+    unused, vector,
+};
+use super::sets::NodeSets;
+use super::{BodyMotion, OnMesh, ResolvedMotion, TableSource};
 use crate::motion::body::Body;
-use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::keys::{keys, positive, string};
 use crate::motion::setters::setters;
 use crate::motion::table::Table;
 use azimesh_core::error::{Error, Result};
@@ -55,31 +57,22 @@ setters! { SurfaceMotion {
     missing_fixed() |self| self.matching.missing_fixed = true;
 } }
 
-impl FromSchedule for SurfaceMotion {
-    const KEY: &'static str = "surface";
-
-    fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let keys = ["file", "match_tolerance", "missing"];
-        let section = entry.section("[body.surface]", &keys)?;
-        let file = section.require("file", "file = \"surface.csv\"")?;
-        Ok(Self {
-            source: file.string()?.into(),
-            matching: Matching::read(&section)?,
-        })
-    }
-}
+keys! { impl SurfaceMotion "[body.surface]" = Self::new(""), {
+    /// relative to the schedule; its ending decides: a table (`.csv`), SU2's surface positions (`.dat`), or a mesh
+    file => source, string::<TableSource>(), needed "file = \"surface.csv\"";
+    /// distance within which a position in the file matches a node
+    match_tolerance => matching.tolerance, positive("length"), default 1e-9;
+    /// nodes of the body that are not in the file stay; without this key they are an error
+    missing => matching.missing_fixed, MISSING, or "none";
+} }
 
 impl BodyMotion for SurfaceMotion {
     fn order(&self) -> u8 {
         1
     }
 
-    fn has_harmonics(&self) -> bool {
-        false
-    }
-
-    fn files(&self) -> Vec<&str> {
-        self.source.file().into_iter().collect()
+    fn files(&self) -> Vec<&TableSource> {
+        vec![&self.source]
     }
 
     fn check(&self, body: &Body) -> Result<()> {
@@ -100,7 +93,7 @@ impl BodyMotion for SurfaceMotion {
             }
         };
         sets.check(on, &path)?;
-        Ok(Arc::new(NodeSets::new(sets, on)))
+        Ok(Arc::new(sets))
     }
 }
 
@@ -111,7 +104,7 @@ fn is_positions(path: &Path) -> bool {
 }
 
 impl SurfaceMotion {
-    fn of_table(&self, table: &Table, on: &OnMesh<'_>) -> Result<SurfaceSets> {
+    fn of_table(&self, table: &Table, on: &OnMesh<'_>) -> Result<NodeSets> {
         let mut columns = table.columns();
         let key = columns.optional_key()?;
         let place = place_columns(&mut columns, on.in_plane())?;
@@ -163,13 +156,13 @@ impl SurfaceMotion {
             filling.finish(which, |_, row, message| table.error_at(row, message))?;
         let notes = unused(others, table.path(), &on.body.name);
         Ok(match key {
-            Some(key) => SurfaceSets::at_places((key, places), sets, lines, notes),
-            None => SurfaceSets::one(sets, notes),
+            Some(key) => NodeSets::at_places((key, places), sets, lines, notes, on),
+            None => NodeSets::one(sets, notes, on),
         })
     }
 
     /// SU2's surface positions: a line `node x y z` for each node, with its new place.
-    fn of_positions(&self, path: &Path, on: &OnMesh<'_>) -> Result<SurfaceSets> {
+    fn of_positions(&self, path: &Path, on: &OnMesh<'_>) -> Result<NodeSets> {
         let source = Source::open(path)?;
         let nodes = on.nodes();
         let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), 1);
@@ -207,11 +200,11 @@ impl SurfaceMotion {
         }
         let whole = |_, line: Option<usize>, message| at_line(line.unwrap_or(0), message);
         let (sets, others) = filling.finish(|_| String::new(), whole)?;
-        Ok(SurfaceSets::one(sets, unused(others, path, &on.body.name)))
+        Ok(NodeSets::one(sets, unused(others, path, &on.body.name), on))
     }
 
     /// The displacement array of a mesh, whose nodes are found by their places.
-    fn of_mesh(&self, path: &Path, on: &OnMesh<'_>) -> Result<SurfaceSets> {
+    fn of_mesh(&self, path: &Path, on: &OnMesh<'_>) -> Result<NodeSets> {
         let (points, arrays) = arrays_of(path)?;
         let found = displacements(&arrays);
         let (name, values) = found.map_err(|message| Error::input(message).file(path))?;
@@ -231,7 +224,7 @@ impl SurfaceMotion {
             filling.put((0, row), &found, |_| *value, &wrong)?;
         }
         let (sets, others) = filling.finish(|_| String::new(), |_, _, message| whole(message))?;
-        Ok(SurfaceSets::one(sets, unused(others, path, &on.body.name)))
+        Ok(NodeSets::one(sets, unused(others, path, &on.body.name), on))
     }
 }
 

@@ -1,15 +1,12 @@
 //! `[body.table]`: six degrees of freedom over azimuth, time or step.
 
-use super::clock::StepHistory;
 use super::link::{Link, RigidLink};
-use super::naming;
-use super::{
-    At, BodyMotion, FromSchedule, OnMesh, ResolvedMotion, Rotation, TableSource, read_interpolation,
-};
+use super::naming::{self, ColumnValues, NamedColumns, NamedTable};
+use super::{At, BodyMotion, OnMesh, ResolvedMotion, Rotation, TableSource};
 use crate::motion::body::Body;
-use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::keys::{choice, keys, numbers, string};
 use crate::motion::setters::setters;
-use crate::motion::table::{Column, Columns, History, Interpolation, Naming, Table};
+use crate::motion::table::{Interpolation, Naming, Table};
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, scale};
@@ -41,23 +38,6 @@ pub struct TableMotion {
     naming: Naming,
 }
 
-/// What `columns` and `units` may name.
-const NAMED: [&str; 13] = [
-    "azimuth_deg",
-    "azimuth_rad",
-    "time_s",
-    "step",
-    "dx",
-    "dy",
-    "dz",
-    "rot_x_deg",
-    "rot_x_rad",
-    "rot_y_deg",
-    "rot_y_rad",
-    "rot_z_deg",
-    "rot_z_rad",
-];
-
 impl TableMotion {
     /// A table that turns about the origin, linear between rows.
     pub fn new(table: impl Into<TableSource>) -> Self {
@@ -87,20 +67,22 @@ impl From<Table> for TableMotion {
     }
 }
 
-impl FromSchedule for TableMotion {
-    const KEY: &'static str = "table";
+keys! { impl TableMotion "[body.table]" = Self::new(""), {
+    /// a table; the path is relative to the schedule
+    file => table, string::<TableSource>(), needed "file = \"motion.csv\"";
+    /// centre of rotation
+    origin => origin, numbers::<3>("3 lengths"), default [0, 0, 0];
+    /// between rows
+    interpolation => interpolation, choice::<Interpolation>(), default "linear";
+    /// [names in the file](#names-and-units-of-columns)
+    columns => naming.columns, naming::columns::<Self>(), or "none";
+    /// [units in the file](#names-and-units-of-columns)
+    units => naming.units, naming::units::<Self>(), or "none";
+} }
 
-    fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let section = entry.section(
-            "[body.table]",
-            &["file", "origin", "interpolation", "columns", "units"],
-        )?;
-        let mut motion = Self::new(section.require("file", "file = \"motion.csv\"")?.string()?);
-        section.set("origin", &mut motion.origin, Entry::numbers)?;
-        motion.interpolation = read_interpolation(&section, "interpolation")?;
-        motion.naming = naming::read(&section, &NAMED)?;
-        Ok(motion)
-    }
+impl NamedColumns for TableMotion {
+    const COLUMNS: &'static str = "azimuth_deg azimuth_rad time_s step dx dy dz rot_x_deg rot_x_rad \
+                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad";
 }
 
 impl BodyMotion for TableMotion {
@@ -108,45 +90,34 @@ impl BodyMotion for TableMotion {
         4
     }
 
-    fn has_harmonics(&self) -> bool {
-        false
-    }
-
-    fn files(&self) -> Vec<&str> {
-        self.table.file().into_iter().collect()
+    fn files(&self) -> Vec<&TableSource> {
+        vec![&self.table]
     }
 
     fn check(&self, body: &Body) -> Result<()> {
-        naming::check(&self.naming, &NAMED, body, "table")?;
+        naming::check::<Self>(&self.naming, body, "table")?;
         body.places.finite("table.origin", &self.origin)
     }
 
     /// Reads the table; it must have values at every step.
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
-        let table = self.table.read(on, "table")?;
-        let names = naming::resolve(&self.naming, on, None, "table")?;
-        let mut columns = table.columns_as(names.clone())?;
-        let key = columns.require_key()?;
-        let found = six(&mut columns)?;
-        let others = columns.done()?;
-        if found.iter().all(Option::is_none) {
-            let message =
-                "the table has none of the columns dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg";
-            return Err(table.header_error(message));
-        }
-        if on.in_plane() {
-            check_plane(&table, &found, &on.body.name)?;
-        }
-        let present: Vec<Column> = found.iter().flatten().copied().collect();
-        let mut next = 0..present.len();
-        let history = History::from_table(&table, key, &present, self.interpolation)?;
-        let history = StepHistory::new(history, on, "table")?;
-        let mut notes = naming::notes(&self.naming, &names, &others, &table, &on.body.name);
-        notes.extend(history.note.clone());
+        let table = NamedTable {
+            table: &self.table,
+            interpolation: self.interpolation,
+            naming: &self.naming,
+            key: "table",
+            place: "table",
+        };
+        let refused = |i: usize| {
+            (on.in_plane() && OUT_OF_PLANE.contains(&i)).then(|| {
+                format!(
+                    "`{}` is not 0, so body \"{}\" would leave the plane of the 2D mesh; use only dx, dy and rot_z_deg",
+                    COLUMNS[i], on.body.name
+                )
+            })
+        };
         Ok(Arc::new(SixDegrees {
-            notes,
-            history,
-            columns: found.map(|column| column.and_then(|_| next.next())),
+            values: ColumnValues::read(&table, COLUMNS, on, refused)?,
             origin: self.origin,
         }))
     }
@@ -155,66 +126,33 @@ impl BodyMotion for TableMotion {
 /// A table of `dx, dy, dz, rot_x, rot_y, rot_z`.
 #[derive(Debug)]
 struct SixDegrees {
-    history: StepHistory,
-    /// Place of each of the six among the values; a column left out is 0.
-    columns: [Option<usize>; 6],
+    values: ColumnValues<6>,
     origin: Vector,
-    notes: Vec<Diagnostic>,
 }
 
 impl ResolvedMotion for SixDegrees {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let values = self.history.values(at.step);
-        let rates = self.history.rates(at);
-        let of = |values: &[f64], i: usize| self.columns[i].map_or(0.0, |at| values[at]);
+        let [dx, dy, dz, values @ ..] = self.values.at(at.step);
+        let [x_rate, y_rate, z_rate, rates @ ..] = self.values.rates(at);
         let rotation = |axis: usize| Rotation {
             axis: std::array::from_fn(|i| f64::from(u8::from(i == axis))),
             origin: self.origin,
-            angle: at.part * of(&values, 3 + axis),
-            rate: of(&rates, 3 + axis),
+            angle: at.part * values[axis],
+            rate: rates[axis],
         };
-        let turning = (0..3).filter(|axis| self.columns[3 + axis].is_some());
-        let by = std::array::from_fn(|i| of(&values, i));
-        let rate = std::array::from_fn(|i| of(&rates, i));
+        let turning = (0..3).filter(|axis| self.values.has(3 + axis));
         Some(Link::Rigid(RigidLink {
             rotations: turning.map(rotation).collect(),
-            translation: Some([scale(by, at.part), rate]),
+            translation: Some([scale([dx, dy, dz], at.part), [x_rate, y_rate, z_rate]]),
         }))
     }
 
     fn centre(&self) -> Option<Vector> {
-        let turns = self.columns[3..].iter().any(Option::is_some);
+        let turns = (3..6).any(|column| self.values.has(column));
         turns.then_some(self.origin)
     }
 
     fn notes(&self) -> &[Diagnostic] {
-        &self.notes
+        &self.values.notes
     }
-}
-
-/// The six columns; those of a wrong name are refused when all are taken.
-fn six(columns: &mut Columns<'_>) -> Result<[Option<Column>; 6]> {
-    let mut found = [None; 6];
-    for (i, name) in COLUMNS.iter().enumerate() {
-        found[i] = match i {
-            0..3 => columns.optional(name),
-            _ => columns.optional_angle(name)?,
-        };
-    }
-    Ok(found)
-}
-
-fn check_plane(table: &Table, columns: &[Option<Column>; 6], body: &str) -> Result<()> {
-    for i in OUT_OF_PLANE {
-        let Some(column) = columns[i] else { continue };
-        if let Some(row) = (0..table.n_rows()).find(|&row| table.value(row, column) != 0.0) {
-            let message = format!(
-                "`{}` is not 0, so body \"{body}\" would leave the plane of the 2D mesh; use only dx, dy and \
-                 rot_z_deg",
-                COLUMNS[i]
-            );
-            return Err(table.error(row, message));
-        }
-    }
-    Ok(())
 }

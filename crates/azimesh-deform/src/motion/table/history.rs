@@ -1,6 +1,7 @@
 //! Values over azimuth, time or step, interpolated between the rows of a table.
 
 use super::{Column, Key, Period, Table, spline, why_once};
+use crate::motion::keys::names;
 use azimesh_core::error::{Error, Result};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,10 @@ pub enum Interpolation {
     Linear,
     /// A cubic spline: periodic where the table is, else with the ends "not a knot".
     Cubic,
+}
+
+names! {
+    Interpolation { "linear" => Linear, "cubic" => Cubic }
 }
 
 /// Rows of `n` values over increasing knots.

@@ -20,7 +20,7 @@ mod text;
 pub use columns::{Column, Columns};
 pub use history::{History, Interpolation};
 pub use key::Key;
-pub use naming::{ColumnNames, Naming, Scales};
+pub use naming::{ColumnNames, Naming, Scales, known_units};
 pub use period::{Period, why as why_once};
 pub use span::{SpanHistory, SpanValues};
 

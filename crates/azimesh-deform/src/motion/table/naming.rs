@@ -80,18 +80,11 @@ impl Naming {
             return Err(("columns", message));
         }
         for (name, unit) in &self.units {
-            let known = units_of(name);
-            let special = name == "station" && unit == RADIUS;
-            if special || known.iter().any(|(other, _)| other == unit) {
+            let known = known_units(name);
+            if known.contains(&unit.as_str()) {
                 continue;
             }
-            let mut all: Vec<String> = known
-                .iter()
-                .map(|(unit, _)| format!("\"{unit}\""))
-                .collect();
-            if name == "station" {
-                all.push(format!("\"{RADIUS}\""));
-            }
+            let all: Vec<String> = known.iter().map(|unit| format!("\"{unit}\"")).collect();
             let message = match known.is_empty() {
                 true => format!("`{name}` has no unit"),
                 false => format!(
@@ -161,6 +154,13 @@ impl ColumnNames {
 
 fn is_length(name: &str) -> bool {
     ["station", "dx", "dy", "dz"].contains(&name)
+}
+
+/// Units that the column of a name may have.
+pub fn known_units(name: &str) -> Vec<&'static str> {
+    let radius = (name == "station").then_some(RADIUS);
+    let units = units_of(name).iter().map(|(unit, _)| *unit);
+    units.chain(radius).collect()
 }
 
 fn units_of(name: &str) -> &'static [(&'static str, f64)] {

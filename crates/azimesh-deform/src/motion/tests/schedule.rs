@@ -85,7 +85,7 @@ fn every_key_of_this_version_is_read() {
     assert_eq!(rotor.span_axis, Some([1.0, 0.0, 0.0]));
     assert_eq!(rotor.shaft_axis, Some([0.0, 0.0, 1.0]));
     assert_eq!((rotor.frame, rotor.rpm), (Frame::Inertial, Some(395.0)));
-    assert_eq!((rotor.signs.azimuth, rotor.signs.pitch), (-1.0, 1.0));
+    assert_eq!((rotor.azimuth_sign, rotor.pitch_sign), (-1.0, 1.0));
     let [blade, store] = &schedule.bodies[..] else {
         panic!("two bodies");
     };
@@ -135,8 +135,7 @@ fn every_key_of_this_version_is_read() {
     assert_eq!(
         schedule.output,
         OutputOptions {
-            format_given: true,
-            format: "vtu".into(),
+            format: Some("vtu".into()),
             precision: Precision::F32,
             quality: QualityOutput::Cells,
             displacement: true,
@@ -181,7 +180,7 @@ fn what_is_left_out_has_its_default() {
     assert_eq!(schedule.selection, SelectionOptions::default());
     assert_eq!(schedule.selection.max_points, 5000);
     assert!(schedule.selection.correction);
-    assert_eq!(schedule.output.format, "vtu");
+    assert_eq!(schedule.output.format(), "vtu");
     assert_eq!(schedule.rotor.frame, Frame::Rotating);
     assert!(
         schedule

@@ -6,13 +6,10 @@ pub(super) mod sections;
 
 use super::cyclic::Hinges;
 use super::link::Link;
-use super::naming;
-use super::{
-    At, BodyMotion, Clock, Cyclic, FromSchedule, MapScope, OnMesh, ResolvedMotion, TableSource,
-    read_interpolation,
-};
+use super::naming::{self, NamedColumns};
+use super::{At, BodyMotion, Clock, Cyclic, MapScope, OnMesh, ResolvedMotion, TableSource};
 use crate::motion::body::Body;
-use crate::motion::reader::{AngleUnit, Entry};
+use crate::motion::keys::{Kind, boolean, choice, keys, string};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table};
@@ -54,24 +51,6 @@ pub struct Beam {
     naming: Naming,
 }
 
-/// What `columns` and `units` may name.
-const NAMED: [&str; 14] = [
-    "azimuth_deg",
-    "azimuth_rad",
-    "time_s",
-    "step",
-    "station",
-    "dx",
-    "dy",
-    "dz",
-    "rot_x_deg",
-    "rot_x_rad",
-    "rot_y_deg",
-    "rot_y_rad",
-    "rot_z_deg",
-    "rot_z_rad",
-];
-
 impl Beam {
     /// Sections that turn about the quarter chord of the mesh, linear between rows.
     pub fn new(table: impl Into<TableSource>) -> Self {
@@ -101,32 +80,33 @@ setters! { Beam {
     hold_ends() |self| self.hold_ends = true;
 } }
 
-impl FromSchedule for Beam {
-    const KEY: &'static str = "beam";
+keys! { impl Beam "[body.beam]" = Self::new(""), {
+    /// columns `azimuth_deg` (or `time_s`, `step`), `station`, and any of `dx`, `dy`, `dz`, `rot_x_deg`, `rot_y_deg`, `rot_z_deg`: those left out are 0. Rows in any order. Without the first column it is valid at every step
+    table => table, string::<TableSource>(), needed "table = \"beam.csv\"";
+    /// centres of rotation of the sections: a quarter of the chord behind the leading edge (the end of a section towards `e_y`; in a clockwise rotor the other end; of a blunt end its middle, where the corners are equally far from the other end), measured in the mesh at the stations of the table and continued straight through the rounded ends of the blade (a tenth of the chord); or a table `station,x,y,z` of points along the blade's axes from the hub. Past its ends either goes on parallel to the span
+    lifting_line => lifting_line, LINE, default "quarter_chord";
+    /// between azimuths; between stations it is linear
+    interpolation => interpolation, choice::<Interpolation>(), default "linear";
+    /// allows a table that covers less than nine tenths of the blade: the values of its first and last station hold past them
+    hold_ends => hold_ends, boolean(), default false;
+    /// [names in the file](#names-and-units-of-columns)
+    columns => naming.columns, naming::columns::<Self>(), or "none";
+    /// [units in the file](#names-and-units-of-columns)
+    units => naming.units, naming::units::<Self>(), or "none";
+} }
 
-    fn read(entry: &Entry<'_>, _: AngleUnit) -> Result<Self> {
-        let keys = [
-            "table",
-            "lifting_line",
-            "interpolation",
-            "hold_ends",
-            "columns",
-            "units",
-        ];
-        let section = entry.section("[body.beam]", &keys)?;
-        let line = section.optional("lifting_line", Entry::string)?;
-        let line = line.filter(|line| *line != "quarter_chord");
-        let table = section.require("table", "table = \"beam.csv\"")?;
-        Ok(Self {
-            table: table.string()?.into(),
-            lifting_line: line.map(TableSource::from),
-            interpolation: read_interpolation(&section, "interpolation")?,
-            naming: naming::read(&section, &NAMED)?,
-            hold_ends: section
-                .optional("hold_ends", Entry::boolean)?
-                .unwrap_or(false),
-        })
-    }
+const LINE: Kind<Option<TableSource>> = Kind {
+    words: "string",
+    read: |entry| {
+        let line = Some(entry.string()?).filter(|line| *line != "quarter_chord");
+        Ok(line.map(TableSource::from))
+    },
+    schema: string::<String>().schema,
+};
+
+impl NamedColumns for Beam {
+    const COLUMNS: &'static str = "azimuth_deg azimuth_rad time_s step station dx dy dz rot_x_deg rot_x_rad \
+                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad";
 }
 
 impl BodyMotion for Beam {
@@ -134,21 +114,15 @@ impl BodyMotion for Beam {
         6
     }
 
-    fn has_harmonics(&self) -> bool {
-        false
-    }
-
-    fn files(&self) -> Vec<&str> {
-        let tables = [Some(&self.table), self.lifting_line.as_ref()];
-        tables
+    fn files(&self) -> Vec<&TableSource> {
+        [&self.table]
             .into_iter()
-            .flatten()
-            .filter_map(TableSource::file)
+            .chain(&self.lifting_line)
             .collect()
     }
 
     fn check(&self, body: &Body) -> Result<()> {
-        naming::check(&self.naming, &NAMED, body, "beam")?;
+        naming::check::<Self>(&self.naming, body, "beam")?;
         match body.motion::<Cyclic>() {
             Some(cyclic) if cyclic.pitch_axis != [0.0; 2] => Err(body.places.error(
                 "beam",
