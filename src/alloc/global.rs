@@ -37,7 +37,7 @@ pub fn prepare() {
     };
 }
 
-/// Whether `ulimit -v` leaves no room for the 64 MB of addresses that the system's allocator would set aside
+/// Checks if `ulimit -v` leaves no room for the 64 MB of addresses that the system's allocator would set aside
 /// for each thread.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn are_addresses_few() -> bool {
@@ -47,7 +47,7 @@ fn are_addresses_few() -> bool {
     })
 }
 
-/// Whether `ulimit -s` gives the first thread a stack of fewer bytes.
+/// Checks if `ulimit -s` gives the first thread a stack of fewer bytes.
 #[cfg(unix)]
 pub fn is_stack_below(bytes: u32) -> bool {
     // SAFETY: as above.

@@ -1,4 +1,4 @@
-//! How much memory the program holds, how much it may hold, and its end where there is no more. The program's
+//! The memory that the program holds, its limit, and the end of the program where there is no more. Its
 //! allocator counts here and ends here; nothing in this file takes memory once the end has begun.
 
 use super::spill;
@@ -23,7 +23,7 @@ static HELD: AtomicUsize = AtomicUsize::new(0);
 static ALLOWED: AtomicUsize = AtomicUsize::new(usize::MAX);
 /// With how many bytes in memory a large array goes to a file instead.
 static IN_MEMORY: AtomicUsize = AtomicUsize::new(usize::MAX);
-/// What is being done, for the sentence at the end.
+/// The stage of the work, for the sentence at the end.
 static STAGE: Mutex<String> = Mutex::new(String::new());
 /// Before the name of a stage that is over.
 const AFTER: &str = "after ";
@@ -42,7 +42,7 @@ pub fn keep_in_memory(bytes: u64) {
     IN_MEMORY.store(bytes, Ordering::Relaxed);
 }
 
-/// Whether memory has room for so many bytes more, where the alternative is a file.
+/// Checks if memory has room for so many bytes more, where the alternative is a file.
 pub(super) fn has_room(more: usize) -> bool {
     let held = HELD.load(Ordering::Relaxed);
     held.saturating_add(more) <= IN_MEMORY.load(Ordering::Relaxed)
@@ -58,7 +58,7 @@ pub fn give_back() {
     }
 }
 
-/// What is done from here on, and with which file.
+/// Sets the stage of the work, and the file that is worked on.
 pub fn set_stage(stage: &str, path: Option<&Path>) {
     let text = match path {
         Some(path) => format!("{stage} {}", path.display()),

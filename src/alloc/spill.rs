@@ -22,10 +22,10 @@ pub const LEAST: usize = 1 << 16;
 const PAGE: usize = 4096;
 /// Arrays that may lie in files at a time; the next ones stay in memory.
 const MOST: usize = 1 << 14;
-/// How often the resident memory is looked at.
+/// The interval at which the resident memory is checked.
 const TICK: Duration = Duration::from_millis(2);
 
-/// Whether the program's allocator asks here. In a program of others, such as Python, it is another.
+/// True if the program's allocator asks here. In a program of others, such as Python, it is another.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 static IS_ON: AtomicBool = AtomicBool::new(false);
 /// The folder, open.
@@ -47,7 +47,7 @@ struct Arrays {
 }
 
 impl Arrays {
-    /// Where the array at an address is in the list, or would be.
+    /// Finds the place of the array at an address in the list, or the place to insert it.
     fn find(&self, at: usize) -> Result<usize, usize> {
         self.all[..self.n].binary_search_by_key(&at, |array| array.0)
     }
@@ -81,12 +81,12 @@ pub fn is_asked() {
     IS_ASKED.store(true, Ordering::Relaxed);
 }
 
-/// Whether an array of so many bytes may be in a file.
+/// Checks if an array of so many bytes may be in a file.
 pub fn is_for(size: usize) -> bool {
     size >= LEAST && IS_ON.load(Ordering::Acquire)
 }
 
-/// Whether an array of `size` bytes, which takes `more` bytes than before, is to be in a file.
+/// Checks if an array of `size` bytes, which takes `more` bytes than before, is to be in a file.
 pub fn is_wanted(size: usize, more: usize) -> bool {
     is_for(size) && !limit::has_room(more)
 }

@@ -1,7 +1,6 @@
-//! What every command needs: the common options, printing, threads and stages of work.
+//! The context of every command: the common options, printing, threads and stages of work.
 
-use super::Common;
-use super::threads::Threads;
+use super::{Common, threads};
 use crate::alloc::spill;
 use crate::preflight::existing_folder;
 use azimesh_core::diagnostic::amount;
@@ -48,7 +47,7 @@ impl Context {
 
     /// Starts as many threads as are asked for or granted.
     pub fn start_threads(&self) -> Result<()> {
-        let Threads { n, by } = Threads::granted(self.common.threads, self.n_on_node);
+        let (n, by) = threads::granted(self.common.threads, self.n_on_node);
         self.detail(&format!("threads: {n} ({by})"));
         parallel::start(n)
     }

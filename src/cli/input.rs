@@ -1,4 +1,4 @@
-//! What a command reads: a mesh, or the meshes of a sequence one after another.
+//! The input of a command: a mesh, or the meshes of a sequence one after another.
 
 use super::Context;
 use super::unfinished::unfinished;
@@ -13,24 +13,15 @@ use std::path::{Path, PathBuf};
 
 /// Opening meshes as the common options say.
 impl Context {
-    /// Reads a mesh, in the format of `--format` where it is given.
-    pub fn read_mesh(&self, path: &Path) -> Result<Mesh> {
-        let Some(name) = &self.common.format else {
-            return self.read_any(path);
-        };
-        let format = formats::by_name(name)?;
-        let read = |location: &Location| formats::read_as(format, location, &self.read_options());
-        self.load(path, read)
-    }
-
     /// Reads a mesh in a format, or in that which its content says.
     pub fn read_mesh_as(&self, path: &Path, format: Option<&'static Format>) -> Result<Mesh> {
-        match format {
-            Some(format) => self.load(path, |location| {
-                formats::read_as(format, location, &self.read_options())
-            }),
-            None => self.read_any(path),
-        }
+        let options = self.read_options();
+        let read = |location: &Location| match format {
+            Some(format) => formats::read_as(format, location, &options),
+            None => formats::read(location, &options),
+        };
+        let loaded = self.reading(path, || read(&self.open(path)?))?;
+        Ok(self.with_notes(loaded, path))
     }
 
     /// The format of `--format`, where it is given.
@@ -41,14 +32,7 @@ impl Context {
 
     /// Reads a mesh in the format that its content says, where `--format` is about the output.
     pub fn read_any(&self, path: &Path) -> Result<Mesh> {
-        self.load(path, |location| {
-            formats::read(location, &self.read_options())
-        })
-    }
-
-    fn load(&self, path: &Path, read: impl FnOnce(&Location) -> Result<Loaded>) -> Result<Mesh> {
-        let loaded = self.reading(path, || read(&self.open(path)?))?;
-        Ok(self.with_notes(loaded, path))
+        self.read_mesh_as(path, None)
     }
 
     /// Prints what a reader remarks on the mesh of a path, and gives the mesh.
@@ -73,7 +57,7 @@ impl Context {
         })
     }
 
-    /// What readers are told.
+    /// Options of readers.
     pub fn read_options(&self) -> ReadOptions {
         ReadOptions {
             tag_array: self.common.tag_array.clone(),
@@ -97,7 +81,7 @@ enum Meshes {
     },
     /// A list of files with a time each.
     Listed(Vec<Listed>),
-    /// What another rank has opened, with its times.
+    /// An input that another rank has opened, with its times.
     Elsewhere(Option<Vec<f64>>),
 }
 
@@ -239,7 +223,7 @@ impl Input {
         }
     }
 
-    /// What the file is.
+    /// The title of the format of the file.
     pub fn title(&self) -> Option<String> {
         let (location, format) = self.file()?;
         Some(format.title_of(location.bytes()))

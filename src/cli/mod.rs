@@ -132,7 +132,7 @@ impl Command {
     }
 }
 
-/// What a command that did its work found.
+/// The result of a command that did its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Nothing to complain about: exit code 0.

@@ -20,21 +20,18 @@ pub struct OutputArgs {
     #[arg(long, value_parser = one_of(Precision::ALL), default_value = "f64")]
     pub precision: Precision,
     /// Write names of tags as string arrays (VTK formats); some readers refuse them
-    #[arg(long, value_enum, default_value = "yes")]
-    pub tag_names: TagNames,
+    #[arg(long, value_parser = one_of(TAG_NAMES), action = clap::ArgAction::Set, default_value = "yes")]
+    pub tag_names: bool,
     /// Replace existing files
     #[arg(long)]
     pub force: bool,
 }
 
 /// Whether VTK files carry the names of tags.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum TagNames {
-    /// Names are written
-    Yes,
-    /// Numbers only
-    None,
-}
+const TAG_NAMES: [(&str, bool, &str); 2] = [
+    ("yes", true, "Names are written"),
+    ("none", false, "Numbers only"),
+];
 
 /// Reads one of these names; the help has what each means.
 fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
@@ -76,7 +73,7 @@ impl OutputArgs {
             encoding: self.encoding,
             compression: self.compression,
             precision: self.precision,
-            tag_names: self.tag_names == TagNames::Yes,
+            tag_names: self.tag_names,
             pieces: None,
         }
     }

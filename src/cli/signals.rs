@@ -124,7 +124,7 @@ fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<
     thread.spawn(wait).map(|_| ()).map_err(cannot_listen)
 }
 
-/// Whether whoever started the program has it ignore a signal.
+/// Checks if whoever started the program has it ignore a signal.
 fn is_ignored(signal: i32) -> bool {
     // SAFETY: all zeros are a valid action, and the call only fills it in.
     unsafe {

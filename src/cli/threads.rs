@@ -1,4 +1,4 @@
-//! How many threads: what is asked for, or what the batch system and the machine grant.
+//! The number of threads: the one asked for, or what the batch system and the machine grant.
 
 use std::num::NonZeroUsize;
 
@@ -13,68 +13,50 @@ const GRANTS: [&str; 6] = [
     "NSLOTS",
 ];
 
-/// Where a number comes from, besides these variables.
+/// Sources of a number, besides these variables.
 const ASKED: &str = "--threads";
 const RAYON: &str = "RAYON_NUM_THREADS";
 const MACHINE: &str = "machine";
 const SHARED: &str = "machine, shared by ranks";
 
-/// A number of threads and where it comes from.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Threads {
-    /// The number.
-    pub n: usize,
-    /// What decided it.
-    pub by: &'static str,
+/// A number of threads, and what decided it.
+pub type Threads = (usize, &'static str);
+
+/// The threads of a rank: `asked` where given; else `RAYON_NUM_THREADS`; else what the batch system grants, if that is
+/// less than what the machine does: processors that the process may run on (affinity), within
+/// the quota of its control group. Ranks that are not bound to processors of their own share those of the machine.
+pub fn granted(asked: Option<NonZeroUsize>, n_ranks: usize) -> Threads {
+    let variable = |name: &str| std::env::var(name).ok();
+    shared(decide(asked, machine(), variable), n_ranks, is_bound())
 }
 
-impl Threads {
-    /// `asked` where given; else `RAYON_NUM_THREADS`; else what the batch system grants, if that is
-    /// less than what the machine does: processors that the process may run on (affinity), within
-    /// the quota of its control group. Ranks that are not bound to processors of their own share those of the machine.
-    pub fn granted(asked: Option<NonZeroUsize>, n_ranks: usize) -> Self {
-        let variable = |name: &str| std::env::var(name).ok();
-        Self::decide(asked, machine(), variable).shared(n_ranks, is_bound())
+/// The share of one of several ranks on a machine: all of it, if it is bound to processors of its own.
+fn shared((n, by): Threads, n_ranks: usize, is_bound: bool) -> Threads {
+    if by != MACHINE || n_ranks == 1 || is_bound {
+        return (n, by);
     }
+    ((n / n_ranks).max(1), SHARED)
+}
 
-    /// What one of some ranks on a machine gets of it: all, where it is bound to processors of its own.
-    fn shared(self, n_ranks: usize, is_bound: bool) -> Self {
-        if self.by != MACHINE || n_ranks == 1 || is_bound {
-            return self;
-        }
-        Self {
-            n: (self.n / n_ranks).max(1),
-            by: SHARED,
-        }
+fn decide(
+    asked: Option<NonZeroUsize>,
+    machine: usize,
+    variable: impl Fn(&str) -> Option<String>,
+) -> Threads {
+    let number = |name: &str| {
+        let n = variable(name)?.trim().parse::<usize>().ok();
+        n.filter(|n| *n > 0)
+    };
+    if let Some(n) = asked {
+        return (n.get(), ASKED);
     }
-
-    fn decide(
-        asked: Option<NonZeroUsize>,
-        machine: usize,
-        variable: impl Fn(&str) -> Option<String>,
-    ) -> Self {
-        let number = |name: &str| {
-            let n = variable(name)?.trim().parse::<usize>().ok();
-            n.filter(|n| *n > 0)
-        };
-        if let Some(n) = asked {
-            return Self::of(n.get(), ASKED);
-        }
-        if let Some(n) = number(RAYON) {
-            return Self::of(n.min(most(machine)), RAYON);
-        }
-        let granted = GRANTS
-            .into_iter()
-            .find_map(|name| Some((number(name)?, name)));
-        match granted.filter(|(n, _)| *n < machine) {
-            Some((n, by)) => Self::of(n, by),
-            None => Self::of(machine, MACHINE),
-        }
+    if let Some(n) = number(RAYON) {
+        return (n.min(most(machine)), RAYON);
     }
-
-    fn of(n: usize, by: &'static str) -> Self {
-        Self { n, by }
-    }
+    let mut grants = GRANTS.into_iter();
+    let granted = grants.find_map(|name| Some((number(name)?, name)));
+    let granted = granted.filter(|(n, _)| *n < machine);
+    granted.unwrap_or((machine, MACHINE))
 }
 
 /// Threads that the machine runs at once for this process.
@@ -82,7 +64,7 @@ fn machine() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
-/// Whether this process may run on some processors of the machine only.
+/// Checks if this process may run on some processors of the machine only.
 #[cfg(target_os = "linux")]
 fn is_bound() -> bool {
     // SAFETY: the set is plain numbers, for which zeros are good, and the calls write to it alone.
@@ -121,13 +103,12 @@ pub fn parse(text: &str) -> Result<NonZeroUsize, String> {
 mod tests {
     use super::*;
 
-    fn decide(asked: usize, machine: usize, set: &[(&str, &str)]) -> (usize, &'static str) {
+    fn decide(asked: usize, machine: usize, set: &[(&str, &str)]) -> Threads {
         let variable = |name: &str| {
             let found = set.iter().find(|(key, _)| *key == name);
             found.map(|(_, value)| (*value).to_owned())
         };
-        let threads = Threads::decide(NonZeroUsize::new(asked), machine, variable);
-        (threads.n, threads.by)
+        super::decide(NonZeroUsize::new(asked), machine, variable)
     }
 
     #[test]
@@ -153,17 +134,13 @@ mod tests {
 
     #[test]
     fn ranks_that_are_not_bound_share_the_machine() {
-        let shared = |n_ranks, is_bound| {
-            let shared = Threads::of(8, MACHINE).shared(n_ranks, is_bound);
-            shared.n
-        };
+        let shared = |n_ranks, is_bound| super::shared((8, MACHINE), n_ranks, is_bound).0;
         assert_eq!(
             [shared(1, false), shared(3, false), shared(9, false)],
             [8, 2, 1]
         );
         assert_eq!(shared(3, true), 8);
-        let asked = Threads::of(8, ASKED);
-        assert_eq!(asked.shared(4, false).n, 8);
+        assert_eq!(super::shared((8, ASKED), 4, false), (8, ASKED));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Whether the run of a folder is finished, and how to go on with one that is not.
+//! Runs that are not finished, and the commands that continue them.
 
 use crate::record::{RunRecord, in_shell, parts_in};
 use azimesh_io::formats::read_file;
@@ -6,7 +6,7 @@ use std::io::BufRead;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What is said of a folder whose run is not finished, or whose parts are not joined.
+/// A sentence on a folder whose run is not finished, or whose parts are not joined.
 pub fn unfinished(folder: &Path) -> Option<String> {
     // The record of a case is in a folder of its own.
     let places = [folder.to_path_buf(), folder.join("azimesh")];

@@ -1,4 +1,4 @@
-//! What the motion does on the mesh, before anything is interpolated: surfaces that meet, bodies of several blades, and a
+//! Effects of the motion on the mesh, before anything is interpolated: surfaces that meet, bodies of several blades, and a
 //! support radius within which the motion cannot fade out.
 
 use super::displacements::LargestDisplacements;

@@ -1,4 +1,4 @@
-//! Whether the disk has room for what a run will write.
+//! The disk space that a run needs.
 
 use azimesh_core::diagnostic::preflight::PreflightNote;
 use azimesh_core::diagnostic::{Diagnostic, amount, with_verb};
@@ -22,7 +22,7 @@ const PLACES: u64 = 3 << 10;
 /// Bytes of a node in a file of moving surfaces.
 const SURFACE_LINE: u64 = 66;
 
-/// What a run will write.
+/// The steps and bytes that a run will write.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Demand {
     /// Steps still to be written.

@@ -1,4 +1,4 @@
-//! What the user should know of bodies beside boundaries: those that leave a plane that they lie in, those
+//! Warnings about bodies next to boundaries: bodies that leave a plane that they are in, bodies
 //! that stay, and a zone that turns out of the rest of the mesh.
 
 use azimesh_core::diagnostic::Diagnostic;
@@ -135,7 +135,7 @@ fn interface_facets(zone: &DeformingZone) -> Vec<[u32; 3]> {
     found
 }
 
-/// How far `x` is off the interface between `points`; 0 where that is twice what the flat facets of a
+/// The distance of `x` from the interface between `points`; 0 where that is twice what the flat facets of a
 /// surface of revolution are off it at most.
 fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: Vector) -> f64 {
     let Some(foot) = surface.nearest(&x, f64::INFINITY) else {

@@ -44,7 +44,7 @@ fn by_stage(plan: &Plan, mesh: &Mesh) -> [(&'static str, u64); 3] {
     ]
 }
 
-/// How a run keeps to a limit of memory.
+/// The way in which a run keeps to a limit of memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fits {
     /// Its arrays fit.
@@ -53,11 +53,11 @@ pub enum Fits {
     InFiles(u64),
 }
 
-/// Whether a run takes no more than `limit` bytes, with large arrays in files where there are such (`with_files`); `mapped`
+/// Checks if a run takes no more than `limit` bytes, with large arrays in files where there are such (`with_files`); `mapped`
 /// is the size of the mapped input, which the system takes back as it needs to and which does not count.
 ///
 /// # Errors
-/// Where it would take more.
+/// If it would take more.
 pub fn check_memory(
     plan: &Plan,
     mesh: &Mesh,
@@ -90,7 +90,7 @@ pub fn check_memory(
     )))
 }
 
-/// What is there from the plan to the end: cells, groups, arrays, the reference, the surface, modes, and the
+/// Bytes that are held from the plan to the end: cells, groups, arrays, the reference, the surface, modes, and the
 /// displacements of nodes that a function or a file gives.
 fn held(plan: &Plan, mesh: &Mesh) -> usize {
     let n_surface = plan.surface.nodes.len();

@@ -1,4 +1,4 @@
-//! What is told before work starts: warnings, and the memory and disk that a run needs.
+//! Checks and estimates before a run: warnings, and the memory and disk that it needs.
 //!
 //! Owns what the motion does on the mesh as far as the user should know of it. Leaves to `deform` what
 //! is refused, and to `run` whose files are written.
@@ -31,7 +31,7 @@ use azimesh_deform::{Layer, Plan};
 /// Steps at which surfaces are looked at for meeting others.
 const LOOKED_AT: usize = 72;
 
-/// What the user should know of the motion before it is interpolated.
+/// Warnings about the motion, before it is interpolated.
 pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Diagnostic> {
     let mut warnings = plan.motion.shared_nodes(&plan.boundary);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));

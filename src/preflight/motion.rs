@@ -32,7 +32,7 @@ pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize
     points.reduce(|tip, at| if station(at) > station(tip) { at } else { tip })
 }
 
-/// Where the surface points are at a step, in the rotating frame.
+/// The positions of the surface points at a step, in the rotating frame.
 pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
     let poses = plan.motion.poses(step, 1.0);
     let surface = &plan.surface;

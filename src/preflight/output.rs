@@ -1,4 +1,4 @@
-//! What is refused before any file is written, and what is known to be lost.
+//! Refusals before any file is written, and notes on what the format will lose.
 
 use super::disk::Demand;
 use crate::record::Criterion;
@@ -39,7 +39,7 @@ pub(crate) fn before_work(
 /// Bytes that the meshes of a sequence take before they are packed.
 ///
 /// # Errors
-/// Where the format cannot hold the mesh.
+/// If the format cannot hold the mesh.
 pub fn estimate_bytes(plan: &Plan, mesh: &MeshView<'_>) -> Result<u64> {
     let format = formats::by_name(plan.schedule.output.format())?;
     let (_, mesh_bytes) = format_holds(plan, mesh, format)?;
@@ -100,14 +100,6 @@ fn format_holds(
     mesh: &MeshView<'_>,
     format: &Format,
 ) -> Result<(Vec<Diagnostic>, u64)> {
-    let described = |error: Error, plan: &Plan| match error.kind {
-        ErrorKind::Input => Error::input(format!(
-            "output.format = \"{}\" cannot hold this mesh: {}",
-            format.name, error.message
-        ))
-        .file(&plan.schedule.path),
-        _ => error,
-    };
     if format.is_surface {
         let message = format!(
             "output.format = \"{0}\": {0} holds surfaces, and a run writes whole meshes; `azimesh convert DIR -o OUT --format {0}` \
@@ -129,10 +121,21 @@ fn format_holds(
     }
     let mut out = OutputSet::nowhere(Path::new("mesh"));
     let dropped = format.write(&mesh, &mut out, &options);
-    let dropped = dropped.map_err(|error| described(error, plan))?;
+    let dropped = dropped.map_err(|error| match error.kind {
+        ErrorKind::Input => Error::input(format!(
+            "output.format = \"{}\" cannot hold this mesh: {}",
+            format.name, error.message
+        ))
+        .file(&plan.schedule.path),
+        _ => error,
+    })?;
     let mut dropped: Vec<Diagnostic> = dropped.into_iter().collect();
     dropped.extend(dropped_arrays(plan, format));
-    dropped.extend(dropped_packing(plan, format));
+    // Ways to store numbers that the format does not have.
+    let without_effect = plan.schedule.output.write_options().without_effect(format);
+    let format = format.name;
+    let note = |key| PreflightNote::NoEffect { key, format }.into();
+    dropped.extend(without_effect.into_iter().map(note));
     Ok((dropped, out.finish().n_bytes))
 }
 
@@ -150,16 +153,6 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
         }
     };
     parallel::collect(points.len(), |i| moved(&points[i]))
-}
-
-/// Sentences where numbers are to be stored in a way that the format does not have.
-fn dropped_packing(plan: &Plan, format: &Format) -> Vec<Diagnostic> {
-    let dropped = plan.schedule.output.write_options().without_effect(format);
-    let format = format.name;
-    dropped
-        .into_iter()
-        .map(|key| PreflightNote::NoEffect { key, format }.into())
-        .collect()
 }
 
 /// A note where arrays are asked for that the format does not hold.

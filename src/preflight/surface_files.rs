@@ -16,7 +16,7 @@ const UNEVEN: f64 = 1e-6;
 /// iterations; `path` is the file that the mesh was read from.
 ///
 /// # Errors
-/// Where SU2 would move other nodes, or at other times.
+/// If SU2 would move other nodes, or at other times.
 pub fn check_surface_files(plan: &Plan, mesh: &MeshView<'_>, path: &Path) -> Result<()> {
     if plan.schedule.output.surface == SurfaceOutput::None {
         return Ok(());

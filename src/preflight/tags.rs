@@ -20,7 +20,7 @@ struct Moved {
     n_shared: usize,
     distance: f64,
     step: usize,
-    /// How far a node leaves the plane of the tag.
+    /// The distance by which a node leaves the plane of the tag.
     out: f64,
 }
 
@@ -104,7 +104,7 @@ fn moved_nodes(
     (nodes.len(), found)
 }
 
-/// How far the nodes go at most, and out of the plane of their tag.
+/// Measures the largest displacement of the nodes, and the largest out of the plane of their tag.
 fn measure(plan: &Plan, tag: &Group, least: f64, found: &mut BTreeMap<u16, Moved>) {
     if found.is_empty() {
         return;

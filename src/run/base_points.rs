@@ -2,7 +2,7 @@
 
 use super::base_file;
 use super::names::Names;
-use super::record::{Clock, selection_record, sentences};
+use super::record::{selection_record, sentences};
 use crate::record::SelectionRecord;
 use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::diagnostic::run::{FileFault, RunNote};
@@ -16,19 +16,19 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The base points of a run by selection interval: chosen, loaded and saved.
 pub(super) struct BasePointStore<'a> {
     pub deformation: &'a Deformation,
     names: &'a Names,
-    ranges: Vec<Range<usize>>,
     /// Base points chosen before the run.
     loaded: Option<Vec<Selection>>,
     /// Files of base points that this run or an earlier one has chosen, and their hashes.
     pub base_files: BTreeMap<String, String>,
-    /// What each selection came to, for run.json.
+    /// The result of each selection, for run.json.
     pub selections: Vec<SelectionRecord>,
-    /// What the user should know.
+    /// Notes for the user.
     pub warnings: Vec<Diagnostic>,
     /// Seconds of choosing base points.
     pub seconds_selection: f64,
@@ -46,7 +46,6 @@ impl<'a> BasePointStore<'a> {
         Self {
             deformation,
             names,
-            ranges: deformation.plan().selection_intervals(),
             loaded,
             base_files,
             selections: Vec::new(),
@@ -58,7 +57,7 @@ impl<'a> BasePointStore<'a> {
 
     /// The interval of a step; where it is entered, its base points are chosen and saved.
     pub fn enter(&mut self, step: &Step) -> Result<Arc<StepEvaluator>> {
-        let clock = Clock::start();
+        let clock = Instant::now();
         let (deformation, progress) = (self.deformation, self.progress());
         let mut selecting = None;
         let interval = deformation.enter(step, progress, &mut |steps| {
@@ -68,14 +67,14 @@ impl<'a> BasePointStore<'a> {
             };
             let selections = self.base_points(steps)?;
             check_tolerance(deformation.plan(), &selections.1, origin)?;
-            selecting = Some(clock.seconds());
+            selecting = Some(clock.elapsed().as_secs_f64());
             Ok(selections)
         })?;
         let Some(selecting) = selecting else {
             return Ok(interval);
         };
         self.seconds_selection += selecting;
-        self.seconds_modes += clock.seconds() - selecting;
+        self.seconds_modes += clock.elapsed().as_secs_f64() - selecting;
         self.warnings.extend(interval.warnings.iter().cloned());
         let selected = self.selections.last_mut();
         if let Some(own) = selected.filter(|own| own.first_step == interval.steps().start) {
@@ -116,7 +115,7 @@ impl<'a> BasePointStore<'a> {
     pub fn restore(&mut self) -> Result<Vec<Diagnostic>> {
         let steps = self.names.steps();
         let mut notes: Vec<Diagnostic> = Vec::new();
-        for interval in self.ranges.clone() {
+        for interval in self.deformation.plan().selection_intervals() {
             let path = self.path_of(&interval);
             let is_ours = interval.start < steps.end && steps.start < interval.end;
             if !is_ours || !self.base_files.contains_key(&name_of(&path)) {
@@ -124,19 +123,18 @@ impl<'a> BasePointStore<'a> {
             }
             let files = [base_file::picture_of(&path), path];
             let wrong: Vec<_> = files.iter().filter(|path| !self.has_noted(path)).collect();
+            if wrong.is_empty() {
+                continue;
+            }
             notes.extend(wrong.into_iter().map(|path| {
-                let fault = match path.is_file() {
-                    true => FileFault::OtherHash("run.json"),
-                    false => FileFault::Missing,
-                };
+                let is_there = path.is_file().then_some(FileFault::OtherHash("run.json"));
+                let fault = is_there.unwrap_or(FileFault::Missing);
                 let file = name_of(path);
                 Diagnostic::new(RunNote::BaseAgain { file, fault })
             }));
-            if !files.iter().all(|path| self.has_noted(path)) {
-                let clock = Clock::start();
-                self.base_points(&interval)?;
-                self.seconds_selection += clock.seconds();
-            }
+            let clock = Instant::now();
+            self.base_points(&interval)?;
+            self.seconds_selection += clock.elapsed().as_secs_f64();
         }
         Ok(notes)
     }
@@ -155,7 +153,7 @@ impl<'a> BasePointStore<'a> {
         self.names.base(first)
     }
 
-    /// Whether a file is the one that was written for this plan.
+    /// Checks if a file is the one that was written for this plan.
     fn has_noted(&self, path: &Path) -> bool {
         let noted = self.base_files.get(&name_of(path));
         let found = || hash_of(path).ok().map(|hash| hash.to_string());

@@ -6,7 +6,7 @@ use super::finished::{Finished, condition};
 use super::lock::{self, Lock};
 use super::names::{self, Names};
 use super::parts::{self, Found, PartRun, damaged};
-use super::record::{self, Clock, RecordFile, latest};
+use super::record::{self, RecordFile, latest};
 use super::table;
 use crate::record::{Criterion, Row, Rows, RunRecord, Timings};
 use azimesh_core::diagnostic::Diagnostic;
@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Rows, and the end of each where one file holds all steps.
 type RowsAndEnds = (Rows, Vec<u64>);
@@ -29,10 +30,10 @@ type RowsAndEnds = (Rows, Vec<u64>);
 /// another run has left.
 ///
 /// # Errors
-/// Where a step is missing, written twice or another than its row says, where parts come from
+/// If a step is missing, written twice or another than its row says, where parts come from
 /// different inputs, where one is being written, and where the folder holds another run.
 pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Finished> {
-    let clock = Clock::start();
+    let clock = Instant::now();
     let in_case = records_in(folder);
     let folder = in_case.as_deref().unwrap_or(folder);
     let records = parts::records(folder)?;
@@ -54,11 +55,11 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     let kept = standing.as_ref().and_then(|standing| standing.rows.clone());
     let (rows, ends) = match kept {
         Some(kept) => kept,
-        None if names.is_in_one() => join_meshes(&names, format, &parts, progress)?,
+        None if names.is_in_one => join_meshes(&names, format, &parts, progress)?,
         None => (rows(&parts), Vec::new()),
     };
     let mut finished = finished(&names, &parts, &rows)?;
-    finished.timings.total = clock.seconds();
+    finished.timings.total = clock.elapsed().as_secs_f64();
     let record = record(&names, &parts, &ends, &finished);
     let mut texts = vec![(names.table(), crate::record::text(&rows))];
     texts.extend(names::series(&names, &rows));
@@ -84,7 +85,7 @@ fn refuse_inputs(names: &Names, records: &[Found]) -> Result<()> {
     let read = all().filter(|input| input.what != "base");
     names::refuse_inputs(names, &Inputs::of(read.map(|input| &input.file)))?;
     let joined = names.path(&names.mesh(0));
-    if names.is_in_one() && joined.is_file() {
+    if names.is_in_one && joined.is_file() {
         let hash = hash_of(&joined).map_err(|error| Error::io(&joined, &error))?;
         let hash = Some(hash.to_string());
         if let Some(mesh) = all().find(|input| input.what == "mesh" && input.blake3 == hash) {
@@ -105,7 +106,7 @@ impl Standing {
     /// Finds what an earlier join has left, as far as it is whole; without a record the join was interrupted.
     ///
     /// # Errors
-    /// Where it is the sequence of other inputs, or a run that was not made of parts and has other steps.
+    /// If it is the sequence of other inputs, or a run that was not made of parts and has other steps.
     fn find(
         names: &Names,
         format: &'static Format,
@@ -137,7 +138,7 @@ impl Standing {
         self.rows.is_some() && self.record.outcome == "complete"
     }
 
-    /// Whether nothing is left to be written of this record and these texts.
+    /// Checks if nothing is left to be written of this record and these texts.
     fn is_whole(&self, joined: &RunRecord, texts: &[(PathBuf, String)]) -> bool {
         let of = |record: &RunRecord| {
             let end = record.end.clone().unwrap_or_default();
@@ -171,7 +172,7 @@ fn rows_there(
         if record.parts.is_none() {
             row.seconds = 0.0;
         }
-        if names.is_in_one() {
+        if names.is_in_one {
             (row.file, row.blake3) = Default::default();
         }
         row.line()
@@ -181,14 +182,14 @@ fn rows_there(
     if !there.values().map(comparable).eq(wanted) {
         return None;
     }
-    if !names.is_in_one() {
+    if !names.is_in_one {
         return Some((there, Vec::new()));
     }
     let ends = record.step_ends.clone().unwrap_or_default();
     is_file_of(names, format, &there, &ends, progress).then_some((there, ends))
 }
 
-/// Whether the file of all steps is the one that these rows speak of.
+/// Checks if the file of all steps is the one that these rows speak of.
 fn is_file_of(
     names: &Names,
     format: &'static Format,
@@ -333,7 +334,7 @@ fn record(names: &Names, parts: &[PartRun], ends: &[u64], finished: &Finished) -
     let content = RunRecord {
         resumed: None,
         steps_kept: None,
-        step_ends: names.is_in_one().then(|| ends.to_vec()),
+        step_ends: names.is_in_one.then(|| ends.to_vec()),
         seconds: seconds.reduce(Timings::plus),
         selections: latest(selections, |selection| selection.first_step),
         repairs: Some(latest(repairs, |repair| repair.step)),

@@ -1,4 +1,4 @@
-//! What a run came to: everything that its rows of steps.csv tell, and where the time went.
+//! The result of a run: a summary of its rows of steps.csv, and the time of each stage.
 
 use super::names::{Names, bytes_of};
 use crate::record::Criterion;
@@ -8,10 +8,10 @@ use azimesh_core::diagnostic::run::RunNote;
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
 
-/// What a run came to.
+/// The result of a run.
 #[derive(Debug, Default)]
 pub struct Finished {
-    /// How the run ended, as run.json has it.
+    /// The end of the run, as run.json has it.
     pub outcome: String,
     /// The failed check that ended the run before its last step.
     pub ended_by: Option<Error>,
@@ -37,16 +37,16 @@ pub struct Finished {
     pub failures: Vec<Diagnostic>,
     /// Steps that were skipped, with the reason.
     pub skipped: Vec<Diagnostic>,
-    /// What the user should know.
+    /// Notes for the user.
     pub warnings: Vec<Diagnostic>,
     /// Bytes of one mesh file, the largest.
     pub mesh_bytes: u64,
-    /// Where the time went.
+    /// The time of each stage.
     pub timings: Timings,
 }
 
 impl Finished {
-    /// Whether there is something to complain about.
+    /// Checks if there is something to complain about.
     pub fn is_failed(&self) -> bool {
         self.inverted_steps.is_some_and(|n| n > 0)
             || !self.failures.is_empty()

@@ -24,7 +24,7 @@ pub(super) struct Lock {
     path: PathBuf,
     /// The folders that were made for this run, innermost first.
     made: Vec<PathBuf>,
-    /// What the user should know.
+    /// Notes for the user.
     pub warning: Option<Diagnostic>,
 }
 
@@ -69,7 +69,7 @@ impl Lock {
         Ok(lock)
     }
 
-    /// Whether the folder is still the one that was locked.
+    /// Checks if the folder is still the one that was locked.
     pub fn holds(&self) -> bool {
         is_same(&self.file, &self.path)
     }
@@ -153,7 +153,7 @@ fn others(folder: &Path) -> Vec<(Range<usize>, PathBuf)> {
     parts_in(folder, STEM, EXTENSION).unwrap_or_default()
 }
 
-/// Whether a run holds this file; none does when it is gone.
+/// Checks if a run holds this file; none does when it is gone.
 fn is_locked(path: &Path) -> Result<bool> {
     let Ok(file) = open(path, false) else {
         return Ok(false);

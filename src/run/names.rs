@@ -24,14 +24,14 @@ pub struct Names {
     extension: &'static str,
     /// Ending of a list of meshes next to the `.pvd`.
     list_ending: Option<&'static str>,
-    /// Whether one file holds all steps.
-    in_one: bool,
+    /// True if one file holds all steps.
+    pub is_in_one: bool,
     n_steps: usize,
     /// The steps of a run that writes some of them only.
     part: Option<Range<usize>>,
     /// The case that the steps are in, if the format has that.
     case: Option<Case>,
-    /// How files take these names.
+    /// The way in which files take these names.
     pub commit: Commit,
     /// Files of base points that the run was given, which are of no earlier run.
     pub given: Inputs,
@@ -89,7 +89,7 @@ impl Names {
             stem: stem.replace(char::is_control, "_"),
             extension: format.extensions[0],
             list_ending: format.list_ending,
-            in_one: format.sequence.is_some() && case.is_none(),
+            is_in_one: format.sequence.is_some() && case.is_none(),
             n_steps,
             part: None,
             case,
@@ -101,7 +101,7 @@ impl Names {
     /// Names of a part of this sequence.
     ///
     /// # Errors
-    /// Where the sequence does not have these steps.
+    /// If the sequence does not have these steps.
     pub fn part(&self, steps: Range<usize>) -> Result<Self> {
         if steps.is_empty() || steps.end > self.n_steps {
             return Err(Error::input(format!(
@@ -127,7 +127,7 @@ impl Names {
     pub fn mesh(&self, step: usize) -> String {
         match self.in_case(step) {
             Some((_, file)) => format!("../{file}"),
-            None if self.in_one => self.of_part(&self.stem, self.extension),
+            None if self.is_in_one => self.of_part(&self.stem, self.extension),
             None => numbered(&self.stem, step, self.digits(), self.extension),
         }
     }
@@ -144,7 +144,7 @@ impl Names {
     /// Finds the files of the steps in a case; nothing for other formats.
     ///
     /// # Errors
-    /// Where the case cannot take the sequence of this mesh.
+    /// If the case cannot take the sequence of this mesh.
     pub fn place_steps(&mut self, mesh: &MeshView, steps: &[Step]) -> Result<()> {
         let Some(case) = &mut self.case else {
             return Ok(());
@@ -212,14 +212,9 @@ impl Names {
         CaseFormat.begin(&case.folder, mesh, options, begin, self.commit)
     }
 
-    /// Whether one file holds all steps.
-    pub fn is_in_one(&self) -> bool {
-        self.in_one
-    }
-
     /// Path of the time series over files; `None` where one file is that itself, and for a part.
     pub fn series(&self) -> Option<PathBuf> {
-        let wanted = !self.in_one && self.case.is_none() && !self.is_part();
+        let wanted = !self.is_in_one && self.case.is_none() && !self.is_part();
         wanted.then(|| self.path(&format!("{}.pvd", self.stem)))
     }
 
@@ -261,7 +256,7 @@ impl Names {
         self.part.clone().unwrap_or(0..self.n_steps)
     }
 
-    /// Whether it writes some of the steps only.
+    /// Checks if it writes some of the steps only.
     pub fn is_part(&self) -> bool {
         self.part.is_some()
     }
@@ -288,7 +283,7 @@ impl Names {
         file_name(stem, self.part.as_ref(), extension)
     }
 
-    /// Whether a file belongs to a sequence of this name; for a part, whether this part writes it.
+    /// Checks if a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
         let step = step_of(name, &self.stem, self.extension)
             .or_else(|| step_of(name, &self.surface_stem(), "dat"));
@@ -302,14 +297,14 @@ impl Names {
         };
         is_one("steps", "csv")
             || is_one("run", "json")
-            || self.in_one && is_one(&self.stem, self.extension)
+            || self.is_in_one && is_one(&self.stem, self.extension)
             || !self.is_part()
                 && (name == format!("{}.pvd", self.stem)
                     || name == format!("{}.vtk.series", self.stem)
                     || is_base(name))
     }
 
-    /// Whether there are parts in the folder of a whole sequence.
+    /// Checks if there are parts in the folder of a whole sequence.
     pub(super) fn has_parts(&self) -> bool {
         !self.is_part() && parts_in(&self.folder, "run", "json").is_ok_and(|all| !all.is_empty())
     }
@@ -321,7 +316,7 @@ fn companion(mesh: &Path, ending: &str) -> PathBuf {
     mesh.with_file_name(format!("{}.{ending}", case_name(&name)))
 }
 
-/// Whether a file holds base points.
+/// Checks if a file holds base points.
 fn is_base(name: &str) -> bool {
     ["toml", "vtp"].iter().any(|extension| {
         name == file_name("base", None, extension) || step_of(name, "base", extension).is_some()
@@ -362,12 +357,6 @@ pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf
     let mut found: Vec<PathBuf> = named.map(|entry| entry.path()).collect();
     found.sort();
     found
-}
-
-/// Bytes of the files of an earlier run.
-pub fn bytes_of_existing(names: &Names) -> u64 {
-    let files = existing_outputs(names);
-    files.iter().map(|path| bytes_of(path)).sum()
 }
 
 /// Bytes of a file, or of all files in a folder; 0 for what cannot be read.
@@ -464,21 +453,6 @@ mod tests {
         assert_eq!(name("a/wing.su2.gz", 10), "wing_0007.vtu");
         assert_eq!(name("wing.v2.msh", 20_000), "wing.v2_00007.vtu");
         assert_eq!(name("-", 1), "mesh_0007.vtu");
-    }
-
-    #[test]
-    fn bytes_of_an_earlier_run_are_those_of_its_files() {
-        let folder = tempfile::tempdir().expect("a folder");
-        for (path, n) in [("wing_0000.vtu", 7), ("wing_0001.vtu", 30)] {
-            std::fs::write(folder.path().join(path), vec![0; n]).expect("it can be written");
-        }
-        std::fs::write(folder.path().join("steps.csv"), "12345").expect("it can be written");
-        std::fs::write(folder.path().join("another"), "12345").expect("it can be written");
-        let names = Names {
-            folder: folder.path().to_owned(),
-            ..names(None, "vtu")
-        };
-        assert_eq!(bytes_of_existing(&names), 42);
     }
 
     fn names(steps: Option<Range<usize>>, format: &str) -> Names {

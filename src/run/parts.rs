@@ -152,7 +152,7 @@ impl PartRun {
 
     /// The end of each step in the file of the part; empty where each step has a file of its own.
     fn ends(&self) -> Result<Vec<u64>> {
-        if !self.names.is_in_one() {
+        if !self.names.is_in_one {
             return Ok(Vec::new());
         }
         let ends = self.record.step_ends.clone().unwrap_or_default();
@@ -216,7 +216,7 @@ fn check_steps(names: &Names, parts: &[PartRun]) -> Result<()> {
     Err(Error::input(message).file(&names.folder))
 }
 
-/// Where steps are missing, in which parts or in none, and what writes them.
+/// Names the parts that lack steps, or the steps that no part has, and the command that writes them.
 fn lacking(missing: &[usize], parts: &[PartRun]) -> String {
     let record = |part: &PartRun| file_name("run", Some(&part.steps), "json");
     let mut rest = missing.to_vec();

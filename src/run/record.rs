@@ -20,7 +20,6 @@ use azimesh_rbf::select::Selection;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// The record of a run with its place on the disk.
 pub(super) struct RecordFile {
@@ -28,27 +27,12 @@ pub(super) struct RecordFile {
     commit: Commit,
     /// Room for the last words of a run that fills the disk.
     room: Option<Reserve>,
-    /// What it holds.
+    /// Its content.
     pub content: RunRecord,
 }
 
 /// Bytes that a record may grow by until it is closed.
 const GROWTH: usize = 64 << 10;
-
-/// A clock that gives seconds.
-pub struct Clock(Instant);
-
-impl Clock {
-    /// Starts now.
-    pub fn start() -> Self {
-        Self(Instant::now())
-    }
-
-    /// Seconds since the start.
-    pub fn seconds(&self) -> f64 {
-        self.0.elapsed().as_secs_f64()
-    }
-}
 
 impl RecordFile {
     /// The record of a run, not yet written.
@@ -224,7 +208,7 @@ pub(super) fn latest<'a, T: Clone + 'a>(
     by_key.into_values().cloned().collect()
 }
 
-/// What the selections of an interval came to.
+/// The record of the selections of an interval.
 pub(super) fn selection_record(
     plan: &Plan,
     interval: &Range<usize>,

@@ -28,11 +28,11 @@ pub(super) struct Earlier {
     pub record: RunRecord,
     /// Steps with inverted cells that it repaired.
     pub repairs: BTreeMap<usize, RepairRecord>,
-    /// How often it was resumed, with this time.
+    /// Number of times that it was resumed, this one included.
     n_resumed: u64,
     /// Steps that have to be done again.
     pub notes: Vec<Diagnostic>,
-    /// Whether its record is lost: rows count then where the same step gives the same bytes.
+    /// True if its record is lost: rows count then where the same step gives the same bytes.
     pub is_unverified: bool,
 }
 
@@ -40,7 +40,7 @@ impl Earlier {
     /// The run that is to be resumed; empty where the folder holds none.
     ///
     /// # Errors
-    /// Where another mesh, schedule or program was used, or it left no record of itself.
+    /// If another mesh, schedule or program was used, or it left no record of itself.
     pub fn find(
         deformation: &Deformation,
         names: &Names,
@@ -64,7 +64,7 @@ impl Earlier {
         };
         let has_record = earlier.record.is_whole();
         earlier.take_rows(deformation.plan(), names, has_record)?;
-        if !names.is_in_one() {
+        if !names.is_in_one {
             earlier.check_files(deformation, names, format, &now.companions);
         }
         earlier.is_unverified = !has_record && !earlier.rows.is_empty();
@@ -98,7 +98,7 @@ impl Earlier {
     /// Takes the rows of this run's steps from the table.
     ///
     /// # Errors
-    /// Where a mesh is there that would have another name now, and be written again; without a record, where a step
+    /// If a mesh is there that would have another name now, and be written again; without a record, where a step
     /// was at another azimuth.
     fn take_rows(&mut self, plan: &Plan, names: &Names, has_record: bool) -> Result<()> {
         let table = names.table();

@@ -7,7 +7,7 @@ use super::finished::Finished;
 use super::lock::Lock;
 use super::names::{self, Names};
 use super::parts;
-use super::record::{Clock, RecordFile, latest, sentences};
+use super::record::{RecordFile, latest, sentences};
 use super::resume::Earlier;
 use super::surface::SurfaceFiles;
 use super::table;
@@ -26,13 +26,14 @@ use azimesh_io::formats::{self, Begin, Format, Inputs, Notes};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
+use std::time::Instant;
 
 /// Options of a run that its deformation does not have.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
     /// The mesh file, for names and hashes.
     pub mesh: PathBuf,
-    /// Where the files go.
+    /// The folder of the files.
     pub folder: PathBuf,
     /// Base points chosen before.
     pub base: Option<PathBuf>,
@@ -40,17 +41,17 @@ pub struct Request {
     pub steps: Option<Range<usize>>,
     /// The cell array that the boundary tags were read from, where it was named.
     pub tag_array: Option<String>,
-    /// Whether files of an earlier run are replaced.
+    /// True if files of an earlier run are replaced.
     pub force: bool,
-    /// Whether an earlier run is resumed.
+    /// True if an earlier run is resumed.
     pub resume: bool,
-    /// Whether a step that cannot be written is skipped and the run continues.
+    /// True if a step that cannot be written is skipped and the run continues.
     pub keep_going: bool,
-    /// Whether bodies may leave the mesh.
+    /// True if bodies may leave the mesh.
     pub allow_outside: bool,
-    /// Whether a disk without room for all steps is written to nevertheless.
+    /// True if a disk without room for all steps is written to nevertheless.
     pub no_space_check: bool,
-    /// Whether steps need not outlive a power cut.
+    /// True if steps need not outlive a power cut.
     pub no_sync: bool,
     /// Bytes of arrays that lie on the disk while it runs.
     pub bytes_in_files: u64,
@@ -80,7 +81,7 @@ pub fn run_after(
     // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
     // folder is locked before its files are read. An earlier run and the free disk are checked before anything
     // is removed, and run.json is written before the first mesh.
-    let clock = Clock::start();
+    let clock = Instant::now();
     let plan = deformation.plan();
     let format = formats::by_name(plan.schedule.output.format())?;
     let names = names_of(deformation, format, request)?;
@@ -88,7 +89,10 @@ pub fn run_after(
     let mut record = RecordFile::new(&names, deformation, request)?;
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
-    names::refuse_inputs(&names, &inputs_of(plan, request))?;
+    // Base points may be among the outputs.
+    let inputs = [&request.mesh, &plan.schedule.path].map(PathBuf::clone);
+    let inputs = Inputs::of(inputs.into_iter().chain(plan.schedule.files()));
+    names::refuse_inputs(&names, &inputs)?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
     let mut earlier = earlier_run(deformation, &names, format, &record, request)?;
@@ -97,8 +101,10 @@ pub fn run_after(
         let steps = (names.steps().len(), earlier.rows.len());
         let mesh = deformation.view_to_write()?;
         let demand = Demand::of(plan, &mesh, format, steps, mesh_bytes);
-        let replaced = request.force.then(|| names::bytes_of_existing(&names));
-        let room = (replaced.unwrap_or(0), request.bytes_in_files);
+        let replaced = names::existing_outputs(&names);
+        let replaced = replaced.iter().filter(|_| request.force);
+        let freed = replaced.map(|path| names::bytes_of(path)).sum();
+        let room = (freed, request.bytes_in_files);
         warnings.extend(check_disk(plan, &names.folder, &demand, room)?);
     }
     names::refuse_special(&names)?;
@@ -133,7 +139,7 @@ pub fn run_after(
     run.save_record()?;
     run.record.keep_room();
     let result = run.steps(&mut base_points);
-    run.close(result, base_points, &clock)
+    run.close(result, base_points, clock)
 }
 
 /// Refuses what can be refused without the folder; gives the warnings, and the bytes of one mesh.
@@ -157,12 +163,6 @@ fn warnings_before(
         warnings.push(RunNote::NoBoxes.into());
     }
     Ok((warnings, mesh_bytes))
-}
-
-/// The files that the run reads, but for base points, which may lie among its outputs.
-fn inputs_of(plan: &Plan, request: &Request) -> Inputs {
-    let own = [&request.mesh, &plan.schedule.path].map(PathBuf::clone);
-    Inputs::of(own.into_iter().chain(plan.schedule.files()))
 }
 
 /// The names of the files that the request is for.
@@ -202,7 +202,7 @@ fn earlier_run(
     Ok(Earlier::default())
 }
 
-/// How a loop over the steps ended.
+/// The end of a loop over the steps.
 #[derive(PartialEq, Eq)]
 pub(super) enum LoopEnd {
     /// All steps are finished.
@@ -221,7 +221,7 @@ pub(super) struct Run<'a> {
     /// Conditions that fail the run.
     fail_on: Vec<Criterion>,
     pub record: RecordFile,
-    /// What is known of the run that is resumed; its rows are those that still count.
+    /// The run that is resumed, with the rows that still count.
     pub earlier: Earlier,
     /// The result so far.
     pub finished: Finished,
@@ -264,7 +264,7 @@ impl Run<'_> {
             let pass = self.step_loop(&mut writer, base_points);
             let settled = writer.settle();
             self.finished.timings.writing += writer.seconds;
-            if self.names.is_in_one() {
+            if self.names.is_in_one {
                 self.record.content.step_ends = Some(writer.ends.clone());
             }
             self.take_notes(&writer.notes);
@@ -274,7 +274,8 @@ impl Run<'_> {
             };
             self.rows = writer.rows();
             if mended {
-                self.warn_of_more();
+                let file = self.names.mesh(self.names.steps().start);
+                self.finished.warnings.push(RunNote::CutOff { file }.into());
             }
             let pass = pass?;
             settled?;
@@ -286,7 +287,7 @@ impl Run<'_> {
         }
     }
 
-    /// What happens to files that are there.
+    /// The way in which files that exist are treated.
     fn begin(&self) -> Begin {
         if self.request.resume {
             Begin::Resume
@@ -332,15 +333,15 @@ impl Run<'_> {
         }
     }
 
-    /// Whether no step is left to be written or verified.
+    /// Checks if no step is left to be written or verified.
     fn is_complete(&self) -> bool {
         let is_all = self.rows.len() == self.names.steps().len();
         is_all && !self.is_to_be_verified() && !self.earlier.is_unverified
     }
 
-    /// Whether steps of an earlier run are verified as they are appended again: so a file of all steps is resumed.
+    /// Checks if steps of an earlier run are verified as they are appended again: so a file of all steps is resumed.
     fn is_to_be_verified(&self) -> bool {
-        self.names.is_in_one()
+        self.names.is_in_one
     }
 
     /// The steps that have to be written or verified.
@@ -354,17 +355,15 @@ impl Run<'_> {
 
     /// Base points for the first step: without them there is no table of steps either.
     fn choose_first(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
-        let todo = self.todo();
-        let Some(first) = todo.first() else {
+        let Some(first) = self.todo().first().copied() else {
             return Ok(());
         };
-        let entered = base_points.enter(first).map(|_| ());
+        let entered = base_points.enter(&first);
         self.note_choices(base_points)?;
+        let has_several = self.plan.selection_intervals().len() > 1;
         match entered {
-            Err(error) if self.plan.selection_intervals().len() > 1 && self.passes_over(&error) => {
-                Ok(())
-            }
-            entered => entered,
+            Err(error) if !has_several || !self.passes_over(&error) => Err(error),
+            _ => Ok(()),
         }
     }
 
@@ -387,8 +386,8 @@ impl Run<'_> {
         self.save_record()
     }
 
-    /// What was done about cells that were not valid, in this run or an earlier one. Of steps that take a part in the repair of
-    /// others run.json tells.
+    /// Adds notes on repairs of cells that were not valid, in this run or an earlier one. run.json has also the steps that
+    /// take a part in the repair of others.
     fn tell_repairs(&self, finished: &mut Finished) {
         for (index, repair) in &self.earlier.repairs {
             if repair.was_folded() && self.rows.contains_key(index) {
@@ -447,7 +446,7 @@ impl Run<'_> {
         mut self,
         result: Result<()>,
         base_points: BasePointStore<'_>,
-        clock: &Clock,
+        clock: Instant,
     ) -> Result<Finished> {
         let _held = self.deformation.stop().hold();
         let mut finished = std::mem::take(&mut self.finished);
@@ -469,7 +468,7 @@ impl Run<'_> {
         }
         finished.timings.selection = base_points.seconds_selection;
         finished.timings.modes = base_points.seconds_modes;
-        finished.timings.total = clock.seconds();
+        finished.timings.total = clock.elapsed().as_secs_f64();
         if self.earlier.is_unverified {
             return result.map(|()| finished);
         }

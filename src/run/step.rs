@@ -1,7 +1,6 @@
 //! One step: its arrays and its row of steps.csv.
 
 use super::base_points::BasePointStore;
-use super::record::Clock;
 use crate::record::Row;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, sub};
@@ -12,6 +11,7 @@ use azimesh_deform::{Deformation, Evaluated, Repair, Rounding};
 use azimesh_io::formats::{DISPLACEMENT, Format};
 use azimesh_io::mesh::{Apart, ByRanks, DataArray, Mesh, MeshView, Values};
 use azimesh_quality::{Assessment, Extreme};
+use std::time::Instant;
 
 /// The array of velocities.
 const VELOCITY: &str = "Velocity";
@@ -50,9 +50,9 @@ pub(super) fn compute(
         // Made once, in no step's time.
         deformation.prepare_measures();
     }
-    let clock = Clock::start();
+    let clock = Instant::now();
     let found = deformation.evaluate(&interval, step, rounding, points)?;
-    let seconds = clock.seconds();
+    let seconds = clock.elapsed().as_secs_f64();
     Ok(Computed { found, seconds })
 }
 
@@ -62,7 +62,7 @@ pub(super) struct StepMesh<'a> {
     points: &'a [Vector],
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
-    /// Whether an array of the mesh that has the name of the displacement is not of this run.
+    /// True if an array of the mesh that has the name of the displacement is not of this run.
     hides_other: bool,
 }
 

@@ -15,7 +15,7 @@ use azimesh_deform::motion::{OnInverted, QualityOutput, Step};
 use azimesh_io::formats::CaseFormat;
 use azimesh_io::mesh::{Apart, MeshView};
 
-/// What is to be done for a step.
+/// The work that is left for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     /// To compute and write it.
@@ -151,7 +151,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// What is to be done for a step.
+    /// The work that is left for a step.
     fn task(&self, step: &Step) -> Task {
         let is_kept = self.earlier.rows.contains_key(&step.index());
         let is_repaired = self.earlier.repairs.contains_key(&step.index());
@@ -188,11 +188,6 @@ impl Run<'_> {
         self.earlier.rows.split_off(&step.index());
         self.finished.n_kept = self.earlier.rows.len();
         LoopEnd::Restart
-    }
-
-    pub(super) fn warn_of_more(&mut self) {
-        let file = self.names.mesh(self.names.steps().start);
-        self.finished.warnings.push(RunNote::CutOff { file }.into());
     }
 
     fn warn_of_damage(&mut self, step: &Step) {
@@ -241,7 +236,7 @@ impl Run<'_> {
     /// neither other inputs nor another version slips in. Where one file holds all steps, [`Run::step_loop`] does that.
     ///
     /// # Errors
-    /// Where the first of them that moves anything is such a one: its file is whole, so that its run had
+    /// If the first of them that moves anything is such a one: its file is whole, so that its run had
     /// other inputs.
     pub(super) fn verify_steps(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let kept: Vec<usize> = self.earlier.rows.keys().copied().collect();
@@ -273,7 +268,7 @@ impl Run<'_> {
         self.mark_verified()
     }
 
-    /// Whether a step, computed again, gives the bytes of its row.
+    /// Checks if a step, computed again, gives the bytes of its row.
     fn is_same(&mut self, step: &Step, base_points: &mut BasePointStore<'_>) -> Result<bool> {
         let mut points = self.room_for_points();
         let computed = compute(base_points, step, true, &mut points)?;
@@ -341,7 +336,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether another step may go well where this one failed.
+/// Checks if another step may go well where this one failed.
 fn is_of_the_step(error: &Error) -> bool {
     matches!(error.kind, ErrorKind::Check | ErrorKind::Input)
 }

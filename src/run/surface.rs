@@ -1,4 +1,4 @@
-//! The files of the moving surfaces of a run: which nodes are in them, how they are written beside the mesh of a
+//! The files of the moving surfaces of a run: which nodes are in them, how they are written next to the mesh of a
 //! step, and whether they are still what the mesh says. Knows nothing of what a line looks like.
 
 use super::names::Names;
@@ -11,14 +11,14 @@ use azimesh_io::formats::{
 };
 use azimesh_io::mesh::MeshView;
 
-/// What is written of the moving surfaces.
+/// The nodes of the moving surfaces.
 pub(super) struct SurfaceFiles {
     /// Nodes of all tags that move with a body, ascending.
     nodes: Vec<u32>,
 }
 
 impl SurfaceFiles {
-    /// Those that the schedule asks for; `None` where it asks for none.
+    /// The files that the schedule asks for; `None` if it asks for none.
     pub fn of(plan: &Plan) -> Result<Option<Self>> {
         if plan.schedule.output.surface == SurfaceOutput::None {
             return Ok(None);
@@ -41,7 +41,7 @@ impl SurfaceFiles {
         Ok(out.finish().files)
     }
 
-    /// Whether the file of a step says what the mesh of that step, which is whole, says.
+    /// Checks if the file of a step says what the mesh of that step, which is whole, says.
     pub fn is_there(&self, names: &Names, format: &'static Format, row: &Row) -> bool {
         let text = || {
             let location = Location::open(&names.path(&row.file)).ok()?;

@@ -2,7 +2,6 @@
 //! two. What waits for the disk does so on a thread of its own, during the work on the next step.
 
 use super::names::Names;
-use super::record::Clock;
 use super::surface::SurfaceFiles;
 use super::table::Table;
 use crate::record::{Row, Rows};
@@ -17,6 +16,7 @@ use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
+use std::time::Instant;
 
 /// Writes the steps of a run, in their order.
 pub(super) struct Writer<'a> {
@@ -27,11 +27,11 @@ pub(super) struct Writer<'a> {
     surface: Option<SurfaceFiles>,
     /// The file that takes all meshes, where the format has that; shared with the thread that commits them.
     sequence: Option<Arc<Mutex<Box<dyn SequenceFile>>>>,
-    /// Whether all meshes so far were in that file before.
+    /// True if all meshes so far were in that file before.
     pub is_resuming: bool,
     /// The end of each mesh written or verified in that file.
     pub ends: Vec<u64>,
-    /// What the format could not hold of the meshes so far.
+    /// Notes on what the format could not hold of the meshes so far.
     pub notes: Notes,
     table: Arc<Mutex<Table>>,
     stop: &'a Arc<Stop>,
@@ -54,7 +54,7 @@ impl<'a> Writer<'a> {
     ) -> Result<Self> {
         let table = Table::start(names.table(), kept, names.commit)?;
         let first = names.path(&names.mesh(names.steps().start));
-        let create = format.sequence.filter(|_| names.is_in_one());
+        let create = format.sequence.filter(|_| names.is_in_one);
         let sequence = create.map(|create| create(&first, &options, begin, names.commit.sync));
         let sequence = sequence.transpose()?;
         Ok(Self {
@@ -83,16 +83,16 @@ impl<'a> Writer<'a> {
         seconds: f64,
     ) -> Result<()> {
         let held = self.stop.hold();
-        let clock = Clock::start();
-        if self.names.is_in_one() {
+        let clock = Instant::now();
+        if self.names.is_in_one {
             self.settle()?;
         }
         let (hash, written) = self.write_mesh(mesh, step)?;
         self.settle()?;
-        self.seconds += clock.seconds();
+        self.seconds += clock.elapsed().as_secs_f64();
         row.file = self.names.mesh(step.index());
         row.blake3 = hash.to_string();
-        row.seconds = ((seconds + clock.seconds()) * 1e3).round() / 1e3;
+        row.seconds = ((seconds + clock.elapsed().as_secs_f64()) * 1e3).round() / 1e3;
         let table = Arc::clone(&self.table);
         let finish = move || {
             let _held = held;
@@ -113,9 +113,9 @@ impl<'a> Writer<'a> {
         let Some(thread) = self.under_way.take() else {
             return Ok(());
         };
-        let clock = Clock::start();
+        let clock = Instant::now();
         let done = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
-        self.seconds += clock.seconds();
+        self.seconds += clock.elapsed().as_secs_f64();
         done
     }
 
@@ -124,10 +124,10 @@ impl<'a> Writer<'a> {
     pub fn verify(&mut self, mesh: &MeshView, step: &Step) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
-        let clock = Clock::start();
+        let clock = Instant::now();
         let (hash, written) = self.write_mesh(mesh, step)?;
         written.keep()?;
-        self.seconds += clock.seconds();
+        self.seconds += clock.elapsed().as_secs_f64();
         let table = lock(&self.table);
         let row = table.rows().get(&step.index());
         Ok(row.is_some_and(|row| row.blake3 == hash.to_string()))

@@ -148,7 +148,7 @@ fn smooth_slope(s: f64) -> f64 {
     0.6 * (-0.1260 + s * (-2.0 * 0.3516 + s * (3.0 * 0.2843 - s * 4.0 * 0.1015)))
 }
 
-/// Where `beyond` turns true between `low` and `high`.
+/// Finds the value between `low` and `high` at which `beyond` becomes true.
 fn bisect(mut low: f64, mut high: f64, beyond: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

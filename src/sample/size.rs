@@ -1,4 +1,4 @@
-//! How large a sample is: what was asked for, checked once.
+//! The size of a sample: its options, checked once.
 
 use azimesh_core::error::{Error, Result};
 

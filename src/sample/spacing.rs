@@ -1,4 +1,4 @@
-//! Where nodes lie along a line: graded between its ends, or growing from a wall.
+//! Positions of nodes along a line: graded between its ends, or growing from a wall.
 
 /// Steps of the integration a cell of the wanted size is cut into.
 const STEPS_PER_CELL: f64 = 20.0;

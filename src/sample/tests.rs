@@ -79,6 +79,21 @@ fn of_size(nodes: usize) -> BladeOptions {
     }
 }
 
+fn cut(nodes: usize, cells: CellShape) -> BladeOptions {
+    BladeOptions {
+        cells,
+        ..of_size(nodes)
+    }
+}
+
+/// A blade of 60,000 nodes.
+fn shaped(shape: BladeShape) -> BladeOptions {
+    BladeOptions {
+        shape,
+        ..of_size(60_000)
+    }
+}
+
 #[test]
 fn every_hexahedron_of_a_blade_is_valid_at_every_size() {
     for nodes in [5_000, 9_000, 20_000, 60_000, 250_000] {
@@ -134,13 +149,8 @@ fn every_cell_of_a_blade_is_valid_for_every_shape_of_the_blade() {
 fn every_cell_of_a_rotor_is_valid_whatever_its_number_of_blades() {
     for (blades, nodes) in [(3, 40_000), (4, 20_000), (4, 200_000), (5, 60_000)] {
         for cells in [CellShape::Hex, CellShape::Wedge, CellShape::Tet] {
-            let options = BladeOptions {
-                cells,
-                ..of_size(nodes)
-            };
-            let mesh = rotor_of(&options, blades)
-                .expect("the size is possible")
-                .mesh;
+            let rotor = rotor_of(&cut(nodes, cells), blades);
+            let mesh = rotor.expect("the size is possible").mesh;
             mesh.validate().expect("it is a good mesh");
             let least = least_in_mesh(&mesh);
             assert!(least > 0.0, "{blades} {nodes} {cells:?}: {least}");
@@ -201,17 +211,14 @@ fn the_smallest_grids_are_valid() {
 fn samples_are_closed_and_their_tags_look_outward() {
     assert_closed(&naca0012(&sized(3_000)).expect("it fits").mesh);
     for cells in [CellShape::Hex, CellShape::Wedge, CellShape::Tet] {
-        let options = BladeOptions {
-            cells,
-            ..of_size(6_000)
-        };
-        assert_closed(&blade(&options).expect("it fits").mesh);
-        assert_closed(&rotor(&options).expect("it fits").mesh);
-        let options = BladeOptions {
-            cells,
-            ..of_size(20_000)
-        };
-        assert_closed(&rotor_of(&options, 4).expect("it fits").mesh);
+        let samples = [
+            blade(&cut(6_000, cells)),
+            rotor(&cut(6_000, cells)),
+            rotor_of(&cut(20_000, cells), 4),
+        ];
+        for sample in samples {
+            assert_closed(&sample.expect("it fits").mesh);
+        }
     }
 }
 
@@ -286,20 +293,10 @@ fn schedules_are_toml_and_name_tags_and_zones_of_their_mesh() {
         let schedule: toml::Table = sample.schedule.parse().expect("it is TOML");
         let bodies = schedule["body"].as_array().expect("there are bodies");
         let boundaries = schedule["boundaries"].as_table().expect("a table");
-        let mut named: Vec<&toml::Value> = Vec::new();
-        named.extend(
-            bodies
-                .iter()
-                .flat_map(|body| body["tags"].as_array())
-                .flatten(),
-        );
-        named.extend(
-            boundaries
-                .values()
-                .flat_map(|value| value.as_array())
-                .flatten(),
-        );
-        let names: Vec<&str> = named.iter().filter_map(|name| name.as_str()).collect();
+        let lists = bodies.iter().map(|body| &body["tags"]);
+        let lists = lists.chain(boundaries.values());
+        let named = lists.filter_map(|list| list.as_array()).flatten();
+        let names: Vec<&str> = named.filter_map(|name| name.as_str()).collect();
         for name in &names {
             assert!(
                 sample.mesh.groups.iter().any(|group| group.name == *name),
@@ -319,11 +316,8 @@ fn wrong_options_are_refused_in_a_sentence() {
         ..BladeShape::default()
     };
     let sentence = |shape: BladeShape| {
-        let options = BladeOptions {
-            shape,
-            ..BladeOptions::default()
-        };
-        blade(&options).expect_err("it is wrong").to_string()
+        let refused = blade(&shaped(shape));
+        refused.expect_err("it is wrong").to_string()
     };
     assert!(sentence(short).contains("shorter than half its chord"));
     let negative = BladeShape {
@@ -342,13 +336,8 @@ fn wrong_options_are_refused_in_a_sentence() {
         chord: Some(0.9),
         ..BladeShape::default()
     };
-    let options = BladeOptions {
-        shape: wide,
-        ..of_size(60_000)
-    };
-    let crowded = rotor_of(&options, 4)
-        .expect_err("there is no room")
-        .to_string();
+    let crowded = rotor_of(&shaped(wide), 4);
+    let crowded = crowded.expect_err("there is no room").to_string();
     assert!(
         crowded.starts_with("4 blades with a chord of 0.9 do not fit"),
         "{crowded}"

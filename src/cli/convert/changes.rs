@@ -71,11 +71,15 @@ pub enum TagBoundary {
 }
 
 /// Reads `wing=wall`. The last `=` counts, since names of tags may have others.
-fn renaming(text: &str) -> std::result::Result<(String, String), String> {
+fn pair(text: &str, form: &str) -> std::result::Result<(String, String), String> {
     match text.rsplit_once('=') {
         Some((old, new)) if !old.is_empty() && !new.is_empty() => Ok((old.into(), new.into())),
-        _ => Err("write OLD=NEW".into()),
+        _ => Err(form.into()),
     }
+}
+
+fn renaming(text: &str) -> std::result::Result<(String, String), String> {
+    pair(text, "write OLD=NEW")
 }
 
 /// Reads `wall=upper,lower`. The first `=` counts, since names of tags may have others.
@@ -89,12 +93,9 @@ fn merging(text: &str) -> std::result::Result<(String, Vec<String>), String> {
     }
 }
 
-/// Reads `wing=wall`.
+/// Reads the type of a patch.
 pub fn patch_type(text: &str) -> std::result::Result<(String, String), String> {
-    match text.rsplit_once('=') {
-        Some((tag, kind)) if !tag.is_empty() && !kind.is_empty() => Ok((tag.into(), kind.into())),
-        _ => Err("write TAG=TYPE, such as wing=wall".into()),
-    }
+    pair(text, "write TAG=TYPE, such as wing=wall")
 }
 
 /// Reads `x,90`, `0,0,1,90`, and both with a point behind.
@@ -138,17 +139,15 @@ fn vector(words: &[&str]) -> std::result::Result<[f64; 3], String> {
 impl Changes {
     /// Refuses what no mesh can be changed by.
     pub fn check(&self) -> Result<()> {
-        match self.scale {
-            Some(factor) if !factor.is_finite() || factor <= 0.0 => Err(Error::input(format!(
-                "--scale {factor}: it must be a finite number above 0 (a negative one would invert every cell)"
-            ))),
-            _ => match self.extrude {
-                Some(height) if !height.is_finite() || height <= 0.0 => Err(Error::input(format!(
-                    "--extrude {height}: it must be a finite number above 0"
-                ))),
-                _ => Ok(()),
-            },
+        let hint = " (a negative one would invert every cell)";
+        for (option, value, hint) in [("scale", self.scale, hint), ("extrude", self.extrude, "")] {
+            if let Some(value) = value.filter(|x| !x.is_finite() || *x <= 0.0) {
+                return Err(Error::input(format!(
+                    "--{option} {value}: it must be a finite number above 0{hint}"
+                )));
+            }
         }
+        Ok(())
     }
 
     /// Changes the mesh; gives remarks on it.
@@ -198,8 +197,7 @@ impl Changes {
             ));
         }
         for (new, old) in &self.merge_tags {
-            let old: Vec<&str> = old.iter().map(String::as_str).collect();
-            mesh.merge_tags(new, &old)
+            mesh.merge_tags(new, &names(old))
                 .map_err(|error| of_option("--merge-tags", error))?;
         }
         remarks.extend(self.drop_tags(mesh)?);
@@ -226,17 +224,13 @@ impl Changes {
 
     /// Removes tags as `--drop-tag` and `--keep-tag` say.
     fn drop_tags(&self, mesh: &mut Mesh) -> Result<Option<String>> {
-        let (option, named) = match self.keep_tag.is_empty() {
-            true => ("--drop-tag", &self.drop_tag),
-            false => ("--keep-tag", &self.keep_tag),
-        };
-        if named.is_empty() {
+        if !self.removes_tags() {
             return Ok(None);
         }
-        let named: Vec<&str> = named.iter().map(String::as_str).collect();
-        let n = match self.keep_tag.is_empty() {
-            true => mesh.drop_tags(&named),
-            false => mesh.keep_tags(&named),
+        let (option, n) = if self.keep_tag.is_empty() {
+            ("--drop-tag", mesh.drop_tags(&names(&self.drop_tag)))
+        } else {
+            ("--keep-tag", mesh.keep_tags(&names(&self.keep_tag)))
         };
         let [n_faces, n_cells] = n.map_err(|error| of_option(option, error))?;
         let faces = with_verb(n_faces, "boundary face", "is");
@@ -245,6 +239,10 @@ impl Changes {
             n => format!("{option}: {} and {faces} removed", counted(n, "cell")),
         }))
     }
+}
+
+fn names(tags: &[String]) -> Vec<&str> {
+    tags.iter().map(String::as_str).collect()
 }
 
 fn of_option(option: &str, error: Error) -> Error {

@@ -240,9 +240,7 @@ impl Run<'_> {
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
-        if let (Some(_), [one]) = (format.case, &self.args.paths[..]) {
-            return self.write_case(one, folder, format);
-        }
+        let is_case = format.case.is_some() && self.args.paths.len() == 1;
         let open = |path: &PathBuf| Input::open(path, None, self.context);
         let inputs = self.args.paths.iter().map(open);
         let inputs = inputs.collect::<Result<Vec<_>>>()?;
@@ -259,10 +257,17 @@ impl Run<'_> {
                 .file(input.path()));
             }
         }
-        std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
+        if !is_case {
+            std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
+        }
         for input in &inputs {
             self.order.take();
-            let stem = folder.join(input.stem());
+            // One mesh, or one sequence, makes the folder itself the case.
+            let stem = if is_case {
+                folder.to_path_buf()
+            } else {
+                folder.join(input.stem())
+            };
             match (input.times(), self.args.step) {
                 (Some(times), None) if format.case.is_some() => {
                     let path = stem;
@@ -277,31 +282,14 @@ impl Run<'_> {
                         Some(_) => stem,
                         None => target::with_ending(&stem, self.ending(format)),
                     };
-                    self.args.write.check(&path)?;
+                    if !is_case {
+                        self.args.write.check(&path)?;
+                    }
                     self.one_mesh(input, &Place::File { path, format })?;
                 }
             }
         }
         Ok(())
-    }
-
-    /// One mesh, or one sequence, into a case.
-    fn write_case(
-        &self,
-        input: &Path,
-        folder: &Path,
-        format: &'static formats::Format,
-    ) -> Result<()> {
-        let input = Input::open(input, None, self.context)?;
-        let path = folder.to_path_buf();
-        let place = Place::File { path, format };
-        match (input.times(), self.args.step) {
-            (Some(times), None) => {
-                input.check_files()?;
-                self.sequence(&input, &times, &place)
-            }
-            _ => self.one_mesh(&input, &place),
-        }
     }
 
     fn one_mesh(&self, input: &Input, place: &Place) -> Result<()> {

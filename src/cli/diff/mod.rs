@@ -6,7 +6,6 @@ mod told;
 use super::input::Input;
 use super::{Context, Outcome};
 use azimesh_core::error::{Error, Result};
-use azimesh_io::formats;
 use azimesh_io::mesh::{Difference, Mesh, Tolerance};
 use sequence::SequenceDifference;
 use serde::Serialize;
@@ -71,8 +70,7 @@ enum Matching {
 
 pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
     args.check()?;
-    let format = context.common.format.as_deref().map(formats::by_name);
-    let format = format.transpose()?;
+    let format = context.input_format()?;
     let a = Input::open(&args.a, format, context)?;
     let b = Input::open(&args.b, format, context)?;
     let same = match (a.times(), b.times()) {

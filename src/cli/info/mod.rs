@@ -27,8 +27,7 @@ pub struct InfoArgs {
 
 /// Tells of each mesh; where one cannot be read, of the others all the same.
 pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
-    let format = context.common.format.as_deref().map(formats::by_name);
-    let format = format.transpose()?;
+    let format = context.input_format()?;
     if let [mesh] = &args.meshes[..] {
         let told = tell(mesh, format, args.step, context)?;
         match told {

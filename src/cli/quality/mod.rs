@@ -85,16 +85,16 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     for criterion in &args.fail_on {
         criterion.check_of_meshes()?;
     }
-    let format = Formats::of(args, context)?;
-    let input = Input::open_shared(&args.mesh, format.input, context)?;
+    let formats = formats(args, context)?;
+    let input = Input::open_shared(&args.mesh, formats.0, context)?;
     let findings = match input.times() {
         Some(_) if args.output.is_some() => {
             let message = "this is a sequence, and -o writes one mesh: give one of its files, or set \
                            output.quality = \"cells\" for deform";
             return Err(Error::input(message).file(&args.mesh));
         }
-        Some(times) => judge_sequence(args, context, &input, &times, format)?,
-        None => judge_mesh(args, context, input, format)?,
+        Some(times) => judge_sequence(args, context, &input, &times, formats)?,
+        None => judge_mesh(args, context, input, formats)?,
     };
     let beside = args
         .output
@@ -107,14 +107,9 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     })
 }
 
-/// Formats that are known from the arguments.
-#[derive(Clone, Copy)]
-struct Formats {
-    /// Of what is read; without it the content tells.
-    input: Option<&'static Format>,
-    /// Of the mesh that is written.
-    output: Option<&'static Format>,
-}
+/// Formats that are known from the arguments: of what is read, where the content does not decide, and of the mesh that
+/// is written.
+type Formats = (Option<&'static Format>, Option<&'static Format>);
 
 impl QualityArgs {
     /// Whether several ranks share the work: where no mesh is written.
@@ -123,38 +118,30 @@ impl QualityArgs {
     }
 }
 
-impl Formats {
-    /// `--format` is that of the output where its name does not tell, else that of the input. Also refuses
-    /// to replace a file.
-    fn of(args: &QualityArgs, context: &Context) -> Result<Self> {
-        let given = context.input_format()?;
-        let Some(path) = &args.output else {
-            return Ok(Self {
-                input: given,
-                output: None,
-            });
-        };
-        context.check_json_beside(path)?;
-        guard_inputs(std::iter::once(&args.mesh).chain(&args.reference));
-        args.write.check(path)?;
-        let both = output::Formats::of(path, context)?;
-        Ok(Self {
-            input: both.input,
-            output: Some(both.output),
-        })
-    }
+/// `--format` is that of the output where its name does not tell, else that of the input. Also refuses
+/// to replace a file.
+fn formats(args: &QualityArgs, context: &Context) -> Result<Formats> {
+    let given = context.input_format()?;
+    let Some(path) = &args.output else {
+        return Ok((given, None));
+    };
+    context.check_json_beside(path)?;
+    guard_inputs(std::iter::once(&args.mesh).chain(&args.reference));
+    args.write.check(path)?;
+    let both = output::Formats::of(path, context)?;
+    Ok((both.input, Some(both.output)))
 }
 
 fn judge_mesh<'a>(
     args: &'a QualityArgs,
     context: &Context,
     input: Input,
-    format: Formats,
+    (of_input, of_output): Formats,
 ) -> Result<Findings<'a>> {
     let mut mesh = read(args, &input, None, context, &mut BTreeSet::new())?;
     // A file that is mapped would count as memory of the program until its end.
     drop(input);
-    let given = given_reference(args, context, format)?;
+    let given = given_reference(args, context, of_input)?;
     if let Some(given) = &given {
         let checked = context.ranks.all_ok(given.check(&mut mesh));
         checked.map_err(|error| error.file(&args.mesh))?;
@@ -167,10 +154,7 @@ fn judge_mesh<'a>(
         context.note(&remark.to_string());
     }
     // What is said of a mesh that is written holds for its coordinates there.
-    if format
-        .output
-        .is_some_and(|format| format.rounds(args.write.precision))
-    {
+    if of_output.is_some_and(|format| format.rounds(args.write.precision)) {
         mesh.points.iter_mut().for_each(|x| *x = in_32_bits(*x));
     }
     let mut findings = Findings::new(args);
@@ -180,7 +164,7 @@ fn judge_mesh<'a>(
     }
     let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
     findings.metrics = Some(context.stage("metrics", every)?);
-    if let (Some(path), Some(format)) = (&args.output, format.output) {
+    if let (Some(path), Some(format)) = (&args.output, of_output) {
         let with_arrays = with_arrays(mesh, &judge);
         args.write.save(&with_arrays, path, format, context)?;
     }
@@ -211,9 +195,9 @@ fn judge_sequence<'a>(
     context: &Context,
     input: &Input,
     times: &[f64],
-    format: Formats,
+    (of_input, _): Formats,
 ) -> Result<Findings<'a>> {
-    let mut given = given_reference(args, context, format)?;
+    let mut given = given_reference(args, context, of_input)?;
     let mut findings = Findings::new(args);
     let mut told = BTreeSet::new();
     for (index, &time) in times.iter().enumerate() {
@@ -272,16 +256,13 @@ struct Given {
 fn given_reference(
     args: &QualityArgs,
     context: &Context,
-    format: Formats,
+    format: Option<&'static Format>,
 ) -> Result<Option<Given>> {
     let Some(path) = &args.reference else {
         return Ok(None);
     };
-    let whole = || match format.input {
-        Some(_) => context.read_mesh(path),
-        None => context.read_any(path),
-    };
-    let file = || SharedFile::new(path, format.input, &context.read_options());
+    let whole = || context.read_mesh_as(path, format);
+    let file = || SharedFile::new(path, format, &context.read_options());
     let (mesh, reason) = context.read_shared(file, whole)?;
     if let Some(reason) = reason {
         context.tell_why_whole(path, &reason);

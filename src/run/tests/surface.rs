@@ -1,7 +1,7 @@
 //! The files of moving surfaces: beside each mesh, again where they are lost, and refused where SU2 would take
 //! them for something else.
 
-use crate::run::{Finished, Request, finish, run};
+use crate::run::{Finished, Request, finish};
 use azimesh_core::error::Result;
 use azimesh_core::progress::Silent;
 use azimesh_deform::Deformation;
@@ -22,19 +22,12 @@ fn deform(
     steps: Option<Range<usize>>,
     resume: bool,
 ) -> Result<Finished> {
-    let path = folder.join("s.toml");
-    std::fs::write(&path, schedule).expect("it can be written");
-    let schedule = Schedule::parse(schedule, &path)?;
-    let deformation = Deformation::builder(Mesh::read(Path::new(MESH))?, schedule).plan()?;
     let request = Request {
-        mesh: MESH.into(),
-        folder: folder.join("out"),
         steps,
         resume,
-        no_sync: true,
         ..Request::default()
     };
-    run(&deformation, &request)
+    super::deform(folder, MESH, schedule, request)
 }
 
 /// The surface file of a step has the nodes of the moving tag, where the mesh of the step has them.

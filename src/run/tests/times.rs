@@ -1,10 +1,7 @@
 //! Runs of schedules that have times and no azimuth.
 
-use crate::run::{Finished, Request, run};
+use crate::run::{Finished, Request};
 use azimesh_core::diagnostic::Diagnostic;
-use azimesh_deform::Deformation;
-use azimesh_deform::motion::Schedule;
-use azimesh_io::mesh::Mesh;
 
 const MESH: &str = "testdata/sphere_in_box_raw.vtu";
 
@@ -17,23 +14,13 @@ fn deform(way: f64, keys: &str) -> Finished {
          [[body]]\nname = \"sphere\"\ntags = [\"sphere\"]\n\
          rigid = {{ translate = [{way:?}, 0.0, 0.0], ramp = true }}\n"
     );
-    let path = folder.path().join("s.toml");
-    std::fs::write(&path, &text).expect("it can be written");
-    let schedule = Schedule::parse(&text, &path).expect("it is good");
-    let mesh = Mesh::read(MESH).expect("it is there");
-    let deformation = Deformation::builder(mesh, schedule)
-        .plan()
-        .expect("they fit");
     let request = Request {
-        mesh: MESH.into(),
-        folder: folder.path().join("out"),
         keep_going: true,
         // A step with inverted cells is wanted.
         allow_outside: true,
-        no_sync: true,
         ..Request::default()
     };
-    run(&deformation, &request).expect("it runs")
+    super::deform(folder.path(), MESH, &text, request).expect("it runs")
 }
 
 fn only(notes: &[Diagnostic]) -> String {

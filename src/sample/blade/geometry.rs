@@ -31,9 +31,9 @@ pub struct BladeShape {
 pub struct Geometry {
     /// Chord.
     pub chord: f64,
-    /// Where the blade begins.
+    /// Radius at which the blade begins.
     pub root: f64,
-    /// Where the blade ends.
+    /// Radius at which the blade ends.
     pub radius: f64,
     /// Twist from hub to tip in radians.
     pub twist: f64,
@@ -46,7 +46,7 @@ pub struct Geometry {
 pub struct Cylinder {
     /// Its radius.
     pub radius: f64,
-    /// Where it begins and ends.
+    /// Its ends along the span.
     pub ends: [f64; 2],
 }
 

@@ -1,4 +1,4 @@
-//! A sector of a rotor: what lies around one of several blades.
+//! A sector of a rotor: the region around one of several blades.
 
 use super::geometry::Geometry;
 use super::tube::{End, Place, Tube};
@@ -14,7 +14,7 @@ const MOST_BLADES: usize = 5;
 /// beside those of the next blade.
 const HUB: f64 = 0.75;
 
-/// Where the patch's corners lie on the hub and on the outer boundary, in half widths.
+/// Positions of the patch's corners on the hub and on the outer boundary, in half widths.
 const PATCH_CORNER: f64 = 0.55;
 
 /// Between two planes through the shaft, two across it, the hub and the outer boundary.

@@ -24,7 +24,7 @@ const BAND_ANGLE: f64 = 0.66;
 /// Half width of the bands on the blade, in radii of the leading and the trailing edge.
 const BAND_REACH: f64 = 0.45;
 
-/// Where the patch's corners lie on the cylinder's ends, in its radius.
+/// Positions of the patch's corners on the cylinder's ends, in its radius.
 const PATCH_CORNER: f64 = 0.55;
 
 /// Positions of the nodes of a [`Tube`] on the blade and on the cylinder.
@@ -89,7 +89,7 @@ impl<'a> Shape<'a> {
         [wall, normal, outer]
     }
 
-    /// How far out nodes opposite to those of a loop lie, 0 to 1: between equal steps and the
+    /// The part of the way out of nodes opposite to the nodes of a loop, 0 to 1: between equal steps and the
     /// blade's own.
     fn part(&self, along: usize) -> f64 {
         let last = self.stations.len() - 1;

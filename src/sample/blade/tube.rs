@@ -143,14 +143,14 @@ impl Tube {
         }
     }
 
-    /// Whether a cell of a loop, from this loop index to the next, is in the leading or the trailing
+    /// Checks if a cell of a loop, from this loop index to the next, is in the leading or the trailing
     /// band.
     pub fn is_in_band(&self, around: usize) -> bool {
         let (half, ring) = (self.n_loop() / 2, self.band / 2);
         around % half < ring || around % half >= half - ring
     }
 
-    /// Whether a node lies on the wrap's trailing band or its edges.
+    /// Checks if a node lies on the wrap's trailing band or its edges.
     pub fn is_trailing(&self, node: usize) -> bool {
         let (n, ring) = (self.n_loop(), self.band / 2);
         let on_wrap = (n * ring..n * (ring + self.span + 1)).contains(&node);
