@@ -39,6 +39,7 @@ def main():
             wait_for(driver, "space", "return document.getElementById('scene').dataset.ready")
             driver.execute_script("showStep(arguments[0])", STEP)
             drawn(driver)
+            driver.execute_script("const c = document.getElementById('command'); c.textContent = c.textContent.replaceAll(arguments[0], '')", f"{folder}/")
             clip = {"x": 0, "y": 0, "width": WIDTH, "height": HEIGHT, "scale": 1}
             taken = driver.execute_cdp_cmd("Page.captureScreenshot", {"clip": clip, "captureBeyondViewport": True})
     picture = Image.open(io.BytesIO(base64.b64decode(taken["data"]))).convert("RGB")

@@ -203,7 +203,7 @@ keys! {
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SelectionOptions "[selection]" {
         /// `"sequence"`: chosen greedily, once, for all steps; `"constant"`: once, for one displacement of all moving nodes (the
-        /// [paper's](paper.md) Algorithm 2), if the motion is not known beforehand; `"real"`: again at each step, for its
+        /// [paper's](../validation/paper.md) Algorithm 2), if the motion is not known beforehand; `"real"`: again at each step, for its
         /// displacements (Algorithm 1); `"all"`: every surface node (at most 40,000) that double precision can tell from others;
         /// held to the tolerance like the others
         pub method: SelectionMethod, choice::<SelectionMethod>(), default "sequence";

@@ -334,7 +334,6 @@ impl Items {
     }
 }
 
-/// The elements of a line `*ELEMENT`.
 struct Elements {
     kind: CellKind,
     is_shell: bool,

@@ -22,7 +22,6 @@ impl Grid {
         }
     }
 
-    /// The node at these indices.
     pub fn node(&self, [i, j, k]: [usize; 3]) -> u32 {
         (self.first_node + i + self.nodes[0] * (j + self.nodes[1] * k)) as u32
     }

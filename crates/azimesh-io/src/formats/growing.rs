@@ -106,7 +106,6 @@ impl GrowingFile {
         Ok(self.file.metadata()?.len() <= at)
     }
 
-    /// Writes the next bytes.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         if self.buffer.len() + bytes.len() > PIECE {
             self.flush()?;

@@ -142,7 +142,6 @@ impl<K: Ord> Default for Places<K> {
 }
 
 impl<K: Ord> Places<K> {
-    /// The place of a key.
     pub fn get(&self, key: &K) -> Option<usize> {
         self.0.get(key).copied()
     }

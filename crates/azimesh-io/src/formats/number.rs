@@ -13,7 +13,6 @@ const PER_TASK: usize = 1 << 16;
 /// Type of numbers stored as bytes: kind and width, and byte order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DType {
-    /// Kind and width.
     pub element: Element,
     /// Whether the bytes of each value are in the other order than on this machine.
     pub swap: bool,
@@ -53,9 +52,7 @@ impl DType {
 /// is compiled once for all types.
 #[derive(Clone, Copy)]
 pub struct Chunk<'a> {
-    /// The bytes.
     pub bytes: &'a [u8],
-    /// Type of the values.
     pub element: Element,
     /// Whether the bytes of each value are in the other order than on this machine.
     pub swap: bool,
@@ -72,7 +69,6 @@ impl<'a> Chunk<'a> {
         })
     }
 
-    /// Number of values.
     pub fn n_values(&self) -> usize {
         self.bytes.len() / self.element.size()
     }

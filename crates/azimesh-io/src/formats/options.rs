@@ -5,6 +5,7 @@ use super::rounding::flattened;
 use crate::mesh::{MeshView, check_in_32_bits};
 use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
 /// Options of readers.
@@ -18,7 +19,7 @@ use std::num::NonZeroUsize;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReadOptions {
     /// Name of the VTK cell array that holds boundary tags, when it is not one of the known names.
     pub tag_array: Option<String>,

@@ -247,7 +247,6 @@ impl Out for BufWriter<&mut dyn Out> {
 /// A file or a stream that is filled.
 struct Filled<'a> {
     out: BufWriter<Box<dyn Write + 'a>>,
-    /// The file and its path.
     file: Option<(File, &'a Path)>,
 }
 

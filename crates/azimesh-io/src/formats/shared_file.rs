@@ -19,8 +19,7 @@ const DIFFERENT: &str = "ranks see different files";
 pub struct SharedFile {
     path: String,
     format: String,
-    step: Option<usize>,
-    tag_array: Option<String>,
+    options: ReadOptions,
     stamp: Stamp,
 }
 
@@ -69,8 +68,7 @@ impl SharedFile {
         Ok(Self {
             path: text.to_owned(),
             format: format.name.to_owned(),
-            step: options.step,
-            tag_array: options.tag_array.clone(),
+            options: options.clone(),
             stamp,
         })
     }
@@ -91,13 +89,6 @@ impl SharedFile {
             return Err(Error::input(format!("it is not like {}", format.title)));
         }
         Ok((location, format))
-    }
-
-    fn options(&self) -> ReadOptions {
-        ReadOptions {
-            tag_array: self.tag_array.clone(),
-            step: self.step,
-        }
     }
 }
 
@@ -132,7 +123,7 @@ fn parts(
     ranks: &Ranks,
 ) -> Result<Mesh> {
     let source = location.file()?;
-    let slabs = ranks.all_ok(by_slabs(format, source, &file.options()))?;
+    let slabs = ranks.all_ok(by_slabs(format, source, &file.options))?;
     let (n_nodes, n_cells, space) = (slabs.n_nodes(), slabs.n_cells(), slabs.space());
     let counts = ranks.allgather((n_nodes, n_cells, space));
     if counts.windows(2).any(|pair| pair[0] != pair[1]) {
@@ -189,11 +180,11 @@ impl SharedFile {
     fn complete(&self, mut layout: Mesh) -> std::result::Result<Loaded, String> {
         let (location, format) = self.open().map_err(reason)?;
         let source = location.file().map_err(reason)?;
-        let slabs = by_slabs(format, source, &self.options()).map_err(reason)?;
+        let slabs = by_slabs(format, source, &self.options).map_err(reason)?;
         // A part takes the dimension of the whole mesh from here; the whole mesh takes it from its cells.
         layout.space = slabs.space();
         let mut notes = Notes::default();
-        super::note_steps(format, &location, &self.options(), &mut notes);
+        super::note_steps(format, &location, &self.options, &mut notes);
         let completed = slabs.complete(&mut layout, &mut notes);
         completed.map_err(|refusal| match refusal {
             Refusal::Whole(why) => why,
@@ -223,7 +214,7 @@ impl SharedFile {
             return Err(named(Error::system(message)));
         }
         let (location, format) = self.open().map_err(named)?;
-        let read = super::read_as(format, &location, &self.options());
+        let read = super::read_as(format, &location, &self.options);
         Ok(read.map_err(named)?.mesh)
     }
 }

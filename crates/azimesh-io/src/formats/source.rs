@@ -23,7 +23,6 @@ pub struct Source {
 pub const SHORTER: &str =
     "the file became shorter while it was read; run the command again when no program writes to it";
 
-/// Files that are mapped.
 static MAPPED: Mutex<Vec<MappedFile>> = Mutex::new(Vec::new());
 
 /// A mapped file: its addresses in memory and its name.

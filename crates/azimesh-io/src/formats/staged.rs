@@ -123,7 +123,6 @@ impl Temporary {
         }
     }
 
-    /// Its temporary path.
     pub fn path(&self) -> &Path {
         &self.path
     }

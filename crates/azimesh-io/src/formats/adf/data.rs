@@ -15,7 +15,7 @@ use std::rc::Rc;
 /// Bytes that one task copies.
 const PER_TASK: usize = 1 << 18;
 
-/// Where the bytes of data lie in the file, in order.
+/// The places of the bytes of data in the file, in order.
 #[derive(Default)]
 pub struct Pieces {
     /// For each piece the number of bytes before it, and its place.
@@ -66,7 +66,7 @@ pub struct Data {
 }
 
 impl Data {
-    /// Data of a type, which stands at `at`; `pieces` gives the places of so many bytes.
+    /// Data of a type, which is at `at`; `pieces` gives the places of so many bytes.
     pub fn new(
         file: &Rc<File>,
         data_type: &[u8],
@@ -104,7 +104,7 @@ impl Data {
         })
     }
 
-    /// How many values there are along each index, the last index running fastest.
+    /// Number of values along each index, the last index running fastest.
     pub fn shape(&self) -> &[u64] {
         &self.shape
     }

@@ -18,13 +18,13 @@ const HEADER: usize = 186;
 pub struct File {
     pub source: Source,
     head: Head,
-    /// What a node or data at some byte belongs to: a node, and a number in it.
+    /// The owner of the node or data at a byte: a node, and a number in it.
     owners: RefCell<BTreeMap<u64, (u64, u64)>>,
 }
 
-/// What the header says.
+/// The content of the header.
 struct Head {
-    /// Whether pointers and dimensions are numbers instead of text.
+    /// True if pointers and dimensions are numbers instead of text.
     is_binary: bool,
     is_big_endian: bool,
     /// Bytes of a long integer.
@@ -101,12 +101,12 @@ impl File {
         Ok(())
     }
 
-    /// Where the root is.
+    /// The byte of the root.
     pub fn root(&self) -> u64 {
         self.head.root
     }
 
-    /// Whether numbers have the other byte order than on this machine.
+    /// Tests if numbers have the other byte order than on this machine.
     pub fn swaps(&self) -> bool {
         self.head.is_big_endian != cfg!(target_endian = "big")
     }
@@ -116,7 +116,7 @@ impl File {
         self.head.long
     }
 
-    /// Whether a blank separates file and path of a link, as before version A02.
+    /// Tests if a blank separates file and path of a link, as before version A02.
     pub fn has_old_links(&self) -> bool {
         self.head.has_old_links
     }

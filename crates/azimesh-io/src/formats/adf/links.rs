@@ -18,7 +18,7 @@ pub const MOST: usize = 100;
 /// Other files that links have led to.
 pub type Files = RefCell<BTreeMap<PathBuf, Rc<File>>>;
 
-/// Where a link leads.
+/// The target of a link.
 pub struct Link {
     /// Name of the file; empty where it is the same.
     file: Vec<u8>,
@@ -27,7 +27,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Takes its text apart: `file>path`. Before version A02 a blank stood for the `>`; later libraries add links in
+    /// Splits its text: `file>path`. Before version A02 a blank stood for the `>`; later libraries add links in
     /// the new way to such files.
     pub fn parse(text: &[u8], is_old: bool) -> Self {
         let text = trimmed(text);

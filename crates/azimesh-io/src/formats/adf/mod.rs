@@ -2,13 +2,13 @@
 //! the same or of other files. Reads; the meaning of nodes is left to CGNS.
 //!
 //! ```text
-//! file     header, tags, pointers, and who owns which part: a file is read where it lies
+//! file     header, tags, pointers, and who owns which part: a file is read in place
 //! node     name, label, children
 //! links    nodes of the same and of other files that a node stands for
 //! data     types, dimensions, and values in the byte order of this machine
 //! ```
 //!
-//! All that a file holds lies behind a tag of four letters, most of it with another one at its end. Counts are
+//! All that a file holds is behind a tag of four letters, most of it with another one at its end. Counts are
 //! hexadecimal text. A pointer is a block of 4096 bytes and an offset in it: as text in files of version A, in binary in
 //! those of version B, which has the dimensions of data in binary too.
 
@@ -22,10 +22,10 @@ pub(super) mod fixture;
 
 pub(super) use self::{data::Data, node::Node};
 
-/// What an ADF file has behind its first four bytes.
+/// The text behind the first four bytes of an ADF file.
 pub(super) const NAME: &[u8] = b"ADF Database";
 
-/// Whether a file starts as these do: four bytes of any kind, then the name of the format.
+/// Tests if a file starts as these do: four bytes of any kind, then the name of the format.
 pub(super) fn is_adf(head: &[u8]) -> bool {
     head.get(4..16) == Some(NAME)
 }

@@ -1,4 +1,4 @@
-//! A node of a file: what it is called, its children, and where its data lies.
+//! A node of a file: its name, its children, and the places of its data.
 
 use super::data::{Data, Pieces};
 use super::file::{File, POINTER, TAG, number};
@@ -142,7 +142,7 @@ impl Node {
         }
     }
 
-    /// The content of a table, which must have room for all of its entries of `size` bytes.
+    /// The content of a table, which must have space for all of its entries of `size` bytes.
     fn opened(
         &self,
         table: &Table,
@@ -181,7 +181,7 @@ impl Node {
         .map(Some)
     }
 
-    /// How many values there are along each index, the last index running fastest.
+    /// Number of values along each index, the last index running fastest.
     fn shape(&self) -> Result<Vec<u64>> {
         let n = self.count(128..130, "dimensions")?;
         let (dimensions, at) = self.field(130..226);
@@ -202,7 +202,7 @@ impl Node {
         Ok(shape)
     }
 
-    /// Where the first `n_bytes` of the data lie.
+    /// Finds the first `n_bytes` of the data.
     fn pieces(&self, chunks: &Table, n_bytes: u64) -> Result<Pieces> {
         let mut pieces = Pieces::default();
         let tags = [b"DaTa", b"dEnD"];
@@ -247,7 +247,7 @@ impl Node {
         }
     }
 
-    /// What it stands for, where it is a link.
+    /// The target, where it is a link.
     pub(super) fn link(&self) -> Result<Option<Link>> {
         if self.data_type() != b"LK" {
             return Ok(None);

@@ -148,7 +148,7 @@ impl ElementType {
         TYPES.iter().copied().find(holds)
     }
 
-    /// Whether the cell keeps every node of the element.
+    /// Tests if the cell keeps every node of the element.
     pub fn is_kept(self) -> bool {
         self.form != Incomplete
     }

@@ -42,21 +42,13 @@ fn places(kind: CellKind, order: u16) -> Vec<LatticePoint> {
 fn corners(kind: CellKind, p: u16) -> Vec<LatticePoint> {
     let square = [[0, 0, 0], [p, 0, 0], [p, p, 0], [0, p, 0]];
     let triangle = [[0, 0, 0], [p, 0, 0], [0, p, 0]];
-    let raised = |place: &LatticePoint| [place[0], place[1], p];
+    let raised = |[i, j, _]: LatticePoint| [i, j, p];
     match kind {
         LagrangeQuadrilateral => square.to_vec(),
         LagrangeTetrahedron => [&triangle[..], &[[0, 0, p]]].concat(),
         LagrangePyramid => [&square[..], &[[0, 0, p]]].concat(),
-        LagrangeWedge => triangle
-            .iter()
-            .copied()
-            .chain(triangle.iter().map(raised))
-            .collect(),
-        LagrangeHexahedron => square
-            .iter()
-            .copied()
-            .chain(square.iter().map(raised))
-            .collect(),
+        LagrangeWedge => [triangle, triangle.map(raised)].concat(),
+        LagrangeHexahedron => [square, square.map(raised)].concat(),
         _ => Vec::new(),
     }
 }

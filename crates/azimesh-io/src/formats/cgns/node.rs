@@ -366,7 +366,7 @@ fn text_bytes(values: Values) -> Option<Vec<u8>> {
     }
 }
 
-/// Whether an HDF5 file holds what every CGNS file does.
+/// Tests if an HDF5 file holds what every CGNS file does.
 pub(super) fn has_bases(source: &Source) -> bool {
     let names = hdf5::File::open(source).and_then(|file| file.root()?.names());
     names.is_ok_and(|(groups, _)| groups.iter().any(|name| name == "CGNSLibraryVersion"))

@@ -1,8 +1,8 @@
 //! Polygons and polyhedra: NGON_n and NFACE_n sections in both layouts, or faces that name the
 //! cells on their two sides (ParentElements).
 //!
-//! Where there are polyhedra, only polygons on the boundary are cells: those that a boundary
-//! condition names, those of no polyhedron, and whole sections of boundary faces.
+//! With polyhedra, only polygons on the boundary are cells: polygons that a boundary
+//! condition names, polygons of no polyhedron, and whole sections of boundary faces.
 
 use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
@@ -17,7 +17,7 @@ use std::ops::Range;
 pub(super) struct Polyhedra {
     faces: Faces,
     solids: Vec<Solids>,
-    /// How many polyhedra have each face, at most 2 of them counted.
+    /// Number of polyhedra that have each face, at most 2.
     n_cells: Vec<u8>,
 }
 
@@ -93,7 +93,7 @@ impl Polyhedra {
         faces.filter(|&face| !self.faces.has_shape(face)).count()
     }
 
-    /// Whether the faces are those of polyhedra rather than cells themselves.
+    /// Tests if the faces are those of polyhedra rather than cells themselves.
     pub fn has_solids(&self) -> bool {
         !self.solids.is_empty()
     }
@@ -244,7 +244,7 @@ impl Faces {
         &self.nodes[self.starts[face]..self.starts[face + 1]]
     }
 
-    /// Whether a face has the nodes of a polygon; with fewer than three it has no area.
+    /// Tests if a face has the nodes of a polygon; with fewer than three it has no area.
     fn has_shape(&self, face: usize) -> bool {
         self.get(face).len() >= 3
     }

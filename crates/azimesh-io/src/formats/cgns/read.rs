@@ -69,7 +69,7 @@ fn read_bases(
         let families = Rc::new(Families::read(base)?);
         let of_base = zones_of(base, &step, (zones.len(), version))?;
         zones.extend(of_base.into_iter().map(|zone| (zone, families.clone())));
-        leave_others(base, &OF_BASE, &mut found)?;
+        leave_others(base, OF_BASE, &mut found)?;
         let arrays = solution::field_arrays(base, &step)?;
         found.field_arrays.extend(arrays);
     }
@@ -200,7 +200,7 @@ fn read_zone(
             }
         }
     }
-    leave_others(zone.node, &OF_ZONE, found)?;
+    leave_others(zone.node, OF_ZONE, found)?;
     for connectivity in zone.node.labelled("ZoneGridConnectivity_t")? {
         for interface in connectivity.children()? {
             if interface.label().starts_with("GridConnectivity") {
@@ -212,40 +212,20 @@ fn read_zone(
 }
 
 /// Labels of children of a base that are read, or say nothing of the mesh.
-const OF_BASE: [&str; 7] = [
-    "Zone_t",
-    "Family_t",
-    "BaseIterativeData_t",
-    "SimulationType_t",
-    "DataClass_t",
-    "Ordinal_t",
-    "Descriptor_t",
-];
+const OF_BASE: &str = "Zone_t Family_t BaseIterativeData_t SimulationType_t DataClass_t Ordinal_t \
+    Descriptor_t";
 
 /// Such labels of children of a zone.
-const OF_ZONE: [&str; 16] = [
-    "ZoneType_t",
-    "UserDefinedData_t",
-    "GridCoordinates_t",
-    "Elements_t",
-    "ZoneBC_t",
-    "ZoneSubRegion_t",
-    "FlowSolution_t",
-    "DiscreteData_t",
-    "FamilyName_t",
-    "ZoneIterativeData_t",
-    "ArbitraryGridMotion_t",
-    "DataClass_t",
-    "DimensionalUnits_t",
-    "Ordinal_t",
-    "Descriptor_t",
-    "ZoneGridConnectivity_t",
-];
+const OF_ZONE: &str = "ZoneType_t UserDefinedData_t GridCoordinates_t Elements_t ZoneBC_t \
+    ZoneSubRegion_t FlowSolution_t DiscreteData_t FamilyName_t ZoneIterativeData_t \
+    ArbitraryGridMotion_t DataClass_t DimensionalUnits_t Ordinal_t Descriptor_t \
+    ZoneGridConnectivity_t";
 
 /// Counts children that are not read.
-fn leave_others(node: &Node, kept: &[&str], found: &mut MeshBuilder) -> Result<()> {
+fn leave_others(node: &Node, kept: &str, found: &mut MeshBuilder) -> Result<()> {
     for child in node.children()? {
-        if !kept.contains(&child.label()) && !child.name().starts_with(super::FIELD_ARRAYS) {
+        let is_kept = kept.split(' ').any(|label| label == child.label());
+        if !is_kept && !child.name().starts_with(super::FIELD_ARRAYS) {
             found.leave(child.label(), 1);
         }
     }

@@ -17,13 +17,13 @@ pub(super) struct Region<'a> {
     /// Type of its boundary condition.
     pub condition: Option<String>,
     pub place: GridLocation,
-    /// Whether the file gives the grid location.
+    /// True if the file gives the grid location.
     pub says_place: bool,
     /// Dimension of its elements.
     pub dimension: u8,
     /// Numbers as they are in the file: one an entity in an unstructured zone, else one an index.
     pub numbers: Vec<i64>,
-    /// Whether the numbers are the two ends of a range.
+    /// True if the numbers are the two ends of a range.
     pub is_range: bool,
 }
 
@@ -141,7 +141,7 @@ fn region<'a>(
 /// Names of the lists of nodes or elements, and then of those of elements only.
 const GIVEN_BY: [&str; 4] = ["PointRange", "PointList", "ElementRange", "ElementList"];
 
-/// What a region is given by: the numbers, what they refer to, and whether the file says so.
+/// Finds the numbers of a region, the items that they refer to, and whether the file says so.
 fn given(node: &Node) -> Result<Option<(&Node, GridLocation, bool)>> {
     let is_list = |child: &&Node| {
         ["IndexRange_t", "IndexArray_t"].contains(&child.label())

@@ -27,7 +27,7 @@ pub(super) struct Section<'a> {
     pub n_boundary: usize,
 }
 
-/// Which cells the elements of a section became.
+/// The cells of the elements of a section.
 pub(super) struct Span {
     pub first: i64,
     pub n_elements: usize,
@@ -341,7 +341,7 @@ pub(super) fn not_of_zone(number: impl Display, n: usize) -> String {
     format!("it has node {number}; the zone has nodes 1 to {n}")
 }
 
-/// Whether a section's name only says what its elements are: an element type, or of cells their
+/// Tests if a section's name only says what its elements are: an element type, or of cells their
 /// shape in any words.
 pub(super) fn says_nothing(name: &str, of_cells: bool) -> bool {
     const SHAPES: [&str; 14] = [
@@ -349,7 +349,7 @@ pub(super) fn says_nothing(name: &str, of_cells: bool) -> bool {
         "SECTION", "MIXED", "NFACE",
     ];
     let upper = name.to_ascii_uppercase();
-    // "NODE" stands in other words too.
+    // "NODE" is part of other words too.
     let end = upper
         .strip_prefix("NODE")
         .map(|end| end.strip_prefix('_').unwrap_or(end));

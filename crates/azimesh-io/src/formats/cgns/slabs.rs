@@ -1,9 +1,10 @@
 //! Unstructured zones of a file in HDF5 by slabs: parts of their coordinates and of their sections, of one element type or
 //! mixed.
 //!
-//! What is odd or damaged is left to the reader of the whole file.
+//! The reader of the whole file reads or refuses odd and damaged files.
 
 use super::super::hdf5::{Dataset, is_hdf5};
+use super::super::number::Chunk;
 use super::super::slabs::{Refusal, Slabs, overlapping, points_of, whole};
 use super::super::{Notes, ReadOptions, Source};
 use super::builder::MeshBuilder;
@@ -12,17 +13,16 @@ use super::node::{Data, Node};
 use super::read::{self, bases, zones_of};
 use super::regions::may_be_of_nodes;
 use super::sections::{BLOCK, Rows, Section, append_mixed, append_rows, sections};
-
 use super::time::Step;
 use super::unstructured::order;
-use super::zone::{Zone, put};
+use super::zone::Zone;
 use crate::mesh::{CellKind, Cells, Mesh, Values, too_many};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Bytes that a chunk of a dataset may have: as much is in memory beside a slab.
+/// Bytes that a chunk of a dataset may have: as much is in memory with a slab.
 const MOST_CHUNK: usize = 64 << 20;
 
 type Found<T> = std::result::Result<T, Refusal>;
@@ -31,7 +31,7 @@ type Found<T> = std::result::Result<T, Refusal>;
 struct Zones<'a> {
     source: &'a Source,
     options: ReadOptions,
-    /// Whether a zone has arrays at cells.
+    /// True if a zone has arrays at cells.
     has_solutions_of_cells: bool,
     grids: Vec<Grid>,
     sections: Vec<Elements>,
@@ -55,13 +55,13 @@ struct Elements {
     connectivity: Array,
 }
 
-/// How the elements of a section are listed.
+/// The layout of the elements of a section.
 enum Form {
     /// The nodes of elements of one type.
     Fixed(ElementType),
     /// The type of each element and its nodes.
     Mixed {
-        /// Where each element begins and the last ends.
+        /// The start of each element and the end of the last.
         starts: Array,
         /// CGNS version of the file.
         version: f64,
@@ -72,7 +72,7 @@ enum Form {
 struct Array {
     path: String,
     n: usize,
-    /// How many are read at a time.
+    /// Number of values read at a time.
     block: u64,
     data: Mutex<Box<Dataset>>,
 }
@@ -161,10 +161,10 @@ impl Grid {
     fn put(&self, nodes: Range<usize>, points: &mut [Vector]) -> Result<()> {
         for (axis, array) in &self.axes {
             let values = array.rows(nodes.start as u64..nodes.end as u64)?;
-            match put(points, *axis, &values) {
-                Some(true) => {}
-                Some(false) => return Err(array.refuse("coordinates must be finite")),
-                None => return Err(array.refuse("coordinates must be numbers")),
+            let numbers = Chunk::of(&values);
+            let numbers = numbers.ok_or_else(|| array.refuse("coordinates must be numbers"))?;
+            if !numbers.axis(*axis, points) {
+                return Err(array.refuse("coordinates must be finite"));
             }
         }
         Ok(())

@@ -52,7 +52,7 @@ impl Grid {
         Ok(Self::new(zone.n_nodes.len(), nodes, zone.first_node))
     }
 
-    /// Whether a region spreads along all indices: it is a part of the grid, no boundary.
+    /// Tests if a region spreads along all indices: it is a part of the grid, no boundary.
     fn is_solid(&self, region: &Region) -> bool {
         let (low, high) = region.numbers.split_at(region.numbers.len() / 2);
         let wide = low.iter().zip(high).filter(|(a, b)| a != b).count();

@@ -9,11 +9,11 @@ use azimesh_core::error::Result;
 pub(super) struct Step {
     /// Number of the step; `None` where the file holds one state only.
     index: Option<usize>,
-    /// How many steps there are.
+    /// Number of steps.
     n: usize,
 }
 
-/// Whether a pointer means this solution; IOSS leaves out the location at the start of the name.
+/// Tests if a pointer means this solution; IOSS leaves out the location at the start of the name.
 fn points_at(pointer: &str, solution: &str) -> bool {
     let short = |place: &str| solution.strip_prefix(place) == Some(pointer);
     !pointer.is_empty() && (pointer == solution || short("Vertex") || short("Cell"))
@@ -78,11 +78,8 @@ impl Step {
 
     /// Of as many solutions at one location as there are steps, each belongs to one.
     fn solutions_in_order<'a>(&self, all: Vec<&'a Node>) -> Result<Vec<&'a Node>> {
-        let location = |node: &Node| node.child_text("GridLocation");
-        let locations: Vec<_> = all
-            .iter()
-            .map(|node| location(node))
-            .collect::<Result<_>>()?;
+        let locations = all.iter().map(|node| node.child_text("GridLocation"));
+        let locations: Vec<_> = locations.collect::<Result<_>>()?;
         let mut kept = Vec::new();
         for (i, solution) in all.iter().enumerate() {
             let alike = |range: std::ops::Range<usize>| {

@@ -222,7 +222,7 @@ fn named_faces(zone: &Zone, polyhedra: &Polyhedra, regions: &[Region]) -> Vec<bo
     named
 }
 
-/// Which cells belong to a region.
+/// The sections of a zone and their cells, to find the cells of regions.
 struct Members<'a> {
     zone: &'a Zone<'a>,
     sections: &'a [Section<'a>],
@@ -314,7 +314,7 @@ impl Members<'_> {
         cells
     }
 
-    /// Whether cells have all nodes of a set.
+    /// Tests if cells have all nodes of a set.
     fn are_all(&self, cells: &[Range<usize>], nodes: &NodeBits, found: &MeshBuilder) -> bool {
         let seen = NodeBits::new(&self.zone.nodes());
         seen.add_nodes_of(&found.cells, cells);

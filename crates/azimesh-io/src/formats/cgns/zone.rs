@@ -107,10 +107,12 @@ impl<'a> Zone<'a> {
                 points.resize(self.first_node + n, [0.0; 3]);
             }
             let points = &mut points[self.first_node..];
-            let all_finite = put(points, axis, &values)
-                .ok_or_else(|| node.refuse("coordinates must be numbers"))?;
+            let numbers = Chunk::of(&values);
+            let numbers = numbers.ok_or_else(|| node.refuse("coordinates must be numbers"))?;
             let is_odd = |point: &[f64; 3]| !point[axis].is_finite();
-            if !all_finite && let Some(at) = points.iter().position(is_odd) {
+            if !numbers.axis(axis, points)
+                && let Some(at) = points.iter().position(is_odd)
+            {
                 return Err(node.refuse(format!(
                     "node {} has the coordinate {}; coordinates must be finite",
                     at + 1,
@@ -229,9 +231,4 @@ fn axes_of(coordinates: &Node, cell_dimension: u8) -> Result<Axes<'_>> {
         )));
     }
     Ok(axes)
-}
-
-/// Sets one coordinate of every point; returns whether all are finite, `None` for text.
-pub(super) fn put(points: &mut [[f64; 3]], axis: usize, values: &Values) -> Option<bool> {
-    Some(Chunk::of(values)?.axis(axis, points))
 }

@@ -22,27 +22,16 @@ pub(super) enum Shape {
     NFaced,
 }
 
-/// Beginnings of names, in capitals, and what they stand for. Names may go on: `HEX8`, `SHELL4`, `TRISHELL3`.
+/// Beginnings of names, in capitals, and their shapes. Names may go on: `HEX8`, `SHELL4`, `TRISHELL3`.
 const NAMES: &[(&str, Shape)] = &[
-    ("CIRCLE", Shape::Point),
-    ("SPHERE", Shape::Point),
-    ("NODE", Shape::Point),
-    ("POINT", Shape::Point),
-    ("BAR", Shape::Bar),
-    ("BEAM", Shape::Bar),
-    ("TRUSS", Shape::Bar),
-    ("ROD", Shape::Bar),
-    ("EDGE", Shape::Bar),
-    ("LINE", Shape::Bar),
-    ("TRISHELL", Shape::Shell),
+    ("CIRCLE SPHERE NODE POINT", Shape::Point),
+    ("BAR BEAM TRUSS ROD EDGE LINE", Shape::Bar),
+    ("TRISHELL QUADSHELL SHELL", Shape::Shell),
     ("TRI", Shape::Triangle),
-    ("QUADSHELL", Shape::Shell),
     ("QUAD", Shape::Quadrilateral),
-    ("SHELL", Shape::Shell),
     ("TET", Shape::Tetrahedron),
     ("PYR", Shape::Pyramid),
-    ("WEDGE", Shape::Wedge),
-    ("PRISM", Shape::Wedge),
+    ("WEDGE PRISM", Shape::Wedge),
     ("HEX", Shape::Hexahedron),
     ("NSIDED", Shape::NSided),
     ("NFACED", Shape::NFaced),
@@ -52,8 +41,8 @@ impl Shape {
     /// The shape of a type of elements of so many nodes, in a mesh of this many coordinates.
     pub fn of(name: &str, n_nodes: usize, n_coordinates: usize) -> Option<Self> {
         let name = name.trim().to_ascii_uppercase();
-        let found = NAMES.iter().find(|(start, _)| name.starts_with(start));
-        let (_, shape) = *found?;
+        let is_name = |(starts, _): &&(&str, Shape)| starts.split(' ').any(|s| name.starts_with(s));
+        let (_, shape) = *NAMES.iter().find(is_name)?;
         Some(match shape {
             // In space they have two faces, as shells do; in the plane shells of two or three nodes are lines.
             Self::Triangle if n_coordinates == 3 => Self::Shell,
@@ -65,7 +54,7 @@ impl Shape {
     }
 }
 
-/// How the nodes of an element become those of a cell.
+/// The nodes of an element as nodes of a cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Element {
     pub kind: CellKind,
@@ -136,7 +125,7 @@ impl Element {
     }
 }
 
-/// What a side of an element is.
+/// A side of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
     /// A face of its cell, an edge of a plane one, an end of a line, counted as the cell counts them.

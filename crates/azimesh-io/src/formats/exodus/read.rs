@@ -1,13 +1,13 @@
 //! An Exodus file as a mesh: nodes, element blocks, side sets, node sets, results.
 
-use super::super::netcdf::{File, Variable};
+use super::super::netcdf::File;
 use super::super::{Notes, ReadOptions, Source};
 use super::{blocks, node_sets, sides, variables};
 use crate::mesh::{BoundedCells, Cells, Mesh, too_many};
 use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Result};
 
-/// Whether a netCDF file is one of Exodus.
+/// Tests if a netCDF file is one of Exodus.
 pub(super) fn is_exodus(file: &File) -> bool {
     let has = |name: &str| matches!(file.length(name), Ok(Some(_)));
     has("num_dim") && (has("num_nodes") || has("num_el_blk") || has("len_string"))
@@ -96,40 +96,27 @@ fn nodes(file: &File) -> Result<Vec<[f64; 3]>> {
             Some(all) => (all, axis..axis + 1),
             None => (&file.need(name)?, 0..n),
         };
-        put(&mut points, axis, n, variable, rows)?;
+        let data = variable.rows(rows)?;
+        let numbers = data
+            .chunk()
+            .ok_or_else(|| variable.refuse("coordinates must be numbers"))?;
+        if numbers.n_values() != n {
+            let found = numbers.n_values();
+            return Err(variable.refuse(format!("it has {found} values; there are {n} nodes")));
+        }
+        points.resize(n, [0.0; 3]);
+        let is_odd = |point: &[f64; 3]| !point[axis].is_finite();
+        if !numbers.axis(axis, &mut points)
+            && let Some(at) = points.iter().position(is_odd)
+        {
+            return Err(variable.refuse(format!(
+                "node {} has the coordinate {}; coordinates must be finite",
+                at + 1,
+                points[at][axis]
+            )));
+        }
     }
     Ok(points)
-}
-
-/// Sets one coordinate of each of `n` points.
-fn put(
-    points: &mut Vec<[f64; 3]>,
-    axis: usize,
-    n: usize,
-    variable: &Variable,
-    rows: std::ops::Range<usize>,
-) -> Result<()> {
-    let data = variable.rows(rows)?;
-    let chunk = data
-        .chunk()
-        .ok_or_else(|| variable.refuse("coordinates must be numbers"))?;
-    if chunk.n_values() != n {
-        return Err(variable.refuse(format!(
-            "it has {} values; there are {n} nodes",
-            chunk.n_values()
-        )));
-    }
-    points.resize(n, [0.0; 3]);
-    if chunk.axis(axis, points) {
-        return Ok(());
-    }
-    let at = points.iter().position(|point| !point[axis].is_finite());
-    let at = at.expect("one is not finite");
-    Err(variable.refuse(format!(
-        "node {} has the coordinate {}; coordinates must be finite",
-        at + 1,
-        points[at][axis]
-    )))
 }
 
 /// Notes what a mesh does not hold of the file.

@@ -56,7 +56,7 @@ pub(super) fn read(
     Ok((groups, faces))
 }
 
-/// What side sets refer to.
+/// The elements that side sets refer to.
 struct Sets<'a> {
     blocks: &'a [Block],
     dimension: u8,
@@ -133,7 +133,7 @@ impl Sets<'_> {
     }
 }
 
-/// A face of a cell of which it is not known which nodes lie on it, by its corners.
+/// A face of a cell by its corners, where the other nodes on it are not known.
 fn of_corners(cells: &Cells, cell: &CellRef, wanted: usize) -> Option<(CellKind, Vec<u32>)> {
     let mut corners = Vec::new();
     for_each_side(cells, cell, |face, nodes| {

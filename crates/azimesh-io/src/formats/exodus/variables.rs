@@ -141,7 +141,7 @@ fn of_all(all: &Variable, step: usize, i: usize, n_nodes: usize) -> Result<Value
     Ok(values.select(1, &own))
 }
 
-/// Values of elements from the blocks that have them, and of the faces of elements; elsewhere there is no number.
+/// Values of elements from the blocks that have them, and of the faces of elements; NaN elsewhere.
 fn joined_with_faces(pieces: Vec<Piece>, faces: &Faces) -> Values {
     let mut values = joined(pieces, faces.first);
     match &mut values {

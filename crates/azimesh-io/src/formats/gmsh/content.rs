@@ -16,7 +16,6 @@ pub(super) struct Entity {
     pub dimension: u8,
     /// The entity's own tag where that is free in its dimension; else counted from 1.
     pub tag: i32,
-    /// Physical numbers.
     pub physicals: Vec<i32>,
 }
 
@@ -25,7 +24,6 @@ pub(super) struct ElementBlock {
     /// Index of the element type.
     pub of: usize,
     pub cells: Range<usize>,
-    /// Index of the entity.
     pub entity: usize,
 }
 

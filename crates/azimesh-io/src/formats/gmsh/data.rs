@@ -12,7 +12,6 @@ use azimesh_core::error::{Error, Result};
 /// More components than any field has.
 pub(super) const MOST_COMPONENTS: usize = 100;
 
-/// A section of data.
 #[derive(Debug)]
 pub(super) struct Data<'a> {
     /// `false` for values of elements.

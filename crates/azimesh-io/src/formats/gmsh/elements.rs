@@ -17,9 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Groups, entities, partitions and numbers of the elements.
 #[derive(Debug, Default)]
 pub(super) struct Tags {
-    /// Cells by physical group.
     pub physical: Tagged,
-    /// Cells by elementary entity.
     pub elementary: Tagged,
     /// Cells by partition; by dimension too, which does not matter.
     pub partition: Tagged,
@@ -27,7 +25,6 @@ pub(super) struct Tags {
     pub n_ghosts: usize,
     /// Elements that may be there more than once.
     pub shared: Shared,
-    /// Numbers of the elements.
     pub numbers: Numbers,
 }
 

@@ -84,7 +84,6 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// Adds a tag.
     #[inline]
     pub fn push(&mut self, tag: i64) {
         self.append(tag, 1);

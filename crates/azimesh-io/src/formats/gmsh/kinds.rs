@@ -43,12 +43,9 @@ const ORDERS: [(CellKind, &[i32]); 7] = [
     (LagrangePyramid, &[7, 14, 118, 119, 120, 121, 122, 123, 124]),
 ];
 
-/// An element type.
 #[derive(Debug)]
 pub(super) struct Type {
-    /// The kind of cell.
     pub kind: CellKind,
-    /// Nodes of an element.
     pub n_nodes: usize,
     /// For each of Gmsh's nodes its place among VTK's; empty where both count alike.
     to_vtk: Vec<u16>,

@@ -247,7 +247,6 @@ impl<'a> Block<'a> {
         })
     }
 
-    /// The tag of a node.
     pub fn tag(&self, i: usize) -> i64 {
         let (tags, each) = self.tags;
         self.binary.size(&tags[i * each..][..self.tag_bytes])

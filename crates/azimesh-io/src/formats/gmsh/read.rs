@@ -81,9 +81,7 @@ pub(super) fn steps(bytes: &[u8]) -> Result<Vec<f64>> {
 
 /// The result of the visit of a section.
 pub(super) enum Passed {
-    /// It was read.
     Read,
-    /// It is to be passed over.
     Over,
     /// No further section is needed.
     Last,

@@ -21,7 +21,6 @@ pub(super) struct Binary {
 }
 
 impl Binary {
-    /// A 4-byte integer.
     pub fn int(self, bytes: &[u8]) -> i32 {
         let number = i32::from_le_bytes(bytes.try_into().expect("an int has 4 bytes"));
         if self.big_endian {
@@ -40,7 +39,6 @@ impl Binary {
         }
     }
 
-    /// An 8-byte real.
     pub fn real(self, bytes: &[u8]) -> f64 {
         f64::from_bits(self.size(bytes) as u64)
     }
@@ -68,7 +66,6 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// The next `int`.
     pub fn int(&mut self, what: &str) -> Result<i32> {
         match self.binary {
             Some(binary) => Ok(binary.int(self.take(1, 4, what)?)),
@@ -76,7 +73,6 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// The next `size_t`.
     pub fn size(&mut self, what: &str) -> Result<usize> {
         let value = match self.binary {
             Some(binary) => binary.size(self.take(1, binary.size_bytes, what)?),
@@ -86,7 +82,6 @@ impl<'a> Stream<'a> {
             .map_err(|_| self.error(format!("{what} is {value}, which is out of range")))
     }
 
-    /// The next `double`.
     pub fn real(&mut self, what: &str) -> Result<f64> {
         match self.binary {
             Some(binary) => Ok(binary.real(self.take(1, 8, what)?)),

@@ -24,7 +24,6 @@ pub(super) const NAME: Rule = Rule {
     why: "names in MSH have at most 127 bytes, no quotes and no line ends",
 };
 
-/// Names of arrays.
 const ARRAY: Rule = Rule {
     longest: usize::MAX,
     fit: |name, _| plain(name),

@@ -5,7 +5,7 @@
 //! libhdf5 from 1.8, files with chunks from 1.10.
 
 use super::index;
-use super::messages::{LINK, Links, Messages, link, with_checksum};
+use super::messages::{Links, Messages, with_checksum};
 use super::tree::{Attribute, Id, NOWHERE, Node, Storage};
 use crate::formats::vtk::number::Element;
 use azimesh_core::error::{Error, Result};
@@ -49,7 +49,7 @@ pub(super) fn object(node: &Node, place: &Storage, addresses: &[u64]) -> Result<
         links.add_to(&mut messages)?;
     }
     for (order, (name, Id(child))) in (n_before..).zip(&node.children) {
-        messages.push(LINK, 0, &link(order, name, addresses[*child])?)?;
+        messages.push_link(order, name, addresses[*child])?;
     }
     for attribute in &node.attributes {
         let message = attribute_message(attribute);
@@ -116,7 +116,7 @@ fn attribute_message(attribute: &Attribute) -> Vec<u8> {
     message
 }
 
-/// Strings as a heap that will lie at `at`, and the references to them.
+/// Strings as a heap that will be at `at`, and the references to them.
 pub(super) fn heap(at: u64, strings: &[String]) -> (Vec<u8>, Vec<u8>) {
     const MOST_OBJECTS: usize = 60_000;
     const SMALLEST: usize = 4096;

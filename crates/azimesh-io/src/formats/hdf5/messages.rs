@@ -5,9 +5,6 @@ use super::tree::Stored;
 use azimesh_core::error::{Error, Result};
 use hdf5_reader::checksum::jenkins_lookup3;
 
-/// The type of a message that is a link.
-pub(super) const LINK: u8 = 6;
-
 /// Messages of a header, one after another.
 #[derive(Default)]
 pub(super) struct Messages(pub Vec<u8>);
@@ -26,26 +23,27 @@ impl Messages {
         self.0.extend(body);
         Ok(())
     }
-}
 
-/// The message of a link to the object at `address`.
-pub(super) fn link(order: usize, name: &str, address: u64) -> Result<Vec<u8>> {
-    const WITH_ORDER_AND_CHARSET: u8 = 0x14;
-    const LENGTH_OF_2_BYTES: u8 = 0x01;
-    const UTF8: u8 = 1;
-    let length = u16::try_from(name.len()).map_err(|_| {
-        Error::input(format!(
-            "a name has {} bytes; HDF5 allows 65535",
-            name.len()
-        ))
-    })?;
-    let mut message = vec![1, WITH_ORDER_AND_CHARSET | LENGTH_OF_2_BYTES];
-    message.extend((order as u64).to_le_bytes());
-    message.push(UTF8);
-    message.extend(length.to_le_bytes());
-    message.extend(name.as_bytes());
-    message.extend(address.to_le_bytes());
-    Ok(message)
+    /// Adds a link to the object at `address`.
+    pub fn push_link(&mut self, order: usize, name: &str, address: u64) -> Result<()> {
+        const LINK: u8 = 6;
+        const WITH_ORDER_AND_CHARSET: u8 = 0x14;
+        const LENGTH_OF_2_BYTES: u8 = 0x01;
+        const UTF8: u8 = 1;
+        let length = u16::try_from(name.len()).map_err(|_| {
+            Error::input(format!(
+                "a name has {} bytes; HDF5 allows 65535",
+                name.len()
+            ))
+        })?;
+        let mut message = vec![1, WITH_ORDER_AND_CHARSET | LENGTH_OF_2_BYTES];
+        message.extend((order as u64).to_le_bytes());
+        message.push(UTF8);
+        message.extend(length.to_le_bytes());
+        message.extend(name.as_bytes());
+        message.extend(address.to_le_bytes());
+        self.push(LINK, 0, &message)
+    }
 }
 
 /// Bytes, and their checksum after them.
@@ -76,7 +74,7 @@ impl Links {
     /// Adds a child.
     pub fn add(&mut self, name: &str, object: Stored) -> Result<()> {
         let mut message = Messages::default();
-        message.push(LINK, 0, &link(self.len(), name, object.address)?)?;
+        message.push_link(self.len(), name, object.address)?;
         self.messages.push(message.0);
         Ok(())
     }

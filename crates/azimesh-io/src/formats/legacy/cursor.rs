@@ -14,7 +14,6 @@ use azimesh_core::error::{Error, Result};
 pub(super) struct Cursor<'a> {
     pub bytes: &'a [u8],
     pub at: usize,
-    /// Whether arrays are binary.
     pub binary: bool,
     /// Version of the file, major and minor.
     pub version: (u32, u32),
@@ -142,7 +141,6 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The version in the first line.
 fn version(line: &[u8]) -> Option<(u32, u32)> {
     let line = std::str::from_utf8(line).ok()?.to_ascii_lowercase();
     let number = line.strip_prefix("# vtk datafile version")?.trim();

@@ -45,7 +45,6 @@ pub static VTK42: Format = Format {
     ..VTK
 };
 
-/// Reads every version.
 const VTK: Format = Format {
     extensions: &["vtk"],
     holds: Holds::NAMED_ARRAYS,

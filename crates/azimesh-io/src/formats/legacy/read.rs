@@ -18,7 +18,6 @@ use azimesh_core::error::{Error, Position, Result};
 /// Files of this version on have hexahedra of high order in VTK's present order of nodes.
 const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (5, 1);
 
-/// Reads a mesh.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
     let mut cursor = Cursor::open(bytes)?;
     let file = parts(&mut cursor, notes).and_then(|file| file.mesh(&cursor, notes));
@@ -160,7 +159,6 @@ impl File {
         Ok(())
     }
 
-    /// Reads arrays.
     fn arrays(&mut self, keyword: &str, cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
         let has_items = self.items > 0;
         let mut section = Section {
@@ -212,7 +210,6 @@ impl File {
         Ok(())
     }
 
-    /// The mesh of all parts.
     fn mesh(self, cursor: &Cursor, notes: &mut Notes) -> Result<Mesh> {
         match self.grid {
             Grid::Unstructured | Grid::Poly => self.unstructured(cursor, notes),

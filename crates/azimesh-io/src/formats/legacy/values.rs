@@ -21,18 +21,15 @@ const BATCH: usize = 32;
 /// Type of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Type {
-    /// Numbers.
     Number(Element),
     /// VTK's ids: 64 bits in memory, 32 in binary files.
     Id,
     /// Eight to a byte, the first one highest.
     Bit,
-    /// Strings.
     Text,
 }
 
 impl Type {
-    /// The type with this name.
     pub fn from_name(name: &[u8]) -> Option<Self> {
         let element = match name.to_ascii_lowercase().as_slice() {
             b"bit" => return Some(Type::Bit),
@@ -67,7 +64,6 @@ impl Type {
     }
 }
 
-/// Reads `n` values.
 pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize, notes: &mut Notes) -> Result<Values> {
     let element = match kind {
         Type::Number(element) => element,

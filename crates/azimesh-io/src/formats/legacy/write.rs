@@ -124,7 +124,6 @@ impl Writer<'_> {
         }
     }
 
-    /// Arrays as one field.
     fn field(&mut self, arrays: &[Column]) -> Result<()> {
         if arrays.is_empty() {
             return Ok(());
@@ -318,7 +317,6 @@ impl<'o> Integers<'o> {
         listed.iter().try_for_each(|node| self.push((*node).into()))
     }
 
-    /// Ends a line of text.
     fn end_line(&mut self) {
         if !self.binary && self.in_line > 0 {
             self.in_line = 0;

@@ -2,7 +2,7 @@
 //! everything with the most significant byte first.
 //!
 //! CDF-1 has offsets of 32 bits, CDF-2 of 64, CDF-5 counts of 64 bits too. Variables along the dimension without a
-//! fixed length lie record by record: one row of each of them after the other.
+//! fixed length are stored record by record: one row of each of them after the other.
 //! Format: <https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html>
 
 use super::super::names::decoded;
@@ -270,7 +270,7 @@ impl<'a> Stored<'a> {
 struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Whether counts have 64 bits.
+    /// True if counts have 64 bits.
     is_wide: bool,
 }
 

@@ -2,7 +2,7 @@
 //! Exodus.
 //!
 //! ```text
-//! classic   CDF-1, CDF-2 and CDF-5: the header, and where the values of each variable lie
+//! classic   CDF-1, CDF-2 and CDF-5: the header, and the places of the values of each variable
 //! ```
 //!
 //! The crate `netcdf-reader` (0.12) reads these formats too, but its errors about damaged headers (`InvalidData`) have no
@@ -44,7 +44,7 @@ enum At<'a> {
     Hdf5(Box<Dataset>),
 }
 
-/// Whether these are the first bytes of a file of netCDF's own formats.
+/// Tests if these are the first bytes of a file of netCDF's own formats.
 pub(super) fn is_classic(bytes: &[u8]) -> bool {
     matches!(bytes, [b'C', b'D', b'F', 1 | 2 | 5, ..])
 }
@@ -68,7 +68,7 @@ impl<'a> File<'a> {
         }
     }
 
-    /// How the file is stored.
+    /// Name of the format of the file.
     pub fn title(&self) -> &'static str {
         match self {
             Self::Classic(classic) => classic.title(),
@@ -214,7 +214,7 @@ impl Variable<'_> {
     }
 }
 
-/// Values as they lie in the file, or as they were read of HDF5.
+/// Values as they are in the file, or as they were read of HDF5.
 pub(super) enum Data<'a> {
     /// Bytes, the most significant first.
     Bytes(Cow<'a, [u8]>, Element),

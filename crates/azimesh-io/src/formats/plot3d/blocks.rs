@@ -23,7 +23,6 @@ pub(super) struct Block {
     pub cells: Range<usize>,
 }
 
-/// Appends the cells of all blocks.
 pub(super) fn append(blocks: &[[usize; 3]], cells: &mut Cells) -> Result<Vec<Block>> {
     let mut first_node = 0;
     let mut found = Vec::new();

@@ -14,7 +14,6 @@ pub(super) struct Layout {
     pub binary: Option<Binary>,
     /// Whether the number of blocks stands at the start.
     pub is_multi: bool,
-    /// 2 or 3.
     pub n_axes: usize,
     pub has_blanking: bool,
 }

@@ -120,7 +120,6 @@ fn check_sizes(lexer: &mut Tokens, blocks: &[Block]) -> Result<Vec<Map>> {
 /// The blocks that a map describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Map {
-    /// Those of the grid.
     Space,
     /// The grid's plane twice, as the first and second nodes along i: indices of the grid are j and k of the map.
     TwoPlanes,

@@ -59,7 +59,6 @@ fn neither(bytes: &[u8]) -> Error {
     .byte(80)
 }
 
-/// Nodes by their places.
 #[derive(Default)]
 struct Nodes {
     points: Vec<[f64; 3]>,

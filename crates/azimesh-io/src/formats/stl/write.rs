@@ -40,7 +40,6 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     Ok(notes)
 }
 
-/// The corners of a triangle.
 fn corners(mesh: &MeshView, cell: usize) -> [Vector; 3] {
     let nodes = mesh.cells.get(cell).nodes;
     [0, 1, 2].map(|i| mesh.points[nodes[i] as usize])

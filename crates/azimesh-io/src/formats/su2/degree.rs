@@ -20,10 +20,8 @@ const CURVED: [[CellKind; 3]; 7] = [
     [Pyramid, LagrangePyramid, LagrangePyramid],
 ];
 
-/// An element type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Element {
-    /// The kind of its corners.
     linear: CellKind,
     /// Polynomial degree of its shape.
     degree: usize,
@@ -62,7 +60,6 @@ impl Element {
         })
     }
 
-    /// The kind in memory.
     pub fn kind(&self) -> CellKind {
         match self.degree {
             1 => self.linear,
@@ -78,7 +75,6 @@ impl Element {
         row.expect("vertices are not curved")
     }
 
-    /// Number of its nodes.
     pub fn n_nodes(&self) -> usize {
         let n = if self.degree == 1 {
             self.linear.n_nodes()

@@ -68,7 +68,6 @@ impl Extra {
     /// Every kind, in the order in which they are written.
     const ALL: [Self; 4] = [Self::Offset, Self::Exchange, Self::Periodic, Self::Boxes];
 
-    /// Name of the field array.
     fn array(self) -> &'static str {
         ["su2:OFFSET", "su2:SEND_RECEIVE", PERIODIC, BOXES][self as usize]
     }

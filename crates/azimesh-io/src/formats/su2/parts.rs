@@ -16,7 +16,6 @@ pub(super) struct WrittenZones {
     local: Option<Vec<u32>>,
 }
 
-/// A zone that is written.
 pub(super) struct WrittenZone {
     /// The zone's cells, of the mesh's dimension.
     pub cells: Vec<Range<usize>>,
@@ -29,11 +28,8 @@ pub(super) struct WrittenZone {
 /// The faces (and single nodes) of one name.
 #[derive(Clone)]
 pub(super) struct Marker {
-    /// The name as it is in the mesh.
     pub name: String,
-    /// The name as it is written.
     pub written: String,
-    /// The marker's cells.
     pub cells: Vec<Range<usize>>,
 }
 
@@ -129,7 +125,6 @@ fn markers(mesh: &MeshView) -> Vec<Marker> {
     markers
 }
 
-/// The groups that are markers.
 pub(super) fn of_markers<'a>(mesh: &MeshView<'a>) -> impl Iterator<Item = &'a Group> {
     let dimension = mesh.dimension();
     let is_marker = move |group: &&Group| group.dimension + 1 == dimension || group.dimension == 0;

@@ -77,7 +77,6 @@ struct File<'a> {
     n_zones: Option<usize>,
     dimension: Option<usize>,
     zones: Vec<Zone<'a>>,
-    /// Numbers of the zones.
     numbers: BTreeSet<i32>,
     /// Lines behind each keyword that means nothing here, itself included.
     unknown: BTreeMap<String, usize>,
@@ -255,9 +254,7 @@ const SPELLINGS: [[&str; 2]; 2] = [["MARKERTAG", "MARKER_TAG"], ["MARKERELEMS", 
 /// A keyword and what follows its `=`, without a comment behind it.
 #[derive(Clone, Copy)]
 pub(super) struct Keyword<'a> {
-    /// Text before the `=`.
     pub name: &'a [u8],
-    /// Text behind it.
     pub value: &'a [u8],
 }
 
@@ -274,7 +271,6 @@ impl<'a> Keyword<'a> {
         })
     }
 
-    /// The name as text.
     pub fn name(&self) -> String {
         self.name.escape_ascii().to_string()
     }

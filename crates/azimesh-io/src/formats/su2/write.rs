@@ -97,7 +97,6 @@ fn write_zone(
     Ok(())
 }
 
-/// The runs of cells in these ranges.
 fn runs_in<'a>(mesh: &MeshView<'a>, ranges: &[Range<usize>]) -> impl Iterator<Item = CellRun<'a>> {
     let cells = mesh.cells;
     ranges.iter().flat_map(|range| cells.runs_in(range.clone()))

@@ -12,12 +12,9 @@ use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The blocks of a zone.
 #[derive(Default)]
 pub(super) struct Zone<'a> {
-    /// Number of the zone in the file.
     pub number: Option<i32>,
-    /// 2 or 3.
     pub dimension: Option<usize>,
     /// Byte at which the dimension is given.
     pub dimension_at: usize,
@@ -211,7 +208,6 @@ impl<'a> Zone<'a> {
     }
 }
 
-/// Cells of one task.
 #[derive(Default)]
 struct CellBatch {
     connectivity: Vec<u32>,

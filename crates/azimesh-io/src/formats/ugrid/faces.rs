@@ -52,9 +52,7 @@ pub(super) const KEPT: &[&str] = &[CONDITIONS];
 
 /// A boundary tag and the number of its faces.
 pub(super) struct Tag<'a> {
-    /// The tag.
     pub group: &'a Group,
-    /// The number of its faces in the file.
     pub number: i32,
 }
 

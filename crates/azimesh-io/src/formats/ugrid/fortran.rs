@@ -8,7 +8,6 @@ use crate::formats::Out;
 use azimesh_core::error::{Error, Result};
 use std::io::{self, Write};
 
-/// Bytes of a mark.
 pub(super) const MARK: usize = 4;
 /// Longest part of a record, as compilers cut them.
 const LONGEST: u64 = 2_147_483_639;

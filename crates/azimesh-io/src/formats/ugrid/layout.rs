@@ -63,7 +63,6 @@ fn turn(pyramids: &mut [u32]) {
 /// The counts at the start of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Counts {
-    /// Number of nodes.
     pub n_nodes: usize,
     /// Number of cells of each of [`KINDS`].
     pub n_cells: [usize; 6],
@@ -89,13 +88,11 @@ impl Counts {
         Ok(Self { n_nodes, n_cells })
     }
 
-    /// The seven numbers.
     pub fn numbers(&self) -> impl Iterator<Item = u64> {
         let numbers = std::iter::once(self.n_nodes).chain(self.n_cells);
         numbers.map(|n| n as u64)
     }
 
-    /// Number of boundary faces.
     pub fn n_faces(&self) -> usize {
         self.n_cells[..N_FACE_KINDS].iter().sum()
     }
@@ -134,9 +131,7 @@ impl Counts {
 /// Storage of numbers as bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Binary {
-    /// Most significant byte first.
     pub is_big_endian: bool,
-    /// Bytes of a coordinate.
     pub real: usize,
     /// Bytes of a count, a node or a face number.
     pub integer: usize,
@@ -168,7 +163,6 @@ pub(super) fn fits(layout: &Layout, bytes: &[u8]) -> bool {
 }
 
 impl Binary {
-    /// Bytes of the seven counts.
     pub fn header(&self) -> usize {
         7 * self.integer
     }
@@ -209,7 +203,6 @@ impl Binary {
         }
     }
 
-    /// One signed integer.
     pub fn integer(&self, bytes: &[u8]) -> i64 {
         DType::integer(bytes.len(), self.is_big_endian)
             .of(bytes)

@@ -18,11 +18,9 @@ use std::path::{Path, PathBuf};
 /// A line of a `.mapbc`: a face number with its condition and name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Patch {
-    /// Number of the faces.
     pub number: i32,
     /// FUN3D's number of the boundary condition.
     pub condition: i32,
-    /// Name, where there is one.
     pub name: Option<String>,
 }
 
@@ -73,7 +71,6 @@ pub(super) fn number(condition: &str, normal: usize) -> Option<i32> {
     known.map_or_else(|| condition.parse().ok(), |(_, numbers)| Some(numbers[0]))
 }
 
-/// The file of a case.
 fn path(case: &Path) -> PathBuf {
     let mut name = case.as_os_str().to_owned();
     name.push(".mapbc");
@@ -96,7 +93,6 @@ pub(super) fn companion(mesh: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     Ok(Vec::new())
 }
 
-/// The patches in a file.
 fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
     let mut lexer = Tokens::with_comments(bytes);
     let mut first = lexer.line().ok_or_else(|| {

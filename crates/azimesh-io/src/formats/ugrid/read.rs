@@ -113,7 +113,6 @@ impl<'a> Stored<'a> {
         })
     }
 
-    /// The coordinates of some nodes.
     fn coordinates(&self, nodes: Range<usize>) -> Chunk<'_> {
         let real = self.binary.real;
         let bytes = &self.body[3 * real * nodes.start..3 * real * nodes.end];
@@ -142,7 +141,6 @@ impl<'a> Stored<'a> {
         })
     }
 
-    /// The number of each boundary face.
     fn face_numbers(&self) -> Result<Vec<i32>> {
         let first = self.counts.n_entries(N_FACE_KINDS);
         let (stored, start) = self.integers(first..first + self.counts.n_faces());

@@ -100,7 +100,6 @@ fn counts(mesh: &MeshView, layout: &Layout) -> Result<Counts> {
     Ok(counts)
 }
 
-/// The cells of a kind.
 fn runs<'a>(mesh: &MeshView<'a>, kind: CellKind) -> impl Iterator<Item = CellRun<'a>> {
     mesh.cells.runs().filter(move |run| run.kind == kind)
 }

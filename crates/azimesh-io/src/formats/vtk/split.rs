@@ -85,7 +85,10 @@ pub fn split(
     if !runs.iter().any(|run| is_collection(run.vtk)) {
         return None;
     }
-    note(runs, notes);
+    const COLLECTIONS: [u8; 3] = [POLY_VERTEX, POLYLINE, STRIP];
+    // Collections of each type that are several cells, and those cells.
+    let mut counts = [(0, 0); 3];
+    let (mut n_empty, mut with_nodes) = (0, false);
     let mut new = Vec::with_capacity(connectivity.len());
     let mut new_runs: Vec<TypeRun> = Vec::with_capacity(runs.len());
     let mut origin = Vec::new();
@@ -101,8 +104,17 @@ pub fn split(
             new.extend_from_slice(entries);
             new_runs.push(*run);
             origin.extend(cells);
-        } else if let Some((kind, shared)) = parts(run.vtk) {
+            continue;
+        }
+        let n = u64::from(run.n_cells);
+        if let Some((kind, shared)) = parts(run.vtk) {
             let each = run.n_nodes.saturating_sub(shared);
+            n_empty += if each == 0 { n } else { 0 };
+            for (count, vtk) in counts.iter_mut().zip(COLLECTIONS) {
+                if vtk == run.vtk && each > 1 {
+                    *count = (count.0 + n, count.1 + n * u64::from(each));
+                }
+            }
             for (index, nodes) in cells.zip(entries.chunks(n_nodes.max(1))) {
                 push_parts(kind, nodes, &mut new);
                 origin.extend(std::iter::repeat_n(index, each as usize));
@@ -112,8 +124,23 @@ pub fn split(
                 n_nodes: shared + 1,
                 n_cells: each * run.n_cells,
             });
+        } else {
+            n_empty += n;
+            with_nodes |= run.n_nodes > 0;
         }
     }
+    for (vtk, (n, n_into)) in COLLECTIONS.into_iter().zip(counts) {
+        let into = parts(vtk).map_or("", |(kind, _)| kind.name());
+        let from = type_name(vtk);
+        notes.extend((n > 0).then_some(Read::Split {
+            from,
+            n,
+            into,
+            n_into,
+        }));
+    }
+    let n = n_empty;
+    notes.extend((n > 0).then_some(Read::EmptyCells { n, with_nodes }));
     new_runs.retain(|run| run.n_cells > 0);
     *connectivity = new;
     *runs = new_runs;
@@ -133,40 +160,5 @@ fn push_parts(kind: CellKind, nodes: &[u32], out: &mut Vec<u32>) {
                 out.extend(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
             }
         }
-    }
-}
-
-fn note(runs: &[TypeRun], notes: &mut Notes) {
-    let (mut with_nodes, mut n_empty) = (false, 0u64);
-    for vtk in [POLY_VERTEX, POLYLINE, STRIP] {
-        let (kind, shared) = parts(vtk).expect("these three have parts");
-        let (mut n_split, mut n_cells) = (0u64, 0u64);
-        for run in runs.iter().filter(|run| run.vtk == vtk) {
-            let n = u64::from(run.n_cells);
-            match run.n_nodes.saturating_sub(shared) {
-                0 => n_empty += n,
-                1 => {}
-                each => {
-                    n_split += n;
-                    n_cells += n * u64::from(each);
-                }
-            }
-        }
-        if n_split > 0 {
-            notes.push(Read::Split {
-                from: type_name(vtk),
-                n: n_split,
-                into: kind.name(),
-                n_into: n_cells,
-            });
-        }
-    }
-    for run in runs.iter().filter(|run| run.vtk == EMPTY) {
-        n_empty += u64::from(run.n_cells);
-        with_nodes |= run.n_nodes > 0;
-    }
-    if n_empty > 0 {
-        let n = n_empty;
-        notes.push(Read::EmptyCells { n, with_nodes });
     }
 }

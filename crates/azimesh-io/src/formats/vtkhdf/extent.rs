@@ -3,6 +3,7 @@
 //! The parts of a mesh follow one another in every dataset. A file without steps consists of all parts; a step has
 //! some of them, and offsets into the other datasets.
 
+use super::super::ReadOptions;
 use super::super::hdf5::{Dataset, Group};
 use azimesh_core::error::{Error, Result, counted};
 use std::ops::Range;
@@ -53,21 +54,15 @@ pub(super) fn times(grid: &Group) -> Result<Vec<f64>> {
 
 impl Extent {
     /// The extent of a step, by default of the last one; of the whole mesh where there are no steps.
-    pub fn new(grid: &Group, wanted: Option<usize>) -> Result<Self> {
-        let (group, n) = (grid.group("Steps")?, times(grid)?.len());
-        let refused = |message| Err(Error::input(message).dataset("Steps"));
-        let steps = match (group, wanted.or(n.checked_sub(1))) {
-            (Some(group), Some(step)) if step < n => Some(Steps { group, step, n }),
-            (Some(_), None) => return refused("the file has no step yet".to_owned()),
-            (None, None | Some(0)) => None,
-            (_, Some(step)) if n < 2 => {
-                return refused(format!("there is no step {step}: the file holds one mesh"));
+    pub fn new(grid: &Group, options: &ReadOptions) -> Result<Self> {
+        let n = times(grid)?.len();
+        let step = options.step_of(n).map_err(|error| error.dataset("Steps"))?;
+        let steps = match (grid.group("Steps")?, step) {
+            (Some(group), Some(step)) => Some(Steps { group, step, n }),
+            (Some(_), None) => {
+                return Err(Error::input("the file has no step yet").dataset("Steps"));
             }
-            (_, Some(step)) => {
-                let last = n - 1;
-                let message = format!("there is no step {step}; the file has steps 0 to {last}");
-                return refused(message);
-            }
+            (None, _) => None,
         };
         let mut extent = Self {
             parts: Vec::new(),

@@ -33,7 +33,7 @@ pub(super) struct Reader {
 
 impl Reader {
     pub fn new(grid: Group, options: &ReadOptions) -> Result<Self> {
-        let extent = Extent::new(&grid, options.step)?;
+        let extent = Extent::new(&grid, options)?;
         let (points, cells) = extent.rows();
         Ok(Self {
             grid,

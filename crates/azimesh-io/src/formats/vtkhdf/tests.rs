@@ -224,7 +224,7 @@ fn the_steps_of_vtk_are_read_one_by_one() {
         .expect_err("there are three");
     assert_eq!(
         error.to_string(),
-        " Steps: there is no step 3; the file has steps 0 to 2"
+        " Steps: there is no step 3: the file has steps 0 to 2"
     );
 }
 

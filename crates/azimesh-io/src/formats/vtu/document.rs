@@ -17,15 +17,12 @@ const GRIDS: [&str; 5] = [
     "ImageData",
 ];
 
-/// The grid in a file.
 pub(super) struct Document<'a> {
-    /// Which grid.
     pub grid: Grid,
     /// Version of the file, major and minor.
     pub version: (u32, u32),
     /// Whether wedges are marked to be in the order of VTK up to 9.6.
     pub has_marked_wedges: bool,
-    /// Layout of binary values.
     pub layout: Layout,
     /// Of an image: its first node, the distance between nodes, its axes as rows of a matrix.
     pub origin: [f64; 3],
@@ -33,7 +30,6 @@ pub(super) struct Document<'a> {
     pub direction: Option<[f64; 9]>,
     /// Arrays of the mesh as a whole.
     pub field_data: Vec<Array<'a>>,
-    /// The parts of the mesh.
     pub pieces: Vec<Piece<'a>>,
 }
 
@@ -73,7 +69,6 @@ impl Document<'_> {
     }
 }
 
-/// Finds every array of the file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
     let mut parser = Parser::open(bytes)?;
     let root = parser.root()?;

@@ -25,7 +25,6 @@ const BLOCK: usize = 1 << 14;
 
 type Found<T> = std::result::Result<T, Refusal>;
 
-/// The arrays of all pieces.
 struct Pieces<'a> {
     document: Document<'a>,
     /// The array of boundary tags, where the user has chosen one.
@@ -35,11 +34,8 @@ struct Pieces<'a> {
     has_old_order: bool,
 }
 
-/// The arrays of one piece.
 struct Values<'a> {
-    /// Its nodes in the mesh.
     nodes: Range<usize>,
-    /// Its cells in the mesh.
     cells: Range<usize>,
     points: Chunk<'a>,
     types: Chunk<'a>,

@@ -25,7 +25,6 @@ pub(super) struct Stored<'d, 'a> {
 
 enum Data<'a> {
     Text,
-    /// The values as they are.
     Plain(&'a [u8]),
     /// Base64 of `skip` bytes and then the values.
     Base64 {
@@ -36,7 +35,6 @@ enum Data<'a> {
     Blocks(Blocks<'a>),
 }
 
-/// Compressed blocks of one array.
 struct Blocks<'a> {
     compression: Compression,
     data: Cow<'a, [u8]>,

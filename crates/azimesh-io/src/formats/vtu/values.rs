@@ -208,7 +208,6 @@ fn append_fitting(values: &mut Values, array: &Array, n: usize, notes: &mut Note
     }
 }
 
-/// An array of the whole mesh.
 pub(super) fn field(array: &Array, notes: &mut Notes) -> Result<DataArray> {
     let mut all = empty(array);
     let n = array.n_tuples.map(count).transpose();
@@ -226,7 +225,6 @@ fn empty(array: &Array) -> DataArray {
     }
 }
 
-/// Appends the values of an array of `n` tuples.
 fn append(values: &mut Values, array: &Array, n: Option<usize>, notes: &mut Notes) -> Result<()> {
     let n_values = n.map(|n| n.checked_mul(array.n_components));
     let expected = n_values.map(|n| n.unwrap_or(usize::MAX));

@@ -44,14 +44,12 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     Ok(notes)
 }
 
-/// A file about to be written.
 pub(super) struct File<'a> {
     pub sections: Sections<'a>,
     pub n_points: usize,
     pub n_cells: usize,
     /// Of polygonal data, how many cells are vertices, lines, strips and polygons: `cells` has two arrays for each.
     pub lists: Option<[usize; 4]>,
-    /// Version of the XML.
     pub version: &'static str,
     /// Whether there are wedges, whose order is marked.
     pub has_wedges: bool,
@@ -59,7 +57,6 @@ pub(super) struct File<'a> {
 }
 
 impl File<'_> {
-    /// Writes the file in the encoding of its options.
     pub fn write(&self, out: &mut dyn Out) -> Result<()> {
         let mut out = BufWriter::with_capacity(BUFFER, out);
         match self.options.encoding {
@@ -154,7 +151,6 @@ impl File<'_> {
     }
 }
 
-/// Writes one array.
 type WriteArray<'w> = &'w mut dyn FnMut(&Column, &mut dyn Write) -> Result<()>;
 
 fn section(name: &str, arrays: &[Column], out: &mut dyn Write, array: WriteArray) -> Result<()> {
@@ -218,13 +214,11 @@ pub(in crate::formats) fn escaped(text: &str) -> String {
     escaped
 }
 
-/// The stored bytes of one array.
 struct Encoded<'c> {
     array: &'c Column<'c>,
     /// The number of bytes; of compressed values the number of blocks, their size, that of the last if it is smaller,
     /// and the compressed size of each.
     header: Vec<u8>,
-    /// Compressed blocks.
     blocks: Option<Vec<Vec<u8>>>,
 }
 

@@ -15,11 +15,9 @@ use std::ops::Range;
 /// Layout of binary values, the same for all arrays of a file.
 #[derive(Clone, Copy)]
 pub(super) struct Layout {
-    /// Byte order.
     pub big_endian: bool,
     /// Bytes of one number of a header: 4 or 8.
     pub header_bytes: usize,
-    /// Compression of blocks.
     pub compression: Compression,
 }
 
@@ -52,7 +50,6 @@ impl Array<'_> {
 /// The element after which the XML ends: bytes of any value follow.
 const APPENDED: &[u8] = b"<AppendedData";
 
-/// Encoding of the values of an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum DataEncoding {
     Ascii,
@@ -178,7 +175,6 @@ impl<'a> Parser<'a> {
         Ok(root)
     }
 
-    /// Arrays inside an element.
     pub(super) fn arrays(&mut self, parent: &str) -> Result<Vec<Array<'a>>> {
         let mut arrays = Vec::new();
         self.each(parent, |parser, name, element| {
@@ -339,7 +335,6 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// The value of an attribute.
     pub fn attribute(&self, element: &BytesStart, name: &str) -> Result<Option<String>> {
         let attribute = element.try_get_attribute(name);
         let attribute = attribute.map_err(|error| self.error(error.to_string()))?;
@@ -360,7 +355,6 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// An error at this position.
     pub fn error(&self, message: impl Into<String>) -> Error {
         let at = self.reader.buffer_position() as usize;
         Error::input(message).line(line_of(self.bytes, at))

@@ -129,7 +129,7 @@ fn has_same(a: &[u32], b: &[u32]) -> bool {
     a.len() == b.len() && b.iter().all(|node| a.contains(node))
 }
 
-/// Whether a face with the same nodes goes round the other way.
+/// Tests if a face with the same nodes goes round the other way.
 fn is_turned(face: &[u32], other: &[u32]) -> bool {
     let after = |nodes: &[u32], node: u32| {
         let at = nodes.iter().position(|&n| n == node)?;

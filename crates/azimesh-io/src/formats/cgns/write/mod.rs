@@ -121,17 +121,10 @@ impl<'a> Static<'a> {
         let mut notes = Notes::default();
         let dimension = mesh.dimension().max(1);
         let n_axes = if dimension < 3 && is_flat() { 2 } else { 3 };
-        let mut names = Given::with([
-            "ZoneType",
-            "GridCoordinates",
-            "ZoneBC",
-            "ZoneGridConnectivity",
-            "ZoneIterativeData",
-            "ArbitraryGridMotion",
-            AT_NODES.name,
-            AT_CELLS.name,
-            CELL_ORDER,
-        ]);
+        let own = "ZoneType GridCoordinates ZoneBC ZoneGridConnectivity ZoneIterativeData \
+            ArbitraryGridMotion";
+        let of_arrays = [AT_NODES.name, AT_CELLS.name, CELL_ORDER];
+        let mut names = Given::with(own.split(' ').chain(of_arrays));
         let mut sections = plan::sections(mesh, &mut names)?;
         // VTK's reader expects the sections of cells first in the file as well.
         sections.sort_by_key(|section| numbering.element(section.cells.start));

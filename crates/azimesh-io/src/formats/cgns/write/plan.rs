@@ -205,7 +205,7 @@ fn form(mesh: &MeshView, run: &CellRun, dimension: u8) -> Result<Form> {
     }
 }
 
-/// Whether cells of this kind are elements of NGON_n: beside polyhedra straight faces are, since readers of ParaView
+/// Tests if cells of this kind are elements of NGON_n: beside polyhedra straight faces are, since readers of ParaView
 /// before 6 take no cells at all where these are of other types.
 pub(super) fn is_polygon(mesh: &MeshView, kind: CellKind) -> bool {
     match kind {

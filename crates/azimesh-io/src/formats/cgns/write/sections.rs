@@ -170,7 +170,7 @@ pub fn list_elements(
     Ok(())
 }
 
-/// Where the nodes of an element come from in a cell, if not from the same place.
+/// Position in the cell of each node of an element, if not the same.
 fn order(run: &CellRun) -> Option<Vec<usize>> {
     match run.kind {
         CellKind::Polygon => None,

@@ -249,7 +249,7 @@ impl SequenceFile for Sequence {
     }
 }
 
-/// Whether all nodes lie in the plane z = 0, but for what turning them has left of round-off.
+/// Tests if all nodes are in the plane z = 0, except for round-off of a rotation.
 fn is_flat(mesh: &MeshView) -> bool {
     const ROUND_OFF: f64 = 1e-14;
     let points = mesh.points;

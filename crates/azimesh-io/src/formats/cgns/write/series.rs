@@ -32,7 +32,7 @@ impl Series {
         }
     }
 
-    /// Whether a step had arrays.
+    /// Tests if a step had arrays.
     pub fn is_used(&self) -> bool {
         self.newest.is_some()
     }
