@@ -61,7 +61,7 @@ pub mod run;
 pub mod sample;
 
 #[doc(inline)]
-pub use azimesh_core::{Diagnostic, Error, ErrorKind, Progress, Result, Stop};
+pub use azimesh_core::{Error, ErrorKind, Note, Progress, Result, Stop};
 #[doc(inline)]
 pub use azimesh_deform::{
     AxisRotation, BasePoints, Beam, Body, Cyclic, Deformation, DeformationBuilder, Interpolate,

@@ -12,7 +12,7 @@ from importlib import import_module
 CHECKS = [
     "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "foam_to_vtk", "split", "batches", "joined", "converted", "quality", "faces",
     "all_points", "sequence", "morph", "shells", "surfaces", "motions", "keys", "surface", "openfoam_motion", "su2_surface", "pvd", "pitching", "size_skew", "twist",
-    "bending", "rotor", "flap", "repair", "schema", "pages",
+    "bending", "rotor", "flap", "repair", "schema", "notes", "pages",
 ]
 # These use all processors, time what they do, or open windows.
 ALONE = ["paraview", "killed", "interrupted", "power_cut", "full_disk", "report", "terminal", "mpi", "mixtures"]

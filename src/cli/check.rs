@@ -6,9 +6,9 @@ use crate::preflight::{
     estimate_memory, evenly,
 };
 use crate::run::sentences;
-use azimesh_core::diagnostic::{Diagnostic, amount, in_digits, short};
 use azimesh_core::error::{Result, counted, one_line};
-use azimesh_core::parallel;
+use azimesh_core::numbers::{amount, in_digits, short};
+use azimesh_core::{Note, parallel};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Frame, Role, Schedule, Step, TagRole};
 use serde::Serialize;
@@ -199,7 +199,7 @@ fn as_json(
     plan: &Plan,
     extremes: &LargestDisplacements,
     bytes: Bytes,
-    warnings: &[Diagnostic],
+    warnings: &[Note],
 ) -> Checked {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();

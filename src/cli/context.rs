@@ -3,8 +3,8 @@
 use super::{Common, threads};
 use crate::alloc::spill;
 use crate::preflight::existing_folder;
-use azimesh_core::diagnostic::amount;
 use azimesh_core::error::{Error, Result, is_unseen, lines, one_line};
+use azimesh_core::numbers::amount;
 use azimesh_core::parallel;
 use azimesh_core::ranks::Ranks;
 use azimesh_deform::Plan;

@@ -7,9 +7,9 @@ use crate::alloc::limit;
 use crate::preflight::{Fits, check_memory, existing_folder};
 use crate::record::{Criterion, Timings};
 use crate::run::{Finished, Request, run_after, sentences};
-use azimesh_core::diagnostic::run::RunNote;
-use azimesh_core::diagnostic::{Diagnostic, NoteKind, amount, in_digits};
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result, counted, path_in_line};
+use azimesh_core::numbers::{amount, in_digits};
 use azimesh_core::progress::Stop;
 use azimesh_core::ranks::Ranks;
 use azimesh_deform::motion::{QualityOutput, Schedule};
@@ -373,26 +373,13 @@ fn as_json(folder: &Path, finished: &Finished) -> Deformed {
 }
 
 /// A failed check: its sentence, and of a condition of `--fail-on` its numbers.
-fn failure(note: &Diagnostic) -> Failure {
-    let found = match &note.kind {
-        NoteKind::Run(RunNote::ConditionHolds {
-            step,
-            condition,
-            value,
-            ..
-        }) => condition
-            .parse()
-            .ok()
-            .map(|condition: Criterion| (*step, condition, *value)),
-        _ => None,
-    };
-    let condition = found.as_ref().map(|(_, condition, _)| condition);
+fn failure(note: &Note) -> Failure {
     Failure {
         message: note.to_string(),
-        metric: condition.map(|condition| condition.column().to_owned()),
-        value: found.as_ref().map(|(.., value)| *value),
-        limit: condition.map(Criterion::limit),
-        step: found.as_ref().map(|(step, ..)| *step),
+        metric: note.get("metric").as_str().map(str::to_owned),
+        value: note.get("value").as_f64(),
+        limit: note.get("limit").as_f64(),
+        step: note.get("step").as_u64().map(|step| step as usize),
     }
 }
 
@@ -449,7 +436,7 @@ struct Failure {
 }
 
 /// A condition may fail at every step: the first notes of each sort are shown, all with `-v`.
-fn complain_of_some(notes: &[Diagnostic], context: &Context) {
+fn complain_of_some(notes: &[Note], context: &Context) {
     for alike in by_sort(notes) {
         let shown = match context.common.verbose {
             0 => alike.len().min(SHOWN),
@@ -468,16 +455,34 @@ fn complain_of_some(notes: &[Diagnostic], context: &Context) {
 }
 
 /// Notes by their sort, in the order of the first of each.
-fn by_sort(notes: &[Diagnostic]) -> Vec<Vec<&Diagnostic>> {
-    let mut sorts: Vec<Vec<&Diagnostic>> = Vec::new();
+fn by_sort(notes: &[Note]) -> Vec<Vec<&Note>> {
+    let mut sorts: Vec<Vec<&Note>> = Vec::new();
     for note in notes {
         let mut known = sorts.iter_mut();
-        match known.find(|alike| alike[0].kind.is_like(&note.kind)) {
+        match known.find(|alike| is_like(alike[0], note)) {
             Some(alike) => alike.push(note),
             None => sorts.push(vec![note]),
         }
     }
     sorts
+}
+
+/// Checks if two notes differ in names and numbers only.
+fn is_like(a: &Note, b: &Note) -> bool {
+    let is_alike = match a.code {
+        "recorded" | "skipped" => words(&a.text).eq(words(&b.text)),
+        _ => a.get("metric") == b.get("metric"),
+    };
+    a.code == b.code && is_alike
+}
+
+/// The words of a sentence without those that have numbers, in the singular.
+fn words(sentence: &str) -> impl Iterator<Item = &str> {
+    let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
+    let words = sentence.split_whitespace();
+    words
+        .filter(move |word| !has_digit(word))
+        .map(|word| word.trim_end_matches('s'))
 }
 
 fn summary(folder: &Path, finished: &Finished) -> String {
@@ -521,28 +526,25 @@ fn summary(folder: &Path, finished: &Finished) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use azimesh_core::diagnostic::deform::DeformNote;
-    use azimesh_core::diagnostic::run::RunNote;
+    use azimesh_core::note;
 
     #[test]
     fn notes_of_one_sort_stand_together_and_hide_no_other() {
-        let inverted = |step: usize| RunNote::Inverted {
-            step,
-            azimuth_deg: Some(0.0),
-            time_s: None,
-            cells: 7 * step,
-            first: None,
-        };
-        let mut notes: Vec<Diagnostic> = (0..9).map(|step| inverted(step).into()).collect();
-        let gap = Diagnostic::new(DeformNote::NarrowGap {
-            width: 1.2e-3,
-            node: 5,
-            tolerances: 20.0,
-            fade_radius: 1.0,
-        });
+        let inverted =
+            |step: usize| note!("inverted", "step {step} has {} inverted cells", 7 * step);
+        let mut notes: Vec<Note> = (0..9).map(inverted).collect();
+        let gap = note!("narrow_gap", "two surfaces are near each other");
         notes.insert(8, gap.clone());
         let sorts = by_sort(&notes);
         assert_eq!(sorts.iter().map(Vec::len).collect::<Vec<_>>(), [9, 1]);
         assert_eq!(sorts[1], [&gap]);
+        let recorded = ["step 1 has 2", "step 3 has 4", "body b moves"];
+        let recorded = recorded.map(|text| Note::new("recorded", text));
+        let holds = ["max_skew", "max_skew", "inverted"];
+        let holds = holds.map(|metric| note!("condition_holds", "{metric}").with("metric", metric));
+        for notes in [recorded, holds] {
+            let sorts = by_sort(&notes);
+            assert_eq!(sorts.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
+        }
     }
 }

@@ -3,8 +3,8 @@
 use super::Context;
 use super::unfinished::unfinished;
 use crate::alloc::limit;
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Error, Position, Result};
+use azimesh_core::numbers::short;
 use azimesh_io::formats::{
     self, Format, Listed, Loaded, Location, ReadOptions, Shared, SharedFile,
 };

@@ -31,8 +31,8 @@ mod unfinished;
 pub use context::Context;
 
 use crate::alloc::limit::{self, SYSTEM_FAILED};
-use azimesh_core::diagnostic::amount;
 use azimesh_core::error::{Error, ErrorKind, Result, counted, name_options_as_flags};
+use azimesh_core::numbers::amount;
 use azimesh_core::ranks::Ranks;
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;

@@ -2,9 +2,9 @@
 
 use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
-use azimesh_core::diagnostic::{short, with_verb};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::vector::{distance, norm, sub};
+use azimesh_core::numbers::{short, with_verb};
 use azimesh_core::progress::Stop;
 use azimesh_io::formats::guard_inputs;
 use azimesh_io::mesh::facets::facets;

@@ -3,8 +3,8 @@
 use super::unfinished::unfinished;
 use super::{Context, Outcome};
 use crate::report;
-use azimesh_core::diagnostic::amount;
 use azimesh_core::error::{Error, Result, counted, path_in_line};
+use azimesh_core::numbers::amount;
 use azimesh_io::formats::{self, Commit};
 use serde::Serialize;
 use std::path::{Path, PathBuf};

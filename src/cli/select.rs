@@ -2,8 +2,8 @@
 
 use super::{Context, Outcome};
 use crate::run::base_file;
-use azimesh_core::diagnostic::in_digits;
 use azimesh_core::error::{Error, Result, path_in_line};
+use azimesh_core::numbers::in_digits;
 use azimesh_core::ranks::Ranks;
 use azimesh_deform::motion::Schedule;
 use azimesh_deform::{

@@ -3,11 +3,12 @@
 
 use super::displacements::LargestDisplacements;
 use super::motion::{places_at, points_of};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::error::counted;
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::crossing::{segments_cross, triangles_cross};
 use azimesh_core::geometry::vector::{Vector, dot, sub};
+use azimesh_core::numbers::{in_digits, point, short};
+use azimesh_core::{Note, note};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Interpolate, Role, Step};
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,7 +20,7 @@ const BESIDE: f64 = 0.7;
 const SAFE: f64 = 1.1;
 
 /// A warning for each body with a motion about the axes of one blade whose nodes lie all round the hub.
-pub(super) fn of_several_blades(plan: &Plan) -> Vec<Diagnostic> {
+pub(super) fn of_several_blades(plan: &Plan) -> Vec<Note> {
     let motion = &plan.motion;
     let rotor = &motion.rotor;
     let first = motion.steps.first().filter(|_| !rotor.in_plane);
@@ -39,19 +40,25 @@ pub(super) fn of_several_blades(plan: &Plan) -> Vec<Diagnostic> {
         }
         let reach = high.max(-low);
         let is_round = -low > BEHIND * reach && side > BESIDE * reach;
-        is_round.then(|| PreflightNote::SeveralBlades {
-            body: body.name.clone(),
-            stations: [low, high],
-            beside: side,
+        is_round.then(|| {
+            note!(
+                "several_blades",
+                "body \"{}\" pitches and flaps about the span of one blade, but lies all round the hub (stations {} to {}, up to {} beside \
+                 the span); several blades are several bodies, each with its azimuth_offset",
+                body.name,
+                short(low),
+                short(high),
+                short(side)
+            )
         })
     });
-    notes.map(Diagnostic::from).collect()
+    notes.collect()
 }
 
 /// A warning where cells fold whatever the mesh: with a displacement `d` that is zero at the distance `R`, the slope
 /// of the field reaches `s d / R`, `s` the steepest slope of the kernel, and cells fold where that is above one. Not of
 /// rotations that are interpolated as such.
-pub(super) fn small_radius(plan: &Plan, extremes: &LargestDisplacements) -> Option<Diagnostic> {
+pub(super) fn small_radius(plan: &Plan, extremes: &LargestDisplacements) -> Option<Note> {
     let (surface, rbf) = (&plan.surface, &plan.schedule.rbf);
     let turns = rbf.interpolate == Interpolate::Twist;
     let mut layers = plan.layers.iter();
@@ -69,19 +76,27 @@ pub(super) fn small_radius(plan: &Plan, extremes: &LargestDisplacements) -> Opti
     if slope * by <= radius {
         return None;
     }
-    let note = PreflightNote::SmallRadius {
-        radius,
-        kernel: plan.basis.kernel.name(),
-        body: plan.motion.bodies[body].name.clone(),
-        distance: by,
-        step,
-        substeps: rbf.substeps,
-        needed: (
-            SAFE * slope * by,
-            (SAFE * slope * whole / radius).ceil() as usize,
-        ),
-    };
-    Some(note.into())
+    let needed_radius = SAFE * slope * by;
+    let needed_substeps = (SAFE * slope * whole / radius).ceil() as usize;
+    let note = note!(
+        "small_radius",
+        "body \"{}\" moves by up to {}{} (step {step}), which has to fade out within the support radius {}: with {} \
+         that has to be about {} times the distance, or cells fold; set rbf.support_radius = {} or more, where the mesh has that room, or \
+         rbf.substeps = {needed_substeps}",
+        plan.motion.bodies[body].name,
+        in_digits(by, 3),
+        if rbf.substeps > 1 {
+            " in one substep"
+        } else {
+            ""
+        },
+        short(radius),
+        plan.basis.kernel.name(),
+        in_digits(needed_radius / by, 2),
+        in_digits(needed_radius, 3)
+    );
+    let note = note.with("needed_radius", needed_radius);
+    Some(note.with("needed_substeps", needed_substeps))
 }
 
 /// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
@@ -90,7 +105,7 @@ pub(super) fn conflicts(
     plan: &Plan,
     steps: &[&Step],
     extremes: &LargestDisplacements,
-) -> Vec<Diagnostic> {
+) -> Vec<Note> {
     let facets = Facets::new(plan);
     let mut meeting: BTreeMap<(Owner, Owner), Vec<(usize, Vector)>> = BTreeMap::new();
     let steps: BTreeSet<usize> = (steps.iter().map(|step| step.index()))
@@ -103,24 +118,25 @@ pub(super) fn conflicts(
             meeting.entry(pair).or_default().push((step.index(), place));
         }
     }
-    let bodies = &plan.motion.bodies;
-    let name = |owner: Owner| owner.map(|body| bodies[usize::from(body)].name.clone());
+    let name = |owner: Owner| match owner {
+        Some(body) => format!("body \"{}\"", plan.motion.bodies[usize::from(body)].name),
+        None => "a fixed boundary".to_owned(),
+    };
     let leaving = extremes.leaving.iter();
-    let leaving = leaving.map(|(&body, steps)| PreflightNote::LeavesBox {
-        body: bodies[body].name.clone(),
-        steps: steps.len(),
-        looked_at: extremes.n_steps,
-        first: steps[0],
+    let leaving = leaving.map(|(&body, at)| extremes.leaves_box(plan, body, at));
+    let meeting = meeting.into_iter().map(|((one, other), found)| {
+        note!(
+            "surfaces_meet",
+            "the surfaces of {} and {} intersect at {} of the {} checked, first at step {}, near {}",
+            name(other),
+            name(one),
+            found.len(),
+            counted(steps.len(), "step"),
+            found[0].0,
+            point(&found[0].1)
+        )
     });
-    let meeting = meeting.into_iter();
-    let meeting = meeting.map(|((one, other), found)| PreflightNote::SurfacesMeet {
-        bodies: [other, one].map(name),
-        steps: found.len(),
-        looked_at: steps.len(),
-        first: found[0].0,
-        place: found[0].1,
-    });
-    leaving.chain(meeting).map(Diagnostic::from).collect()
+    leaving.chain(meeting).collect()
 }
 
 /// The body that a facet moves with; `None` is fixed.
@@ -233,9 +249,8 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
 mod tests {
     use super::*;
     use crate::preflight::tests::plan;
-    use azimesh_core::diagnostic::NoteKind;
 
-    fn told(mesh: &str, tag: &str, by: &str) -> Vec<Diagnostic> {
+    fn told(mesh: &str, tag: &str, by: &str) -> Vec<Note> {
         let plan = plan(
             mesh,
             &format!(
@@ -246,29 +261,11 @@ mod tests {
         conflicts(&plan, &steps, &LargestDisplacements::new(&plan))
     }
 
-    fn leaves(steps: usize, looked_at: usize, first: usize) -> Diagnostic {
-        let note = PreflightNote::LeavesBox {
-            body: "it".to_owned(),
-            steps,
-            looked_at,
-            first,
-        };
-        note.into()
-    }
-
-    /// Steps at which the body meets a fixed boundary, of how many, and the first.
-    fn meeting(told: &[Diagnostic]) -> Option<(usize, usize, usize)> {
-        let own = [Some("it".to_owned()), None];
-        told.iter().find_map(|told| match &told.kind {
-            NoteKind::Preflight(PreflightNote::SurfacesMeet {
-                bodies,
-                steps,
-                looked_at,
-                first,
-                ..
-            }) if *bodies == own => Some((*steps, *looked_at, *first)),
-            _ => None,
-        })
+    /// The text of a note after "the surfaces of the body and a fixed boundary intersect".
+    fn meeting(told: &[Note]) -> Option<&str> {
+        let start = "the surfaces of body \"it\" and a fixed boundary intersect";
+        let mut told = told.iter().filter(|note| note.code == "surfaces_meet");
+        told.find_map(|note| note.text.strip_prefix(start))
     }
 
     #[test]
@@ -297,7 +294,10 @@ mod tests {
         assert_eq!((extremes.n_steps, extremes.farthest[0]), (361, (100, 5.0)));
         let steps: Vec<&Step> = plan.motion.steps.iter().step_by(6).collect();
         let told = conflicts(&plan, &steps, &extremes);
-        assert_eq!(told[0], leaves(1, 361, 100));
+        assert_eq!(
+            told[0].text,
+            "body \"it\" leaves the bounding box of the mesh at 1 of the 361 steps checked, first at step 100"
+        );
     }
 
     #[test]
@@ -305,8 +305,10 @@ mod tests {
         let duct = told("testdata/body_in_duct.vtu", "body", "[0, 1.2, 0]");
         assert!(meeting(&duct).is_some(), "{duct:?}");
         let airfoil = told("testdata/naca0012.vtu", "airfoil", "[2.0, 0, 0]");
-        assert_eq!(airfoil[0], leaves(1, 3, 2));
-        assert_eq!(meeting(&airfoil), Some((1, 3, 2)));
+        assert_eq!(airfoil[0].code, "leaves_box");
+        let met = meeting(&airfoil).expect("it meets a wall");
+        let wanted = " at 1 of the 3 steps checked, first at step 2, near (";
+        assert!(met.starts_with(wanted), "{met}");
     }
 
     #[test]
@@ -355,9 +357,10 @@ mod tests {
              body = [ {{ name = \"a\", tags = [\"airfoil\"], rigid.translate = [0, 0.35, 0] }} ]\n"
         );
         let plan = plan("testdata/naca0012.vtu", &text);
-        small_radius(&plan, &LargestDisplacements::new(&plan)).map(|note| match note.kind {
-            NoteKind::Preflight(PreflightNote::SmallRadius { needed, .. }) => needed,
-            other => panic!("{other}"),
+        small_radius(&plan, &LargestDisplacements::new(&plan)).map(|note| {
+            let radius = note.get("needed_radius").as_f64().expect("a number");
+            let substeps = note.get("needed_substeps").as_u64().expect("a number");
+            (radius, substeps as usize)
         })
     }
 

@@ -1,8 +1,8 @@
 //! The disk space that a run needs.
 
-use azimesh_core::diagnostic::preflight::PreflightNote;
-use azimesh_core::diagnostic::{Diagnostic, amount, with_verb};
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::{amount, with_verb};
+use azimesh_core::{Note, note};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{QualityOutput, Role, SurfaceOutput};
 use azimesh_io::formats::{Compression, Format};
@@ -111,7 +111,7 @@ pub(crate) fn check_disk(
     folder: &Path,
     demand: &Demand,
     (freed, taken): (u64, u64),
-) -> Result<Option<Diagnostic>> {
+) -> Result<Option<Note>> {
     let Ok(free) = fs4::available_space(existing_folder(folder)) else {
         return Ok(None);
     };
@@ -122,21 +122,19 @@ pub(crate) fn check_disk(
     if needed <= free {
         return Ok(None);
     }
-    if plan.schedule.output.compression != Compression::None {
-        let note = PreflightNote::LittleRoom {
-            steps: demand.n_steps as usize,
-            needed,
-            each: demand.others,
-            free,
-        };
-        return Ok(Some(Diagnostic::new(note).file(folder)));
-    }
-    Err(Error::system(format!(
-        "{} {} ({} each), and {} are free; free some space, write fewer steps with --steps, or start anyway with --no-space-check",
+    let demand = format!(
+        "{} {} ({} each), and {} are free",
         with_verb(demand.n_steps as usize, "step", "takes"),
         amount(needed),
         amount(demand.others),
         amount(free)
+    );
+    if plan.schedule.output.compression != Compression::None {
+        let note = note!("little_space", "without compression {demand}");
+        return Ok(Some(note.file(folder)));
+    }
+    Err(Error::system(format!(
+        "{demand}; free some space, write fewer steps with --steps, or start anyway with --no-space-check"
     ))
     .file(folder))
 }

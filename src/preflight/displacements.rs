@@ -1,12 +1,11 @@
 //! The largest displacement of each body over the steps of a schedule, and whether it leaves the region that deforms.
 
 use super::motion::{places_at, points_of};
-use azimesh_core::diagnostic::preflight::PreflightNote;
-use azimesh_core::diagnostic::{Diagnostic, in_digits};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
-use azimesh_core::parallel;
+use azimesh_core::numbers::in_digits;
+use azimesh_core::{Note, note, parallel};
 use azimesh_deform::Plan;
 use std::collections::BTreeMap;
 
@@ -71,20 +70,26 @@ impl LargestDisplacements {
             return Ok(());
         };
         let (step, distance) = self.farthest[body];
-        let note = PreflightNote::LeavesBox {
-            body: plan.motion.bodies[body].name.clone(),
-            steps: steps.len(),
-            looked_at: self.n_steps,
-            first: steps[0],
-        };
         Err(Error::input(format!(
             "{}: it moves by up to {}, at step {step}, and the mesh is {} across; give the motion in mesh units, or allow this with \
              --allow-outside",
-            Diagnostic::new(note),
+            self.leaves_box(plan, body, steps),
             in_digits(distance, 3),
             in_digits(plan.boundary.extent.diagonal(), 3),
         ))
         .file(&plan.schedule.path))
+    }
+
+    /// A note on a body that leaves the region that deforms at `steps`.
+    pub(super) fn leaves_box(&self, plan: &Plan, body: usize, steps: &[usize]) -> Note {
+        note!(
+            "leaves_box",
+            "body \"{}\" leaves the bounding box of the mesh at {} of the {} checked, first at step {}",
+            plan.motion.bodies[body].name,
+            steps.len(),
+            counted(self.n_steps, "step"),
+            steps[0]
+        )
     }
 
     /// The step at which a point of any body is farthest from its place, and how far that is.

@@ -1,11 +1,12 @@
 //! Warnings about bodies next to boundaries: bodies that leave a plane that they are in, bodies
 //! that stay, and a zone that turns out of the rest of the mesh.
 
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::error::counted;
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::closest::ClosestSurface;
 use azimesh_core::geometry::vector::{Vector, distance, dot, norm, scale, sub};
+use azimesh_core::numbers::in_digits;
+use azimesh_core::{Note, note};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{DeformingZone, Step};
 use azimesh_io::mesh::facets::facets;
@@ -18,7 +19,7 @@ const TURNS: usize = 8;
 const NODES: usize = 2000;
 
 /// Bodies with nodes in a sliding plane that are moved out of it.
-pub(super) fn leaving_planes(plan: &Plan) -> Vec<Diagnostic> {
+pub(super) fn leaving_planes(plan: &Plan) -> Vec<Note> {
     let Some(sliding) = &plan.surface.sliding else {
         return Vec::new();
     };
@@ -48,19 +49,21 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<Diagnostic> {
     }
     left.into_iter()
         .map(|(body, (points, distance, step))| {
-            let note = PreflightNote::LeavesPlane {
-                body: plan.motion.bodies[usize::from(body)].name.clone(),
-                nodes: points.len(),
-                distance,
-                step,
-            };
-            note.into()
+            let body = &plan.motion.bodies[usize::from(body)].name;
+            let note = note!(
+                "leaves_plane",
+                "body \"{body}\" moves {} of a sliding plane out of it, by up to {} at step {step}; that boundary does not stay \
+                 plane",
+                counted(points.len(), "node"),
+                in_digits(distance, 4)
+            );
+            note.with("step", step).with("distance", distance)
         })
         .collect()
 }
 
 /// Bodies that no step moves.
-pub(super) fn staying(plan: &Plan) -> Vec<Diagnostic> {
+pub(super) fn staying(plan: &Plan) -> Vec<Note> {
     let bodies = &plan.motion.bodies;
     let mut points = vec![0; bodies.len()];
     let mut moves = vec![false; bodies.len()];
@@ -80,15 +83,18 @@ pub(super) fn staying(plan: &Plan) -> Vec<Diagnostic> {
     let still = (0..bodies.len()).filter(|&body| points[body] > 0 && !moves[body]);
     still
         .map(|body| {
-            let body = bodies[body].name.clone();
-            PreflightNote::BodyStays { body }.into()
+            let body = &bodies[body].name;
+            note!(
+                "body_stays",
+                "body \"{body}\" does not move at any step of the schedule"
+            )
         })
         .collect()
 }
 
 /// A zone that is carried round although its interface to the rest is no surface of revolution: turned,
 /// its nodes do not lie on it.
-pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
+pub(super) fn turning_out(plan: &Plan) -> Option<Note> {
     let zone = plan.motion.zone.as_ref()?;
     // A sector meets its own images there.
     let is_whole = plan.motion.periodic.is_empty();
@@ -118,7 +124,14 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Diagnostic> {
     }
     let (step, distance) = worst;
     let is_off = distance > ROUND_OFF[1] * Bounds::around(&points).diagonal();
-    is_off.then(|| PreflightNote::TurnsOut { step, distance }.into())
+    is_off.then(|| {
+        note!(
+            "turns_out",
+            "the interface between the rotating zones and the rest of the mesh is not a surface of revolution about the \
+             shaft: at step {step} its nodes are up to {} away from it, so cells overlap there or leave gaps",
+            in_digits(distance, 4)
+        )
+    })
 }
 
 /// Facets of the interface of a zone between its nodes, by their positions among these.
@@ -155,7 +168,6 @@ fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: 
 mod tests {
     use super::*;
     use crate::preflight::tests::{plan, plan_of};
-    use azimesh_core::diagnostic::NoteKind;
     use azimesh_io::mesh::{CellKind, Group, Mesh};
 
     /// The wing with a motion, its root in a plane that slides.
@@ -181,11 +193,11 @@ mod tests {
         ] {
             let told = leaving_planes(&wing(motion));
             assert_eq!(told.len(), usize::from(out.is_some()), "{motion} {told:?}");
-            let is_right = |by: f64| match &told[0].kind {
-                NoteKind::Preflight(PreflightNote::LeavesPlane { distance, step, .. }) => {
-                    (distance - by).abs() < 1e-12 && *step == 0
-                }
-                _ => false,
+            let is_right = |by: f64| {
+                let distance = told[0].get("distance").as_f64().expect("a number");
+                told[0].code == "leaves_plane"
+                    && (distance - by).abs() < 1e-12
+                    && told[0].get("step") == 0
             };
             assert!(out.is_none_or(is_right), "{motion} {told:?}");
         }
@@ -200,9 +212,9 @@ mod tests {
             ("rigid.translate = [0, 1e-6, 0]", false),
         ] {
             let told = staying(&wing(motion));
-            let body = "wing".to_owned();
-            let note = PreflightNote::BodyStays { body }.into();
-            assert_eq!(told == [note], stays, "{motion} {told:?}");
+            let texts = ["body \"wing\" does not move at any step of the schedule"];
+            let is_told = told.iter().map(|note| note.text.as_str()).eq(texts);
+            assert_eq!(is_told, stays, "{motion} {told:?}");
         }
     }
 

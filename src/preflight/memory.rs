@@ -3,8 +3,8 @@
 //! Sums of the table in ARCHITECTURE.md. What a run holds changes with its stages: base points are
 //! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
 
-use azimesh_core::diagnostic::amount;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::amount;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{QualityOutput, Step};
 use azimesh_io::formats::{Compression, by_name};

@@ -23,8 +23,7 @@ pub(crate) use output::before_work;
 pub use output::estimate_bytes;
 pub use surface_files::check_surface_files;
 
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::{Note, note};
 use azimesh_deform::motion::{Frame, Step};
 use azimesh_deform::{Layer, Plan};
 
@@ -32,7 +31,7 @@ use azimesh_deform::{Layer, Plan};
 const LOOKED_AT: usize = 72;
 
 /// Warnings about the motion, before it is interpolated.
-pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Diagnostic> {
+pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Note> {
     let mut warnings = plan.motion.shared_nodes(&plan.boundary);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
     warnings.extend(tags::fixed_that_move(plan));
@@ -47,7 +46,10 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Diagnostic>
     let is_carried = plan.motion.rotor.frame == Frame::Inertial;
     let no_velocity = |layer: &Layer| layer.modes.n_modes == 0 && !is_carried;
     if plan.velocity.as_ref().is_some_and(no_velocity) {
-        warnings.push(PreflightNote::NoVelocity.into());
+        warnings.push(note!(
+            "no_velocity",
+            "output.velocity is set, but the velocities of all bodies are 0 at every step"
+        ));
     }
     warnings.extend(bodies::conflicts(plan, &evenly(plan, LOOKED_AT), extremes));
     warnings

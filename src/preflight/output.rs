@@ -2,12 +2,10 @@
 
 use super::disk::Demand;
 use crate::record::Criterion;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::preflight::PreflightNote;
 use azimesh_core::error::{Error, ErrorKind, Result};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::Vector;
-use azimesh_core::parallel;
+use azimesh_core::{Note, note, parallel};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{QualityOutput, SelectionMethod};
 use azimesh_io::formats::{
@@ -29,7 +27,7 @@ pub(crate) fn before_work(
     mesh: &MeshView<'_>,
     format: &Format,
     fail_on: &[Criterion],
-) -> Result<(Vec<Diagnostic>, u64)> {
+) -> Result<(Vec<Note>, u64)> {
     check_precision(plan)?;
     check_columns(plan, fail_on)?;
     check_dense(plan)?;
@@ -95,11 +93,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
 /// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
 /// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
 /// step then, however few digits those of the mesh have.
-fn format_holds(
-    plan: &Plan,
-    mesh: &MeshView<'_>,
-    format: &Format,
-) -> Result<(Vec<Diagnostic>, u64)> {
+fn format_holds(plan: &Plan, mesh: &MeshView<'_>, format: &Format) -> Result<(Vec<Note>, u64)> {
     if format.is_surface {
         let message = format!(
             "output.format = \"{0}\": {0} holds surfaces, and a run writes whole meshes; `azimesh convert DIR -o OUT --format {0}` \
@@ -129,12 +123,17 @@ fn format_holds(
         .file(&plan.schedule.path),
         _ => error,
     })?;
-    let mut dropped: Vec<Diagnostic> = dropped.into_iter().collect();
+    let mut dropped: Vec<Note> = dropped.into_iter().collect();
     dropped.extend(dropped_arrays(plan, format));
     // Ways to store numbers that the format does not have.
     let without_effect = plan.schedule.output.write_options().without_effect(format);
     let format = format.name;
-    let note = |key| PreflightNote::NoEffect { key, format }.into();
+    let note = |key| {
+        note!(
+            "no_effect",
+            "output.{key} has no effect on files of format = \"{format}\""
+        )
+    };
     dropped.extend(without_effect.into_iter().map(note));
     Ok((dropped, out.finish().n_bytes))
 }
@@ -156,7 +155,7 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
 }
 
 /// A note where arrays are asked for that the format does not hold.
-fn dropped_arrays(plan: &Plan, format: &Format) -> Option<Diagnostic> {
+fn dropped_arrays(plan: &Plan, format: &Format) -> Option<Note> {
     let output = &plan.schedule.output;
     let holds_arrays = format.holds.arrays;
     let dropped = [
@@ -172,8 +171,16 @@ fn dropped_arrays(plan: &Plan, format: &Format) -> Option<Diagnostic> {
     ];
     let arrays = dropped.into_iter().filter(|(_, is_dropped)| *is_dropped);
     let arrays: Vec<&str> = arrays.map(|(name, _)| name).collect();
-    let format = format.name;
-    (!arrays.is_empty()).then(|| PreflightNote::NoArrays { format, arrays }.into())
+    let left_out = match &arrays[..] {
+        [] => return None,
+        [one] => format!("{one} is"),
+        [first @ .., last] => format!("{} and {last} are", first.join(", ")),
+    };
+    Some(note!(
+        "no_arrays",
+        "output.format = \"{}\" holds no arrays: {left_out} left out",
+        format.name
+    ))
 }
 
 fn check_precision(plan: &Plan) -> Result<()> {

@@ -1,8 +1,8 @@
 //! Surface files for a solver that moves its volume itself: whether the solver would take them for what they are.
 
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::preflight::PreflightNote;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::in_digits;
+use azimesh_core::{Note, note};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_io::formats::{by_extension, by_name, n_su2_zones, without_compression};
@@ -56,10 +56,17 @@ pub fn check_surface_files(plan: &Plan, mesh: &MeshView<'_>, path: &Path) -> Res
 }
 
 /// A note where the surfaces are not at rest at step 0, which SU2 begins with.
-pub(super) fn begins_moved(plan: &Plan) -> Option<Diagnostic> {
+pub(super) fn begins_moved(plan: &Plan) -> Option<Note> {
     let distance = plan.largest_displacement(0);
     let is_asked = plan.schedule.output.surface == SurfaceOutput::Su2;
-    (is_asked && distance > 0.0).then(|| PreflightNote::BeginsMoved { distance }.into())
+    (is_asked && distance > 0.0).then(|| {
+        note!(
+            "begins_moved",
+            "output.surface = \"su2\": step 0 has moved the surfaces by up to {}; SU2 begins with its mesh as it is, so that its \
+             first iteration moves them by that within one TIME_STEP",
+            in_digits(distance, 4)
+        )
+    })
 }
 
 /// The first step whose interval differs from that of the first two; in time where it is known, else in azimuth.

@@ -1,9 +1,10 @@
 //! Tags that are not what the schedule takes them for: fixed ones that move with a body, and moving ones that the
 //! mesh does not follow.
 
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::preflight::PreflightNote;
+use azimesh_core::error::counted;
 use azimesh_core::geometry::vector::{Vector, cross, dot, norm, scale, sub};
+use azimesh_core::numbers::{in_digits, with_verb};
+use azimesh_core::{Note, note};
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{BodyMap, Role};
 use azimesh_io::mesh::{Group, Numbering};
@@ -25,7 +26,7 @@ struct Moved {
 }
 
 /// A warning for each fixed tag and body that moves nodes of it.
-pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
+pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Note> {
     let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
     let tags: Vec<(&Group, Option<Role>)> = plan.boundary.boundary_tags().zip(roles).collect();
     let (nodes, bodies) = moving_nodes(plan);
@@ -47,20 +48,50 @@ pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Diagnostic> {
             .into_iter()
             .filter(|(_, moved)| moved.distance > least);
         notes.extend(found.map(|(body, moved)| {
-            let note = PreflightNote::FixedMoves {
-                tag: tag.name.clone(),
-                nodes: [moved.nodes.len(), all_nodes],
-                faces: [moved.n_faces, tag.cells.len()],
-                shared: moved.n_shared,
-                body: plan.motion.bodies[usize::from(body)].name.clone(),
-                distance: moved.distance,
-                step: moved.step,
-                may_slide: moved.out <= least,
-            };
-            Diagnostic::from(note)
+            let body = &plan.motion.bodies[usize::from(body)].name;
+            fixed_moves(tag, body, &moved, all_nodes, moved.out <= least)
         }));
     }
     notes
+}
+
+/// A note on a fixed tag with nodes that move with a body.
+fn fixed_moves(tag: &Group, body: &str, moved: &Moved, all_nodes: usize, may_slide: bool) -> Note {
+    let (n_nodes, n_faces, all_faces) = (moved.nodes.len(), moved.n_faces, tag.cells.len());
+    let faces = match (n_faces, moved.n_shared) {
+        (0, _) => String::new(),
+        (n, 0) => format!("; {} move as a whole", of(n, all_faces, "face")),
+        (n, shared) => format!(
+            "; {} move as a whole, and {} on tags of the body too",
+            of(n, all_faces, "face"),
+            with_verb(shared, "face", "is")
+        ),
+    };
+    let remedy = if 2 * n_faces > all_faces {
+        "; most of this tag is not fixed: give it to the body, or take its faces out of the tags of the body"
+    } else if may_slide {
+        "; they stay in the plane of that tag, which could be in `slide`"
+    } else {
+        ""
+    };
+    let note = note!(
+        "fixed_moves",
+        "{} of tag \"{}\", which is fixed, {} with body \"{body}\", by up to {} (step {}), since they are on its tags \
+         too{faces}{remedy}",
+        of(n_nodes, all_nodes, "node"),
+        tag.name,
+        if n_nodes == 1 { "moves" } else { "move" },
+        in_digits(moved.distance, 3),
+        moved.step
+    );
+    note.with("nodes", n_nodes)
+        .with("faces", n_faces)
+        .with("shared", moved.n_shared)
+}
+
+/// `3 of the 40 nodes`.
+fn of(some: usize, all: usize, what: &str) -> String {
+    format!("{some} of the {}", counted(all, what))
 }
 
 /// The nodes that move, ascending, with the body that each moves with.
@@ -148,7 +179,7 @@ fn plane_of(plan: &Plan, tag: &Group, least: f64) -> Option<Vector> {
 }
 
 /// A warning for each moving tag with faces on no cell, where the mesh has cells.
-pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
+pub(super) fn on_no_cell(plan: &Plan) -> Vec<Note> {
     if plan.boundary.n_volume_cells() == 0 {
         return Vec::new();
     }
@@ -162,12 +193,15 @@ pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
             .copied()
             .filter(|&face| tag.cells.contains(face as usize));
         let own: Vec<u32> = own.collect();
-        let note = PreflightNote::FacesOnNoCell {
-            tag: tag.name.clone(),
-            faces: [own.len(), tag.cells.len()],
-            first: *own.first()?,
-        };
-        Some(Diagnostic::from(note))
+        let first = *own.first()?;
+        Some(note!(
+            "faces_on_no_cell",
+            "{} of tag \"{}\", which moves, {} on no cell, the first is cell {first}: they move, and no cell of the mesh \
+             follows them",
+            of(own.len(), tag.cells.len(), "face"),
+            tag.name,
+            if own.len() == 1 { "is" } else { "are" }
+        ))
     });
     notes.collect()
 }
@@ -176,7 +210,6 @@ pub(super) fn on_no_cell(plan: &Plan) -> Vec<Diagnostic> {
 mod tests {
     use super::*;
     use crate::preflight::tests::plan_of;
-    use azimesh_core::diagnostic::NoteKind;
     use azimesh_io::mesh::{CellKind, CellSet, Mesh};
 
     fn plan(mesh: Mesh, boundaries: &str, tags: &str) -> Plan {
@@ -210,41 +243,33 @@ mod tests {
         mesh
     }
 
-    /// Nodes, faces and shared faces of the only note.
-    fn told(notes: &[Diagnostic]) -> ([usize; 2], [usize; 2], usize, bool) {
-        match notes {
-            [note] => match &note.kind {
-                NoteKind::Preflight(PreflightNote::FixedMoves {
-                    nodes,
-                    faces,
-                    shared,
-                    distance,
-                    may_slide,
-                    ..
-                }) if (distance - 0.1).abs() < 1e-12 => (*nodes, *faces, *shared, *may_slide),
-                other => panic!("{other}"),
-            },
-            notes => panic!("{notes:?}"),
-        }
+    /// Nodes, faces and shared faces of the only note, and its text.
+    fn told(notes: &[Note]) -> ([u64; 3], &str) {
+        assert_eq!(
+            (notes.len(), notes[0].code),
+            (1, "fixed_moves"),
+            "{notes:?}"
+        );
+        let number = |key| notes[0].get(key).as_u64().expect("a number");
+        (["nodes", "faces", "shared"].map(number), &notes[0].text)
     }
 
     #[test]
     fn nodes_of_a_fixed_wall_that_move_with_a_body_are_told_of() {
         let walls = "fixed = [\"farfield\", \"airfoil\"]";
         let beside = plan(with_flap(false), walls, "\"flap\"");
-        let (nodes, faces, shared, may_slide) = told(&fixed_that_move(&beside));
-        assert_eq!((nodes[0], faces[0], shared, may_slide), (2, 0, 0, false));
+        let notes = fixed_that_move(&beside);
+        let (counts, text) = told(&notes);
+        assert!(counts == [2, 0, 0] && !text.contains("slide"), "{text}");
         let over = plan(with_flap(true), walls, "\"flap\"");
-        let (nodes, faces, shared, _) = told(&fixed_that_move(&over));
-        assert!(
-            nodes[0] > 2 && faces[0] > 1 && shared == faces[0],
-            "{nodes:?} {faces:?} {shared}"
-        );
+        let notes = fixed_that_move(&over);
+        let ([nodes, faces, shared], text) = told(&notes);
+        assert!(nodes > 2 && faces > 1 && shared == faces, "{text}");
         let others = plan(with_flap(true), "others = \"fixed\"", "\"airfoil\"");
         let notes = fixed_that_move(&others);
-        let (nodes, faces, ..) = told(&notes);
-        assert!(nodes[0] == nodes[1] && faces[0] == faces[1]);
-        let text = notes[0].to_string();
+        let ([nodes, faces, _], text) = told(&notes);
+        assert!(text.starts_with(&format!("{nodes} of the {nodes} nodes ")));
+        assert!(text.contains(&format!("{faces} of the {faces} faces ")));
         assert!(
             text.contains(
                 "tag \"flap\", which is fixed, move with body \"it\", by up to 0.1 (step 0)"
@@ -275,18 +300,10 @@ mod tests {
     #[test]
     fn a_wall_in_a_plane_that_its_moving_nodes_do_not_leave_may_slide() {
         let mesh = Mesh::read("testdata/wing_on_plane.vtu").expect("it is good");
-        let told_of = |mesh: &Mesh| {
-            told(&fixed_that_move(&plan(
-                mesh.clone(),
-                "others = \"fixed\"",
-                "\"wing\"",
-            )))
-        };
-        let (nodes, faces, _, may_slide) = told_of(&mesh);
-        assert!(
-            nodes[0] > 2 && faces[0] == 0 && may_slide,
-            "{nodes:?} {faces:?}"
-        );
+        let notes = fixed_that_move(&plan(mesh.clone(), "others = \"fixed\"", "\"wing\""));
+        let ([nodes, faces, _], text) = told(&notes);
+        assert!(nodes > 2 && faces == 0, "{text}");
+        assert!(text.ends_with("could be in `slide`"), "{text}");
         let slides = plan(
             mesh,
             "fixed = [\"farfield\"], slide = [\"symmetry\"]",
@@ -308,11 +325,10 @@ mod tests {
         mesh.groups[at.expect("it has the tag")].cells.push(face);
         let n = mesh.groups[at.expect("it has the tag")].cells.len();
         let notes = on_no_cell(&plan(mesh, "others = \"fixed\"", "\"airfoil\""));
-        let note = PreflightNote::FacesOnNoCell {
-            tag: "airfoil".to_owned(),
-            faces: [1, n],
-            first: face as u32,
-        };
-        assert_eq!(notes, [Diagnostic::from(note)]);
+        assert_eq!((notes.len(), notes[0].code), (1, "faces_on_no_cell"));
+        let start = format!(
+            "1 of the {n} faces of tag \"airfoil\", which moves, is on no cell, the first is cell {face}:"
+        );
+        assert!(notes[0].text.starts_with(&start), "{notes:?}");
     }
 }

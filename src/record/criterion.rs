@@ -1,8 +1,8 @@
 //! Conditions like `min_scaled_jacobian<0.1` under which a result counts as failed.
 
 use super::COLUMNS;
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Error, Result, nearest_name, option};
+use azimesh_core::numbers::short;
 use std::fmt;
 use std::str::FromStr;
 

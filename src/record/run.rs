@@ -1,9 +1,10 @@
 //! run.json: inputs of a run, its steps and its result. Keys that another version does not write are empty when it is read.
 
-use azimesh_core::diagnostic::deform::DeformNote;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::numbers::named_step;
+use azimesh_core::{Note, note};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -407,19 +408,49 @@ impl RepairRecord {
     }
 
     /// The note of this repair; azimuth in degrees and time in seconds are those of the step.
-    pub fn note(&self, azimuth_deg: Option<f64>, time_s: Option<f64>) -> DeformNote {
-        DeformNote::Substeps {
-            step: self.step,
-            azimuth_deg,
-            time_s,
-            before: (self.inverted_before, self.unproven_before.unwrap_or(0)),
-            weight: self.weight,
-            substeps: self.substeps,
-            kernel: self.kernel.clone(),
-            after: self.inverted,
-            patches: self.patches.as_ref().map(Vec::len),
-            left: self.unrepaired.unwrap_or(self.inverted),
+    pub fn note(&self, azimuth_deg: Option<f64>, time_s: Option<f64>) -> Note {
+        note!(
+            "repair",
+            "{} {}",
+            named_step(self.step, azimuth_deg, time_s),
+            self.told()
+        )
+    }
+
+    /// The cells before the repair, and what was done.
+    fn told(&self) -> String {
+        let before = (self.inverted_before, self.unproven_before.unwrap_or(0));
+        if let (Some(weight), (0, 0)) = (self.weight, before) {
+            let percent = (100.0 * weight).round();
+            return format!("takes {percent}% of the repair of folded steps near it");
         }
+        let cells = match before {
+            (0, n) if n > 0 => counted(n, "unproven cell"),
+            (n, _) => counted(n, "inverted cell"),
+        };
+        let patches = self.patches.as_ref().map_or(0, Vec::len);
+        let with = match &self.kernel {
+            Some(kernel) => format!(" with the kernel {kernel}"),
+            None => String::new(),
+        };
+        let mut done = Vec::new();
+        match (self.substeps, self.inverted) {
+            (None, _) if patches > 0 => {}
+            (None, _) => done.push("substeps do not reduce them".to_owned()),
+            (Some(n), 0) => done.push(format!("{n} substeps{with} leave none")),
+            (Some(n), after) => done.push(format!("{n} substeps{with} leave {after}")),
+        }
+        if patches > 0 {
+            let moved = match patches {
+                1 => "1 patch moved".to_owned(),
+                n => format!("{n} patches moved"),
+            };
+            done.push(match self.unrepaired.unwrap_or(self.inverted) {
+                0 => format!("{moved}, and none is left"),
+                left => format!("{moved}, and {left} are left"),
+            });
+        }
+        format!("had {cells}: {}", done.join("; "))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The rows of steps.csv, written and read back by one list of their columns.
 
-use azimesh_core::diagnostic::shortest;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::shortest;
 use std::collections::BTreeMap;
 
 /// Rows by their step.

@@ -7,7 +7,7 @@ use super::html::{count, escape, json_text, packed};
 use super::plot::{Plot, evenly};
 use super::table::holds_numbers;
 use super::{slice, summary};
-use azimesh_core::diagnostic::short;
+use azimesh_core::numbers::short;
 use serde_json::{Value, json};
 
 const STYLE: &str = concat!(

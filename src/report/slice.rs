@@ -5,7 +5,7 @@
 
 use super::cut::{Flat, Piece, Window};
 use super::html::escape;
-use azimesh_core::diagnostic::short;
+use azimesh_core::numbers::short;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

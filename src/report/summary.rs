@@ -1,8 +1,8 @@
 //! The result of a run in sentences: motion, accuracy, quality of the cells.
 
 use super::folder::Sequence;
-use azimesh_core::diagnostic::{in_digits, short};
 use azimesh_core::error::counted;
+use azimesh_core::numbers::{in_digits, short};
 
 /// Motions that have a sentence.
 const MOTIONS: usize = 4;

@@ -2,9 +2,9 @@
 
 use super::cut::{Cut, Flat, Plane, Window};
 use crate::record::MotionRecord;
-use azimesh_core::diagnostic::short;
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, dot, sub};
+use azimesh_core::numbers::short;
 use azimesh_io::mesh::Mesh;
 
 /// Height of a picture in widths.

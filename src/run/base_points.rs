@@ -4,10 +4,9 @@ use super::base_file;
 use super::names::Names;
 use super::record::{selection_record, sentences};
 use crate::record::SelectionRecord;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::run::{FileFault, RunNote};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::{Progress, Silent};
+use azimesh_core::{Note, note};
 use azimesh_deform::motion::{SelectionMethod, Step};
 use azimesh_deform::{BaseOrigin, Deformation, StepEvaluator, check_tolerance};
 use azimesh_io::formats::hash_of;
@@ -29,7 +28,7 @@ pub(super) struct BasePointStore<'a> {
     /// The result of each selection, for run.json.
     pub selections: Vec<SelectionRecord>,
     /// Notes for the user.
-    pub warnings: Vec<Diagnostic>,
+    pub warnings: Vec<Note>,
     /// Seconds of choosing base points.
     pub seconds_selection: f64,
     /// Seconds of evaluating them at the nodes.
@@ -112,9 +111,9 @@ impl<'a> BasePointStore<'a> {
 
     /// Writes the files of base points again that an earlier run wrote and that are not what they were;
     /// says so of each.
-    pub fn restore(&mut self) -> Result<Vec<Diagnostic>> {
+    pub fn restore(&mut self) -> Result<Vec<Note>> {
         let steps = self.names.steps();
-        let mut notes: Vec<Diagnostic> = Vec::new();
+        let mut notes: Vec<Note> = Vec::new();
         for interval in self.deformation.plan().selection_intervals() {
             let path = self.path_of(&interval);
             let is_ours = interval.start < steps.end && steps.start < interval.end;
@@ -127,10 +126,11 @@ impl<'a> BasePointStore<'a> {
                 continue;
             }
             notes.extend(wrong.into_iter().map(|path| {
-                let is_there = path.is_file().then_some(FileFault::OtherHash("run.json"));
-                let fault = is_there.unwrap_or(FileFault::Missing);
+                let is_there = path.is_file();
+                let hash = is_there.then_some("does not have the hash in run.json");
+                let fault = hash.unwrap_or("is missing");
                 let file = name_of(path);
-                Diagnostic::new(RunNote::BaseAgain { file, fault })
+                note!("base_again", "{file} {fault}; it is written again")
             }));
             let clock = Instant::now();
             self.base_points(&interval)?;

@@ -9,8 +9,7 @@ use super::parts::{self, Found, PartRun, damaged};
 use super::record::{self, RecordFile, latest};
 use super::table;
 use crate::record::{Criterion, Row, Rows, RunRecord, Timings};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::run::RunNote;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::Progress;
 use azimesh_io::formats::{
@@ -297,7 +296,7 @@ fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
             }
         }
     }
-    let recorded = |sentence| Diagnostic::from(RunNote::Recorded { sentence });
+    let recorded = |text: String| Note::new("recorded", text);
     // A failure that is not a condition is known by its sentence only.
     let failed = |sentence| {
         conditions

@@ -3,9 +3,9 @@
 use super::names::{Names, bytes_of};
 use crate::record::Criterion;
 use crate::record::{Row, Rows, SelectionRecord, Timings};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::run::RunNote;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::numbers::{named_step, short};
+use azimesh_core::{Note, note};
 use std::collections::BTreeMap;
 
 /// The result of a run.
@@ -32,13 +32,13 @@ pub struct Finished {
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
     /// Steps with inverted cells; they are among the warnings as well.
-    pub inverted: Vec<Diagnostic>,
+    pub inverted: Vec<Note>,
     /// Conditions that failed.
-    pub failures: Vec<Diagnostic>,
+    pub failures: Vec<Note>,
     /// Steps that were skipped, with the reason.
-    pub skipped: Vec<Diagnostic>,
+    pub skipped: Vec<Note>,
     /// Notes for the user.
-    pub warnings: Vec<Diagnostic>,
+    pub warnings: Vec<Note>,
     /// Bytes of one mesh file, the largest.
     pub mesh_bytes: u64,
     /// The time of each stage.
@@ -68,8 +68,8 @@ impl Finished {
             self.take_row(row);
             if row.inverted.is_some_and(|n| n > 0) {
                 let note = inverted(row, has_azimuth, first_inverted.get(step).copied());
-                self.inverted.push(note.clone().into());
-                self.warnings.push(note.into());
+                self.inverted.push(note.clone());
+                self.warnings.push(note);
             }
             for criterion in fail_on {
                 self.failures.extend(condition(criterion, *step, row)?);
@@ -108,28 +108,28 @@ impl Finished {
 }
 
 /// The note of a condition that holds at a step.
-pub(super) fn condition(
-    criterion: &Criterion,
-    step: usize,
-    row: &Row,
-) -> Result<Option<Diagnostic>> {
-    let note = |value: f64| RunNote::ConditionHolds {
-        step,
-        condition: criterion.to_string(),
-        column: criterion.column().to_owned(),
-        value,
-    };
+pub(super) fn condition(criterion: &Criterion, step: usize, row: &Row) -> Result<Option<Note>> {
     let held = criterion.met_by(&row.numbers())?;
-    Ok(held.map(|value| note(value).into()))
+    Ok(held.map(|value| {
+        let column = criterion.column();
+        let note = note!(
+            "condition_holds",
+            "step {step}: {criterion} holds: {column} is {}",
+            short(value)
+        );
+        let note = note.with("metric", column).with("value", value);
+        note.with("limit", criterion.limit()).with("step", step)
+    }))
 }
 
 /// The inverted cells of a step.
-pub(super) fn inverted(row: &Row, has_azimuth: bool, first: Option<usize>) -> RunNote {
-    RunNote::Inverted {
-        step: row.step,
-        azimuth_deg: row.azimuth_deg.filter(|_| has_azimuth),
-        time_s: row.time_s,
-        cells: row.inverted.unwrap_or(0),
-        first,
-    }
+pub(super) fn inverted(row: &Row, has_azimuth: bool, first: Option<usize>) -> Note {
+    let azimuth_deg = row.azimuth_deg.filter(|_| has_azimuth);
+    note!(
+        "inverted",
+        "{} has {}{}",
+        named_step(row.step, azimuth_deg, row.time_s),
+        counted(row.inverted.unwrap_or(0), "inverted cell"),
+        first.map_or(String::new(), |cell| format!(", the first is cell {cell}"))
+    )
 }

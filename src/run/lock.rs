@@ -3,9 +3,8 @@
 
 use super::names::Names;
 use crate::record::{file_name, parts_in};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::run::RunNote;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{
     folder_of, is_same, register_temporary, sync_folder, unregister_temporary,
 };
@@ -25,7 +24,7 @@ pub(super) struct Lock {
     /// The folders that were made for this run, innermost first.
     made: Vec<PathBuf>,
     /// Notes for the user.
-    pub warning: Option<Diagnostic>,
+    pub warning: Option<Note>,
 }
 
 impl Lock {
@@ -107,14 +106,18 @@ fn busy(folder: &Path, steps: &Range<usize>) -> Error {
 }
 
 /// Opens and locks the file of this run; gives a note where the file system has no locks.
-fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<Diagnostic>)> {
+fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<Note>)> {
     loop {
         let file = open(path, true)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(busy(folder, steps)),
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
-                let note = Diagnostic::new(RunNote::NoLocks).file(folder);
+                let note = note!(
+                    "no_locks",
+                    "this file system has no locks: nothing prevents another run from writing the same steps"
+                )
+                .file(folder);
                 return Ok((file, Some(note)));
             }
             Err(TryLockError::Error(error)) => return Err(refused(path, &error)),

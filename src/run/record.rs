@@ -8,7 +8,7 @@ use crate::record::{
     EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, PatchRecord, RepairRecord,
     RunRecord, SelectionRecord,
 };
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, Repair};
@@ -129,8 +129,8 @@ impl RecordFile {
 }
 
 /// Diagnostics as run.json has them.
-pub fn sentences(notes: &[Diagnostic]) -> Vec<String> {
-    notes.iter().map(Diagnostic::to_string).collect()
+pub fn sentences(notes: &[Note]) -> Vec<String> {
+    notes.iter().map(Note::to_string).collect()
 }
 
 fn options(plan: &Plan, request: &Request) -> OptionsRecord {

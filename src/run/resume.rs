@@ -7,9 +7,9 @@ use super::record;
 use super::surface::SurfaceFiles;
 use super::table;
 use crate::record::{Criterion, RepairRecord, Row, Rows, RunRecord};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::run::{FileFault, RunNote};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, option};
+use azimesh_core::numbers::with_verb;
+use azimesh_core::{Note, note};
 use azimesh_deform::{Deformation, Plan};
 use azimesh_io::formats::Format;
 use std::collections::BTreeMap;
@@ -31,7 +31,7 @@ pub(super) struct Earlier {
     /// Number of times that it was resumed, this one included.
     n_resumed: u64,
     /// Steps that have to be done again.
-    pub notes: Vec<Diagnostic>,
+    pub notes: Vec<Note>,
     /// True if its record is lost: rows count then where the same step gives the same bytes.
     pub is_unverified: bool,
 }
@@ -84,13 +84,16 @@ impl Earlier {
             ))
             .file(&names.folder));
         }
-        let note = RunNote::LostRecord {
-            record: record.to_string(),
-            is_damaged: path.exists(),
-        };
+        let note = note!(
+            "lost_record",
+            "{record} is {}: finished steps are computed again, and kept where that gives the same bytes; the {} \
+             conditions of the earlier run are lost",
+            if path.exists() { "damaged" } else { "missing" },
+            option("fail-on")
+        );
         Ok(Self {
             n_resumed: 1,
-            notes: vec![note.into()],
+            notes: vec![note],
             ..Self::default()
         })
     }
@@ -170,10 +173,9 @@ impl Earlier {
     }
 
     /// Warnings that its selections gave rise to.
-    pub fn selection_warnings(&self) -> impl Iterator<Item = Diagnostic> {
+    pub fn selection_warnings(&self) -> impl Iterator<Item = Note> {
         let lists = self.record.selections.iter().flat_map(|own| &own.warnings);
-        let sentences = lists.flatten().cloned();
-        sentences.map(|sentence| RunNote::Recorded { sentence }.into())
+        lists.flatten().map(|text| Note::new("recorded", text))
     }
 
     /// Leaves out steps whose file is missing or another.
@@ -187,44 +189,54 @@ impl Earlier {
         let progress = deformation.progress();
         progress.start("verifying", Some(self.rows.len() as u64));
         let surface = SurfaceFiles::of(deformation.plan()).ok().flatten();
-        let mut wrong: Vec<Diagnostic> = Vec::new();
+        let mut wrong: Vec<Note> = Vec::new();
         self.rows.retain(|&step, row| {
             let has_surface = || {
                 let mut surface = surface.iter();
                 surface.all(|surface| surface.is_there(names, format, row))
             };
             let fault = match fault_of(names, row, companions) {
-                None if !has_surface() => Some(FileFault::NoCompanion),
+                None if !has_surface() => Some(no_companion()),
                 fault => fault,
             };
             progress.advance(1);
-            let file = row.file.clone();
-            let note = fault.map(|fault| RunNote::StepAgain { step, file, fault });
-            let is_good = note.is_none();
-            wrong.extend(note.map(Diagnostic::from));
+            let is_good = fault.is_none();
+            wrong.extend(fault.map(|fault| step_again(step, &row.file, &fault)));
             is_good
         });
         progress.finish();
         let steps = wrong.len().saturating_sub(MOST_NOTES);
         self.notes.extend(wrong.into_iter().take(MOST_NOTES));
         if steps > 0 {
-            self.notes.push(RunNote::MoreAgain { steps }.into());
+            let steps = with_verb(steps, "more step", "is");
+            self.notes
+                .push(note!("more_again", "{steps} computed again"));
         }
     }
 }
 
+/// Notes a finished step that is computed again, since something is wrong with its file.
+pub(super) fn step_again(step: usize, file: &str, fault: &str) -> Note {
+    note!(
+        "step_again",
+        "step {step} is computed again: {file} {fault}"
+    )
+}
+
+fn no_companion() -> String {
+    "lacks its companion file".to_owned()
+}
+
 /// The fault of the file of a row, or of a file next to it.
-fn fault_of(names: &Names, row: &Row, companions: &BTreeMap<String, String>) -> Option<FileFault> {
+fn fault_of(names: &Names, row: &Row, companions: &BTreeMap<String, String>) -> Option<String> {
     let path = names.path(&row.file);
     if !path.exists() {
-        return Some(FileFault::Missing);
+        return Some("is missing".to_owned());
     }
     match names.has_hash(&path, &row.blake3) {
-        Ok(true) => names
-            .changed(companions, [row])
-            .map(|_| FileFault::NoCompanion),
-        Ok(false) => Some(FileFault::OtherHash("steps.csv")),
-        Err(error) => Some(FileFault::Unreadable(error.to_string())),
+        Ok(true) => names.changed(companions, [row]).map(|_| no_companion()),
+        Ok(false) => Some("does not have the hash in steps.csv".to_owned()),
+        Err(error) => Some(format!("cannot be read ({error})")),
     }
 }
 

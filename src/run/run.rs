@@ -16,10 +16,9 @@ use crate::preflight::{
     self, Demand, LargestDisplacements, before_work, check_disk, check_surface_files,
 };
 use crate::record::{Criterion, Row, Rows};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::run::RunNote;
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::{Note, note};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, missed_at_step};
 use azimesh_io::formats::{self, Begin, Format, Inputs, Notes};
@@ -76,7 +75,7 @@ pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
 pub fn run_after(
     deformation: &Deformation,
     request: &Request,
-    warn: &mut dyn FnMut(&[Diagnostic]),
+    warn: &mut dyn FnMut(&[Note]),
 ) -> Result<Finished> {
     // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
     // folder is locked before its files are read. An earlier run and the free disk are checked before anything
@@ -148,7 +147,7 @@ fn warnings_before(
     format: &Format,
     names: &Names,
     request: &Request,
-) -> Result<(Vec<Diagnostic>, u64)> {
+) -> Result<(Vec<Note>, u64)> {
     let (plan, mesh) = (deformation.plan(), deformation.view_to_write()?);
     let (mut warnings, mesh_bytes) = before_work(plan, &mesh, format, &request.fail_on)?;
     check_surface_files(plan, &mesh, &request.mesh)?;
@@ -160,7 +159,10 @@ fn warnings_before(
     }
     warnings.extend(preflight::warnings(plan, &extremes));
     if plan.without_boxes {
-        warnings.push(RunNote::NoBoxes.into());
+        warnings.push(note!(
+            "no_boxes",
+            "the boxes of free-form deformation (su2:FFD) fit the undeformed mesh only; they are left out"
+        ));
     }
     Ok((warnings, mesh_bytes))
 }
@@ -275,7 +277,10 @@ impl Run<'_> {
             self.rows = writer.rows();
             if mended {
                 let file = self.names.mesh(self.names.steps().start);
-                self.finished.warnings.push(RunNote::CutOff { file }.into());
+                self.finished.warnings.push(note!(
+                    "cut_off",
+                    "{file} does not end with its last step; what follows it is cut off"
+                ));
             }
             let pass = pass?;
             settled?;
@@ -393,7 +398,7 @@ impl Run<'_> {
             if repair.was_folded() && self.rows.contains_key(index) {
                 let step = &self.plan.motion.steps[*index];
                 let note = repair.note(step.azimuth_deg(), step.time_s());
-                finished.warnings.push(note.into());
+                finished.warnings.push(note);
             }
         }
     }
@@ -406,8 +411,8 @@ impl Run<'_> {
             let in_substeps = repair.is_some_and(|repair| repair.substeps.is_some());
             let (n_base, error) = (row.base_points, row.selection_error);
             match missed_at_step(self.plan, step, n_base, in_substeps, error) {
-                Some((note, true)) => finished.failures.push(note.into()),
-                Some((note, false)) => finished.warnings.push(note.into()),
+                Some((note, true)) => finished.failures.push(note),
+                Some((note, false)) => finished.warnings.push(note),
                 None => {}
             }
         }

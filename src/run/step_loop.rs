@@ -5,12 +5,13 @@ use super::base_points::BasePointStore;
 use super::finish::read_step;
 use super::finished::inverted;
 use super::record::repair_record;
+use super::resume::step_again;
 use super::run::{LoopEnd, Run};
 use super::step::{Computed, StepMesh, compute, row};
 use super::writer::{Writer, hash_of};
-use azimesh_core::diagnostic::run::{FileFault, RunNote};
 use azimesh_core::error::{Error, ErrorKind, Result};
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::note;
 use azimesh_deform::motion::{OnInverted, QualityOutput, Step};
 use azimesh_io::formats::CaseFormat;
 use azimesh_io::mesh::{Apart, MeshView};
@@ -192,7 +193,10 @@ impl Run<'_> {
 
     fn warn_of_damage(&mut self, step: &Step) {
         let (file, step) = (self.names.mesh(step.index()), step.index());
-        let note = RunNote::DiffersFrom { file, step }.into();
+        let note = note!(
+            "differs_from_table",
+            "{file}: step {step} is not what steps.csv says; the file is written again from there on"
+        );
         if !self.finished.warnings.contains(&note) {
             self.finished.warnings.push(note);
         }
@@ -213,10 +217,8 @@ impl Run<'_> {
         match judged {
             Ok(computed) => Ok(Some(computed)),
             Err(error) if self.passes_over(&error) => {
-                let reason = error.message;
-                self.finished
-                    .skipped
-                    .push(RunNote::Skipped { reason }.into());
+                let note = note!("skipped", "{}; skipped", error.message);
+                self.finished.skipped.push(note);
                 Ok(None)
             }
             Err(mut error) => {
@@ -253,12 +255,9 @@ impl Run<'_> {
                 return Err(self.not_ours(index));
             } else {
                 self.earlier.rows.remove(&index);
-                let note = RunNote::StepAgain {
-                    step: index,
-                    file: self.names.mesh(index),
-                    fault: FileFault::OtherBytes,
-                };
-                self.finished.warnings.push(note.into());
+                let fault = "is not what this run writes";
+                let note = step_again(index, &self.names.mesh(index), fault);
+                self.finished.warnings.push(note);
             }
             progress.advance(1);
         }

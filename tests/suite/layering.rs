@@ -26,7 +26,7 @@ const CRATES: &[(&str, &[&[&str]])] = &[
         "crates/azimesh-core/src",
         &[
             &["linear", "geometry", "ranks"],
-            &["diagnostic", "parallel", "progress", "sparse"],
+            &["note", "numbers", "parallel", "progress", "sparse"],
             &["error"],
         ],
     ),

@@ -1,6 +1,6 @@
 //! The parts that every crate of azimesh uses: errors, notes, parallel loops, geometry, linear systems, ranks.
 //!
-//! Owns: the error type, with its place in a file; notes, as kinds with names and numbers, and their sentences;
+//! Owns: the error type, with its place in a file; notes, with code, sentence, place and data; numbers in sentences;
 //! progress and stop requests; parallel loops with the same result on any number of threads; vectors, rigid
 //! transforms, boxes, order in space and closest points; dense factors and sparse systems of 3x3 blocks;
 //! messages between processes that share a mesh.
@@ -11,7 +11,7 @@
 //!
 //! ```text
 //! error       Error = ErrorKind + file + Position + message         Result
-//! diagnostic  Diagnostic = NoteKind + file + Position
+//! note        Note = code + file + Position + text + data
 //! progress    Progress (stages, as a trait)                         Stop (a request to end)
 //! parallel    collect, map, map_blocks, for_blocks, sort            results in order
 //! geometry    Vector ──> Bounds, Transform, Moving, Twist           curve, ClosestSurface ──> Foot
@@ -35,17 +35,18 @@
 //! assert_eq!(error.to_string(), "wing.su2:412: found 2 node indices, a triangle needs 3");
 //! ```
 
-pub mod diagnostic;
 pub mod error;
 pub mod geometry;
 pub mod linear;
+pub mod note;
+pub mod numbers;
 pub mod parallel;
 pub mod progress;
 pub mod ranks;
 pub mod sparse;
 
-pub use diagnostic::Diagnostic;
 pub use error::{Error, ErrorKind, Result};
+pub use note::Note;
 pub use progress::{Progress, Stop};
 
 #[cfg(doctest)]

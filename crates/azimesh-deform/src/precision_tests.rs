@@ -3,8 +3,6 @@
 
 use super::{BaseOrigin, Part, Plan, StepEvaluator, check_tolerance, choose};
 use crate::motion::Schedule;
-use azimesh_core::diagnostic::NoteKind;
-use azimesh_core::diagnostic::deform::DeformNote;
 use azimesh_core::error::{Error, ErrorKind};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::progress::Silent;
@@ -59,17 +57,14 @@ fn every_surface_node_with_smooth_kernels_is_solved_as_far_as_it_can_be_and_that
         );
         let n_surface = plan.surface.points.len();
         assert_eq!(interval.n_base == n_surface, takes_all, "{kernel}");
-        let is_told = interval.warnings.iter().any(|note| match note.kind {
-            NoteKind::Deform(DeformNote::NotAll {
-                base_points,
-                surface,
-                error,
-                ..
-            }) => {
-                assert!(error < 1e-6, "{kernel}: {error:e}");
-                (base_points, surface) == (interval.n_base, n_surface)
-            }
-            _ => false,
+        let mut notes = interval.warnings.iter();
+        let not_all = notes.find(|note| note.code == "not_all");
+        if let Some(note) = not_all {
+            let error = note.get("error").as_f64().expect("a number");
+            assert!(error < 1e-6, "{kernel}: {error:e}");
+        }
+        let is_told = not_all.is_some_and(|note| {
+            note.get("base_points") == interval.n_base && note.get("surface") == n_surface
         });
         assert_eq!(is_told, !takes_all, "{kernel}: {:?}", interval.warnings);
     }
@@ -95,15 +90,8 @@ fn round_off_of_a_large_support_radius_is_told_or_refused_with_a_radius_that_wor
         let mut points = part.mesh.points.clone();
         interval.points_at(&plan.motion.steps[1], &mut points)?;
         let ratio = part.first_cells.smallest_ratio(&part.mesh, &points);
-        let notes = interval
-            .warnings
-            .iter()
-            .filter_map(|note| match &note.kind {
-                NoteKind::Deform(DeformNote::RoundOff { works, .. }) => {
-                    works.map(|(radius, _)| radius)
-                }
-                _ => None,
-            });
+        let notes = interval.warnings.iter();
+        let notes = notes.filter_map(|note| note.get("works").as_f64());
         Ok::<_, Error>((
             ratio.expect("it has first cells"),
             notes.collect::<Vec<_>>(),

@@ -91,7 +91,7 @@
 pub mod formats;
 pub mod mesh;
 
-pub use azimesh_core::{Diagnostic, Error, ErrorKind, Result};
+pub use azimesh_core::{Error, ErrorKind, Note, Result};
 pub use formats::{Compression, Encoding, Loaded, Notes, Precision, ReadOptions, WriteOptions};
 pub use mesh::{
     CellKind, Cells, DataArray, DiffOptions, Difference, Group, Mesh, MeshView, SplitCounts,

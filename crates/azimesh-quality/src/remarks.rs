@@ -1,7 +1,8 @@
 //! Remarks on a mesh that its metrics do not cover.
 
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::quality::QualityNote;
+use azimesh_core::error::counted;
+use azimesh_core::numbers::short;
+use azimesh_core::{Note, note};
 use azimesh_io::mesh::Mesh;
 use std::ops::Range;
 
@@ -10,7 +11,7 @@ const EXTENTS: Range<f64> = 1e-35..1e50;
 
 /// Notes on cells of higher order, and on lengths whose products overflow. All ranks that share a mesh call it, and get the
 /// notes of the whole mesh.
-pub fn remarks(mesh: &Mesh) -> Vec<Diagnostic> {
+pub fn remarks(mesh: &Mesh) -> Vec<Note> {
     let mut remarks = Vec::new();
     let curved = mesh.volume_runs_in(mesh.own_cells());
     let curved = curved.filter(|run| run.kind.is_curved());
@@ -28,14 +29,23 @@ pub fn remarks(mesh: &Mesh) -> Vec<Diagnostic> {
         };
     });
     if cells > 0 {
-        remarks.push(QualityNote::CornersAlone { cells }.into());
+        let cells = counted(cells, "cell");
+        remarks.push(note!(
+            "corners_alone",
+            "{cells} of higher order: validity and quality are checked at the corners only, with straight edges"
+        ));
     }
     let [low, high] = bounds.unwrap_or_default();
     let extent = (0..3)
         .map(|axis| high[axis] - low[axis])
         .fold(0.0, f64::max);
     if extent > 0.0 && !EXTENTS.contains(&extent) {
-        remarks.push(QualityNote::OutOfRange { extent }.into());
+        remarks.push(note!(
+            "out_of_range",
+            "the mesh has an extent of {}: products of lengths leave the range of double precision, and metrics are wrong; use \
+             another unit (convert --scale)",
+            short(extent)
+        ));
     }
     remarks
 }

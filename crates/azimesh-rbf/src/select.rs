@@ -17,10 +17,10 @@ use super::space::Space;
 use super::sweeps::{LocalSweeps, Over, Sweeps};
 use super::system::check_data;
 use super::targets::{Chosen, Targets};
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::curve;
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::numbers::short;
 
 /// The error that has to be at or below the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

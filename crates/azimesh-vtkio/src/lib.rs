@@ -37,8 +37,8 @@
 //! ```
 
 use ::vtkio::model;
-use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::note;
 use azimesh_io::formats::column::Column;
 use azimesh_io::formats::pvtu::merge::{self, Piece};
 use azimesh_io::formats::vtk::arrays::VtkArrays;
@@ -61,12 +61,13 @@ struct Readme;
 /// The mesh as an unstructured grid of vtkio's model; a note for each thing that it cannot hold.
 pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     if !mesh.field_arrays.is_empty() {
-        let names = mesh.field_arrays.iter().map(|array| array.name.clone());
-        notes.push(ArrayWritten::LeftOut {
-            format: "vtkio",
-            what: "field",
-            names: names.collect(),
-        });
+        let names = mesh.field_arrays.iter();
+        let names: Vec<String> = names.map(|array| format!("\"{}\"", array.name)).collect();
+        let names = names.join(", ");
+        notes.push(note!(
+            "arrays_left_out",
+            "vtkio holds no field arrays; left out: {names}"
+        ));
     }
     let options = WriteOptions {
         tag_names: false,

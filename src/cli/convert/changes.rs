@@ -1,8 +1,8 @@
 //! What `azimesh convert` does to a mesh on the way.
 
-use azimesh_core::diagnostic::with_verb;
 use azimesh_core::error::{Error, Result, counted, nearest_name};
 use azimesh_core::geometry::transform::Transform;
+use azimesh_core::numbers::with_verb;
 use azimesh_io::formats::openfoam::set_patch_types;
 use azimesh_io::formats::su2;
 use azimesh_io::mesh::{DataArray, Mesh, Values};

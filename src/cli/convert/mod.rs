@@ -7,8 +7,6 @@ mod target;
 use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
-use azimesh_core::diagnostic::NoteKind;
-use azimesh_core::diagnostic::formats::{FormatNote, Read};
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
 use azimesh_io::formats::{self, Loaded, Staged};
 use azimesh_io::mesh::{Mesh, Reordering};
@@ -344,10 +342,7 @@ impl Run<'_> {
     fn tell_notes(&self, input: &Input, loaded: &Loaded) {
         // Of steps it has told how to choose another.
         for note in loaded.notes.iter() {
-            if matches!(
-                note.kind,
-                NoteKind::Format(FormatNote::Read(Read::LastOfSteps { .. }))
-            ) {
+            if note.code == "last_of_steps" {
                 continue;
             }
             self.tell(format!("{}: {note}", input.path().display()));

@@ -1,9 +1,9 @@
 //! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
 
 use super::{Input, Run};
-use azimesh_core::diagnostic::formats::{FormatNote, GroupWritten, Written as Bare};
-use azimesh_core::diagnostic::{Diagnostic, NoteKind, short};
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::numbers::short;
 use azimesh_io::formats::{
     self, Format, Notes, OuterFaces, SequenceFile, Staged, WriteOptions, check_listed,
     is_flattened, is_series, make_portable, pvd, refuse_special, stage_bytes, vtk_series,
@@ -274,15 +274,7 @@ impl Run<'_> {
 
     /// Where some of the notes are on outer faces without a tag, says that zones which share no nodes have left them.
     fn tell_of_zones_apart(&self, mesh: &Mesh, notes: &Notes) {
-        let is_on_bare_faces = |note: &Diagnostic| {
-            matches!(
-                note.kind,
-                NoteKind::Format(
-                    FormatNote::Written(Bare::BareFaces { .. })
-                        | FormatNote::GroupWritten(GroupWritten::UntaggedPatch { .. })
-                )
-            )
-        };
+        let is_on_bare_faces = |note: &Note| ["bare_faces", "untagged_patch"].contains(&note.code);
         if !notes.iter().any(is_on_bare_faces) {
             return;
         }

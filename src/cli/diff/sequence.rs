@@ -2,8 +2,8 @@
 
 use super::told::{self, MeshDifference};
 use super::{Context, DiffArgs, Differences, Input};
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Result, counted, one_line};
+use azimesh_core::numbers::short;
 use azimesh_io::mesh::Difference;
 use serde::Serialize;
 

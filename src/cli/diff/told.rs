@@ -1,7 +1,7 @@
 //! A difference as lines and as JSON.
 
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::one_line;
+use azimesh_core::numbers::short;
 use azimesh_io::mesh::Difference;
 use azimesh_io::mesh::difference::NodePair;
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! The facts as lines of text.
 
 use super::facts::{Boundary, Facts};
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::{counted, one_line};
+use azimesh_core::numbers::short;
 use azimesh_io::mesh::{DataArray, Group};
 use azimesh_quality::Flaws;
 

@@ -2,8 +2,8 @@
 
 use super::worst::WorstCell;
 use super::{Findings, Judged};
-use azimesh_core::diagnostic::{point, short};
 use azimesh_core::error::one_line;
+use azimesh_core::numbers::{point, short};
 use azimesh_quality::{Assessment, Extreme, Statistic};
 use std::fmt::Write;
 

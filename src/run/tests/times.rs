@@ -1,7 +1,7 @@
 //! Runs of schedules that have times and no azimuth.
 
 use crate::run::{Finished, Request};
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 
 const MESH: &str = "testdata/sphere_in_box_raw.vtu";
 
@@ -23,7 +23,7 @@ fn deform(way: f64, keys: &str) -> Finished {
     super::deform(folder.path(), MESH, &text, request).expect("it runs")
 }
 
-fn only(notes: &[Diagnostic]) -> String {
+fn only(notes: &[Note]) -> String {
     assert_eq!(notes.len(), 1, "{notes:?}");
     notes[0].to_string()
 }

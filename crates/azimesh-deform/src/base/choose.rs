@@ -12,12 +12,12 @@ use super::rank_sweeps::RankSweeps;
 use crate::motion::{SelectionCriterion, SelectionMethod};
 use crate::plan::Plan;
 use crate::plan::layer::{Layer, LayerKind};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::deform::DeformNote;
 use azimesh_core::error::{Error, ErrorKind, Result};
 use azimesh_core::geometry::vector::{Vector, norm};
+use azimesh_core::numbers::short;
 use azimesh_core::progress::Progress;
 use azimesh_core::ranks::Ranks;
+use azimesh_core::{Note, note};
 use azimesh_rbf::criterion::Criterion;
 use azimesh_rbf::distinct::distinct;
 use azimesh_rbf::power::by_power;
@@ -153,7 +153,7 @@ fn every_point(plan: &Plan, layer: &Layer, targets: Targets<'_>) -> Result<Selec
 }
 
 /// A note where method `all` has left surface points out.
-pub(crate) fn left_out(plan: &Plan, selections: &[Selection]) -> Vec<Diagnostic> {
+pub(crate) fn left_out(plan: &Plan, selections: &[Selection]) -> Vec<Note> {
     let is_all = plan.schedule.selection.method == SelectionMethod::All;
     let n_images = plan
         .periodic
@@ -167,14 +167,19 @@ pub(crate) fn left_out(plan: &Plan, selections: &[Selection]) -> Vec<Diagnostic>
         .iter()
         .zip(selections)
         .filter(|(layer, own)| is_all && layer.modes.n_modes > 0 && own.base.len() < wanted);
-    let notes = layers.map(|(layer, own)| DeformNote::NotAll {
-        base_points: own.base.len(),
-        surface: wanted,
-        kernel: layer.space.basis.kernel.name(),
-        radius: layer.space.basis.radius,
-        error: own.error,
+    let notes = layers.map(|(layer, own)| {
+        let (n_base, error) = (own.base.len(), own.error);
+        let basis = &layer.space.basis;
+        let note = note!(
+            "not_all",
+            "method = \"all\" takes {n_base} of {wanted} surface nodes: with {} and a support radius of {} double \
+             precision cannot tell the others from them; they are reproduced within {error:.1e} before the correction",
+            basis.kernel.name(),
+            short(basis.radius)
+        );
+        note.with("base_points", n_base).with("surface", wanted).with("error", error)
     });
-    notes.map(Diagnostic::from).collect()
+    notes.collect()
 }
 
 /// The first step of an interval, or the first at which anything moves: base points for nothing would

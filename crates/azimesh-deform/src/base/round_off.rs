@@ -13,9 +13,9 @@
 
 use crate::plan::Plan;
 use crate::plan::layer::Layer;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::deform::DeformNote;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::{in_digits, short};
+use azimesh_core::{Note, note};
 use azimesh_rbf::Basis;
 use azimesh_rbf::interpolant::Interpolant;
 use azimesh_rbf::select::Selection;
@@ -33,7 +33,7 @@ const TRIES: usize = 12;
 ///
 /// # Errors
 /// As above.
-pub fn check(plan: &Plan, selections: &[Selection]) -> Result<Option<Diagnostic>> {
+pub fn check(plan: &Plan, selections: &[Selection]) -> Result<Option<Note>> {
     let Some(first_cell) = plan.smallest_first_cell else {
         return Ok(None);
     };
@@ -52,17 +52,30 @@ pub fn check(plan: &Plan, selections: &[Selection]) -> Result<Option<Diagnostic>
         let tried = tried.filter(|noise| *noise <= 0.5 * TOLD * first_cell)?;
         Some((part * plan.basis.radius, tried))
     };
-    let note = DeformNote::RoundOff {
-        noise,
-        first_cell,
-        kernel: plan.basis.kernel.name(),
-        radius: plan.basis.radius,
-        works: (1..=TRIES).find_map(works),
+    let works = (1..=TRIES).find_map(works);
+    let part = |noise: f64| format!("{}%", in_digits(100.0 * noise / first_cell, 2));
+    let advice = match works {
+        Some((radius, noise)) => format!(
+            "the same base points with `support_radius` = {} make it {}",
+            in_digits(radius, 3),
+            part(noise)
+        ),
+        None => "no smaller support radius was found that would help; a kernel of lower order may"
+            .to_owned(),
     };
+    let note = note!(
+        "round_off",
+        "round-off moves nodes by about {noise:.1e}, which is {} of the smallest first cell {}: the weights of {} \
+         with a support radius of {} are large and cancel; {advice}",
+        part(noise),
+        in_digits(first_cell, 3),
+        plan.basis.kernel.name(),
+        short(plan.basis.radius)
+    );
     if noise > REFUSED * first_cell {
-        return Err(Error::check(note.to_string()).file(&plan.schedule.path));
+        return Err(Error::check(note.text).file(&plan.schedule.path));
     }
-    Ok(Some(note.into()))
+    Ok(Some(note.with("works", works.map(|(radius, _)| radius))))
 }
 
 /// Round-off at the nodes of the volume that the weights of a layer make, in mesh units.

@@ -3,10 +3,10 @@
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
 use crate::plan::layer::Layer;
 use crate::plan::{Plan, SELECTED};
-use azimesh_core::diagnostic::deform::DeformNote;
-use azimesh_core::diagnostic::{in_digits, short};
 use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::vector::distance;
+use azimesh_core::numbers::{in_digits, short};
+use azimesh_core::{Note, note};
 use azimesh_rbf::select::Selection;
 use std::fmt;
 
@@ -144,7 +144,7 @@ pub fn missed_at_step(
     n_base: usize,
     repaired_in_substeps: bool,
     error: f64,
-) -> Option<(DeformNote, bool)> {
+) -> Option<(Note, bool)> {
     let wanted = &plan.schedule.selection;
     let in_substeps = repaired_in_substeps || plan.schedule.rbf.substeps > 1;
     let by_largest = wanted.criterion == SelectionCriterion::Max;
@@ -155,11 +155,12 @@ pub fn missed_at_step(
         SelectionMethod::Real | SelectionMethod::Constant => by_largest && !wanted.correction,
     };
     (is_held && error > plan.tolerance).then(|| {
-        let note = DeformNote::Misses {
-            step: step.index,
-            error,
-            tolerance: plan.tolerance,
-        };
+        let note = note!(
+            "misses_tolerance",
+            "step {}: the base points leave an error of {error:.3e}, more than the tolerance {}",
+            step.index,
+            short(plan.tolerance)
+        );
         let is_corrected = in_substeps && wanted.correction;
         (note, !(is_corrected || ends_at_max_points(plan, n_base)))
     })

@@ -13,13 +13,13 @@ use crate::motion::{BodyVelocity, Role, Step};
 use crate::part::Part;
 use crate::plan::Plan;
 use crate::plan::layer::{Free, Layer, Method};
-use azimesh_core::diagnostic::deform::DeformNote;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, distance, norm};
 use azimesh_core::geometry::{Moving, Transform};
-use azimesh_core::parallel;
+use azimesh_core::numbers::in_digits;
 use azimesh_core::progress::Silent;
 use azimesh_core::ranks::Ranks;
+use azimesh_core::{Note, note, parallel};
 use azimesh_rbf::select::{self, Limits, Measure, Selection};
 use azimesh_rbf::targets::Targets;
 use std::ops::Range;
@@ -71,7 +71,7 @@ pub(crate) fn layer(plan: &Plan) -> Result<Layer> {
 pub(crate) struct Velocities {
     fields: Fields,
     /// A note where base points leave too large an error and no more may be added.
-    pub warning: Option<DeformNote>,
+    pub warning: Option<Note>,
 }
 
 impl Velocities {
@@ -153,7 +153,7 @@ fn select_for(
     layer: &Layer,
     base: Vec<usize>,
     interval: &Range<usize>,
-) -> Result<(Selection, Option<DeformNote>)> {
+) -> Result<(Selection, Option<Note>)> {
     let (space, targets) = (&layer.space, plan.targets(layer));
     if layer.modes.n_modes == 0 {
         return Ok((select::from_base(space, targets, base, Measure::Max)?, None));
@@ -176,10 +176,15 @@ fn select_for(
         return Ok((given, None));
     }
     let own = select::extend(space, targets, given.base, limits)?;
-    let warning = (own.error > allowed).then_some(DeformNote::Velocities {
-        base_points: own.base.len(),
-        error: own.error,
-        speed,
+    let warning = (own.error > allowed).then(|| {
+        note!(
+            "velocities",
+            "{} base points leave an error of {:.1e} in the velocities of the surface, which are up \
+             to {}; the surface is corrected, but velocities in the volume have errors of that size",
+            own.base.len(),
+            own.error,
+            in_digits(speed, 3)
+        )
     });
     Ok((own, warning))
 }

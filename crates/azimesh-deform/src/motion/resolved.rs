@@ -10,7 +10,7 @@ use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, TagRole, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRoles};
 use super::zones::{DeformingZone, SidesOf};
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_io::mesh::{Boundary, Group, OneLayer};
 use std::cell::OnceCell;
@@ -168,7 +168,7 @@ impl Motion {
     }
 
     /// What the user should know of the files of the motions.
-    pub fn notes(&self) -> Vec<Diagnostic> {
+    pub fn notes(&self) -> Vec<Note> {
         // Of a beam before those of displacements.
         let motions = self
             .bodies

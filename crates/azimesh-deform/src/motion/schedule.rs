@@ -10,7 +10,7 @@ use super::places::Places;
 use super::reader::{AngleUnit, Lines, Section};
 use super::rotor::{Frame, Rotor};
 use super::steps::{Azimuths, Step, Steps, Times};
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::read_input;
 use serde_json::{Value, json};
@@ -137,7 +137,7 @@ impl Schedule {
     }
 
     /// A note where the last step is not at the stop of the schedule.
-    pub(crate) fn note(&self) -> Option<Diagnostic> {
+    pub(crate) fn note(&self) -> Option<Note> {
         self.steps.short_of_stop()
     }
 

@@ -4,9 +4,9 @@
 use super::body_map::BodyMap;
 use super::resolved::Motion;
 use super::surface::Role;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::geometry::vector::distance;
+use azimesh_core::numbers::{in_digits, with_verb};
+use azimesh_core::{Note, note};
 use azimesh_io::mesh::Boundary;
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ struct Shared {
 
 impl Motion {
     /// A note for each pair of bodies that move the nodes they share apart.
-    pub fn shared_nodes(&self, boundary: &Boundary) -> Vec<Diagnostic> {
+    pub fn shared_nodes(&self, boundary: &Boundary) -> Vec<Note> {
         let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
         if self.surface.shared.is_empty() {
             return Vec::new();
@@ -50,13 +50,20 @@ impl Motion {
         }
         let least = ALIKE * boundary.extent.diagonal();
         let apart = shared.into_iter().filter(|(_, pair)| pair.gap > least);
-        let note = |((own, other), pair): ((u16, u16), Shared)| MotionNote::SharedNodes {
-            nodes: pair.n_nodes,
-            bodies: [own, other].map(|body| self.bodies[usize::from(body)].name.clone()),
-            distance: pair.gap,
-            step: pair.step,
+        let note = |((own, other), pair): ((u16, u16), Shared)| {
+            let name = |body: u16| &self.bodies[usize::from(body)].name;
+            note!(
+                "shared_nodes",
+                "{} on tags of both body \"{}\" and body \"{}\"; they move with the first, up to {} from \
+                 where the second would put them (step {})",
+                with_verb(pair.n_nodes, "node", "is"),
+                name(own),
+                name(other),
+                in_digits(pair.gap, 3),
+                pair.step
+            )
         };
-        apart.map(|pair| note(pair).into()).collect()
+        apart.map(note).collect()
     }
 
     /// The body that a node moves with.

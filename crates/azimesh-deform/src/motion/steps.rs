@@ -4,10 +4,9 @@ use super::keys::{Keys, Kind, keys, number, positive};
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
 use super::rotor::{AzimuthHistory, Rotor};
-use azimesh_core::diagnostic::motion::MotionNote;
-use azimesh_core::diagnostic::short;
-use azimesh_core::diagnostic::{Diagnostic, named_step};
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::{named_step, short};
+use azimesh_core::{Note, note};
 use serde_json::json;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -278,12 +277,21 @@ impl Steps {
     }
 
     /// A note where the last step is not at `stop`.
-    pub(super) fn short_of_stop(&self) -> Option<Diagnostic> {
+    pub(super) fn short_of_stop(&self) -> Option<Note> {
         let Values::Range { stop, step, .. } = self.values else {
             return None;
         };
         let last = *self.values.all("", &Places::default()).ok()?.last()?;
-        (last != stop).then(|| MotionNote::ShortOfStop { last, stop, step }.into())
+        (last != stop).then(|| {
+            note!(
+                "short_of_stop",
+                "the last step is at {}; `stop` = {} is not reached, since it is not a whole number of steps of {} from \
+                 the first",
+                short(last),
+                short(stop),
+                short(step)
+            )
+        })
     }
 }
 

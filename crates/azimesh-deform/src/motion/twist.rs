@@ -5,11 +5,11 @@ use super::motions::{MapScope, Rotation};
 use super::options::{Interpolate, RbfOptions};
 use super::resolved::Motion;
 use super::steps::Step;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::geometry::rotation::Quaternion;
 use azimesh_core::geometry::vector::{Vector, add, cross, norm, scale, sub};
 use azimesh_core::geometry::{Bounds, Twist};
+use azimesh_core::numbers::named_step;
+use azimesh_core::{Note, note};
 use std::f64::consts::PI;
 
 /// Largest rotation between two points at which the path of a body is sampled.
@@ -82,11 +82,11 @@ impl Motion {
     }
 
     /// What the user should know of the motion before it is interpolated.
-    pub fn warnings(&self, rbf: &RbfOptions) -> Vec<Diagnostic> {
+    pub fn warnings(&self, rbf: &RbfOptions) -> Vec<Note> {
         let mut motions: Vec<_> = self.bodies.iter().flat_map(|body| &body.motions).collect();
         // What files hold comes first.
         motions.sort_by_key(|motion| motion.map_scope() == MapScope::Body);
-        let mut warnings: Vec<Diagnostic> = motions
+        let mut warnings: Vec<Note> = motions
             .iter()
             .filter_map(|motion| motion.warning())
             .collect();
@@ -98,24 +98,26 @@ impl Motion {
     }
 
     /// A note where a body turns so far in a substep that cells would fold.
-    fn turns_far(&self, body: usize, substeps: usize) -> Option<Diagnostic> {
+    fn turns_far(&self, body: usize, substeps: usize) -> Option<Note> {
         let angle = |step: &Step| norm(self.rotation(body, step, 0.0, 1.0)).to_degrees();
         let far = |angle: f64| angle / substeps as f64 > FOLDS;
         let angles = self.steps.iter().map(|step| (step, angle(step)));
         let (step, angle) = angles
             .filter(|(_, angle)| far(*angle))
             .reduce(|most, next| if next.1 > most.1 { next } else { most })?;
-        let note = MotionNote::TurnsFar {
-            body: self.bodies[body].name.clone(),
-            angle_deg: angle,
-            substeps,
-            step: step.index,
-            azimuth_deg: step.azimuth_deg(),
-            time_s: step.time_s,
-            folds_deg: FOLDS,
-            needed: (angle / SERVES).ceil() as usize,
-        };
-        Some(note.into())
+        let body = &self.bodies[body].name;
+        let needed = (angle / SERVES).ceil() as usize;
+        let note = note!(
+            "turns_far",
+            "body \"{body}\" turns by {angle:.0} degrees{} at {}; above about {FOLDS} degrees at once \
+             interpolate = \"twist\" folds cells: set rbf.substeps = {needed}",
+            match substeps {
+                1 => String::new(),
+                n => format!(" in {n} substeps"),
+            },
+            named_step(step.index, step.azimuth_deg(), step.time_s)
+        );
+        Some(note.with("angle_deg", angle).with("needed", needed))
     }
 }
 

@@ -7,12 +7,11 @@ use crate::motion::{
     Interpolate, Motion, OnInverted, Polynomial, Role, Schedule, SelectionMethod, SelectionOptions,
     Step,
 };
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::deform::DeformNote;
-use azimesh_core::diagnostic::{in_digits, short};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::vector::{distance, norm, sub};
 use azimesh_core::geometry::{Bounds, Transform};
+use azimesh_core::numbers::{in_digits, short};
+use azimesh_core::{Note, note};
 use azimesh_io::mesh::{Boundary, Mesh, OneLayer};
 use azimesh_rbf::modes::RigidSurface;
 
@@ -161,7 +160,7 @@ pub(crate) fn check_constant(schedule: &Schedule, tolerance: f64) -> Result<()> 
 }
 
 /// Notes of keys that have no effect with the method of the schedule.
-pub(crate) fn unused(schedule: &Schedule) -> Vec<Diagnostic> {
+pub(crate) fn unused(schedule: &Schedule) -> Vec<Note> {
     let (given, default) = (&schedule.selection, SelectionOptions::default());
     let unused = [
         ("max_points", given.max_points != default.max_points),
@@ -170,22 +169,30 @@ pub(crate) fn unused(schedule: &Schedule) -> Vec<Diagnostic> {
     let is_all = given.method == SelectionMethod::All;
     let unused = unused.iter().filter(|(_, is_given)| is_all && *is_given);
     unused
-        .map(|&(key, _)| DeformNote::UnusedKey { key }.into())
+        .map(|&(key, _)| {
+            note!(
+                "unused_key",
+                "selection.{key} is not used: method = \"all\" takes every surface node"
+            )
+            .with("key", key)
+        })
         .collect()
 }
 
 /// The first two steps of one time.
-pub(crate) fn repeated_time(steps: &[Step]) -> Option<Diagnostic> {
+pub(crate) fn repeated_time(steps: &[Step]) -> Option<Note> {
     let mut steps: Vec<_> = steps.iter().collect();
     steps.sort_by(|a, b| a.time().total_cmp(&b.time()));
     let twice = steps
         .windows(2)
         .find(|two| two[0].time() == two[1].time())?;
-    let note = DeformNote::OneTime {
-        steps: [twice[0].index, twice[1].index],
-        time: twice[0].time(),
-    };
-    Some(note.into())
+    Some(note!(
+        "one_time",
+        "steps {} and {} have the same time, {}; ParaView cannot tell them apart",
+        twice[0].index,
+        twice[1].index,
+        short(twice[0].time())
+    ))
 }
 
 /// Refuses options that cannot be combined.

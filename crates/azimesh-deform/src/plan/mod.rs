@@ -16,10 +16,9 @@ use self::layer::{Layer, Method};
 use self::periodic::PeriodicNodes;
 use self::surface::SurfacePoints;
 use crate::motion::{BodyMap, Motion, QualityOutput, Schedule, SelectionMethod, Step};
-use azimesh_core::diagnostic::Diagnostic;
 use azimesh_core::geometry::vector::{Vector, distance};
 use azimesh_core::geometry::{Bounds, Transform};
-use azimesh_core::parallel;
+use azimesh_core::{Note, parallel};
 use azimesh_io::mesh::{Boundary, OneLayer};
 use azimesh_rbf::Basis;
 use azimesh_rbf::targets::Targets;
@@ -69,7 +68,7 @@ pub struct Plan {
     /// Displacement error allowed before the correction, in mesh units.
     pub tolerance: f64,
     /// What was chosen where the schedule says nothing.
-    pub choices: Vec<Diagnostic>,
+    pub choices: Vec<Note>,
 }
 
 impl Plan {

@@ -5,12 +5,11 @@ use super::Plan;
 use super::surface::SurfacePoints;
 use crate::motion::periodic::{Axis, Follower, Periodic, Side, followers, images};
 use crate::motion::{Motion, Role};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::deform::DeformNote;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, add, cross, distance, dot, scale, sub, unit};
 use azimesh_core::ranks::raw::List;
+use azimesh_core::{Note, note};
 use azimesh_io::mesh::sides::for_each_side;
 use azimesh_io::mesh::{Boundary, Mesh, Numbering};
 use std::sync::Arc;
@@ -28,7 +27,7 @@ pub struct PeriodicNodes {
     /// For each surface point whether the point of another is its image; empty when there are none.
     pub is_image: Vec<bool>,
     /// A note for each pair.
-    pub found: Vec<Diagnostic>,
+    pub found: Vec<Note>,
 }
 
 impl PeriodicNodes {
@@ -65,13 +64,13 @@ impl PeriodicNodes {
             let b = side(&name_b, &nodes_b, &inward_b);
             let periodic = Periodic::find(&|node| boundary.position(node), a, b, Some(axis))
                 .map_err(|error| error.at(pair.place.clone()))?;
-            let note = DeformNote::PeriodicPair {
-                sides: [name_a, name_b],
-                pairs: periodic.pairs.len(),
-                map: (&periodic.symmetry).into(),
-                distance: periodic.mismatch,
-            };
-            found.push(note.into());
+            found.push(note!(
+                "periodic_pair",
+                "{name_a} and {name_b}: {} pairs of nodes by {}, which match within {:.1e}",
+                periodic.pairs.len(),
+                periodic.symmetry,
+                periodic.mismatch
+            ));
             pairs.push(periodic);
         }
         let place = || tags[0].place.clone();

@@ -15,12 +15,11 @@ use super::{Plan, SELECTED};
 use crate::fields::velocity;
 use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SurfaceFaces};
 use crate::part::Part;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::deform::DeformNote;
-use azimesh_core::diagnostic::{in_digits, short};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
+use azimesh_core::numbers::{in_digits, short};
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{openfoam, su2};
 use azimesh_io::mesh::{Boundary, CellSet, Mesh, OneLayer, ZoneSides, faces_on_no_cell};
 use azimesh_quality::remarks;
@@ -51,13 +50,13 @@ impl Plan {
         // Ranks may see different files.
         let motion = schedule.resolve(&boundary, &sides_of);
         let mut motion = mesh.ranks().all_ok(motion)?;
-        let mut turning: Option<Diagnostic> = None;
+        let mut turning: Option<Note> = None;
         let mut doubled = None;
         if motion.to_inertial(&motion.steps[0]).is_some() {
             let zone = motion.zone.as_ref();
             let is_joined = zone.is_some_and(|zone| !zone.sides.interface_faces.is_empty());
             if let Some((copies, tags)) = zone::detach(&mut mesh, &mut boundary, &mut motion)? {
-                turning = is_joined.then(|| DeformNote::Interface { tags }.into());
+                turning = is_joined.then(|| interface(&tags));
                 doubled = Some(copies);
             }
         }
@@ -138,11 +137,15 @@ impl Plan {
         };
         self.check_truncation()?;
         for (body, ring) in self.layers.iter().flat_map(Layer::rings) {
-            let note = DeformNote::TurnsInRing {
-                body: self.motion.bodies[body].name.clone(),
-                radii: [ring.inner, ring.outer],
-            };
-            self.choices.push(note.into());
+            let note = note!(
+                "turns_in_ring",
+                "body \"{}\" turns about one axis with no other surface between the radii {} and {}: its rotation falls with \
+                 the logarithm of the radius",
+                self.motion.bodies[body].name,
+                in_digits(ring.inner, 3),
+                in_digits(ring.outer, 3)
+            );
+            self.choices.push(note);
         }
         if self.schedule.output.velocity {
             self.velocity = Some(velocity::layer(self)?);
@@ -208,7 +211,7 @@ pub(crate) fn leave_out_boxes(mesh: &mut Mesh) -> bool {
 }
 
 /// Meshes of a case are written as a case, where the schedule says nothing; a note where that is so.
-fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Diagnostic> {
+fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Note> {
     let output = &mut schedule.output;
     let format = openfoam::OPENFOAM.name;
     if output.format.is_some() || output.format() == format {
@@ -222,7 +225,26 @@ fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Diagnostic> {
         return None;
     }
     output.format = Some(format.to_owned());
-    Some(DeformNote::OutputFormat { format }.into())
+    Some(note!(
+        "output_format",
+        "output.format = \"{format}\" (chosen, since the mesh is of that format)"
+    ))
+}
+
+/// A note of the tags on both sides of the interface of the turning zones.
+fn interface(tags: &[String]) -> Note {
+    if tags.is_empty() {
+        return note!(
+            "interface",
+            "the interface of the turning zones has no tags, since their cells are curved (convert {} makes them linear)",
+            option("linearize")
+        );
+    }
+    note!(
+        "interface",
+        "the interface of the turning zones has the tags {}",
+        tags.join(", ")
+    )
 }
 
 /// The box around the nodes that deform, in a mesh of this extent.
@@ -296,7 +318,7 @@ fn basis(
     boundary: &Boundary,
     motion: &Motion,
     moving: &Bounds,
-    choices: &mut Vec<Diagnostic>,
+    choices: &mut Vec<Note>,
 ) -> Basis {
     let radius = schedule.rbf.support_radius.unwrap_or_else(|| {
         let region = match &motion.zone {
@@ -304,7 +326,12 @@ fn basis(
             Some(zone) => zone.sides.bounds,
         };
         let radius = region.diagonal().min(DEFAULT_RADIUS * moving.diagonal());
-        choices.push(DeformNote::SupportRadius { radius }.into());
+        let note = note!(
+            "support_radius",
+            "support_radius = {} (chosen)",
+            short(radius)
+        );
+        choices.push(note.with("radius", radius));
         radius
     });
     Basis {
@@ -327,7 +354,7 @@ fn tolerance(
     schedule: &Schedule,
     moving: &Bounds,
     smallest_first_cell: Option<f64>,
-    choices: &mut Vec<Diagnostic>,
+    choices: &mut Vec<Note>,
 ) -> Result<f64> {
     if let Some(tolerance) = schedule.selection.tolerance {
         return Ok(tolerance);
@@ -339,7 +366,12 @@ fn tolerance(
         )
         .file(&schedule.path)
     })?;
-    choices.push(DeformNote::Tolerance { tolerance }.into());
+    let note = note!(
+        "tolerance",
+        "selection.tolerance = {} (chosen)",
+        short(tolerance)
+    );
+    choices.push(note.with("tolerance", tolerance));
     Ok(tolerance)
 }
 

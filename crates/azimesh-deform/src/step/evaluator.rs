@@ -11,13 +11,12 @@ use crate::motion::{BodyMap, Role, Step};
 use crate::part::Part;
 use crate::plan::Plan;
 use crate::plan::layer::Layer;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::deform::DeformNote;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, add, distance, sub};
-use azimesh_core::parallel;
+use azimesh_core::numbers::{in_digits, short};
 use azimesh_core::progress::Progress;
+use azimesh_core::{Note, note, parallel};
 use azimesh_rbf::field::BLOCK;
 use azimesh_rbf::select::Selection;
 use std::ops::Range;
@@ -42,7 +41,7 @@ pub struct StepEvaluator {
     /// Distinct base points of all layers.
     pub n_base: usize,
     /// Warnings about the surface.
-    pub warnings: Vec<Diagnostic>,
+    pub warnings: Vec<Note>,
 }
 
 /// How a step is computed.
@@ -130,8 +129,7 @@ impl StepEvaluator {
         progress.finish();
         if let (Some(layer), [chosen]) = (&plan.velocity, chosen.as_slice()) {
             let velocities = Velocities::new(plan, layer, state, &ranks, chosen, &self.steps)?;
-            let warning = velocities.warning.clone().map(Diagnostic::from);
-            self.warnings.extend(warning);
+            self.warnings.extend(velocities.warning.clone());
             self.velocities = Some(velocities);
         }
         self.warn_of_narrow(&fields);
@@ -162,13 +160,16 @@ impl StepEvaluator {
             .narrow
             .filter(|gap| gap.width < NARROW * plan.tolerance);
         if let Some(gap) = narrow {
-            let note = DeformNote::NarrowGap {
-                width: gap.width,
-                node: plan.surface.nodes[gap.point],
-                tolerances: NARROW,
-                fade_radius: gap.fade_radius,
-            };
-            self.warnings.push(note.into());
+            self.warnings.push(note!(
+                "narrow_gap",
+                "two surfaces are {} apart at node {}, less than {} times the tolerance; the correction \
+                 fades out over half of that instead of {}, and a smaller tolerance would give better \
+                 cells there",
+                in_digits(gap.width, 3),
+                plan.surface.nodes[gap.point],
+                short(NARROW),
+                in_digits(gap.fade_radius, 3)
+            ));
         }
     }
 

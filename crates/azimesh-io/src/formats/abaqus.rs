@@ -23,7 +23,6 @@ use super::{Format, Notes};
 use crate::mesh::CellKind::{self, *};
 use crate::mesh::sides::side;
 use crate::mesh::{Group, Mesh, too_many};
-use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -641,8 +640,7 @@ impl Reader {
             ("node sets", left),
             ("keywords", self.left.into_iter().collect()),
         ] {
-            let what = what.to_owned();
-            notes.list(names, |names| NotKept::NamedNodes { what, names });
+            notes.names_not_kept(what, names);
         }
         Ok(mesh)
     }

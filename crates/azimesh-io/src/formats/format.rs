@@ -8,8 +8,8 @@ use super::{
     SharedFolder, Source, WriteOptions,
 };
 use crate::mesh::{Mesh, MeshView};
-use azimesh_core::diagnostic::formats::Written;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, option};
+use azimesh_core::note;
 use std::path::{Path, PathBuf};
 
 /// A mesh file format: constants, and functions that read and write it. Written as
@@ -255,7 +255,10 @@ impl Format {
         let mut notes = out.main(|out| self.write_file(mesh, out, options))?;
         notes.extend(not_taken(mesh, self.name));
         if is_stream && !companions.is_empty() {
-            notes.push(Written::CompanionLeftOut);
+            notes.push(note!(
+                "companion_left_out",
+                "names and conditions of tags are not written: they need a second file, which a device or a pipe cannot hold"
+            ));
         }
         Ok(notes)
     }
@@ -295,13 +298,31 @@ pub(super) fn surface_of(
 ) -> (Mesh, Notes) {
     let skin = mesh.skin();
     let mut notes = Notes::default();
-    notes.count(skin.n_solid, |n| Written::BoundaryAlone { format, n });
-    notes.count(skin.n_lower, |n| Written::LowerCellsLeftOut { n });
-    notes.count(skin.n_bare, |n| match outer {
-        OuterFaces::All => Written::BareFaces { n },
-        OuterFaces::Listed => Written::BareFacesLeftOut { n },
+    notes.count(skin.n_solid, |n| {
+        note!(
+            "boundary_alone",
+            "{format} holds surfaces: the boundary alone is written; solid cells left out, with their zones: {n}"
+        )
     });
-    notes.count(skin.n_curved, |n| Written::CornersAlone { n });
+    notes.lower_cells(skin.n_lower);
+    notes.count(skin.n_bare, |n| match outer {
+        OuterFaces::All => note!(
+            "bare_faces",
+            "outer faces without a boundary element are written too, without a tag ({n})"
+        ),
+        OuterFaces::Listed => note!(
+            "bare_faces_left_out",
+            "outer faces without a boundary element, such as those that {} or {} removed, are left out ({n})",
+            option("keep-tag"),
+            option("drop-tag")
+        ),
+    });
+    notes.count(skin.n_curved, |n| {
+        note!(
+            "curved_faces_flat",
+            "curved cells are written flat, with their corners only ({n})"
+        )
+    });
     let surface = match outer {
         OuterFaces::All => skin.mesh,
         OuterFaces::Listed => skin.without_bare(),

@@ -18,7 +18,6 @@ use super::tokens::{Tokens, shown, without_comments};
 use super::{Format, Notes};
 use crate::mesh::CellKind::{self, *};
 use crate::mesh::{CellSet, Cells, DataArray, Group, Mesh, Values, too_many};
-use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::Result;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -135,8 +134,7 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
         Group::new(dimension, number.to_string(), Some(number), cells)
     };
     mesh.groups = tags.into_iter().map(group).collect();
-    let (what, left) = ("sections".to_owned(), left.into_iter().collect());
-    notes.list(left, |names| NotKept::NamedNodes { what, names });
+    notes.names_not_kept("sections", left.into_iter().collect());
     Ok(mesh)
 }
 

@@ -5,8 +5,9 @@ use super::{
     by_extension, choice, names, of,
 };
 use crate::mesh::{Mesh, MeshView};
-use azimesh_core::diagnostic::formats::Read;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
+use azimesh_core::numbers::short;
 use std::path::Path;
 
 impl Mesh {
@@ -119,11 +120,13 @@ pub fn read_as(
         if let Some(refusal) = choice::refusal(file).filter(|_| !format.recognizes(location)) {
             return Err(refusal);
         }
-        if file.n_padding() > 0 {
-            notes.push(Read::ZeroPadding {
-                n: file.n_padding(),
-            });
-        }
+        notes.count(file.n_padding(), |n| {
+            note!(
+                "zero_padding",
+                "{} behind the compressed data are passed over",
+                counted(n, "zero")
+            )
+        });
     }
     note_steps(format, location, options, &mut notes);
     let read = format.read(location, options, &mut notes);
@@ -154,8 +157,12 @@ pub(super) fn note_steps(
     let steps = || format.steps(location).unwrap_or_default();
     let steps = options.step.map_or_else(steps, |_| Vec::new());
     if let [.., _, last] = steps[..] {
-        let n = steps.len();
-        notes.push(Read::LastOfSteps { n, last });
+        let n = counted(steps.len(), "step");
+        notes.push(note!(
+            "last_of_steps",
+            "of {n} that it holds the last is read, at {}",
+            short(last)
+        ));
     }
 }
 

@@ -2,8 +2,10 @@
 //! unique where a format needs that, and names of arrays that several have.
 
 use super::Notes;
+use super::notes::{LISTED, not_alike};
 use crate::mesh::{Group, Mesh, MeshView};
-use azimesh_core::diagnostic::formats::{ArrayRead, GroupWritten, Read};
+use azimesh_core::error::counted;
+use azimesh_core::{Note, note};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -121,13 +123,20 @@ impl Rule {
     }
 
     /// A note for a name that is written as another.
-    pub fn note(&self, what: &'static str, name: &str, written: &str) -> Option<GroupWritten> {
-        (name != written).then(|| GroupWritten::Renamed {
-            what,
-            name: name.to_owned(),
-            written: written.to_owned(),
-            why: self.why,
-            is_taken: (self.fit)(name, self.longest) != written,
+    pub fn note(&self, what: &'static str, name: &str, written: &str) -> Option<Note> {
+        (name != written).then(|| {
+            let is_taken = (self.fit)(name, self.longest) != written;
+            let note = note!(
+                "renamed",
+                "{what} {name:?} is written as \"{written}\": {}{}",
+                self.why,
+                if is_taken {
+                    ", and that name is taken"
+                } else {
+                    ""
+                }
+            );
+            note.with("name", name).with("written", written)
         })
     }
 }
@@ -178,7 +187,10 @@ pub fn tell_apart<'n>(
     for (name, here) in names.into_iter().zip(unique) {
         if *name != here {
             let name = std::mem::replace(name, here.clone());
-            notes.push(ArrayRead::Renamed { what, name, here });
+            notes.push(note!(
+                "array_renamed",
+                "several {what} arrays are called \"{name}\"; one of them is read as \"{here}\""
+            ));
         }
     }
 }
@@ -204,10 +216,7 @@ pub fn alike<'p, A, K: Ord>(
     let known: BTreeSet<&str> = alike.iter().map(|all| name(all[0])).collect();
     let others = parts.iter().flat_map(|part| part.iter()).map(&name);
     let others = others.filter(|name| !known.contains(name));
-    notes.extend(others.map(|name| ArrayRead::NotAlike {
-        what,
-        name: name.to_owned(),
-    }));
+    notes.extend(others.map(|name| not_alike(what, name)));
     alike
 }
 
@@ -229,8 +238,19 @@ pub fn check(mesh: &mut Mesh, notes: &mut Notes) {
     ];
     for (what, is_of) in kinds {
         let here = repeated.iter().filter(|((d, _), _)| is_of(*d));
-        let named = here.map(|((_, name), n)| ((*name).to_owned(), *n));
-        notes.list(named.collect(), |names| Read::SharedNames { what, names });
+        let named = here.map(|((_, name), n)| format!("{n} are called \"{name}\""));
+        notes.list(named.collect(), |mut named| {
+            if named.len() > LISTED {
+                let n = counted(named.len() - LISTED, "name");
+                named.truncate(LISTED);
+                named.push(format!("and {n} more are shared"));
+            }
+            let named = named.join(", ");
+            note!(
+                "shared_names",
+                "of the {what}, {named}; the name stands for all of them"
+            )
+        });
     }
 }
 
@@ -294,14 +314,16 @@ mod tests {
     fn a_name_that_changes_is_told() {
         assert_eq!(RULE.note("tag", "a", "a"), None);
         for (written, is_taken) in [("a_b", false), ("a_b_2", true)] {
-            let expected = GroupWritten::Renamed {
-                what: "tag",
-                name: "a b".into(),
-                written: written.into(),
-                why: "no spaces",
-                is_taken,
+            let taken = if is_taken {
+                ", and that name is taken"
+            } else {
+                ""
             };
-            assert_eq!(RULE.note("tag", "a b", written), Some(expected));
+            let note = RULE.note("tag", "a b", written).expect("it is another");
+            assert_eq!(
+                note.text,
+                format!("tag \"a b\" is written as \"{written}\": no spaces{taken}")
+            );
         }
     }
 
@@ -314,7 +336,7 @@ mod tests {
         assert_eq!(text_of(b"Fl\xfcgel", &mut notes), "Flügel");
         assert_eq!(text_of(b"H\xe4user", &mut notes), "Häuser");
         notes.close();
-        let texts = ["Flügel", "Häuser"].map(str::to_owned).to_vec();
-        assert_eq!(notes, [Read::Latin1 { texts }.into()]);
+        let text = "texts that are not UTF-8 are read as Latin-1: \"Flügel\", \"Häuser\"";
+        assert!(notes.says(text), "{notes:?}");
     }
 }

@@ -3,7 +3,7 @@
 use super::Format;
 use super::rounding::flattened;
 use crate::mesh::{MeshView, check_in_32_bits};
-use azimesh_core::diagnostic::formats::Written;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
@@ -90,7 +90,7 @@ impl WriteOptions {
     }
 
     /// Refuses coordinates that the wanted precision cannot hold; a note on cells that become flat in it.
-    pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<Option<Written>> {
+    pub(super) fn check_coordinates(&self, mesh: &MeshView) -> Result<Option<Note>> {
         // Other ranks look at what they write.
         if self.precision == Precision::F64 || mesh.by_ranks.is_some() {
             return Ok(None);

@@ -1,8 +1,8 @@
 //! Contents that a format holds and the programs that read it do not take: notes, and meshes without them.
 
 use crate::mesh::{CellKind, Mesh, MeshView, inner_faces, linear};
-use azimesh_core::diagnostic::formats::NotTaken;
 use azimesh_core::error::option;
+use azimesh_core::{Note, note};
 use std::collections::BTreeSet;
 
 /// The remedy for cells of a kind that a format cannot hold, as the end of a sentence.
@@ -18,7 +18,8 @@ pub(super) fn remedy(kind: CellKind) -> String {
 }
 
 /// Contents of a mesh that readers of a format do not take.
-pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<NotTaken> {
+pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<Note> {
+    let portable = option("portable");
     match format {
         "su2" => {
             let mut tagged = inner_faces(mesh);
@@ -28,16 +29,31 @@ pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<NotTaken> {
             });
             let first = *tagged.first()?;
             let n = tagged.len();
-            Some(NotTaken::InnerMarkers { n, first })
+            let note = note!(
+                "inner_markers",
+                "tagged faces between two cells ({n}, the first is cell {first}) become markers, and SU2 takes markers on the \
+                 boundary only; {portable} leaves them out"
+            );
+            Some(note.with("n", n))
         }
         "cgns" => {
             let n = far_below(mesh).count();
-            (n > 0 && !mesh.cell_arrays.is_empty()).then_some(NotTaken::LowerCells { n })
+            let note = note!(
+                "lower_cells",
+                "with cells of lower dimension than boundary faces ({n}) ParaView shows no cell array of a CGNS file; {portable} \
+                 leaves these cells out"
+            );
+            (n > 0 && !mesh.cell_arrays.is_empty()).then(|| note.with("n", n))
         }
         "vtu" | "pvtu" | "vtk" | "vtk42" | "vtkhdf" => {
             let pyramids = mesh.cells.runs().filter(|run| is_pyramid(run.kind));
-            let n = pyramids.map(|run| run.n_cells()).sum();
-            (n > 0).then_some(NotTaken::LagrangePyramids { n })
+            let n: usize = pyramids.map(|run| run.n_cells()).sum();
+            let note = note!(
+                "lagrange_pyramids",
+                "VTK has no Lagrange pyramids and leaves them out when it reads the file ({n}); {portable} keeps their corner \
+                 nodes only"
+            );
+            (n > 0).then(|| note.with("n", n))
         }
         _ => None,
     }
@@ -45,24 +61,29 @@ pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<NotTaken> {
 
 /// Changes a mesh to what readers of a format take; says what was changed.
 pub fn make_portable(mesh: &mut Mesh, format: &str) -> Option<String> {
-    let (n, change) = match not_taken(&mesh.view(), format)? {
-        NotTaken::InnerMarkers { n, .. } => {
+    let note = not_taken(&mesh.view(), format)?;
+    let change = match note.code {
+        "inner_markers" => {
             let inner = inner_faces(&mesh.view());
             leave_out(mesh, inner.into_iter().map(|face| face as usize).collect());
-            (n, "faces between two cells left out")
+            "faces between two cells left out"
         }
-        NotTaken::LowerCells { n } => {
+        "lower_cells" => {
             let lower = far_below(&mesh.view()).collect();
             leave_out(mesh, lower);
-            (n, "cells of lower dimension than boundary faces left out")
+            "cells of lower dimension than boundary faces left out"
         }
-        NotTaken::LagrangePyramids { n } => {
+        _ => {
             // The other nodes stay, in no cell.
             mesh.cells = linear(&mesh.cells, is_pyramid);
-            (n, "Lagrange pyramids made linear")
+            "Lagrange pyramids made linear"
         }
     };
-    Some(format!("{}: {change}: {n}", option("portable")))
+    Some(format!(
+        "{}: {change}: {}",
+        option("portable"),
+        note.get("n")
+    ))
 }
 
 fn is_pyramid(kind: CellKind) -> bool {
@@ -112,7 +133,8 @@ mod tests {
     fn tagged_faces_inside_are_told_of_for_su2_and_left_out() {
         let mut mesh = mesh();
         let note = not_taken(&mesh.view(), "su2").expect("there is one");
-        assert_eq!(note, NotTaken::InnerMarkers { n: 1, first: 3 });
+        assert_eq!((note.code, note.get("n")), ("inner_markers", &1.into()));
+        assert!(note.text.contains("(1, the first is cell 3)"), "{note}");
         assert!(make_portable(&mut mesh, "su2").is_some());
         let tags: Vec<&str> = mesh.boundary_tags().map(|tag| tag.name.as_str()).collect();
         assert_eq!((tags, mesh.cells.len()), (vec!["wall"], 4));
@@ -124,7 +146,7 @@ mod tests {
     fn edges_beside_cell_arrays_are_told_of_for_cgns_and_left_out() {
         let mut mesh = mesh();
         let note = not_taken(&mesh.view(), "cgns").expect("there is one");
-        assert_eq!(note, NotTaken::LowerCells { n: 1 });
+        assert_eq!((note.code, note.get("n")), ("lower_cells", &1.into()));
         assert!(make_portable(&mut mesh, "cgns").is_some());
         assert_eq!((mesh.cells.len(), mesh.groups.len()), (4, 2));
         assert_eq!(not_taken(&mesh.view(), "cgns"), None);
@@ -141,7 +163,7 @@ mod tests {
         mesh.cells.push(CellKind::LagrangePyramid, &nodes);
         for format in ["vtu", "vtk", "vtkhdf", "pvtu"] {
             let note = not_taken(&mesh.view(), format).expect("there is one");
-            assert_eq!(note, NotTaken::LagrangePyramids { n: 1 });
+            assert_eq!((note.code, note.get("n")), ("lagrange_pyramids", &1.into()));
         }
         assert_eq!(not_taken(&mesh.view(), "msh"), None);
         assert!(make_portable(&mut mesh, "vtu").is_some());

@@ -1,10 +1,8 @@
 //! Effects of coordinates of 32 bits on a mesh: lost digits, and cells that become flat or fold.
 
 use crate::mesh::{CellRef, Cells, MeshView, corners, first_where};
-use azimesh_core::diagnostic::formats::{FormatNote, Written};
-use azimesh_core::diagnostic::{Diagnostic, NoteKind};
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, norm, sub};
-use azimesh_core::parallel;
+use azimesh_core::{Note, note, parallel};
 use std::ops::Range;
 
 /// Cells of a block.
@@ -19,7 +17,7 @@ pub(super) fn loses_digits(mesh: &MeshView) -> bool {
 }
 
 /// The number of cells of the mesh's own dimension that become flat or fold in coordinates of 32 bits, as a note. `O(n)`.
-pub(super) fn flattened(mesh: &MeshView) -> Option<Written> {
+pub(super) fn flattened(mesh: &MeshView) -> Option<Note> {
     if !loses_digits(mesh) {
         return None;
     }
@@ -35,13 +33,17 @@ pub(super) fn flattened(mesh: &MeshView) -> Option<Written> {
         of += run.n_cells();
         first = first.or(flat.first().map(|i| run.first_cell + i));
     }
-    first.map(|first| Written::Flattened { n, of, first })
+    first.map(|first| {
+        note!(
+            "flattened",
+            "cells become flat or fold in coordinates of 32 bits: {n} of {of} (the first is cell {first}); 64 bits keep them"
+        )
+    })
 }
 
 /// Checks if a note reports cells that become flat in coordinates of 32 bits.
-pub fn is_flattened(note: &Diagnostic) -> bool {
-    use FormatNote::Written as Of;
-    matches!(note.kind, NoteKind::Format(Of(Written::Flattened { .. })))
+pub fn is_flattened(note: &Note) -> bool {
+    note.code == "flattened"
 }
 
 /// Checks if a corner of a cell, or a polyhedron as a whole, has no volume in coordinates of 32 bits, or one of the other sign.

@@ -1,9 +1,9 @@
 //! Nodes and cells that lie with several ranks, each of which writes its own.
 
 use super::{CellKind, Cells};
-use azimesh_core::diagnostic::point;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::numbers::point;
 use azimesh_core::ranks::hash::{HashedBytes, TreeHasher};
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;

@@ -7,9 +7,8 @@ use super::kind::CellKind;
 pub use super::streams::face_stream;
 use super::streams::{Listed, distinct_nodes};
 use azimesh_core::error::{Error, Result};
-use azimesh_core::parallel;
 use azimesh_core::ranks::raw;
-use azimesh_core::sparse;
+use azimesh_core::{parallel, sparse};
 use serde::{Deserialize, Serialize};
 
 /// Cells in order, run-length encoded by kind and node count. Nodes are in VTK's order.

@@ -78,9 +78,9 @@ pub use split::SplitCounts;
 pub use view::{ByRanks, MeshView};
 pub use zone_sides::ZoneSides;
 
-use azimesh_core::diagnostic::point;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::Bounds;
+use azimesh_core::numbers::point;
 use azimesh_core::parallel::map_blocks;
 use azimesh_core::ranks::raw;
 use serde::{Deserialize, Serialize};

@@ -3,9 +3,9 @@
 use super::{At, OnMesh};
 use crate::motion::steps::Step;
 use crate::motion::table::{History, Key};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::error::Result;
+use azimesh_core::numbers::in_digits;
+use azimesh_core::{Note, note};
 
 /// The error of a table over time in a schedule without times.
 pub(super) const NO_TIME: &str = "the table has the column `time_s`, but the steps have no time; give the \
@@ -91,12 +91,7 @@ impl Clock<'_> {
 
     /// Refuses a history that has no values at some step; its motion is under `place` in the schedule. A note
     /// where the body has an azimuth offset that the history does not follow, or a step is past its last row.
-    pub fn check(
-        &self,
-        history: &History,
-        on: &OnMesh<'_>,
-        place: &str,
-    ) -> Result<Option<Diagnostic>> {
+    pub fn check(&self, history: &History, on: &OnMesh<'_>, place: &str) -> Result<Option<Note>> {
         let key = history.key();
         self.check_azimuth(key, on, place)?;
         let mut past_last_row = None;
@@ -108,15 +103,22 @@ impl Clock<'_> {
                 past_last_row.get_or_insert(step);
             }
         }
-        let file = |note: MotionNote| Diagnostic::new(note).file(history.path());
+        let file = |note: Note| note.file(history.path());
         if !history.repeats() {
             return Ok(transient(key, on, &history.why_once()).map(file));
         }
-        let closed = past_last_row.map(|step| MotionNote::ClosedByStep {
-            body: on.body.name.clone(),
-            rows: <[f64; 2]>::from(history.range()).map(|at| key.place(at)),
-            end: key.place(history.end()),
-            step: step.index,
+        let closed = past_last_row.map(|step| {
+            let (first, last) = history.range();
+            note!(
+                "closed_by_step",
+                "body \"{}\": the table goes from {} to {}, one step before {}, and so repeats itself; the values of step {} \
+                 are between its last and its first row",
+                on.body.name,
+                key.place(first),
+                key.place(last),
+                key.place(history.end()),
+                step.index
+            )
         });
         Ok(closed.map(file))
     }
@@ -136,12 +138,16 @@ impl Clock<'_> {
 }
 
 /// A note where a body has an azimuth offset that rows over azimuth do not follow, since they do not repeat themselves.
-pub(super) fn transient(key: Key, on: &OnMesh<'_>, why: &str) -> Option<MotionNote> {
+pub(super) fn transient(key: Key, on: &OnMesh<'_>, why: &str) -> Option<Note> {
     let differs = key.revolution().is_some() && on.offset != 0.0;
-    differs.then(|| MotionNote::Transient {
-        body: on.body.name.clone(),
-        offset_deg: on.offset.to_degrees(),
-        why: why.to_owned(),
+    differs.then(|| {
+        note!(
+            "transient",
+            "body \"{}\": the table does not repeat itself ({why}), so it is taken at the azimuth of the rotor; \
+             azimuth_offset = {} turns the axes of the blade, and shifts harmonics and tables that repeat themselves",
+            on.body.name,
+            in_digits(on.offset.to_degrees(), 6)
+        )
     })
 }
 
@@ -151,7 +157,7 @@ pub(super) struct StepHistory {
     history: History,
     offset: f64,
     /// What the user should know of it.
-    pub note: Option<Diagnostic>,
+    pub note: Option<Note>,
 }
 
 impl StepHistory {

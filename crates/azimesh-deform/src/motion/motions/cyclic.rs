@@ -10,10 +10,9 @@ use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::steps::Step;
 use crate::motion::table::{Interpolation, Naming};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::{Note, note};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -230,8 +229,8 @@ struct Blade {
     hinges: Hinges,
     /// Whether the blade is a beam, which turns about its hinges itself.
     bends: bool,
-    notes: Vec<Diagnostic>,
-    warning: Option<Diagnostic>,
+    notes: Vec<Note>,
+    warning: Option<Note>,
 }
 
 /// Pitch, flap and lag of a blade.
@@ -270,17 +269,17 @@ impl Hinges {
     }
 
     /// A note where pitch, flap or lag is more than a turn, which no blade does.
-    fn more_than_a_turn(&self, body: &str) -> Option<Diagnostic> {
+    fn more_than_a_turn(&self, body: &str) -> Option<Note> {
         let added = self.table.as_ref().map_or([0.0; 3], |table| table.bound);
         let sums = self.cyclic.series().into_iter().zip(added);
         let mut sums = sums.map(|((angle, series), added)| (angle, series.bound() + added));
         let (angle, sum) = sums.find(|(_, sum)| *sum > TAU)?;
-        let note = MotionNote::MoreThanATurn {
-            body: body.to_owned(),
-            angle,
-            sum_deg: sum.to_degrees(),
-        };
-        Some(note.into())
+        let sum_deg = sum.to_degrees();
+        Some(note!(
+            "more_than_a_turn",
+            "body \"{body}\": mean and harmonics of its {angle} add up to {sum_deg:.0} degrees, more than a full \
+             turn; check `angle_unit`"
+        ))
     }
 
     /// Equations 2 and 3 of the method without a beam, in the blade's own frame at its azimuth `psi`:
@@ -344,11 +343,11 @@ impl ResolvedMotion for Blade {
         Some(self.hinges.angles(step))
     }
 
-    fn notes(&self) -> &[Diagnostic] {
+    fn notes(&self) -> &[Note] {
         &self.notes
     }
 
-    fn warning(&self) -> Option<Diagnostic> {
+    fn warning(&self) -> Option<Note> {
         self.warning.clone()
     }
 }

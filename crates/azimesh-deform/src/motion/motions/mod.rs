@@ -46,7 +46,7 @@ use super::rotor::RotorAxes;
 use super::steps::Step;
 use super::surface::{Role, SurfaceFaces, SurfaceNodes};
 use super::table::Table;
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::Boundary;
@@ -134,12 +134,12 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
     }
 
     /// What the user should know of its files.
-    fn notes(&self) -> &[Diagnostic] {
+    fn notes(&self) -> &[Note] {
         &[]
     }
 
     /// A warning where the input is probably wrong.
-    fn warning(&self) -> Option<Diagnostic> {
+    fn warning(&self) -> Option<Note> {
         None
     }
 }

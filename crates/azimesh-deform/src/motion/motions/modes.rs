@@ -11,7 +11,7 @@ use crate::motion::body::Body;
 use crate::motion::keys::{choice, keys, positive, string};
 use crate::motion::setters::setters;
 use crate::motion::table::{History, Interpolation, Table};
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use std::path::Path;
@@ -127,7 +127,7 @@ struct ModeShapes {
     shapes: Vec<Vec<Vector>>,
     coordinates: StepHistory,
     nodes: Arc<BodyNodes>,
-    notes: Vec<Diagnostic>,
+    notes: Vec<Note>,
 }
 
 impl ResolvedMotion for ModeShapes {
@@ -148,7 +148,7 @@ impl ResolvedMotion for ModeShapes {
         MapScope::Nodes
     }
 
-    fn notes(&self) -> &[Diagnostic] {
+    fn notes(&self) -> &[Note] {
         &self.notes
     }
 }

@@ -9,9 +9,8 @@ use crate::motion::steps::Step;
 use crate::motion::table::{
     Column, ColumnNames, History, Interpolation, Naming, Scales, Table, known_units,
 };
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
-use azimesh_core::error::Result;
+use azimesh_core::error::{Result, counted};
+use azimesh_core::{Note, note};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -113,26 +112,29 @@ pub(super) fn notes(
     passed_over: &[String],
     table: &Table,
     body: &str,
-) -> Vec<Diagnostic> {
+) -> Vec<Note> {
     let mut notes = Vec::new();
     if !passed_over.is_empty() {
-        notes.push(MotionNote::OtherColumns {
-            body: body.to_owned(),
-            columns: passed_over.to_vec(),
-        });
+        notes.push(note!(
+            "other_columns",
+            "body \"{body}\": passed over {} that `columns` does not name: {}",
+            counted(passed_over.len(), "column"),
+            passed_over.join(", ")
+        ));
     }
     if names.assumes_metres {
         let lengths = ["station", "dx", "dy", "dz"].into_iter();
-        let told = lengths.filter_map(|name| {
+        let lengths = lengths.filter_map(|name| {
             let unit = naming.units.get(name)?;
             (unit != "radius").then(|| format!("{name} in {unit}"))
         });
-        notes.push(MotionNote::AssumesMetres {
-            body: body.to_owned(),
-            lengths: told.collect(),
-        });
+        notes.push(note!(
+            "assumes_metres",
+            "body \"{body}\": {} is converted for a mesh in m; for another write for example  length_unit = \"mm\"  in [output]",
+            lengths.collect::<Vec<_>>().join(", ")
+        ));
     }
-    let at_file = |note| Diagnostic::new(note).file(table.path());
+    let at_file = |note: Note| note.file(table.path());
     notes.into_iter().map(at_file).collect()
 }
 
@@ -145,7 +147,7 @@ pub(super) struct ColumnValues<const N: usize> {
     /// The largest size of each in a row.
     pub bound: [f64; N],
     /// What the user should know of the table.
-    pub notes: Vec<Diagnostic>,
+    pub notes: Vec<Note>,
 }
 
 /// A table as a motion declares it; the motion is under `key` in the schedule, the table under `place`.

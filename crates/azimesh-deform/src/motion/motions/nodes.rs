@@ -4,11 +4,11 @@
 use super::OnMesh;
 use crate::motion::keys::Kind;
 use crate::motion::table::{Column, Columns, Table};
-use azimesh_core::diagnostic::motion::MotionNote;
-use azimesh_core::diagnostic::{Diagnostic, short};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
+use azimesh_core::numbers::short;
+use azimesh_core::{Note, note};
 use azimesh_io::mesh::Mesh;
 use serde_json::json;
 use std::collections::HashMap;
@@ -366,10 +366,16 @@ pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)>
 }
 
 /// A note on rows that are for nodes of others.
-pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<Diagnostic> {
-    let body = body.to_owned();
-    let note = (rows > 0).then_some(MotionNote::OtherNodes { rows, body });
-    note.map(|note| Diagnostic::new(note).file(path))
-        .into_iter()
-        .collect()
+pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<Note> {
+    if rows == 0 {
+        return Vec::new();
+    }
+    let rows = counted(rows, "row");
+    vec![
+        note!(
+            "other_nodes",
+            "ignored {rows} of nodes that are not on body \"{body}\""
+        )
+        .file(path),
+    ]
 }

@@ -5,7 +5,7 @@ use super::series::Series;
 use super::{At, OnMesh, TableSource};
 use crate::motion::places::Places;
 use crate::motion::table::{History, Interpolation};
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::Result;
 use std::f64::consts::TAU;
 
@@ -110,7 +110,7 @@ impl Swing {
     }
 
     /// What the user should know of its table.
-    pub fn note(&self) -> Option<Diagnostic> {
+    pub fn note(&self) -> Option<Note> {
         self.table.as_ref().and_then(|table| table.note.clone())
     }
 }

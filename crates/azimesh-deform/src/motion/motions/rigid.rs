@@ -11,7 +11,7 @@ use crate::motion::keys::{
 use crate::motion::setters::setters;
 use crate::motion::steps::Step;
 use crate::motion::table::Interpolation;
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, scale};
 use serde_json::json;
@@ -226,7 +226,7 @@ struct RigidMotion {
     /// The vector, and what it is multiplied with.
     translate: Option<(Vector, Swing)>,
     ramp: bool,
-    notes: Vec<Diagnostic>,
+    notes: Vec<Note>,
 }
 
 impl ResolvedMotion for RigidMotion {
@@ -261,7 +261,7 @@ impl ResolvedMotion for RigidMotion {
         }))
     }
 
-    fn notes(&self) -> &[Diagnostic] {
+    fn notes(&self) -> &[Note] {
         &self.notes
     }
 

@@ -6,7 +6,7 @@ use super::nodes::BodyNodes;
 use super::{At, Clock, MapScope, OnMesh, ResolvedMotion};
 use crate::motion::steps::Step;
 use crate::motion::table::{Key, Period, why_once};
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, scale, sub};
 use std::borrow::Cow;
@@ -35,7 +35,7 @@ pub(super) struct NodeSets {
     /// The distance after which they repeat themselves, or the reason why they do not.
     period: std::result::Result<Period, Option<String>>,
     /// What the user should know.
-    notes: Vec<Diagnostic>,
+    notes: Vec<Note>,
     nodes: Arc<BodyNodes>,
     /// The azimuth (radians) by which the body is ahead among them: 0 where they do not repeat themselves.
     offset: f64,
@@ -62,14 +62,14 @@ impl ResolvedMotion for NodeSets {
         sets.map(|set| size_of_val(set.as_slice())).sum()
     }
 
-    fn notes(&self) -> &[Diagnostic] {
+    fn notes(&self) -> &[Note] {
         &self.notes
     }
 }
 
 impl NodeSets {
     /// One set for all steps.
-    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<Diagnostic>, on: &OnMesh<'_>) -> Self {
+    pub(super) fn one(sets: Vec<Vec<Vector>>, notes: Vec<Note>, on: &OnMesh<'_>) -> Self {
         Self {
             key: None,
             places: vec![0.0],
@@ -87,7 +87,7 @@ impl NodeSets {
         (key, places): (Key, Vec<f64>),
         sets: Vec<Vec<Vector>>,
         lines: Vec<u64>,
-        notes: Vec<Diagnostic>,
+        notes: Vec<Note>,
         on: &OnMesh<'_>,
     ) -> Self {
         let period = Period::of(key, &places, || last_differs(&sets));
@@ -117,8 +117,7 @@ impl NodeSets {
         steps.try_for_each(|step| self.check_step(step, on, path))?;
         if let Err(open) = &self.period {
             let note = transient(key, on, &why_once(open.as_deref()));
-            self.notes
-                .extend(note.map(|note| Diagnostic::new(note).file(path)));
+            self.notes.extend(note.map(|note| note.file(path)));
         }
         Ok(())
     }

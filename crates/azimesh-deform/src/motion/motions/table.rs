@@ -7,7 +7,7 @@ use crate::motion::body::Body;
 use crate::motion::keys::{choice, keys, numbers, string};
 use crate::motion::setters::setters;
 use crate::motion::table::{Interpolation, Naming, Table};
-use azimesh_core::diagnostic::Diagnostic;
+use azimesh_core::Note;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, scale};
 use std::sync::Arc;
@@ -152,7 +152,7 @@ impl ResolvedMotion for SixDegrees {
         turns.then_some(self.origin)
     }
 
-    fn notes(&self) -> &[Diagnostic] {
+    fn notes(&self) -> &[Note] {
         &self.values.notes
     }
 }

@@ -1,10 +1,10 @@
 //! The images of a periodic mesh that the support radius reaches.
 
 use super::{Periodic, Symmetry};
-use azimesh_core::diagnostic::{in_digits, short};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, cross, distance, norm};
 use azimesh_core::geometry::{Bounds, Transform};
+use azimesh_core::numbers::{in_digits, short};
 
 /// More images than this are refused.
 const MOST_IMAGES: usize = 360;

@@ -12,13 +12,13 @@ mod images;
 pub use followers::{Follower, followers};
 pub use images::images;
 
-use azimesh_core::diagnostic::deform::PeriodicMap;
-use azimesh_core::diagnostic::{in_digits, point, short};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::closest::ClosestSurface;
 use azimesh_core::geometry::vector::{Vector, add, dot, scale, sub};
 use azimesh_core::geometry::{Bounds, Transform};
+use azimesh_core::numbers::{in_digits, point, short};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// Partners may be this part of the extent of both sides apart.
 const TOLERANCE: f64 = 1e-6;
@@ -83,15 +83,17 @@ impl Symmetry {
     }
 }
 
-impl From<&Symmetry> for PeriodicMap {
-    fn from(symmetry: &Symmetry) -> Self {
-        match symmetry {
-            Symmetry::Translation(by) => Self::Translation(*by),
-            Symmetry::Rotation { axis, angle } => Self::Rotation {
-                angle_deg: angle.to_degrees(),
-                direction: axis.direction,
-                origin: axis.origin,
-            },
+impl fmt::Display for Symmetry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Translation(by) => write!(f, "a translation by {}", point(by)),
+            Self::Rotation { axis, angle } => write!(
+                f,
+                "a rotation by {} degrees about the direction {} through {}",
+                short(angle.to_degrees()),
+                point(&axis.direction),
+                point(&axis.origin)
+            ),
         }
     }
 }
@@ -176,7 +178,7 @@ impl Periodic {
 
 /// The error of two maps that both bring the one side to the other.
 fn several(a: &Side<'_>, b: &Side<'_>, maps: [&Symmetry; 2]) -> Error {
-    let [first, second] = maps.map(PeriodicMap::from);
+    let [first, second] = maps;
     Error::input(format!(
         "the periodic sides \"{}\" and \"{}\" match by {first} and by {second}; set rotor.hub and rotor.shaft_axis to \
          the axis of the rotation that is meant, or name sides that match in one way",
@@ -390,8 +392,9 @@ impl Sides {
         turned_in: Option<Symmetry>,
     ) -> Error {
         let turned_in = turned_in.map_or(String::new(), |symmetry| {
-            let map = PeriodicMap::from(&symmetry);
-            format!("; {map} matches their nodes, but leaves the mesh on the same side of both")
+            format!(
+                "; {symmetry} matches their nodes, but leaves the mesh on the same side of both"
+            )
         });
         let Some((found, symmetry)) = nearest else {
             return Error::input(format!(

@@ -1,7 +1,7 @@
 //! What the rows of a table belong to: azimuths, times or steps.
 
 use crate::motion::Step;
-use azimesh_core::diagnostic::in_digits;
+use azimesh_core::numbers::in_digits;
 use std::f64::consts::TAU;
 
 /// What the first column of a table over the steps holds.

@@ -4,8 +4,6 @@ use super::parse;
 use super::tables::*;
 use crate::motion::options::RbfOptions;
 use crate::motion::{Beam, Motion, Step};
-use azimesh_core::diagnostic::motion::MotionNote;
-use azimesh_core::diagnostic::{Diagnostic, NoteKind};
 use azimesh_core::geometry::vector::{Vector, add, distance, sub};
 use proptest::prelude::*;
 use std::fmt::Write as _;
@@ -56,14 +54,12 @@ fn the_quarter_chord_of_a_clockwise_rotor_is_at_its_own_leading_edge() {
     let table = format!("{BEAM}0,0,0,0,0,0,0\n1,0,0,0,20,0,0\n");
     let motion = bent("azimuth.values = [0]\nrotor.azimuth_sign = -1", &table);
     assert_near(place(&motion, 0, [0.5, 0.25, 0.0]), [0.5, 0.25, 0.0]);
+    let notes = motion.notes();
+    assert_eq!((notes.len(), notes[0].code), (1, "beam_line"));
     assert_eq!(
-        motion.notes(),
-        [Diagnostic::new(MotionNote::BeamLine {
-            body: "blade".to_owned(),
-            line: "quarter chord",
-            ends: [[0.0, 0.25, 0.0], [1.0, 0.25, 0.0]],
-            leading_edge: [0.0, -1.0, 0.0],
-        })]
+        notes[0].text,
+        "body \"blade\": its quarter chord goes from [0.0000, 0.2500, 0.0000] to [1.0000, 0.2500, 0.0000], with the \
+         leading edge towards [0.000, -1.000, 0.000]"
     );
 }
 
@@ -163,15 +159,9 @@ fn a_table_of_part_of_a_blade_is_refused_unless_its_ends_are_held() {
     assert_near(place(&held(&half), 0, [0.9, 0.3, 0.0]), [0.9, 0.3, 0.1]);
     let notes = held(&half).notes();
     assert_eq!(notes.len(), 2);
-    let is_right = matches!(
-        &notes[0].kind,
-        NoteKind::Motion(MotionNote::NoStations {
-            between: [0.5, 1.0],
-            is_before: false,
-            ..
-        })
-    );
-    assert!(is_right, "{notes:?}");
+    assert_eq!(notes[0].code, "no_stations");
+    let text = "has no stations between 0.5 and 1; the values of its last station are used there";
+    assert!(notes[0].text.ends_with(text), "{notes:?}");
     let nearly = format!("{BEAM}0.05,0,0,0,0,0,0\n0.96,0,0,0.1,0,0,0\n");
     assert_eq!(bent("azimuth.values = [0]", &nearly).notes().len(), 1);
 }

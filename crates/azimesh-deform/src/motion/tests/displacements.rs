@@ -3,7 +3,6 @@
 use super::tables::resolve;
 use super::{two_cubes, two_squares};
 use crate::motion::Motion;
-use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, add, distance, scale};
 use azimesh_io::formats::{WriteOptions, by_name};
@@ -110,7 +109,7 @@ fn sets_over_azimuth_repeat_themselves_and_are_shifted_as_tables_are() {
     let part = rows(&[0.0, 90.0, 180.0]);
     let motion = surface(true, "azimuth.values = [0, 90]", &ahead, &part).expect("it is good");
     assert_near(place(&motion, 1, 0), [90.0, 0.0, 0.0]);
-    let note = motion.notes()[0].kind.to_string();
+    let note = motion.notes()[0].text.clone();
     assert!(note.starts_with("body \"blade\": the table does not repeat itself (its last row is neither at azimuth 360 deg nor one step before it), so it is taken at the azimuth of the rotor"), "{note}");
     let later = surface(true, "azimuth.values = [0, 450]", SURFACE, &part);
     let later = later.expect_err("nothing repeats").to_string();
@@ -191,11 +190,8 @@ fn rows_for_other_nodes_are_told_of() {
         path.is_some_and(|path| path.ends_with("s.csv")),
         "{notes:?}"
     );
-    let body = "blade".to_owned();
-    assert_eq!(
-        notes[0].kind,
-        MotionNote::OtherNodes { rows: 2, body }.into()
-    );
+    assert_eq!(notes[0].code, "other_nodes");
+    assert!(notes[0].text.starts_with("ignored 2 rows "), "{notes:?}");
 }
 
 /// The cubes with vectors at their nodes, as VTU.

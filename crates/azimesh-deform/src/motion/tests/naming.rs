@@ -24,7 +24,7 @@ fn notes(motion: &Motion) -> Vec<String> {
     motion
         .notes()
         .iter()
-        .map(|note| note.kind.to_string())
+        .map(|note| note.text.clone())
         .collect()
 }
 

@@ -152,7 +152,7 @@ fn a_step_between_the_last_row_and_the_next_revolution_is_told_of() {
         let notes = motion.notes();
         notes
             .iter()
-            .map(|note| note.kind.to_string())
+            .map(|note| note.text.clone())
             .collect::<Vec<_>>()
     };
     assert_eq!(

@@ -3,8 +3,7 @@
 use super::{one_body, two_cubes, two_squares};
 use crate::motion::options::RbfOptions;
 use crate::motion::{Interpolate, Motion, Step};
-use azimesh_core::diagnostic::motion::MotionNote;
-use azimesh_core::diagnostic::{Diagnostic, NoteKind};
+use azimesh_core::Note;
 use azimesh_core::geometry::vector::{Vector, add, distance, norm, scale, sub};
 use azimesh_core::geometry::{Bounds, Transform};
 use proptest::prelude::*;
@@ -140,16 +139,9 @@ fn a_rotation_past_three_hundred_degrees_in_one_go_is_warned_of() {
             "rigid = {{ rotate = {{ axis = [0, 0, 1], angle = {angle:?} }}, ramp = true }}"
         ))
     };
-    let far = |told: &[Diagnostic]| match &told[0].kind {
-        NoteKind::Motion(MotionNote::TurnsFar {
-            angle_deg,
-            substeps,
-            step: 2,
-            folds_deg: 300.0,
-            needed,
-            ..
-        }) => (angle_deg.round(), *substeps, *needed),
-        other => panic!("{other:?}"),
+    let far = |told: &[Note]| {
+        assert_eq!(told[0].code, "turns_far");
+        told[0].text.clone()
     };
     let twist = rbf(Interpolate::Twist, 1);
     assert!(turn(299.0).warnings(&twist).is_empty());
@@ -159,9 +151,16 @@ fn a_rotation_past_three_hundred_degrees_in_one_go_is_warned_of() {
             .warnings(&rbf(Interpolate::Displacement, 1))
             .is_empty()
     );
-    assert_eq!(far(&turn(-340.0).warnings(&twist)), (340.0, 1, 2));
+    let one = far(&turn(-340.0).warnings(&twist));
+    assert!(one.contains(" turns by 340 degrees at step 2 ("), "{one}");
+    assert!(one.ends_with("set rbf.substeps = 2"), "{one}");
     let more = turn(1000.0).warnings(&rbf(Interpolate::Twist, 3));
-    assert_eq!(far(&more), (1000.0, 3, 6));
+    let more = far(&more);
+    assert!(
+        more.contains(" turns by 1000 degrees in 3 substeps at step 2 ("),
+        "{more}"
+    );
+    assert!(more.ends_with("set rbf.substeps = 6"), "{more}");
 }
 
 #[test]

@@ -4,8 +4,8 @@ use super::super::Notes;
 use super::super::names::Places;
 use super::solution::Arrays;
 use crate::mesh::{CellRun, CellSet, Cells, DataArray, Group};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::formats::{NotKept, Read};
+use azimesh_core::error::counted;
+use azimesh_core::{Note, note};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ pub(super) struct MeshBuilder {
     /// Elements of which only the corners are kept, by type.
     pub incomplete: BTreeMap<&'static str, usize>,
     /// Notes on damage in the file.
-    pub remarks: Vec<Diagnostic>,
+    pub remarks: Vec<Note>,
     /// Kinds of data that are left out, with their numbers.
     left: BTreeMap<String, usize>,
     /// Kinds of data that are left out, with their names.
@@ -51,15 +51,24 @@ impl MeshBuilder {
     pub fn say(&self, notes: &mut Notes) {
         notes.extend(self.remarks.iter().cloned());
         for (what, n) in &self.left {
-            let (what, n) = (what.clone(), *n);
-            notes.push(NotKept::Nodes { what, n });
+            match n {
+                n if what.contains(' ') => notes.not_kept(what, *n),
+                1 => notes.push(note!("type_not_kept", "a node of type {what} is not kept")),
+                n => notes.push(note!(
+                    "type_not_kept",
+                    "{n} nodes of type {what} are not kept"
+                )),
+            }
         }
         for (what, names) in &self.left_by_name {
-            let (what, names) = (what.clone(), names.clone());
-            notes.push(NotKept::NamedNodes { what, names });
+            notes.names_not_kept(what, names.clone());
         }
         for (&element, &n) in &self.incomplete {
-            notes.push(Read::OnlyCorners { element, n });
+            notes.push(note!(
+                "only_corners",
+                "only the corner nodes of {} of type {element} are kept: no kind of cell has the other nodes",
+                counted(n, "element")
+            ));
         }
     }
 }

@@ -10,8 +10,8 @@ use super::time::Step;
 use super::zone::Zone;
 use super::{solution, structured, unstructured};
 use crate::mesh::{BoundedCells, Cells, Mesh, Origin, first_where};
-use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::note;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -31,8 +31,19 @@ pub(super) fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) ->
     if is_adf(source.bytes()) {
         mesh.origin = Origin::new(FromAdf);
     }
-    notes.list(files, |files| Read::BrokenLinks { files });
+    note_links(files, notes);
     Ok(mesh)
+}
+
+/// Notes files that links lead to and that are not there.
+fn note_links(files: Vec<String>, notes: &mut Notes) {
+    notes.list(files, |files| {
+        note!(
+            "broken_links",
+            "links lead to files that are not there, and what they stand for is left out: {}",
+            files.join(", ")
+        )
+    });
 }
 
 /// Gives the mesh of a mesh of unstructured zones in HDF5, without arrays at cells, its groups and arrays.
@@ -45,8 +56,7 @@ pub(super) fn complete(
     let (root, missing) = Node::root(source)?;
     let cells = std::mem::take(&mut mesh.cells);
     let read = read_bases(&root, options, Some(cells), notes)?;
-    let files = missing.names();
-    notes.list(files, |files| Read::BrokenLinks { files });
+    note_links(missing.names(), notes);
     mesh.cells = read.cells;
     mesh.groups = read.groups;
     mesh.point_arrays = read.point_arrays;
@@ -161,13 +171,11 @@ fn read_zone(
     found: &mut MeshBuilder,
 ) -> Result<()> {
     if let Some((said, meant)) = &zone.odd_kind {
-        let (zone, found_kind) = (zone.node.path().to_owned(), said.clone());
-        let note = Read::ZoneKind {
-            zone,
-            found: found_kind,
-            meant,
-        };
-        found.remarks.push(note.into());
+        let path = zone.node.path();
+        found.remarks.push(note!(
+            "zone_kind",
+            "{path}: ZoneType \"{said}\" is read as {meant}"
+        ));
     }
     let cells = if let Some((n_nodes, n_cells)) = known {
         zone.first_node = *n_nodes;

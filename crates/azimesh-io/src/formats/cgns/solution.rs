@@ -7,8 +7,8 @@ use super::node::Node;
 use super::time::Step;
 use super::zone::{Zone, rind};
 use crate::mesh::{DataArray, Values};
-use azimesh_core::diagnostic::formats::ArrayRead;
 use azimesh_core::error::Result;
+use azimesh_core::note;
 use std::ops::Range;
 
 /// Adds the arrays of the solutions of a zone that belong to this step. `cells` are its cells.
@@ -97,13 +97,11 @@ fn read_solution(
         let at = places.clone();
         let here = arrays.add(zone.number, names, Piece { at, values });
         if here != name {
-            let [solution, name] = names.map(str::to_owned);
-            let note = ArrayRead::OfSolutionRenamed {
-                solution,
-                name,
-                here,
-            };
-            found.remarks.push(note.into());
+            let solution = solution.name();
+            found.remarks.push(note!(
+                "array_renamed",
+                "several arrays are called \"{name}\"; that of \"{solution}\" is read as \"{here}\""
+            ));
         }
     }
     for name in text {

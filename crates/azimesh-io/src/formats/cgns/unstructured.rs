@@ -8,8 +8,9 @@ use super::regions::{Families, GridLocation, Region, regions, tag};
 use super::sections::{Cells, Section, Span, not_of_zone, part, says_nothing, sections};
 use super::zone::Zone;
 use crate::mesh::NodeBits;
-use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::Result;
+use azimesh_core::note;
+use azimesh_core::numbers::with_verb;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -85,10 +86,13 @@ fn read_cells(
     let polyhedra = Polyhedra::read(zone, sections)?;
     let n = polyhedra.n_degenerate();
     if n > 0 {
-        let zone = zone.node.path().to_owned();
-        found
-            .remarks
-            .push(Read::DegeneratePolygons { zone, n }.into());
+        found.remarks.push(note!(
+            "degenerate_polygons",
+            "{}: {} left out, since {} fewer than 3 nodes",
+            zone.node.path(),
+            with_verb(n, "polygon", "is"),
+            if n == 1 { "it has" } else { "they have" }
+        ));
     }
     let named = named_faces(zone, &polyhedra, regions);
     let mut spans = in_order(zone, sections, |section| match section.element_type {
@@ -146,13 +150,12 @@ fn check_count(
     let n: usize = runs.map(|run| run.n_cells()).sum();
     let said = zone.n_cells[0];
     if said != n {
-        let note = Read::CellCount {
-            zone: zone.node.path().to_owned(),
-            said,
-            dimension: zone.cell_dimension,
-            found: n,
-        };
-        found.remarks.push(note.into());
+        found.remarks.push(note!(
+            "cell_count",
+            "{}: the number of cells of dimension {} is given as {said}, but its sections have {n}",
+            zone.node.path(),
+            zone.cell_dimension
+        ));
     }
     Ok(())
 }

@@ -7,8 +7,8 @@ use super::super::netcdf::{File, Variable};
 use super::element::{Element, Shape};
 use super::polyhedra::{self, FaceBlocks};
 use crate::mesh::{CellSet, Cells, Group};
-use azimesh_core::diagnostic::formats::Read;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -71,12 +71,12 @@ pub(super) fn read(
         });
     }
     for ((element, n_nodes, n_kept), n) in fewer {
-        notes.push(Read::FewerNodes {
-            element,
-            n,
-            n_nodes,
-            n_kept,
-        });
+        notes.push(note!(
+            "fewer_nodes",
+            "{} of type {element} {} {n_kept} of {n_nodes} nodes: no kind of cell has the others",
+            counted(n, "element"),
+            if n == 1 { "keeps" } else { "keep" }
+        ));
     }
     Ok(blocks)
 }

@@ -6,7 +6,6 @@ use super::super::netcdf::File;
 use super::blocks::{Named, check_number, indices, named};
 use super::sides::Faces;
 use crate::mesh::{CellKind, Cells, Group};
-use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::Result;
 
 /// Appends the faces of all node sets, and gives their groups. Where there are tags already, node sets only repeat
@@ -33,8 +32,7 @@ pub(super) fn read(
         }
     }
     let groups = tags(sets, n_nodes, cells, faces, &mut left)?;
-    let what = "node sets".to_owned();
-    notes.list(left, |names| NotKept::NamedNodes { what, names });
+    notes.names_not_kept("node sets", left);
     Ok(groups)
 }
 

@@ -4,7 +4,6 @@ use super::super::netcdf::File;
 use super::super::{Notes, ReadOptions, Source};
 use super::{blocks, node_sets, sides, variables};
 use crate::mesh::{BoundedCells, Cells, Mesh, too_many};
-use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Result};
 
 /// Tests if a netCDF file is one of Exodus.
@@ -129,21 +128,14 @@ fn say_what_is_left(file: &File, notes: &mut Notes) -> Result<()> {
         ("num_nset_var", "results of node sets"),
         ("num_sset_var", "results of side sets"),
     ] {
-        if let Some(n) = file.length(dimension)?.filter(|n| *n > 0) {
-            notes.push(NotKept::Nodes {
-                what: what.to_owned(),
-                n,
-            });
-        }
+        notes.not_kept(what, file.length(dimension)?.unwrap_or(0));
     }
     let names = file.names()?;
     let n = names.iter().filter(|name| {
         let number = name.strip_prefix("attrib");
         number.is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit()))
     });
-    let n = n.count();
-    let what = "attributes of element blocks".to_owned();
-    notes.count(n, |n| NotKept::Nodes { what, n });
+    notes.not_kept("attributes of element blocks", n.count());
     Ok(())
 }
 

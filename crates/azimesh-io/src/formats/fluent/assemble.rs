@@ -4,9 +4,10 @@ use super::content::{Content, FaceZone, NONE, OVERLAP, PARENT};
 use super::join::{Joined, join, too_many_cells};
 use crate::formats::Notes;
 use crate::formats::by_faces::{self, Faces, Labels};
+use crate::formats::notes::{listed, quoted};
 use crate::mesh::{CellKind, CellSet, Cells, Group, Mesh};
-use azimesh_core::diagnostic::formats::{Fluent, NotKept};
 use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
 use azimesh_core::parallel::{collect, map_blocks};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -28,10 +29,12 @@ pub(super) fn mesh(mut content: Content, bytes: &[u8], notes: &mut Notes) -> Res
     }
     note_left_out(&content, notes);
     let mut joined = join(&mut content, bytes)?;
-    notes.count(joined.n_loose, |n| NotKept::Of {
-        what: "faces on no cell",
-        n,
-        item: "face",
+    notes.count(joined.n_loose, |n| {
+        note!(
+            "loose_faces",
+            "faces on no cell of {} are not kept",
+            counted(n, "face")
+        )
     });
     let n_faces = joined.faces.len();
     if joined.n_cells > 2 * n_faces || n_faces >= 1 << 31 {
@@ -316,28 +319,44 @@ fn note_left_out(content: &Content, notes: &mut Notes) {
         }
     }
     let named: Vec<String> = names.into_iter().filter(|name| is_given(name)).collect();
-    notes.list(named, |names| Fluent::Interior { names });
+    notes.list(named, |names| {
+        let names = listed(&quoted(&names));
+        note!(
+            "interior",
+            "zones of faces inside of the mesh are not kept: {names}"
+        )
+    });
     if n_overlaps > 0 {
-        notes.push(Fluent::Overlaps { n: n_overlaps });
+        notes.push(note!(
+            "overlaps",
+            "{} where the two sides of an interface overlap are left out: the faces of its sides are read",
+            counted(n_overlaps, "face")
+        ));
     }
     let refined = content.refined_cells.iter().map(Range::len);
     let inactive = content.cells.iter().filter(|zone| !zone.is_active);
     let n = usize::max(refined.sum(), inactive.map(|zone| zone.cells.len()).sum());
     if n > 0 || !content.refined_faces.is_empty() {
-        notes.push(Fluent::Refined { n });
+        notes.push(note!(
+            "refined",
+            "the mesh was refined with hanging nodes: {} and faces are left out, and the parts that stand for them are read; their \
+             neighbours are polyhedra, or polygons",
+            counted(n, "refined cell")
+        ));
     }
     let of_mesh = content.faces.iter().filter(|zone| zone.kind < OVERLAP);
     let of_mesh: BTreeSet<u32> = of_mesh.map(|zone| zone.zone).collect();
     let pairs = content.shadows.iter();
     let pairs = pairs.filter(|pair| pair.iter().all(|zone| of_mesh.contains(zone)));
     let names = |[zone, shadow]: &[u32; 2]| {
-        [
-            content.name(*zone, "periodic"),
-            content.name(*shadow, "periodic-shadow"),
-        ]
+        let zone = content.name(*zone, "periodic");
+        format!(
+            "\"{zone}\" and \"{}\"",
+            content.name(*shadow, "periodic-shadow")
+        )
     };
-    notes.list(pairs.map(names).collect(), |pairs| Fluent::Periodic {
-        pairs,
+    notes.list(pairs.map(names).collect(), |pairs| {
+        note!("periodic", "pairs of periodic zones: {}", listed(&pairs))
     });
 }
 

@@ -8,8 +8,8 @@ use crate::formats::hdf5::{Dataset, File, Group, is_hdf5};
 use crate::formats::number::Chunk;
 use crate::formats::{Notes, Source};
 use crate::mesh::Values;
-use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Position, Result};
+use azimesh_core::note;
 use std::ops::Range;
 
 /// Name of the group that holds meshes.
@@ -36,10 +36,11 @@ pub(super) fn read(source: &Source, notes: &mut Notes) -> Result<Content> {
         return Err(Error::input("there is no mesh in it").dataset(MESHES));
     }
     if all.len() > 1 {
-        notes.push(NotKept::Named {
-            what: "meshes besides",
-            name: all[0].name().to_owned(),
-        });
+        let name = all[0].name();
+        notes.push(note!(
+            "name_not_kept",
+            "the meshes besides \"{name}\" is not kept"
+        ));
     }
     let mesh = all.swap_remove(0);
     let mut content = Content {

@@ -6,8 +6,8 @@ use super::index::Index;
 use super::kinds::{self, Type};
 use crate::formats::portable::remedy;
 use crate::mesh::{CellRun, DataArray, Group, MeshView, Values};
-use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::{Note, note};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -128,7 +128,7 @@ impl MshContent {
 
     /// Counts nodes and elements that have values from 1 on where their own tags are above the 32
     /// bits that data refer to them with. Returns a note for each.
-    pub fn drop_large_numbers(&mut self, mesh: &MeshView) -> Vec<Written> {
+    pub fn drop_large_numbers(&mut self, mesh: &MeshView) -> Vec<Note> {
         let [at_nodes, at_cells] = self.data(mesh).map(|arrays| !arrays.is_empty());
         let mut notes = Vec::new();
         for (what, has_data, numbers) in [
@@ -137,7 +137,11 @@ impl MshContent {
         ] {
             let large = |numbers: &mut Vec<i64>| numbers.iter().any(|n| i32::try_from(*n).is_err());
             if has_data && numbers.take_if(large).is_some() {
-                notes.push(Written::CountedFromOne { what });
+                notes.push(note!(
+                    "counted_from_one",
+                    "{what} are counted from 1: their own numbers are above {}, the largest that data in MSH can refer to",
+                    i32::MAX
+                ));
             }
         }
         notes

@@ -6,8 +6,8 @@ use super::super::{Notes, ReadOptions};
 use super::index::Index;
 use super::stream::{Binary, Stream};
 use crate::mesh::{DataArray, Mesh, Values};
-use azimesh_core::diagnostic::formats::ArrayRead;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
 
 /// More components than any field has.
 pub(super) const MOST_COMPONENTS: usize = 100;
@@ -210,10 +210,11 @@ pub(super) fn add(
             _ if all[0].at_nodes => (nodes, mesh.points.len(), &mut mesh.point_arrays),
             Ok(index) => (index, mesh.cells.len(), &mut mesh.cell_arrays),
             Err(error) => {
-                notes.push(ArrayRead::WithoutElements {
-                    name: all[0].name.clone(),
-                    error: error.to_string(),
-                });
+                let name = &all[0].name;
+                notes.push(note!(
+                    "data_without_elements",
+                    "data \"{name}\" of elements are not kept: {error}"
+                ));
                 continue;
             }
         };
@@ -243,10 +244,10 @@ fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<
     } = data[0];
     let (n_components, what) = (*n_components, items(data[0].at_nodes));
     if data.iter().any(|data| data.n_components != n_components) {
-        notes.push(ArrayRead::ComponentsDiffer {
-            name: name.clone(),
-            what,
-        });
+        notes.push(note!(
+            "components_differ",
+            "data \"{name}\" of {what} have different numbers of components and are not kept"
+        ));
         return Ok(Vec::new());
     }
     let mut arrays: Vec<Vec<f64>> = Vec::new();
@@ -261,10 +262,12 @@ fn arrays(data: &[&Data], index: &Index, n: usize, notes: &mut Notes) -> Result<
         }
         n_lost += data.fill(index, &mut arrays[at])?;
     }
-    notes.count(n_lost, |n| ArrayRead::ValuesElsewhere {
-        name: name.clone(),
-        what,
-        n,
+    notes.count(n_lost, |n| {
+        let n = counted(n, "value");
+        note!(
+            "values_elsewhere",
+            "\"{name}\" has {n} for {what} that are not in the mesh"
+        )
     });
     let array = |values| DataArray::tuples(name.clone(), n_components, Values::F64(values));
     Ok(arrays.into_iter().map(array).collect())
@@ -285,11 +288,12 @@ pub(super) fn note_missing(mesh: &Mesh, notes: &mut Notes) {
         let rows = values.chunks_exact(array.n_components);
         let of = rows.len();
         let missing = rows.filter(|row| row.iter().all(|value| value.is_nan()));
-        notes.count(missing.count(), |n| ArrayRead::ValuesMissing {
-            name: array.name.clone(),
-            what: items(at_nodes),
-            n,
-            of,
+        notes.count(missing.count(), |n| {
+            let (name, what) = (&array.name, items(at_nodes));
+            note!(
+                "values_missing",
+                "\"{name}\" has no value at {n} of {of} {what}, where it is NaN"
+            )
         });
     }
 }

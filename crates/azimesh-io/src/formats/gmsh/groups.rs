@@ -5,8 +5,8 @@ use super::super::Notes;
 use super::super::names::text_of;
 use super::stream::{Stream, Version};
 use crate::mesh::{CellSet, DataArray, Group, Mesh, MeshView, Values};
-use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::Result;
+use azimesh_core::note;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -249,12 +249,10 @@ pub(super) fn groups(
             let key = (dimension, number);
             let cells = left.remove(&key);
             match places.get(&key).map(|place| &groups[*place].name) {
-                Some(used) if *used != name => notes.push(Read::SecondName {
-                    number,
-                    dimension,
-                    used: used.clone(),
-                    other: name.clone(),
-                }),
+                Some(used) if *used != name => notes.push(note!(
+                    "second_name",
+                    "physical group {number} of dimension {dimension} has two names; \"{used}\" is used, not \"{name}\""
+                )),
                 None if cells.is_some() || own_dimension.is_some() => {
                     places.insert(key, groups.len());
                     groups.push(group(key, name.clone(), cells.unwrap_or_default()));

@@ -3,8 +3,8 @@
 use super::super::tokens::Tokens;
 use super::index::Index;
 use super::stream::{Binary, Stream, Version};
-use azimesh_core::diagnostic::point;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::point;
 use azimesh_core::parallel::for_blocks;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};

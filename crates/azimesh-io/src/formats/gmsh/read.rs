@@ -9,8 +9,9 @@ use super::groups::{self, Entities, PhysicalName};
 use super::nodes::{self, Nodes};
 use super::stream::{Binary, Stream, Version};
 use crate::mesh::{Cells, DataArray, Mesh, Values};
-use azimesh_core::diagnostic::formats::{NotKept, Read};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::numbers::with_verb;
+use azimesh_core::{Note, note};
 use std::borrow::Cow;
 
 /// The sections that have been read so far.
@@ -39,8 +40,11 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
         notes.fortran(bytes);
     }
     if !stream.unended.is_empty() {
-        let sections = stream.unended.clone();
-        notes.push(Read::Unended { sections });
+        notes.push(note!(
+            "unended",
+            "lines that end sections are missing, and the sections are read: {}",
+            stream.unended.join(", ")
+        ));
     }
     let mut mesh = Mesh::default();
     parts.complete(&stream, &mut mesh, options, notes)?;
@@ -253,7 +257,7 @@ impl<'a> FileContent<'a> {
                 Some(data) => self.data.push(data),
                 None => {
                     if !matches!(name, b"Comments" | b"Comment") {
-                        notes.push(NotKept::Section { name: show(name) });
+                        notes.push(section_not_kept(&show(name)));
                     }
                     return Ok(Passed::Over);
                 }
@@ -293,16 +297,28 @@ impl<'a> FileContent<'a> {
             mesh.points = nodes.points;
             mesh.cells = self.cells.unwrap_or_default();
         }
-        notes.count(nodes.n_parametric, |n| NotKept::Of {
-            what: "parametric coordinates",
-            n,
-            item: "node",
+        notes.count(nodes.n_parametric, |n| {
+            let nodes = counted(n, "node");
+            note!(
+                "parametric_coordinates",
+                "parametric coordinates of {nodes} are not kept"
+            )
         });
         let tags = self.tags;
-        notes.count(tags.n_ghosts, |n| Read::SeveralPartitions { n });
+        notes.count(tags.n_ghosts, |n| {
+            note!(
+                "several_partitions",
+                "{} in several partitions; the first of these is kept",
+                with_verb(n, "element", "is")
+            )
+        });
         let named = self.names.len();
         if self.needs_entities && !self.entities.are_known && named > 0 {
-            notes.push(Read::GroupsWithoutEntities { n: named });
+            notes.push(note!(
+                "groups_without_entities",
+                "{} left without elements: the file has no $Entities to say which they are",
+                with_verb(named, "physical group", "is")
+            ));
         }
         let physical = if self.entities.physicals.is_empty() {
             tags.physical
@@ -341,11 +357,25 @@ pub(super) fn without_comments<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow<'a
             let comment = plain.to_mut()[at..end].iter_mut();
             let visible = comment.filter(|byte| !matches!(byte, b'\n' | b'\r'));
             visible.for_each(|byte| *byte = b' ');
-            notes.push(Read::CommentsWithin { section });
+            notes.push(note!(
+                "comments_within",
+                "$Comments within ${section} are passed over"
+            ));
         }
         from = end;
     }
     plain
+}
+
+/// Notes a section that a mesh does not hold.
+fn section_not_kept(name: &str) -> Note {
+    let section = match name {
+        "Periodic" => "periodic links between entities ($Periodic) are".to_owned(),
+        "GhostElements" => "ghost elements of partitions ($GhostElements) are".to_owned(),
+        "ElementNodeData" => "values at each element's own nodes ($ElementNodeData) are".to_owned(),
+        name => format!("section ${name} is"),
+    };
+    note!("section_not_kept", "{section} not kept").with("section", name)
 }
 
 /// The section that is open at the end of a text; `None` in binary.
@@ -421,8 +451,7 @@ mod tests {
             without_comments(odd.as_bytes(), &mut notes).len(),
             odd.len()
         );
-        let section = "Nodes".to_owned();
-        assert!(notes.has(Read::CommentsWithin { section }));
+        assert!(notes.says("$Comments within $Nodes are passed over"));
         let read = |text: &str| {
             read(
                 text.as_bytes(),

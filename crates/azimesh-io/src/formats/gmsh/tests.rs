@@ -5,9 +5,6 @@ use super::{MSH22, MSH41};
 use crate::formats::parse;
 use crate::mesh::lagrange::n_nodes;
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
-use azimesh_core::diagnostic::formats::{
-    ArrayRead, ArrayWritten, Condition, GroupWritten, NotKept, Written,
-};
 
 fn read(bytes: &[u8]) -> Mesh {
     let mut mesh = parse(&MSH41, bytes, &ReadOptions::default()).expect("a good file");
@@ -111,32 +108,22 @@ fn what_is_left_out_is_said() {
     let notes = MSH41
         .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect("MSH holds the rest");
-    let renamed = GroupWritten::Renamed {
-        what: "group",
-        name: "the \"edge\"".into(),
-        written: "the 'edge'".into(),
-        why: super::write::NAME.why,
-        is_taken: false,
-    };
-    let title = ArrayWritten::LeftOut {
-        format: "MSH",
-        what: "field",
-        names: vec!["title".into()],
-    };
     let expected = [
-        renamed.into(),
-        ArrayWritten::IntegersRounded {
-            name: "hash".into(),
-        }
-        .into(),
-        title.into(),
-        Condition::NotWritten {
-            format: "MSH",
-            n: 1,
-        }
-        .into(),
+        "renamed",
+        "integers_rounded",
+        "arrays_left_out",
+        "conditions_left_out",
     ];
     assert_eq!(notes, expected);
+    let renamed = notes.iter().next().expect("the first");
+    assert_eq!(renamed.get("name"), "the \"edge\"");
+    assert_eq!(renamed.get("written"), "the 'edge'");
+    assert!(
+        notes.says("MSH holds no field arrays; left out: \"title\""),
+        "{notes:?}"
+    );
+    let conditions = "MSH holds no types of boundary conditions; those of 1 tag are left out";
+    assert!(notes.says(conditions), "{notes:?}");
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&MSH41, &MSH22] {
         let error = format
@@ -264,24 +251,13 @@ fn tags_entities_and_values_survive_both_versions() {
     let mut notes = Notes::default();
     let mesh = MSH41.read_file(&source, &ReadOptions::default(), &mut notes);
     let mesh = mesh.expect("a good file");
-    let periodic = NotKept::Section {
-        name: "Periodic".into(),
-    };
-    let elsewhere = ArrayRead::ValuesElsewhere {
-        name: "q".into(),
-        what: "elements",
-        n: 1,
-    };
-    let missing = ArrayRead::ValuesMissing {
-        name: "t".into(),
-        what: "nodes",
-        n: 2,
-        of: 4,
-    };
-    assert!(
-        notes.has(periodic) && notes.has(elsewhere) && notes.has(missing),
-        "{notes:?}"
-    );
+    for text in [
+        "periodic links between entities ($Periodic) are not kept",
+        "\"q\" has 1 value for elements that are not in the mesh",
+        "\"t\" has no value at 2 of 4 nodes, where it is NaN",
+    ] {
+        assert!(notes.says(text), "{text}: {notes:?}");
+    }
     assert_eq!(mesh.groups, [group(2, "zero", 0, &[0, 1])]);
     let names = |arrays: &[DataArray]| arrays.iter().map(|a| a.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&mesh.point_arrays), ["t", "node_number"]);
@@ -400,7 +376,7 @@ fn values_of_nodes_with_tags_above_32_bits_stay_with_them() {
         let notes = MSH41
             .write_file(&mesh.view(), &mut bytes, &options)
             .expect("written");
-        assert_eq!(notes, [Written::CountedFromOne { what: "nodes" }.into()]);
+        assert_eq!(notes, ["counted_from_one"]);
         let back = read(&bytes);
         let p = back.point_arrays.iter().find(|array| array.name == "p");
         assert_eq!(p, Some(&mesh.point_arrays[1]));
@@ -419,11 +395,7 @@ fn arrays_of_more_components_than_are_read_are_left_out() {
             let mut bytes = Vec::new();
             let notes = format.write_file(&mesh.view(), &mut bytes, &WriteOptions::default());
             let notes = notes.expect("it can be written");
-            let said = notes.has(ArrayWritten::TooManyComponents {
-                name: "wide".into(),
-                n: 101,
-                most: 100,
-            });
+            let said = notes.has("too_many_components");
             assert_eq!(said, !is_written, "{notes:?}");
             let names = |array: &DataArray| array.name == "wide";
             assert_eq!(read(&bytes).point_arrays.iter().any(names), is_written);

@@ -8,10 +8,10 @@ use super::super::{Encoding, Notes, WriteOptions};
 use super::content::{Entity, MshContent, tag_range};
 use super::data::MOST_COMPONENTS;
 use crate::mesh::{DataArray, MeshView, Values};
-use azimesh_core::diagnostic::formats::{ArrayWritten, GroupWritten};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::bounds::Bounds;
 use azimesh_core::parallel::map_blocks;
+use azimesh_core::{Note, note};
 use std::io::Write;
 
 /// Most values in one record: the tags of an element and its nodes.
@@ -76,13 +76,9 @@ pub(super) fn write(
     let node_tag = |node: usize| content.node_tag(node as u32);
     sink.data("NodeData", point, node_tag, &mut notes)?;
     sink.data("ElementData", cell, |cell| numbers.of(cell), &mut notes)?;
-    let (format, what) = ("MSH", "field");
+    let format = "MSH";
     let names = mesh.field_arrays.iter().map(|array| array.name.clone());
-    notes.list(names.collect(), |names| ArrayWritten::LeftOut {
-        format,
-        what,
-        names,
-    });
+    notes.of_arrays(format, "field", names.collect());
     notes.conditions_left_out(format, mesh);
     notes.in_64_bits(format, options);
     Ok(notes)
@@ -198,11 +194,7 @@ impl Sink<'_> {
 
     /// Writes `$PhysicalNames`. A nameless group goes without, unless it is empty: then the line is
     /// all that remains of it. Returns notes on names that had to change.
-    fn physical_names(
-        &mut self,
-        mesh: &MeshView,
-        content: &MshContent,
-    ) -> Result<Vec<GroupWritten>> {
+    fn physical_names(&mut self, mesh: &MeshView, content: &MshContent) -> Result<Vec<Note>> {
         let mut notes = Vec::new();
         let mut lines = Vec::new();
         let names: [_; 4] = std::array::from_fn(|dimension| {
@@ -215,11 +207,11 @@ impl Sink<'_> {
                 continue;
             }
             if let Some(own) = group.number.filter(|own| own != number) {
-                notes.push(GroupWritten::Renumbered {
-                    name: group.name.clone(),
-                    number: *number,
-                    own,
-                });
+                let name = &group.name;
+                notes.push(note!(
+                    "renumbered",
+                    "group \"{name}\" gets number {number}: its own, {own}, is taken or not allowed in MSH"
+                ));
             }
             let name = &names[usize::from(group.dimension)][group.name.as_str()];
             notes.extend(NAME.note("group", &group.name, name));
@@ -389,21 +381,29 @@ impl Sink<'_> {
         let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
         let names = Given::default().give_all(&names, &ARRAY);
         for (array, name) in arrays.into_iter().zip(names) {
-            let own_name = array.name.clone();
+            let own_name = &array.name;
             let n = array.n_components;
             let Some(values) = Chunk::of(&array.values) else {
-                let (format, name) = ("MSH", own_name);
-                notes.push(ArrayWritten::TextLeftOut { format, name });
+                let note = note!(
+                    "text_left_out",
+                    "MSH holds no text; array \"{own_name}\" is left out"
+                );
+                notes.push(note.with("name", &**own_name));
                 continue;
             };
             if n > MOST_COMPONENTS {
-                let (name, most) = (own_name, MOST_COMPONENTS);
-                notes.push(ArrayWritten::TooManyComponents { name, n, most });
+                notes.push(note!(
+                    "too_many_components",
+                    "array \"{own_name}\" is left out: it has {n} components; MSH holds at most {MOST_COMPONENTS}"
+                ));
                 continue;
             }
             notes.extend(ARRAY.note("array", &array.name, &name));
             if !all_are_exact(&array.values) {
-                notes.push(ArrayWritten::IntegersRounded { name: own_name });
+                notes.push(note!(
+                    "integers_rounded",
+                    "array \"{own_name}\" has integers above 2^53, which MSH holds as the nearest 64-bit real"
+                ));
             }
             let rows = match &array.values {
                 Values::F32(values) => rows_of_numbers(values, n),

@@ -6,8 +6,8 @@ use super::cursor::{Cursor, decoded};
 use super::values::{self, Type};
 use crate::formats::Notes;
 use crate::mesh::{DataArray, Values};
-use azimesh_core::diagnostic::formats::{ArrayRead, NotKept};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
 
 /// Arrays of one kind.
 pub(super) struct Section<'m> {
@@ -136,13 +136,14 @@ impl Section<'_> {
             if fits && n_components > 0 {
                 self.push(name, n_components, values);
             } else {
-                notes.push(ArrayRead::Misfit {
-                    what: self.what,
-                    name,
-                    n_tuples,
-                    n_components,
-                    n_items: self.n_tuples.unwrap_or(0),
-                });
+                let what = self.what;
+                notes.push(note!(
+                    "array_misfit",
+                    "the {what} array \"{name}\" is left out: it has {} of {} for {}",
+                    counted(n_tuples, "tuple"),
+                    counted(n_components, "component"),
+                    counted(self.n_tuples.unwrap_or(0), what)
+                ));
             }
         }
         Ok(())
@@ -170,10 +171,10 @@ fn lookup_table(cursor: &mut Cursor, notes: &mut Notes) -> Result<()> {
     let too_large = || cursor.error("the size of a lookup table is out of range");
     let n = n.checked_mul(4).ok_or_else(too_large)?;
     values::read(cursor, Type::Number(element), n, notes)?;
-    notes.push(NotKept::Named {
-        what: "lookup table",
-        name,
-    });
+    notes.push(note!(
+        "name_not_kept",
+        "the lookup table \"{name}\" is not kept"
+    ));
     Ok(())
 }
 
@@ -198,7 +199,7 @@ pub(super) fn metadata(cursor: &mut Cursor, array: Option<&mut DataArray>, notes
             let name = name.split(u8::is_ascii_whitespace).next().unwrap_or(name);
             if !KNOWN.contains(&name) {
                 let shown = shown(name);
-                notes.push(NotKept::Information { shown });
+                notes.push(note!("information", "the information {shown} is not kept"));
             }
         }
     }

@@ -10,9 +10,9 @@ use super::super::vtk::{order, structured, tags};
 use super::attributes::{Section, metadata};
 use super::cursor::Cursor;
 use super::values::{self, Type};
+use crate::formats::notes::blanking;
 use crate::formats::{Notes, ReadOptions};
 use crate::mesh::{Cells, DataArray, Mesh};
-use azimesh_core::diagnostic::formats::NotKept;
 use azimesh_core::error::{Error, Position, Result};
 
 /// Files of this version on have hexahedra of high order in VTK's present order of nodes.
@@ -137,7 +137,7 @@ impl File {
                 let n = cursor.count("a number of points")?;
                 let kind = Type::read(cursor)?;
                 values::read(cursor, kind, n, notes)?;
-                notes.push(NotKept::Blanking);
+                notes.push(blanking());
             }
             "point_data" | "cell_data" => {
                 self.n_tuples = cursor.count("a number of tuples")?;

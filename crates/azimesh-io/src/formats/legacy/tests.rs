@@ -2,8 +2,6 @@ use super::*;
 use crate::formats::vtk::fixtures::rich_mesh;
 use crate::formats::{Encoding, Notes, ReadOptions, Source, WriteOptions, parse};
 use crate::mesh::{CellKind, Mesh, Values};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::formats::Read;
 
 fn read_with_notes(bytes: &[u8]) -> (Mesh, Notes) {
     let source = Source::from_bytes(std::path::Path::new("<memory>"), bytes.to_vec());
@@ -142,29 +140,20 @@ fn collections_are_split_and_their_data_repeated() {
     let numbers = vec![10, 10, 20, 20, 30, 40, 50, 50, 50];
     assert_eq!(mesh.cell_arrays[0].values, Values::I32(numbers));
     assert_eq!(mesh.cells.get(7).nodes, [2, 1, 3]);
-    let split = |from, into, n_into| -> Diagnostic {
-        let n = 1;
-        Read::Split {
-            from,
-            n,
-            into,
-            n_into,
-        }
-        .into()
-    };
+    let texts: Vec<&str> = notes.iter().map(|note| &*note.text).collect();
     let expected = [
-        split("poly-vertex", "vertex", 2),
-        split("polyline", "line", 2),
-        split("triangle strip", "triangle", 3),
+        "1 poly-vertex is split into 2 vertices",
+        "1 polyline is split into 2 lines",
+        "1 triangle strip is split into 3 triangles",
     ];
-    assert_eq!(notes, expected);
+    assert_eq!(texts, expected);
     let empty = SQUARE
         .replace("3 11\n4 0 1 2 3", "3 7\n0")
         .replace("8 3 3", "0 3 3");
     let (mesh, notes) = read_with_notes(empty.as_bytes());
     assert_eq!(mesh.cells.len(), 2);
-    let (n, with_nodes) = (1, false);
-    assert_eq!(notes, [Read::EmptyCells { n, with_nodes }.into()]);
+    assert_eq!(notes, ["empty_cells"]);
+    assert!(notes.says("1 empty cell is left out"), "{notes:?}");
 }
 
 #[test]

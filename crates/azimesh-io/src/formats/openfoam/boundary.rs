@@ -5,8 +5,8 @@ use super::topology::{Patch, Topology};
 use crate::formats::Notes;
 use crate::formats::names::{Given, Rule};
 use crate::mesh::{Group, Mesh, MeshView};
-use azimesh_core::diagnostic::formats::{Condition, GroupWritten};
 use azimesh_core::error::{Error, Result, nearest_name, option};
+use azimesh_core::{Note, note};
 use std::collections::BTreeMap;
 
 /// The patch of outer faces without a tag, as OpenFOAM's own programs call it.
@@ -70,10 +70,14 @@ impl Patches {
 
     /// Notes on faces that are in no patch, or in another than some of their tags say; `sizes` has the sizes
     /// of the patches.
-    pub fn notes_on_faces(&self, mesh: &MeshView, sizes: &[usize]) -> Vec<GroupWritten> {
+    pub fn notes_on_faces(&self, mesh: &MeshView, sizes: &[usize]) -> Vec<Note> {
         let mut notes = Vec::new();
         if self.n_several > 0 {
-            notes.push(GroupWritten::OnePatch { n: self.n_several });
+            notes.push(note!(
+                "one_patch",
+                "a face is in one patch of OpenFOAM; further tags of faces that have several are left out ({})",
+                self.n_several
+            ));
         }
         let mut wanted = vec![0; sizes.len()];
         for &patch in &self.of_cell {
@@ -81,16 +85,22 @@ impl Patches {
         }
         for ((tag, &wanted), &n) in mesh.boundary_tags().zip(&wanted).zip(sizes) {
             if n < wanted {
-                notes.push(GroupWritten::NotOutside {
-                    name: tag.name.clone(),
-                    n: wanted - n,
-                });
+                notes.push(note!(
+                    "not_outside",
+                    "faces of the tag \"{}\" that are not on the outside of the mesh are left out ({}); a patch of OpenFOAM has \
+                     outer faces only",
+                    tag.name,
+                    wanted - n
+                ));
             }
         }
         let rest = self.list.iter().zip(sizes).last();
         notes.extend(rest.filter(|(_, n)| **n > 0).map(|(patch, &n)| {
-            let name = patch.name.clone();
-            GroupWritten::UntaggedPatch { n, name }
+            let name = &patch.name;
+            note!(
+                "untagged_patch",
+                "outer faces without a tag ({n}) are in the patch {name}"
+            )
         }));
         notes
     }
@@ -183,10 +193,10 @@ fn kind_of(condition: Option<&str>, known: Option<&Patch>, tag: &str, notes: &mu
     }
     let similar = OF_CGNS.iter().find(|(word, _)| condition.starts_with(word));
     if similar.is_none() {
-        notes.push(Condition::AsPatch {
-            condition: condition.to_owned(),
-            tag: tag.to_owned(),
-        });
+        notes.push(note!(
+            "condition_as_patch",
+            "condition {condition} of tag \"{tag}\" is written as the type patch of OpenFOAM"
+        ));
     }
     similar.map_or("patch", |(_, kind)| *kind).to_owned()
 }
@@ -302,11 +312,9 @@ mod tests {
                 "patch"
             ]
         );
-        let note = Condition::AsPatch {
-            condition: "BCFarfield".into(),
-            tag: "f".into(),
-        };
-        assert_eq!(notes, [note.into()]);
+        assert_eq!(notes, ["condition_as_patch"]);
+        let note = "condition BCFarfield of tag \"f\" is written as the type patch of OpenFOAM";
+        assert!(notes.says(note), "{notes:?}");
     }
 
     #[test]

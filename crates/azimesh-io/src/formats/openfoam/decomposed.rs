@@ -11,8 +11,8 @@ use crate::formats::Notes;
 use crate::formats::by_faces::{Faces, Label, NONE};
 use crate::formats::names::Places;
 use crate::mesh::UnionFind;
-use azimesh_core::diagnostic::formats::Foam;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -139,7 +139,11 @@ pub(super) fn read(
     } else {
         "the faces that they share"
     };
-    notes.push(Foam::Joined { n, by });
+    let n = counted(n, "piece");
+    notes.push(note!(
+        "pieces_joined",
+        "the mesh is joined from {n} by {by}"
+    ));
     let mut stored = pieces.into_iter().map(|piece| StoredPiece {
         nodes: piece.numbers.points,
         patches: piece.lists.patches,

@@ -6,10 +6,11 @@ use super::topology::{self, Patch, StoredFile, StoredPieces, Topology};
 use super::zones::{self, Zone};
 use super::{decomposed, lists};
 use crate::formats::by_faces::{self, Faces, Label, Labels, NONE};
+use crate::formats::notes::{listed, quoted};
 use crate::formats::{Location, Notes, ReadOptions};
 use crate::mesh::{CellSet, Group, Mesh, Origin, too_many};
-use azimesh_core::diagnostic::formats::Foam;
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
 use azimesh_core::parallel::any;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -56,7 +57,13 @@ pub(super) fn read(location: &Location, options: &ReadOptions, notes: &mut Notes
         let names = files
             .get(name)
             .map_or(Vec::new(), |file| zones::names(file, key));
-        notes.list(names, |names| Foam::Zones { what: name, names });
+        notes.list(names, |names| {
+            let names = listed(&quoted(&names));
+            note!(
+                "zones_for_openfoam",
+                "{name} are kept for OpenFOAM alone: {names}"
+            )
+        });
     }
     drop(files);
     mesh(lists, stored, Vec::new(), &case, notes)
@@ -65,19 +72,26 @@ pub(super) fn read(location: &Location, options: &ReadOptions, notes: &mut Notes
 /// Adds notes on parts of a case that are not read.
 fn note_rest(case: &Case, is_decomposed: bool, notes: &mut Notes) {
     if case.path.region.is_none() && !case.regions.is_empty() {
-        notes.push(Foam::Regions {
-            names: case.regions.clone(),
-        });
+        notes.push(note!(
+            "regions",
+            "the case has regions with meshes of their own: {}; constant/REGION is read alone",
+            listed(&quoted(&case.regions))
+        ));
     }
     if !is_decomposed && !case.pieces.is_empty() {
-        notes.push(Foam::PiecesLeft {
-            n: case.pieces.len(),
-        });
+        notes.push(note!(
+            "pieces_left",
+            "the case is decomposed too, in {}; the whole mesh is read, and not its pieces: they are where constant/polyMesh is not there",
+            counted(case.pieces.len(), "folder")
+        ));
     }
-    match case.n_times_with_fields() {
-        0 => {}
-        n => notes.push(Foam::Fields { n }),
-    }
+    notes.count(case.n_times_with_fields(), |n| {
+        note!(
+            "fields_not_read",
+            "the fields of {} are not read",
+            counted(n, "time")
+        )
+    });
 }
 
 /// Reads the meshes in some folders, the latest first: one or, from collated files, one of each block. Returns their files
@@ -363,7 +377,9 @@ fn note_pairs(patches: &[Patch], notes: &mut Notes) {
         let other = known.get(patch.entry("neighbourPatch")?)?;
         // Each pair once.
         let is_first = patch.name < other.name;
-        is_first.then(|| (patch.kind.clone(), [patch.name.clone(), other.name.clone()]))
+        is_first.then(|| format!("\"{}\" and \"{}\" ({})", patch.name, other.name, patch.kind))
     });
-    notes.list(pairs.collect(), |pairs| Foam::Pairs { pairs });
+    notes.list(pairs.collect(), |pairs| {
+        note!("patch_pairs", "pairs of patches: {}", listed(&pairs))
+    });
 }

@@ -12,8 +12,8 @@ use crate::formats::{
     Begin, Commit, Location, Notes, OutputSet, SequenceFile, Staged, WriteOptions,
 };
 use crate::mesh::MeshView;
-use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::note;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
@@ -128,7 +128,11 @@ impl CaseFormat {
                 let file = File::open(&path).map_err(|error| Error::io(&path, &error))?;
                 files.copy(file, &points, &path)?;
             }
-            notes.push(Written::MeshAgain { folders: own });
+            notes.push(note!(
+                "mesh_again",
+                "{}: a file is missing or not as it was written; all files there but the points are written again",
+                own.join(", ")
+            ));
         } else {
             files.points(mesh.points, CONSTANT)?;
         }

@@ -11,8 +11,8 @@ use crate::formats::names::names_in;
 use crate::formats::records::{push_integer, write_all};
 use crate::formats::{Notes, OutputSet, WriteOptions};
 use crate::mesh::MeshView;
-use azimesh_core::diagnostic::formats::{GroupWritten, Written};
 use azimesh_core::error::{Error, Result, option};
+use azimesh_core::note;
 use std::fs::{self, File};
 use std::io::Write;
 
@@ -76,10 +76,7 @@ impl CaseFiles<'_, '_> {
         let format = "OpenFOAM";
         notes.arrays_left_out(format, mesh, &[]);
         notes.in_64_bits(format, options);
-        notes.list(names_in(mesh, 0..2), |names| GroupWritten::LowerLeftOut {
-            format,
-            names,
-        });
+        notes.lower_groups(format, names_in(mesh, 0..2));
         let origin = mesh.origin.get::<Topology>();
         if let (Some(origin), false) = (origin, self.place.pieces.is_empty()) {
             let folders = self.place.folders(CONSTANT);
@@ -100,7 +97,10 @@ impl CaseFiles<'_, '_> {
             return Ok(notes);
         }
         if origin.is_some_and(|origin| !origin.pieces.is_empty()) && options.pieces.is_none() {
-            notes.push(Written::AsOne);
+            notes.push(note!(
+                "as_one",
+                "the mesh is written as one: its cells or tags are not those of the pieces that it was read from; decomposePar cuts it again"
+            ));
         }
         self.of_cells(mesh, origin, &mut notes)?;
         Ok(notes)
@@ -168,12 +168,23 @@ impl CaseFiles<'_, '_> {
             |name: &&str| !WRITTEN.contains(name) && (kept.is_none() || !ZONES.contains(name));
         let files = origin.into_iter().flat_map(|origin| &origin.files);
         let lost = files.map(|file| plain(&file.name)).filter(is_lost);
-        let lost = lost.map(str::to_owned).collect();
-        notes.list(lost, |names| Written::FilesLeftOut { names });
+        notes.list(lost.collect(), |names: Vec<&str>| {
+            let names = names.join(", ");
+            note!(
+                "files_left_out",
+                "left out, since faces have another order now: {names}"
+            )
+        });
         let n_patches = patches.list.len() - 1;
         let ordered = OrderedFaces::of(mesh, &patches.of_cell, n_patches)?;
         notes.extend(patches.notes_on_faces(mesh, &ordered.patch_sizes));
-        notes.count(ordered.n_reversed, |n| Written::TurnedRound { n });
+        notes.count(ordered.n_reversed, |n| {
+            note!(
+                "turned_round",
+                "cells are listed in the other orientation, with a negative volume ({n}); they are turned round, for faces of OpenFOAM \
+                 point out of their cells"
+            )
+        });
         let counts = format!(
             "nPoints:{}  nCells:{}  nFaces:{}  nInternalFaces:{}",
             mesh.points.len(),

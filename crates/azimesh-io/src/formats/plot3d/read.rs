@@ -4,8 +4,8 @@ use super::super::source::{read_file, without_mark};
 use super::super::{Notes, Source, case_name, names};
 use super::blocks::{Block, Places};
 use super::{Plot3d, blocks, layout, neutral, records, text};
+use crate::formats::notes::{blanking, conditions_unused};
 use crate::mesh::{Cells, Group, Mesh};
-use azimesh_core::diagnostic::formats::{NotKept, Read};
 use azimesh_core::error::Result;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -37,7 +37,7 @@ pub(super) fn read(source: &Source, stated: &Plot3d, notes: &mut Notes) -> Resul
         notes.fortran(bytes);
     }
     if is_blanked {
-        notes.push(NotKept::Blanking);
+        notes.push(blanking());
     }
     let mut mesh = Mesh {
         points,
@@ -71,7 +71,7 @@ fn by_neutral_map(path: &Path, blocks: &[Block], mesh: &mut Mesh, notes: &mut No
     let entries = match read {
         Ok(entries) => entries,
         Err(error) => {
-            notes.push(Read::ConditionsUnused { error });
+            notes.push(conditions_unused(&error));
             return false;
         }
     };
@@ -124,15 +124,11 @@ fn by_sides(blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) {
     for (name, faces) in tags {
         add_tag(mesh, name, &faces);
     }
-    if !parts.is_empty() {
-        let what =
-            "sides of blocks that lie on others in part, without a whole .nmf file,".to_owned();
-        notes.push(NotKept::NamedNodes { what, names: parts });
-    }
+    let what = "sides of blocks that lie on others in part, without a whole .nmf file,";
+    notes.names_not_kept(what, parts);
     say_interfaces(n_interfaces, notes);
 }
 
 fn say_interfaces(n: usize, notes: &mut Notes) {
-    let what = "interfaces to other zones".to_owned();
-    notes.count(n, |n| NotKept::Nodes { what, n });
+    notes.not_kept("interfaces to other zones", n);
 }

@@ -9,8 +9,9 @@ use crate::formats::names::alike;
 use crate::formats::vtk::number::Element;
 use crate::mesh::too_many;
 use crate::mesh::{Cells, DataArray, Mesh, for_each_shared_place};
-use azimesh_core::diagnostic::formats::{ArrayRead, Pieces};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
+use azimesh_core::numbers::with_verb;
 use azimesh_core::parallel::{any, collect, largest, sort};
 use std::collections::BTreeMap;
 
@@ -48,16 +49,18 @@ pub fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Result<Mesh> {
     let points: Vec<[f64; 3]> = points.copied().collect();
     let node_ids = numbers(&pieces, |p| (&p.mesh.point_arrays, &p.node_ids));
     let by_ids = node_ids.and_then(|ids| joined_by_ids(&ids, &points, notes));
-    let counted = by_ids.is_some();
+    let is_by_number = by_ids.is_some();
     let joined = by_ids.unwrap_or_else(|| joined_by_place(&pieces, &points, notes));
     let n_shared = points.len() - joined.origin.len();
-    if n_shared > 0 {
-        notes.push(Pieces::Joined {
-            n: pieces.len(),
-            n_nodes: n_shared,
-            by: if counted { "number" } else { "place" },
-        });
-    }
+    notes.count(n_shared, |n| {
+        note!(
+            "pieces_joined",
+            "{} joined at {} with the same {}",
+            with_verb(pieces.len(), "piece", "is"),
+            counted(n, "node"),
+            if is_by_number { "number" } else { "place" }
+        )
+    });
     let cell_ids = numbers(&pieces, |p| (&p.mesh.cell_arrays, &p.cell_ids));
     let has_cell_ids = cell_ids.is_some();
     let n_cells = pieces.iter().map(|piece| piece.mesh.cells.len()).sum();
@@ -82,7 +85,7 @@ pub fn merge(mut pieces: Vec<Piece>, notes: &mut Notes) -> Result<Mesh> {
     }
     // Numbers that count through say no more than the order.
     if let Some(first) = pieces.first() {
-        let node_ids = first.node_ids.as_ref().filter(|_| counted);
+        let node_ids = first.node_ids.as_ref().filter(|_| is_by_number);
         drop_counted(&mut mesh.point_arrays, node_ids);
         let cell_ids = first.cell_ids.as_ref().filter(|_| has_cell_ids);
         drop_counted(&mut mesh.cell_arrays, cell_ids);
@@ -116,7 +119,10 @@ fn joined_by_ids(ids: &[i64], points: &[[f64; 3]], notes: &mut Notes) -> Option<
     };
     let n_pairs = sorted.len().saturating_sub(1);
     if any(n_pairs, |i| elsewhere(&sorted[i..i + 2])) {
-        notes.push(Pieces::NumbersUnused);
+        notes.push(note!(
+            "numbers_unused",
+            "global node numbers are not used: nodes with the same number are at different places"
+        ));
         return None;
     }
     let mut joined = Joined {
@@ -165,10 +171,17 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
     }
     if n_apart > n_joined {
         // Cells that share no nodes within a piece share none with other pieces.
-        notes.push(Pieces::NotJoined);
+        notes.push(note!(
+            "pieces_not_joined",
+            "the pieces are not joined: their cells share no nodes even within a piece"
+        ));
         first = (0..points.len()).collect();
     } else if n_apart > 0 {
-        notes.push(Pieces::KeptApart { n: n_apart });
+        let places = counted(n_apart, "place");
+        notes.push(note!(
+            "kept_apart",
+            "nodes at {places} are not joined: a piece has several nodes there"
+        ));
     }
     let mut joined = Joined {
         origin: Vec::new(),
@@ -240,8 +253,11 @@ fn field_arrays(pieces: &[Piece], notes: &mut Notes) -> Vec<DataArray> {
         if std::ptr::eq(first, array) {
             arrays.push(array.clone());
         } else if first != array {
-            let name = array.name.clone();
-            notes.push(ArrayRead::OfFirstPiece { name });
+            let name = &array.name;
+            notes.push(note!(
+                "of_first_piece",
+                "the field array \"{name}\" differs between pieces; that of the first is kept"
+            ));
         }
     }
     arrays

@@ -4,7 +4,7 @@
 use super::merge::Piece;
 use crate::formats::Notes;
 use crate::mesh::{DataArray, Mesh, MeshView};
-use azimesh_core::diagnostic::formats::Pieces;
+use azimesh_core::note;
 
 /// Bits of the type of a cell: a copy of a neighbour's; not to be shown.
 const TYPE: &str = "vtkGhostType";
@@ -88,7 +88,10 @@ pub(super) fn without_ghosts(mut piece: Piece, notes: &mut Notes) -> Piece {
         let others = (0..of_ghosts.len()).filter(|node| !of_ghosts[*node]);
         let others: Vec<usize> = others.collect();
         piece.mesh = Subsets::of(&piece.mesh.view()).take(&own, &others).0;
-        notes.push(Pieces::GhostsLeftOut);
+        notes.push(note!(
+            "ghosts_left_out",
+            "ghost cells of the pieces are left out"
+        ));
     }
     let is_mark = |array: &DataArray| [TYPE, LEVELS].contains(&array.name.as_str());
     piece.mesh.cell_arrays.retain(|array| !is_mark(array));
@@ -105,7 +108,10 @@ fn marks(arrays: &[DataArray], notes: &mut Notes) -> Option<Vec<bool>> {
     };
     if let Some(types) = numbers(TYPE) {
         if types.iter().any(|kind| kind & HIDDEN != 0) {
-            notes.push(Pieces::Hidden);
+            notes.push(note!(
+                "hidden",
+                "cells marked as hidden are read like others"
+            ));
         }
         return Some(types.iter().map(|kind| kind & DUPLICATE != 0).collect());
     }

@@ -1,7 +1,6 @@
 use super::*;
 use crate::formats::{self, Commit, Loaded, ReadOptions, Source, Staged, WriteOptions, stage};
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
-use azimesh_core::diagnostic::formats::{ArrayRead, Pieces};
 use azimesh_core::error::Result;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -193,16 +192,9 @@ fn nodes_at_one_place_become_one_and_it_is_said() {
     );
     let expected = Values::F32(vec![1.0, 2.0, 3.0, 4.0, 3.0, 4.0]);
     assert_eq!(loaded.mesh.point_arrays[0].values, expected);
-    let joined = Pieces::Joined {
-        n: 2,
-        n_nodes: 2,
-        by: "place",
-    };
-    let left_out = ArrayRead::NotAlike {
-        what: "point",
-        name: "only here".into(),
-    };
-    assert_eq!(loaded.notes, [joined.into(), left_out.into()]);
+    assert_eq!(loaded.notes, ["pieces_joined", "array_not_alike"]);
+    let joined = "2 pieces are joined at 2 nodes with the same place";
+    assert!(loaded.notes.says(joined), "{:?}", loaded.notes);
 }
 
 #[test]
@@ -225,7 +217,7 @@ fn ghost_cells_are_left_out_with_their_nodes() {
     let loaded = load(&list(folder.path()));
     assert_eq!((loaded.mesh.points.len(), loaded.mesh.cells.len()), (4, 2));
     assert!(loaded.mesh.cell_arrays.is_empty());
-    assert!(loaded.notes.has(Pieces::GhostsLeftOut));
+    assert!(loaded.notes.has("ghosts_left_out"));
 }
 
 #[test]
@@ -258,7 +250,7 @@ fn global_numbers_decide_where_they_agree_with_the_places() {
     );
     let loaded = load(&list(folder.path()));
     assert_eq!(loaded.mesh.points.len(), 6);
-    assert!(loaded.notes.has(Pieces::NumbersUnused));
+    assert!(loaded.notes.has("numbers_unused"));
 }
 
 #[test]

@@ -10,9 +10,9 @@ use super::super::{Notes, Out, OutputSet, WriteOptions, check_listed};
 use super::subset::Subsets;
 use super::{CELL_IDS, NODE_IDS};
 use crate::mesh::{CellSet, DataArray, Group, MeshView, Values};
-use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::curve;
+use azimesh_core::note;
 
 /// Cuts the mesh into `n` pieces and writes them into a folder next to the list of them, which has its name
 /// without the ending. Returns a note for each thing that is not in the files.
@@ -112,7 +112,10 @@ fn write_all(
 fn add_numbers(arrays: &mut Vec<DataArray>, name: &str, numbers: &[usize], notes: &mut Notes) {
     if arrays.iter().any(|array| array.name == name) {
         arrays.retain(|array| array.name != name);
-        notes.push(ArrayWritten::ReplacedByNumbers { name: name.into() });
+        notes.push(note!(
+            "replaced_by_numbers",
+            "the array \"{name}\" is replaced by consecutive numbers"
+        ));
     }
     let numbers = numbers.iter().map(|n| *n as i64).collect();
     arrays.push(DataArray::scalar(name, Values::I64(numbers)));

@@ -5,7 +5,6 @@ use super::super::number::DType;
 use super::super::tokens::Tokens;
 use crate::formats::Notes;
 use crate::mesh::{CellKind, CellSet, Cells, Group, Mesh, too_many};
-use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::{Error, Result};
 use std::collections::HashMap;
 
@@ -108,7 +107,7 @@ fn binary(bytes: &[u8], n: usize, notes: &mut Notes) -> Result<Mesh> {
         }
         n_attributes += usize::from(triangle[48..] != [0, 0]);
     }
-    notes.count(n_attributes, |n| Read::TriangleAttributes { n });
+    notes.not_kept("attributes of triangles, such as colours,", n_attributes);
     Ok(nodes.mesh(triangles, Vec::new()))
 }
 

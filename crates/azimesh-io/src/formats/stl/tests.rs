@@ -1,7 +1,6 @@
 use super::super::{Encoding, ReadOptions, Source, WriteOptions, read};
 use super::*;
 use crate::mesh::{CellKind, Values};
-use azimesh_core::diagnostic::formats::{GroupWritten, Read, Written};
 use azimesh_core::error::Result;
 use std::path::Path;
 
@@ -37,11 +36,6 @@ fn loaded(bytes: Vec<u8>) -> Result<super::super::Loaded> {
     read(&source.into(), &ReadOptions::default())
 }
 
-fn has(notes: &Notes, note: impl Into<azimesh_core::diagnostic::Diagnostic>) -> bool {
-    let note = note.into();
-    notes.iter().any(|found| *found == note)
-}
-
 /// Six times the volume inside, by the turn of the triangles.
 fn volume(mesh: &Mesh) -> f64 {
     use azimesh_core::geometry::vector::{cross, dot};
@@ -55,17 +49,14 @@ fn volume(mesh: &Mesh) -> f64 {
 #[test]
 fn text_has_a_solid_for_each_tag_and_reads_back_to_the_last_bit() {
     let (bytes, notes) = written(&cube(), Encoding::Ascii);
-    for note in [
-        Written::BoundaryAlone {
-            format: "STL",
-            n: 1,
-        },
-        Written::BareFaces { n: 3 },
-        Written::CutIntoTriangles { n: 6 },
+    for text in [
+        "STL holds surfaces: the boundary alone is written; solid cells left out, with their zones: 1",
+        "outer faces without a boundary element are written too, without a tag (3)",
+        "faces of four corners or more are cut into triangles (6)",
+        "a face is in one solid of STL; further tags of faces that have several are left out (2)",
     ] {
-        assert!(has(&notes, note.clone()), "{note:?}");
+        assert!(notes.says(text), "{text}: {notes:?}");
     }
-    assert!(has(&notes, GroupWritten::OneSolid { n: 2 }));
     let loaded = loaded(bytes).expect("it is a mesh");
     assert_eq!(loaded.format.name, "stl");
     let mesh = loaded.mesh;
@@ -89,9 +80,9 @@ fn text_has_a_solid_for_each_tag_and_reads_back_to_the_last_bit() {
 fn binary_has_32_bits_and_no_tags_and_says_so() {
     let (bytes, notes) = written(&cube(), Encoding::Raw);
     assert_eq!(bytes.len(), 84 + 50 * 12);
-    assert!(has(&notes, Written::CoordinatesRounded));
-    let names = vec!["floor and wall".to_owned(), "top".to_owned()];
-    assert!(has(&notes, GroupWritten::NamesInText { names }));
+    assert!(notes.has("coordinates_rounded"), "{notes:?}");
+    let names = "binary STL has no tags; left out: \"floor and wall\", \"top\" (`encoding` ascii writes a solid for each)";
+    assert!(notes.says(names), "{notes:?}");
     // Some programs begin their title with the word of text.
     for title in [&b"triang"[..], b"solid "] {
         let mut bytes = bytes.clone();
@@ -116,12 +107,12 @@ fn arrays_and_edges_are_told_of_and_a_plane_mesh_is_its_cells() {
         Values::F64(vec![0.0; 3]),
     )];
     let (bytes, notes) = written(&mesh, Encoding::Ascii);
-    assert!(has(&notes, Written::LowerCellsLeftOut { n: 1 }));
-    let told: Vec<String> = notes.iter().map(ToString::to_string).collect();
     assert!(
-        told.contains(&"STL holds no point arrays; left out: \"p\"".to_owned()),
-        "{told:?}"
+        notes.says("cells of lower dimension are left out (1)"),
+        "{notes:?}"
     );
+    let arrays = "STL holds no point arrays; left out: \"p\"";
+    assert!(notes.says(arrays), "{notes:?}");
     let text = String::from_utf8(bytes.clone()).expect("text");
     assert!(
         text.starts_with("solid\n facet normal 0.0 0.0 1.0\n"),
@@ -167,7 +158,8 @@ fn what_is_wrong_is_told_with_its_place() {
     );
     bytes.push(7);
     let noted = loaded(bytes.clone()).expect("it is a mesh");
-    assert!(has(&noted.notes, Read::TriangleAttributes { n: 1 }));
+    let attributes = "attributes of triangles, such as colours, are not kept (1)";
+    assert!(noted.notes.says(attributes), "{:?}", noted.notes);
     bytes[96..100].copy_from_slice(&f32::NAN.to_le_bytes());
     let error = loaded(bytes).err().expect("it is not finite").to_string();
     assert!(

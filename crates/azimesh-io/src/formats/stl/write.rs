@@ -4,11 +4,12 @@ use super::super::records::{push_real, write_all, write_records};
 use super::super::{Encoding, Precision, WriteOptions};
 use crate::formats::Notes;
 use crate::formats::names::{Places, Rule};
+use crate::formats::notes::{coordinates_rounded, quoted};
 use crate::formats::rounding::loses_digits;
 use crate::mesh::{CellKind, Cells, Mesh, MeshView, facets::facets};
-use azimesh_core::diagnostic::formats::{GroupWritten, Written};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::vector::{Vector, cross, norm, scale, sub};
+use azimesh_core::note;
 use std::io::Write;
 
 /// Names as the lines of text have them: some programs end one at a blank, others refuse letters beyond ASCII.
@@ -74,7 +75,12 @@ fn solids(mesh: &MeshView, notes: &mut Notes) -> Vec<(String, Vec<usize>)> {
         let solid = places.entry(name, &mut solids, || (name.clone(), Vec::new()));
         solid.1.extend(own);
     }
-    notes.count(n_again, |n| GroupWritten::OneSolid { n });
+    notes.count(n_again, |n| {
+        note!(
+            "one_solid",
+            "a face is in one solid of STL; further tags of faces that have several are left out ({n})"
+        )
+    });
     let left: Vec<usize> = (0..is_free.len()).filter(|cell| is_free[*cell]).collect();
     if !left.is_empty() || solids.is_empty() {
         solids.push((String::new(), left));
@@ -113,9 +119,16 @@ fn text(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()> {
 fn binary(mesh: &MeshView, out: &mut dyn Write, notes: &mut Notes) -> Result<()> {
     let names = mesh.groups.iter().filter(|group| group.dimension == 2);
     let names: Vec<String> = names.map(|group| group.name.clone()).collect();
-    notes.list(names, |names| GroupWritten::NamesInText { names });
+    notes.list(names, |names| {
+        note!(
+            "names_in_text",
+            "binary STL has no tags; left out: {} ({} ascii writes a solid for each)",
+            quoted(&names).join(", "),
+            option("encoding")
+        )
+    });
     if loses_digits(mesh) {
-        notes.push(Written::CoordinatesRounded);
+        notes.push(coordinates_rounded());
     }
     let n = mesh.cells.len();
     let n = u32::try_from(n).map_err(|_| {
@@ -162,8 +175,13 @@ pub(super) fn triangles(mut mesh: Mesh, notes: &mut Notes) -> Mesh {
         }
         starts.push(sources.len());
     }
-    notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
-    notes.count(n_cut, |n| Written::CutIntoTriangles { n });
+    notes.lower_cells(n_lower);
+    notes.count(n_cut, |n| {
+        note!(
+            "cut_into_triangles",
+            "faces of four corners or more are cut into triangles ({n})"
+        )
+    });
     for group in &mut mesh.groups {
         let own = group.cells.iter();
         group.cells = own

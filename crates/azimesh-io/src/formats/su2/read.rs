@@ -7,8 +7,9 @@ use super::zone::Zone;
 use super::{Extra, OWN_NODES};
 use crate::formats::names::Places;
 use crate::mesh::{DataArray, Group, Mesh, Values};
-use azimesh_core::diagnostic::formats::{NotKept, Read};
 use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
+use azimesh_core::numbers::with_verb;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Keywords without a meaning here that a note lists by name.
@@ -92,7 +93,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     // SU2 itself would not read these.
     for [found, meant] in SPELLINGS {
         if memchr::memmem::find(bytes, format!("{found}=").as_bytes()).is_some() {
-            notes.push(Read::Spelled { found, meant });
+            notes.push(note!("spelled", "{found}= is read as {meant}="));
         }
     }
     notes.dialect(bytes);
@@ -136,13 +137,20 @@ fn read_zones(bytes: &[u8], notes: &mut Notes, blocks: &mut Vec<Counted>) -> Res
         }
     }
     for (name, n) in file.unknown.iter().take(LISTED) {
-        notes.push(NotKept::Keyword {
-            name: name.to_string(),
-            n_lines: *n,
-        });
+        notes.push(note!(
+            "keyword_not_kept",
+            "{name}= is not kept ({})",
+            counted(*n, "line")
+        ));
     }
     let left = file.unknown.len().saturating_sub(LISTED);
-    notes.count(left, |n| NotKept::Keywords { n });
+    notes.count(left, |n| {
+        note!(
+            "keywords_not_kept",
+            "{} not kept",
+            with_verb(n, "more keyword", "is")
+        )
+    });
     file.mesh(&lexer, notes)
 }
 

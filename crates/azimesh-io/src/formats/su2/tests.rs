@@ -4,7 +4,6 @@ use super::super::{Notes, Source};
 use super::super::{ReadOptions, WriteOptions};
 use super::{SU2, write_surface};
 use crate::mesh::{CellKind, Group, Mesh, Values};
-use azimesh_core::diagnostic::formats::{ArrayWritten, Condition, GroupWritten, NotKept, Read};
 use std::path::Path;
 
 fn read_with_notes(text: &str) -> (Mesh, Notes) {
@@ -69,13 +68,7 @@ fn what_is_left_out_is_said() {
     mesh.groups[0].condition = Some("BCWallViscousHeatFlux".into());
     let (file, notes) = write(&mesh);
     assert_eq!(notes.len(), 6, "{notes:?}");
-    assert!(
-        notes.has(Condition::NotWritten {
-            format: "SU2",
-            n: 1
-        }),
-        "{notes:?}"
-    );
+    assert!(notes.has("conditions_left_out"), "{notes:?}");
     assert_eq!(read(&file).groups[0].name, "upper_wall");
     mesh.cells.push(CellKind::Tetrahedron10, &[0; 10]);
     let error = SU2
@@ -172,11 +165,8 @@ fn zones_that_share_a_node_are_one_and_a_note_says_so() {
     mesh.cells = cells;
     let (back, notes) = write(&mesh);
     assert!(!back.contains("ZONE"));
-    let left_out = GroupWritten::ZonesLeftOut {
-        format: "SU2",
-        names: vec!["1".into(), "2".into()],
-    };
-    assert!(notes.has(left_out), "{notes:?}");
+    let left_out = "SU2 holds zones only where two or more make up the mesh and share no nodes; left out: \"1\", \"2\"";
+    assert!(notes.says(left_out), "{notes:?}");
 }
 
 #[test]
@@ -190,16 +180,13 @@ fn a_zone_keeps_its_own_text_and_loses_its_name_with_a_note() {
     zone.expect("the second zone").name = "solid".into();
     let (back, notes) = write(&mesh);
     assert_eq!(back, text);
-    let names = ["1", "solid"].map(str::to_owned).to_vec();
-    assert_eq!(notes, [GroupWritten::ZoneNames { n: 2, names }.into()]);
+    assert_eq!(notes, ["zone_names"]);
+    let names = "zones are written as IZONE= 1 to 2; names left out: \"1\", \"solid\"";
+    assert!(notes.says(names), "{notes:?}");
     mesh.groups.retain(|group| group.dimension < 2);
     let (_, notes) = write(&mesh);
-    let boxes = ArrayWritten::LeftOut {
-        format: "SU2",
-        what: "field",
-        names: vec!["su2:FFD".into()],
-    };
-    assert!(notes.has(boxes), "{notes:?}");
+    let boxes = "SU2 holds no field arrays; left out: \"su2:FFD\"";
+    assert!(notes.says(boxes), "{notes:?}");
 }
 
 #[test]
@@ -208,14 +195,15 @@ fn keywords_without_a_meaning_are_noted_once_each() {
         "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0\n1 0\n0 1\nNMARK= 7 % seven\n\
          NCHUNK= 2\n1 2\n3 4\nNCORNERS= 0\nNCHUNK= 1\n5 6\n",
     );
-    let keyword = |name: &str, n_lines| NotKept::Keyword {
-        name: name.into(),
-        n_lines,
-    };
-    let markers = Read::MarkerCount { said: 7, found: 0 };
-    let keywords = [keyword("NCHUNK", 5), keyword("NCORNERS", 1)];
-    let [chunk, corners] = keywords.map(Into::into);
-    assert_eq!(notes, [chunk, corners, markers.into()]);
+    let texts: Vec<&str> = notes.iter().map(|note| &*note.text).collect();
+    assert_eq!(
+        texts,
+        [
+            "NCHUNK= is not kept (5 lines)",
+            "NCORNERS= is not kept (1 line)",
+            "NMARK= 7, but the file has 0 markers; all are read",
+        ]
+    );
 }
 
 #[test]
@@ -231,12 +219,7 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
     assert_eq!(mesh.cells.get(0).nodes, [0, 3, 9, 1, 2, 6, 8, 7, 4, 5]);
     assert_eq!(mesh.cells.get(1).kind, CellKind::LagrangeCurve);
     assert_eq!(mesh.cells.get(1).nodes, [0, 3, 1, 2]);
-    let degrees = NotKept::Of {
-        what: "degrees of the solution",
-        n: 1,
-        item: "element",
-    };
-    assert_eq!(notes, [degrees.into()]);
+    assert_eq!(notes, ["solution_degrees"]);
     let refused = SU2.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
     assert!(message.contains("`linearize`"), "{message}");

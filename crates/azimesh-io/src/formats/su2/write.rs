@@ -7,10 +7,11 @@ use super::parts::{Marker, RULE, WrittenZones, of_markers};
 use super::{Extra, OWN_NODES, holds};
 use crate::formats::Notes;
 use crate::formats::names::names_in;
+use crate::formats::notes::quoted;
 use crate::formats::portable::remedy;
 use crate::mesh::{CellRun, Group, MeshView};
-use azimesh_core::diagnostic::formats::{GroupWritten, Written};
 use azimesh_core::error::{Error, Result};
+use azimesh_core::{Note, note};
 use std::io::Write;
 use std::ops::Range;
 
@@ -33,7 +34,10 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
     notes.joined(of_markers(mesh));
     notes.extend(zone_names(mesh, &parts));
     if parts.is_reordered {
-        notes.push(Written::NodesByZone);
+        notes.push(note!(
+            "nodes_by_zone",
+            "nodes are written zone by zone, so their order changes"
+        ));
     }
     note_dropped(mesh, &mut notes);
     let markers = parts.zones.iter().flat_map(|part| &part.markers);
@@ -123,7 +127,7 @@ fn check(mesh: &MeshView, dimension: usize) -> Result<()> {
 
 /// Plane meshes are written without z: refuses one that is not plane, to round-off; a sentence
 /// about the height of one that is.
-fn height(mesh: &MeshView) -> Result<Option<Written>> {
+fn height(mesh: &MeshView) -> Result<Option<Note>> {
     let Some([low, high]) = mesh.bounds() else {
         return Ok(None);
     };
@@ -135,32 +139,45 @@ fn height(mesh: &MeshView) -> Result<Option<Written>> {
         )));
     }
     let lies_flat = low[2] == 0.0 && high[2] == 0.0;
-    Ok((!lies_flat).then_some(Written::HeightLeftOut { z: high[2] }))
+    let z = high[2];
+    let note = || {
+        note!(
+            "height_left_out",
+            "SU2 holds no z coordinate for a plane mesh; z = {z} is left out"
+        )
+    };
+    Ok((!lies_flat).then(note))
 }
 
 /// A note on zones that are left out or lose their names.
-fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<GroupWritten> {
+fn zone_names(mesh: &MeshView, parts: &WrittenZones) -> Option<Note> {
     let dimension = mesh.dimension();
     let names = names_in(mesh, dimension..dimension + 1);
     if names.is_empty() {
         return None;
     }
-    let (n, format) = (parts.zones.len(), "SU2");
+    let n = parts.zones.len();
     if n == 1 {
-        return Some(GroupWritten::ZonesLeftOut { format, names });
+        let held = "SU2 holds zones only where two or more make up the mesh and share no nodes";
+        let names = quoted(&names).join(", ");
+        return Some(note!("zones_left_out", "{held}; left out: {names}"));
     }
     let is_numbered = |(i, name): (usize, &String)| *name == (i + 1).to_string();
     let keeps_names = names.iter().enumerate().all(is_numbered);
-    (!keeps_names).then_some(GroupWritten::ZoneNames { n, names })
+    (!keeps_names).then(|| {
+        let names = quoted(&names).join(", ");
+        note!(
+            "zone_names",
+            "zones are written as IZONE= 1 to {n}; names left out: {names}"
+        )
+    })
 }
 
 /// Notes on cells and groups of lower dimension that are not written.
 fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
     let dimension = mesh.dimension();
     let format = "SU2";
-    notes.list(names_in(mesh, 1..dimension.saturating_sub(1)), |names| {
-        GroupWritten::LowerLeftOut { format, names }
-    });
+    notes.lower_groups(format, names_in(mesh, 1..dimension.saturating_sub(1)));
     let mut is_tagged = vec![false; mesh.cells.len()];
     let is_point = |group: &&Group| group.dimension == 0 && dimension > 1;
     let points = mesh.groups.iter().filter(is_point);
@@ -179,8 +196,13 @@ fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
             n_lower += n_untagged();
         }
     }
-    notes.count(n_faces, |n| GroupWritten::UntaggedLeftOut { n });
-    notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
+    notes.count(n_faces, |n| {
+        note!(
+            "untagged_left_out",
+            "boundary elements without a tag are left out ({n})"
+        )
+    });
+    notes.lower_cells(n_lower);
     notes.conditions_left_out(format, mesh);
 }
 

@@ -7,8 +7,8 @@ use super::degree::Element;
 use super::read::{Block, Keyword};
 use super::{EXCHANGE, Extra};
 use crate::mesh::{CellSet, Cells, Group, Mesh, too_many};
-use azimesh_core::diagnostic::formats::{NotKept, Read};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::note;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -153,12 +153,17 @@ impl<'a> Zone<'a> {
             *counts.entry(name).or_default() += 1;
         }
         for (name, n) in counts.into_iter().filter(|(_, n)| *n > 1) {
-            let name = name.to_owned();
-            notes.push(Read::MarkersJoined { name, n });
+            notes.push(note!(
+                "markers_joined",
+                "{n} markers are called \"{name}\"; they become one tag"
+            ));
         }
         if let Some(n) = self.n_markers.filter(|n| *n != self.n_found) {
-            let (said, found) = (n, self.n_found);
-            notes.push(Read::MarkerCount { said, found });
+            let found = counted(self.n_found, "marker");
+            notes.push(note!(
+                "marker_count",
+                "NMARK= {n}, but the file has {found}; all are read"
+            ));
         }
         Ok(())
     }
@@ -237,10 +242,12 @@ fn append_cells(parts: Vec<CellBatch>, cells: &mut Cells, notes: &mut Notes) {
             rest = tail;
         }
     }
-    notes.count(n_solutions, |n| NotKept::Of {
-        what: "degrees of the solution",
-        n,
-        item: "element",
+    notes.count(n_solutions, |n| {
+        let n = counted(n, "element");
+        note!(
+            "solution_degrees",
+            "degrees of the solution of {n} are not kept"
+        )
     });
 }
 

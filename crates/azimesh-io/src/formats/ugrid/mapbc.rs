@@ -7,9 +7,10 @@ use super::super::source::{read_file, without_mark};
 use super::super::tokens::Tokens;
 use super::case;
 use super::faces::{self, FaceNumbers, Tag, UNTAGGED};
+use crate::formats::notes::{conditions_unused, quoted};
 use crate::mesh::MeshView;
-use azimesh_core::diagnostic::formats::{Condition, Read};
 use azimesh_core::error::Result;
+use azimesh_core::note;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::io::ErrorKind;
@@ -89,7 +90,7 @@ pub(super) fn companion(mesh: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => format!("{}: {error}", path.display()),
     };
-    notes.push(Read::ConditionsUnused { error: failed });
+    notes.push(conditions_unused(&failed));
     Ok(Vec::new())
 }
 
@@ -115,10 +116,11 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<Patch>> {
         });
     }
     if patches.len() != n {
-        notes.push(Read::PatchCount {
-            said: n,
-            found: patches.len(),
-        });
+        notes.push(note!(
+            "patch_count",
+            "the number of patches in the .mapbc is given as {n}, but there are {}; all are read",
+            patches.len()
+        ));
     }
     Ok(patches)
 }
@@ -174,22 +176,25 @@ pub(super) fn note_changes(
         let back = number.and_then(condition);
         match (&tag.group.condition, number) {
             (None, _) => without.push(name.clone()),
-            (Some(condition), None) => notes.push(Condition::WithoutNumber {
-                condition: condition.clone(),
-                tag: name.clone(),
-            }),
+            (Some(condition), None) => notes.push(note!(
+                "condition_without_number",
+                "condition {condition} of tag \"{name}\" has no number in FUN3D; 0 is written"
+            )),
             (Some(condition), Some(number)) if back.as_ref() != Some(condition) => {
-                notes.push(Condition::WrittenAs {
-                    condition: condition.clone(),
-                    tag: name.clone(),
-                    number,
-                });
+                notes.push(note!(
+                    "condition_written_as",
+                    "condition {condition} of tag \"{name}\" is written as FUN3D's {number}"
+                ));
             }
             _ => {}
         }
     }
     if !without.is_empty() && is_needed(tags, numbers) {
-        notes.push(Condition::Missing { tags: without });
+        let tags = quoted(&without).join(", ");
+        notes.push(note!(
+            "condition_missing",
+            "tags without a boundary condition have number 0 in the .mapbc: {tags}"
+        ));
     }
 }
 

@@ -7,11 +7,11 @@ use super::super::tokens::{Tokens, shown, without_comments};
 use super::super::{Notes, Source};
 use super::layout::{Binary, Counts, KINDS, N_FACE_KINDS, N_NODES};
 use super::{Ugrid, faces, fortran, mapbc};
+use crate::formats::notes::rest;
 use crate::mesh::{Cells, Mesh};
-use azimesh_core::diagnostic::formats::{NotKept, Read};
 use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::vector::Vector;
-use azimesh_core::sparse;
+use azimesh_core::{note, sparse};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -28,7 +28,7 @@ pub(super) fn read(source: &Source, flavour: &Ugrid, notes: &mut Notes) -> Resul
             ..Mesh::default()
         };
         let face_numbers = stored.face_numbers()?;
-        notes.count(n_rest, |n| NotKept::Rest { n, what: "bytes" });
+        notes.count(n_rest, |n| rest("bytes", n));
         mesh.points = stored.points(0..stored.n_nodes())?;
         (mesh, face_numbers)
     } else {
@@ -241,7 +241,10 @@ fn records<'a>(bytes: &'a [u8], binary: &Binary, notes: &mut Notes) -> Result<Re
     };
     marked.or_else(|error| {
         let found = unmarked().ok_or(error)?;
-        notes.push(Read::WrongRecordMarks);
+        notes.push(note!(
+            "wrong_record_marks",
+            "the Fortran record marks are wrong; the file is read by its counts, which fit its length"
+        ));
         Ok(found)
     })
 }
@@ -315,7 +318,7 @@ fn read_plain(bytes: &[u8], flavour: &Ugrid, notes: &mut Notes) -> Result<(Mesh,
     let face_numbers = integers.drain(first..first + counts.n_faces());
     let face_numbers = face_numbers.map(|bits| bits as i32).collect();
     notes.dialect(bytes);
-    notes.count(n_found - n_needed, |n| NotKept::Rest { n, what: "numbers" });
+    notes.count(n_found - n_needed, |n| rest("numbers", n));
     let mesh = Mesh {
         points,
         cells: counts.cells(integers),

@@ -3,10 +3,6 @@
 use super::super::{Commit, FORMATS, Notes, ReadOptions, Source, WriteOptions, save};
 use super::*;
 use crate::mesh::{CellKind, Group, Mesh};
-use azimesh_core::diagnostic::NoteKind;
-use azimesh_core::diagnostic::formats::{
-    Condition, FormatNote, GroupWritten, NotKept, Read, Written,
-};
 use azimesh_core::error::Result;
 
 fn tag(name: &str, number: Option<i32>, cells: std::ops::Range<usize>) -> Group {
@@ -143,16 +139,11 @@ fn names_and_conditions_are_beside_the_mesh() {
     mesh.groups[3].condition = Some("BCSymmetryPlane".into());
     let path = folder.path().join("wing.lb8.ugrid");
     let notes = saved(&mesh, &path, &LB8);
-    let renamed = GroupWritten::Renamed {
-        what: "tag",
-        name: "far field".into(),
-        written: "far_field".into(),
-        why: "names in a .mapbc have no spaces",
-        is_taken: false,
-    };
-    let tags = vec!["spare".into()];
-    let missing = Condition::Missing { tags };
-    assert_eq!(notes, [renamed.into(), missing.into()]);
+    assert_eq!(notes, ["renamed", "condition_missing"]);
+    let renamed = "tag \"far field\" is written as \"far_field\": names in a .mapbc have no spaces";
+    assert!(notes.says(renamed), "{notes:?}");
+    let missing = "tags without a boundary condition have number 0 in the .mapbc: \"spare\"";
+    assert!(notes.says(missing), "{notes:?}");
     let mapbc = folder.path().join("wing.mapbc");
     let text = std::fs::read_to_string(&mapbc).expect("it is there");
     assert_eq!(
@@ -180,12 +171,10 @@ fn names_and_conditions_are_beside_the_mesh() {
         .expect("the mesh is whole");
     assert_eq!(back.groups[0].name, "1");
     let note = notes.iter().next().expect("it is noted");
-    let NoteKind::Format(FormatNote::Read(Read::ConditionsUnused { error })) = &note.kind else {
-        panic!("{note}");
-    };
+    assert_eq!(note.code, "conditions_unused");
     assert!(
-        error.contains("wing.mapbc:2: expected an integer"),
-        "{error}"
+        note.text.contains("wing.mapbc:2: expected an integer"),
+        "{note}"
     );
 }
 
@@ -217,25 +206,18 @@ fn what_ugrid_does_not_hold_is_said_or_refused() {
     mesh.cells.push(CellKind::Line, &[0, 1]);
     mesh.points[0][0] = 0.1;
     let (file, notes) = written(&B4, &mesh);
-    let zones = GroupWritten::ZonesLeftOut {
-        format: "UGRID",
-        names: vec!["air".into()],
-    };
-    let untagged = GroupWritten::UntaggedNumbered {
-        n: 1,
-        number: 8,
-        name: "untagged".into(),
-    };
-    let tags = vec!["2".into(), "7".into()];
-    let expected = [
-        Written::CoordinatesRounded.into(),
-        zones.into(),
-        Written::LowerCellsLeftOut { n: 1 }.into(),
-        GroupWritten::FaceTagsLeftOut { n: 1 }.into(),
-        untagged.into(),
-        Condition::Missing { tags }.into(),
-    ];
-    assert_eq!(notes, expected);
+    let texts: Vec<&str> = notes.iter().map(|note| &*note.text).collect();
+    assert_eq!(
+        texts,
+        [
+            "coordinates are rounded to 32 bits",
+            "UGRID holds no zones; left out: \"air\"",
+            "cells of lower dimension are left out (1)",
+            "UGRID holds one tag for each face; further tags of faces that have several are left out (1)",
+            "boundary faces without a tag (1) get number 8, \"untagged\"",
+            "tags without a boundary condition have number 0 in the .mapbc: \"2\", \"7\"",
+        ]
+    );
     let (back, _) = read(&B4, &file).expect("it was written");
     assert_eq!(back.groups.len(), 2);
     assert_eq!(back.groups[1].name, "8");
@@ -253,7 +235,7 @@ fn what_ugrid_does_not_hold_is_said_or_refused() {
     let notes = B8
         .write_file(&solid().view(), &mut Vec::new(), &single)
         .expect("it is held");
-    assert_eq!(notes, [Written::CoordinatesIn64 { format: "UGRID" }.into()]);
+    assert_eq!(notes, ["coordinates_in_64"]);
 }
 
 #[test]
@@ -296,7 +278,12 @@ fn what_is_behind_the_last_cell_is_noted() {
         }
         let (mesh, notes) = read(flavour, &file).expect("the mesh is whole");
         assert_eq!(mesh, solid());
-        assert_eq!(notes, [NotKept::Rest { n, what }.into()]);
+        assert_eq!(notes, ["rest_not_kept"]);
+        let start = format!("{what} after the last cell ({n}),");
+        assert!(
+            notes.iter().all(|note| note.text.starts_with(&start)),
+            "{notes:?}"
+        );
     }
 }
 
@@ -308,7 +295,7 @@ fn wrong_marks_of_records_are_noted_where_the_length_fits() {
     file[last] = 1;
     let (mesh, notes) = read(&LR8, &file).expect("the length fits");
     assert_eq!(mesh, solid());
-    assert_eq!(notes, [Read::WrongRecordMarks.into()]);
+    assert_eq!(notes, ["wrong_record_marks"]);
     file.pop();
     let message = read(&LR8, &file).expect_err("it is cut off").to_string();
     assert!(

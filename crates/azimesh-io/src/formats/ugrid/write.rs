@@ -7,12 +7,13 @@ use super::fortran::Record;
 use super::layout::{Counts, KINDS, Layout, N_FACE_KINDS, in_order};
 use super::mapbc;
 use crate::formats::names::names_in;
+use crate::formats::notes::{coordinates_rounded, quoted};
 use crate::formats::portable::remedy;
 use crate::formats::rounding::{flattened, loses_digits};
 use crate::formats::{Notes, Out};
 use crate::mesh::{CellKind, CellRun, MeshView, first_where};
-use azimesh_core::diagnostic::formats::{GroupWritten, Written};
 use azimesh_core::error::{Error, Result};
+use azimesh_core::note;
 
 /// Writes the mesh; returns a note for each thing that is left out.
 pub(super) fn write(
@@ -34,11 +35,18 @@ pub(super) fn write(
         notes.in_64_bits("UGRID", options);
     }
     note_dropped(mesh, &mut notes);
-    notes.count(numbers.n_shared, |n| GroupWritten::FaceTagsLeftOut { n });
-    notes.count(numbers.n_untagged, |n| GroupWritten::UntaggedNumbered {
-        n,
-        number: numbers.untagged,
-        name: mapbc::untagged(&tags),
+    notes.count(numbers.n_shared, |n| {
+        note!(
+            "face_tags_left_out",
+            "UGRID holds one tag for each face; further tags of faces that have several are left out ({n})"
+        )
+    });
+    notes.count(numbers.n_untagged, |n| {
+        let (number, name) = (numbers.untagged, mapbc::untagged(&tags));
+        note!(
+            "untagged_numbered",
+            "boundary faces without a tag ({n}) get number {number}, \"{name}\""
+        )
     });
     mapbc::note_changes(mesh, &tags, &numbers, &mut notes);
     let mut head = Vec::new();
@@ -115,7 +123,7 @@ fn note_rounding(mesh: &MeshView, notes: &mut Notes) -> Result<()> {
         )));
     }
     if loses_digits(mesh) {
-        notes.push(Written::CoordinatesRounded);
+        notes.push(coordinates_rounded());
     }
     notes.extend(flattened(mesh));
     Ok(())
@@ -123,18 +131,14 @@ fn note_rounding(mesh: &MeshView, notes: &mut Notes) -> Result<()> {
 
 /// Notes on cells and groups that are not written.
 fn note_dropped(mesh: &MeshView, notes: &mut Notes) {
-    let format = "UGRID";
-    notes.list(names_in(mesh, 3..4), |names| GroupWritten::ZonesLeftOut {
-        format,
-        names,
+    notes.list(names_in(mesh, 3..4), |names| {
+        let names = quoted(&names).join(", ");
+        note!("zones_left_out", "UGRID holds no zones; left out: {names}")
     });
-    notes.list(names_in(mesh, 0..2), |names| GroupWritten::LowerLeftOut {
-        format,
-        names,
-    });
+    notes.lower_groups("UGRID", names_in(mesh, 0..2));
     let lower = mesh.cells.runs().filter(|run| run.kind.dimension() < 2);
     let n_lower: usize = lower.map(|run| run.n_cells()).sum();
-    notes.count(n_lower, |n| Written::LowerCellsLeftOut { n });
+    notes.lower_cells(n_lower);
 }
 
 fn write_body(

@@ -12,8 +12,8 @@ use crate::formats::{Precision, WriteOptions};
 use crate::mesh::{
     CellKind, Cells, Coordinates, DataArray, Group, Listing, MeshView, NodesOfCells, Values,
 };
-use azimesh_core::diagnostic::formats::{ArrayWritten, GroupWritten};
 use azimesh_core::error::Result;
+use azimesh_core::{Note, note};
 
 /// The arrays of each part of a file.
 pub struct Sections<'a> {
@@ -80,7 +80,10 @@ impl<'a> VtkArrays<'a> {
                 repeated.extend(numbers.further.iter().map(|(cell, _)| *cell));
             } else if let Some(&(cell, _)) = numbers.further.first() {
                 let n = numbers.further.len();
-                of_several.push(GroupWritten::OfSeveral { n, array, cell });
+                of_several.push(note!(
+                    "several_groups",
+                    "cells are in more than one group ({n}, the first is cell {cell}); the array {array} holds the first group of each"
+                ));
             }
             let more = numbers.repeated(&repeated, is_boundary);
             labels.push((pair, numbers, more));
@@ -130,21 +133,34 @@ impl<'a> VtkArrays<'a> {
     fn note_dropped(&mut self) {
         let mesh = self.mesh;
         if !self.options.tag_names && !self.labels.is_empty() {
-            self.notes.push(GroupWritten::NamesNotWritten);
+            self.notes.push(note!(
+                "names_not_written",
+                "names of tags are not written, as requested"
+            ));
         }
         self.notes.conditions_left_out("VTK", mesh);
         let arrays = mesh.arrays();
         let dropped = arrays.clone().filter(|array| !self.is_kept(array));
-        let dropped: Vec<String> = dropped.map(|array| array.name.clone()).collect();
-        let note = |name| ArrayWritten::NotWritten { name };
-        self.notes.extend(dropped.into_iter().map(note));
+        let dropped = dropped.map(|array| {
+            note!(
+                "array_not_written",
+                "the array \"{}\" is not written",
+                array.name
+            )
+            .with("name", &*array.name)
+        });
+        let dropped: Vec<Note> = dropped.collect();
+        self.notes.extend(dropped);
         let has_zero = |array: &&DataArray| match &array.values {
             Values::Text(texts) => texts.iter().any(|text| text.contains('\0')),
             _ => false,
         };
         for array in arrays.filter(has_zero) {
-            let name = array.name.clone();
-            self.notes.push(ArrayWritten::ZerosInText { name });
+            let name = &array.name;
+            self.notes.push(note!(
+                "zeros_in_text",
+                "zero bytes in the text of \"{name}\" are written as \"_\""
+            ));
         }
     }
 

@@ -3,8 +3,8 @@
 use crate::formats::column::Column;
 use crate::formats::tokens::Tokens;
 use crate::mesh::Values;
-use azimesh_core::diagnostic::point;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::point;
 use azimesh_core::parallel::map_blocks;
 use std::io::{self, Write};
 

@@ -8,8 +8,9 @@
 
 use crate::formats::Notes;
 use crate::mesh::{CellKind, Cells, DataArray, Mesh, MeshView, Values, mirror_wedges};
-use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::geometry::vector::{Vector, cross, dot, sub};
+use azimesh_core::note;
+use azimesh_core::numbers::with_verb;
 use azimesh_core::parallel::{BLOCK, map_blocks};
 use std::borrow::Cow;
 
@@ -41,7 +42,11 @@ pub fn turn_wedges(mesh: &mut Mesh, is_marked: bool, notes: &mut Notes) {
     if !is_marked && balance(&mesh.view()) > 0 {
         let wedges = mesh.cells.runs().filter(|run| run.kind == CellKind::Wedge);
         let n = wedges.map(|run| run.n_cells()).sum();
-        notes.push(Read::WedgesTurned { n });
+        notes.push(note!(
+            "wedges_turned",
+            "{} in the node order of VTK 9.7, in which most of them have a positive volume, not in that of VTK up to 9.6",
+            with_verb(n, "wedge", "is")
+        ));
         return;
     }
     mesh.cells.mirror_wedges();
@@ -88,7 +93,12 @@ pub fn swap(mesh: &mut Mesh, notes: &mut Notes) {
     let degrees = mesh.cell_arrays.iter().find(|array| is_degrees(array));
     let (cells, n_unknown) = swapped(&mesh.cells, degrees);
     mesh.cells = cells;
-    notes.count(n_unknown, |n| Read::OldOrder { n });
+    notes.count(n_unknown, |n| {
+        note!(
+            "old_order",
+            "hexahedra of high order ({n}) keep the node order of VTK before version 9: their degrees are not given"
+        )
+    });
 }
 
 /// Cells in the other order, and how many hexahedra have degrees that cannot be known.

@@ -5,7 +5,8 @@
 
 use crate::formats::Notes;
 use crate::mesh::CellKind;
-use azimesh_core::diagnostic::formats::Read;
+use azimesh_core::note;
+use azimesh_core::numbers::with_verb;
 
 /// Consecutive cells of one VTK type and one number of nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,17 +131,28 @@ pub fn split(
         }
     }
     for (vtk, (n, n_into)) in COLLECTIONS.into_iter().zip(counts) {
-        let into = parts(vtk).map_or("", |(kind, _)| kind.name());
-        let from = type_name(vtk);
-        notes.extend((n > 0).then_some(Read::Split {
-            from,
-            n,
-            into,
-            n_into,
-        }));
+        // The plural of a vertex is not regular.
+        let plural = |kind: &str| kind.replace("vertex", "vertice") + "s";
+        let into = plural(parts(vtk).map_or("", |(kind, _)| kind.name()));
+        let from = match (type_name(vtk), n) {
+            (_, 0) => continue,
+            (from, 1) => format!("1 {from} is"),
+            (from, n) => format!("{n} {} are", plural(from)),
+        };
+        notes.push(note!("split", "{from} split into {n_into} {into}"));
     }
-    let n = n_empty;
-    notes.extend((n > 0).then_some(Read::EmptyCells { n, with_nodes }));
+    if n_empty > 0 {
+        notes.push(note!(
+            "empty_cells",
+            "{} left out{}",
+            with_verb(n_empty as usize, "empty cell", "is"),
+            if with_nodes {
+                ", with the nodes they list"
+            } else {
+                ""
+            }
+        ));
+    }
     new_runs.retain(|run| run.n_cells > 0);
     *connectivity = new;
     *runs = new_runs;

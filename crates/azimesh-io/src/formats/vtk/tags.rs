@@ -8,7 +8,7 @@
 
 use crate::formats::names::Rule;
 use crate::mesh::{CellSet, DataArray, Group, Mesh, MeshView, Values};
-use azimesh_core::diagnostic::formats::GroupWritten;
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result, nearest_name};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -174,7 +174,7 @@ pub struct Numbers {
 
 impl Numbers {
     /// Changes names to fit the rule; gives a note for each change.
-    pub fn fit_names(&mut self, rule: &Rule) -> Vec<GroupWritten> {
+    pub fn fit_names(&mut self, rule: &Rule) -> Vec<Note> {
         let before = std::mem::take(&mut self.names);
         let written = rule.by_name(before.iter().map(String::as_str));
         let new_name = |name: &String| written[name.as_str()].clone();

@@ -6,8 +6,8 @@ use super::super::vtk::number::Element;
 use crate::formats::Notes;
 use crate::formats::names::Rule;
 use crate::mesh::{CellKind, Cells, Listing, MeshView, NodesOfCells};
-use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::Result;
+use azimesh_core::note;
 use azimesh_core::parallel::collect;
 
 /// Names of datasets: those of the arrays, except for what HDF5 does not allow.
@@ -53,8 +53,12 @@ impl<'a> Blocks<'a> {
         let unnamed = mesh
             .arrays()
             .filter(|array| !array.component_names.is_empty());
-        notes.extend(unnamed.map(|array| ArrayWritten::ComponentNames {
-            name: array.name.clone(),
+        notes.extend(unnamed.map(|array| {
+            let name = &array.name;
+            note!(
+                "component_names",
+                "names of the components of \"{name}\" are not written"
+            )
         }));
         let mut arrays = Vec::new();
         for (group, columns) in [
@@ -66,10 +70,11 @@ impl<'a> Blocks<'a> {
             for column in columns {
                 if column.element == Element::String && group != "FieldData" {
                     // VTK reads text in field data only; elsewhere it makes VTK refuse all arrays.
-                    notes.push(ArrayWritten::TextLeftOut {
-                        format: "VTKHDF",
-                        name: column.name.to_owned(),
-                    });
+                    let name = &column.name;
+                    notes.push(note!(
+                        "text_left_out",
+                        "the array \"{name}\" is left out: VTK reads no text at nodes or cells"
+                    ));
                 } else {
                     arrays.push(Block { group, column });
                 }

@@ -10,10 +10,11 @@ use super::super::{Notes, ReadOptions};
 use super::cells::{self, WINDOW, column, windows};
 use super::extent::Extent;
 use super::placed;
+use crate::formats::notes::too_long;
 use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
-use azimesh_core::diagnostic::formats::{ArrayRead, NotKept};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::note;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -136,8 +137,7 @@ impl Reader {
         for dataset in group.datasets()? {
             let (name, n) = (dataset.name(), dataset.n_rows());
             if !self.extent.has_steps() && n > rows.end {
-                let name = name.to_owned();
-                notes.push(ArrayRead::TooLong { what, name });
+                notes.push(too_long(what, name));
                 continue;
             }
             let of_grid = self.extent.array_rows(&offsets, name, rows)?;
@@ -165,12 +165,12 @@ impl Reader {
 
     /// Notes groups that are not read.
     fn note_others(&self, notes: &mut Notes) -> Result<()> {
-        let (names, what) = (self.grid.names()?.0, "group");
+        let names = self.grid.names()?.0;
         let is_known = |name: &String| {
             ["PointData", "CellData", "FieldData", "Steps"].contains(&name.as_str())
         };
         let others = names.into_iter().filter(|name| !is_known(name));
-        notes.extend(others.map(|name| NotKept::Named { what, name }));
+        notes.extend(others.map(|name| note!("name_not_kept", "the group \"{name}\" is not kept")));
         Ok(())
     }
 }

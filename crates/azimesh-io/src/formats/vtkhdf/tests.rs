@@ -6,7 +6,6 @@ mod sequence;
 use super::*;
 use crate::formats::{Notes, ReadOptions, WriteOptions, parse};
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
-use azimesh_core::diagnostic::formats::{ArrayWritten, GroupWritten};
 use std::path::Path;
 
 pub(super) fn mesh() -> Mesh {
@@ -143,11 +142,8 @@ fn text_at_nodes_and_cells_which_vtk_cannot_read_is_left_out() {
         .push(DataArray::scalar("node name", text(["n"; 14])));
     let (bytes, notes) = written(&named, &WriteOptions::default());
     for name in ["node name", "cell name"] {
-        let (format, name) = ("VTKHDF", name.to_owned());
-        assert!(
-            notes.has(ArrayWritten::TextLeftOut { format, name }),
-            "{notes:?}"
-        );
+        let text = format!("the array \"{name}\" is left out: VTK reads no text at nodes or cells");
+        assert!(notes.says(&text), "{notes:?}");
     }
     let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
     assert_same(&found, &mesh());
@@ -159,14 +155,8 @@ fn names_that_hdf5_does_not_allow_are_changed_and_told() {
     odd.point_arrays[0].name = "p/p0".into();
     odd.point_arrays[1].name = "p_p0".into();
     let (bytes, notes) = written(&odd, &WriteOptions::default());
-    let renamed = GroupWritten::Renamed {
-        what: "array",
-        name: "p/p0".into(),
-        written: "p_p0_2".into(),
-        why: "names in HDF5 have no slash",
-        is_taken: true,
-    };
-    assert!(notes.has(renamed), "{notes:?}");
+    let renamed = "array \"p/p0\" is written as \"p_p0_2\": names in HDF5 have no slash, and that name is taken";
+    assert!(notes.says(renamed), "{notes:?}");
     let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
     odd.point_arrays[0].name = "p_p0_2".into();
     assert_same(&found, &odd);

@@ -7,9 +7,9 @@ use super::stored::Stored;
 use super::xml::{Array, DataEncoding};
 use crate::formats::Notes;
 use crate::formats::names::{alike, text_of};
+use crate::formats::notes::too_long;
 use crate::formats::tokens::n_words;
 use crate::mesh::{DataArray, Values, arrays::with_numbers};
-use azimesh_core::diagnostic::formats::ArrayRead;
 use azimesh_core::error::{Error, Result, counted};
 
 /// Coordinates of the nodes of all pieces.
@@ -178,8 +178,7 @@ pub(super) fn data<'d, 'a: 'd>(
         if fits {
             arrays.push(all);
         } else {
-            let name = all.name;
-            notes.push(ArrayRead::TooLong { what, name });
+            notes.push(too_long(what, &all.name));
         }
     }
     notes.extend(misfits);

@@ -3,8 +3,8 @@
 use super::super::tokens::line_of;
 use super::super::vtk::number::Element;
 use super::super::{Compression, Notes};
-use azimesh_core::diagnostic::formats::Read;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::note;
 use quick_xml::XmlVersion;
 use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, Event};
@@ -95,7 +95,10 @@ pub(in crate::formats) fn as_utf8<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow
         if std::str::from_utf8(xml).is_ok() {
             return bytes.into();
         }
-        notes.push(Read::XmlLatin1);
+        notes.push(note!(
+            "xml_latin1",
+            "the XML is not UTF-8; it is read as Latin-1"
+        ));
     }
     let text: String = xml.iter().copied().map(char::from).collect();
     let mut bytes = text.into_bytes();

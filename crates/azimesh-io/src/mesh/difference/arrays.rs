@@ -4,8 +4,8 @@ use super::super::arrays::with_numbers;
 use super::super::{DataArray, Mesh, Values};
 use super::Tolerance;
 use super::partners::{Partners, in_chunks};
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::counted;
+use azimesh_core::numbers::short;
 use std::collections::BTreeMap;
 use std::ops::Range;
 

@@ -13,8 +13,8 @@ mod partners;
 mod position;
 
 use super::{CellKind, Mesh};
-use azimesh_core::diagnostic::{short, with_verb};
 use azimesh_core::error::{Result, counted, one_line};
+use azimesh_core::numbers::{short, with_verb};
 use partners::Partners;
 use std::fmt;
 

@@ -1,10 +1,9 @@
 //! Whether the stations of a table are those of the blade: in its unit, and over most of its span.
 
 use crate::motion::table::{SpanHistory, Table};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::short;
+use azimesh_core::{Note, note};
 
 /// A table that covers less of the blade's span than this is refused, unless its ends are held.
 const LEAST: f64 = 0.9 - 1e-9;
@@ -28,7 +27,7 @@ pub(super) fn check_span(
     body: &str,
     [low, high]: [f64; 2],
     hold_ends: bool,
-) -> Result<Vec<Diagnostic>> {
+) -> Result<Vec<Note>> {
     let (stations, path) = (span.stations(), table.path());
     let ends @ [first, last] = [stations[0], stations[stations.len() - 1]];
     let wrong =
@@ -60,13 +59,17 @@ pub(super) fn check_span(
     let told = told
         .into_iter()
         .filter(|(beyond, ..)| *beyond > BEYOND * (high - low));
-    let notes = told.map(|(_, from, to)| MotionNote::NoStations {
-        body: body.to_owned(),
-        table: path.to_path_buf(),
-        between: [from, to],
-        is_before: from == low,
+    let notes = told.map(|(_, from, to)| {
+        note!(
+            "no_stations",
+            "body \"{body}\": {} has no stations between {} and {}; the values of its {} station are used there",
+            path.display(),
+            short(from),
+            short(to),
+            if from == low { "first" } else { "last" }
+        )
     });
-    Ok(notes.map(Diagnostic::from).collect())
+    Ok(notes.collect())
 }
 
 /// Whether stations with these ends are fractions of a radius.

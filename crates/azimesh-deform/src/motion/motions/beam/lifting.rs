@@ -4,12 +4,11 @@
 use super::coverage::{are_of_radius, off_blade};
 use crate::motion::motions::OnMesh;
 use crate::motion::table::Table;
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
-use azimesh_core::diagnostic::short;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, add, distance, dot, sub, unit};
+use azimesh_core::numbers::{self, in_digits, short};
+use azimesh_core::{Note, note};
 use serde::{Deserialize, Serialize};
 
 /// A rounded end of a blade reaches inside by this part of the chord, which is half of what is a thick
@@ -132,7 +131,7 @@ impl LiftingLine {
     }
 
     /// A note where a point of the line along the blade, whose box this is, lies far from it.
-    pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<Diagnostic> {
+    pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<Note> {
         let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
         let allowed = BESIDE * across.fold(0.0, f64::max);
         let (low, high) = (bounds.low[0], bounds.high[0]);
@@ -143,14 +142,18 @@ impl LiftingLine {
         });
         let (station, point, distance) =
             off.reduce(|most, next| if next.2 > most.2 { next } else { most })?;
-        let note = || MotionNote::LineBeside {
-            body: body.to_owned(),
-            point,
-            station,
-            distance,
-            bounds: [bounds.low, bounds.high],
-        };
-        (distance > allowed).then(|| note().into())
+        (distance > allowed).then(|| {
+            note!(
+                "line_beside",
+                "body \"{body}\": the lifting line is at {} at station {}, {} from the blade, which lies \
+                 between {} and {}; give its points along the blade's axes from the hub",
+                numbers::point(&point),
+                short(station),
+                in_digits(distance, 3),
+                numbers::point(&bounds.low),
+                numbers::point(&bounds.high)
+            )
+        })
     }
 
     /// Its first and last point.

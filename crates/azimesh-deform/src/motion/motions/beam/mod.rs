@@ -13,11 +13,10 @@ use crate::motion::keys::{Kind, boolean, choice, keys, string};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table};
-use azimesh_core::diagnostic::Diagnostic;
-use azimesh_core::diagnostic::motion::MotionNote;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::Transform;
-use azimesh_core::geometry::vector::{Vector, dot, sub};
+use azimesh_core::geometry::vector::{Vector, distance, dot, sub};
+use azimesh_core::{Note, note};
 use coverage::check_span;
 use lifting::{BladeEdges, LiftingLine};
 use sections::Sections;
@@ -166,13 +165,15 @@ impl BodyMotion for Beam {
                 (line?, "quarter chord")
             }
         };
-        let line_note = MotionNote::BeamLine {
-            body: body.clone(),
-            line: name,
-            ends: line.ends().map(|[x, y, z]| on.blade.point(x, y, z)),
-            leading_edge: on.blade.leading_edge(),
-        };
-        notes.push(line_note.into());
+        let [from, to] = line.ends().map(|[x, y, z]| on.blade.point(x, y, z));
+        let digits = (4.0 - distance(from, to).log10().floor()).clamp(0.0, 17.0) as usize;
+        notes.push(note!(
+            "beam_line",
+            "body \"{body}\": its {name} goes from {} to {}, with the leading edge towards {}",
+            rounded(from, digits),
+            rounded(to, digits),
+            rounded(on.blade.leading_edge(), 3)
+        ));
         Ok(Arc::new(BendingBlade {
             warning: line.beside(body, &edges.bounds()),
             offset: Clock::offset(span.history(), on),
@@ -211,8 +212,8 @@ struct BendingBlade {
     blade: RotorAxes,
     offset: f64,
     hinges: Option<Hinges>,
-    notes: Vec<Diagnostic>,
-    warning: Option<Diagnostic>,
+    notes: Vec<Note>,
+    warning: Option<Note>,
 }
 
 impl ResolvedMotion for BendingBlade {
@@ -258,11 +259,11 @@ impl ResolvedMotion for BendingBlade {
         })
     }
 
-    fn notes(&self) -> &[Diagnostic] {
+    fn notes(&self) -> &[Note] {
         &self.notes
     }
 
-    fn warning(&self) -> Option<Diagnostic> {
+    fn warning(&self) -> Option<Note> {
         self.warning.clone()
     }
 }
@@ -306,4 +307,11 @@ fn read_span(
     }
     let span = SpanHistory::from_table(table, key, station, &six, interpolation)?;
     Ok((span, others))
+}
+
+/// A place with so many digits after the point; what rounds to zero has no sign.
+fn rounded(x: Vector, digits: usize) -> String {
+    let least = 0.5 * 0.1_f64.powi(digits as i32);
+    let numbers = x.map(|x| format!("{:.digits$}", if x.abs() < least { 0.0 } else { x }));
+    format!("[{}]", numbers.join(", "))
 }

@@ -10,8 +10,8 @@ use crate::formats::hdf5::{Element, Id, Payload};
 use crate::formats::names::Given;
 use crate::mesh::arrays::with_numbers;
 use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, Values};
-use azimesh_core::diagnostic::formats::ArrayWritten;
 use azimesh_core::error::Result;
+use azimesh_core::note;
 use azimesh_core::parallel::collect;
 use std::cell::LazyCell;
 use std::ops::Range;
@@ -80,16 +80,22 @@ fn scalars<'a>(
     for &array in arrays {
         let n_components = array.n_components;
         if matches!(array.values, Values::Text(_)) {
-            let (format, name) = ("CGNS", array.name.clone());
-            notes.push(ArrayWritten::TextLeftOut { format, name });
+            let name = &array.name;
+            notes.push(
+                note!("text_left_out", "array \"{name}\" of text is not written")
+                    .with("name", &**name),
+            );
             continue;
         }
         if !fits(array, notes) {
             continue;
         }
         if ![1, 3].contains(&n_components) {
-            let (name, n) = (array.name.clone(), n_components);
-            notes.push(ArrayWritten::ComponentsApart { name, n });
+            let (name, n) = (&array.name, n_components);
+            notes.push(note!(
+                "components_apart",
+                "array \"{name}\" of {n} components is written as {n} arrays"
+            ));
         }
         for component in 0..n_components {
             let name = match n_components {
@@ -122,8 +128,11 @@ fn fields<'a>(arrays: &[&'a DataArray], notes: &mut Notes) -> Vec<Array<Data<'a>
     let mut fields = Vec::new();
     for array in arrays {
         if array.n_components == 0 || array.n_tuples() == 0 {
-            let name = array.name.clone();
-            notes.push(ArrayWritten::WithoutValues { name });
+            let name = &array.name;
+            notes.push(note!(
+                "without_values",
+                "field array \"{name}\" is not written: it has no values"
+            ));
             continue;
         }
         if !fits(array, notes) {
@@ -174,8 +183,13 @@ fn fits(array: &DataArray, notes: &mut Notes) -> bool {
         return true;
     };
     let fits = v.iter().all(|x| i64::try_from(*x).is_ok());
-    let name = || array.name.clone();
-    notes.extend((!fits).then(|| ArrayWritten::IntegersTooLarge { name: name() }));
+    if !fits {
+        let (name, most) = (&array.name, i64::MAX);
+        notes.push(note!(
+            "integers_too_large",
+            "array \"{name}\" is not written: it has integers above {most}, the largest of CGNS"
+        ));
+    }
     fits
 }
 
@@ -201,8 +215,11 @@ pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     for array in &mesh.cell_arrays {
         let mut cells = runs.clone().flat_map(|run| run.range());
         if cells.any(|cell| says_more(array, cell, &bounded)) {
-            let name = array.name.clone();
-            notes.push(ArrayWritten::FaceValues { name });
+            let name = &array.name;
+            notes.push(note!(
+                "face_values",
+                "values of the array \"{name}\" on boundary faces are not written: CGNS holds values of cells"
+            ));
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::formats::Notes;
 use crate::formats::hdf5::{Element, Id};
 use crate::formats::names::{Given, in_cgns};
 use crate::mesh::{CellSet, Group, MeshView};
-use azimesh_core::diagnostic::formats::{Condition, GroupWritten};
+use azimesh_core::note;
 use std::collections::BTreeMap;
 
 /// Types of boundary conditions that CGNS knows.
@@ -37,8 +37,11 @@ pub(super) fn add(
     for group in mesh.groups {
         let family = families.family(draft, group, notes);
         if group.cells.is_empty() {
-            let name = group.name.clone();
-            notes.push(GroupWritten::Empty { name });
+            let name = &group.name;
+            notes.push(note!(
+                "empty_group",
+                "group \"{name}\" has no cells; only its family is written to CGNS"
+            ));
             continue;
         }
         let node = if group.dimension + 1 == dimension {
@@ -146,10 +149,11 @@ impl<'a> Families<'a> {
                 draft.text(*family, ("FamilyBC", "FamilyBC_t"), condition);
                 *has_condition = true;
             }
-            (Some(condition), None) => notes.push(Condition::Unknown {
-                condition: condition.clone(),
-                group: group.name.clone(),
-            }),
+            (Some(condition), None) => notes.push(note!(
+                "unknown_condition",
+                "the condition \"{condition}\" of \"{}\" is not known to CGNS",
+                group.name
+            )),
             _ => {}
         }
         name

@@ -25,8 +25,8 @@ use crate::formats::names::{Given, Rule, cut};
 use crate::formats::{Notes, Out};
 use crate::mesh::{Coordinates, MeshView};
 use arrays::{AT_CELLS, AT_NODES, OF_MESH};
-use azimesh_core::diagnostic::formats::Written;
 use azimesh_core::error::Result;
+use azimesh_core::{Note, note};
 use draft::Draft;
 use faces::FaceTable;
 use plan::Numbering;
@@ -85,8 +85,8 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Out, options: &WriteOptions) 
     add_coordinates(draft, grid, mesh, options, fixed.n_axes);
     let mut notes = fixed.notes;
     notes.extend(flattened);
-    notes.extend(from_adf.map(|_| Written::Hdf5ForAdf));
-    notes.extend(sorted.iter().map(|_| Written::CellsByType));
+    notes.extend(from_adf.map(|_| hdf5_for_adf()));
+    notes.extend(sorted.iter().map(|_| cells_by_type()));
     let [of_mesh, at_nodes, at_cells] = arrays::all(mesh, &mut notes);
     for (parent, kind, arrays) in [
         (fixed.base, OF_MESH, of_mesh),
@@ -213,6 +213,22 @@ fn add_coordinates<'a>(
         let name = ("DimensionalExponents", "DimensionalExponents_t");
         draft.data(node, name, (Element::Float64, &[5]), exponents);
     }
+}
+
+/// Notes a mesh of an ADF file, written as CGNS.
+fn hdf5_for_adf() -> Note {
+    note!(
+        "hdf5_for_adf",
+        "the mesh was read from a CGNS file in ADF and is written in HDF5; hdf2adf, a tool of CGNS, makes ADF of it"
+    )
+}
+
+/// Notes cells in the order of their types.
+fn cells_by_type() -> Note {
+    note!(
+        "cells_by_type",
+        "cells are written in the order of their types: in their own order there would be too many sections"
+    )
 }
 
 #[cfg(test)]

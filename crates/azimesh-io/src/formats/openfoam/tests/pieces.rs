@@ -5,7 +5,6 @@ use super::super::topology::Topology;
 use super::{case_of, loaded, mesh, refused};
 use crate::formats::{ReadOptions, read, step_in_case};
 use crate::mesh::Mesh;
-use azimesh_core::diagnostic::formats::Foam;
 use std::fs;
 use tempfile::TempDir;
 
@@ -78,8 +77,8 @@ fn pieces_with_their_numbers_are_joined_to_the_mesh_that_was_decomposed() {
             let case = decomposed(way, is_collated, true);
             let found = loaded(case.path()).expect("it is read");
             assert_eq!(found.mesh, expected, "{way:?} {is_collated}");
-            let by = "the numbers of the whole";
-            assert!(found.notes.has(Foam::Joined { n: 2, by }));
+            let joined = "the mesh is joined from 2 pieces by the numbers of the whole";
+            assert!(found.notes.says(joined), "{:?}", found.notes);
             let topology = found.mesh.origin.get::<Topology>().expect("it is left");
             assert!(topology.files.is_empty() && topology.has_cells_of(&found.mesh.view()));
         }

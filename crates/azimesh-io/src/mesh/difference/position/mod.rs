@@ -14,8 +14,8 @@ pub use cells::cells;
 
 use super::super::Mesh;
 use super::partners::{NONE, Partners};
-use azimesh_core::diagnostic::point;
 use azimesh_core::error::Result;
+use azimesh_core::numbers::point;
 
 /// How the nodes of two meshes belong together.
 #[derive(Debug)]

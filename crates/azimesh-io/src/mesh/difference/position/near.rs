@@ -2,8 +2,8 @@
 
 use super::Pairing;
 use super::keys::{Keys, mixed};
-use azimesh_core::diagnostic::point;
 use azimesh_core::error::{Error, Result};
+use azimesh_core::numbers::point;
 use azimesh_core::parallel::{block, collect, sort, try_map};
 
 /// Edge of a box of the grid, in distances within which nodes belong together.

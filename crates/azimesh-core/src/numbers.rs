@@ -29,6 +29,18 @@ pub fn point(x: &[f64; 3]) -> String {
     format!("({})", x.map(short).join(", "))
 }
 
+/// A step as sentences name it: with its azimuth in degrees or, where the schedule has none, with its
+/// time in seconds.
+pub fn named_step(step: usize, azimuth_deg: Option<f64>, time_s: Option<f64>) -> String {
+    match (azimuth_deg, time_s) {
+        (None, Some(time)) => format!("step {step} ({} s)", short(time)),
+        (azimuth, _) => {
+            let azimuth = short(azimuth.unwrap_or(0.0));
+            format!("step {step} (azimuth {azimuth} degrees)")
+        }
+    }
+}
+
 /// Bytes in a unit that fits, in three digits.
 pub fn amount(bytes: u64) -> String {
     const UNITS: [&str; 5] = ["B", "kB", "MB", "GB", "TB"];
