@@ -1,6 +1,8 @@
 //! Cells that no solver takes: of negative volume, of none, folded at a corner.
 
+use super::metrics::Metrics;
 use super::reference::facing;
+use super::validity::{CurvedMaps, Proof};
 use super::visit::{self, CHUNK};
 use azimesh_core::geometry::vector::sub;
 use azimesh_core::parallel;
@@ -18,7 +20,7 @@ pub struct Flawed {
     pub first: Option<usize>,
 }
 
-/// What is wrong with the volume cells of a mesh as it stands. Curved cells are judged by their corners.
+/// Faults of the volume cells of a mesh as it is. Curved cells are checked as they are curved, but for kinds without a map.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Flaws {
     /// Of negative volume; in a mesh of faces, turned against most of them.
@@ -27,7 +29,7 @@ pub struct Flaws {
     pub reversed: Flawed,
     /// Of no volume to round-off, as those with a node twice.
     pub degenerate: Flawed,
-    /// Of positive volume, with a corner that is folded.
+    /// Of positive volume, with a corner that is folded, or folded as they are curved.
     pub folded: Flawed,
 }
 
@@ -56,12 +58,30 @@ struct Counts {
 pub fn flaws(mesh: &Mesh) -> Flaws {
     let facing = facing(mesh);
     let n_cells = mesh.cells.len();
+    let maps = CurvedMaps::new(mesh);
+    // The orientation of a cell, 0 where it is not valid.
+    let orientation = |cell: usize, metrics: &Metrics| {
+        let by_corners = metrics.orientation();
+        if maps.is_empty() {
+            return by_corners;
+        }
+        let cell = mesh.cells.get(cell);
+        let Some(map) = maps.of(cell.kind, cell.nodes.len()) else {
+            return by_corners;
+        };
+        let sign = if metrics.volume(1) < 0.0 { -1 } else { 1 };
+        match map.prove(cell.nodes, &mesh.points, sign) {
+            Proof::Valid => sign,
+            Proof::Unproven => by_corners,
+            Proof::Inside | Proof::Corner => 0,
+        }
+    };
     let chunks = parallel::map_blocks(n_cells, CHUNK, &|range| {
         let mut counts = Counts::default();
         visit::volume_cells(mesh, &mesh.points, &facing, range, |first, block| {
             for i in 0..block.n {
                 let (cell, volume) = (first + i, block.volume[i]);
-                let is_valid = block.get(i).orientation() != 0;
+                let is_valid = orientation(cell, &block.get(i)) != 0;
                 if !is_valid && !has_volume(mesh, cell, volume) {
                     counts.degenerate.add(cell);
                     continue;

@@ -5,7 +5,7 @@ use super::flaws::has_volume;
 use super::metrics::Metrics;
 use super::plane::vector_area;
 use super::size_skew::ReferenceSizes;
-use super::validity;
+use super::validity::{self, CurvedMaps, Proof};
 use super::visit::{self, CHUNK};
 use azimesh_core::geometry::vector::unit;
 use azimesh_core::parallel::{self, block};
@@ -31,6 +31,8 @@ pub struct Reference {
 const INVALID: i8 = 2;
 /// The same, where it has a volume of the orientation that most cells have: later its volume is judged.
 pub(super) const BY_VOLUME: i8 = 3;
+/// The same, where the cell is valid as it is curved: later its map is checked and not its corners.
+const BY_MAP: i8 = 4;
 
 impl Reference {
     /// Judges every volume cell of the mesh. Cannot fail.
@@ -65,6 +67,7 @@ impl Reference {
         };
         let chunks = signs.chunks_mut(CHUNK).zip(sizes.chunks_mut(CHUNK));
         parallel::for_items(chunks, &judge);
+        mark_curved(mesh, &mut signs);
         let own = &signs[mesh.own_cells()];
         let count = |of: &(dyn Fn(i8) -> bool + Sync)| {
             let counts = parallel::map_blocks(own.len(), CHUNK, &|range| {
@@ -73,8 +76,8 @@ impl Reference {
             counts.into_iter().sum::<usize>()
         };
         let counts = [
-            count(&|sign| sign.abs() >= INVALID),
-            count(&|sign| sign == -1),
+            count(&|sign| matches!(sign.abs(), INVALID | BY_VOLUME)),
+            count(&|sign| matches!(sign, -1 | -4)),
             count(&|sign| sign > 0),
             count(&|sign| sign < 0),
         ];
@@ -152,7 +155,7 @@ impl Reference {
     /// Whether a volume cell's corner Jacobians all have one sign in the reference. False for
     /// boundary faces, which are not judged.
     pub fn is_valid(&self, cell: usize) -> bool {
-        self.signs[cell].abs() == 1
+        matches!(self.signs[cell].abs(), 1 | BY_MAP)
     }
 
     /// Whether a cell that is valid at its corners is not proven to be so between them in the reference: later it
@@ -193,6 +196,33 @@ impl Reference {
     pub(super) fn facing(&self) -> &Facing {
         &self.facing
     }
+}
+
+/// Replaces the signs of curved cells that are proven to be valid or folded.
+fn mark_curved(mesh: &Mesh, signs: &mut [i8]) {
+    let maps = CurvedMaps::new(mesh);
+    if maps.is_empty() {
+        return;
+    }
+    let n_cells = signs.len();
+    let mark = |chunk, signs: &mut [i8]| {
+        let range = block(n_cells, CHUNK, chunk);
+        let first = range.start;
+        for run in mesh.volume_runs_in(range) {
+            let Some(map) = maps.of(run.kind, run.n_nodes) else {
+                continue;
+            };
+            for cell in run.cell_refs() {
+                let sign = &mut signs[cell.index - first];
+                *sign = match map.prove(cell.nodes, &mesh.points, sign.signum()) {
+                    Proof::Valid => sign.signum() * BY_MAP,
+                    Proof::Inside | Proof::Corner if sign.abs() == 1 => sign.signum() * BY_VOLUME,
+                    Proof::Inside | Proof::Corner | Proof::Unproven => *sign,
+                };
+            }
+        }
+    };
+    parallel::for_items(signs.chunks_mut(CHUNK), &mark);
 }
 
 pub(super) fn facing(mesh: &Mesh) -> Facing {

@@ -8,12 +8,14 @@
 //! Most cells pass a bound that costs little; the full proof is for the others.
 
 mod bound;
+mod curved;
 mod hexahedron;
 mod polyhedron;
 #[cfg(test)]
 mod tests;
 mod wedge;
 
+pub use curved::CurvedMap;
 pub use hexahedron::hexahedron;
 pub use polyhedron::least_tetrahedron;
 pub use wedge::wedge;
@@ -69,17 +71,18 @@ pub(super) fn find(
     sign: &(dyn Fn(usize) -> i8 + Sync),
     judged: &(dyn Fn(usize) -> bool + Sync),
 ) -> Validity {
-    if mesh.dimension() < 3 {
+    let curved = CurvedMaps::new(mesh);
+    if mesh.dimension() < 3 && curved.is_empty() {
         return Validity::default();
     }
     let parts = parallel::map_blocks_in(cells, CHUNK, &|range| {
         let mut found = Validity::default();
         for run in mesh.volume_runs_in(range) {
-            doubtful(mesh, &run, points, &mut |cell| {
+            doubtful(mesh, &run, points, &curved, &mut |cell| {
                 if !judged(cell.index) {
                     return;
                 }
-                match prove(mesh, &cell, points, sign(cell.index)) {
+                match prove(mesh, &cell, points, sign(cell.index), &curved) {
                     Proof::Inside => found.inside.push(cell.index as u32),
                     Proof::Unproven => found.unproven.push(cell.index as u32),
                     Proof::Valid | Proof::Corner => {}
@@ -96,13 +99,53 @@ pub(super) fn find(
     all
 }
 
+/// The maps of the curved cells of a mesh; none of a surface that is not plane.
+#[derive(Debug, Default)]
+pub struct CurvedMaps(Vec<(CellKind, usize, CurvedMap)>);
+
+impl CurvedMaps {
+    /// The maps of the kinds that are checked.
+    pub fn new(mesh: &Mesh) -> Self {
+        let mut maps: Vec<(CellKind, usize, CurvedMap)> = Vec::new();
+        let runs = mesh.volume_runs().filter(|run| run.kind.is_curved());
+        for run in runs.filter(|_| mesh.dimension() == 3 || mesh.is_level()) {
+            let is_known = maps
+                .iter()
+                .any(|(kind, n, _)| (*kind, *n) == (run.kind, run.n_nodes));
+            if !is_known && let Some(map) = CurvedMap::new(run.kind, run.n_nodes) {
+                maps.push((run.kind, run.n_nodes, map));
+            }
+        }
+        Self(maps)
+    }
+
+    /// The map of a kind of cell with so many nodes.
+    pub fn of(&self, kind: CellKind, n_nodes: usize) -> Option<&CurvedMap> {
+        let mut found = self
+            .0
+            .iter()
+            .filter(|(own, n, _)| (*own, *n) == (kind, n_nodes));
+        found.next().map(|(_, _, map)| map)
+    }
+
+    /// Returns whether no cell is checked as it is curved.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
 /// Calls `visit` for the cells of a run whose corners do not prove them, and that do not pass the bound.
 fn doubtful<'a>(
     mesh: &Mesh,
     run: &CellRun<'a>,
     points: &[Vector],
+    curved: &CurvedMaps,
     visit: &mut dyn FnMut(CellRef<'a>),
 ) {
+    if curved.of(run.kind, run.n_nodes).is_some() {
+        run.cell_refs().for_each(visit);
+        return;
+    }
     match run.kind.linear() {
         CellKind::Hexahedron => bound::hexahedra(run, points, visit),
         CellKind::Wedge => bound::wedges(run, points, visit),
@@ -120,7 +163,16 @@ fn doubtful<'a>(
 }
 
 /// The proof for one cell of orientation `sign`.
-pub fn prove(mesh: &Mesh, cell: &CellRef<'_>, points: &[Vector], sign: i8) -> Proof {
+pub fn prove(
+    mesh: &Mesh,
+    cell: &CellRef<'_>,
+    points: &[Vector],
+    sign: i8,
+    curved: &CurvedMaps,
+) -> Proof {
+    if let Some(map) = curved.of(cell.kind, cell.nodes.len()) {
+        return map.prove(cell.nodes, points, sign);
+    }
     match cell.kind.linear() {
         CellKind::Hexahedron => hexahedron(&corners(cell, points), f64::from(sign)),
         CellKind::Wedge => wedge(&corners(cell, points), f64::from(sign)),
@@ -141,7 +193,8 @@ fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N]
     std::array::from_fn(|i| points[cell.nodes[i] as usize])
 }
 
-/// Whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid.
+/// Whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid. Curved cells
+/// are taken by their corners.
 pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
     let mut corners_are_good = true;
     visit::volume_cells(
@@ -156,7 +209,13 @@ pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize)
     match corners_are_good {
         false => Proof::Corner,
         true if reference.is_doubtful(cell) || !reference.is_valid(cell) => Proof::Valid,
-        true => prove(mesh, &mesh.cells.get(cell), points, reference.sign(cell)),
+        true => prove(
+            mesh,
+            &mesh.cells.get(cell),
+            points,
+            reference.sign(cell),
+            &CurvedMaps::default(),
+        ),
     }
 }
 
