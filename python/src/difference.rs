@@ -14,7 +14,7 @@ pub struct PyDifference {
 
 #[pymethods]
 impl PyDifference {
-    /// Whether the meshes are the same within the tolerance.
+    /// Returns whether the meshes are the same within the tolerance.
     #[getter]
     fn is_same(&self) -> bool {
         self.found.is_same()
@@ -57,9 +57,10 @@ impl PyDifference {
     }
 
     fn __repr__(&self) -> String {
-        match self.found.is_same() {
-            true => "<azimesh.Difference: same>".to_owned(),
-            false => format!("<azimesh.Difference: {}>", self.sentences().join("; ")),
+        if self.found.is_same() {
+            "<azimesh.Difference: same>".to_owned()
+        } else {
+            format!("<azimesh.Difference: {}>", self.sentences().join("; "))
         }
     }
 }

@@ -109,12 +109,13 @@ fn push_table(
 
 /// Refuses more cells than their numbers can tell apart.
 fn check_room(py: Python<'_>, cells: &Cells, more: usize) -> PyResult<()> {
-    match cells.len() + more < u32::MAX as usize {
-        true => Ok(()),
-        false => Err(input(
+    if cells.len() + more < u32::MAX as usize {
+        Ok(())
+    } else {
+        Err(input(
             py,
             format!("there are more than {} cells", u32::MAX - 1),
-        )),
+        ))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::background::done;
 use crate::error::input;
 use crate::mesh::PyMesh;
 use azimesh::{Error, Quality};
-use azimesh_quality::{Judge, Reference, per_cell};
+use azimesh_quality::{QualityEvaluator, Reference, per_cell};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ pub fn quality<'py>(
     let (cells, summary) = done(py, None, move || {
         let by = Reference::new(&reference);
         let cells = per_cell(&mesh, &mesh.points, &by);
-        let all = Judge::new(&reference).assess(&mesh, &mesh.points);
+        let all = QualityEvaluator::new(&reference).assess(&mesh, &mesh.points);
         Ok::<_, Error>((cells, Quality::from(&all)))
     })?;
     let arrays = PyDict::new(py);

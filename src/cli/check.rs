@@ -51,9 +51,10 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
         mapped: memory::mapped_bytes(mesh_file),
         output: n_bytes,
     };
-    match context.common.json {
-        true => context.print_json(&as_json(&plan, &extremes, bytes, &warnings))?,
-        false => context.print_result(&as_text(&plan, &extremes, bytes))?,
+    if context.common.json {
+        context.print_json(&as_json(&plan, &extremes, bytes, &warnings))?
+    } else {
+        context.print_result(&as_text(&plan, &extremes, bytes))?
     }
     Ok(Outcome::Fine)
 }
@@ -171,7 +172,7 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
     }
 }
 
-/// Whether zones deform of which a tag has no face.
+/// Returns whether zones deform of which a tag has no face.
 fn is_outside(plan: &Plan, tag: &TagRole) -> bool {
     let Some(zone) = &plan.motion.zone else {
         return false;
@@ -271,7 +272,7 @@ fn as_text(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> String
     lines.0 + &bodies_as_text(plan, &steps)
 }
 
-/// Whether hub, axes and senses of angles mean anything for the motion.
+/// Returns whether hub, axes and senses of angles mean anything for the motion.
 fn has_rotor(plan: &Plan) -> bool {
     let motion = &plan.motion;
     let mut bodies = 0..motion.bodies.len();
@@ -321,20 +322,22 @@ impl Lines {
     fn displacements(&mut self, plan: &Plan, extremes: &LargestDisplacements, steps: &[&Step]) {
         let n_steps = plan.motion.steps.len();
         let (step, largest) = extremes.largest();
-        let of = match extremes.n_steps == n_steps {
-            true => "all steps".to_owned(),
-            false => format!("{} steps checked", extremes.n_steps),
+        let of = if extremes.n_steps == n_steps {
+            "all steps".to_owned()
+        } else {
+            format!("{} steps checked", extremes.n_steps)
         };
         self.push(
             "largest displacement",
             format!("{} at step {step}, the largest of {of}", short(largest)),
         );
-        let at_some = match steps.len() < n_steps {
-            true => format!(
+        let at_some = if steps.len() < n_steps {
+            format!(
                 ", at {} of {n_steps} steps; --json has them all",
                 steps.len()
-            ),
-            false => String::new(),
+            )
+        } else {
+            String::new()
         };
         self.push(place_name(plan), format!("largest displacement{at_some}"));
         for step in steps {

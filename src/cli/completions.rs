@@ -34,12 +34,13 @@ pub(super) fn run(args: &CompletionsArgs, context: &Context) -> Result<Outcome> 
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "azimesh", &mut script);
     let script = String::from_utf8_lossy(&script);
-    match context.common.json {
-        true => context.print_json(&Completions {
+    if context.common.json {
+        context.print_json(&Completions {
             shell: args.shell.to_string(),
             script: script.into_owned(),
-        })?,
-        false => context.print(&script)?,
+        })?
+    } else {
+        context.print(&script)?
     }
     Ok(Outcome::Fine)
 }

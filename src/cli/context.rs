@@ -90,19 +90,21 @@ impl Context {
 
     /// Refuses a mesh on standard output beside JSON.
     pub fn check_json_beside(&self, output: &Path) -> Result<()> {
-        match self.common.json && output.as_os_str() == "-" {
-            true => Err(Error::input(
+        if self.common.json && output.as_os_str() == "-" {
+            Err(Error::input(
                 "--json and a mesh cannot both go to standard output; write the mesh to a file",
-            )),
-            false => Ok(()),
+            ))
+        } else {
+            Ok(())
         }
     }
 
     /// Prints what a command found, unless quiet: then the exit code tells.
     pub fn print_result(&self, text: &str) -> Result<()> {
-        match self.common.quiet {
-            true => Ok(()),
-            false => self.print(&lines(text)),
+        if self.common.quiet {
+            Ok(())
+        } else {
+            self.print(&lines(text))
         }
     }
 
@@ -199,9 +201,10 @@ impl<T: Serialize> Serialize for Entries<T> {
 fn seen(json: &str) -> String {
     let mut seen = String::with_capacity(json.len());
     for c in json.chars() {
-        match c != '\n' && is_unseen(c) {
-            true => seen += &format!("\\u{:04x}", u32::from(c)),
-            false => seen.push(c),
+        if c != '\n' && is_unseen(c) {
+            seen += &format!("\\u{:04x}", u32::from(c))
+        } else {
+            seen.push(c)
         }
     }
     seen

@@ -115,9 +115,10 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let ranks = &context.ranks;
     let stop = Arc::new(Stop::default());
     #[cfg(unix)]
-    ranks.all_ok(match ranks.is_first() {
-        true => super::signals::listen(&stop),
-        false => Ok(()),
+    ranks.all_ok(if ranks.is_first() {
+        super::signals::listen(&stop)
+    } else {
+        Ok(())
     })?;
     let kept = formats::KeptInputs::begin();
     let mut schedule = ranks.all_ok(Schedule::read(&args.schedule))?;
@@ -346,9 +347,10 @@ pub(super) fn report(
     if !context.common.json {
         context.print_result(&summary(folder, &finished))?;
     }
-    Ok(match finished.is_failed() {
-        true => Outcome::CheckFailed,
-        false => Outcome::Fine,
+    Ok(if finished.is_failed() {
+        Outcome::CheckFailed
+    } else {
+        Outcome::Fine
     })
 }
 

@@ -89,24 +89,21 @@ impl Input {
     /// Opens a mesh file, of a format that is known or that its content tells, a list of them, or
     /// the sequence of a folder.
     pub fn open(path: &Path, format: Option<&'static Format>, context: &Context) -> Result<Self> {
-        let meshes = match formats::is_series(path) && !path.is_dir() {
-            true => {
-                let list = formats::read_series(path)?;
-                formats::note_inputs(list.iter().map(|entry| &entry.path));
-                Meshes::Listed(list)
+        let meshes = if formats::is_series(path) && !path.is_dir() {
+            let list = formats::read_series(path)?;
+            formats::note_inputs(list.iter().map(|entry| &entry.path));
+            Meshes::Listed(list)
+        } else {
+            let location = context.open(path)?;
+            if location.file().is_err() && formats::recognize(&location).is_none() {
+                return Self::of_folder(path, format, context);
             }
-            false => {
-                let location = context.open(path)?;
-                if location.file().is_err() && formats::recognize(&location).is_none() {
-                    return Self::of_folder(path, format, context);
-                }
-                let format = format.map_or_else(|| formats::of(&location), Ok)?;
-                let times = format.steps(&location).map_err(|error| error.file(path))?;
-                Meshes::File {
-                    location,
-                    format,
-                    times,
-                }
+            let format = format.map_or_else(|| formats::of(&location), Ok)?;
+            let times = format.steps(&location).map_err(|error| error.file(path))?;
+            Meshes::File {
+                location,
+                format,
+                times,
             }
         };
         Ok(Self {
@@ -121,9 +118,10 @@ impl Input {
         format: Option<&'static Format>,
         context: &Context,
     ) -> Result<Self> {
-        let opened = match context.ranks.is_first() {
-            true => Some(Self::open(path, format, context)).transpose(),
-            false => Ok(None),
+        let opened = if context.ranks.is_first() {
+            Some(Self::open(path, format, context)).transpose()
+        } else {
+            Ok(None)
         };
         let opened = context.ranks.all_ok(opened)?;
         let times = context.ranks.broadcast(opened.as_ref().map(Self::times));

@@ -52,7 +52,7 @@ impl Session {
 /// Joins the other ranks where a launcher of MPI has started this process.
 ///
 /// # Errors
-/// Where MPI cannot be started, or takes calls from one thread only.
+/// If MPI cannot be started, or takes calls from one thread only.
 pub fn start() -> Result<Option<Session>> {
     if LAUNCHED.iter().all(|name| std::env::var_os(name).is_none()) {
         return Ok(None);

@@ -27,7 +27,7 @@ pub struct OutputArgs {
     pub force: bool,
 }
 
-/// Whether VTK files carry the names of tags.
+/// True if VTK files carry the names of tags.
 const TAG_NAMES: [(&str, bool, &str); 2] = [
     ("yes", true, "Names are written"),
     ("none", false, "Numbers only"),

@@ -10,7 +10,7 @@ use azimesh_io::formats::guard_inputs;
 use azimesh_io::mesh::facets::facets;
 use azimesh_io::mesh::{Adjacency, Mesh, in_32_bits};
 use azimesh_quality::repair::{
-    Freedom, Limits, Overtaken, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
+    CrossedFace, Freedom, Limits, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
 };
 use azimesh_quality::{Reference, assess};
 use azimesh_rbf::slide::Sliding;
@@ -97,9 +97,10 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
     args.write
         .save(&mesh, &args.output, formats.output, context)?;
     findings.tell(context, args)?;
-    Ok(match findings.repaired.unrepaired.is_empty() {
-        true => Outcome::Fine,
-        false => Outcome::CheckFailed,
+    Ok(if findings.repaired.unrepaired.is_empty() {
+        Outcome::Fine
+    } else {
+        Outcome::CheckFailed
     })
 }
 
@@ -405,7 +406,7 @@ impl Patch {
 }
 
 /// A sentence on a face that proves that there is no valid mesh.
-fn in_the_way(face: &Overtaken) -> String {
+fn in_the_way(face: &CrossedFace) -> String {
     let nodes: Vec<String> = face.nodes.iter().map(u32::to_string).collect();
     format!(
         "the face of cell {} on nodes {} has the outside of the mesh on its inner side, and its nodes are fixed",

@@ -85,13 +85,14 @@ fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
             notes: page.notes.clone(),
         });
     }
-    match context.common.quiet {
-        true => Ok(()),
-        false => context.print_result(&format!(
+    if context.common.quiet {
+        Ok(())
+    } else {
+        context.print_result(&format!(
             "{}: {}, {}\n",
             path_in_line(output),
             counted(page.n_steps, "step"),
             amount(bytes as u64)
-        )),
+        ))
     }
 }

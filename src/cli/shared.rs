@@ -84,9 +84,10 @@ impl Context {
 
     /// Of the mesh that `read` gives on the first rank each rank gets its part.
     pub fn share(&self, read: impl FnOnce() -> Result<Mesh>) -> Result<Mesh> {
-        let of_first = match self.ranks.is_first() {
-            true => read(),
-            false => Ok(Mesh::default()),
+        let of_first = if self.ranks.is_first() {
+            read()
+        } else {
+            Ok(Mesh::default())
         };
         Mesh::shared(of_first, &self.ranks)
     }

@@ -233,9 +233,10 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
             let at = |facet: &[u32; 3]| facet.map(|point| places[point as usize]);
             let (p, q) = (at(&one.facet), at(&other.facet));
             // An edge has its second corner twice.
-            let cut = match one.facet[1] == one.facet[2] {
-                true => segments_cross(&[p[0], p[1]], &[q[0], q[1]]),
-                false => triangles_cross(&p, &q),
+            let cut = if one.facet[1] == one.facet[2] {
+                segments_cross(&[p[0], p[1]], &[q[0], q[1]])
+            } else {
+                triangles_cross(&p, &q)
             };
             if cut && !shared {
                 return Some(p[0]);

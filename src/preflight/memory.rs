@@ -1,6 +1,6 @@
 //! The memory that a run needs at its peak, from a plan.
 //!
-//! Sums of the table in ARCHITECTURE.md. What a run holds changes with its stages: base points are
+//! Sums of the large arrays, in bytes of nodes, surface points, base points, modes and steps. A run has stages: base points are
 //! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
 
 use azimesh_core::error::{Error, Result};
@@ -9,7 +9,7 @@ use azimesh_deform::Plan;
 use azimesh_deform::motion::{QualityOutput, Step};
 use azimesh_io::formats::{Compression, by_name};
 use azimesh_io::mesh::Mesh;
-use azimesh_quality::Judge;
+use azimesh_quality::QualityEvaluator;
 
 /// Base points that are reckoned with where none are chosen yet.
 const N_BASE: usize = 1000;
@@ -73,13 +73,14 @@ pub fn check_memory(
         return Ok(Fits::InFiles(needed));
     }
     let stages = by_stage(plan, mesh).map(|(name, bytes)| format!("{name} {}", amount(bytes)));
-    let remedy = match with_files {
-        true => format!(
+    let remedy = if with_files {
+        format!(
             "from {} on, arrays that do not fit lie in files on the disk of the output",
             amount(LEAST_WITH_FILES)
-        ),
-        false => "the folder of the output can hold no arrays; boundaries.zones or fewer output arrays reduce that"
-            .to_owned(),
+        )
+    } else {
+        "the folder of the output can hold no arrays; boundaries.zones or fewer output arrays reduce that"
+            .to_owned()
     };
     Err(Error::input(format!(
         "this run needs about {} of memory, and --max-memory allows {} ({}; the mapped input, {}, does not count); {remedy}",
@@ -125,9 +126,10 @@ fn residuals(plan: &Plan) -> usize {
 
 /// Values at the surface that errors before the correction are found from.
 fn uncorrected(plan: &Plan) -> usize {
-    match plan.layers.len() == 1 && plan.modes_are_exact() {
-        true => 0,
-        false => residuals(plan),
+    if plan.layers.len() == 1 && plan.modes_are_exact() {
+        0
+    } else {
+        residuals(plan)
     }
 }
 
@@ -142,9 +144,10 @@ fn fields(plan: &Plan) -> usize {
 
 /// Fields, the order of their nodes, and the tree of the correction.
 fn evaluating(plan: &Plan) -> usize {
-    let tree = match plan.schedule.selection.correction {
-        true => 220 * plan.surface.nodes.len(),
-        false => 0,
+    let tree = if plan.schedule.selection.correction {
+        220 * plan.surface.nodes.len()
+    } else {
+        0
     };
     residuals(plan) + fields(plan) + 12 * n_deforming(plan) + tree
 }
@@ -166,11 +169,11 @@ fn writing(plan: &Plan, mesh: &Mesh) -> usize {
     };
     let judge = match output.quality {
         QualityOutput::None => 0,
-        QualityOutput::Summary | QualityOutput::Cells => Judge::estimate_bytes(mesh),
+        QualityOutput::Summary | QualityOutput::Cells => QualityEvaluator::estimate_bytes(mesh),
     };
     // Those of the step that is written, and of the next beside it.
     let metrics = match output.quality {
-        QualityOutput::Cells => 2 * Judge::ARRAY_BYTES * n_cells,
+        QualityOutput::Cells => 2 * QualityEvaluator::ARRAY_BYTES * n_cells,
         QualityOutput::Summary | QualityOutput::None => 0,
     };
     let packed = match output.compression {

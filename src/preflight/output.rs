@@ -146,9 +146,10 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
     let is_plane = bounds.low[2] == bounds.high[2];
     let moved = |x: &Vector| {
         let moved = x.map(|x| (x + shift) * FACTOR);
-        match is_plane {
-            true => [moved[0], moved[1], x[2]],
-            false => moved,
+        if is_plane {
+            [moved[0], moved[1], x[2]]
+        } else {
+            moved
         }
     };
     parallel::collect(points.len(), |i| moved(&points[i]))
@@ -193,12 +194,13 @@ fn check_precision(plan: &Plan) -> Result<()> {
         return Ok(());
     }
     // UGRID has other formats for 64 bits.
-    let (key, remedy) = match formats::by_name(output.format())?.rounds(Precision::F64) {
-        true => (
+    let (key, remedy) = if formats::by_name(output.format())?.rounds(Precision::F64) {
+        (
             format!("output.format = \"{}\", of 32 bits,", output.format()),
             "a format of 64 bits, such as \"ugrid-b8\"",
-        ),
-        false => ("output.precision = \"f32\"".to_owned(), "\"f64\""),
+        )
+    } else {
+        ("output.precision = \"f32\"".to_owned(), "\"f64\"")
     };
     Err(Error::input(format!(
         "{key} would change the height of a first cell by {:.1}%; use {remedy}",

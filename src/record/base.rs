@@ -35,7 +35,7 @@ impl BaseFile {
     /// The text of the file.
     ///
     /// # Errors
-    /// Where TOML cannot hold it; it can hold every number.
+    /// If TOML cannot hold it; it can hold every number.
     pub fn text(&self) -> Result<String> {
         toml::to_string(self)
             .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))
@@ -44,7 +44,7 @@ impl BaseFile {
     /// What the bytes of a file hold.
     ///
     /// # Errors
-    /// Where they are no base points, with the line.
+    /// If they are no base points, with the line.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let no_base = |reason: &str| {
             Error::input(format!(

@@ -109,7 +109,7 @@ impl Criterion {
         format!("{self} holds{place}: {} is {}", self.column, short(value))
     }
 
-    /// Whether a value is further beyond the limit than another.
+    /// Returns whether a value is further beyond the limit than another.
     pub fn is_worse(&self, value: f64, than: f64) -> bool {
         match self.comparison {
             Comparison::Less | Comparison::LessOrEqual => value < than,

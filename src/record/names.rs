@@ -39,7 +39,7 @@ fn inside<'a>(name: &'a str, stem: &str, extension: &str) -> Option<&'a str> {
 /// The files of parts in a folder with their steps, in order.
 ///
 /// # Errors
-/// Where the folder cannot be listed.
+/// If the folder cannot be listed.
 pub fn parts_in(
     folder: &Path,
     stem: &str,

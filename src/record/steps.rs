@@ -16,7 +16,7 @@ pub struct Column {
     pub label: &'static str,
     /// Its unit; empty where it has none, or one that depends on the mesh.
     pub unit: &'static str,
-    /// Whether it holds numbers.
+    /// True if it holds numbers.
     pub is_number: bool,
 }
 
@@ -254,7 +254,7 @@ pub fn text(rows: &Rows) -> String {
 /// as a power cut may leave it, or one that is not as it was written.
 ///
 /// # Errors
-/// Where the table has other columns.
+/// If the table has other columns.
 pub fn parse(bytes: &[u8]) -> Result<Rows> {
     let mut lines = lines(bytes);
     if let Some((line, Some(found))) = lines.next()

@@ -66,7 +66,7 @@ fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<String>) -> 
     let worst = sequence.table.worst();
     let rows = frames(sequence, worst, before.points.len());
     let caption = |row: usize| caption(sequence, row, Some(row) == worst);
-    let mut studio = Studio::new(&before, sequence, rows.len());
+    let mut studio = FrameRenderer::new(&before, sequence, rows.len());
     let rest = scaled_jacobians(&before, &before.points, &reference);
     studio.add(&before, &rest, 0.0, "The reference mesh");
     let (mut shown, mut counted, mut unread) = (Vec::new(), Vec::new(), Vec::new());
@@ -137,7 +137,7 @@ fn before(
         Ok(mesh) => return Ok((mesh, true)),
         Err(error) => error,
     };
-    let row = sequence.table.calmest();
+    let row = sequence.table.least_displaced();
     let mesh = meshes.at(row)?;
     notes.push(format!(
         "The reference mesh is not shown: {error}. Cells are judged against step {}, which has moved least.",
@@ -157,7 +157,7 @@ fn check(mesh: Mesh, before: &Mesh) -> Result<Mesh> {
 }
 
 /// The settings of all pictures, and the pictures so far.
-struct Studio<'a> {
+struct FrameRenderer<'a> {
     view: View,
     motion: Option<&'a MotionRecord>,
     unit: &'a str,
@@ -168,7 +168,7 @@ struct Studio<'a> {
     poses: Vec<Pose>,
 }
 
-impl<'a> Studio<'a> {
+impl<'a> FrameRenderer<'a> {
     fn new(before: &Mesh, sequence: &'a Sequence, n_frames: usize) -> Self {
         let motion = sequence.record.motion.as_ref();
         Self {

@@ -47,7 +47,7 @@ pub struct Page {
 /// Reads `run.json` and `steps.csv`, or those of its parts, and the meshes of at most 121 steps; of a large mesh fewer.
 ///
 /// # Errors
-/// Where the folder holds no sequence, or its records cannot be read. A missing mesh is a note.
+/// If the folder holds no sequence, or its records cannot be read. A missing mesh is a note.
 pub fn page(folder: &Path, options: &ReadOptions) -> Result<Page> {
     let mut sequence = folder::Sequence::read(folder)?;
     let gallery = gallery::gallery(&mut sequence, options);

@@ -12,11 +12,11 @@ pub struct Plot {
     pub x: String,
     /// Label of the vertical axis, with its unit.
     pub y: String,
-    /// Whether the horizontal axis is in degrees.
+    /// True if the horizontal axis is in degrees.
     pub in_degrees: bool,
-    /// Whether the vertical axis is logarithmic.
+    /// True if the vertical axis is logarithmic.
     pub is_log: bool,
-    /// Whether a line marks the chosen step.
+    /// True if a line marks the chosen step.
     pub is_marked: bool,
     /// Values that the vertical axis must show.
     pub include: Vec<f64>,
@@ -25,12 +25,15 @@ pub struct Plot {
     /// The lines.
     pub series: Vec<Series>,
     /// Name, and left edge and height of each bar, of sets of bars of one width. The second set is an outline over the first.
-    pub bars: Vec<(String, Vec<(f64, Option<f64>)>)>,
+    pub bars: Vec<(String, Vec<Bar>)>,
     /// Horizontal lines with their names.
     pub levels: Vec<(String, f64)>,
     /// A sentence under the plot.
     pub remark: String,
 }
+
+/// Left edge and height of a bar.
+pub type Bar = (f64, Option<f64>);
 
 /// A line of a plot.
 #[derive(Debug, Clone, Serialize)]

@@ -119,7 +119,7 @@ impl Table {
     }
 
     /// Returns the row whose surface has moved least.
-    pub fn calmest(&self) -> usize {
+    pub fn least_displaced(&self) -> usize {
         least(self.numbers("max_displacement")).unwrap_or(0)
     }
 

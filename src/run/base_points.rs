@@ -141,9 +141,10 @@ impl<'a> BasePointStore<'a> {
 
     /// The steps have a line of their own once they run.
     fn progress(&self) -> &'a dyn Progress {
-        match self.selections.is_empty() {
-            true => self.deformation.progress(),
-            false => &Silent,
+        if self.selections.is_empty() {
+            self.deformation.progress()
+        } else {
+            &Silent
         }
     }
 

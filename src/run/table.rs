@@ -69,9 +69,10 @@ impl Table {
 /// The rows of a run; none if it has no table yet.
 pub(super) fn of_run(names: &Names) -> Result<Rows> {
     let table = names.table();
-    match table.exists() {
-        true => read(&table),
-        false => Ok(Rows::new()),
+    if table.exists() {
+        read(&table)
+    } else {
+        Ok(Rows::new())
     }
 }
 

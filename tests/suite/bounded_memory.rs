@@ -33,9 +33,12 @@ fn base64(numbers: &[u64]) -> String {
         .flat_map(|group| {
             let shown = group.len() + 1;
             let text = digits(group).into_iter().enumerate();
-            text.map(move |(i, digit)| match i < shown {
-                true => char::from(DIGITS[digit as usize]),
-                false => '=',
+            text.map(move |(i, digit)| {
+                if i < shown {
+                    char::from(DIGITS[digit as usize])
+                } else {
+                    '='
+                }
             })
         })
         .collect()

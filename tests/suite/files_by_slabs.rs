@@ -93,9 +93,10 @@ fn look_at_all(opened: Result<Opened>) -> bool {
 fn files_below(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        match path.is_dir() {
-            true => files_below(&path, found),
-            false => found.push(path),
+        if path.is_dir() {
+            files_below(&path, found)
+        } else {
+            found.push(path)
         }
     }
 }

@@ -30,9 +30,10 @@ fn least() -> usize {
     let (mut few, mut enough) = (1, 1 << 20);
     while enough - few > 200 {
         let middle = (few + enough) / 2;
-        match starts(middle) {
-            true => enough = middle,
-            false => few = middle,
+        if starts(middle) {
+            enough = middle
+        } else {
+            few = middle
         }
     }
     enough

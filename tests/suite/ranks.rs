@@ -8,13 +8,13 @@ use azimesh_core::ranks::{Ranks, on_threads};
 use azimesh_deform::ReadWhole;
 use azimesh_io::formats::{SharedFile, read_together};
 use azimesh_io::mesh::{CellKind, Cells, Group, Mesh};
-use azimesh_quality::{Assessment, Judge, Statistic, statistics, worst};
+use azimesh_quality::{Assessment, QualityEvaluator, Statistic, statistics, worst};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Everything that is told of a mesh, judged by the mesh at rest.
 fn judged(mesh: &Mesh, moved: &[[f64; 3]]) -> (Assessment, Vec<Statistic>, String) {
-    let judge = Judge::new(mesh);
+    let judge = QualityEvaluator::new(mesh);
     let found = judge.assess(mesh, moved);
     let all = statistics(mesh, moved, &judge.reference);
     let bad = worst(mesh, moved, &judge.reference, 50);
@@ -324,9 +324,10 @@ fn written(
         "fast in a zone" => "zones = [\"near\"]\n[rotor]\nrpm = 300.0\nframe = \"inertial\"\n",
         _ => "",
     };
-    let arrays = match way.starts_with("fast") {
-        true => "velocity = true\ndisplacement = true\n",
-        false => "",
+    let arrays = if way.starts_with("fast") {
+        "velocity = true\ndisplacement = true\n"
+    } else {
+        ""
     };
     // Where all steps are the same, a file of all has their positions once.
     let text = format!(

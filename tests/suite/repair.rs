@@ -94,9 +94,12 @@ fn lattice(kind: Kind, n: usize, random: &mut Random) -> Mesh {
 /// Nodes of a lattice, those inside a little off their places.
 fn add_nodes(mesh: &mut Mesh, kind: Kind, n: usize, random: &mut Random) {
     let h = 1.0 / n as f64;
-    let shifted = |at: usize, random: &mut Random| match at == 0 || at == n {
-        true => at as f64 * h,
-        false => (at as f64 + random.within(-0.15, 0.15)) * h,
+    let shifted = |at: usize, random: &mut Random| {
+        if at == 0 || at == n {
+            at as f64 * h
+        } else {
+            (at as f64 + random.within(-0.15, 0.15)) * h
+        }
     };
     let layers = if kind.is_solid() { n + 1 } else { 1 };
     for k in 0..layers {
@@ -244,9 +247,10 @@ fn repaired(seed: u64) -> Option<(Kind, usize, Repaired)> {
     }
     let freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh));
     let (share, noise) = (random.next(), random.within(0.0, 0.4) / n as f64);
-    let start = (0..mesh.points.len()).map(|i| match freedom.is_fixed(i as u32) {
-        true => goal[i],
-        false => {
+    let start = (0..mesh.points.len()).map(|i| {
+        if freedom.is_fixed(i as u32) {
+            goal[i]
+        } else {
             let mut x =
                 [0, 1, 2].map(|k| mesh.points[i][k] + share * (goal[i][k] - mesh.points[i][k]));
             for k in 0..if solid { 3 } else { 2 } {

@@ -185,11 +185,12 @@ fn a_sequence_in_one_file_and_one_in_parts_show_the_same_cuts() {
             let deform = [
                 "-q", "deform", "n.vtu", "s.toml", "-o", "out", "--format", format,
             ];
-            match parts.is_empty() {
-                true => drop(succeed(folder.path(), &deform)),
-                false => parts.iter().for_each(|part| {
+            if parts.is_empty() {
+                drop(succeed(folder.path(), &deform))
+            } else {
+                parts.iter().for_each(|part| {
                     succeed(folder.path(), &[&deform[..], &["--steps", part]].concat());
-                }),
+                })
             }
             assert!(
                 cuts(&page(folder.path(), &[])) == whole,

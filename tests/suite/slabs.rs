@@ -33,9 +33,10 @@ fn bare(part: Mesh) -> Mesh {
 /// The parts of each of `n` ranks, as they are cut.
 fn cut(whole: &Mesh, n: usize) -> Vec<Mesh> {
     on_threads(n, |ranks| {
-        let of_first = match ranks.is_first() {
-            true => whole.clone(),
-            false => Mesh::default(),
+        let of_first = if ranks.is_first() {
+            whole.clone()
+        } else {
+            Mesh::default()
         };
         bare(Mesh::shared(Ok(of_first), &ranks).unwrap())
     })
@@ -423,7 +424,7 @@ fn a_file_that_one_rank_does_not_see_is_read_by_none() {
     assert_eq!(found, ["there is no such file"; 3]);
 }
 
-/// Whether an error is about the values of an array, which ranks do not read.
+/// Returns whether an error is about the values of an array, which ranks do not read.
 fn is_of_array(error: &Error) -> bool {
     const READ: [&str; 4] = ["Points", "Types", "Offsets", "Connectivity"];
     match &error.position {

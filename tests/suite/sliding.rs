@@ -143,7 +143,7 @@ fn an_oblique_symmetry_plane_keeps_its_nodes_to_round_off() {
     }
 }
 
-/// Whether `x` lies on a facet of the surface (a triangle, in the plane an edge), to `limit`.
+/// Returns whether `x` lies on a facet of the surface (a triangle, in the plane an edge), to `limit`.
 fn on_surface(points: &[Vector], faces: &[Vec<usize>], x: Vector, limit: f64) -> bool {
     faces.iter().any(|face| {
         let corners: Vec<Vector> = face.iter().map(|&node| points[node]).collect();

@@ -136,9 +136,10 @@ fn inside_a_circle_a_rotation_is_not_interpolated_but_falls_with_the_logarithm_o
         let (before, after) = (x[0].hypot(x[1]), points[node][0].hypot(points[node][1]));
         assert!((before - after).abs() < 1e-13, "every circle is kept");
         let part = ((before / 0.5).ln() / 5.0f64.ln()).clamp(0.0, 1.0);
-        let weight = match part < 0.5 {
-            true => 1.0 - 4.0 / 3.0 * part * part,
-            false => 4.0 / 3.0 * (1.0 - part),
+        let weight = if part < 0.5 {
+            1.0 - 4.0 / 3.0 * part * part
+        } else {
+            4.0 / 3.0 * (1.0 - part)
         };
         let (s, c) = (270f64.to_radians() * weight).sin_cos();
         let wanted = [c * x[0] - s * x[1], s * x[0] + c * x[1], x[2]];

@@ -79,9 +79,10 @@ fn wedges(is_inverted: bool) -> Mesh {
         ..Mesh::default()
     };
     for first in [0, 3] {
-        let nodes = match is_inverted {
-            false => [0, 1, 2, 3, 4, 5],
-            true => [0, 2, 1, 3, 5, 4],
+        let nodes = if is_inverted {
+            [0, 2, 1, 3, 5, 4]
+        } else {
+            [0, 1, 2, 3, 4, 5]
         };
         let nodes = nodes.map(|node: u32| first + node);
         mesh.cells.push(CellKind::Wedge, &nodes);
@@ -110,9 +111,10 @@ fn written_wedges_have_the_order_of_vtk_9_6_and_keep_their_sign() {
         for name in ["m.vtu", "m.vtk", "m.vtkhdf", "ascii.vtu", "ascii.vtk"] {
             let path = folder.path().join(name);
             let options = WriteOptions {
-                encoding: match name.contains("ascii") {
-                    true => Encoding::Ascii,
-                    false => Encoding::Raw,
+                encoding: if name.contains("ascii") {
+                    Encoding::Ascii
+                } else {
+                    Encoding::Raw
                 },
                 ..WriteOptions::default()
             };
@@ -120,9 +122,10 @@ fn written_wedges_have_the_order_of_vtk_9_6_and_keep_their_sign() {
             if name.contains("ascii") {
                 let text = std::fs::read_to_string(&path).unwrap();
                 let words: Vec<&str> = text.split_whitespace().collect();
-                let wanted = match is_inverted {
-                    false => ["0", "2", "1", "3", "5", "4", "3", "5", "4"],
-                    true => ["0", "1", "2", "3", "4", "5", "3", "4", "5"],
+                let wanted = if is_inverted {
+                    ["0", "1", "2", "3", "4", "5", "3", "4", "5"]
+                } else {
+                    ["0", "2", "1", "3", "5", "4", "3", "5", "4"]
                 };
                 assert!(words.windows(9).any(|some| some == wanted), "{text}");
             }

@@ -225,9 +225,10 @@ fn escaped(text: &str, wanted: impl Fn(char) -> bool) -> Cow<'_, str> {
     }
     let mut escaped = String::with_capacity(text.len() + 8);
     for c in text.chars() {
-        match wanted(c) {
-            true => escaped.extend(c.escape_default()),
-            false => escaped.push(c),
+        if wanted(c) {
+            escaped.extend(c.escape_default())
+        } else {
+            escaped.push(c)
         }
     }
     escaped.into()
@@ -242,9 +243,10 @@ pub fn is_unseen(c: char) -> bool {
 
 /// The name of an option in a sentence: a flag for the program, a word for the library alone.
 pub fn option(name: &str) -> String {
-    match ARE_FLAGS.load(Ordering::Relaxed) {
-        true => format!("--{name}"),
-        false => format!("`{}`", name.replace('-', "_")),
+    if ARE_FLAGS.load(Ordering::Relaxed) {
+        format!("--{name}")
+    } else {
+        format!("`{}`", name.replace('-', "_"))
     }
 }
 

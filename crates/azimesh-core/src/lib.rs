@@ -14,7 +14,7 @@
 //! note        Note = code + file + Position + text + data
 //! progress    Progress (stages, as a trait)                         Stop (a request to end)
 //! parallel    collect, map, map_blocks, for_blocks, sort            results in order
-//! geometry    Vector ──> Bounds, Transform, Moving, Twist           curve, ClosestSurface ──> Foot
+//! geometry    Vector ──> Bounds, Transform, Moving, Twist           curve, ClosestSurface ──> ClosestPoint
 //! linear      Matrix ──> Cholesky, GrowingCholesky, svd             blocks::Blocks (sparse, symmetric)
 //! ranks       Ranks ──> Network ──> the other ranks                 alone: rank 0 of 1
 //! ```

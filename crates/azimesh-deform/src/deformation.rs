@@ -237,7 +237,7 @@ impl Deformation {
     /// The positions (n, 3) of all nodes at a step, in mesh units, in the order of [`mesh`](Self::mesh).
     ///
     /// # Errors
-    /// Where the step is none of this schedule, where an interval of method `real` misses the
+    /// If the step is none of this schedule, where an interval of method `real` misses the
     /// tolerance, and with `on_inverted = "stop"` where a cell is inverted.
     pub fn points_at(&self, step: &Step) -> Result<Vec<Vector>> {
         let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
@@ -290,7 +290,7 @@ impl Deformation {
     /// The quality of the mesh with its nodes at `points`, relative to the mesh before it deforms.
     ///
     /// # Errors
-    /// Where `points` has another length than the mesh has nodes.
+    /// If `points` has another length than the mesh has nodes.
     pub fn quality_of(&self, points: &[Vector]) -> Result<Quality> {
         self.check_length(points)?;
         Ok(self.measures().quality(&self.part, points))

@@ -161,7 +161,7 @@ impl Deformation {
         self.part.mesh.points.len()
     }
 
-    /// Whether several ranks have parts of the mesh.
+    /// Returns whether several ranks have parts of the mesh.
     pub fn is_on_ranks(&self) -> bool {
         self.part.ranks().n() > 1
     }

@@ -123,9 +123,12 @@ fn with_slit(gap: f64) -> Mesh {
         points.extend((0..=N).map(|i| [at(i), at(j), 0.0]));
     }
     let inside = 6..15;
-    let upper = |i: usize, j: usize| match j == N / 2 && inside.contains(&i) {
-        true => ((N + 1) * (N + 1) + i - inside.start) as u32,
-        false => grid(i, j),
+    let upper = |i: usize, j: usize| {
+        if j == N / 2 && inside.contains(&i) {
+            ((N + 1) * (N + 1) + i - inside.start) as u32
+        } else {
+            grid(i, j)
+        }
     };
     points.extend(inside.clone().map(|i| [at(i), gap, 0.0]));
     let mut mesh = Mesh {

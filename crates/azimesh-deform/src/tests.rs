@@ -165,9 +165,10 @@ fn the_error_that_is_reported_has_what_dropped_modes_add() {
         let truncation = plan.0.truncation();
         assert!(truncation > 1e-8, "{truncation:e}");
         let (reported, error) = errors(&plan)[5];
-        let is_right = match correction {
-            true => error == 0.0 && reported > 1e-9,
-            false => error > 1e-8 && (reported - error).abs() < 1e-14,
+        let is_right = if correction {
+            error == 0.0 && reported > 1e-9
+        } else {
+            error > 1e-8 && (reported - error).abs() < 1e-14
         };
         assert!(is_right, "{substeps} {correction}: {reported:e} {error:e}");
     }

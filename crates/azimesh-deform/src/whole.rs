@@ -6,7 +6,7 @@ use super::plan::prepare::{has_boxes, leave_out_boxes};
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::Mesh;
-use azimesh_quality::Judge;
+use azimesh_quality::QualityEvaluator;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::{Arc, OnceLock};
@@ -20,7 +20,7 @@ pub(crate) struct Whole {
     /// None on the other ranks, and where one process has the mesh.
     read: Option<ReadWhole>,
     mesh: OnceLock<Arc<Mesh>>,
-    judge: OnceLock<Judge>,
+    judge: OnceLock<QualityEvaluator>,
 }
 
 impl Whole {
@@ -34,7 +34,7 @@ impl Whole {
     /// The whole mesh; on the other ranks than the first their parts.
     ///
     /// # Errors
-    /// Where it cannot be read.
+    /// If it cannot be read.
     pub fn mesh<'a>(&'a self, part: &'a Part) -> Result<&'a Arc<Mesh>> {
         let Some(read) = self.read.as_ref() else {
             return Ok(&part.mesh);
@@ -52,7 +52,7 @@ impl Whole {
         Ok(self.mesh.get_or_init(|| mesh))
     }
 
-    /// Whether the first rank has read it.
+    /// Returns whether the first rank has read it.
     pub fn is_read(&self) -> bool {
         self.mesh.get().is_some()
     }
@@ -61,12 +61,16 @@ impl Whole {
     ///
     /// # Errors
     /// As of [`mesh`](Self::mesh).
-    pub fn judge<'a>(&'a self, part: &'a Part, own: &'a Judge) -> Result<&'a Judge> {
+    pub fn judge<'a>(
+        &'a self,
+        part: &'a Part,
+        own: &'a QualityEvaluator,
+    ) -> Result<&'a QualityEvaluator> {
         if self.read.is_none() {
             return Ok(own);
         }
         let mesh = self.mesh(part)?;
-        Ok(self.judge.get_or_init(|| Judge::new(mesh)))
+        Ok(self.judge.get_or_init(|| QualityEvaluator::new(mesh)))
     }
 }
 

@@ -53,7 +53,7 @@ struct WriteTask {
 struct RankWriter<'a> {
     own: OwnValues<'a>,
     ranks: Ranks,
-    /// Whether this rank syncs its numbers to the disk. The first syncs all that its machine has of the file.
+    /// True if this rank syncs its numbers to the disk. The first syncs all that its machine has of the file.
     sync: bool,
 }
 

@@ -82,7 +82,7 @@ impl Patch {
         ]
     }
 
-    /// Whether the last two corners are in one place: then it is a triangle, as in Verdict.
+    /// Returns whether the last two corners are in one place: then it is a triangle, as in Verdict.
     #[inline(always)]
     pub(super) fn is_triangle(&self) -> bool {
         self.a[1].square == 0.0

@@ -109,7 +109,7 @@ impl Block {
 
 /// A kind of cell with `N` corners.
 pub(super) trait Shape<const N: usize> {
-    /// Whether its metrics depend on the direction that it faces.
+    /// True if its metrics depend on the direction that it faces.
     const FACES: bool;
 
     /// Metrics of one cell; must be free of branches, or the loop over cells stays scalar.

@@ -19,7 +19,7 @@ pub struct CellMetrics {
     pub edge_ratio: Vec<f64>,
     /// Equiangle skew.
     pub skew: Vec<f64>,
-    /// Whether the cell is inverted, by the rule of [`super::Summary::inverted`].
+    /// True if the cell is inverted, by the rule of [`super::Summary::inverted`].
     pub inverted: Vec<bool>,
 }
 

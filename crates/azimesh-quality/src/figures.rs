@@ -1,6 +1,6 @@
 //! The quality of a mesh in plain numbers.
 
-use super::judge::{Assessment, Judge};
+use super::evaluator::{Assessment, QualityEvaluator};
 use azimesh_core::error::Result;
 use azimesh_io::mesh::Mesh;
 
@@ -92,7 +92,7 @@ impl From<&Assessment> for Quality {
 /// The quality of a mesh by itself: its size-skew is that of an undeformed mesh.
 ///
 /// # Errors
-/// Where the mesh is none: an index out of range, or a coordinate that is no number.
+/// If the mesh is none: an index out of range, or a coordinate that is no number.
 ///
 /// ```
 /// let mesh = azimesh_io::Mesh::read("testdata/naca0012.vtu")?;
@@ -101,6 +101,6 @@ impl From<&Assessment> for Quality {
 /// ```
 pub fn quality(mesh: &Mesh) -> Result<Quality> {
     mesh.validate()?;
-    let all = Judge::new(mesh).assess(mesh, &mesh.points);
+    let all = QualityEvaluator::new(mesh).assess(mesh, &mesh.points);
     Ok(Quality::from(&all))
 }

@@ -88,9 +88,10 @@ pub fn flaws(mesh: &Mesh) -> Flaws {
                 }
                 let [all, valid] = &mut counts.turned[usize::from(volume <= 0.0)];
                 all.add(cell);
-                match is_valid {
-                    true => valid.add(cell),
-                    false => counts.folded.add(cell),
+                if is_valid {
+                    valid.add(cell)
+                } else {
+                    counts.folded.add(cell)
                 }
             }
         });
@@ -116,7 +117,7 @@ pub fn flaws(mesh: &Mesh) -> Flaws {
     }
 }
 
-/// Whether the volume, or the area, of a cell is more than round-off in the cube around its corners.
+/// Returns whether the volume, or the area, of a cell is more than round-off in the cube around its corners.
 pub(super) fn has_volume(mesh: &Mesh, cell: usize, volume: f64) -> bool {
     let nodes = mesh.cells.get(cell).nodes;
     let first = mesh.points[nodes[0] as usize];

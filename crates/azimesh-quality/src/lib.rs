@@ -11,7 +11,7 @@
 //! move (`azimesh-deform`), limits and reports (the program).
 //!
 //! ```text
-//! reference mesh ──> Judge (Reference: orientation of cells; sizes; adjacency)
+//! reference mesh ──> QualityEvaluator (Reference: orientation of cells; sizes; adjacency)
 //!                      │ assess(mesh, points)
 //!                      v
 //!                    Assessment = Summary (cells) + FaceSummary (faces) ──> Quality (plain numbers)
@@ -23,11 +23,11 @@
 //!
 //! ```
 //! use azimesh_io::Mesh;
-//! use azimesh_quality::{Judge, worst};
+//! use azimesh_quality::{QualityEvaluator, worst};
 //!
 //! # fn main() -> azimesh_io::Result<()> {
 //! let mesh = Mesh::read("testdata/naca0012.vtu")?;
-//! let judge = Judge::new(&mesh); // later positions are compared with these
+//! let judge = QualityEvaluator::new(&mesh); // later positions are compared with these
 //! let before = judge.assess(&mesh, &mesh.points).cells;
 //! assert_eq!(before.inverted, 0);
 //!
@@ -49,12 +49,12 @@ mod block;
 mod cells;
 mod column;
 mod detail;
+mod evaluator;
 pub mod faces;
 mod facing;
 mod figures;
 mod flaws;
 mod fold;
-mod judge;
 mod metrics;
 mod percentile;
 mod plane;
@@ -73,9 +73,9 @@ mod visit;
 mod worst;
 
 pub use cells::{CellMetrics, per_cell, scaled_jacobians};
+pub use evaluator::{Assessment, QualityEvaluator};
 pub use figures::{Quality, quality};
 pub use flaws::{Flawed, Flaws, flaws};
-pub use judge::{Assessment, Judge};
 pub use reference::Reference;
 pub use remarks::remarks;
 pub use statistics::{Statistic, statistics};

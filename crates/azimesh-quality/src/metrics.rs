@@ -55,7 +55,7 @@ impl Metrics {
         i8::from(self.corner.low > 0.0) - i8::from(self.corner.high < 0.0)
     }
 
-    /// Whether all corner Jacobians are positive once the cell is turned by `sign`.
+    /// Returns whether all corner Jacobians are positive once the cell is turned by `sign`.
     #[inline]
     pub(super) fn is_valid(&self, sign: i8) -> bool {
         self.orientation() == sign

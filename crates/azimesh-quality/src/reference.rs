@@ -114,9 +114,12 @@ impl Reference {
     /// Of cells with a node twice the volume is judged.
     pub fn upright(mesh: &Mesh, adjacency: &Adjacency, is_reference: bool) -> Self {
         let mut reference = Self::new(mesh);
-        let known = |cell: usize| match reference.is_valid(cell) {
-            true => reference.sign(cell),
-            false => 0,
+        let known = |cell: usize| {
+            if reference.is_valid(cell) {
+                reference.sign(cell)
+            } else {
+                0
+            }
         };
         let upright = orientations(mesh, adjacency, &known);
         let is_solid = mesh.dimension() == 3;
@@ -152,24 +155,24 @@ impl Reference {
         self.n_reversed
     }
 
-    /// Whether a volume cell's corner Jacobians all have one sign in the reference. False for
+    /// Returns whether a volume cell's corner Jacobians all have one sign in the reference. False for
     /// boundary faces, which are not judged.
     pub fn is_valid(&self, cell: usize) -> bool {
         matches!(self.signs[cell].abs(), 1 | BY_MAP)
     }
 
-    /// Whether a cell that is valid at its corners is not proven to be so between them in the reference: later it
+    /// Returns whether a cell that is valid at its corners is not proven to be so between them in the reference: later it
     /// is judged by its corners alone.
     pub fn is_doubtful(&self, cell: usize) -> bool {
         !self.doubtful.is_empty() && self.doubtful.binary_search(&(cell as u32)).is_ok()
     }
 
-    /// Whether a cell that is not valid in the reference has a positive volume there, which is all that is judged later.
+    /// Returns whether a cell that is not valid in the reference has a positive volume there, which is all that is judged later.
     pub fn is_judged_by_volume(&self, cell: usize) -> bool {
         self.signs[cell].abs() == BY_VOLUME
     }
 
-    /// Whether a cell is inverted at its corners, or by its volume where only that is judged.
+    /// Returns whether a cell is inverted at its corners, or by its volume where only that is judged.
     #[inline]
     pub(super) fn is_inverted(&self, cell: usize, metrics: &Metrics) -> bool {
         let sign = self.sign(cell);

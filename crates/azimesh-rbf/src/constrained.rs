@@ -65,7 +65,7 @@ impl Expanded {
 /// neither constraints nor images mix are solved by themselves.
 ///
 /// # Errors
-/// Where a base point is an image of another, and where the matrix is not positive definite to working
+/// If a base point is an image of another, and where the matrix is not positive definite to working
 /// precision: base points that nearly coincide against the support radius.
 pub fn constrained_weights(
     basis: Basis,
@@ -139,7 +139,7 @@ impl Block {
         self.points[at].1..next.map_or(self.directions.len(), |next| next.1)
     }
 
-    /// Whether every prescribed component is zero.
+    /// Returns whether every prescribed component is zero.
     fn is_at_rest(&self, values: &[f64], n_columns: usize) -> bool {
         (0..self.points.len()).all(|at| {
             let row = &values[self.points[at].0 * n_columns..][..n_columns];
@@ -159,7 +159,7 @@ struct System {
 
 impl System {
     /// # Errors
-    /// Where a base point is an image of another.
+    /// If a base point is an image of another.
     fn new(basis: Basis, base: &[Vector], images: &[Transform]) -> Result<Self> {
         let mut group = vec![Transform::IDENTITY];
         group.extend_from_slice(images);
@@ -247,7 +247,7 @@ impl System {
         Constraint::of_normals(&left)
     }
 
-    /// Whether two blocks have the same matrix: the same points, each along one axis, on which the
+    /// Returns whether two blocks have the same matrix: the same points, each along one axis, on which the
     /// images act alike.
     fn are_alike(&self, a: &Block, b: &Block) -> bool {
         let (Axes(p), Axes(q)) = (a.axes, b.axes);

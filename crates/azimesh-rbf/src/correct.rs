@@ -13,7 +13,7 @@
 
 use super::field::Field;
 use super::kernel::Kernel;
-use azimesh_core::geometry::closest::{ClosestSurface, Foot};
+use azimesh_core::geometry::closest::{ClosestPoint, ClosestSurface};
 use azimesh_core::geometry::{Bounds, curve, vector::Vector};
 use azimesh_core::parallel::{self, SMALL_BLOCK, collect_in_blocks};
 use azimesh_core::ranks::raw;
@@ -124,10 +124,10 @@ impl<'a> Fading<'a> {
         &self,
         rows: &[u32],
         place: impl Fn(usize) -> Vector,
-        mut found: impl FnMut(u32, &Foot, f64),
+        mut found: impl FnMut(u32, &ClosestPoint, f64),
     ) {
         let points: Vec<Vector> = rows.iter().map(|&row| place(row as usize)).collect();
-        let mut each = |i: usize, foot: &Foot| {
+        let mut each = |i: usize, foot: &ClosestPoint| {
             let fade_radius = interpolate(foot, |node| self.fade_radius[node]);
             if fade_radius > 0.0 {
                 let fade = Kernel::WendlandC2.value(foot.distance_squared.sqrt() / fade_radius);
@@ -271,7 +271,7 @@ impl Added {
     }
 }
 
-fn interpolate(foot: &Foot, value: impl Fn(usize) -> f64) -> f64 {
+fn interpolate(foot: &ClosestPoint, value: impl Fn(usize) -> f64) -> f64 {
     let corners = foot.corners.iter().zip(foot.weights);
     corners
         .map(|(&node, weight)| weight * value(node as usize))

@@ -89,9 +89,10 @@ pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
     };
     Ok(model::Vtk {
         version: model::Version::Auto,
-        title: match order::has_wedges(mesh.cells) {
-            true => order::TITLE.into(),
-            false => "written by azimesh".into(),
+        title: if order::has_wedges(mesh.cells) {
+            order::TITLE.into()
+        } else {
+            "written by azimesh".into()
         },
         // That of legacy files.
         byte_order: model::ByteOrder::BigEndian,

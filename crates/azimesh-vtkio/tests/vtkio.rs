@@ -66,9 +66,10 @@ fn mesh() -> Mesh {
 }
 
 fn read_by_vtkio(bytes: &[u8]) -> Vtk {
-    let read = match bytes.starts_with(b"# vtk") {
-        true => Vtk::parse_legacy_be(bytes),
-        false => Vtk::parse_xml(bytes),
+    let read = if bytes.starts_with(b"# vtk") {
+        Vtk::parse_legacy_be(bytes)
+    } else {
+        Vtk::parse_xml(bytes)
     };
     read.expect("vtkio reads it")
 }

@@ -87,9 +87,10 @@ fn merging(text: &str) -> std::result::Result<(String, Vec<String>), String> {
     let wrong = || "write NEW=A,B, such as wall=upper,lower".to_owned();
     let (new, old) = text.split_once('=').ok_or_else(wrong)?;
     let old: Vec<String> = old.split(',').map(str::to_owned).collect();
-    match new.is_empty() || old.iter().any(String::is_empty) {
-        true => Err(wrong()),
-        false => Ok((new.to_owned(), old)),
+    if new.is_empty() || old.iter().any(String::is_empty) {
+        Err(wrong())
+    } else {
+        Ok((new.to_owned(), old))
     }
 }
 
@@ -217,7 +218,7 @@ impl Changes {
         Ok(remarks)
     }
 
-    /// Whether tags are removed with their faces.
+    /// Returns whether tags are removed with their faces.
     pub fn removes_tags(&self) -> bool {
         !self.drop_tag.is_empty() || !self.keep_tag.is_empty()
     }

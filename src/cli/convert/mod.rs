@@ -66,7 +66,7 @@ struct Run<'a> {
     context: &'a Context,
     /// Remarks that have been made: one on every mesh of a sequence is made once.
     told: RefCell<BTreeSet<String>>,
-    /// Whether it has told of cells that become flat in 32 bits.
+    /// True if it has told of cells that become flat in 32 bits.
     is_flat_told: Cell<bool>,
     written: RefCell<Vec<Written>>,
     /// Files that get their names when all are whole.
@@ -141,9 +141,10 @@ impl ConvertArgs {
             || formats::is_series(out)
             || formats::by_extension(out).is_ok()
             || formats::is_only_read(out);
-        match is_named && !out.is_dir() {
-            true => Target::File(out, &self.paths),
-            false => Target::Folder(out),
+        if is_named && !out.is_dir() {
+            Target::File(out, &self.paths)
+        } else {
+            Target::Folder(out)
         }
     }
 }

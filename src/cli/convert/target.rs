@@ -72,7 +72,7 @@ impl Place {
         }
     }
 
-    /// Whether it takes one mesh only.
+    /// Returns whether it takes one mesh only.
     pub fn is_one_mesh(&self) -> bool {
         matches!(self, Place::File { format, .. } if format.sequence.is_none())
     }

@@ -89,9 +89,10 @@ pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
             .file(many.path()));
         }
     };
-    Ok(match same {
-        true => Outcome::Fine,
-        false => Outcome::CheckFailed,
+    Ok(if same {
+        Outcome::Fine
+    } else {
+        Outcome::CheckFailed
     })
 }
 
@@ -101,7 +102,7 @@ pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
 #[serde(untagged)]
 pub(super) enum Differences {
     /// Two meshes.
-    Meshes(MeshDifference),
+    Meshes(Box<MeshDifference>),
     /// Two sequences.
     Sequences(SequenceDifference),
 }
@@ -109,7 +110,9 @@ pub(super) enum Differences {
 fn one_mesh(args: &DiffArgs, a: &Input, b: &Input, context: &Context) -> Result<bool> {
     let difference = args.difference(&a.mesh(None, context)?, &b.mesh(None, context)?, context)?;
     if context.common.json {
-        context.print_json(&Differences::Meshes(MeshDifference::of(&difference)))?;
+        context.print_json(&Differences::Meshes(Box::new(MeshDifference::of(
+            &difference,
+        ))))?;
     } else {
         let details = match context.common.verbose {
             0 => String::new(),

@@ -36,9 +36,10 @@ fn describe(pair: &NodePair) -> String {
         b,
         distance,
     } = pair;
-    let partner = match node == partner {
-        true => String::new(),
-        false => format!(" and {partner}"),
+    let partner = if node == partner {
+        String::new()
+    } else {
+        format!(" and {partner}")
     };
     format!(
         "{node}{partner}, {a:?} and {b:?}, {} apart",

@@ -58,9 +58,10 @@ impl Rows {
     /// Which cells of negative volume are whole.
     fn reversed(&mut self, found: &Flaws) {
         let n = found.reversed.n;
-        let which = match n == found.negative.n {
-            true => "these".to_owned(),
-            false => format!("{n} of these"),
+        let which = if n == found.negative.n {
+            "these".to_owned()
+        } else {
+            format!("{n} of these")
         };
         let told = format!(
             "{which} are valid with their nodes in the other orientation; quality judges them as their mirror images"

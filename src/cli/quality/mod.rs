@@ -12,7 +12,7 @@ use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::with_verb;
 use azimesh_io::formats::{Format, SharedFile, guard_inputs};
 use azimesh_io::mesh::{Cells, Mesh, RankPart, in_32_bits};
-use azimesh_quality::{Assessment, Judge, Reference, Statistic, remarks, statistics};
+use azimesh_quality::{Assessment, QualityEvaluator, Reference, Statistic, remarks, statistics};
 pub use json::QualityResult;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -101,9 +101,10 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
         .as_ref()
         .is_some_and(|path| path.as_os_str() == "-");
     findings.tell(context, beside)?;
-    Ok(match findings.met().is_empty() {
-        true => Outcome::Fine,
-        false => Outcome::CheckFailed,
+    Ok(if findings.met().is_empty() {
+        Outcome::Fine
+    } else {
+        Outcome::CheckFailed
     })
 }
 
@@ -112,7 +113,7 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
 type Formats = (Option<&'static Format>, Option<&'static Format>);
 
 impl QualityArgs {
-    /// Whether several ranks share the work: where no mesh is written.
+    /// Returns whether several ranks share the work: where no mesh is written.
     pub fn is_shared(&self) -> bool {
         self.output.is_none()
     }
@@ -148,7 +149,7 @@ fn judge_mesh<'a>(
     }
     let judge = match given {
         Some(given) => given.judge,
-        None => context.stage("reference", || Ok(Judge::new(&mesh)))?,
+        None => context.stage("reference", || Ok(QualityEvaluator::new(&mesh)))?,
     };
     for remark in remarks(&mesh) {
         context.note(&remark.to_string());
@@ -248,7 +249,7 @@ fn read(
 
 /// A reference for several meshes.
 struct Given {
-    judge: Judge,
+    judge: QualityEvaluator,
     cells: Cells,
     part: Option<Arc<RankPart>>,
 }
@@ -273,7 +274,7 @@ fn given_reference(
 impl Given {
     fn new(mesh: &Mesh) -> Self {
         Self {
-            judge: Judge::new(mesh),
+            judge: QualityEvaluator::new(mesh),
             cells: mesh.cells.clone(),
             part: mesh.part.clone(),
         }
@@ -305,7 +306,7 @@ impl<'a> Findings<'a> {
         &mut self,
         step: Option<Step>,
         mesh: &Mesh,
-        judge: &Judge,
+        judge: &QualityEvaluator,
         context: &Context,
     ) -> Result<()> {
         let points = &mesh.points;
@@ -356,9 +357,12 @@ impl<'a> Findings<'a> {
 
 /// A condition that holds, with its steps where there are several meshes, and the worst value.
 fn sentence(criterion: &Criterion, met: &[Met]) -> String {
-    let worse = |worst: Met, other: Met| match criterion.is_worse(other.1, worst.1) {
-        true => other,
-        false => worst,
+    let worse = |worst: Met, other: Met| {
+        if criterion.is_worse(other.1, worst.1) {
+            other
+        } else {
+            worst
+        }
     };
     let worst = met.iter().copied().reduce(worse);
     let (worst_step, value) = worst.expect("it holds somewhere");
@@ -382,7 +386,7 @@ fn sentence(criterion: &Criterion, met: &[Met]) -> String {
 }
 
 /// The mesh with an array for each metric, in place of those of the same names.
-fn with_arrays(mut mesh: Mesh, judge: &Judge) -> Mesh {
+fn with_arrays(mut mesh: Mesh, judge: &QualityEvaluator) -> Mesh {
     let arrays = judge.arrays(&mesh, &mesh.points);
     mesh.cell_arrays
         .retain(|old| arrays.iter().all(|new| new.name != old.name));

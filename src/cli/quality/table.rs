@@ -128,9 +128,10 @@ fn of_cell(cell: &WorstCell) -> String {
         none if none.is_nan() => String::new(),
         scaled => format!("scaled Jacobian {}, ", short(scaled)),
     };
-    let touching = match cell.tags.is_empty() {
-        true => String::new(),
-        false => format!(", at {}", cell.tags.join(", ")),
+    let touching = if cell.tags.is_empty() {
+        String::new()
+    } else {
+        format!(", at {}", cell.tags.join(", "))
     };
     let nearest = cell
         .nearest

@@ -44,9 +44,10 @@ impl Good {
         {
             let at = folder.path().join(format.name);
             let first = files.len();
-            match format.is_written() {
-                true => written(format, &at, &mut files),
-                false => made(format, &at, &mut files),
+            if format.is_written() {
+                written(format, &at, &mut files)
+            } else {
+                made(format, &at, &mut files)
             }
             let n = files.len() - first;
             assert!(n > 0, "{} is damaged nowhere", format.name);
@@ -58,7 +59,10 @@ impl Good {
             damaged_there(format, &case, &folder.path().join("cases"), &mut files);
         }
         let meshes = all_files(&testdata(""));
-        let is_script = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "py" || ending == "pyc");
+        let is_script = |path: &PathBuf| {
+            path.extension()
+                .is_some_and(|ending| ending == "py" || ending == "pyc")
+        };
         for path in meshes.into_iter().filter(|path| !is_script(path)) {
             // A packed file is read by its path alone.
             let small = (1..61_000).contains(&fs::metadata(&path).unwrap().len())
@@ -100,10 +104,10 @@ impl Good {
         mesh
     }
 
-    /// Whether these bytes are read, as a mesh that may fail its checks in words.
+    /// Returns whether these bytes are read, as a mesh that may fail its checks in words.
     ///
     /// # Errors
-    /// Where they are neither read nor refused with a place.
+    /// If they are neither read nor refused with a place.
     pub fn check(&self, bytes: &[u8], damage: &dyn Debug) -> std::result::Result<bool, String> {
         let read = || {
             self.read(bytes).map(|mut mesh| {
@@ -300,9 +304,12 @@ fn all_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     paths.sort();
-    let files = paths.into_iter().map(|path| match path.is_dir() {
-        true => all_files(&path),
-        false => vec![path],
+    let files = paths.into_iter().map(|path| {
+        if path.is_dir() {
+            all_files(&path)
+        } else {
+            vec![path]
+        }
     });
     files.flatten().collect()
 }

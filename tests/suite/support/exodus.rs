@@ -88,22 +88,21 @@ fn blocks(file: &mut NetCdf) {
         nodes,
     );
     let nodes = Numbers::I64(vec![1, 2, 3, 4, 5, 6]);
-    match file_is_wide(file) {
-        true => file.connect(
+    if file_is_wide(file) {
+        file.connect(
             "connect2",
             &["num_el_in_blk2", "num_nod_per_el2"],
             "WEDGE6",
             nodes,
-        ),
-        false => {
-            let nodes = Numbers::I32(vec![1, 2, 3, 4, 5, 6]);
-            file.connect(
-                "connect2",
-                &["num_el_in_blk2", "num_nod_per_el2"],
-                "WEDGE6",
-                nodes,
-            );
-        }
+        )
+    } else {
+        let nodes = Numbers::I32(vec![1, 2, 3, 4, 5, 6]);
+        file.connect(
+            "connect2",
+            &["num_el_in_blk2", "num_nod_per_el2"],
+            "WEDGE6",
+            nodes,
+        );
     }
     let faces = Numbers::I32(vec![1, 2, 3, 4]);
     file.connect("facconn4", &["num_fac_per_el4"], "nfaced", faces);

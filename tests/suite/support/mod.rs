@@ -101,9 +101,10 @@ pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .map(|entry| entry.unwrap().path())
         .map(|path| {
             let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-            let content = match path.is_file() {
-                true => std::fs::read(&path).unwrap(),
-                false => Vec::new(),
+            let content = if path.is_file() {
+                std::fs::read(&path).unwrap()
+            } else {
+                Vec::new()
             };
             (name, content)
         })

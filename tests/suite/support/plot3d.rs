@@ -123,9 +123,10 @@ struct Writer {
 
 impl Writer {
     fn integer(&self, n: usize) -> [u8; 4] {
-        match self.stored.is_big_endian {
-            true => (n as i32).to_be_bytes(),
-            false => (n as i32).to_le_bytes(),
+        if self.stored.is_big_endian {
+            (n as i32).to_be_bytes()
+        } else {
+            (n as i32).to_le_bytes()
         }
     }
 

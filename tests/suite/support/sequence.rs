@@ -70,7 +70,7 @@ pub fn faces_of(mesh: &Mesh, tags: &[&str]) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// Whether two points are the same to the last bit.
+/// Returns whether two points are the same to the last bit.
 pub fn same(a: Vector, b: Vector) -> bool {
     a.map(f64::to_bits) == b.map(f64::to_bits)
 }

@@ -242,9 +242,10 @@ impl Ranks {
             return sum;
         }
         // The last rank has the sum of all; rank 0 passes it on.
-        match rank + 1 < n {
-            true => self.send(rank + 1, &pack(&sum)),
-            false => self.send(0, &pack(&sum)),
+        if rank + 1 < n {
+            self.send(rank + 1, &pack(&sum))
+        } else {
+            self.send(0, &pack(&sum))
         }
         let whole = (rank == 0).then(|| unpack(&self.receive(n - 1)));
         self.broadcast(whole)

@@ -10,7 +10,7 @@ use azimesh_core::{Note, note};
 use azimesh_rbf::select::Selection;
 use std::fmt;
 
-/// Whether the schedule accepts these base points at any error: method `constant` ends at `max_points`.
+/// Returns whether the schedule accepts these base points at any error: method `constant` ends at `max_points`.
 fn ends_at_max_points(plan: &Plan, n_base: usize) -> bool {
     let wanted = &plan.schedule.selection;
     wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points

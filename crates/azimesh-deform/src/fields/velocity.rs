@@ -189,7 +189,7 @@ fn select_for(
     Ok((own, warning))
 }
 
-/// Whether a body that is faster than `least` at a step of an interval is at rest at all of them.
+/// Returns whether a body that is faster than `least` at a step of an interval is at rest at all of them.
 fn passes_rest(plan: &Plan, layer: &Layer, interval: &Range<usize>, least: f64) -> bool {
     let surface = &plan.surface;
     let still = AT_REST * plan.boundary.extent.diagonal();

@@ -34,7 +34,7 @@ pub struct MorphSurface {
     pub sliding: Vec<(u32, u32)>,
     /// What moving points take from the displacements.
     moved: Vec<MovedPoint>,
-    /// Whether the mesh lies in a plane, which it must not leave.
+    /// True if the mesh lies in a plane, which it must not leave.
     pub in_plane: bool,
     /// Of the mesh.
     pub diagonal: f64,
@@ -161,7 +161,7 @@ impl MorphSurface {
         self.moving.iter().chain(others).copied()
     }
 
-    /// Whether the displacement of each surface point is given.
+    /// Returns whether the displacement of each surface point is given.
     pub fn is_moving(&self) -> Vec<bool> {
         self.points.body.iter().map(Option::is_some).collect()
     }
@@ -182,13 +182,14 @@ impl MorphSurface {
 }
 
 /// # Errors
-/// Where a component is not a finite number.
+/// If a component is not a finite number.
 pub fn check_finite(what: &str, value: &Vector, node: u32) -> Result<()> {
-    match value.iter().all(|x| x.is_finite()) {
-        true => Ok(()),
-        false => Err(Error::input(format!(
+    if value.iter().all(|x| x.is_finite()) {
+        Ok(())
+    } else {
+        Err(Error::input(format!(
             "node {node} has the {what} {value:?}; its components must be finite numbers"
-        ))),
+        )))
     }
 }
 
@@ -330,7 +331,7 @@ fn bare_faces(mesh: &Mesh, roles: &[Option<Role>], surface: &Surface) -> Cells {
 }
 
 /// # Errors
-/// Where nodes have nothing to slide on, or what is not straight: that is not linear.
+/// If nodes have nothing to slide on, or what is not straight: that is not linear.
 fn check_sliding(points: &SurfacePoints, nodes: &SurfaceNodes, in_plane: bool) -> Result<()> {
     let Some(sliding) = &points.sliding else {
         return Ok(());

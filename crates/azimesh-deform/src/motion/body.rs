@@ -207,12 +207,12 @@ impl Body {
             .try_for_each(|motion| motion.check(self))
     }
 
-    /// Whether it is a beam.
+    /// Returns whether it is a beam.
     pub(super) fn bends(&self) -> bool {
         self.motion::<Beam>().is_some()
     }
 
-    /// Whether its motions need the azimuth of a step.
+    /// Returns whether its motions need the azimuth of a step.
     pub(super) fn has_harmonics(&self) -> bool {
         self.motions.iter().any(|motion| motion.has_harmonics())
     }

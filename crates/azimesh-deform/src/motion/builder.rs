@@ -85,7 +85,7 @@ setters! { Schedule {
     max_points(n: usize) |self| self.selection.max_points = n;
     /// Azimuth in degrees after which [`SelectionMethod::Real`] chooses anew; at every step unless it is set.
     refresh_deg(azimuth_deg: f64) |self| self.selection.refresh = Some(Refresh { azimuth: azimuth_deg.to_radians(), azimuth_deg });
-    /// Whether surface nodes are put exactly where the motion takes them; they are unless it is set.
+    /// True if surface nodes are put exactly where the motion takes them; they are unless it is set.
     correction(correction: bool) |self| self.selection.correction = correction;
     /// Name of the format that meshes are written in; unless it is set `vtu`, or `openfoam` for the mesh of a case.
     format(name: impl Into<String>) |self| self.output.format = Some(name.into());

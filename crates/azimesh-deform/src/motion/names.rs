@@ -32,7 +32,7 @@ impl Pattern {
         names.map(|name| Self::new(name, places, key)).collect()
     }
 
-    /// Whether `name` is meant. A name that is written exactly so is always meant, even when it has
+    /// Returns whether `name` is meant. A name that is written exactly so is always meant, even when it has
     /// a `*` or `?` in it.
     pub fn matches(&self, name: &str) -> bool {
         if self.text == name {

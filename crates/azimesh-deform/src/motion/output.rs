@@ -142,7 +142,7 @@ impl OutputOptions {
         }
     }
 
-    /// Whether coordinates are written in 32 bits.
+    /// Returns whether coordinates are written in 32 bits.
     pub fn rounds(&self) -> Result<bool> {
         Ok(formats::by_name(self.format())?.rounds(self.precision))
     }

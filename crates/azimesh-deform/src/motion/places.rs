@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Largest angle in radians; of one as large a ten-millionth of a turn is left.
 pub(super) const MOST_TURNED: f64 = 1e9;
 
-/// Whether a number, in radians, is accepted as an angle.
+/// Returns whether a number, in radians, is accepted as an angle.
 pub(super) fn is_angle(angle: f64) -> bool {
     angle.abs() <= MOST_TURNED
 }

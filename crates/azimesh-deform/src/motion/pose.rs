@@ -84,12 +84,12 @@ impl Motion {
         std::iter::successors(Some(body), |&body| self.bodies[body].parent)
     }
 
-    /// Whether every point of a body has one rigid map.
+    /// Returns whether every point of a body has one rigid map.
     pub fn is_rigid(&self, body: usize) -> bool {
         self.all_motions(body, |scope| scope == MapScope::Body)
     }
 
-    /// Whether every point of a body has a rotation: not where nodes have displacements alone.
+    /// Returns whether every point of a body has a rotation: not where nodes have displacements alone.
     pub fn has_rotations(&self, body: usize) -> bool {
         self.all_motions(body, |scope| scope != MapScope::Nodes)
     }
@@ -120,7 +120,7 @@ impl Motion {
         motions.find_map(|motion| motion.cyclic_angles(step))
     }
 
-    /// Whether the motion of a body, or of one that it moves with, is that of a blade along the rotor's span.
+    /// Returns whether the motion of a body, or of one that it moves with, is that of a blade along the rotor's span.
     pub fn is_of_blade(&self, body: usize) -> bool {
         let body = &self.bodies[body];
         let own = body.motions.iter().any(|motion| motion.is_of_blade());

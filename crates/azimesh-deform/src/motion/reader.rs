@@ -288,7 +288,7 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// Whether it is a table, and not a single value or an array.
+    /// Returns whether it is a table, and not a single value or an array.
     pub(super) fn is_table(&self) -> bool {
         matches!(self.value, DeValue::Table(_))
     }

@@ -145,7 +145,7 @@ impl Rotor {
         }))
     }
 
-    /// Whether a plane mesh turns about the shaft, which is then perpendicular to it.
+    /// Returns whether a plane mesh turns about the shaft, which is then perpendicular to it.
     pub(super) fn is_upright(&self) -> bool {
         match self.shaft_axis {
             Some(shaft) => shaft[0].hypot(shaft[1]) < PARALLEL && shaft[2] != 0.0,
@@ -211,7 +211,7 @@ impl Rotor {
 #[derive(Debug)]
 pub(super) struct AzimuthHistory {
     history: History,
-    /// Whether its values are degrees, and not radians.
+    /// True if its values are degrees, and not radians.
     is_degrees: bool,
 }
 
@@ -220,9 +220,10 @@ impl AzimuthHistory {
     pub fn at(&self, time: f64) -> Result<[f64; 3]> {
         let azimuth = self.history.at(time)?[0];
         let rate = self.history.rates_at(time)?[0];
-        Ok(match self.is_degrees {
-            true => [azimuth, azimuth.to_radians(), rate.to_radians()],
-            false => [azimuth.to_degrees(), azimuth, rate],
+        Ok(if self.is_degrees {
+            [azimuth, azimuth.to_radians(), rate.to_radians()]
+        } else {
+            [azimuth.to_degrees(), azimuth, rate]
         })
     }
 }
@@ -270,23 +271,24 @@ pub struct RotorAxes {
     pub frame: Frame,
     /// Signs of the angles.
     pub signs: Signs,
-    /// Whether the mesh is plane, in x and y.
+    /// True if the mesh is plane, in x and y.
     pub in_plane: bool,
-    /// Whether the schedule gives the span, which else is along x.
+    /// True if the schedule gives the span, which else is along x.
     pub has_span: bool,
 }
 
 impl RotorAxes {
-    /// Whether it is that of a plane mesh which turns about the shaft.
+    /// Returns whether it is that of a plane mesh which turns about the shaft.
     pub(super) fn is_upright(&self) -> bool {
         self.in_plane && self.e_z[2] != 0.0
     }
 
     /// The axis about which a sector of the mesh may be repeated: the shaft, of a plane mesh the normal of its plane.
     pub fn axis_of_sectors(&self) -> Vector {
-        match self.in_plane && !self.is_upright() {
-            true => [0.0, 0.0, 1.0],
-            false => self.e_z,
+        if self.in_plane && !self.is_upright() {
+            [0.0, 0.0, 1.0]
+        } else {
+            self.e_z
         }
     }
 

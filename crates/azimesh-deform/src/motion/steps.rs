@@ -39,7 +39,7 @@ pub struct Step {
     pub azimuth: f64,
     /// Time in seconds, where `rpm` or `[time]` gives it.
     pub(crate) time_s: Option<f64>,
-    /// Whether the schedule has an azimuth: not with times that have neither a frequency nor a table of it.
+    /// True if the schedule has an azimuth: not with times that have neither a frequency nor a table of it.
     pub(crate) has_azimuth: bool,
     /// By how much the azimuth grows, in radians a second, where the schedule says.
     pub(crate) azimuth_rate: Option<f64>,
@@ -177,7 +177,7 @@ impl Steps {
         }
     }
 
-    /// Whether they are times without an azimuth.
+    /// Returns whether they are times without an azimuth.
     pub(super) fn has_no_azimuth(&self, rotor: &Rotor) -> bool {
         self.of == Of::Time && self.frequency.is_none() && rotor.azimuth_table.is_none()
     }

@@ -45,7 +45,7 @@ pub struct TagRole {
     /// What its nodes do; `None` when they are free or periodic, or when the tag is unnamed and
     /// lies outside the zones that deform.
     pub role: Option<Role>,
-    /// Whether it is a side of a periodic pair.
+    /// True if it is a side of a periodic pair.
     pub periodic: bool,
 }
 

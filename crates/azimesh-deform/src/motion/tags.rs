@@ -180,7 +180,7 @@ fn not_named(names: &[&str], unnamed: &[usize]) -> Error {
     ))
 }
 
-/// Whether a tag is a side of a mesh of one layer.
+/// Returns whether a tag is a side of a mesh of one layer.
 fn is_empty_side(boundary: &Boundary, tag: &Group) -> bool {
     boundary.dimension() == 3 && tag.condition.as_deref() == Some(EMPTY)
 }
@@ -281,12 +281,12 @@ fn check_free(boundary: &Boundary, tags: &[&Group], unnamed: &[usize]) -> Result
     }
 }
 
-/// Whether a boundary of this type has a partner whose nodes are others.
+/// Returns whether a boundary of this type has a partner whose nodes are others.
 fn is_interface(kind: &str) -> bool {
     kind.starts_with("cyclic") && kind != "cyclic" || kind.starts_with("nonConformal")
 }
 
-/// Whether a solver takes boundaries of this type for planes.
+/// Returns whether a solver takes boundaries of this type for planes.
 fn is_plane(kind: &str) -> bool {
     ["symmetry", "symmetryPlane", "wedge", "BCSymmetryPlane"].contains(&kind)
 }
@@ -306,7 +306,7 @@ fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<Period
         .collect()
 }
 
-/// Whether a tag has a node in the zone that its interface does not hold fixed anyway.
+/// Returns whether a tag has a node in the zone that its interface does not hold fixed anyway.
 fn touches(tag: &Group, zone: Option<&DeformingZone>, boundary: &Boundary) -> bool {
     boundary
         .nodes_of(tag)

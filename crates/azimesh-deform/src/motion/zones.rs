@@ -17,7 +17,7 @@ pub struct DeformingZone {
 }
 
 impl DeformingZone {
-    /// Whether a node is shared with volume cells outside these zones.
+    /// Returns whether a node is shared with volume cells outside these zones.
     pub fn is_interface(&self, node: u32) -> bool {
         self.sides.interface_nodes.binary_search(&node).is_ok()
     }

@@ -141,7 +141,7 @@ pub struct Method {
     pub tolerance: f64,
     /// What modes may be off by, in mesh units.
     pub truncation: f64,
-    /// Whether rotations in rings fall with the logarithm of the distance from the axis.
+    /// True if rotations in rings fall with the logarithm of the distance from the axis.
     pub rings: bool,
 }
 

@@ -33,7 +33,7 @@ pub struct Plan {
     pub boundary: Boundary,
     /// The BLAKE3 hash of the coordinates of its nodes.
     pub points_hash: String,
-    /// Whether boxes for free-form deformation were left out: they fit the mesh at rest.
+    /// True if boxes for free-form deformation were left out: they fit the mesh at rest.
     pub without_boxes: bool,
     /// The schedule as read.
     pub schedule: Schedule,
@@ -88,7 +88,7 @@ impl Plan {
         self.layers.iter().map(|layer| layer.modes.n_modes).sum()
     }
 
-    /// Whether the modes reproduce the motion but for round-off: that of rigid bodies.
+    /// Returns whether the modes reproduce the motion but for round-off: that of rigid bodies.
     pub fn modes_are_exact(&self) -> bool {
         (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body))
     }
@@ -142,12 +142,12 @@ impl Plan {
         })
     }
 
-    /// Whether the quality of every step is evaluated.
+    /// Returns whether the quality of every step is evaluated.
     pub(crate) fn has_quality(&self) -> bool {
         self.schedule.output.quality != QualityOutput::None
     }
 
-    /// Whether a node, by its number in the whole mesh, is in the zones that deform.
+    /// Returns whether a node, by its number in the whole mesh, is in the zones that deform.
     pub(crate) fn is_in_zone(&self, node: u32) -> bool {
         let zone = self.motion.zone.as_ref();
         zone.is_none_or(|zone| zone.sides.nodes.has(node))

@@ -200,7 +200,7 @@ impl Plan {
     }
 }
 
-/// Whether a mesh has boxes for free-form deformation.
+/// Returns whether a mesh has boxes for free-form deformation.
 pub(crate) fn has_boxes(mesh: &Mesh) -> bool {
     mesh.field_arrays.iter().any(|a| a.name == su2::BOXES)
 }

@@ -126,9 +126,10 @@ impl Ring {
 /// The weight at a part of the logarithm of the ratio of the radii.
 #[inline]
 fn fallen(s: f64) -> f64 {
-    match s < 0.5 {
-        true => 1.0 - 4.0 / 3.0 * s * s,
-        false => 4.0 / 3.0 * (1.0 - s),
+    if s < 0.5 {
+        1.0 - 4.0 / 3.0 * s * s
+    } else {
+        4.0 / 3.0 * (1.0 - s)
     }
 }
 

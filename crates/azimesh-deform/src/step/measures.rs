@@ -5,18 +5,18 @@ use crate::part::Part;
 use crate::plan::Plan;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::Mesh;
-use azimesh_quality::{Assessment, Judge, Quality, Summary};
+use azimesh_quality::{Assessment, Quality, QualityEvaluator, Summary};
 
 /// Data of the reference mesh that the quality of every step is measured with.
 pub(crate) struct Measures {
-    pub(crate) judge: Judge,
+    pub(crate) judge: QualityEvaluator,
     walls: WallAngles,
 }
 
 impl Measures {
     /// For the reference mesh of a plan. All ranks call it.
     pub fn new(plan: &Plan, mesh: &Mesh) -> Self {
-        let judge = Judge::new(mesh);
+        let judge = QualityEvaluator::new(mesh);
         let faces = plan.moving_faces.iter();
         let here: Vec<u32> = faces.filter_map(|&face| mesh.cell_here(face)).collect();
         Self {

@@ -80,7 +80,7 @@ impl<'a> Stepper<'a> {
         Ok(found)
     }
 
-    /// Whether the mesh has no cells that are not repaired.
+    /// Returns whether the mesh has no cells that are not repaired.
     fn is_repaired_by_windows(&self) -> Result<bool> {
         let own = refused(&self.part.mesh).is_none();
         Ok(self.part.ranks().allgather(own).into_iter().all(|own| own))
@@ -172,7 +172,7 @@ impl<'a> Stepper<'a> {
         Ok(found)
     }
 
-    /// Whether any node of the mesh is away from its position at rest.
+    /// Returns whether any node of the mesh is away from its position at rest.
     fn has_moved(&self, points: &[Vector]) -> bool {
         let own = *points != self.part.mesh.points[..];
         self.part.ranks().allgather(own).contains(&true)

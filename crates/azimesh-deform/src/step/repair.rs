@@ -61,7 +61,7 @@ fn count(summary: &Summary) -> Count {
     }
 }
 
-/// Whether something is to be done about a step.
+/// Returns whether something is to be done about a step.
 pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     match plan.schedule.output.on_inverted {
         OnInverted::Substeps => summary.inverted > 0,
@@ -70,7 +70,7 @@ pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     }
 }
 
-/// Whether a step can be taken in substeps: the sections of a beam that twists cannot.
+/// Returns whether a step can be taken in substeps: the sections of a beam that twists cannot.
 fn has_substeps(plan: &Plan) -> bool {
     let mut bodies = 0..plan.motion.bodies.len();
     plan.schedule.rbf.interpolate != Interpolate::Twist

@@ -11,7 +11,7 @@ use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
 use azimesh_core::progress::Stop;
 use azimesh_io::mesh::{Mesh, OneLayer};
-use azimesh_quality::Judge;
+use azimesh_quality::QualityEvaluator;
 use azimesh_quality::repair::{Area, Freedom, Limits, Partner, PatchLog, Task, untangle};
 use azimesh_rbf::constraint::Constraint;
 
@@ -19,14 +19,14 @@ use azimesh_rbf::constraint::Constraint;
 pub(crate) struct StepFreedom<'a> {
     plan: &'a Plan,
     mesh: &'a Mesh,
-    judge: &'a Judge,
+    judge: &'a QualityEvaluator,
     to_inertial: Option<Transform>,
     freedom: Freedom,
 }
 
 impl<'a> StepFreedom<'a> {
     /// At a step of a plan on a whole mesh.
-    pub fn of(plan: &'a Plan, mesh: &'a Mesh, judge: &'a Judge, step: &Step) -> Self {
+    pub fn of(plan: &'a Plan, mesh: &'a Mesh, judge: &'a QualityEvaluator, step: &Step) -> Self {
         let to_inertial = plan.motion.to_inertial(step);
         Self {
             freedom: freedom(plan, mesh, judge, to_inertial.as_ref()),
@@ -49,7 +49,7 @@ impl<'a> StepFreedom<'a> {
     /// Makes the cells valid that are not, by as few nodes as possible.
     ///
     /// # Errors
-    /// Where `stop` was asked for.
+    /// If `stop` was asked for.
     pub fn untangle(
         &self,
         points: &mut [Vector],
@@ -64,7 +64,7 @@ impl<'a> StepFreedom<'a> {
     /// Moves the nodes of an area to where its functional is least.
     ///
     /// # Errors
-    /// Where `stop` was asked for.
+    /// If `stop` was asked for.
     pub fn relax(&self, area: &Area, points: &mut [Vector], stop: &Stop) -> Result<Vec<PatchLog>> {
         let repaired = area.relax(self.task(), points, stop)?;
         self.keep_alike(points);
@@ -108,7 +108,12 @@ impl<'a> StepFreedom<'a> {
 
 /// Nodes of moving and fixed boundaries stay, those of planes that slide keep to them, periodic partners go together;
 /// outside a deforming zone nothing moves.
-fn freedom(plan: &Plan, mesh: &Mesh, judge: &Judge, to_inertial: Option<&Transform>) -> Freedom {
+fn freedom(
+    plan: &Plan,
+    mesh: &Mesh,
+    judge: &QualityEvaluator,
+    to_inertial: Option<&Transform>,
+) -> Freedom {
     let is_alike = plan.periodic.followers().is_empty();
     let layer = plan.one_layer.as_ref().filter(|_| is_alike);
     let mut freedom = match layer {
@@ -172,9 +177,10 @@ fn pair_sides(layer: &OneLayer, freedom: &mut Freedom) {
     let partners = layer.pairs.iter().map(|&[low, high]| {
         let is_fixed = freedom.is_fixed(low) || freedom.is_fixed(high);
         for node in [low, high] {
-            match is_fixed {
-                true => freedom.fix(node),
-                false => freedom.hold_too(node, normal),
+            if is_fixed {
+                freedom.fix(node)
+            } else {
+                freedom.hold_too(node, normal)
             }
         }
         Partner {

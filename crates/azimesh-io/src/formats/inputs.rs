@@ -184,7 +184,7 @@ pub(super) fn note_opened(path: &Path, file: &File) {
 /// The hash of the file that was read from a path: of the file that is there where none was kept.
 ///
 /// # Errors
-/// Where its bytes have changed since.
+/// If its bytes have changed since.
 pub fn hash_of_read(path: &Path) -> io::Result<blake3::Hash> {
     let kept = opened().as_ref().and_then(|files| {
         let kept = files.get(path)?;

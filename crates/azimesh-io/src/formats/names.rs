@@ -50,13 +50,13 @@ pub struct Rule {
 
 /// Names that are given in one place of a file.
 #[derive(Default)]
-pub struct Given {
+pub struct UniqueNames {
     names: BTreeSet<String>,
     /// The number that a name which is taken gets next.
     next: BTreeMap<String, usize>,
 }
 
-impl Given {
+impl UniqueNames {
     /// With names that nothing else may have.
     pub fn with<'a>(taken: impl IntoIterator<Item = &'a str>) -> Self {
         Self {
@@ -119,7 +119,7 @@ impl Rule {
         &self,
         names: impl IntoIterator<Item = &'a str>,
     ) -> BTreeMap<&'a str, String> {
-        Given::default().by_name(names, self)
+        UniqueNames::default().by_name(names, self)
     }
 
     /// A note for a name that is written as another.
@@ -183,7 +183,7 @@ pub fn tell_apart<'n>(
     };
     let names: Vec<&mut String> = names.into_iter().collect();
     let before: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
-    let unique = Given::default().give_all(&before, &AS_IT_IS);
+    let unique = UniqueNames::default().give_all(&before, &AS_IT_IS);
     for (name, here) in names.into_iter().zip(unique) {
         if *name != here {
             let name = std::mem::replace(name, here.clone());
@@ -291,7 +291,7 @@ mod tests {
     };
 
     fn written(names: &[&str]) -> Vec<String> {
-        Given::with(["taken"]).give_all(names, &RULE)
+        UniqueNames::with(["taken"]).give_all(names, &RULE)
     }
 
     #[test]

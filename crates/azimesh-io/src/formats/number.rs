@@ -14,7 +14,7 @@ const PER_TASK: usize = 1 << 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DType {
     pub element: Element,
-    /// Whether the bytes of each value are in the other order than on this machine.
+    /// True if the bytes of each value are in the other order than on this machine.
     pub swap: bool,
 }
 
@@ -54,7 +54,7 @@ impl DType {
 pub struct Chunk<'a> {
     pub bytes: &'a [u8],
     pub element: Element,
-    /// Whether the bytes of each value are in the other order than on this machine.
+    /// True if the bytes of each value are in the other order than on this machine.
     pub swap: bool,
 }
 

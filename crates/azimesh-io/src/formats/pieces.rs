@@ -14,7 +14,8 @@ pub(super) struct Piece {
 /// in an array of integers.
 pub(super) fn joined(mut pieces: Vec<Piece>, n: usize) -> Values {
     if let [Piece { at, values }] = &mut pieces[..]
-        && at[..] == [0..n]
+        && at.len() == 1
+        && at[0] == (0..n)
     {
         return std::mem::replace(values, Values::U8(Vec::new()));
     }

@@ -285,7 +285,7 @@ impl Location {
     /// The file.
     ///
     /// # Errors
-    /// Where it is a folder.
+    /// If it is a folder.
     pub fn file(&self) -> Result<&Source> {
         match self {
             Self::File(source) => Ok(source),

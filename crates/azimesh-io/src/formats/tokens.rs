@@ -168,7 +168,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// Whether nothing is left but a comment.
+    /// Returns whether nothing is left but a comment.
     pub fn is_done(&mut self) -> bool {
         self.skip_blanks();
         self.at == self.end || COMMENTS.contains(&self.bytes[self.at])
@@ -589,14 +589,15 @@ mod tests {
     fn ugrid_text_with_comments_and_exponents_of_fortran_is_read_and_told() {
         let plain = testdata("mixed_cells.ugrid");
         let (counts, rest) = plain.split_once('\n').expect("counts come first");
-        let lines = rest.lines().map(|line| match line.contains('.') {
-            true => {
+        let lines = rest.lines().map(|line| {
+            if line.contains('.') {
                 line.split(' ')
                     .map(|x| format!("{x}D0 "))
                     .collect::<String>()
                     + "! a node\n"
+            } else {
+                format!("{line}\n")
             }
-            false => format!("{line}\n"),
         });
         let odd = format!("# a mesh\n{counts} ! counts\n{}", lines.collect::<String>());
         let (wanted, _) = load("m.ugrid", plain.clone());

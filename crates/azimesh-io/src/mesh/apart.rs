@@ -40,9 +40,9 @@ pub enum Numbers {
 pub struct Coordinates {
     /// The coordinate; `None` for all three of each node.
     pub axis: Option<usize>,
-    /// Whether they have 32 bits; else 64.
+    /// True if they have 32 bits; else 64.
     pub is_single: bool,
-    /// Whether the most significant byte of each comes first.
+    /// True if the most significant byte of each comes first.
     pub is_big_endian: bool,
 }
 
@@ -55,9 +55,9 @@ pub struct NodesOfCells {
     pub kind: Option<CellKind>,
     /// How they are listed.
     pub listing: Listing,
-    /// Whether numbers have 64 bits; else 32.
+    /// True if numbers have 64 bits; else 32.
     pub is_wide: bool,
-    /// Whether the most significant byte of each comes first.
+    /// True if the most significant byte of each comes first.
     pub is_big_endian: bool,
 }
 
@@ -107,7 +107,7 @@ impl NodesOfCells {
         }
     }
 
-    /// Whether cells of a kind are listed.
+    /// Returns whether cells of a kind are listed.
     pub fn lists(&self, kind: CellKind) -> bool {
         self.kind.is_none_or(|wanted| wanted == kind)
     }

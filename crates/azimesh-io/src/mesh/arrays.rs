@@ -96,7 +96,7 @@ impl Values {
         with_numbers!(self, v => v.len(), t => t.len())
     }
 
-    /// Whether there is no value.
+    /// Returns whether there is no value.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -118,7 +118,7 @@ impl Values {
         })
     }
 
-    /// Whether all values are integers.
+    /// Returns whether all values are integers.
     pub fn is_integer(&self) -> bool {
         match self {
             Values::Text(_) => false,

@@ -21,7 +21,7 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// Where a coordinate is not finite, or a cell has a node that is not there.
+    /// If a coordinate is not finite, or a cell has a node that is not there.
     pub fn new(points: Vec<[f64; 3]>, cells: Cells) -> Result<Self> {
         let mesh = Self {
             points,
@@ -100,7 +100,7 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// Where a cell is not there, or is no face of the boundary.
+    /// If a cell is not there, or is no face of the boundary.
     pub fn add_tag(
         &mut self,
         name: impl Into<String>,

@@ -129,7 +129,7 @@ impl Cells {
         }
     }
 
-    /// Whether there is no cell.
+    /// Returns whether there is no cell.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
@@ -499,7 +499,7 @@ impl Cells {
             .map(|face| face.expect("streams are checked when a polyhedron is added"))
     }
 
-    /// Whether any cell is a polyhedron.
+    /// Returns whether any cell is a polyhedron.
     pub fn has_polyhedra(&self) -> bool {
         !self.polyhedra.cells.is_empty()
     }

@@ -38,7 +38,7 @@ impl Doubled {
     /// parts of it call it and get the same.
     ///
     /// # Errors
-    /// Where there would be too many nodes.
+    /// If there would be too many nodes.
     pub fn between(mesh: &Mesh, marked: &CellSet, sides: &ZoneSides) -> Result<Self> {
         let n_nodes = mesh.n_nodes_of_all();
         if n_nodes + sides.interface_nodes.len() > u32::MAX as usize {

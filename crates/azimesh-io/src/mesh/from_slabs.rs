@@ -148,9 +148,12 @@ impl<'a> Owners<'a> {
         let nodes = nodes_of(&cells, own_nodes.clone());
         let numbering = Numbering::new(&nodes);
         let (first, own_places) = (own_nodes.start as u32, part::places_of(&own_nodes, &nodes));
-        cells.renumber_nodes_by(|node| match own_nodes.contains(&(node as usize)) {
-            true => own_places.start as u32 + (node - first),
-            false => numbering.of(node),
+        cells.renumber_nodes_by(|node| {
+            if own_nodes.contains(&(node as usize)) {
+                own_places.start as u32 + (node - first)
+            } else {
+                numbering.of(node)
+            }
         });
         let part = RankPart {
             ranks: self.ranks.clone(),
@@ -264,9 +267,10 @@ fn number_faces(cells: &Cells, dimension: u8, mut take: impl FnMut(u32, u64)) {
 
 fn check_once(mut faces: Vec<u64>) -> Result<()> {
     parallel::sort(&mut faces);
-    match faces.windows(2).any(|pair| pair[0] == pair[1]) {
-        true => Err(Error::input("boundary faces have the same nodes")),
-        false => Ok(()),
+    if faces.windows(2).any(|pair| pair[0] == pair[1]) {
+        Err(Error::input("boundary faces have the same nodes"))
+    } else {
+        Ok(())
     }
 }
 

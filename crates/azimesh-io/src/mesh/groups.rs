@@ -108,12 +108,12 @@ impl CellSet {
         self.len
     }
 
-    /// Whether the set is empty.
+    /// Returns whether the set is empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Whether the cell is in the set.
+    /// Returns whether the cell is in the set.
     pub fn contains(&self, cell: usize) -> bool {
         let after = self
             .ranges
@@ -121,7 +121,7 @@ impl CellSet {
         after > 0 && (cell as u32) < self.ranges[after - 1].end
     }
 
-    /// Whether all of these cells are in the set.
+    /// Returns whether all of these cells are in the set.
     pub fn contains_range(&self, cells: Range<usize>) -> bool {
         let after = self
             .ranges

@@ -204,7 +204,7 @@ impl CellKind {
         })
     }
 
-    /// Whether one cell can have `n` nodes.
+    /// Returns whether one cell can have `n` nodes.
     pub fn can_have(self, n: usize) -> bool {
         match self {
             Polygon => n >= 3,
@@ -225,7 +225,7 @@ impl CellKind {
         }
     }
 
-    /// Whether it has more nodes than its corners.
+    /// Returns whether it has more nodes than its corners.
     pub fn is_curved(self) -> bool {
         self.linear() != self
     }
@@ -357,9 +357,10 @@ mod tests {
         let angle = |i: usize| std::f64::consts::TAU * i as f64 / n_base as f64;
         let at = |i: usize, z: f64| [angle(i).cos(), angle(i).sin(), z];
         let base = (0..n_base).map(|i| at(i, 0.0));
-        match matches!(kind, Tetrahedron | Pyramid) {
-            true => base.chain([[0.0, 0.0, 1.0]]).collect(),
-            false => base.chain((0..n_base).map(|i| at(i, 1.0))).collect(),
+        if matches!(kind, Tetrahedron | Pyramid) {
+            base.chain([[0.0, 0.0, 1.0]]).collect()
+        } else {
+            base.chain((0..n_base).map(|i| at(i, 1.0))).collect()
         }
     }
 

@@ -138,7 +138,7 @@ impl NodeBits {
         self.words.iter().map(ones).sum()
     }
 
-    /// Whether a node is among them.
+    /// Returns whether a node is among them.
     #[inline]
     pub fn has(&self, node: u32) -> bool {
         let at = (node as usize).wrapping_sub(self.first);

@@ -18,18 +18,19 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// Where the mesh has no boundary tag of that name; the message lists those that it has.
+    /// If the mesh has no boundary tag of that name; the message lists those that it has.
     pub fn tag_nodes(&self, name: &str) -> Result<Vec<u32>> {
         let of_name = |tag: &&Group| tag.name == name;
         let mut tags = self.boundary_tags().filter(of_name).peekable();
         tags.peek().ok_or_else(|| {
             let names: Vec<&str> = self.boundary_tags().map(|tag| tag.name.as_str()).collect();
-            Error::input(match names.is_empty() {
-                true => format!("tag \"{name}\" is not in the mesh, which has no boundary tags"),
-                false => format!(
+            Error::input(if names.is_empty() {
+                format!("tag \"{name}\" is not in the mesh, which has no boundary tags")
+            } else {
+                format!(
                     "tag \"{name}\" is not in the mesh; it has: {}",
                     names.join(", ")
-                ),
+                )
             })
         })?;
         let ranges = tags.flat_map(|tag| tag.cells.ranges());

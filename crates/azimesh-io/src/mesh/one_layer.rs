@@ -30,7 +30,7 @@ fn sides(boundary: &Boundary) -> Vec<&Group> {
 }
 
 impl OneLayer {
-    /// Whether any side of a mesh is called `empty`, of a part any side of the whole mesh.
+    /// Returns whether any side of a mesh is called `empty`, of a part any side of the whole mesh.
     pub fn has_sides(mesh: &Mesh) -> bool {
         let groups = mesh.groups_of_all();
         let is_side = |of: &Group| of.condition.as_deref() == Some(EMPTY) && !of.cells.is_empty();
@@ -40,7 +40,7 @@ impl OneLayer {
     /// The axis that the sides called `empty` are normal to; `None` where the mesh has no such sides.
     ///
     /// # Errors
-    /// Where they are not normal to one axis of coordinates.
+    /// If they are not normal to one axis of coordinates.
     pub fn axis_of(boundary: &Boundary) -> Result<Option<usize>> {
         let sides = sides(boundary);
         if sides.is_empty() {
@@ -67,7 +67,7 @@ impl OneLayer {
     /// The pairs of nodes over one another; `None` where no side is called `empty`.
     ///
     /// # Errors
-    /// Where there is not one layer of cells between the sides.
+    /// If there is not one layer of cells between the sides.
     pub fn find(mesh: &Mesh) -> Result<Option<Self>> {
         let boundary = Boundary::of(mesh);
         let Some(axis) = Self::axis_of(&boundary)? else {
@@ -168,7 +168,7 @@ fn names(sides: &[&Group]) -> String {
     }
 }
 
-/// Whether the sides have two faces for each volume cell.
+/// Returns whether the sides have two faces for each volume cell.
 fn covers(mesh: &Mesh, sides: &[&Group]) -> bool {
     let n_cells: usize = mesh.volume_runs().map(|run| run.n_cells()).sum();
     let n_faces: usize = sides.iter().map(|side| side.cells.len()).sum();

@@ -110,11 +110,11 @@ mod tests {
             if reversed.contains(&i) {
                 (a, b) = (b, a);
             }
-            match solid {
-                true => mesh.cells.push(CellKind::Hexahedron, &[a, b].concat()),
-                false => mesh
-                    .cells
-                    .push(CellKind::Quadrilateral, &[a[0], b[0], b[1], a[1]]),
+            if solid {
+                mesh.cells.push(CellKind::Hexahedron, &[a, b].concat())
+            } else {
+                mesh.cells
+                    .push(CellKind::Quadrilateral, &[a[0], b[0], b[1], a[1]])
             }
         }
         mesh.points = vec![[0.0; 3]; 4 * n as usize + 4];

@@ -40,7 +40,7 @@ pub struct RankPart {
     pub groups: Vec<Group>,
     /// For each rank its own nodes, by their numbers in the whole mesh.
     pub owners: Vec<Range<usize>>,
-    /// Whether all nodes of the whole mesh have the same z.
+    /// True if all nodes of the whole mesh have the same z.
     pub is_level: bool,
     /// For each node here its number in the whole mesh, ascending.
     #[serde(with = "raw")]
@@ -106,7 +106,7 @@ impl Mesh {
             .map_or_else(Ranks::alone, |part| part.ranks.clone())
     }
 
-    /// Whether all nodes have the same z; of a part whether those of the whole mesh have.
+    /// Returns whether all nodes have the same z; of a part whether those of the whole mesh have.
     pub fn is_level(&self) -> bool {
         let is_here = || self.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
         self.part
@@ -231,9 +231,10 @@ impl Mesh {
         if ranks.n() == 1 {
             return of_first;
         }
-        let of_first = match ranks.is_first() {
-            true => of_first.map(Some),
-            false => Ok(None),
+        let of_first = if ranks.is_first() {
+            of_first.map(Some)
+        } else {
+            Ok(None)
         };
         let whole = ranks.all_ok(of_first)?;
         Ok(Self::shared_of(whole.as_ref(), ranks))
@@ -396,7 +397,7 @@ fn zeros<T: Default>(n: usize) -> Vec<T> {
 struct Touching {
     /// The first of them.
     first: Vec<u32>,
-    /// Whether there are others.
+    /// True if there are others.
     is_shared: Vec<bool>,
     /// Each other, with its node; ascending.
     others: Vec<(u32, u32)>,

@@ -42,7 +42,7 @@ impl Reordering {
         }
     }
 
-    /// Whether a mesh has as many nodes and cells.
+    /// Returns whether a mesh has as many nodes and cells.
     pub fn fits(&self, mesh: &Mesh) -> bool {
         [self.nodes.len(), self.cells.len()] == [mesh.points.len(), mesh.cells.len()]
     }

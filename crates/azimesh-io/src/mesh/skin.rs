@@ -106,7 +106,7 @@ impl MeshView<'_> {
         all
     }
 
-    /// Whether a face turns so that its normal points away from the middle of its cell. (In files cells of either turn
+    /// Returns whether a face turns so that its normal points away from the middle of its cell. (In files cells of either turn
     /// are met.)
     fn points_out(&self, cell: &CellRef<'_>, corners: &[u32]) -> bool {
         let point = |node: &u32| self.points[*node as usize];
@@ -157,7 +157,7 @@ impl MeshView<'_> {
     }
 }
 
-/// Whether the second list goes round as the first, from whatever corner.
+/// Returns whether the second list goes round as the first, from whatever corner.
 fn is_same_way(nodes: &[u32], corners: &[u32]) -> bool {
     let from = corners.iter().position(|corner| *corner == nodes[0]);
     let after = from.map(|at| corners[(at + 1) % corners.len()]);

@@ -73,9 +73,10 @@ pub(super) fn runs_of<'a>(
         let mut end = own.start;
         for range in marked.ranges_in(first + own.start..first + own.end) {
             let range = range.start - first..range.end - first;
-            match side {
-                true => found.push(range.clone()),
-                false => found.push(end..range.start),
+            if side {
+                found.push(range.clone())
+            } else {
+                found.push(end..range.start)
             }
             end = range.end;
         }

@@ -205,7 +205,7 @@ impl<'a> Finder<'a> {
         f64::from(self.centres.reference.sign(cell))
     }
 
-    /// Whether the centres of the cells of the last cell's run are computed on demand.
+    /// Returns whether the centres of the cells of the last cell's run are computed on demand.
     pub(super) fn is_simplex(&self) -> bool {
         is_simplex(self.run.kind)
     }

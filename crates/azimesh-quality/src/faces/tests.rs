@@ -1,6 +1,6 @@
 //! Face metrics of cells whose values are known.
 
-use super::super::Judge;
+use super::super::QualityEvaluator;
 use azimesh_io::mesh::{CellKind, Mesh};
 
 /// Two unit cubes side by side, the second a polyhedron where `as_polyhedron`.
@@ -16,16 +16,15 @@ fn two_cubes(as_polyhedron: bool) -> Mesh {
     mesh.cells
         .push(CellKind::Hexahedron, &[0, 1, 4, 3, 6, 7, 10, 9]);
     let second = [1, 2, 5, 4, 7, 8, 11, 10];
-    match as_polyhedron {
-        false => mesh.cells.push(CellKind::Hexahedron, &second),
-        true => {
-            let mut stream = vec![6];
-            for face in CellKind::Hexahedron.faces() {
-                stream.push(4);
-                stream.extend(face.iter().map(|&k| second[usize::from(k)]));
-            }
-            mesh.cells.push_polyhedron(&stream).expect("a good stream");
+    if as_polyhedron {
+        let mut stream = vec![6];
+        for face in CellKind::Hexahedron.faces() {
+            stream.push(4);
+            stream.extend(face.iter().map(|&k| second[usize::from(k)]));
         }
+        mesh.cells.push_polyhedron(&stream).expect("a good stream");
+    } else {
+        mesh.cells.push(CellKind::Hexahedron, &second)
     }
     mesh
 }
@@ -38,7 +37,7 @@ fn close(a: f64, b: f64) -> bool {
 fn two_cubes_are_orthogonal_and_a_slanted_one_is_not() {
     for as_polyhedron in [false, true] {
         let mesh = two_cubes(as_polyhedron);
-        let judge = Judge::new(&mesh);
+        let judge = QualityEvaluator::new(&mesh);
         let good = judge.assess(&mesh, &mesh.points).faces;
         assert_eq!((good.n_inner, good.n_outer), (1, 10));
         let value = |name: &str, quality: &super::FaceSummary| {
@@ -159,7 +158,9 @@ fn a_cell_and_its_mirror_image_are_orthogonal_for_every_kind() {
             })
             .collect();
         mesh.cells.push(kind, &mirrored);
-        let faces = Judge::new(&mesh).assess(&mesh, &mesh.points).faces;
+        let faces = QualityEvaluator::new(&mesh)
+            .assess(&mesh, &mesh.points)
+            .faces;
         assert_eq!(faces.n_inner, 1, "{kind:?}");
         let angle = faces.max_non_orthogonality.expect("a face").value;
         assert!(angle < 1e-5, "{kind:?}: {angle}");
@@ -171,7 +172,7 @@ fn a_cell_and_its_mirror_image_are_orthogonal_for_every_kind() {
 #[test]
 fn a_cell_that_turns_over_has_a_negative_ratio_and_more_than_a_right_angle() {
     let mesh = two_cubes(false);
-    let judge = Judge::new(&mesh);
+    let judge = QualityEvaluator::new(&mesh);
     let moved: Vec<_> = mesh
         .points
         .iter()

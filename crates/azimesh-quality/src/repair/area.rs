@@ -7,7 +7,7 @@
 use super::nearby::Nearby;
 use super::newton::minimise;
 use super::regions::{self, Region};
-use super::solve::{GROSS, Wishes, patch, start_from_rim};
+use super::solve::{GROSS, PatchTargets, patch, start_from_rim};
 use super::{PatchLog, Repaired, Task, between_of, still_invalid};
 use crate::validity::{Proof, invalid};
 use azimesh_core::error::Result;
@@ -57,7 +57,7 @@ impl FoldedCells {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are none.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
@@ -102,7 +102,7 @@ impl Area {
     /// for that. The result is the same on any number of threads.
     ///
     /// # Errors
-    /// Where `stop` was asked for.
+    /// If `stop` was asked for.
     pub fn relax(&self, task: Task<'_>, points: &mut [Vector], stop: &Stop) -> Result<Repaired> {
         let relaxed = parallel::try_map(self.regions.len(), &|i| {
             self.relax_region(task, &self.regions[i], points, stop)
@@ -138,7 +138,7 @@ impl Area {
         stop: &Stop,
     ) -> Result<(PatchLog, Vec<(u32, Vector)>)> {
         let low = &BTreeSet::new();
-        let wishes = Wishes {
+        let wishes = PatchTargets {
             between: &self.between,
             low,
             weight: 1.0,

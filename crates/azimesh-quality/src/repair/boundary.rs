@@ -23,7 +23,7 @@ const SHARES: [Vector; 3] = [[0.31, 0.27, 0.42], [0.45, 0.34, 0.21], [0.23, 0.52
 
 /// A face of the boundary on whose inner side no valid cell can lie.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Overtaken {
+pub struct CrossedFace {
     /// The cell of the face.
     pub cell: usize,
     /// The nodes of the face.
@@ -83,7 +83,7 @@ impl Boundary {
         points: &[Vector],
         cells: &[u32],
         first: &[u32],
-    ) -> Vec<Overtaken> {
+    ) -> Vec<CrossedFace> {
         let has = |cells: &[u32], side: &(u32, u16)| cells.binary_search(&side.0).is_ok();
         let sides = task.freedom.outer().iter();
         let mut sides: Vec<(u32, u16)> = sides.filter(|side| has(cells, side)).copied().collect();
@@ -100,7 +100,7 @@ impl Boundary {
                     facet.warp <= self.near && self.winding(&facet).is_some_and(|w| w <= 0)
                 };
                 if fixed && facets_of(nodes, outward, points).any(proven) {
-                    found = Some(Overtaken {
+                    found = Some(CrossedFace {
                         cell: cell.index,
                         nodes: nodes.to_vec(),
                     });
@@ -115,15 +115,17 @@ impl Boundary {
     fn winding(&self, facet: &Facet) -> Option<i64> {
         let [a, b, c] = facet.at;
         SHARES.iter().find_map(|share| {
-            let x: Vector = match self.is_solid {
-                true => [0, 1, 2].map(|k| share[0] * a[k] + share[1] * b[k] + share[2] * c[k]),
-                false => [0, 1, 2].map(|k| share[0] * a[k] + (1.0 - share[0]) * b[k]),
+            let x: Vector = if self.is_solid {
+                [0, 1, 2].map(|k| share[0] * a[k] + share[1] * b[k] + share[2] * c[k])
+            } else {
+                [0, 1, 2].map(|k| share[0] * a[k] + (1.0 - share[0]) * b[k])
             };
             let mut sum = 0.0;
             for other in &self.facets {
-                sum += match self.is_solid {
-                    true => self.solid_angle(other, x, normal(facet))?,
-                    false => self.angle(other, x, sub(b, a))?,
+                sum += if self.is_solid {
+                    self.solid_angle(other, x, normal(facet))?
+                } else {
+                    self.angle(other, x, sub(b, a))?
                 };
             }
             let turns = sum / if self.is_solid { 2.0 * TAU } else { TAU };
@@ -247,7 +249,7 @@ mod tests {
     use azimesh_io::mesh::{Adjacency, CellKind, Mesh};
 
     /// What is proven of the first cell's faces with the nodes at `points`.
-    fn proven(mesh: &Mesh, points: &[Vector]) -> Vec<Overtaken> {
+    fn proven(mesh: &Mesh, points: &[Vector]) -> Vec<CrossedFace> {
         let (reference, freedom) = (
             Reference::new(mesh),
             Freedom::inner(mesh, &Adjacency::of(mesh)),

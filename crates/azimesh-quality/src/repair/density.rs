@@ -33,9 +33,10 @@ pub(super) enum Space {
 #[inline(always)]
 pub(super) fn chi(eps: f64, d: f64) -> f64 {
     let root = (eps * eps + d * d).sqrt();
-    match d > 0.0 {
-        true => 0.5 * (d + root),
-        false => 0.5 * eps * eps / (root - d),
+    if d > 0.0 {
+        0.5 * (d + root)
+    } else {
+        0.5 * eps * eps / (root - d)
     }
 }
 

@@ -46,11 +46,11 @@ pub(super) struct Target<'a> {
     pub reference: &'a [Vector],
     /// The orientation of the cell, 1 or -1.
     pub sign: f64,
-    /// Whether all of its simplices must become positive. Otherwise only those that are so, and were, are kept so.
+    /// True if all of its simplices must become positive. Otherwise only those that are so, and were, are kept so.
     pub whole: bool,
     /// The length of an edge where a cell has none of its own.
     pub size: f64,
-    /// Whether the cell is to become regular, whatever its reference.
+    /// True if the cell is to become regular, whatever its reference.
     pub regular: bool,
     /// Weight of each simplex.
     pub weight: f64,
@@ -67,14 +67,14 @@ pub(super) struct NewCell<'a> {
     pub nodes: &'a [u32],
     /// Where they are now.
     pub at: &'a [Vector],
-    /// Whether they can move.
+    /// True if they can move.
     pub can_move: &'a [bool],
     /// What it is to look like.
     pub target: Target<'a>,
 }
 
 impl NewCell<'_> {
-    /// Whether a point of the cell, a corner or a mean of corners, can move.
+    /// Returns whether a point of the cell, a corner or a mean of corners, can move.
     fn moves(&self, simplices: &Simplices, point: u16) -> bool {
         match usize::from(point).checked_sub(self.at.len()) {
             Some(mean) => simplices.means[mean]
@@ -126,7 +126,7 @@ impl Shapes {
         shapes
     }
 
-    /// Whether a simplex is neither folded nor flat in the reference.
+    /// Returns whether a simplex is neither folded nor flat in the reference.
     fn is_good(&self, space: Space, edges: &Edges, target: &Target<'_>) -> bool {
         determinant(space, edges, &self.reference, target.sign) > FLAT
     }
@@ -296,7 +296,7 @@ impl Elements {
     }
 }
 
-/// Whether an edge of a simplex is between nodes that are one and the same.
+/// Returns whether an edge of a simplex is between nodes that are one and the same.
 fn is_double(edges: &Edges, nodes: &[u32]) -> bool {
     let same = |[a, b]: [u16; 2]| {
         let node = |point: u16| nodes.get(usize::from(point));

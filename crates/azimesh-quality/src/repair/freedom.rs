@@ -123,7 +123,7 @@ impl Freedom {
         self.partners = partners;
     }
 
-    /// Whether a node stays where it is.
+    /// Returns whether a node stays where it is.
     #[inline]
     pub fn is_fixed(&self, node: u32) -> bool {
         self.fixed[node as usize]

@@ -5,7 +5,7 @@
 
 use super::nearby::Nearby;
 use super::regions::{self, Region};
-use super::solve::{Solved, Wishes, solve};
+use super::solve::{PatchTargets, Solved, solve};
 use super::{Limits, PatchLog, Task, still_invalid};
 use crate::scaled_jacobians;
 use azimesh_core::error::Result;
@@ -26,7 +26,7 @@ const LEAST_GAIN: f64 = 0.01;
 /// improved one. The result is the same on any number of threads.
 ///
 /// # Errors
-/// Where `stop` was asked for.
+/// If `stop` was asked for.
 pub fn improve(
     task: Task<'_>,
     points: &mut [Vector],
@@ -57,7 +57,7 @@ pub fn improve(
         let (regions, _) = regions::around(&nearby, task.freedom, &low, RINGS + round);
         let solved = azimesh_core::parallel::try_map(regions.len(), &|i| {
             let between = low.iter().copied().collect();
-            let wishes = Wishes {
+            let wishes = PatchTargets {
                 between: &between,
                 low: &set,
                 weight,

@@ -26,7 +26,7 @@ mod solve;
 mod tests;
 
 pub use area::{Area, Count, FoldedCells};
-pub use boundary::Overtaken;
+pub use boundary::CrossedFace;
 pub use freedom::{Freedom, Partner};
 pub use improve::improve;
 pub use outcome::{PatchLog, Reason, Repaired, Unrepaired};
@@ -101,7 +101,7 @@ const MOST_NODES_OF_VALID: usize = 6000;
 /// on any number of threads.
 ///
 /// # Errors
-/// Where `stop` was asked for.
+/// If `stop` was asked for.
 pub fn untangle(
     task: Task<'_>,
     points: &mut [Vector],
@@ -263,7 +263,7 @@ impl Round<'_> {
     }
 
     /// Faces of a region that prove that there is no valid mesh.
-    fn overtaken(&self, points: &[Vector], region: &Region, left: &[u32]) -> Vec<Overtaken> {
+    fn overtaken(&self, points: &[Vector], region: &Region, left: &[u32]) -> Vec<CrossedFace> {
         let task = self.task;
         let boundary = self.boundary.get_or_init(|| Boundary::of(task, points));
         match boundary {
@@ -274,7 +274,7 @@ impl Round<'_> {
         }
     }
 
-    /// Whether a valid region should be solved again with more rings, since its cells are much smaller than in the
+    /// Returns whether a valid region should be solved again with more rings, since its cells are much smaller than in the
     /// reference, and more rings have helped so far.
     fn is_squeezed(&self, open: &mut Open, region: &Region) -> bool {
         let least = open.log.least;
@@ -285,9 +285,10 @@ impl Round<'_> {
             let nodes = corners(&mesh.cells.get(*cell as usize));
             nodes.iter().any(|&node| freedom.is_fixed(node))
         };
-        let (enough, worth) = match region.cells.iter().any(is_at_wall) {
-            true => (ENOUGH_AT_WALL, WORTH_AT_WALL),
-            false => (ENOUGH, WORTH),
+        let (enough, worth) = if region.cells.iter().any(is_at_wall) {
+            (ENOUGH_AT_WALL, WORTH_AT_WALL)
+        } else {
+            (ENOUGH, WORTH)
         };
         let helped = least > worth * before;
         least < enough && helped && is_small && 2 * self.rings <= MOST_RINGS_OF_VALID

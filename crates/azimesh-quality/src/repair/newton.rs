@@ -37,7 +37,7 @@ const MOST_ITERATIONS_OF_START: usize = 400;
 
 /// How it went.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Course {
+pub(super) struct SolveStats {
     /// Newton steps.
     pub steps: usize,
     /// Iterations of the linear systems, all steps together.
@@ -53,19 +53,20 @@ pub(super) fn minimise(
     most: usize,
     settled: Option<f64>,
     stop: &Stop,
-) -> Result<Course> {
+) -> Result<SolveStats> {
     let n = patch.n_unknowns();
     let (mut slope, mut step) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
     let mut trial = patch.places.clone();
     let mut state = patch.state(LEAST_EPS, &patch.places);
-    let mut course = Course {
+    let mut course = SolveStats {
         steps: 0,
         iterations: 0,
         state,
     };
-    let mut eps = match state.least > 0.0 {
-        true => LEAST_EPS,
-        false => (1e-6 + 0.04 * state.least * state.least).sqrt(),
+    let mut eps = if state.least > 0.0 {
+        LEAST_EPS
+    } else {
+        (1e-6 + 0.04 * state.least * state.least).sqrt()
     };
     let mut progress = Progress {
         settled: settled.unwrap_or(SETTLED),
@@ -101,9 +102,10 @@ pub(super) fn minimise(
             break;
         }
         let next = lowered(eps, state.least, won);
-        match next == eps && settled.is_some() {
-            true => history.leave(&step, descent.length, &slope),
-            false => history.clear(),
+        if next == eps && settled.is_some() {
+            history.leave(&step, descent.length, &slope)
+        } else {
+            history.clear()
         }
         eps = next;
     }
@@ -122,7 +124,7 @@ struct Progress {
 }
 
 impl Progress {
-    /// Whether a step that has lowered the functional by the part `won` is the last.
+    /// Returns whether a step that has lowered the functional by the part `won` is the last.
     fn is_over(&mut self, after: &State, won: f64) -> bool {
         self.polished += usize::from(after.least > 0.0 && won < self.settled);
         if (after.least > ENOUGH && self.polished > 0) || self.polished > POLISH {
@@ -138,7 +140,7 @@ impl Progress {
         false
     }
 
-    /// Whether a step that has won nothing is the last.
+    /// Returns whether a step that has won nothing is the last.
     fn gives_up(&mut self, before: &State) -> bool {
         let is_last = before.least > 0.0 || self.waiting > PATIENCE;
         self.waiting += 2;
@@ -152,15 +154,19 @@ impl Progress {
 pub(super) fn relax(patch: &mut Patch, reference: &[Vector]) {
     let is_displaced = (0..reference.len())
         .any(|at| !patch.moves(at) && distance(patch.places[at], reference[at]) > 0.0);
-    let origin = |at: usize| match is_displaced {
-        true => reference[at],
-        false => [0.0; 3],
+    let origin = |at: usize| {
+        if is_displaced {
+            reference[at]
+        } else {
+            [0.0; 3]
+        }
     };
     let before = patch.places.clone();
     for (at, place) in before.iter().enumerate() {
-        patch.places[at] = match patch.is_free(at) {
-            true => [0.0; 3],
-            false => sub(*place, origin(at)),
+        patch.places[at] = if patch.is_free(at) {
+            [0.0; 3]
+        } else {
+            sub(*place, origin(at))
         };
     }
     let n = patch.n_unknowns();
@@ -182,7 +188,7 @@ pub(super) fn relax(patch: &mut Patch, reference: &[Vector]) {
     }
 }
 
-/// Whether a state is nearer to one without folds than the best so far.
+/// Returns whether a state is nearer to one without folds than the best so far.
 fn is_progress(after: &State, best: &State) -> bool {
     after.n_folded < best.n_folded
         || (after.least > 0.0 && best.least <= 0.0)
@@ -193,9 +199,10 @@ fn is_progress(after: &State, best: &State) -> bool {
 /// determinant.
 fn lowered(eps: f64, least: f64, won: f64) -> f64 {
     let rate = (1.0 - won.max(0.1)) * chi(eps, least);
-    match least < rate {
-        true => (2.0 * (rate * (rate - least)).sqrt()).max(LEAST_EPS),
-        false => LEAST_EPS,
+    if least < rate {
+        (2.0 * (rate * (rate - least)).sqrt()).max(LEAST_EPS)
+    } else {
+        LEAST_EPS
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is told of a repair: its patches, and cells that are left with the reason.
 
-use super::boundary::Overtaken;
+use super::boundary::CrossedFace;
 use azimesh_core::error::option;
 use serde::{Deserialize, Serialize};
 
@@ -103,7 +103,7 @@ pub struct Repaired {
     /// Cells that are still not valid, ascending.
     pub unrepaired: Vec<Unrepaired>,
     /// Faces of the boundary that prove that there is no valid mesh, those near cells that are left.
-    pub overtaken: Vec<Overtaken>,
+    pub overtaken: Vec<CrossedFace>,
 }
 
 impl Repaired {

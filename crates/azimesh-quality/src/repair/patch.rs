@@ -349,17 +349,17 @@ impl Patch {
         }
     }
 
-    /// Whether it is in a plane of constant z.
+    /// Returns whether it is in a plane of constant z.
     pub(super) fn is_plane(&self) -> bool {
         self.space == Space::Plane
     }
 
-    /// Whether a node, by its number in the patch, moves.
+    /// Returns whether a node, by its number in the patch, moves.
     pub(super) fn moves(&self, at: usize) -> bool {
         self.unknown[at] != NONE
     }
 
-    /// Whether it moves freely, and by itself.
+    /// Returns whether it moves freely, and by itself.
     pub(super) fn is_free(&self, at: usize) -> bool {
         let unknown = self.unknown[at];
         unknown != NONE

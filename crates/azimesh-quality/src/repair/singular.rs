@@ -45,9 +45,10 @@ pub(super) fn decompose(j: &Columns) -> Singular {
     let u0 = scale(a[0], 1.0 / s0.max(f64::MIN_POSITIVE));
     let rest = sub(a[1], scale(u0, dot(u0, a[1])));
     let length = norm(rest);
-    let u1 = match length > 1e-150 {
-        true => scale(rest, 1.0 / length),
-        false => across(u0),
+    let u1 = if length > 1e-150 {
+        scale(rest, 1.0 / length)
+    } else {
+        across(u0)
     };
     let u2 = cross(u0, u1);
     Singular {
@@ -70,9 +71,10 @@ pub(super) fn decompose_plane(j: &Columns) -> Singular {
         exchange(&mut a, &mut v, 0, 1);
     }
     let s0 = norm(a[0]);
-    let u0 = match s0 > 1e-150 {
-        true => scale(a[0], 1.0 / s0),
-        false => [1.0, 0.0, 0.0],
+    let u0 = if s0 > 1e-150 {
+        scale(a[0], 1.0 / s0)
+    } else {
+        [1.0, 0.0, 0.0]
     };
     let u1 = cross(up, u0);
     Singular {
@@ -113,9 +115,10 @@ fn exchange(a: &mut Columns, v: &mut Columns, p: usize, q: usize) {
 
 /// A direction across another one.
 fn across(u: Vector) -> Vector {
-    let axis = match u[0].abs() < 0.6 {
-        true => [1.0, 0.0, 0.0],
-        false => [0.0, 1.0, 0.0],
+    let axis = if u[0].abs() < 0.6 {
+        [1.0, 0.0, 0.0]
+    } else {
+        [0.0, 1.0, 0.0]
     };
     let rest = sub(axis, scale(u, dot(u, axis)));
     scale(rest, 1.0 / norm(rest).max(f64::MIN_POSITIVE))

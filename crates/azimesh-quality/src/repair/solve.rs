@@ -4,7 +4,7 @@ use super::Task;
 use super::density::Space;
 use super::elements::{Elements, NewCell, Target};
 use super::nearby::corners;
-use super::newton::{Course, minimise, relax};
+use super::newton::{SolveStats, minimise, relax};
 use super::patch::Patch;
 use super::regions::Region;
 use super::shape::median;
@@ -28,7 +28,7 @@ pub(super) struct Solved {
     /// The least determinant of a simplex before.
     pub least_before: f64,
     /// How it went.
-    pub course: Course,
+    pub course: SolveStats,
 }
 
 /// Solves a region from `points`. Cells of `between` have simplices between their corners too.
@@ -41,7 +41,7 @@ pub(super) fn region(
     stop: &Stop,
 ) -> Result<Solved> {
     let low = &BTreeSet::new();
-    let wishes = Wishes {
+    let wishes = PatchTargets {
         between,
         low,
         weight: 1.0,
@@ -51,7 +51,7 @@ pub(super) fn region(
 
 /// What is wanted of single cells.
 #[derive(Clone, Copy)]
-pub(super) struct Wishes<'a> {
+pub(super) struct PatchTargets<'a> {
     /// Cells with simplices between their corners.
     pub between: &'a BTreeSet<u32>,
     /// Cells that are to become regular, whatever the reference.
@@ -65,19 +65,20 @@ pub(super) fn solve(
     task: Task<'_>,
     region: &Region,
     points: &[Vector],
-    wishes: Wishes<'_>,
+    wishes: PatchTargets<'_>,
     most_steps: usize,
     stop: &Stop,
 ) -> Result<Solved> {
     let (mut patch, stuck) = patch(task, region, points, wishes);
     let before = patch.state(1e-9, &patch.places);
-    let mut course = match before.least < GROSS {
-        true => Course {
+    let mut course = if before.least < GROSS {
+        SolveStats {
             steps: 0,
             iterations: 0,
             state: before,
-        },
-        false => minimise(&mut patch, most_steps, None, stop)?,
+        }
+    } else {
+        minimise(&mut patch, most_steps, None, stop)?
     };
     if course.state.least <= 0.0 {
         course = start_again(task, &mut patch, course, most_steps, stop)?;
@@ -102,10 +103,10 @@ pub(super) fn start_from_rim(task: Task<'_>, patch: &mut Patch) {
 fn start_again(
     task: Task<'_>,
     patch: &mut Patch,
-    first: Course,
+    first: SolveStats,
     most_steps: usize,
     stop: &Stop,
-) -> Result<Course> {
+) -> Result<SolveStats> {
     let reached = patch.places.clone();
     start_from_rim(task, patch);
     let mut course = minimise(patch, most_steps, None, stop)?;
@@ -123,7 +124,7 @@ pub(super) fn patch(
     task: Task<'_>,
     region: &Region,
     points: &[Vector],
-    wishes: Wishes<'_>,
+    wishes: PatchTargets<'_>,
 ) -> (Patch, Vec<u32>) {
     let mesh = task.mesh;
     let space = match mesh.dimension() {
@@ -159,9 +160,10 @@ pub(super) fn patch(
         let target = Target {
             reference: &places(&mesh.points),
             sign: f64::from(reference.sign(cell.index)),
-            whole: match reference.is_judged_by_volume(cell.index) {
-                true => is_seed(),
-                false => reference.is_valid(cell.index) && !reference.is_doubtful(cell.index),
+            whole: if reference.is_judged_by_volume(cell.index) {
+                is_seed()
+            } else {
+                reference.is_valid(cell.index) && !reference.is_doubtful(cell.index)
             },
             size,
             regular: is_low,

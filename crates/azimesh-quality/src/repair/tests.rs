@@ -297,9 +297,10 @@ fn a_wall_that_went_through_all_of_its_layers_takes_few_steps() {
     let mut points = mesh.points.clone();
     for x in &mut points[..41] {
         let from_middle = (x[0] - 0.5) / 0.15;
-        x[1] = match from_middle.abs() < 3.0 {
-            true => 0.06 * (-from_middle * from_middle).exp(),
-            false => 0.0,
+        x[1] = if from_middle.abs() < 3.0 {
+            0.06 * (-from_middle * from_middle).exp()
+        } else {
+            0.0
         };
     }
     let found = repaired(&mesh, &mut points);

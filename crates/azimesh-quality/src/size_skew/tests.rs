@@ -1,6 +1,6 @@
 //! Size-skew of cells whose values are known.
 
-use super::super::Judge;
+use super::super::QualityEvaluator;
 use super::*;
 use azimesh_core::geometry::vector::{add, cross, dot, norm, scale, sub};
 use azimesh_io::mesh::CellKind;
@@ -138,7 +138,7 @@ fn ideal() -> Vec<(CellKind, Vec<Vector>)> {
 }
 
 fn value(mesh: &Mesh, points: &[Vector]) -> f64 {
-    let judge = Judge::new(mesh);
+    let judge = QualityEvaluator::new(mesh);
     let found = judge.assess(mesh, points).cells.size_skew;
     assert_eq!(found.min.map(|e| e.value), found.mean);
     let (_, sizes) = Reference::with_sizes(mesh);
@@ -194,7 +194,7 @@ fn cells_bad_in_the_reference_and_kinds_without_it_are_left_out() {
     let dart = [[0., 0., 0.], [2., 0., 0.], [0.4, 0.4, 0.], [0., 2., 0.]];
     let mut mesh = one(CellKind::Quadrilateral, &dart);
     mesh.cells.push(CellKind::Polygon, &[0, 1, 3]);
-    let found = Judge::new(&mesh).assess(&mesh, &mesh.points);
+    let found = QualityEvaluator::new(&mesh).assess(&mesh, &mesh.points);
     assert_eq!(found.cells.size_skew, SizeSkew::default());
 }
 

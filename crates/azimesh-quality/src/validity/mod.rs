@@ -179,9 +179,10 @@ pub fn prove(
         CellKind::Polyhedron | CellKind::PentagonalPrism | CellKind::HexagonalPrism => {
             let (least, most) = least_tetrahedron(mesh, cell, points);
             let least = if sign < 0 { -most } else { least };
-            match least > 0.0 {
-                true => Proof::Valid,
-                false => Proof::Unproven,
+            if least > 0.0 {
+                Proof::Valid
+            } else {
+                Proof::Unproven
             }
         }
         _ => Proof::Valid,
@@ -193,7 +194,7 @@ fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N]
     std::array::from_fn(|i| points[cell.nodes[i] as usize])
 }
 
-/// Whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid. Curved cells
+/// Checks whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid. Curved cells
 /// are taken by their corners.
 pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
     let mut corners_are_good = true;

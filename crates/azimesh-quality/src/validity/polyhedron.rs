@@ -29,9 +29,10 @@ pub fn least_tetrahedron(mesh: &Mesh, cell: &CellRef<'_>, points: &[Vector]) -> 
         }
     };
     for_each_face(mesh, cell, &mut add_face);
-    match least <= most {
-        true => (least, most),
-        false => (0.0, 0.0),
+    if least <= most {
+        (least, most)
+    } else {
+        (0.0, 0.0)
     }
 }
 

@@ -37,7 +37,7 @@ pub struct Sliding {
     n_patches: usize,
     /// Points of planar patches that do not slide themselves, with the normals of the planes.
     rims: Vec<(u32, Vector)>,
-    /// Whether all of it lies in a plane mesh.
+    /// True if all of it lies in a plane mesh.
     in_plane: bool,
 }
 
@@ -156,12 +156,12 @@ impl Sliding {
         }
     }
 
-    /// Whether points must be projected at every step, since a sliding surface or edge is curved.
+    /// Returns whether points must be projected at every step, since a sliding surface or edge is curved.
     pub fn has_curved(&self) -> bool {
         !self.shapes.is_empty()
     }
 
-    /// Whether a point slides and its constraint is all that it keeps to: on planes and straight edges.
+    /// Returns whether a point slides and its constraint is all that it keeps to: on planes and straight edges.
     pub fn is_linear(&self, point: usize) -> bool {
         let point = self.get(point);
         point.is_some_and(|point| matches!(point.path, Path::Plane))

@@ -28,7 +28,7 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Patches {
     /// Corners of each facet; an edge of the plane repeats its second.
     pub facets: Vec<[u32; 3]>,
-    /// Whether the facets are edges of a plane mesh.
+    /// True if the facets are edges of a plane mesh.
     pub in_plane: bool,
     /// Unit normals; their sense is arbitrary.
     normals: Vec<Vector>,

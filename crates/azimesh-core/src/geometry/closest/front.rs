@@ -4,7 +4,7 @@ use super::super::bounds::Bounds;
 use super::super::oriented::LANES;
 use super::super::vector::{Vector, dot, sub};
 use super::search::{Front, MOST_GROUPS, Stack, search};
-use super::{ClosestSurface, Foot};
+use super::{ClosestPoint, ClosestSurface};
 use multiversion::multiversion;
 
 /// Points that are searched from one front; longer lists are cut into `PARTS`.
@@ -19,14 +19,14 @@ pub(super) struct Block<'a> {
     hint: Option<usize>,
     /// Room for the searches.
     waiting: Stack,
-    found: &'a mut dyn FnMut(usize, &Foot),
+    found: &'a mut dyn FnMut(usize, &ClosestPoint),
 }
 
 impl<'a> Block<'a> {
     pub(super) fn new(
         surface: &'a ClosestSurface<'a>,
         limit: f64,
-        found: &'a mut dyn FnMut(usize, &Foot),
+        found: &'a mut dyn FnMut(usize, &ClosestPoint),
     ) -> Self {
         Self {
             surface,
@@ -74,7 +74,7 @@ impl<'a> Block<'a> {
         self.limit.min(limit * (1.0 + 1e-12))
     }
 
-    fn search(&mut self, front: &Front, point: &Vector) -> Option<(usize, Foot)> {
+    fn search(&mut self, front: &Front, point: &Vector) -> Option<(usize, ClosestPoint)> {
         let query = self.surface.query(point, None);
         search(&query, front, self.limit, self.hint, &mut self.waiting)
     }

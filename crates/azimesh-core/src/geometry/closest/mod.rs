@@ -39,7 +39,7 @@ pub struct ClosestSurface<'a> {
 
 /// A point of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foot {
+pub struct ClosestPoint {
     /// Index of the facet in the list that the surface was built from.
     pub facet: usize,
     /// Corners of the facet.
@@ -106,7 +106,7 @@ impl<'a> ClosestSurface<'a> {
 
     /// The closest point of the surface, if it is nearer than `limit`; of facets that are equally
     /// near the first.
-    pub fn nearest(&self, point: &Vector, limit: f64) -> Option<Foot> {
+    pub fn nearest(&self, point: &Vector, limit: f64) -> Option<ClosestPoint> {
         let query = self.query(point, None);
         let found = search(&query, &self.root(), limit, None, &mut Stack::new());
         found.map(|(_, foot)| foot)
@@ -114,7 +114,7 @@ impl<'a> ClosestSurface<'a> {
 
     /// The closest point of the facets that are not connected with the surface point `node`, if it
     /// is nearer to that than `limit`.
-    pub fn nearest_apart(&self, node: usize, limit: f64) -> Option<Foot> {
+    pub fn nearest_apart(&self, node: usize, limit: f64) -> Option<ClosestPoint> {
         if self.owners.is_empty() {
             return None;
         }
@@ -126,7 +126,12 @@ impl<'a> ClosestSurface<'a> {
     /// Calls `found(i, foot)` for each of `points` that the surface is nearer to than `limit`, as
     /// [`nearest`](Self::nearest) finds it. Where neighbours in the list are neighbours in space the
     /// tree is walked down once for many, and a search looks at little more than one leaf.
-    pub fn nearest_each(&self, points: &[Vector], limit: f64, found: &mut dyn FnMut(usize, &Foot)) {
+    pub fn nearest_each(
+        &self,
+        points: &[Vector],
+        limit: f64,
+        found: &mut dyn FnMut(usize, &ClosestPoint),
+    ) {
         if points.is_empty() || self.levels.is_empty() {
             return;
         }
@@ -134,7 +139,7 @@ impl<'a> ClosestSurface<'a> {
     }
 
     /// Gives the place of a foot.
-    pub fn point(&self, foot: &Foot) -> Vector {
+    pub fn point(&self, foot: &ClosestPoint) -> Vector {
         let corners = foot.corners.iter().zip(foot.weights);
         corners.fold([0.0; 3], |sum, (&corner, weight)| {
             add(sum, scale(self.points[corner as usize], weight))

@@ -4,7 +4,7 @@ use super::super::bounds::Bounds;
 use super::super::facet::ClosestPoints;
 use super::super::oriented::LANES;
 use super::super::vector::Vector;
-use super::{ClosestSurface, Foot, LEAF};
+use super::{ClosestPoint, ClosestSurface, LEAF};
 use multiversion::multiversion;
 
 /// Most groups that a front is walked down to.
@@ -39,7 +39,7 @@ pub(super) fn search(
     limit: f64,
     hint: Option<usize>,
     waiting: &mut Stack,
-) -> Option<(usize, Foot)> {
+) -> Option<(usize, ClosestPoint)> {
     let mut best = Best {
         limit: limit * limit,
         found: None,
@@ -168,7 +168,7 @@ impl Stack {
 /// What is found so far: the leaf, and the foot on one of its facets.
 struct Best {
     limit: f64,
-    found: Option<(usize, Foot)>,
+    found: Option<(usize, ClosestPoint)>,
 }
 
 impl Best {
@@ -199,13 +199,13 @@ impl Best {
             return;
         }
         let facet = surface.origin[at] as usize;
-        let first = |(_, found): &(usize, Foot)| facet < found.facet;
+        let first = |(_, found): &(usize, ClosestPoint)| facet < found.facet;
         if distance_squared == self.limit && !self.found.as_ref().is_some_and(first) {
             return;
         }
         self.limit = distance_squared;
         let weights = &closest.weights;
-        let foot = Foot {
+        let foot = ClosestPoint {
             facet,
             corners,
             weights: [weights[0][lane], weights[1][lane], weights[2][lane]],

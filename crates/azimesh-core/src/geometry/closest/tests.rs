@@ -59,7 +59,7 @@ fn coordinates_whose_squares_overflow_have_a_foot_or_none() {
         let facets: Vec<[u32; 3]> = (0..38).map(|i| [i, i + 1, i + 2]).collect();
         let surface = ClosestSurface::new(&points[..], &facets);
         for point in [[0.0; 3], [far, 0.0, 0.0], [-far, far, far], [1.0, 2.0, 3.0]] {
-            let known = |foot: &Foot| foot.facet < facets.len();
+            let known = |foot: &ClosestPoint| foot.facet < facets.len();
             assert!(
                 surface
                     .nearest(&point, f64::INFINITY)

@@ -194,9 +194,10 @@ impl BodyMotion for Cyclic {
 impl Cyclic {
     fn hinges(&self, on: &OnMesh<'_>) -> Result<Hinges> {
         // Angles about an axis in the plane of a 2D mesh are refused.
-        let (allowed, left) = match on.blade.is_upright() {
-            true => (2, "lag_deg"),
-            false => (0, "pitch_deg"),
+        let (allowed, left) = if on.blade.is_upright() {
+            (2, "lag_deg")
+        } else {
+            (0, "pitch_deg")
         };
         let refused = |i: usize| {
             let body = &on.body.name;
@@ -227,7 +228,7 @@ impl Cyclic {
 #[derive(Debug)]
 struct Blade {
     hinges: Hinges,
-    /// Whether the blade is a beam, which turns about its hinges itself.
+    /// True if the blade is a beam, which turns about its hinges itself.
     bends: bool,
     notes: Vec<Note>,
     warning: Option<Note>,

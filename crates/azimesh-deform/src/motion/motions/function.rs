@@ -37,9 +37,12 @@ impl BodyMotion for Displacements {
         let displaced = |step: &Step| {
             let mut set = vec![[0.0; 3]; nodes.places.len()];
             (self.function)(step, &nodes.places, &mut set);
-            let wrong = |d: &Vector| match d.iter().all(|x| x.is_finite()) {
-                true => on.in_plane() && d[2] != 0.0,
-                false => true,
+            let wrong = |d: &Vector| {
+                if d.iter().all(|x| x.is_finite()) {
+                    on.in_plane() && d[2] != 0.0
+                } else {
+                    true
+                }
             };
             match set.iter().position(wrong) {
                 None => Ok(set),
@@ -56,9 +59,10 @@ impl BodyMotion for Displacements {
 
 fn refused(on: &OnMesh<'_>, step: &Step, node: u32, displacement: Vector) -> Error {
     let body = &on.body.name;
-    let right = match displacement.iter().all(|x| x.is_finite()) {
-        true => "along z must be 0 in a 2D mesh",
-        false => "must be finite numbers",
+    let right = if displacement.iter().all(|x| x.is_finite()) {
+        "along z must be 0 in a 2D mesh"
+    } else {
+        "must be finite numbers"
     };
     let message = format!(
         "body \"{body}\": the displacement of node {node} at {step} is {displacement:?}; displacements {right}"

@@ -17,7 +17,7 @@ pub(in crate::motion) enum Link<'a, R = RigidLink> {
 }
 
 impl<'a> Link<'a> {
-    /// Whether it moves nothing.
+    /// Returns whether it moves nothing.
     pub fn is_rest(&self) -> bool {
         matches!(self, Self::Rigid(link) if link.rotations.is_empty() && link.translation.is_none())
     }

@@ -67,7 +67,7 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Whether it needs the azimuth of a step: harmonics do, tables say so by their columns.
+    /// Returns whether it needs the azimuth of a step: harmonics do, tables say so by their columns.
     fn has_harmonics(&self) -> bool {
         false
     }
@@ -113,7 +113,7 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
         None
     }
 
-    /// Whether it is the motion of a blade along the rotor's span.
+    /// Returns whether it is the motion of a blade along the rotor's span.
     fn is_of_blade(&self) -> bool {
         false
     }
@@ -151,7 +151,7 @@ pub(super) struct At<'a> {
     /// The part of the motion, from 0 to 1.
     pub part: f64,
     pub clock: Clock<'a>,
-    /// Whether rates of nodes are needed; other links always have theirs.
+    /// True if rates of nodes are needed; other links always have theirs.
     pub rates: bool,
 }
 
@@ -180,7 +180,7 @@ pub(super) struct OnMesh<'a> {
 }
 
 impl OnMesh<'_> {
-    /// Whether the mesh is plane.
+    /// Returns whether the mesh is plane.
     pub fn in_plane(&self) -> bool {
         self.blade.in_plane && self.boundary.dimension() < 3
     }

@@ -175,9 +175,10 @@ impl<const N: usize> ColumnValues<N> {
         let is_length = |name: &str| name.starts_with('d');
         let mut found = [None; N];
         for (column, name) in found.iter_mut().zip(names) {
-            *column = match is_length(name) {
-                true => columns.optional(name),
-                false => columns.optional_angle(name)?,
+            *column = if is_length(name) {
+                columns.optional(name)
+            } else {
+                columns.optional_angle(name)?
             };
         }
         let others = columns.done()?;
@@ -212,7 +213,7 @@ impl<const N: usize> ColumnValues<N> {
         })
     }
 
-    /// Whether the table has a column.
+    /// Returns whether the table has a column.
     pub fn has(&self, column: usize) -> bool {
         self.columns[column].is_some()
     }

@@ -26,7 +26,7 @@ const ALMOST: f64 = 1e-4;
 pub(super) struct Matching {
     /// Distance at which a place is that of a node, in mesh units.
     pub tolerance: f64,
-    /// Whether nodes that the file does not name stay where they are; else they are an error.
+    /// True if nodes that the file does not name stay where they are; else they are an error.
     pub missing_fixed: bool,
 }
 

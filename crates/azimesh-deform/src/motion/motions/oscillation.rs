@@ -23,12 +23,12 @@ pub(in crate::motion) struct Oscillation {
 }
 
 impl Oscillation {
-    /// Whether it needs the azimuth of a step.
+    /// Returns whether it needs the azimuth of a step.
     pub fn has_harmonics(&self) -> bool {
         !self.series.harmonics.is_empty() && self.frequency.is_none()
     }
 
-    /// Whether it is zero at every step.
+    /// Returns whether it is zero at every step.
     pub fn is_zero(&self) -> bool {
         self.series.is_zero() && self.table.is_none()
     }

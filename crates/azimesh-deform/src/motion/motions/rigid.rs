@@ -122,9 +122,12 @@ const ROTATION: Kind<AxisRotation> = Kind {
 /// A vector, or a table.
 const TRANSLATION: Kind<Translation> = Kind {
     words: "3 lengths, or a table, below",
-    read: |entry| match entry.is_table() {
-        true => Translation::read(entry).map(Translation::swinging),
-        false => entry.numbers().map(Translation::new),
+    read: |entry| {
+        if entry.is_table() {
+            Translation::read(entry).map(Translation::swinging)
+        } else {
+            entry.numbers().map(Translation::new)
+        }
     },
     schema: || json!({ "anyOf": [(numbers::<3>("").schema)(), Translation::schema()] }),
 };

@@ -87,7 +87,7 @@ impl Series {
         angles.try_for_each(|angle| places.angle(key, angle))
     }
 
-    /// Whether the angle is zero at every azimuth.
+    /// Returns whether the angle is zero at every azimuth.
     pub(super) fn is_zero(&self) -> bool {
         let still = |harmonic: &Harmonic| harmonic.sin == 0.0 && harmonic.cos == 0.0;
         self.mean == 0.0 && self.harmonics.iter().all(still)

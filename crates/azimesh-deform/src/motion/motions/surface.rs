@@ -97,7 +97,7 @@ impl BodyMotion for SurfaceMotion {
     }
 }
 
-/// Whether a file is of SU2's surface positions.
+/// Returns whether a file is of SU2's surface positions.
 fn is_positions(path: &Path) -> bool {
     let kind = path.extension().map(|kind| kind.to_ascii_lowercase());
     kind.is_some_and(|kind| kind == "dat" || kind == "txt")

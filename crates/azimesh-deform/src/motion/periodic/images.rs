@@ -91,7 +91,7 @@ pub(super) fn distinct(pairs: &[Periodic], bounds: &Bounds) -> Result<Distinct> 
     })
 }
 
-/// Whether two maps put the corners of the box at the same places.
+/// Returns whether two maps put the corners of the box at the same places.
 fn are_same(a: &Transform, b: &Transform, bounds: &Bounds) -> bool {
     let limit = SAME * bounds.diagonal();
     (0..8).all(|corner| {
@@ -101,7 +101,7 @@ fn are_same(a: &Transform, b: &Transform, bounds: &Bounds) -> bool {
     })
 }
 
-/// Whether the products of two maps make a group in which each product is met once.
+/// Returns whether the products of two maps make a group in which each product is met once.
 fn combine(a: &Symmetry, b: &Symmetry) -> bool {
     let across = |a: &Vector, b: &Vector| norm(cross(*a, *b)) / (norm(*a) * norm(*b));
     match (a, b) {

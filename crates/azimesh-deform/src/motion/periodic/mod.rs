@@ -126,7 +126,7 @@ impl Periodic {
     /// Pairs the nodes of side `a` with those of side `b`. A rotation about `axis` is preferred.
     ///
     /// # Errors
-    /// Where a side has no nodes, the sides differ in their number or have the same nodes; where no map
+    /// If a side has no nodes, the sides differ in their number or have the same nodes; where no map
     /// brings every node of `a` within 1e-6 of the extent of a node of `b` with the mesh on the other side
     /// of it, or several maps do.
     pub fn find(
@@ -320,9 +320,10 @@ impl Sides {
         let first = self.pair(&rough);
         let symmetry = self.median(&first, rough);
         let second = self.pair(&symmetry);
-        match second.n_apart == 0 || second.n_apart < first.n_apart {
-            true => (second, symmetry),
-            false => (first, rough),
+        if second.n_apart == 0 || second.n_apart < first.n_apart {
+            (second, symmetry)
+        } else {
+            (first, rough)
         }
     }
 

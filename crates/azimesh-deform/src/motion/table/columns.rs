@@ -33,7 +33,7 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// Whether the table has a column of this name.
+    /// Returns whether the table has a column of this name.
     pub fn has(&self, name: &str) -> bool {
         self.table.names.iter().any(|other| other == name)
     }

@@ -48,7 +48,7 @@ pub struct History {
     period: Option<f64>,
     /// True if it has no row at the end of that.
     fills_gap: bool,
-    /// Whether there are no values outside of the range when that is one row.
+    /// True if there are no values outside of the range when that is one row.
     is_held: bool,
     /// What the table lacks to repeat itself, in words.
     open: Option<String>,
@@ -163,7 +163,7 @@ impl History {
         }
     }
 
-    /// Whether some value of the last row is not that of the first.
+    /// Returns whether some value of the last row is not that of the first.
     fn last_row_differs(&self) -> bool {
         let n = self.n_values;
         let mut largest = vec![0.0; n];
@@ -188,7 +188,7 @@ impl History {
         self.period
     }
 
-    /// Whether it repeats itself, as one over azimuth of whole revolutions does.
+    /// Returns whether it repeats itself, as one over azimuth of whole revolutions does.
     pub fn repeats(&self) -> bool {
         self.period.is_some()
     }

@@ -50,7 +50,7 @@ pub struct Scales<'a> {
 pub struct ColumnNames {
     pub(super) in_file: BTreeMap<String, String>,
     pub(super) factors: BTreeMap<String, f64>,
-    /// Whether a length in a unit of its own was taken for one of a mesh in m, since nothing is said of the mesh.
+    /// True if a length in a unit of its own was taken for one of a mesh in m, since nothing is said of the mesh.
     pub assumes_metres: bool,
 }
 
@@ -85,12 +85,13 @@ impl Naming {
                 continue;
             }
             let all: Vec<String> = known.iter().map(|unit| format!("\"{unit}\"")).collect();
-            let message = match known.is_empty() {
-                true => format!("`{name}` has no unit"),
-                false => format!(
+            let message = if known.is_empty() {
+                format!("`{name}` has no unit")
+            } else {
+                format!(
                     "unit \"{unit}\" of `{name}` is not known; known: {}",
                     all.join(", ")
-                ),
+                )
             };
             return Err(("units", message));
         }
@@ -125,7 +126,7 @@ impl Naming {
 }
 
 impl ColumnNames {
-    /// Whether columns that nobody asks for are passed over.
+    /// Returns whether columns that nobody asks for are passed over.
     pub(super) fn passes_over(&self) -> bool {
         !self.in_file.is_empty()
     }

@@ -13,11 +13,11 @@ struct MotionFile {
     good: &'static str,
     /// Columns that cannot be left out.
     required: &'static [&'static str],
-    /// Whether rows must be in order.
+    /// True if rows must be in order.
     ordered: bool,
-    /// Whether a row that says something else of the same place is an error.
+    /// True if a row that says something else of the same place is an error.
     unique: bool,
-    /// Whether every row is needed.
+    /// True if every row is needed.
     complete: bool,
 }
 

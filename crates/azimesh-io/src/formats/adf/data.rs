@@ -82,11 +82,12 @@ impl Data {
             return Err(file.refuse(message, at));
         };
         let length = file.source.bytes().len() as u64;
-        let n_bytes = match shape.contains(&0) {
-            true => Some(0),
-            false => shape
+        let n_bytes = if shape.contains(&0) {
+            Some(0)
+        } else {
+            shape
                 .iter()
-                .try_fold(element.size() as u64, |product, n| product.checked_mul(*n)),
+                .try_fold(element.size() as u64, |product, n| product.checked_mul(*n))
         };
         let Some(n_bytes) = n_bytes.filter(|n| *n <= length) else {
             let message = format!(

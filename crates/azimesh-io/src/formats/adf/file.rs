@@ -161,9 +161,10 @@ impl File {
 
     /// The byte that a pointer leads to, which is itself at `at`.
     pub fn pointer(&self, bytes: &[u8], at: u64) -> Result<u64> {
-        let numbers = match self.head.is_binary {
-            true => Some((self.integer(&bytes[..8]), self.integer(&bytes[8..]))),
-            false => number(&bytes[..8]).zip(number(&bytes[8..])),
+        let numbers = if self.head.is_binary {
+            Some((self.integer(&bytes[..8]), self.integer(&bytes[8..])))
+        } else {
+            number(&bytes[..8]).zip(number(&bytes[8..]))
         };
         let place = numbers.and_then(|(block, offset)| {
             let start = block.checked_mul(BLOCK)?;
@@ -185,18 +186,20 @@ impl File {
 
     /// A dimension of data from its eight bytes.
     pub fn dimension(&self, bytes: &[u8]) -> Option<u64> {
-        match self.head.is_binary {
-            true => Some(self.integer(bytes)),
-            false => number(bytes),
+        if self.head.is_binary {
+            Some(self.integer(bytes))
+        } else {
+            number(bytes)
         }
     }
 
     /// An integer of as many bytes.
     fn integer(&self, bytes: &[u8]) -> u64 {
         let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
-        match self.head.is_big_endian {
-            true => bytes.iter().fold(0, add),
-            false => bytes.iter().rev().fold(0, add),
+        if self.head.is_big_endian {
+            bytes.iter().fold(0, add)
+        } else {
+            bytes.iter().rev().fold(0, add)
         }
     }
 

@@ -147,20 +147,22 @@ impl Writer {
 
     fn pointer(&self, at: u64) -> Vec<u8> {
         let (block, offset) = (at / 4096, at % 4096);
-        match self.is_binary() {
-            true => [
+        if self.is_binary() {
+            [
                 self.ordered(block.to_le_bytes().to_vec(), 8),
                 self.ordered((offset as u32).to_le_bytes().to_vec(), 4),
             ]
-            .concat(),
-            false => format!("{block:08X}{offset:04X}").into_bytes(),
+            .concat()
+        } else {
+            format!("{block:08X}{offset:04X}").into_bytes()
         }
     }
 
     fn dimension(&self, n: u64) -> Vec<u8> {
-        match self.is_binary() {
-            true => self.ordered(n.to_le_bytes().to_vec(), 8),
-            false => format!("{n:08X}").into_bytes(),
+        if self.is_binary() {
+            self.ordered(n.to_le_bytes().to_vec(), 8)
+        } else {
+            format!("{n:08X}").into_bytes()
         }
     }
 

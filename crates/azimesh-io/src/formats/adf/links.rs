@@ -45,9 +45,10 @@ impl Link {
 
     fn refuse(&self, why: &str) -> Error {
         let (file, path) = (decoded(&self.file), decoded(&self.path));
-        let of_file = match file.is_empty() {
-            true => String::new(),
-            false => format!(" in the file \"{file}\""),
+        let of_file = if file.is_empty() {
+            String::new()
+        } else {
+            format!(" in the file \"{file}\"")
         };
         Error::input(format!("this links to \"{path}\"{of_file}{why}"))
     }
@@ -66,17 +67,19 @@ pub fn target(node: Node, left: &mut usize) -> Result<Node> {
 }
 
 fn find(from: &Node, link: &Link, left: &mut usize) -> Result<Node> {
-    let file = match link.file.is_empty() {
-        true => from.file.clone(),
-        false => other_file(from, link)?,
+    let file = if link.file.is_empty() {
+        from.file.clone()
+    } else {
+        other_file(from, link)?
     };
     let mut node = Node::root_of(file, from.files.clone())?;
     let names = link.path.split(|byte| *byte == b'/');
     for name in names.filter(|name| !name.is_empty()) {
         let child = target(node, left)?.child(name)?;
-        let missing = match link.file.is_empty() {
-            true => ", which is not in the file",
-            false => "; that file has no such node",
+        let missing = if link.file.is_empty() {
+            ", which is not in the file"
+        } else {
+            "; that file has no such node"
         };
         node = child.ok_or_else(|| link.refuse(missing))?;
     }

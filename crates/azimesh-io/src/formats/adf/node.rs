@@ -136,9 +136,10 @@ impl Node {
         let end = file.pointer_at(at + TAG)?;
         file.check_tag(end, last, &format!("the end of {what}"))?;
         let start = at + OPENING;
-        match start <= end {
-            true => Ok(start..end),
-            false => Err(file.refuse(format!("{what} ends at byte {end}, before it starts"), at)),
+        if start <= end {
+            Ok(start..end)
+        } else {
+            Err(file.refuse(format!("{what} ends at byte {end}, before it starts"), at))
         }
     }
 
@@ -235,15 +236,14 @@ impl Node {
                 pieces.add(content.start..last, n_bytes);
             }
         }
-        match pieces.n_bytes() == n_bytes {
-            true => Ok(pieces),
-            false => {
-                let message = format!(
-                    "the dimensions of data need {n_bytes} bytes; there are {}",
-                    pieces.n_bytes()
-                );
-                Err(self.file.refuse(message, self.at + 130))
-            }
+        if pieces.n_bytes() == n_bytes {
+            Ok(pieces)
+        } else {
+            let message = format!(
+                "the dimensions of data need {n_bytes} bytes; there are {}",
+                pieces.n_bytes()
+            );
+            Err(self.file.refuse(message, self.at + 130))
         }
     }
 

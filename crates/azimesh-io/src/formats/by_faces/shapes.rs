@@ -155,9 +155,12 @@ mod tests {
         for face in faces {
             list.push(face.iter().copied());
         }
-        let number = |face: usize| match owner[face] == cell {
-            true => face as u32,
-            false => face as u32 | INWARD,
+        let number = |face: usize| {
+            if owner[face] == cell {
+                face as u32
+            } else {
+                face as u32 | INWARD
+            }
         };
         let of_cell: Vec<u32> = (0..faces.len()).map(number).collect();
         let mut cells = Cells::new();

@@ -90,9 +90,10 @@ impl Grid {
         let layer = layer(region, low[across] - 1);
         let mut ranges: [Range<usize>; 3] = [0..1, 0..1, 0..1];
         for i in (0..n).filter(|&i| i != across) {
-            ranges[i] = match counts_nodes {
-                true => low[i] - 1..high[i] - 1,
-                false => low[i] - 1..high[i],
+            ranges[i] = if counts_nodes {
+                low[i] - 1..high[i] - 1
+            } else {
+                low[i] - 1..high[i]
             };
         }
         ranges[across] = layer..layer + 1;

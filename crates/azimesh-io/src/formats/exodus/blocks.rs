@@ -146,9 +146,10 @@ fn elements(
         *fewer.entry(of).or_default() += n;
     }
     let block = Cells::from_connectivity(nodes, [(element.kind, element.n_kept, n)]);
-    match cells.is_empty() {
-        true => *cells = block,
-        false => cells.append(&block),
+    if cells.is_empty() {
+        *cells = block
+    } else {
+        cells.append(&block)
     }
     Ok(())
 }

@@ -26,9 +26,10 @@ pub(super) fn read(
         let Some(nodes) = file.variable(&format!("node_ns{place}"))? else {
             continue;
         };
-        match has_tags {
-            true => left.push(named.name),
-            false => sets.push((named, indices(&nodes, n_nodes, "node")?)),
+        if has_tags {
+            left.push(named.name)
+        } else {
+            sets.push((named, indices(&nodes, n_nodes, "node")?))
         }
     }
     let groups = tags(sets, n_nodes, cells, faces, &mut left)?;

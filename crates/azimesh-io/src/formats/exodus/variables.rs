@@ -117,9 +117,10 @@ fn ids(file: &File, name: &str, n: usize) -> Result<Option<Vec<i64>>> {
 fn at_step(variable: &Variable, step: usize, n: usize) -> Result<Values> {
     let values = variable.rows(step..step + 1)?.into_values();
     let values = values.ok_or_else(|| variable.refuse("it must have numbers"))?;
-    match values.len() == n {
-        true => Ok(values),
-        false => Err(variable.refuse(format!("it has {} values at a time, not {n}", values.len()))),
+    if values.len() == n {
+        Ok(values)
+    } else {
+        Err(variable.refuse(format!("it has {} values at a time, not {n}", values.len())))
     }
 }
 

@@ -15,7 +15,7 @@ use std::ops::Range;
 /// Name of the group that holds meshes.
 const MESHES: &str = "meshes";
 
-/// Whether a file in HDF5 is one of Fluent.
+/// Returns whether a file in HDF5 is one of Fluent.
 pub(super) fn is_of_fluent(source: &Source) -> bool {
     let has_mesh = || -> Result<bool> {
         let Some(meshes) = File::open(source)?.root()?.group(MESHES)? else {

@@ -109,7 +109,7 @@ pub(super) struct FaceList {
 pub(super) struct CellZone {
     pub zone: u32,
     pub cells: Range<usize>,
-    /// Whether they are cells of the mesh now; others were refined.
+    /// True if they are cells of the mesh now; others were refined.
     pub is_active: bool,
 }
 
@@ -128,7 +128,7 @@ impl Content {
         named.map_or_else(|| kind_of_faces(zone.kind), |named| &named.kind)
     }
 
-    /// Whether faces of this zone between two cells are inside of the mesh and nothing else.
+    /// Returns whether faces of this zone between two cells are inside of the mesh and nothing else.
     pub fn is_interior(&self, zone: &FaceZone) -> bool {
         self.kind(zone) == "interior"
     }

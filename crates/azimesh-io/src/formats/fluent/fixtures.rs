@@ -220,9 +220,12 @@ impl Small {
             .points
             .iter()
             .flat_map(|point| &point[..self.dimension]);
-        let body = coordinates.flat_map(|x| match stored.is_double {
-            true => ordered(&x.to_le_bytes(), stored),
-            false => ordered(&(*x as f32).to_le_bytes(), stored),
+        let body = coordinates.flat_map(|x| {
+            if stored.is_double {
+                ordered(&x.to_le_bytes(), stored)
+            } else {
+                ordered(&(*x as f32).to_le_bytes(), stored)
+            }
         });
         let header = format!("10 (1 1 {:x} 1 {})", self.points.len(), self.dimension);
         section(&mut file, header, Some(body.collect()));

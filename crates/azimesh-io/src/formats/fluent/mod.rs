@@ -55,7 +55,7 @@ pub static FLUENT: Format = Format {
     ..Format::NEW
 };
 
-/// Whether a file starts with a section: a parenthesis and the index of one that comes first, then a blank, a
+/// Returns whether a file starts with a section: a parenthesis and the index of one that comes first, then a blank, a
 /// parenthesis or a string.
 fn is_text(head: &[u8]) -> bool {
     let Some(rest) = head.trim_ascii_start().strip_prefix(b"(") else {

@@ -1,7 +1,7 @@
 //! Writing MSH 2.2 and 4.1, as text and little-endian binary. Version 4.1 has all nodes in one block of
 //! the entity of highest dimension; 2.2 repeats a cell for each of its groups.
 
-use super::super::names::{Given, Rule, cut};
+use super::super::names::{Rule, UniqueNames, cut};
 use super::super::number::Chunk;
 use super::super::records::{push_integer, push_real, write_all, write_records};
 use super::super::{Encoding, Notes, WriteOptions};
@@ -379,7 +379,7 @@ impl Sink<'_> {
         notes: &mut Notes,
     ) -> Result<()> {
         let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
-        let names = Given::default().give_all(&names, &ARRAY);
+        let names = UniqueNames::default().give_all(&names, &ARRAY);
         for (array, name) in arrays.into_iter().zip(names) {
             let own_name = &array.name;
             let n = array.n_components;

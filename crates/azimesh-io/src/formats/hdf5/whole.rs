@@ -92,9 +92,10 @@ mod tests {
         let told = |bytes: &[u8]| cut_off(bytes).map(|error| error.to_string());
         for len in 8..n {
             let told = told(&file[..len]).expect("it is cut off");
-            let expected = match len < 36 {
-                true => format!("it ends within its header, after {len} bytes"),
-                false => format!("it has {len} bytes of the {n} that"),
+            let expected = if len < 36 {
+                format!("it ends within its header, after {len} bytes")
+            } else {
+                format!("it has {len} bytes of the {n} that")
             };
             assert!(told.contains(&expected), "{told}");
         }

@@ -305,9 +305,10 @@ impl<'a> Cursor<'a> {
     }
 
     fn count(&mut self, what: &str) -> Result<u64> {
-        match self.is_wide {
-            true => self.long(what),
-            false => self.word(what).map(u64::from),
+        if self.is_wide {
+            self.long(what)
+        } else {
+            self.word(what).map(u64::from)
         }
     }
 

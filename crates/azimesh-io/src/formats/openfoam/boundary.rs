@@ -3,7 +3,7 @@
 
 use super::topology::{Patch, Topology};
 use crate::formats::Notes;
-use crate::formats::names::{Given, Rule};
+use crate::formats::names::{Rule, UniqueNames};
 use crate::mesh::{Group, Mesh, MeshView};
 use azimesh_core::error::{Error, Result, nearest_name, option};
 use azimesh_core::{Note, note};
@@ -94,7 +94,7 @@ impl Patches {
                 ));
             }
         }
-        let rest = self.list.iter().zip(sizes).last();
+        let rest = self.list.last().zip(sizes.last());
         notes.extend(rest.filter(|(_, n)| **n > 0).map(|(patch, &n)| {
             let name = &patch.name;
             note!(
@@ -128,7 +128,7 @@ pub(super) fn patches_of(
 ) -> Result<Vec<Patch>> {
     let tags: Vec<_> = mesh.boundary_tags().collect();
     let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
-    let written = Given::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
+    let written = UniqueNames::with([DEFAULT].into_iter().filter(|name| !names.contains(name)))
         .give_all(&names, &NAMES);
     let patches = origin.map_or(&[][..], |origin| &origin.patches);
     let known = patches.iter().map(|patch| (&*patch.name, patch));
@@ -153,7 +153,7 @@ pub(super) fn patches_of(
         });
     }
     list.push(Patch {
-        name: Given::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
+        name: UniqueNames::with(list.iter().map(|patch| &*patch.name)).give(DEFAULT, &NAMES),
         kind: "patch".to_owned(),
         ..Patch::default()
     });
@@ -216,7 +216,7 @@ fn fit_name(name: &str, longest: usize) -> String {
 /// The names that zones have in a file.
 pub(super) fn zone_names(zones: &[&Group]) -> Vec<String> {
     let names: Vec<&str> = zones.iter().map(|zone| &*zone.name).collect();
-    Given::default().give_all(&names, &NAMES)
+    UniqueNames::default().give_all(&names, &NAMES)
 }
 
 /// Sets the types of boundary tags, as `(tag, type)`.

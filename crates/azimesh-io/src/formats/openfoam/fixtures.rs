@@ -149,11 +149,10 @@ impl Way {
     fn points(&self, points: &[[f64; 3]]) -> Vec<u8> {
         let mut file = format!("{}\n(", points.len()).into_bytes();
         for point in points {
-            match self.is_binary {
-                true => file.extend(point.iter().flat_map(|x| self.scalar(*x))),
-                false => {
-                    file.extend(format!("\n({:?} {:?} {:?})", point[0], point[1], point[2]).bytes())
-                }
+            if self.is_binary {
+                file.extend(point.iter().flat_map(|x| self.scalar(*x)))
+            } else {
+                file.extend(format!("\n({:?} {:?} {:?})", point[0], point[1], point[2]).bytes())
             }
         }
         file.extend(b")\n");
@@ -170,13 +169,13 @@ impl Way {
         }
         let mut file = format!("{}\n(\n", faces.len()).into_bytes();
         for face in faces {
-            file.extend(match self.is_binary {
-                true => self.labels(face),
-                false => self
-                    .labels(face)
+            file.extend(if self.is_binary {
+                self.labels(face)
+            } else {
+                self.labels(face)
                     .iter()
                     .map(|byte| if *byte == b'\n' { b' ' } else { *byte })
-                    .collect(),
+                    .collect()
             });
         }
         file.extend(b")\n");
@@ -225,14 +224,13 @@ impl Way {
     pub fn write(&self, folder: &Path, files: &[(&str, Vec<u8>)]) {
         fs::create_dir_all(folder).expect("a folder");
         for (name, bytes) in files {
-            match self.is_packed {
-                false => fs::write(folder.join(name), bytes).expect("a file"),
-                true => {
-                    let file = fs::File::create(folder.join(format!("{name}.gz"))).expect("a file");
-                    let mut file = GzEncoder::new(file, Compression::fast());
-                    file.write_all(bytes).expect("it is written");
-                    file.finish().expect("it is written");
-                }
+            if self.is_packed {
+                let file = fs::File::create(folder.join(format!("{name}.gz"))).expect("a file");
+                let mut file = GzEncoder::new(file, Compression::fast());
+                file.write_all(bytes).expect("it is written");
+                file.finish().expect("it is written");
+            } else {
+                fs::write(folder.join(name), bytes).expect("a file")
             }
         }
     }
@@ -286,9 +284,12 @@ impl Small {
             }
             nodes
         });
-        let owner = order.iter().map(|face| match is_turned(*face) {
-            true => local(self.neighbour[*face]),
-            false => local(self.owner[*face]),
+        let owner = order.iter().map(|face| {
+            if is_turned(*face) {
+                local(self.neighbour[*face])
+            } else {
+                local(self.owner[*face])
+            }
         });
         let piece = Self {
             points: points

@@ -44,7 +44,7 @@ pub(super) fn append(blocks: &[[usize; 3]], cells: &mut Cells) -> Result<Vec<Blo
 }
 
 impl Block {
-    /// Whether it has sides: its indices are the first ones, and as many as its cells have dimensions.
+    /// Returns whether it has sides: its indices are the first ones, and as many as its cells have dimensions.
     pub fn has_sides(&self) -> bool {
         let n = self.grid.n_indices;
         n > 1 && self.grid.nodes[..n].iter().all(|n| *n > 1)

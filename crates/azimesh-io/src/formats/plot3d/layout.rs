@@ -12,7 +12,7 @@ const MOST_BLOCKS: usize = 1 << 20;
 pub(super) struct Layout {
     /// `None` for text.
     pub binary: Option<Binary>,
-    /// Whether the number of blocks stands at the start.
+    /// True if the number of blocks stands at the start.
     pub is_multi: bool,
     pub n_axes: usize,
     pub has_blanking: bool,

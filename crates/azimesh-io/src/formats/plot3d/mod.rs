@@ -53,7 +53,7 @@ const EXTENSIONS: &[&str] = &["p3d", "xyz", "p3dfmt", "p2dfmt", "x", "fmt", "xfm
 /// Plot3D, with what is stated of the file.
 struct Plot3d {
     name: &'static str,
-    /// Whether a layout is what is stated.
+    /// Returns whether a layout is what is stated.
     allows: fn(&Layout) -> bool,
 }
 
@@ -94,7 +94,7 @@ const DETECTED: Format = Format {
     ..Format::NEW
 };
 
-/// Whether the counts at the start fit the whole file. Text is looked at where its name is that of a grid.
+/// Returns whether the counts at the start fit the whole file. Text is looked at where its name is that of a grid.
 fn is_grid(source: &Source) -> bool {
     let name = source.path().to_string_lossy().to_ascii_lowercase();
     let is_named = || {

@@ -10,7 +10,7 @@ use azimesh_core::error::Result;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Whether a file begins as text, which no binary grid does: its counts have bytes that are zero.
+/// Returns whether a file begins as text, which no binary grid does: its counts have bytes that are zero.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
     let is_of_text = |byte: &u8| byte.is_ascii_whitespace() || byte.is_ascii_graphic();
     !bytes.is_empty() && bytes.iter().take(4096).all(is_of_text)

@@ -78,7 +78,7 @@ pub(super) fn fits(bytes: &[u8]) -> Vec<Fit> {
     found
 }
 
-/// Whether any layout fits, with numbers such as grids have.
+/// Returns whether any layout fits, with numbers such as grids have.
 pub(super) fn recognizes(bytes: &[u8]) -> bool {
     // Text never does: its first four characters would be a count of millions.
     bytes.len() >= 24 && fits(bytes).iter().any(|fit| fit.is_plausible(bytes))
@@ -109,7 +109,7 @@ impl Fit {
         })
     }
 
-    /// Whether the last block ends where the file does, and the records have right marks.
+    /// Returns whether the last block ends where the file does, and the records have right marks.
     fn ends_with(&self, bytes: &[u8]) -> bool {
         let size = |block: &[usize; 3]| self.block_bytes(block.iter().product());
         let sizes = self.blocks.iter().map(size);
@@ -125,7 +125,7 @@ impl Fit {
             })
     }
 
-    /// Whether some of the coordinates are such as meshes have, and the blanking is small integers.
+    /// Returns whether some of the coordinates are such as meshes have, and the blanking is small integers.
     fn is_plausible(&self, bytes: &[u8]) -> bool {
         const LOOKED_AT: usize = 4096;
         let binary = self.binary();

@@ -258,9 +258,12 @@ fn zeros_of_both_signs_and_rounded_coordinates_are_one_place() {
     let folder = tempfile::tempdir().expect("a folder");
     let second = folder.path().join("b.vtu");
     for (ids, other_zero) in [(false, "-0.0"), (true, "-0.0"), (true, "1e-9")] {
-        let ids = |values| match ids {
-            true => array("Int64", "ids", values),
-            false => String::new(),
+        let ids = |values| {
+            if ids {
+                array("Int64", "ids", values)
+            } else {
+                String::new()
+            }
         };
         piece(folder.path(), "a.vtu", 0, &ids("0 1 2 3"), "");
         piece(folder.path(), "b.vtu", 1, &ids("2 3 4 5"), "");

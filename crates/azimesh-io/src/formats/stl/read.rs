@@ -28,7 +28,7 @@ fn is_text(bytes: &[u8]) -> bool {
     begins && words.into_iter().any(has)
 }
 
-/// Whether a file is STL. Binary files may begin with the word of text.
+/// Returns whether a file is STL. Binary files may begin with the word of text.
 pub(super) fn recognizes(bytes: &[u8]) -> bool {
     is_text(bytes) || n_binary(bytes).is_some_and(|n| n > 0)
 }

@@ -1,6 +1,6 @@
 //! The zones that a mesh is written in, and the markers of each.
 
-use super::super::names::{Given, Places, Rule};
+use super::super::names::{Places, Rule, UniqueNames};
 use super::EXCHANGE;
 use crate::mesh::{Group, MeshView};
 use std::collections::BTreeMap;
@@ -105,7 +105,7 @@ impl WrittenZones {
 
 /// Boundary tags and groups of single nodes; groups of one name together.
 fn markers(mesh: &MeshView) -> Vec<Marker> {
-    let mut names = Given::with([EXCHANGE]);
+    let mut names = UniqueNames::with([EXCHANGE]);
     let mut markers: Vec<Marker> = Vec::new();
     let mut places = Places::default();
     for group in of_markers(mesh) {

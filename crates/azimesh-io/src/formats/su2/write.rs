@@ -259,7 +259,7 @@ fn write_points(
 /// that there is no header, and moves a node of a moving marker that is not in the file to the origin.
 ///
 /// # Errors
-/// Where they cannot be written.
+/// If they cannot be written.
 pub fn write_surface(mesh: &MeshView, nodes: &[u32], out: &mut dyn Write) -> Result<()> {
     let dimension = usize::from(mesh.dimension().clamp(2, 3));
     write_records(out, nodes.len(), &|range, buffer| {

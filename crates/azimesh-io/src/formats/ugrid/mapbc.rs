@@ -2,7 +2,7 @@
 //! boundary condition and, mostly, its name. Conditions have FUN3D's numbers, and names of CGNS.
 
 use super::super::Notes;
-use super::super::names::{Given, Rule, in_cgns, text_of};
+use super::super::names::{Rule, UniqueNames, in_cgns, text_of};
 use super::super::source::{read_file, without_mark};
 use super::super::tokens::Tokens;
 use super::case;
@@ -216,7 +216,7 @@ fn written<'a>(tags: &[Tag<'a>]) -> BTreeMap<&'a str, String> {
 /// The name of faces that are in no tag; no tag has it.
 pub(super) fn untagged(tags: &[Tag]) -> String {
     let names = written(tags);
-    Given::with(names.values().map(String::as_str)).give(UNTAGGED, &RULE)
+    UniqueNames::with(names.values().map(String::as_str)).give(UNTAGGED, &RULE)
 }
 
 #[cfg(test)]

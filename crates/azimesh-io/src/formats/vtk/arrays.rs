@@ -6,7 +6,7 @@ use super::order;
 use super::tags::{self, BOUNDARY, LOWER, Labels, Numbers, ZONE};
 use crate::formats::Notes;
 use crate::formats::column::{BLOCK, Column, Data, Sink, stream, stream_integers};
-use crate::formats::names::{Given, Rule};
+use crate::formats::names::{Rule, UniqueNames};
 use crate::formats::number::DType;
 use crate::formats::{Precision, WriteOptions};
 use crate::mesh::{
@@ -122,7 +122,7 @@ impl<'a> VtkArrays<'a> {
             let kept = arrays.iter().copied().filter(|array| self.is_kept(array));
             let kept: Vec<&DataArray> = kept.collect();
             let before: Vec<&str> = kept.iter().map(|array| array.name.as_str()).collect();
-            let written = Given::with(taken).give_all(&before, rule);
+            let written = UniqueNames::with(taken).give_all(&before, rule);
             for (before, written) in before.into_iter().zip(&written) {
                 self.notes.extend(rule.note("array", before, written));
             }
@@ -164,7 +164,7 @@ impl<'a> VtkArrays<'a> {
         }
     }
 
-    /// Whether an array of the mesh is written: its name is not taken by tags, and strings only with names of tags.
+    /// Returns whether an array of the mesh is written: its name is not taken by tags, and strings only with names of tags.
     fn is_kept(&self, array: &DataArray) -> bool {
         let with_text = self.options.tag_names;
         let mut pairs = self.labels.iter().map(|(pair, ..)| pair);

@@ -178,7 +178,7 @@ fn extend(runs: &mut Vec<TypeRun>, vtk: u8, n_nodes: u32, n_cells: u32) {
     }
 }
 
-/// Whether a cell of this type and number of nodes is one that can be held or split; those of the
+/// Returns whether a cell of this type and number of nodes is one that can be held or split; those of the
 /// run before are.
 fn fits_after(before: Option<TypeRun>, vtk: u8, n_nodes: u32) -> bool {
     if before.is_some_and(|run| (run.vtk, run.n_nodes) == (vtk, n_nodes)) {

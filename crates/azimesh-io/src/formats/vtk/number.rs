@@ -74,7 +74,7 @@ impl Element {
         Self::ALL.into_iter().find(|element| element.name() == name)
     }
 
-    /// Whether the values are integers.
+    /// Returns whether the values are integers.
     pub fn is_integer(self) -> bool {
         !matches!(self, Element::Float32 | Element::Float64 | Element::String)
     }

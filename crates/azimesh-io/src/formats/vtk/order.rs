@@ -22,7 +22,7 @@ pub const OUTWARD: &str = "outward";
 /// Title of legacy files with this mark.
 pub const TITLE: &str = "written by azimesh, wedges outward";
 
-/// Whether a file of these cells is marked.
+/// Returns whether a file of these cells is marked.
 pub fn has_wedges(cells: &Cells) -> bool {
     cells.runs().any(|run| run.kind == CellKind::Wedge)
 }
@@ -77,7 +77,7 @@ fn six_volumes(points: &[Vector], nodes: &[u32]) -> f64 {
 /// VTK's name of the array with the degrees of each cell along its three axes.
 const DEGREES: &str = "HigherOrderDegrees";
 
-/// Whether cells of this kind had another order.
+/// Returns whether cells of this kind had another order.
 pub fn concerns(kind: CellKind) -> bool {
     matches!(
         kind,
@@ -134,7 +134,7 @@ pub fn swapped(cells: &Cells, degrees: Option<&DataArray>) -> (Cells, usize) {
     (new, n_unknown)
 }
 
-/// Whether an array has the degrees of cells.
+/// Returns whether an array has the degrees of cells.
 pub fn is_degrees(array: &DataArray) -> bool {
     array.name == DEGREES && array.n_components == 3 && !matches!(array.values, Values::Text(_))
 }

@@ -48,7 +48,7 @@ pub struct SharedFaces<'a> {
 }
 
 impl Streams {
-    /// Whether there is no polyhedron.
+    /// Returns whether there is no polyhedron.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }

@@ -50,7 +50,7 @@ pub fn type_name(vtk: u8) -> &'static str {
     }
 }
 
-/// Whether a cell of this type stands for any number of cells.
+/// Returns whether a cell of this type stands for any number of cells.
 pub fn is_collection(vtk: u8) -> bool {
     matches!(vtk, EMPTY | POLY_VERTEX | POLYLINE | STRIP)
 }

@@ -66,7 +66,7 @@ pub fn extract(mesh: &mut Mesh, chosen: Option<&str>) -> Result<()> {
     Ok(())
 }
 
-/// Whether boundary tags are on surface cells in space, and on no edges: on the boundary of a volume that
+/// Returns whether boundary tags are on surface cells in space, and on no edges: on the boundary of a volume that
 /// is not there.
 fn is_surface_of_solid(mesh: &Mesh) -> bool {
     let has = |dimension: u8| {
@@ -154,7 +154,7 @@ fn names_at(mesh: &Mesh, name: &str) -> Option<usize> {
     mesh.field_arrays.iter().position(is_names)
 }
 
-/// Whether there is a scalar cell array of this name that holds integers.
+/// Returns whether there is a scalar cell array of this name that holds integers.
 fn is_integer(mesh: &Mesh, name: &str) -> bool {
     array_at(mesh, name).is_some_and(|at| {
         let array = &mesh.cell_arrays[at];
@@ -197,7 +197,7 @@ impl Numbers {
     }
 }
 
-/// Whether a boundary face is in several tags, so that it is written for each.
+/// Returns whether a boundary face is in several tags, so that it is written for each.
 pub fn has_repeated(mesh: &MeshView) -> bool {
     let tags = mesh.boundary_tags();
     let mut ranges: Vec<Range<usize>> = tags.flat_map(|tag| tag.cells.ranges()).collect();

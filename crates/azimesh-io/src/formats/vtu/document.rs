@@ -21,7 +21,7 @@ pub(super) struct Document<'a> {
     pub grid: Grid,
     /// Version of the file, major and minor.
     pub version: (u32, u32),
-    /// Whether wedges are marked to be in the order of VTK up to 9.6.
+    /// True if wedges are marked to be in the order of VTK up to 9.6.
     pub has_marked_wedges: bool,
     pub layout: Layout,
     /// Of an image: its first node, the distance between nodes, its axes as rows of a matrix.

@@ -28,7 +28,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
 /// The mesh of a file with every array and the nodes of wedges as stored, and the names of the arrays with global numbers.
 pub(in crate::formats) struct Raw {
     pub mesh: Mesh,
-    /// Whether it has no wedges but in the order of VTK up to 9.6, as the file is marked.
+    /// True if it has no wedges but in the order of VTK up to 9.6, as the file is marked.
     pub has_marked_wedges: bool,
     /// Point array with the number of each node in a mesh of several files.
     pub global_nodes: Option<String>,

@@ -30,7 +30,7 @@ struct Pieces<'a> {
     /// The array of boundary tags, where the user has chosen one.
     tag_array: Option<String>,
     pieces: Vec<Values<'a>>,
-    /// Whether hexahedra of high order have VTK's old order of nodes.
+    /// True if hexahedra of high order have VTK's old order of nodes.
     has_old_order: bool,
 }
 
@@ -192,7 +192,7 @@ impl<'a> Values<'a> {
         self.any(|_, types| types.contains(&CellKind::Wedge.vtk()))
     }
 
-    /// Whether a cell has a dimension and, where there are tags, one that is not 0.
+    /// Returns whether a cell has a dimension and, where there are tags, one that is not 0.
     fn has_cell(&self, dimension: u8, tags: Option<Chunk>) -> bool {
         let is_of_dimension = |vtk: u8| kind(vtk).map(CellKind::dimension) == Some(dimension);
         self.any(|cells, types| {
@@ -213,7 +213,7 @@ const NO_VALUES: Chunk = Chunk {
     swap: false,
 };
 
-/// Whether cells of this type are not read by slabs: those that are several cells or none, polyhedra, and hexahedra of
+/// Returns whether cells of this type are not read by slabs: those that are several cells or none, polyhedra, and hexahedra of
 /// which an array has the degrees.
 fn needs_all(vtk: u8, has_old_order: bool) -> bool {
     let kind = kind(vtk);

@@ -51,7 +51,7 @@ pub(super) struct File<'a> {
     /// Of polygonal data, how many cells are vertices, lines, strips and polygons: `cells` has two arrays for each.
     pub lists: Option<[usize; 4]>,
     pub version: &'static str,
-    /// Whether there are wedges, whose order is marked.
+    /// True if there are wedges, whose order is marked.
     pub has_wedges: bool,
     pub options: &'a WriteOptions,
 }
@@ -192,7 +192,7 @@ pub const NAMES: Rule = Rule {
     why: "names in XML have no control characters",
 };
 
-/// Whether XML 1.0 has a character, be it by its number.
+/// Returns whether XML 1.0 has a character, be it by its number.
 pub(in crate::formats) fn is_xml(c: char) -> bool {
     matches!(c, '\t' | '\n' | '\r' | ' '..) && !matches!(c, '\u{fffe}' | '\u{ffff}')
 }

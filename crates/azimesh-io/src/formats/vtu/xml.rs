@@ -26,7 +26,7 @@ pub(super) struct Layout {
 pub(super) struct Array<'a> {
     pub name: String,
     pub element: Element,
-    /// Whether its values are bits, eight to a byte; `element` is then that of the bytes.
+    /// True if its values are bits, eight to a byte; `element` is then that of the bytes.
     pub is_bits: bool,
     pub n_components: usize,
     pub component_names: Vec<String>,
@@ -106,7 +106,7 @@ pub(in crate::formats) fn as_utf8<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow
     bytes.into()
 }
 
-/// Whether the declaration at the start names Latin-1.
+/// Returns whether the declaration at the start names Latin-1.
 fn says_latin1(xml: &[u8]) -> bool {
     let head = xml.trim_ascii_start();
     let end = memchr::memmem::find(head, b"?>").filter(|_| head.starts_with(b"<?xml"));

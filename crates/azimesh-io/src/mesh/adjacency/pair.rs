@@ -269,7 +269,7 @@ fn entry_of(cells: &Cells, [cell, face]: [u32; 2]) -> Entry {
     made.expect("an open side has corners")
 }
 
-/// Whether two sides are one face of two cells.
+/// Returns whether two sides are one face of two cells.
 #[inline]
 fn is_same(cells: &Cells, a: &Entry, b: &Entry) -> bool {
     a.key() == b.key()

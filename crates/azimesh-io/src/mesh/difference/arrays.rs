@@ -146,10 +146,7 @@ fn number_difference(
     pairs: &Pairs,
     tolerance: Tolerance,
 ) -> Option<String> {
-    let largest = match tolerance.relative {
-        true => largest(x),
-        false => 0.0,
-    };
+    let largest = if tolerance.relative { largest(x) } else { 0.0 };
     let allowed = tolerance.absolute(largest);
     let distance = distances(x, y);
     let look = |tuples: Range<usize>| {
@@ -195,11 +192,12 @@ fn distances<'a>(x: &'a Values, y: &'a Values) -> Box<dyn Fn(usize, usize) -> f6
     let (x, y) = (reals(x), reals(y));
     Box::new(move |i, j| {
         let (x, y) = (x(i), y(j));
-        match x == y || (x.is_nan() && y.is_nan()) {
-            true => 0.0,
-            false => Some((x - y).abs())
+        if x == y || (x.is_nan() && y.is_nan()) {
+            0.0
+        } else {
+            Some((x - y).abs())
                 .filter(|d| !d.is_nan())
-                .unwrap_or(f64::INFINITY),
+                .unwrap_or(f64::INFINITY)
         }
     })
 }

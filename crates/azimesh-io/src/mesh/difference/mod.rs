@@ -27,7 +27,7 @@ const MATCHED: f64 = 1e-9;
 pub struct Tolerance {
     /// Largest distance of two nodes, and of two values of an array, that count as the same.
     pub value: f64,
-    /// Whether `value` is a fraction: of the diagonal of the first mesh's box for nodes, of the
+    /// True if `value` is a fraction: of the diagonal of the first mesh's box for nodes, of the
     /// largest magnitude in the first mesh's array for arrays.
     pub relative: bool,
 }
@@ -92,9 +92,9 @@ pub struct DiffOptions {
     /// Largest distance of two nodes, and of two values of an array, that count as the same: in mesh units,
     /// or a fraction where `relative`.
     pub tolerance: f64,
-    /// Whether `tolerance` is a fraction: see [`Tolerance`].
+    /// True if `tolerance` is a fraction: see [`Tolerance`].
     pub relative: bool,
-    /// Whether nodes are paired by their positions rather than by their numbers.
+    /// True if nodes are paired by their positions rather than by their numbers.
     pub by_position: bool,
     /// With `by_position`, how far partners may be apart in mesh units; chosen from the meshes when `None`.
     pub match_tolerance: Option<f64>,
@@ -118,15 +118,16 @@ pub struct DiffOptions {
 /// ```
 ///
 /// # Errors
-/// Where nodes are paired by position and several lie within the distance that partners may have.
+/// If nodes are paired by position and several lie within the distance that partners may have.
 pub fn diff(a: &Mesh, b: &Mesh, options: &DiffOptions) -> Result<Difference> {
     let tolerance = Tolerance {
         value: options.tolerance,
         relative: options.relative,
     };
-    match options.by_position {
-        true => Difference::by_position(a, b, tolerance, options.match_tolerance),
-        false => Ok(Difference::between(a, b, tolerance)),
+    if options.by_position {
+        Difference::by_position(a, b, tolerance, options.match_tolerance)
+    } else {
+        Ok(Difference::between(a, b, tolerance))
     }
 }
 
@@ -197,9 +198,10 @@ impl Difference {
         if self.changed_cells == 0 || self.n_cells[0] != self.n_cells[1] || ours == theirs {
             return;
         }
-        let [more, less] = match ours > theirs {
-            true => ["first", "second"],
-            false => ["second", "first"],
+        let [more, less] = if ours > theirs {
+            ["first", "second"]
+        } else {
+            ["second", "first"]
         };
         self.notes.push(format!(
             "the {more} mesh has {} as polyhedra or polygons more than the {less}: formats that list faces, as OpenFOAM does, \
@@ -216,7 +218,7 @@ impl Difference {
         self.furthest = moved.furthest;
     }
 
-    /// Whether nothing differs by more than the tolerance.
+    /// Returns whether nothing differs by more than the tolerance.
     pub fn is_same(&self) -> bool {
         self.n_nodes[0] == self.n_nodes[1]
             && self.moved_nodes == 0

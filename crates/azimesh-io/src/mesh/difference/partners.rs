@@ -35,7 +35,7 @@ impl Partners {
         }
     }
 
-    /// Whether the partner of every index is the same index.
+    /// Returns whether the partner of every index is the same index.
     pub fn is_in_order(&self) -> bool {
         matches!(self, Partners::InOrder(_))
     }

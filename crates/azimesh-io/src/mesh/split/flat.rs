@@ -87,7 +87,7 @@ fn area(at: &[Vector], mean: Vector) -> Vector {
     scale(twice, 0.5)
 }
 
-/// Whether all corners turn one way.
+/// Returns whether all corners turn one way.
 fn is_convex(corners: &[u32], points: &[Vector]) -> bool {
     let at: Vec<Vector> = corners.iter().map(|&node| points[node as usize]).collect();
     let n = at.len();

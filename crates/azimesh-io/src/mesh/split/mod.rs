@@ -68,7 +68,7 @@ impl Mesh {
     /// cells the tetrahedra come first.
     ///
     /// # Errors
-    /// Where there would be more nodes or cells than a mesh can have.
+    /// If there would be more nodes or cells than a mesh can have.
     pub fn split_polyhedra(&mut self) -> Result<SplitCounts> {
         let dimension = self.dimension();
         if !self.cells.runs().any(|run| is_split(run.kind)) {
@@ -81,13 +81,12 @@ impl Mesh {
         };
         let mut draft = Draft::new(self);
         for stretch in stretches(&self.cells) {
-            match stretch.is_split {
-                true => {
-                    let is_volume = stretch.dimension == dimension;
-                    let places = (&faces, &mut new_nodes);
-                    self.split_stretch(&stretch, is_volume, places, &mut draft)?;
-                }
-                false => draft.keep(&self.cells, stretch.cells)?,
+            if stretch.is_split {
+                let is_volume = stretch.dimension == dimension;
+                let places = (&faces, &mut new_nodes);
+                self.split_stretch(&stretch, is_volume, places, &mut draft)?;
+            } else {
+                draft.keep(&self.cells, stretch.cells)?
             }
         }
         draft.counts.n_nodes = new_nodes.len();
@@ -152,9 +151,10 @@ impl SplitCounts {
         let n_parts = parts.simplices.len() + parts.others.len();
         self.n_gone += usize::from(n_parts == 0);
         let is_one = parts.middle.is_none() && n_parts <= 4;
-        match is_volume {
-            true => self.n_cells += usize::from(!is_one),
-            false => self.n_faces += usize::from(!is_one),
+        if is_volume {
+            self.n_cells += usize::from(!is_one)
+        } else {
+            self.n_faces += usize::from(!is_one)
         }
         if is_volume && !parts.is_positive {
             self.n_not_positive += 1;

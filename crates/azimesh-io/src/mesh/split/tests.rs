@@ -138,7 +138,7 @@ fn split(before: &Mesh) -> (Mesh, SplitCounts) {
     (mesh, counts)
 }
 
-/// Whether it is a solid cell other than a hexahedron, which no cell becomes.
+/// Returns whether it is a solid cell other than a hexahedron, which no cell becomes.
 fn is_part(cell: &CellRef<'_>) -> bool {
     cell.kind.dimension() == 3 && cell.kind != CellKind::Hexahedron
 }
@@ -277,9 +277,10 @@ fn faces_that_turn_inward_or_differently_are_turned_outward() {
         let mut stream = vec![8];
         for (i, face) in plain.cells.polyhedron_faces(0).enumerate() {
             stream.push(face.len() as u32);
-            match turned.contains(&i) {
-                true => stream.extend(face.iter().rev()),
-                false => stream.extend(face),
+            if turned.contains(&i) {
+                stream.extend(face.iter().rev())
+            } else {
+                stream.extend(face)
             }
         }
         let mut mesh = Mesh {

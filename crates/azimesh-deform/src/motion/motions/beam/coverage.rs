@@ -72,13 +72,13 @@ pub(super) fn check_span(
     Ok(notes.collect())
 }
 
-/// Whether stations with these ends are fractions of a radius.
+/// Returns whether stations with these ends are fractions of a radius.
 fn are_fractions([first, last]: [f64; 2]) -> bool {
     let [least, most] = FRACTIONS;
     first >= 0.0 && (least..=most).contains(&last)
 }
 
-/// Whether stations with these ends are fractions of the radius, and not lengths along a blade that ends at `high`.
+/// Returns whether stations with these ends are fractions of the radius, and not lengths along a blade that ends at `high`.
 pub(super) fn are_of_radius(ends: [f64; 2], high: f64) -> bool {
     are_fractions(ends) && !(ends[1] / APART..=ends[1] * APART).contains(&high)
 }

@@ -268,9 +268,10 @@ fn chord(cut: &[Vector], sign: f64) -> Option<[Vector; 2]> {
 
 /// The ends of an extent, the one towards `e_y` times `sign` first.
 fn forward([a, b]: [Vector; 2], sign: f64) -> [Vector; 2] {
-    match sign * a[1] >= sign * b[1] {
-        true => [a, b],
-        false => [b, a],
+    if sign * a[1] >= sign * b[1] {
+        [a, b]
+    } else {
+        [b, a]
     }
 }
 

@@ -45,7 +45,7 @@ pub struct Beam {
     lifting_line: Option<TableSource>,
     /// How values between azimuths are found; along the span it is linear.
     interpolation: Interpolation,
-    /// Whether the table may cover less than nine tenths of the blade.
+    /// True if the table may cover less than nine tenths of the blade.
     hold_ends: bool,
     naming: Naming,
 }

@@ -7,7 +7,7 @@ use super::draft::Draft;
 use crate::formats::Notes;
 use crate::formats::column::{Data, Sink};
 use crate::formats::hdf5::{Element, Id, Payload};
-use crate::formats::names::Given;
+use crate::formats::names::UniqueNames;
 use crate::mesh::arrays::with_numbers;
 use crate::mesh::{BoundedCells, CellKind, DataArray, MeshView, Values};
 use azimesh_core::error::Result;
@@ -119,7 +119,7 @@ fn scalars<'a>(
             });
         }
     }
-    fit_names(&mut scalars, Given::with(["GridLocation"]), notes);
+    fit_names(&mut scalars, UniqueNames::with(["GridLocation"]), notes);
     scalars
 }
 
@@ -162,12 +162,12 @@ fn fields<'a>(arrays: &[&'a DataArray], notes: &mut Notes) -> Vec<Array<Data<'a>
             data,
         });
     }
-    fit_names(&mut fields, Given::default(), notes);
+    fit_names(&mut fields, UniqueNames::default(), notes);
     fields
 }
 
 /// Gives arrays names that CGNS takes.
-fn fit_names<D>(arrays: &mut [Array<D>], mut taken: Given, notes: &mut Notes) {
+fn fit_names<D>(arrays: &mut [Array<D>], mut taken: UniqueNames, notes: &mut Notes) {
     let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
     let names = taken.give_all(&names, &RULE);
     for (array, name) in arrays.iter_mut().zip(names) {

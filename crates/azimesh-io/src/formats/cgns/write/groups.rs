@@ -7,7 +7,7 @@ use super::plan::Numbering;
 use super::{RULE, SIMULATION, TIMES, ZONE};
 use crate::formats::Notes;
 use crate::formats::hdf5::{Element, Id};
-use crate::formats::names::{Given, in_cgns};
+use crate::formats::names::{UniqueNames, in_cgns};
 use crate::mesh::{CellSet, Group, MeshView};
 use azimesh_core::note;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ const CONDITIONS: &str = "UserDefined BCAxisymmetricWedge BCDegenerateLine BCDeg
 pub(super) fn add(
     (draft, base, zone): (&mut Draft, Id, Id),
     mesh: &MeshView,
-    names: &mut Given,
+    names: &mut UniqueNames,
     numbering: (&Numbering, Element),
     notes: &mut Notes,
 ) {
@@ -32,7 +32,7 @@ pub(super) fn add(
     let mut conditions = None;
     let tags = mesh.boundary_tags().filter(|tag| !tag.cells.is_empty());
     let tags: Vec<&str> = tags.map(|tag| tag.name.as_str()).collect();
-    let mut condition_names = Given::default().give_all(&tags, &RULE).into_iter();
+    let mut condition_names = UniqueNames::default().give_all(&tags, &RULE).into_iter();
     notes.joined(mesh.groups);
     for group in mesh.groups {
         let family = families.family(draft, group, notes);
@@ -125,7 +125,7 @@ struct Families<'a> {
 impl<'a> Families<'a> {
     fn new(base: Id, mesh: &'a MeshView<'a>) -> Self {
         let names = mesh.groups.iter().map(|group| group.name.as_str());
-        let taken = Given::with([ZONE.0, TIMES, SIMULATION, "DataClass", FIELD_ARRAYS]);
+        let taken = UniqueNames::with([ZONE.0, TIMES, SIMULATION, "DataClass", FIELD_ARRAYS]);
         Self {
             base,
             names: taken.by_name(names, &RULE),

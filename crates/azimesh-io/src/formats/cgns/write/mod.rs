@@ -21,7 +21,7 @@ use super::super::{Precision, WriteOptions};
 use super::{CELL_ORDER, FromAdf};
 use crate::formats::column::Data;
 use crate::formats::hdf5::{Element, Id, Tree};
-use crate::formats::names::{Given, Rule, cut};
+use crate::formats::names::{Rule, UniqueNames, cut};
 use crate::formats::{Notes, Out};
 use crate::mesh::{Coordinates, MeshView};
 use arrays::{AT_CELLS, AT_NODES, OF_MESH};
@@ -124,7 +124,7 @@ impl<'a> Static<'a> {
         let own = "ZoneType GridCoordinates ZoneBC ZoneGridConnectivity ZoneIterativeData \
             ArbitraryGridMotion";
         let of_arrays = [AT_NODES.name, AT_CELLS.name, CELL_ORDER];
-        let mut names = Given::with(own.split(' ').chain(of_arrays));
+        let mut names = UniqueNames::with(own.split(' ').chain(of_arrays));
         let mut sections = plan::sections(mesh, &mut names)?;
         // VTK's reader expects the sections of cells first in the file as well.
         sections.sort_by_key(|section| numbering.element(section.cells.start));
@@ -237,7 +237,7 @@ mod tests {
 
     #[test]
     fn long_names_are_cut_and_stay_unique() {
-        let mut names = Given::default();
+        let mut names = UniqueNames::default();
         let long = "a boundary with a name of more than 32 bytes";
         let mut give = |name: &str| names.give(name, &RULE);
         assert_eq!(give("hub"), "hub");

@@ -4,7 +4,7 @@
 use super::super::builder::set_of;
 use super::super::element::ElementType;
 use super::RULE;
-use crate::formats::names::Given;
+use crate::formats::names::UniqueNames;
 use crate::mesh::{CellKind, CellRun, CellSet, Group, Mesh, MeshView};
 use azimesh_core::error::{Error, Result, option};
 use std::collections::{BTreeMap, BTreeSet};
@@ -148,7 +148,7 @@ fn runs(mesh: &MeshView) -> Result<Vec<Stretch>> {
 }
 
 /// The sections of a mesh, in the order of its cells.
-pub(super) fn sections(mesh: &MeshView, names: &mut Given) -> Result<Vec<Planned>> {
+pub(super) fn sections(mesh: &MeshView, names: &mut UniqueNames) -> Result<Vec<Planned>> {
     let dimension = mesh.dimension();
     let (zones, others) = mesh.groups.iter().partition(|g| g.dimension == dimension);
     let mut cuts = cuts(others);
@@ -330,7 +330,7 @@ mod tests {
     }
 
     fn names(mesh: &MeshView) -> Vec<String> {
-        let sections = sections(mesh, &mut Given::default()).expect("it can be written");
+        let sections = sections(mesh, &mut UniqueNames::default()).expect("it can be written");
         sections.into_iter().map(|section| section.name).collect()
     }
 
@@ -391,7 +391,7 @@ mod tests {
         mesh.cells.push(CellKind::Triangle, &faces[0]);
         mesh.cells.push(CellKind::Triangle, &faces[1]);
         let view = mesh.view();
-        let sections = sections(&view, &mut Given::default()).expect("it can be written");
+        let sections = sections(&view, &mut UniqueNames::default()).expect("it can be written");
         let forms: Vec<Form> = sections.iter().map(|section| section.form).collect();
         assert_eq!(forms, [Form::Polyhedra, Form::Polygons]);
         let table = FaceTable::of(&view, &Numbering::of(&view));

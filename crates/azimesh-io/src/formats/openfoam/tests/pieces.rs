@@ -165,9 +165,10 @@ fn a_region_that_only_the_pieces_have_is_read_as_a_whole() {
     let expected = mesh(case_of(&small(), ASCII).path());
     for is_collated in [false, true] {
         let case = decomposed(BINARY, is_collated, true);
-        let folders = match is_collated {
-            true => vec!["processors2"],
-            false => vec!["processor0", "processor1"],
+        let folders = if is_collated {
+            vec!["processors2"]
+        } else {
+            vec!["processor0", "processor1"]
         };
         for folder in &folders {
             let constant = case.path().join(folder).join("constant");

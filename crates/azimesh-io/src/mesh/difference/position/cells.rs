@@ -129,9 +129,12 @@ fn faces(cells: &Cells, cell: &CellRef, called: impl Fn(u32) -> u64, directed: b
         // An edge has its sense by which end comes first.
         let start = if directed && n == 2 { 0 } else { lowest };
         let backwards = !directed && name(start + n - 1) < name(start + 1);
-        let ring = (0..n).map(|i| match backwards {
-            true => name(start + n - i),
-            false => name(start + i),
+        let ring = (0..n).map(|i| {
+            if backwards {
+                name(start + n - i)
+            } else {
+                name(start + i)
+            }
         });
         sum = sum.wrapping_add(ring.fold(n as u64, |key, name| mixed(key ^ name)));
     });

@@ -44,9 +44,10 @@ pub fn pair(a: &[[f64; 3]], b: &[[f64; 3]], within: f64, pairing: &mut Pairing) 
         n_near[1][*j as usize] += 1;
     }
     for (squared, i, j) in near {
-        match n_near[0][i as usize] == 1 && n_near[1][j as usize] == 1 {
-            true => pairing.pair(i, j),
-            false => pairing.candidates.push((squared, i, j)),
+        if n_near[0][i as usize] == 1 && n_near[1][j as usize] == 1 {
+            pairing.pair(i, j)
+        } else {
+            pairing.candidates.push((squared, i, j))
         }
     }
     Ok(())
@@ -119,9 +120,12 @@ impl Grid {
             if (0..3).any(|axis| takes_high[axis] && low[axis] == high[axis]) {
                 continue;
             }
-            let place = [0, 1, 2].map(|axis| match takes_high[axis] {
-                true => high[axis],
-                false => low[axis],
+            let place = [0, 1, 2].map(|axis| {
+                if takes_high[axis] {
+                    high[axis]
+                } else {
+                    low[axis]
+                }
             });
             let nodes = self.in_box(key(place));
             n_seen += nodes.len();

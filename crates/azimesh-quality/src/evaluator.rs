@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 
 /// Data of the reference mesh that later positions are judged by.
 #[derive(Debug)]
-pub struct Judge {
+pub struct QualityEvaluator {
     /// Orientation of the cells in the reference mesh.
     pub reference: Reference,
     /// Sizes of the cells in the reference mesh.
@@ -45,7 +45,7 @@ impl Assessment {
     }
 }
 
-impl Judge {
+impl QualityEvaluator {
     /// For the reference mesh: orientation of its cells, and its faces.
     pub fn new(mesh: &Mesh) -> Self {
         let (reference, sizes) = Reference::with_sizes(mesh);
@@ -66,7 +66,7 @@ impl Judge {
         self.complete(self.cells(mesh, points), mesh, points)
     }
 
-    /// The part of [`Judge::assess`] that tells of inverted cells.
+    /// The part of [`QualityEvaluator::assess`] that tells of inverted cells.
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
         let mut cells = assess(mesh, points, &self.reference, &self.sizes);
         let validity = validity::assess(mesh, points, &self.reference, mesh.own_cells());
@@ -74,7 +74,7 @@ impl Judge {
         cells
     }
 
-    /// The result of [`Judge::assess`], from that of [`Judge::cells`].
+    /// The result of [`QualityEvaluator::assess`], from that of [`QualityEvaluator::cells`].
     pub fn complete(&self, cells: Summary, mesh: &Mesh, points: &[Vector]) -> Assessment {
         Assessment {
             cells,
@@ -82,7 +82,7 @@ impl Judge {
         }
     }
 
-    /// The part of [`Judge::assess`] that measures faces.
+    /// The part of [`QualityEvaluator::assess`] that measures faces.
     pub fn faces(&self, mesh: &Mesh, points: &[Vector]) -> FaceSummary {
         faces::assess(
             mesh,
@@ -98,7 +98,7 @@ impl Judge {
     /// face has the values of the cell that it bounds, so that pictures of a boundary show them.
     ///
     /// # Panics
-    /// As [`Judge::assess`].
+    /// As [`QualityEvaluator::assess`].
     pub fn arrays(&self, mesh: &Mesh, points: &[Vector]) -> Vec<DataArray> {
         let mut arrays = per_cell(mesh, points, &self.reference).into_arrays();
         arrays.extend(detail_arrays(mesh, points, &self.reference));
