@@ -82,10 +82,15 @@ def check_step(driver, row):
         wanted = float(text)
         largest = max(largest, abs(float(short) - wanted) / max(abs(wanted), 1e-300))
         n += 1
+    azimuth, end = float(row["azimuth_deg"]), time.monotonic() + PATIENCE
+    # Plots are drawn with the next frame.
     found = marks(driver)
+    while any(abs(at - azimuth) >= 1e-3 for at in found) and time.monotonic() < end:
+        time.sleep(0.05)
+        found = marks(driver)
     assert len(found) > 5, found
     for at in found:
-        assert abs(at - float(row["azimuth_deg"])) < 1e-3, f"a mark is at {at}, not {row['azimuth_deg']}"
+        assert abs(at - azimuth) < 1e-3, f"a mark is at {at}, not {azimuth}"
     said = driver.find_element("id", "which").text
     assert said.startswith(f"Step {row['step']} of "), said
     return n, largest

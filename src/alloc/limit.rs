@@ -36,7 +36,7 @@ pub fn allow(limit: u64) {
     ALLOWED.store(limit, Ordering::Relaxed);
 }
 
-/// From here on [`has_room`] is asked for no more than so many bytes in memory.
+/// From here on `has_room` is asked for no more than so many bytes in memory.
 pub fn keep_in_memory(bytes: u64) {
     let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
     IN_MEMORY.store(bytes, Ordering::Relaxed);

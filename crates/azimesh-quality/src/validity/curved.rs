@@ -159,8 +159,6 @@ pub struct CurvedMap {
     corners: Vec<usize>,
     /// For each edge of a simplex the lines of coefficients along it.
     lines: Vec<Vec<Vec<usize>>>,
-    /// 1, or -1 where the corners count as positive in the other orientation.
-    turn: f64,
     rounding: f64,
 }
 
@@ -244,7 +242,6 @@ impl CurvedMap {
             n_places: size.iter().product(),
             corners,
             lines: lines(&determinant),
-            turn: if kind.linear() == Wedge { -1.0 } else { 1.0 },
             rounding: ROUNDING * rounding,
             determinant,
         })
@@ -253,8 +250,7 @@ impl CurvedMap {
     /// Proves or refutes a cell whose positive orientation is `sign`.
     pub fn prove(&self, nodes: &[u32], points: &[Vector], sign: i8) -> Proof {
         let (mut coefficients, size) = self.coefficients(nodes, points);
-        let turn = f64::from(sign) * self.turn;
-        coefficients.iter_mut().for_each(|c| *c *= turn);
+        coefficients.iter_mut().for_each(|c| *c *= f64::from(sign));
         self.decide(coefficients, self.rounding * size)
     }
 
@@ -817,15 +813,38 @@ mod tests {
                     (corners - all).abs() < 1e-9 * determinant,
                     "{kind:?} {order}: {corners} {all}"
                 );
-                let sign = if curved.turn * all > 0.0 { 1 } else { -1 };
                 assert_eq!(
-                    curved.prove(&nodes, &points, sign),
+                    curved.prove(&nodes, &points, 1),
                     Proof::Valid,
                     "{kind:?} {order}"
                 );
                 assert_eq!(
-                    curved.prove(&nodes, &points, -sign),
+                    curved.prove(&nodes, &points, -1),
                     Proof::Inside,
+                    "{kind:?} {order}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_cell_has_the_orientation_of_its_corners() {
+        for (kind, full) in KINDS {
+            for order in orders(kind) {
+                let (nodes, points) = cell(kind, full, order, |x| x);
+                let mut mesh = azimesh_io::Mesh {
+                    points,
+                    ..azimesh_io::Mesh::default()
+                };
+                mesh.cells.push(kind, &nodes);
+                assert_eq!(
+                    crate::flaws(&mesh),
+                    crate::Flaws::default(),
+                    "{kind:?} {order}"
+                );
+                let reference = crate::Reference::new(&mesh);
+                assert!(
+                    reference.is_valid(0) && reference.sign(0) == 1,
                     "{kind:?} {order}"
                 );
             }
@@ -843,12 +862,7 @@ mod tests {
             for (a, expected) in [(3.0, Proof::Valid), (5.0, Proof::Inside)] {
                 let (nodes, points) = cell(kind, full, 3, folded(a));
                 let curved = CurvedMap::new(kind, nodes.len()).expect("a map");
-                let sign = if curved.turn > 0.0 { 1 } else { -1 };
-                assert_eq!(
-                    curved.prove(&nodes, &points, sign),
-                    expected,
-                    "{kind:?} {a}"
-                );
+                assert_eq!(curved.prove(&nodes, &points, 1), expected, "{kind:?} {a}");
             }
         }
     }
@@ -866,12 +880,7 @@ mod tests {
                 assert_eq!(points[middle], [0.5, 0.0, 0.0], "{kind:?}");
                 points[middle] = [x, 0.0, 0.0];
                 let curved = CurvedMap::new(kind, nodes.len()).expect("a map");
-                let sign = if curved.turn > 0.0 { 1 } else { -1 };
-                assert_eq!(
-                    curved.prove(&nodes, &points, sign),
-                    expected,
-                    "{kind:?} {x}"
-                );
+                assert_eq!(curved.prove(&nodes, &points, 1), expected, "{kind:?} {x}");
             }
         }
     }
