@@ -27,7 +27,7 @@ const GRADED: f64 = 0.1;
 /// Kernel and support radius.
 ///
 /// # Errors
-/// If all nodes lie at one place, so that there is no radius to choose.
+/// If all nodes are at one place, so that there is no radius to choose.
 pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) -> Result<Basis> {
     let region = Bounds::around(points).diagonal();
     let moving = DEFAULT_RADIUS * moving_bounds(&surface.points).diagonal();

@@ -34,7 +34,7 @@ pub struct MorphSurface {
     pub sliding: Vec<(u32, u32)>,
     /// What moving points take from the displacements.
     moved: Vec<MovedPoint>,
-    /// True if the mesh lies in a plane, which it must not leave.
+    /// True if the mesh is in a plane, which it must not leave.
     pub in_plane: bool,
     /// Of the mesh.
     pub diagonal: f64,

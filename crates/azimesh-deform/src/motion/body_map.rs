@@ -76,10 +76,10 @@ impl<'a> BodyMap<'a> {
     }
 }
 
-/// How fast the points of a body move at a step, in the rotating frame.
+/// Velocities of the points of a body at a step, in the rotating frame.
 #[derive(Debug, Clone)]
 pub struct BodyVelocity<'a> {
-    /// Its own motions, then those of its parents.
+    /// Its own motions, then the motions of its parents.
     pub(super) links: Vec<Link<'a, Moving>>,
 }
 
@@ -102,7 +102,7 @@ impl BodyVelocity<'_> {
         velocity
     }
 
-    /// What a rigid body does, one transform after another; none where its points move in different ways.
+    /// Transforms of a rigid body, one after another; none if its points move in different ways.
     pub fn rigid(&self) -> Option<Vec<Moving>> {
         let of_link = |link: &Link<'_, Moving>| match link {
             Link::Rigid(moving) => Some(*moving),

@@ -17,7 +17,7 @@ pub(super) struct Key {
     pub words: &'static str,
     /// The default, in TOML.
     pub default: Option<&'static str>,
-    /// What holds without the key, in words, where no value says it.
+    /// Default in words, if no value states it.
     pub otherwise: &'static str,
     /// A line that would be right, of a key that must be there.
     pub example: Option<&'static str>,

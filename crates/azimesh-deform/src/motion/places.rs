@@ -1,4 +1,4 @@
-//! Where an option of a schedule was given: its line in a file, or in words where it was given in memory. Checks of numbers,
+//! The place of an option of a schedule: its line in a file, or words if it was given in memory. Checks of numbers,
 //! the same for both.
 
 use azimesh_core::error::{Error, Position, Result};
@@ -81,7 +81,7 @@ impl Places {
         self.check(holds, key, &format!("{numbers:?}"), "finite")
     }
 
-    /// Refuses an angle, in radians, that is no number or has too many turns.
+    /// Refuses an angle, in radians, that is not finite or has too many turns.
     pub fn angle(&self, key: &str, angle: f64) -> Result<()> {
         let expected = format!("an angle, a finite number of at most {MOST_TURNED:e} radians");
         self.check(

@@ -120,7 +120,7 @@ impl Motion {
         motions.find_map(|motion| motion.cyclic_angles(step))
     }
 
-    /// Returns whether the motion of a body, or of one that it moves with, is that of a blade along the rotor's span.
+    /// Returns whether the motion of a body, or of one that it moves with, is a blade motion along the rotor's span.
     pub fn is_of_blade(&self, body: usize) -> bool {
         let body = &self.bodies[body];
         let own = body.motions.iter().any(|motion| motion.is_of_blade());

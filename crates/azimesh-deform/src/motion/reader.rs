@@ -53,7 +53,7 @@ impl AngleUnit {
     }
 }
 
-/// Where the lines of a schedule end, and the unit of its angles.
+/// The ends of the lines of a schedule, and the unit of its angles.
 pub(super) struct Lines {
     ends: Vec<usize>,
     pub unit: Cell<AngleUnit>,

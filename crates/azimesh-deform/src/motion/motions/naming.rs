@@ -146,7 +146,7 @@ pub(super) struct ColumnValues<const N: usize> {
     columns: [Option<usize>; N],
     /// The largest size of each in a row.
     pub bound: [f64; N],
-    /// What the user should know of the table.
+    /// Notes on the table.
     pub notes: Vec<Note>,
 }
 
