@@ -81,7 +81,7 @@ function optionsOf(plot, width) {
     series: [{}, ...plot.series.map((series) => ({ label: series.name, stroke: () => colour(`--s${series.style}`), ...styleOf(series, plot) }))],
     bands: plot.bands.map(([low, high]) => ({ series: [high + 1, low + 1], fill: () => colour(`--s${plot.series[low].style}`, 0.18) })),
     cursor: { drag: { x: true, y: false }, ...(plot.is_marked ? { sync: { key: "steps" } } : {}) },
-    hooks: { drawSeries: [], draw: [(u) => drawLevels(u, level)], setScale: [(u, key) => key === "x" && scaled(u, plot)], setCursor: [(u) => tell(u, plot)] },
+    hooks: { drawSeries: [], draw: [(u) => { drawLevels(u, level); placeMark(plot); }], setScale: [(u, key) => key === "x" && scaled(u, plot)], setCursor: [(u) => tell(u, plot)] },
   };
 }
 
@@ -113,7 +113,6 @@ function scaled(u, plot) {
   isFollowing = true;
   for (const other of steps) if (other !== plot && other.live) other.live.setScale("x", { min, max });
   isFollowing = false;
-  if (slider) mark(Number(slider.value));
 }
 
 // The values under the pointer.
@@ -145,13 +144,13 @@ function shift(plot, part) {
   u.setScale("x", { min: min + by, max: max + by });
 }
 
-function mark(stop) {
-  for (const plot of steps) {
-    const x = plot.live.valToPos(data.x[stop], "x");
-    plot.mark.style.transform = `translateX(${x}px)`;
-    plot.mark.hidden = x < -0.5 || x > plot.live.over.clientWidth + 0.5;
-    plot.mark.dataset.x = data.x[stop];
-  }
+// The line of the chosen step. The axes of a plot have their size only when it is drawn.
+function placeMark(plot) {
+  if (!plot.is_marked || !slider || !plot.live) return;
+  const at = data.x[Number(slider.value)], x = plot.live.valToPos(at, "x");
+  plot.mark.style.transform = `translateX(${x}px)`;
+  plot.mark.hidden = x < -0.5 || x > plot.live.over.clientWidth + 0.5;
+  plot.mark.dataset.x = at;
 }
 
 function buttonsOf(plot, title) {
@@ -248,11 +247,10 @@ if (typeof uPlot !== "undefined") {
       const width = plot.live.root.parentElement.clientWidth;
       if (width > 0 && width !== plot.live.width) plot.live.setSize({ width, height: Math.round(Math.max(210, 0.58 * width)) });
     }
-    if (slider) mark(Number(slider.value));
   }).observe(document.body);
   // Paper has the bright colours.
   for (const media of ["(prefers-color-scheme: dark)", "print"]) {
     matchMedia(media).addEventListener("change", () => plots.forEach((plot) => plot.live.redraw()));
   }
-  if (slider) followers.push(mark);
+  if (slider) followers.push(() => steps.forEach(placeMark));
 }
