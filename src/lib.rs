@@ -33,6 +33,7 @@
 //! | say what moves, and when | [`Schedule`], [`Steps`], [`Body`], [`Rotor`] |
 //! | give a body its motion | [`Cyclic`], [`AxisRotation`], [`Translation`], [`TableMotion`], [`Beam`], [`Modes`], [`SurfaceMotion`] |
 //! | deform a mesh | [`Deformation`], [`Morph`] |
+//! | carry displacements to a surface with other points, and forces back | [`SurfaceMap`] |
 //! | judge and compare meshes | [`quality`](fn@quality), [`diff`] |
 //!
 //! Further reading in the repository: programs in `examples/`, `ARCHITECTURE.md`, and `docs/method.md` for
@@ -65,8 +66,8 @@ pub use azimesh_core::{Error, ErrorKind, Note, Progress, Result, Stop};
 #[doc(inline)]
 pub use azimesh_deform::{
     AxisRotation, BasePoints, Beam, Body, Cyclic, Deformation, DeformationBuilder, Interpolate,
-    Kernel, Modes, Morph, MorphOptions, MorphReport, Nodes, OnInverted, Others, Polynomial,
-    QualityOutput, Rotor, Schedule, SelectionCriterion, SelectionMethod, Step, Steps,
+    Kernel, MapMethod, Modes, Morph, MorphOptions, MorphReport, Nodes, OnInverted, Others,
+    Polynomial, QualityOutput, Rotor, Schedule, SelectionCriterion, SelectionMethod, Step, Steps,
     SurfaceMotion, SurfaceOutput, Table, TableMotion, Translation,
 };
 #[doc(inline)]
@@ -76,3 +77,5 @@ pub use azimesh_io::{
 };
 #[doc(inline)]
 pub use azimesh_quality::{Quality, quality};
+#[doc(inline)]
+pub use azimesh_rbf::SurfaceMap;

@@ -174,6 +174,21 @@ class Morph:
     def report(self, displacements: npt.ArrayLike) -> dict[str, Any]: ...
 
 @final
+class SurfaceMap:
+    def __init__(
+        self,
+        given: npt.ArrayLike,
+        wall: npt.ArrayLike,
+        method: Literal["rbf", "nearest", "plane"] = "rbf",
+        *,
+        facets: npt.ArrayLike | None = None,
+    ) -> None: ...
+    @property
+    def distances(self) -> Floats: ...
+    def __call__(self, displacements: npt.ArrayLike) -> Floats: ...
+    def pull_back(self, forces: npt.ArrayLike) -> Floats: ...
+
+@final
 class Difference:
     @property
     def is_same(self) -> bool: ...

@@ -20,6 +20,7 @@ mod morph;
 mod progress;
 mod quality;
 mod schedule;
+mod surface_map;
 
 use pyo3::prelude::*;
 
@@ -34,6 +35,7 @@ fn _azimesh(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<deformation::PyDeformation>()?;
     module.add_class::<deformation::PyStep>()?;
     module.add_class::<morph::PyMorph>()?;
+    module.add_class::<surface_map::PySurfaceMap>()?;
     module.add_class::<difference::PyDifference>()?;
     module.add_function(wrap_pyfunction!(mesh::read, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::write, module)?)?;

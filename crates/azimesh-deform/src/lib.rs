@@ -60,9 +60,9 @@ pub use deformation::Evaluated;
 pub use deformation::{Deformation, DeformationBuilder};
 pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use motion::{
-    AxisRotation, Beam, Body, Cyclic, Interpolate, KernelName as Kernel, Modes, OnInverted, Others,
-    Polynomial, QualityOutput, Rotor, Schedule, SelectionCriterion, SelectionMethod, Step, Steps,
-    SurfaceMotion, SurfaceOutput, Table, TableMotion, Translation,
+    AxisRotation, Beam, Body, Cyclic, Interpolate, KernelName as Kernel, MapMethod, Modes,
+    OnInverted, Others, Polynomial, QualityOutput, Rotor, Schedule, SelectionCriterion,
+    SelectionMethod, Step, Steps, SurfaceMotion, SurfaceOutput, Table, TableMotion, Translation,
 };
 pub use part::Part;
 pub use plan::Plan;

@@ -84,6 +84,7 @@ pub mod power;
 pub mod select;
 pub mod slide;
 pub mod space;
+pub mod surface_map;
 pub mod sweeps;
 pub mod system;
 pub mod targets;
@@ -94,6 +95,7 @@ pub use azimesh_core::geometry::vector::Vector;
 pub use interpolant::Interpolant;
 pub use kernel::Kernel;
 pub use select::Selection;
+pub use surface_map::SurfaceMap;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

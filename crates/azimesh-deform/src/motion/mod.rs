@@ -38,7 +38,8 @@ pub use body::Body;
 pub use body_map::{BodyMap, BodyVelocity};
 pub use boundaries::Others;
 pub use motions::{
-    AxisRotation, Beam, CentreLine, Cyclic, Modes, SurfaceMotion, TableMotion, Translation,
+    AxisRotation, Beam, CentreLine, Cyclic, MapMethod, Modes, SurfaceMotion, TableMotion,
+    Translation,
 };
 pub use options::{
     Interpolate, KernelName, Polynomial, SelectionCriterion, SelectionMethod, SelectionOptions,

@@ -121,16 +121,21 @@ pub(in crate::motion) enum NodeField<'a> {
     /// As they are.
     Values(Cow<'a, [Vector]>),
     /// Shapes times factors.
-    Shapes(&'a [Vec<Vector>], Vec<f64>),
+    Shapes(Vec<(&'a [Vector], f64)>),
 }
 
-impl NodeField<'_> {
+impl<'a> NodeField<'a> {
+    /// Shapes times factors, of which many may be zero.
+    pub fn shapes(shapes: &'a [Vec<Vector>], factors: Vec<f64>) -> Self {
+        let pairs = shapes.iter().map(Vec::as_slice).zip(factors);
+        Self::Shapes(pairs.filter(|(_, factor)| *factor != 0.0).collect())
+    }
+
     fn at(&self, node: usize) -> Vector {
         match self {
             Self::Values(values) => values[node],
-            Self::Shapes(shapes, factors) => {
-                let shapes = shapes.iter().zip(factors);
-                shapes.fold([0.0; 3], |sum, (shape, q)| add(sum, scale(shape[node], *q)))
+            Self::Shapes(shapes) => {
+                (shapes.iter()).fold([0.0; 3], |sum, (shape, q)| add(sum, scale(shape[node], *q)))
             }
         }
     }

@@ -23,6 +23,7 @@ mod rigid;
 mod series;
 mod sets;
 mod surface;
+mod surface_map;
 mod table;
 
 pub use axis_rotation::AxisRotation;
@@ -39,6 +40,7 @@ pub use rigid::Translation;
 #[cfg(test)]
 pub(super) use series::{Harmonic, Series};
 pub use surface::SurfaceMotion;
+pub use surface_map::MapMethod;
 pub use table::TableMotion;
 
 use super::body::Body;

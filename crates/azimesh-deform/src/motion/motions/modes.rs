@@ -122,17 +122,17 @@ impl BodyMotion for Modes {
 
 /// Shapes, and coordinates over azimuth, time or step.
 #[derive(Debug)]
-struct ModeShapes {
+pub(super) struct ModeShapes {
     /// Of every mode the displacement of every node of the body at a coordinate of 1.
-    shapes: Vec<Vec<Vector>>,
-    coordinates: StepHistory,
-    nodes: Arc<BodyNodes>,
-    notes: Vec<Note>,
+    pub shapes: Vec<Vec<Vector>>,
+    pub coordinates: StepHistory,
+    pub nodes: Arc<BodyNodes>,
+    pub notes: Vec<Note>,
 }
 
 impl ResolvedMotion for ModeShapes {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
-        let field = |factors| NodeField::Shapes(&self.shapes, factors);
+        let field = |factors| NodeField::shapes(&self.shapes, factors);
         let displacement = field(self.coordinates.values(at.step));
         Some(Link::Nodes(NodeLink {
             nodes: Arc::clone(&self.nodes),
@@ -210,16 +210,14 @@ fn of_table(table: &Table, matching: Matching, on: &OnMesh<'_>, n_modes: usize) 
 
 /// Point arrays of a mesh whose names end in the number of the mode.
 fn of_mesh(path: &Path, matching: Matching, on: &OnMesh<'_>, n_modes: usize) -> Result<Shapes> {
-    let (points, arrays) = arrays_of(path)?;
+    let (mesh, arrays) = arrays_of(path)?;
     let modes = (1..=n_modes).map(|mode| array_of(mode, &arrays));
     let modes: Vec<&NamedVectors> = modes
         .collect::<std::result::Result<_, String>>()
         .map_err(|message| Error::input(message).file(path))?;
     let nodes = on.nodes();
     let mut filling = Filling::new(on, &nodes, (WHAT, matching), n_modes);
-    let places = points
-        .iter()
-        .map(|x| filling.find(Given::Place(*x)).unwrap_or_default());
+    let places = (mesh.points.iter()).map(|x| filling.find(Given::Place(*x)).unwrap_or_default());
     let places: Vec<Vec<usize>> = places.collect();
     let wrong = |mode: usize, message| Error::input(message).dataset(&modes[mode].0).file(path);
     for (mode, (_, values)) in modes.iter().enumerate() {

@@ -347,8 +347,8 @@ impl PlaceColumns {
 /// A point array of three components with its name.
 pub(super) type NamedVectors = (String, Vec<Vector>);
 
-/// The points of a mesh file and its point arrays of three components.
-pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)> {
+/// A mesh and its point arrays of three components.
+pub(super) fn arrays_of(path: &Path) -> Result<(Mesh, Vec<NamedVectors>)> {
     let mesh = Mesh::read(path)?;
     let mut arrays = Vec::new();
     for array in (mesh.point_arrays.iter()).filter(|array| array.n_components == 3) {
@@ -362,7 +362,7 @@ pub(super) fn arrays_of(path: &Path) -> Result<(Vec<Vector>, Vec<NamedVectors>)>
         let message = "the array holds a value that is not a finite number";
         return Err(Error::input(message).dataset(name).file(path));
     }
-    Ok((mesh.points, arrays))
+    Ok((mesh, arrays))
 }
 
 /// A note on rows that are for nodes of others.

@@ -1,11 +1,12 @@
 //! Sets of node displacements, one for each step or one for all: the set of a step and its rate of change.
 
-use super::clock::{NO_TIME, transient};
+use super::clock::{NO_TIME, StepHistory, transient};
 use super::link::{Link, NodeField, NodeLink};
+use super::modes::ModeShapes;
 use super::nodes::BodyNodes;
 use super::{At, Clock, MapScope, OnMesh, ResolvedMotion};
 use crate::motion::steps::Step;
-use crate::motion::table::{Key, Period, why_once};
+use crate::motion::table::{History, Interpolation, Key, Period, why_once};
 use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, scale, sub};
@@ -99,6 +100,39 @@ impl NodeSets {
             period,
             ..Self::one(sets, notes, on)
         }
+    }
+
+    /// The sets with values between them: each is a shape, whose coordinate is 1 at its own place and 0 at those of others.
+    pub(super) fn interpolated(
+        self,
+        interpolation: Interpolation,
+        on: &OnMesh<'_>,
+        path: &Path,
+    ) -> Result<Arc<dyn ResolvedMotion>> {
+        let Some(key) = self.key else {
+            let message = "there is one set of displacements, which holds at every step: nothing is between sets; leave it out, or give \
+                           the table a column `time_s`, `azimuth_deg` or `step`";
+            return Err(on.error("surface.interpolation", message));
+        };
+        let (n, n_shapes) = (
+            self.places.len(),
+            self.period
+                .as_ref()
+                .map_or(self.places.len(), |period| period.n_rows),
+        );
+        let factors =
+            (0..n * n_shapes).map(|at| f64::from((at / n_shapes) % n_shapes == at % n_shapes));
+        let ends = [0, n - 1].map(|set| self.lines[set]);
+        let history = History::new(path, key, self.places, factors.collect(), interpolation);
+        let coordinates = StepHistory::new(history.with_lines(ends).held(), on, "surface")?;
+        let mut notes = self.notes;
+        notes.extend(coordinates.note.clone());
+        Ok(Arc::new(ModeShapes {
+            shapes: self.sets,
+            coordinates,
+            nodes: self.nodes,
+            notes,
+        }))
     }
 
     /// The set of a step.

@@ -2,15 +2,17 @@
 //! an array, or SU2's surface positions.
 
 use super::nodes::{
-    At as Given, Filling, MISSING, Matching, NamedVectors, Wrong, arrays_of, place_columns, three,
-    unused, vector,
+    At as Given, Filling, MISSING, Matching, NamedVectors, PlaceColumns, Wrong, arrays_of,
+    place_columns, three, unused, vector,
 };
 use super::sets::NodeSets;
+use super::surface_map::{GivenPoints, MapMethod};
 use super::{BodyMotion, OnMesh, ResolvedMotion, TableSource};
 use crate::motion::body::Body;
-use crate::motion::keys::{keys, positive, string};
+use crate::motion::keys::{choice, keys, positive, string};
 use crate::motion::setters::setters;
-use crate::motion::table::Table;
+use crate::motion::table::{Column, Interpolation, Key, Table};
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, sub};
 use azimesh_io::formats::Source;
@@ -38,6 +40,8 @@ const WHAT: &str = "displacements";
 pub struct SurfaceMotion {
     source: TableSource,
     matching: Matching,
+    map: Option<MapMethod>,
+    interpolation: Option<Interpolation>,
 }
 
 impl SurfaceMotion {
@@ -46,6 +50,8 @@ impl SurfaceMotion {
         Self {
             source: source.into(),
             matching: Matching::default(),
+            map: None,
+            interpolation: None,
         }
     }
 }
@@ -55,6 +61,12 @@ setters! { SurfaceMotion {
     match_tolerance(distance: f64) |self| self.matching.tolerance = distance;
     /// Nodes that the file does not name stay where they are.
     missing_fixed() |self| self.matching.missing_fixed = true;
+    /// The points of the file are not nodes of the body: their displacements are carried to these.
+    map(method: MapMethod) |self| self.map = Some(method);
+    /// Straight lines between the sets of a table; else every step needs a set of its own.
+    linear() |self| self.interpolation = Some(Interpolation::Linear);
+    /// A cubic spline between the sets of a table, periodic where they repeat themselves.
+    cubic() |self| self.interpolation = Some(Interpolation::Cubic);
 } }
 
 keys! { impl SurfaceMotion "[body.surface]" = Self::new(""), {
@@ -64,6 +76,10 @@ keys! { impl SurfaceMotion "[body.surface]" = Self::new(""), {
     match_tolerance => matching.tolerance, positive("length"), default 1e-9;
     /// nodes of the body that are not in the file stay; without this key they are an error
     missing => matching.missing_fixed, MISSING, or "none";
+    /// the points of the file are not nodes of the body; their displacements are [carried to its nodes](#displacements-at-points-that-are-not-nodes)
+    map => map, choice::<MapMethod>(), or "none";
+    /// of the sets of a table between their azimuths, times or steps; without this key every step needs a set of its own
+    interpolation => interpolation, choice::<Interpolation>(), or "none";
 } }
 
 impl BodyMotion for SurfaceMotion {
@@ -92,6 +108,9 @@ impl BodyMotion for SurfaceMotion {
                 (self.of_table(&table, on)?, table.path().to_path_buf())
             }
         };
+        if let Some(interpolation) = self.interpolation {
+            return sets.interpolated(interpolation, on, &path);
+        }
         sets.check(on, &path)?;
         Ok(Arc::new(sets))
     }
@@ -105,24 +124,20 @@ fn is_positions(path: &Path) -> bool {
 
 impl SurfaceMotion {
     fn of_table(&self, table: &Table, on: &OnMesh<'_>) -> Result<NodeSets> {
-        let mut columns = table.columns();
-        let key = columns.optional_key()?;
-        let place = place_columns(&mut columns, on.in_plane())?;
-        let new = columns.has("x_new");
-        let names = if new {
-            ["x_new", "y_new", "z_new"]
-        } else {
-            ["dx", "dy", "dz"]
+        let rows = Rows::of(table, on.in_plane())?;
+        let (places, key) = (&rows.places, rows.key.map(|(key, _)| key));
+        let which = |set: usize| {
+            key.map_or(String::new(), |key| {
+                format!(" at {}", key.place(places[set]))
+            })
         };
-        let axes = three(&mut columns, names, on.in_plane())?;
-        columns.done()?;
-        let at = |row: usize| key.map_or(0.0, |(_, column)| table.value(row, column));
-        let mut places: Vec<f64> = (0..table.n_rows()).map(at).collect();
-        places.sort_by(f64::total_cmp);
-        places.dedup();
+        if let Some(method) = self.map {
+            let given = GivenPoints::of_rows(&rows, which)?;
+            let (sets, notes) = given.carry(method, table.path(), on)?;
+            return Ok(rows.sets(sets, notes, on));
+        }
         let nodes = on.nodes();
         let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), places.len());
-        let mut lines = vec![0; places.len()];
         let wrong = Wrong {
             at: &|row, message| table.error(row, message),
             twice: &|node, before, _| {
@@ -131,38 +146,24 @@ impl SurfaceMotion {
             },
         };
         for row in 0..table.n_rows() {
-            let found = filling.find(place.at(table, row)?);
+            let found = filling.find(rows.place.at(table, row)?);
             let found = found.map_err(|message| table.error(row, message))?;
-            let set = places.partition_point(|place| *place < at(row));
-            lines[set] = table.line(row);
-            let value = |x: Vector| {
-                if new {
-                    std::array::from_fn(|i| {
-                        axes[i].map_or(0.0, |axis| table.value(row, axis) - x[i])
-                    })
-                } else {
-                    vector(table, row, axes)
-                }
-            };
-            filling.put((set, row), &found, value, &wrong)?;
+            let value = |x: Vector| rows.displacement(row, x);
+            filling.put((rows.set_of(row), row), &found, value, &wrong)?;
         }
-        let key = key.map(|(key, _)| key);
-        let which = |set: usize| {
-            key.map_or(String::new(), |key| {
-                format!(" at {}", key.place(places[set]))
-            })
-        };
         let (sets, others) =
             filling.finish(which, |_, row, message| table.error_at(row, message))?;
         let notes = unused(others, table.path(), &on.body.name);
-        Ok(match key {
-            Some(key) => NodeSets::at_places((key, places), sets, lines, notes, on),
-            None => NodeSets::one(sets, notes, on),
-        })
+        Ok(rows.sets(sets, notes, on))
     }
 
     /// SU2's surface positions: a line `node x y z` for each node, with its new place.
     fn of_positions(&self, path: &Path, on: &OnMesh<'_>) -> Result<NodeSets> {
+        if self.map.is_some() {
+            let message = "surface positions name nodes of the mesh, which a `map` has no use for; leave it out, or give a table \
+                           with the columns x, y, z";
+            return Err(on.error("surface.map", message));
+        }
         let source = Source::open(path)?;
         let nodes = on.nodes();
         let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), 1);
@@ -205,9 +206,14 @@ impl SurfaceMotion {
 
     /// The displacement array of a mesh, whose nodes are found by their places.
     fn of_mesh(&self, path: &Path, on: &OnMesh<'_>) -> Result<NodeSets> {
-        let (points, arrays) = arrays_of(path)?;
+        let (mesh, arrays) = arrays_of(path)?;
         let found = displacements(&arrays);
         let (name, values) = found.map_err(|message| Error::input(message).file(path))?;
+        if let Some(method) = self.map {
+            let given = GivenPoints::of_mesh(&mesh, values);
+            let (sets, notes) = given.carry(method, path, on)?;
+            return Ok(NodeSets::one(sets, notes, on));
+        }
         let nodes = on.nodes();
         let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), 1);
         let whole = |message| Error::input(message).dataset(name).file(path);
@@ -219,12 +225,83 @@ impl SurfaceMotion {
                 )
             },
         };
-        for (row, (place, value)) in points.iter().zip(values).enumerate() {
+        for (row, (place, value)) in mesh.points.iter().zip(values).enumerate() {
             let found = filling.find(Given::Place(*place)).map_err(whole)?;
             filling.put((0, row), &found, |_| *value, &wrong)?;
         }
         let (sets, others) = filling.finish(|_| String::new(), |_, _, message| whole(message))?;
         Ok(NodeSets::one(sets, unused(others, path, &on.body.name), on))
+    }
+}
+
+/// The rows of a table of displacements.
+pub(super) struct Rows<'a> {
+    pub table: &'a Table,
+    pub key: Option<(Key, Column)>,
+    pub place: PlaceColumns,
+    /// Displacements, or new places.
+    axes: [Option<Column>; 3],
+    is_new: bool,
+    /// Where there are sets, increasing; 0 alone without a key.
+    pub places: Vec<f64>,
+}
+
+impl<'a> Rows<'a> {
+    fn of(table: &'a Table, in_plane: bool) -> Result<Self> {
+        let mut columns = table.columns();
+        let key = columns.optional_key()?;
+        let place = place_columns(&mut columns, in_plane)?;
+        let is_new = columns.has("x_new");
+        let names = if is_new {
+            ["x_new", "y_new", "z_new"]
+        } else {
+            ["dx", "dy", "dz"]
+        };
+        let axes = three(&mut columns, names, in_plane)?;
+        columns.done()?;
+        let mut rows = Self {
+            table,
+            key,
+            place,
+            axes,
+            is_new,
+            places: Vec::new(),
+        };
+        rows.places = (0..table.n_rows()).map(|row| rows.at(row)).collect();
+        rows.places.sort_by(f64::total_cmp);
+        rows.places.dedup();
+        Ok(rows)
+    }
+
+    fn at(&self, row: usize) -> f64 {
+        self.key
+            .map_or(0.0, |(_, column)| self.table.value(row, column))
+    }
+
+    /// The set that a row belongs to.
+    pub fn set_of(&self, row: usize) -> usize {
+        let at = self.at(row);
+        self.places.partition_point(|place| *place < at)
+    }
+
+    /// The displacement in a row, of what is at `x`.
+    pub fn displacement(&self, row: usize, x: Vector) -> Vector {
+        if !self.is_new {
+            return vector(self.table, row, self.axes);
+        }
+        std::array::from_fn(|i| self.axes[i].map_or(0.0, |axis| self.table.value(row, axis) - x[i]))
+    }
+
+    /// Sets of displacements of the nodes of a body, one for each place.
+    fn sets(&self, sets: Vec<Vec<Vector>>, notes: Vec<Note>, on: &OnMesh<'_>) -> NodeSets {
+        let Some((key, _)) = self.key else {
+            return NodeSets::one(sets, notes, on);
+        };
+        let mut lines = vec![0; sets.len()];
+        for row in 0..self.table.n_rows() {
+            lines[self.set_of(row)] = self.table.line(row);
+        }
+        NodeSets::at_places((key, self.places.clone()), sets, lines, notes, on)
     }
 }
 

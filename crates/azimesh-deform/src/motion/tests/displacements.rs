@@ -119,6 +119,138 @@ fn sets_over_azimuth_repeat_themselves_and_are_shifted_as_tables_are() {
     );
 }
 
+/// A plate below the face blade_1 of the cubes: places that are no nodes.
+const PLATE: [[f64; 2]; 5] = [[-0.15, -0.2], [1.3, 0.0], [0.0, 1.1], [1.2, 1.4], [0.5, 0.4]];
+
+/// A table of the plate turned about z by each of some angles.
+fn turned_plate(angles: &[f64]) -> String {
+    let rows = angles.iter().enumerate().flat_map(|(second, angle)| {
+        PLATE.map(|[x, y]| {
+            let (sin, cos) = angle.sin_cos();
+            let (new_x, new_y) = (cos * x - sin * y, sin * x + cos * y);
+            format!("{second},{x},{y},-0.1,{new_x},{new_y},-0.1\n")
+        })
+    });
+    "time_s,x,y,z,x_new,y_new,z_new\n".to_owned() + &rows.collect::<String>()
+}
+
+#[test]
+fn displacements_of_other_points_are_carried_to_the_nodes() {
+    let head = "time.values = [0, 1]";
+    for method in ["rbf", "nearest"] {
+        let body = format!("surface = {{ file = \"s.csv\", map = \"{method}\" }}");
+        let motion = surface(false, head, &body, &turned_plate(&[0.0, 1.0])).expect("it is good");
+        let (sin, cos) = 1.0f64.sin_cos();
+        for (node, x) in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+            .into_iter()
+            .enumerate()
+        {
+            let expected = match method {
+                "rbf" => [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1], 0.0],
+                _ => {
+                    let [x_given, y_given] = PLATE[[0, 1, 3, 2][node]];
+                    let moved = [
+                        cos * x_given - sin * y_given - x_given,
+                        sin * x_given + cos * y_given - y_given,
+                    ];
+                    [x[0] + moved[0], x[1] + moved[1], 0.0]
+                }
+            };
+            let found = place(&motion, 1, node as u32);
+            assert!(
+                distance(found, expected) < 1e-14,
+                "{method}: {found:?} {expected:?}"
+            );
+        }
+        let note = &motion.notes()[0];
+        assert_eq!(note.code, "surface_map");
+        assert!(note.text.starts_with("body \"blade\": the displacements of 5 points are carried to 4 nodes, which are up to 0."), "{}", note.text);
+    }
+}
+
+#[test]
+fn maps_that_cannot_be_are_refused() {
+    let told = |body: &str, file: &str| {
+        let body = format!("surface = {{ file = \"s.csv\", {body} }}");
+        let found = surface(false, "time.values = [0, 1]", &body, file);
+        let error = found.expect_err("it is wrong").to_string();
+        error[error
+            .rfind("s.csv")
+            .or(error.rfind("hover.toml"))
+            .unwrap_or(0)..]
+            .to_owned()
+    };
+    let rbf = "map = \"rbf\"";
+    let twice = turned_plate(&[0.0, 1.0]) + "1,0.5,0.4,-0.1,9,9,9\n";
+    let mut less = turned_plate(&[0.0, 1.0]);
+    less.truncate(less.trim_end().rfind('\n').expect("rows") + 1);
+    let far = turned_plate(&[0.0, 1.0]).replace("-0.1,", "-100,");
+    for (body, file, expected) in [
+        (rbf, BY_NODE, "s.csv:1: a `map` needs the places x, y, z"),
+        (
+            rbf,
+            &twice,
+            "s.csv:12: the point of this row is given another displacement in line 11",
+        ),
+        (
+            rbf,
+            &less,
+            "s.csv:6: the point (0.5, 0.4, -0.1) of this row has no row at time 1 s",
+        ),
+        (rbf, &far, "s.csv: nodes of body \"blade\" are up to "),
+        (
+            rbf,
+            "x,y,z,dx,dy,dz\n0,0,0,0,0,0\n1,1,1,0,0,0\n",
+            "s.csv: the given points lie on a line",
+        ),
+        (
+            "map = \"plane\"",
+            &turned_plate(&[0.0]),
+            "s.csv: there are no faces in the file",
+        ),
+        ("map = \"spline\"", BY_NODE, "hover.toml:6: "),
+        ("interpolation = \"linear\"", BY_NODE, "hover.toml:6: "),
+    ] {
+        let found = told(body, file);
+        assert!(found.starts_with(expected), "{found}");
+    }
+}
+
+#[test]
+fn sets_are_interpolated_between_their_times() {
+    let file = "time_s,node,dx,dy\n0,0,0,0\n0,1,0,0\n2,0,4,0\n2,1,0,8\n4,0,16,0\n4,1,0,0\n6,0,36,0\n6,1,0,0\n";
+    let head = "time.values = [0, 1, 2, 5]";
+    for (interpolation, places) in [
+        ("linear", [0.0, 2.0, 4.0, 26.0]),
+        ("cubic", [0.0, 1.0, 4.0, 25.0]),
+    ] {
+        let body = format!("surface = {{ file = \"s.csv\", interpolation = \"{interpolation}\" }}");
+        let motion = surface(true, head, &body, file).expect("it is good");
+        for (step, x) in places.into_iter().enumerate() {
+            let found = place(&motion, step, 0);
+            assert!(
+                distance(found, [x, 0.0, 0.0]) < 1e-13,
+                "{interpolation}: {found:?}"
+            );
+        }
+    }
+    // Over azimuth they repeat themselves, with the first set again at the end or one step before it.
+    let rows = |azimuths: &[u32]| {
+        let rows = azimuths
+            .iter()
+            .map(|at| format!("{at},0,{0},0\n{at},1,{0},0\n", at % 360));
+        "azimuth_deg,node,dx,dy\n".to_owned() + &rows.collect::<String>()
+    };
+    for round in [&[0, 90, 180, 270][..], &[0, 90, 180, 270, 360]] {
+        let body = "surface = { file = \"s.csv\", interpolation = \"linear\" }";
+        let motion = surface(true, "azimuth.values = [45, 315, 720]", body, &rows(round))
+            .expect("it is good");
+        for (step, x) in [(0, 45.0), (1, 135.0), (2, 0.0)] {
+            assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
+        }
+    }
+}
+
 #[test]
 fn nodes_that_are_missing_are_an_error_or_stay() {
     let one = "node,dx,dy,dz\n1,0.1,0,0\n";
