@@ -1,12 +1,13 @@
 //! A moving body: its tags and its motions, read from `[[body]]` or made in memory.
 
-use super::keys::{Holds, Keys, Kind, angle, keys, patterns, string};
+use super::keys::{Holds, Keys, Kind, angle, keys, patterns, string, table};
 use super::motions::{
     AxisRotation, Beam, BodyMotion, Cyclic, Displacements, Modes, Rigid, SurfaceMotion,
     TableMotion, Translation,
 };
 use super::names::{Pattern, list};
 use super::places::Places;
+use super::ramp::Ramp;
 use super::reader::Entry;
 use super::setters::setters;
 use super::steps::Step;
@@ -43,6 +44,8 @@ pub struct Body {
     pub(super) azimuth_offset: Option<f64>,
     /// The body it moves with, which stands before it.
     pub(super) parent: Option<String>,
+    /// How its motions begin.
+    pub(super) ramp: Option<Ramp>,
     /// In the order in which they act.
     pub(super) motions: Vec<Arc<dyn BodyMotion>>,
     pub(super) places: Places,
@@ -75,6 +78,10 @@ setters! { Body {
     /// resumed, for which the caller promises that a function of the same name gives the same displacements.
     displacements_named(name: impl Into<String>, function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static) |self|
         self = self.with(Displacements { function: Arc::new(function), name: Some(name.into()) });
+    /// All its motions begin smoothly, from nothing at the first step to the whole after these seconds.
+    ramp_seconds(seconds: f64) |self| self.ramp = Some(Ramp::of_seconds(seconds));
+    /// All its motions begin smoothly, from nothing at the first step to the whole after this number of steps.
+    ramp_steps(steps: usize) |self| self.ramp = Some(Ramp::of_steps(steps));
     /// The body that it moves with, one that is given to the schedule before it.
     parent(name: impl Into<String>) |self| self.parent = Some(name.into());
     /// Azimuth of its blade when the rotor's is zero, in degrees; that of its parent unless it is set, else 0.
@@ -108,6 +115,8 @@ keys! { impl Body "[[body]]" = Self::new("", [""; 0]), {
     azimuth_offset => azimuth_offset, angle(), or "0, or that of its parent";
     /// the body that it moves with, which must come earlier in the schedule
     parent => parent, string::<String>(), or "none";
+    /// a smooth start of all its motions, below
+    ramp => ramp, table::<Ramp>(), or "none";
     /// pitch, flap and lag as harmonics of the azimuth, or from a table
     cyclic => motions, motion::<Cyclic>(), or "none";
     /// a rotation, then a translation
@@ -132,6 +141,7 @@ impl Body {
             name,
             azimuth_offset: None,
             parent: None,
+            ramp: None,
             motions: Vec::new(),
             places,
         }
@@ -195,6 +205,9 @@ impl Body {
             return Err(places.error("parent", message));
         }
         places.angle("azimuth_offset", self.azimuth_offset.unwrap_or(0.0))?;
+        if let Some(ramp) = &self.ramp {
+            ramp.check(places)?;
+        }
         if self.motions.is_empty() && self.parent.is_none() {
             let message = format!(
                 "body \"{name}\" has no motion; give it [body.cyclic], [body.rigid] or another one, or list its tags \

@@ -21,6 +21,7 @@ mod output;
 pub mod periodic;
 mod places;
 mod pose;
+mod ramp;
 mod reader;
 mod resolved;
 mod rotor;

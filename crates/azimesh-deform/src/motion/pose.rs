@@ -8,7 +8,7 @@
 
 use super::body_map::{BodyMap, BodyVelocity};
 use super::motions::{At, CentreLine, Clock, Link, MapScope, Rotation};
-use super::resolved::Motion;
+use super::resolved::{Motion, MovingBody};
 use super::rotor::Frame;
 use super::steps::Step;
 use azimesh_core::geometry::vector::Vector;
@@ -75,8 +75,15 @@ impl Motion {
 
     /// What the motions of a body do, those of its parent left out.
     fn own_links<'a>(&'a self, body: usize, at: &At<'_>) -> Vec<Link<'a>> {
-        let motions = self.bodies[body].motions.iter();
-        motions.filter_map(|motion| motion.link(at)).collect()
+        let MovingBody { motions, ramp, .. } = &self.bodies[body];
+        let links = motions.iter().filter_map(|motion| motion.link(at));
+        match ramp {
+            Some(ramp) => {
+                let ramp = ramp.at(at.step, &at.clock);
+                links.map(|link| link.ramped(ramp)).collect()
+            }
+            None => links.collect(),
+        }
     }
 
     /// A body, its parent, the parent of that and so on.

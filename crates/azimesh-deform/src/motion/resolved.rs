@@ -4,6 +4,7 @@ use super::body::Body;
 use super::motions::{
     At, Clock, Displacements, Link, MapScope, OnMesh, ResolvedMotion, Rigid, RigidLink,
 };
+use super::ramp::Ramp;
 use super::rotor::RotorAxes;
 use super::schedule::Schedule;
 use super::steps::{Step, neighbours};
@@ -44,6 +45,8 @@ pub struct MovingBody {
     pub azimuth_offset: f64,
     /// The body it moves with, which stands before it.
     pub(super) parent: Option<usize>,
+    /// How its motions begin.
+    pub(super) ramp: Option<Ramp>,
     /// In the order in which they act; a rigid map is always among them.
     pub(super) motions: Vec<Arc<dyn ResolvedMotion>>,
     /// Where the schedule names it.
@@ -125,6 +128,9 @@ impl Motion {
             folder: schedule.path.with_file_name(""),
             nodes: OnceCell::new(),
         };
+        if let Some(ramp) = &body.ramp {
+            ramp.check_times(&self.steps, &body.places)?;
+        }
         let mut motions = Vec::new();
         for motion in &body.motions {
             motions.push(motion.resolve(&on)?);
@@ -139,6 +145,7 @@ impl Motion {
             name: body.name.clone(),
             azimuth_offset,
             parent,
+            ramp: body.ramp.clone(),
             motions,
             place: body.places.of("name"),
         })

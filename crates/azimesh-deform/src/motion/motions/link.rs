@@ -31,6 +31,37 @@ impl<'a> Link<'a> {
         }
     }
 
+    /// The link at the start of a motion: the part `reached` of it, which grows by `growth` in a second.
+    pub fn ramped(self, [reached, growth]: [f64; 2]) -> Self {
+        let rotation = |rotation: Rotation| Rotation {
+            angle: reached * rotation.angle,
+            rate: reached * rotation.rate + growth * rotation.angle,
+            ..rotation
+        };
+        match self {
+            Self::Rigid(RigidLink {
+                rotations,
+                translation,
+            }) => Self::Rigid(RigidLink {
+                rotations: rotations.into_iter().map(rotation).collect(),
+                translation: translation.map(|[by, rate]| {
+                    [
+                        scale(by, reached),
+                        add(scale(rate, reached), scale(by, growth)),
+                    ]
+                }),
+            }),
+            Self::Sections(sections) => {
+                Self::Sections(Box::new(sections.ramped([reached, growth], rotation)))
+            }
+            Self::Nodes(nodes) => Self::Nodes(NodeLink {
+                part: reached * nodes.part,
+                growth,
+                ..nodes
+            }),
+        }
+    }
+
     /// This link with its rigid part converted by `form`.
     pub fn with_rigid<R>(self, form: impl FnOnce(&RigidLink) -> R) -> Link<'a, R> {
         match self {
@@ -113,6 +144,8 @@ pub(in crate::motion) struct NodeLink<'a> {
     pub fields: Vec<(NodeField<'a>, Option<NodeField<'a>>)>,
     /// From 0 to 1.
     pub part: f64,
+    /// By how much the part grows in a second.
+    pub growth: f64,
 }
 
 /// A vector for each node of a body.
@@ -149,12 +182,19 @@ impl<'a> NodeLink<'a> {
 
     /// The displacement of a node; zero where it is another body's.
     pub fn displacement(&self, node: u32) -> Vector {
-        self.sum(node, |(field, _)| Some(field))
+        scale(self.sum(node, |(field, _)| Some(field)), self.part)
     }
 
     /// Its rate, in mesh units a second.
     pub fn rate(&self, node: u32) -> Vector {
-        self.sum(node, |(_, rate)| rate.as_ref())
+        let rate = scale(self.sum(node, |(_, rate)| rate.as_ref()), self.part);
+        match self.growth {
+            0.0 => rate,
+            growth => add(
+                rate,
+                scale(self.sum(node, |(field, _)| Some(field)), growth),
+            ),
+        }
     }
 
     fn sum<'s>(
@@ -166,7 +206,6 @@ impl<'a> NodeLink<'a> {
             return [0.0; 3];
         };
         let fields = self.fields.iter().filter_map(of);
-        let sum = fields.fold([0.0; 3], |sum, field| add(sum, field.at(at)));
-        scale(sum, self.part)
+        fields.fold([0.0; 3], |sum, field| add(sum, field.at(at)))
     }
 }

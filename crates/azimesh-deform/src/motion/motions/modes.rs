@@ -141,6 +141,7 @@ impl ResolvedMotion for ModeShapes {
                 at.rates.then(|| field(self.coordinates.rates(at))),
             )],
             part: at.part,
+            growth: 0.0,
         }))
     }
 

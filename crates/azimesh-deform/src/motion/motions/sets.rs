@@ -51,6 +51,7 @@ impl ResolvedMotion for NodeSets {
             nodes: Arc::clone(&self.nodes),
             fields: vec![(NodeField::Values(Cow::Borrowed(&self.sets[set])), rates)],
             part: at.part,
+            growth: 0.0,
         }))
     }
 

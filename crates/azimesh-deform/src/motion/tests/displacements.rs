@@ -120,7 +120,13 @@ fn sets_over_azimuth_repeat_themselves_and_are_shifted_as_tables_are() {
 }
 
 /// A plate below the face blade_1 of the cubes: places that are no nodes.
-const PLATE: [[f64; 2]; 5] = [[-0.15, -0.2], [1.3, 0.0], [0.0, 1.1], [1.2, 1.4], [0.5, 0.4]];
+const PLATE: [[f64; 2]; 5] = [
+    [-0.15, -0.2],
+    [1.3, 0.0],
+    [0.0, 1.1],
+    [1.2, 1.4],
+    [0.5, 0.4],
+];
 
 /// A table of the plate turned about z by each of some angles.
 fn turned_plate(angles: &[f64]) -> String {

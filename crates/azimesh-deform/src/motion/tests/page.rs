@@ -6,6 +6,7 @@ use crate::motion::keys::{Key, Keys};
 use crate::motion::motions::{NamedColumns, Rigid};
 use crate::motion::options::{RbfOptions, SelectionOptions};
 use crate::motion::output::OutputOptions;
+use crate::motion::ramp::Ramp;
 use crate::motion::reader::{Lines, Section};
 use crate::motion::steps::{Azimuths, Times};
 use crate::motion::{
@@ -17,12 +18,13 @@ use std::fmt::Debug;
 use std::path::Path;
 use toml::de::DeTable;
 
-const TABLES: [(&str, &[Key]); 17] = [
+const TABLES: [(&str, &[Key]); 18] = [
     ("the schedule", Schedule::KEYS),
     ("`[azimuth]`", Azimuths::KEYS),
     ("`[time]`", Times::KEYS),
     ("`[rotor]`", Rotor::KEYS),
     ("`[[body]]`", Body::KEYS),
+    ("`ramp`", Ramp::KEYS),
     ("`[body.cyclic]`", Cyclic::KEYS),
     ("`[body.rigid]`", Rigid::KEYS),
     ("`rotate`", AxisRotation::KEYS),

@@ -9,10 +9,10 @@ const TABLE: &str = "time_s,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,
 const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1.1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1.1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1.1,0,0,-0.3,4,-5,-6\n";
 const CYCLIC: &str = "cyclic = { collective = 5, pitch = [ { sin = 7, cos = 2 }, { cos = 1 } ], coning = 3, flap = [ { sin = 4 } ], lag = [ { cos = 2 } ], phase = 11, flap_hinge = 0.2 }";
 
-/// A motion at three times, `H` apart.
-fn motion(interpolation: &str, body: &str) -> Motion {
+/// A motion at three times, `H` apart, after those of `before`.
+fn motion_after(before: &str, interpolation: &str, body: &str) -> Motion {
     let head = format!(
-        "time.values = [{:?}, 1.3, {:?}]\ntime.frequency = 0.6\nrotor = {{ frame = \"inertial\", hub = [0.1, 0.2, 0.3], flap_sign = -1, azimuth_sign = -1 }}",
+        "time.values = [{before}{:?}, 1.3, {:?}]\ntime.frequency = 0.6\nrotor = {{ frame = \"inertial\", hub = [0.1, 0.2, 0.3], flap_sign = -1, azimuth_sign = -1 }}",
         1.3 - H,
         1.3 + H
     );
@@ -23,6 +23,10 @@ fn motion(interpolation: &str, body: &str) -> Motion {
     let files = [
         ("m.csv", TABLE),
         ("beam.csv", BEAM),
+        (
+            "s.csv",
+            "time_s,node,dx,dy,dz\n0,0,0,0,0\n0,1,0,0,0\n0,2,0,0,0\n0,3,0,0,0\n3,0,3,0,0\n3,1,3,0,0\n3,2,3,0,0\n3,3,3,0,0\n",
+        ),
         ("angle.csv", "time_s,angle_deg\n0,0\n1,9\n2,-4\n3,1\n"),
         (
             "trim.csv",
@@ -32,15 +36,25 @@ fn motion(interpolation: &str, body: &str) -> Motion {
     resolve(false, &head, &body, &files).expect("it is good")
 }
 
+fn motion(interpolation: &str, body: &str) -> Motion {
+    motion_after("", interpolation, body)
+}
+
 #[track_caller]
 fn assert_differentiated(motion: &Motion) {
+    let first = motion.steps.len() - 3;
     for x in [[0.3, 0.4, 0.0], [0.9, -0.2, 0.1]] {
-        let place = |step: usize| -> Vector { motion.pose(0, &motion.steps[step]).apply(x) };
+        let place =
+            |step: usize| -> Vector { motion.pose(0, &motion.steps[first + step]).apply(x) };
         let difference = scale(sub(place(2), place(0)), 0.5 / H);
-        let found = motion.velocities(&motion.steps[1])[0].velocity(0, x);
+        let found = motion.velocities(&motion.steps[first + 1])[0].velocity(0, x);
         let off = distance(found, difference) / norm(difference);
         assert!(off < 1e-7, "{found:?} {difference:?}");
-        let to_inertial = |step: usize| motion.to_inertial(&motion.steps[step]).expect("inertial");
+        let to_inertial = |step: usize| {
+            motion
+                .to_inertial(&motion.steps[first + step])
+                .expect("inertial")
+        };
         let difference = scale(
             sub(
                 to_inertial(2).apply(place(2)),
@@ -49,7 +63,7 @@ fn assert_differentiated(motion: &Motion) {
             0.5 / H,
         );
         let to_inertial = motion
-            .to_inertial_moving(&motion.steps[1])
+            .to_inertial_moving(&motion.steps[first + 1])
             .expect("inertial");
         let found = to_inertial.velocity(place(1), found);
         let off = distance(found, difference) / norm(difference);
@@ -123,4 +137,62 @@ fn a_ramp_grows_over_the_steps() {
     let still = motion("linear", "rigid.translate = [1, 0, 0]");
     let pace = &still.velocities(&still.steps[0])[0];
     assert_eq!(pace.velocity(0, [1.0, 2.0, 3.0]), [0.0; 3]);
+}
+
+/// Every motion of a body that begins smoothly is that of one without `ramp` times a factor.
+#[test]
+fn motions_begin_smoothly() {
+    let surface = "surface = { file = \"s.csv\", INTERPOLATION }".to_owned();
+    for body in [
+        CYCLIC.to_owned(),
+        format!("table.file = \"m.csv\"\n{CYCLIC}"),
+        "rigid.rotate = { axis = [1, 2, 3], angle = 20, harmonics = [ { sin = 5 } ] }".to_owned(),
+        format!(
+            "beam = {{ table = \"beam.csv\", hold_ends = true }}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]"
+        ),
+        surface,
+    ] {
+        for ramp in ["seconds = 2", "seconds = 1.1", "steps = 1"] {
+            let body = format!("ramp = {{ {ramp} }}\n{body}");
+            let motion = motion_after("0, ", "cubic", &body);
+            if body.contains("surface") {
+                let node = motion.pose(0, &motion.steps[2]).place(1, [1.0, 0.0, 0.0]);
+                let s: f64 = if ramp == "seconds = 2" { 0.65 } else { 1.0 };
+                let expected = [1.0 + 1.3 * s * s * (3.0 - 2.0 * s), 0.0, 0.0];
+                assert!(
+                    distance(node, expected) < 1e-14,
+                    "{ramp}: {node:?} {expected:?}"
+                );
+                continue;
+            }
+            assert_differentiated(&motion);
+            let x = [0.3, 0.4, 0.0];
+            assert_eq!(motion.pose(0, &motion.steps[0]).apply(x), x, "{ramp}");
+        }
+    }
+    for (body, expected) in [
+        (
+            "ramp = {}\nrigid.translate = [1, 0, 0]",
+            "needs either `seconds` or `steps`",
+        ),
+        (
+            "ramp = { seconds = 1, steps = 2 }\nrigid.translate = [1, 0, 0]",
+            "needs either `seconds` or `steps`",
+        ),
+        (
+            "ramp = { seconds = -1 }\nrigid.translate = [1, 0, 0]",
+            "seconds",
+        ),
+        (
+            "ramp = { seconds = 1 }\nrigid.translate = [1, 0, 0]",
+            "the steps have no times",
+        ),
+    ] {
+        let found = resolve(false, "azimuth.values = [0, 30]", body, &[]);
+        let error = found.expect_err("it is wrong").to_string();
+        assert!(
+            error.contains("hover.toml:6: ") && error.contains(expected),
+            "{error}"
+        );
+    }
 }

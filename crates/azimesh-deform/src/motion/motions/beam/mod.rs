@@ -14,7 +14,6 @@ use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table};
 use azimesh_core::error::{Error, Result};
-use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, distance, dot, sub};
 use azimesh_core::{Note, note};
 use coverage::check_span;
@@ -226,18 +225,13 @@ impl ResolvedMotion for BendingBlade {
         let key = self.span.history().key();
         let place = Clock::place(key, at.step, self.offset).expect(promise);
         let hinges = self.hinges.as_ref().map(|hinges| hinges.rotations(at));
-        let after = hinges.map_or(Transform::IDENTITY, |[_, flap, lag]| {
-            flap.part(at.part).map().then(&lag.part(at.part).map())
-        });
-        Some(Link::Sections(Box::new(Sections {
-            values: self.span.at(place).expect(promise),
-            line: &self.line,
-            blade: self.blade,
-            part: at.part,
-            key_rate: at.clock.rate_in(self.span.history(), at.step),
+        Some(Link::Sections(Box::new(Sections::new(
+            self.span.at(place).expect(promise),
+            (&self.line, self.blade),
+            at.part,
+            at.clock.rate_in(self.span.history(), at.step),
             hinges,
-            after,
-        })))
+        ))))
     }
 
     fn map_scope(&self) -> MapScope {

@@ -10,16 +10,18 @@ use azimesh_core::geometry::{Moving, Transform};
 /// The sections of a beam at a part of a step.
 #[derive(Debug, Clone)]
 pub(in crate::motion) struct Sections<'a> {
-    pub(super) values: SpanValues<'a>,
-    pub(super) line: &'a LiftingLine,
-    pub(super) blade: RotorAxes,
-    pub(super) part: f64,
+    values: SpanValues<'a>,
+    line: &'a LiftingLine,
+    blade: RotorAxes,
+    part: f64,
+    /// How much of the values is reached, and by how much that grows in a second.
+    ramp: [f64; 2],
     /// By how much the key of the table grows in a second.
-    pub(super) key_rate: f64,
+    key_rate: f64,
     /// Pitch, flap and lag of the cyclic motion, as a whole.
-    pub(super) hinges: Option<[Rotation; 3]>,
+    hinges: Option<[Rotation; 3]>,
     /// Flap and lag of this part.
-    pub(super) after: Transform,
+    after: Transform,
 }
 
 /// Two components turned from the first to the second.
@@ -29,7 +31,51 @@ fn turned(a: f64, b: f64, angle: f64) -> (f64, f64) {
     (cos * a - sin * b, sin * a + cos * b)
 }
 
-impl Sections<'_> {
+impl<'a> Sections<'a> {
+    pub(super) fn new(
+        values: SpanValues<'a>,
+        (line, blade): (&'a LiftingLine, RotorAxes),
+        part: f64,
+        key_rate: f64,
+        hinges: Option<[Rotation; 3]>,
+    ) -> Self {
+        let after = hinges.map_or(Transform::IDENTITY, |[_, flap, lag]| {
+            flap.part(part).map().then(&lag.part(part).map())
+        });
+        Self {
+            values,
+            line,
+            blade,
+            part,
+            ramp: [1.0, 0.0],
+            key_rate,
+            hinges,
+            after,
+        }
+    }
+
+    /// The sections at the start of a motion, as [`Link::ramped`](crate::motion::motions::Link::ramped).
+    pub(in crate::motion::motions) fn ramped(
+        self,
+        ramp: [f64; 2],
+        rotation: impl Fn(Rotation) -> Rotation,
+    ) -> Self {
+        let hinges = self.hinges.map(|hinges| hinges.map(rotation));
+        let of = (self.line, self.blade);
+        let sections = Self::new(self.values, of, self.part, self.key_rate, hinges);
+        Self { ramp, ..sections }
+    }
+
+    /// The values at a station, as far as they are reached.
+    #[inline]
+    fn values_at(&self, station: f64) -> [f64; 6] {
+        let mut values: [f64; 6] = self.values.values(station);
+        for value in &mut values {
+            *value *= self.ramp[0];
+        }
+        values
+    }
+
     /// The rigid map of the section that `x` of the reference mesh is in (eq. 2 and 3):
     ///
     /// ```text
@@ -38,7 +84,7 @@ impl Sections<'_> {
     /// ```
     pub fn map(&self, x: Vector) -> Transform {
         let station = self.station(x);
-        let [dx, dy, dz, rx, ry, rz] = self.values.values(station).map(|v| self.part * v);
+        let [dx, dy, dz, rx, ry, rz] = self.values_at(station).map(|v| self.part * v);
         let pitch = self.part * self.pitch();
         let origin = self.reference(station);
         let RotorAxes { e_x, e_y, e_z, .. } = self.blade;
@@ -58,7 +104,7 @@ impl Sections<'_> {
     #[inline]
     pub fn place(&self, x: Vector, at: Vector) -> Vector {
         let station = self.station(x);
-        let mut values: [f64; 6] = self.values.values(station);
+        let mut values = self.values_at(station);
         for value in &mut values {
             *value *= self.part;
         }
@@ -82,8 +128,13 @@ impl Sections<'_> {
     /// The whole map with its velocity.
     pub fn moving(&self, x: Vector) -> Moving {
         let station = self.station(x);
-        let values: [f64; 6] = self.values.values(station);
-        let rates: [f64; 6] = self.values.rates(station).map(|rate| self.key_rate * rate);
+        let values = self.values_at(station);
+        let [reached, growth] = self.ramp;
+        let whole: [f64; 6] = self.values.values(station);
+        let mut rates: [f64; 6] = self.values.rates(station);
+        for (rate, value) in rates.iter_mut().zip(whole) {
+            *rate = reached * self.key_rate * *rate + growth * value;
+        }
         let origin = self.reference(station);
         let blade = &self.blade;
         let along = |v: &[f64; 6]| {
@@ -111,7 +162,7 @@ impl Sections<'_> {
     /// The rotations of the section that `x` is in, in their order.
     pub fn rotations(&self, x: Vector) -> Vec<Rotation> {
         let station = self.station(x);
-        let [.., rx, ry, rz] = self.values.values::<6>(station);
+        let [.., rx, ry, rz] = self.values_at(station);
         let origin = self.reference(station);
         let turn = |axis, angle| Rotation {
             axis,
