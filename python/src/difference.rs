@@ -49,7 +49,7 @@ impl PyDifference {
     /// What could not be compared, in words.
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.found.notes.clone()
+        self.found.notes.iter().map(ToString::to_string).collect()
     }
 
     fn __bool__(&self) -> bool {

@@ -5,10 +5,10 @@ use crate::preflight::{
     self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, estimate_bytes,
     estimate_memory, evenly,
 };
-use crate::run::sentences;
+use crate::record::sentences;
 use azimesh_core::error::{Result, counted, one_line};
 use azimesh_core::numbers::{amount, in_digits, short};
-use azimesh_core::{Note, parallel};
+use azimesh_core::parallel;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Frame, Role, Schedule, Step, TagRole};
 use serde::Serialize;
@@ -42,9 +42,8 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     check_surface_files(&plan, &mesh.view(), mesh_file)?;
     let n_bytes = estimate_bytes(&plan, &mesh.view())?;
     let extremes = LargestDisplacements::new(&plan);
-    let warnings = preflight::warnings(&plan, &extremes);
-    for warning in &warnings {
-        context.warn(&warning.to_string());
+    for warning in preflight::warnings(&plan, &extremes) {
+        context.warn(warning);
     }
     let bytes = Bytes {
         memory: estimate_memory(&plan, &mesh),
@@ -52,7 +51,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
         output: n_bytes,
     };
     if context.common.json {
-        context.print_json(&as_json(&plan, &extremes, bytes, &warnings))?
+        context.print_json(&as_json(&plan, &extremes, bytes))?
     } else {
         context.print_result(&as_text(&plan, &extremes, bytes))?
     }
@@ -95,8 +94,6 @@ pub(super) struct Checked {
     seconds: f64,
     /// Bytes of all meshes; an upper bound with compression.
     output_bytes: u64,
-    /// Warnings that `deform` would print.
-    warnings: Vec<String>,
     /// Largest displacement of a surface node at any step, mesh units.
     max_displacement: f64,
     /// The step of it.
@@ -196,12 +193,7 @@ fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
     evaluations / (1e9 * threads) + n_bytes as f64 / 1e9
 }
 
-fn as_json(
-    plan: &Plan,
-    extremes: &LargestDisplacements,
-    bytes: Bytes,
-    warnings: &[Note],
-) -> Checked {
+fn as_json(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> Checked {
     let tags = plan.motion.surface.tags.iter();
     let steps = plan.motion.steps.iter();
     let tag = |tag: &TagRole| CheckedTag {
@@ -236,7 +228,6 @@ fn as_json(
         conventions: plan.motion.rotor.conventions(),
         seconds: seconds(plan, bytes.output),
         output_bytes: bytes.output,
-        warnings: sentences(warnings),
         max_displacement,
         max_displacement_step,
         steps: steps.map(step).collect(),

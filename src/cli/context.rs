@@ -3,6 +3,8 @@
 use super::{Common, threads};
 use crate::alloc::spill;
 use crate::preflight::existing_folder;
+use crate::record::{Diagnostic, Failed, Level};
+use azimesh_core::Note;
 use azimesh_core::error::{Error, Result, is_unseen, lines, one_line};
 use azimesh_core::numbers::amount;
 use azimesh_core::parallel;
@@ -11,6 +13,7 @@ use azimesh_deform::Plan;
 use azimesh_deform::motion::Schedule;
 use azimesh_io::mesh::Mesh;
 use serde::{Serialize, Serializer};
+use std::cell::{Cell, RefCell};
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -22,8 +25,14 @@ pub struct Context {
     pub common: Common,
     /// The ranks; the first prints for all.
     pub ranks: Ranks,
+    /// The command line without the program.
+    pub arguments: Vec<String>,
     /// Ranks on this machine, which share its processors.
     n_on_node: usize,
+    /// Notes and warnings, for JSON; also those that are not printed.
+    told: RefCell<Vec<Diagnostic>>,
+    /// True if JSON has been printed.
+    is_json_printed: Cell<bool>,
 }
 
 impl Context {
@@ -32,7 +41,10 @@ impl Context {
         Self {
             common,
             ranks: Ranks::alone(),
+            arguments: Vec::new(),
             n_on_node: 1,
+            told: RefCell::default(),
+            is_json_printed: Cell::default(),
         }
     }
 
@@ -129,32 +141,49 @@ impl Context {
         }
     }
 
-    /// Prints a JSON result with its version.
+    /// Prints a JSON result with its version, and with the notes and warnings there have been.
     pub fn print_json(&self, result: &impl Serialize) -> Result<()> {
         let value = serde_json::to_value(result);
         let mut value = value.expect("keys are text, and numbers that are not finite are null");
         if let Some(object) = value.as_object_mut() {
             object.shift_insert(0, "version".into(), 1.into());
+            let told = serde_json::to_value(self.told.take());
+            let told = told.expect("keys are text, and numbers that are not finite are null");
+            object.insert("diagnostics".into(), told);
         }
+        self.is_json_printed.set(true);
         self.print(&format!("{}\n", seen(&format!("{value:#}"))))
     }
 
-    /// A remark on stderr, unless quiet.
-    pub fn note(&self, text: &str) {
+    /// A remark in JSON and, unless quiet, on stderr.
+    pub fn note(&self, note: Note) {
         if !self.common.quiet {
-            self.to_stderr(&format!("note: {}", one_line(text)));
+            self.to_stderr(&format!("note: {}", one_line(&note.to_string())));
         }
+        self.keep(Level::Note, &note);
     }
 
-    /// A warning on stderr, unless quiet.
-    pub fn warn(&self, text: &str) {
+    /// A warning in JSON and, unless quiet, on stderr.
+    pub fn warn(&self, note: Note) {
         if !self.common.quiet {
-            self.to_stderr(&format!("warning: {}", one_line(text)));
+            self.print_warning(&one_line(&note.to_string()));
         }
+        self.keep(Level::Warning, &note);
     }
 
-    /// Why a check failed, on stderr, always: the exit code alone does not tell.
-    pub fn complain(&self, text: &str) {
+    /// A check that failed, in JSON and on stderr, also if quiet.
+    pub fn complain(&self, note: Note) {
+        self.print_warning(&note.to_string());
+        self.keep(Level::Warning, &note);
+    }
+
+    /// Has a note in JSON alone.
+    pub fn keep(&self, level: Level, note: &Note) {
+        self.told.borrow_mut().push(Diagnostic::new(level, note));
+    }
+
+    /// Prints a warning on stderr alone.
+    pub fn print_warning(&self, text: &str) {
         self.to_stderr(&format!("warning: {text}"));
     }
 
@@ -170,12 +199,29 @@ impl Context {
         self.to_stderr(&format!("error: {error}"));
     }
 
+    /// Prints the error that ended the command as JSON where that is wanted, and no result has been printed.
+    pub fn print_json_of(&self, error: &Error) {
+        if self.common.json && !self.is_json_printed.get() {
+            let error = error.into();
+            // The exit code tells of the error that there was first.
+            let _ = self.print_json(&FailedCommand { error });
+        }
+    }
+
     fn to_stderr(&self, text: &str) {
         if self.ranks.is_first() {
             // Nobody is left to tell when stderr is gone.
             let _ = writeln!(std::io::stderr(), "{text}");
         }
     }
+}
+
+/// A command that failed, with exit code 2 or 3, or that a signal ended.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct FailedCommand {
+    /// The error.
+    error: Failed,
 }
 
 /// Entries of a JSON object whose keys are names, in their order.

@@ -5,13 +5,13 @@ use super::shared::why_not_run;
 use super::{Context, Outcome, memory};
 use crate::alloc::limit;
 use crate::preflight::{Fits, check_memory, existing_folder};
-use crate::record::{Criterion, Timings};
-use crate::run::{Finished, Request, run_after, sentences};
-use azimesh_core::Note;
+use crate::record::{Criterion, Failed, Failure, Level, Timings, sentences};
+use crate::run::{Finished, Request, run_after};
 use azimesh_core::error::{Error, Result, counted, path_in_line};
 use azimesh_core::numbers::{amount, in_digits};
 use azimesh_core::progress::Stop;
 use azimesh_core::ranks::Ranks;
+use azimesh_core::{Note, note};
 use azimesh_deform::motion::{QualityOutput, Schedule};
 use azimesh_deform::{Deformation, ReadWhole};
 use azimesh_io::formats::openfoam::set_patch_types;
@@ -81,6 +81,7 @@ pub struct DeformArgs {
 impl DeformArgs {
     fn request(&self, context: &Context) -> Request {
         Request {
+            arguments: context.arguments.clone(),
             mesh: self.mesh.clone(),
             folder: self.output.clone(),
             base: self.base.clone(),
@@ -185,13 +186,11 @@ fn run_first(
             fit_into_memory(deformation, limit, with_files, &request, context)?;
     }
     for choice in &plan.choices {
-        context.note(&choice.to_string());
+        context.note(choice.clone());
     }
     let mut n_printed = 0;
     let finished = run_after(deformation, &request, &mut |warnings| {
-        if !context.common.quiet {
-            complain_of_some(warnings, context);
-        }
+        tell_warnings(warnings, context);
         n_printed = warnings.len();
     })?;
     context.tell_of_files();
@@ -295,7 +294,8 @@ fn fit_into_memory(
             Ok(0)
         }
         Fits::InFiles(needed) => {
-            context.note(&format!(
+            context.note(note!(
+                "arrays_in_files",
                 "this run needs about {} of memory, and --max-memory allows {}: large arrays lie in files without a name in {} \
                  while it runs",
                 amount(needed),
@@ -331,21 +331,25 @@ pub(super) fn report(
     n_told: usize,
     context: &Context,
 ) -> Result<Outcome> {
+    if finished.ended_by.is_none() {
+        tell_warnings(&finished.warnings[n_told..], context);
+        if context.common.quiet {
+            complain_of_some(&finished.inverted, context);
+        }
+        for notes in [&finished.skipped, &finished.failures] {
+            complain_of_some(notes, context);
+            keep(notes, context);
+        }
+    } else {
+        keep(&finished.warnings[n_told..], context);
+    }
     if context.common.json {
         context.print_json(&as_json(folder, &finished))?;
+    } else if finished.ended_by.is_none() {
+        context.print_result(&summary(folder, &finished))?;
     }
     if let Some(error) = finished.ended_by {
         return Err(error);
-    }
-    if context.common.quiet {
-        complain_of_some(&finished.inverted, context);
-    } else {
-        complain_of_some(&finished.warnings[n_told..], context);
-    }
-    complain_of_some(&finished.skipped, context);
-    complain_of_some(&finished.failures, context);
-    if !context.common.json {
-        context.print_result(&summary(folder, &finished))?;
     }
     Ok(if finished.is_failed() {
         Outcome::CheckFailed
@@ -368,20 +372,9 @@ fn as_json(folder: &Path, finished: &Finished) -> Deformed {
         max_inverted: finished.max_inverted,
         min_scaled_jacobian: finished.min_scaled_jacobian,
         mesh_bytes: finished.mesh_bytes,
-        warnings: sentences(&finished.warnings),
-        failures: finished.failures.iter().map(failure).collect(),
+        failures: finished.failures.iter().map(Failure::from).collect(),
+        error: finished.ended_by.as_ref().map(Failed::from),
         seconds: finished.timings,
-    }
-}
-
-/// A failed check: its sentence, and of a condition of `--fail-on` its numbers.
-fn failure(note: &Note) -> Failure {
-    Failure {
-        message: note.to_string(),
-        metric: note.get("metric").as_str().map(str::to_owned),
-        value: note.get("value").as_f64(),
-        limit: note.get("limit").as_f64(),
-        step: note.get("step").as_u64().map(|step| step as usize),
     }
 }
 
@@ -413,28 +406,27 @@ pub(super) struct Deformed {
     min_scaled_jacobian: Option<f64>,
     /// Bytes of one mesh file (of all steps where one file holds them).
     mesh_bytes: u64,
-    /// Warnings, as sentences.
-    warnings: Vec<String>,
     /// Conditions of `--fail-on` that failed, and other checks.
     failures: Vec<Failure>,
+    /// What ended the run before its last step; absent without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Failed>,
     /// Seconds of each stage, all runs of the folder together.
     seconds: Timings,
 }
 
-/// A failure.
-#[derive(Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-struct Failure {
-    /// The failure in a sentence.
-    message: String,
-    /// Column of a condition of `--fail-on`; null for another check.
-    metric: Option<String>,
-    /// Its value.
-    value: Option<f64>,
-    /// The number that it is compared with.
-    limit: Option<f64>,
-    /// The step.
-    step: Option<usize>,
+/// Warnings: in JSON all of them, printed some unless quiet.
+fn tell_warnings(warnings: &[Note], context: &Context) {
+    if !context.common.quiet {
+        complain_of_some(warnings, context);
+    }
+    keep(warnings, context);
+}
+
+fn keep(warnings: &[Note], context: &Context) {
+    for warning in warnings {
+        context.keep(Level::Warning, warning);
+    }
 }
 
 /// A condition may fail at every step: the first notes of each sort are shown, all with `-v`.
@@ -445,10 +437,10 @@ fn complain_of_some(notes: &[Note], context: &Context) {
             _ => alike.len(),
         };
         for note in &alike[..shown] {
-            context.complain(&note.to_string());
+            context.print_warning(&note.to_string());
         }
         if shown < alike.len() {
-            context.complain(&format!(
+            context.print_warning(&format!(
                 "and {} more like these; -v shows them, run.json and steps.csv have them",
                 alike.len() - shown
             ));
@@ -471,8 +463,8 @@ fn by_sort(notes: &[Note]) -> Vec<Vec<&Note>> {
 
 /// Checks if two notes differ in names and numbers only.
 fn is_like(a: &Note, b: &Note) -> bool {
-    let is_alike = match a.code {
-        "recorded" | "skipped" => words(&a.text).eq(words(&b.text)),
+    let is_alike = match &*a.code {
+        "skipped" => words(&a.text).eq(words(&b.text)),
         _ => a.get("metric") == b.get("metric"),
     };
     a.code == b.code && is_alike
@@ -528,7 +520,6 @@ fn summary(folder: &Path, finished: &Finished) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use azimesh_core::note;
 
     #[test]
     fn notes_of_one_sort_stand_together_and_hide_no_other() {
@@ -540,11 +531,11 @@ mod tests {
         let sorts = by_sort(&notes);
         assert_eq!(sorts.iter().map(Vec::len).collect::<Vec<_>>(), [9, 1]);
         assert_eq!(sorts[1], [&gap]);
-        let recorded = ["step 1 has 2", "step 3 has 4", "body b moves"];
-        let recorded = recorded.map(|text| Note::new("recorded", text));
+        let skipped = ["step 1 has 2", "step 3 has 4", "body b moves"];
+        let skipped = skipped.map(|text| Note::new("skipped", text));
         let holds = ["max_skew", "max_skew", "inverted"];
         let holds = holds.map(|metric| note!("condition_holds", "{metric}").with("metric", metric));
-        for notes in [recorded, holds] {
+        for notes in [skipped, holds] {
             let sorts = by_sort(&notes);
             assert_eq!(sorts.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
         }

@@ -5,6 +5,7 @@ use super::unfinished::unfinished;
 use crate::alloc::limit;
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_core::numbers::short;
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{
     self, Format, Listed, Loaded, Location, ReadOptions, Shared, SharedFile,
 };
@@ -38,7 +39,7 @@ impl Context {
     /// Prints what a reader remarks on the mesh of a path, and gives the mesh.
     pub fn with_notes(&self, loaded: Loaded, path: &Path) -> Mesh {
         for note in loaded.notes.iter() {
-            self.note(&format!("{}: {note}", path.display()));
+            self.note(note.clone().file(path));
         }
         loaded.mesh
     }
@@ -138,10 +139,10 @@ impl Input {
             (Ok(sequence), None) => Self::open(&sequence, format, context),
             (Ok(sequence), Some(how)) => {
                 let input = Self::open(&sequence, format, context)?;
-                context.note(&format!("{}: {how}", path.display()));
+                context.note(how.file(path));
                 Ok(input)
             }
-            (Err(_), Some(how)) => Err(Error::input(how).file(path)),
+            (Err(_), Some(how)) => Err(Error::input(how.text).file(path)),
             (Err(error), None) => Err(error),
         }
     }
@@ -188,10 +189,11 @@ impl Input {
     }
 
     /// A remark on the times of a sequence, where they do not rise.
-    pub fn remark_on_times(&self) -> Option<String> {
+    pub fn remark_on_times(&self) -> Option<Note> {
         let times = self.times()?;
         let step = times.windows(2).position(|two| two[0] >= two[1])?;
-        Some(format!(
+        Some(note!(
+            "times_not_increasing",
             "the times do not increase: step {step} is at {}, step {} at {}; steps keep the order of the file",
             short(times[step]),
             step + 1,

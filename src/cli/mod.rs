@@ -32,6 +32,7 @@ pub use context::Context;
 
 use crate::alloc::limit::{self, SYSTEM_FAILED};
 use azimesh_core::error::{Error, ErrorKind, Result, counted, name_options_as_flags};
+use azimesh_core::note;
 use azimesh_core::numbers::amount;
 use azimesh_core::ranks::Ranks;
 use clap::{Args, Parser, Subcommand};
@@ -162,12 +163,19 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     });
     #[cfg(not(feature = "mpi"))]
     let (ranks, n_on_node) = (Ranks::alone(), 1);
+    let arguments: Vec<_> = arguments.into_iter().collect();
+    let shown = arguments.iter().skip(1);
+    let shown = shown.map(|argument| argument.to_string_lossy().into_owned());
+    let shown: Vec<String> = shown.collect();
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
             if ranks.is_first() {
                 // Nobody is left to tell when stderr is gone.
                 let _ = error.print();
+                if error.use_stderr() && shown.iter().any(|argument| argument == "--json") {
+                    print_json_of(&error);
+                }
             }
             return u8::try_from(error.exit_code()).unwrap_or(u8::MAX);
         }
@@ -176,6 +184,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     // The processors of the machine are for the ranks that work.
     let n_on_node = if is_shared { n_on_node } else { 1 };
     let mut context = Context::new(cli.common).on_ranks(&ranks, n_on_node);
+    context.arguments = shown;
     let ready = prepare(&cli.command, &context);
     warn_of_ranks(&context);
     let ready = ready.and_then(|()| context.start_threads());
@@ -227,13 +236,15 @@ fn warn_of_ranks(context: &Context) {
         let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter();
         let mut sizes = sizes.filter_map(|name| std::env::var(name).ok()?.parse::<usize>().ok());
         if let Some(n) = sizes.find(|n| *n > 1) {
-            context.warn(&format!(
+            context.warn(note!(
+                "no_mpi",
                 "this azimesh was built without MPI: each of the {n} processes works for itself (cargo feature `mpi`)"
             ));
         }
     }
     if let Some(kinds) = context.ranks.kinds_of_processors() {
-        context.warn(&format!(
+        context.warn(note!(
+            "several_processors",
             "ranks run on processors of several kinds ({kinds}), which round sums in different ways: the last digits of \
              results depend on how many ranks there are, and where"
         ));
@@ -253,9 +264,27 @@ fn report_messages(ranks: &Ranks, context: &Context) {
     }
 }
 
+/// Prints wrong arguments as JSON: what clap says before it shows how the command is used.
+fn print_json_of(error: &clap::Error) {
+    let text = error.to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text);
+    let text = text.split("\n\nUsage:").next().unwrap_or_default();
+    let parts = text.split("\n\n");
+    let in_one_line = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
+    let parts: Vec<String> = parts.map(in_one_line).collect();
+    let common = Common {
+        json: true,
+        ..Common::default()
+    };
+    Context::new(common).print_json_of(&Error::input(parts.join("; ")));
+}
+
 /// Prints an error and gives its exit code.
 fn failed(error: &Error, context: &Context) -> u8 {
     context.error(error);
+    if error.kind != ErrorKind::Check {
+        context.print_json_of(error);
+    }
     match error.kind {
         ErrorKind::Check => 1,
         ErrorKind::Input => 2,

@@ -2,6 +2,7 @@
 
 use super::Context;
 use azimesh_core::error::Result;
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{self, Commit, Compression, Encoding, Format, Precision, WriteOptions};
 use azimesh_io::mesh::Mesh;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -79,16 +80,19 @@ impl OutputArgs {
     }
 
     /// A sentence on each option that does nothing for files of this format.
-    pub fn remarks(&self, format: &Format) -> Vec<String> {
+    pub fn remarks(&self, format: &Format) -> Vec<Note> {
         let dropped = self.options().without_effect(format);
         let name = format.name;
         dropped
             .iter()
             .map(|option| match *option {
                 "compression" if self.encoding == Encoding::Ascii => {
-                    "--compression has no effect on text files".to_owned()
+                    note!("no_effect", "--compression has no effect on text files")
                 }
-                option => format!("--{option} has no effect on files of format {name}"),
+                option => note!(
+                    "no_effect",
+                    "--{option} has no effect on files of format {name}"
+                ),
             })
             .collect()
     }
@@ -106,11 +110,11 @@ impl OutputArgs {
     /// Writes the mesh, and files that belong beside it, and notes what the format could not hold.
     pub fn save(&self, mesh: &Mesh, path: &Path, format: &Format, context: &Context) -> Result<()> {
         for remark in self.remarks(format) {
-            context.note(&remark);
+            context.note(remark);
         }
         let write = || formats::save(&mesh.view(), path, format, &self.options(), self.commit());
         for dropped in context.stage("writing", write)? {
-            context.note(&format!("{}: {dropped}", path.display()));
+            context.note(dropped.file(path));
         }
         Ok(())
     }

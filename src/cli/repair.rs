@@ -6,6 +6,7 @@ use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::vector::{distance, norm, sub};
 use azimesh_core::numbers::{short, with_verb};
 use azimesh_core::progress::Stop;
+use azimesh_core::{Note, note};
 use azimesh_io::formats::guard_inputs;
 use azimesh_io::mesh::facets::facets;
 use azimesh_io::mesh::{Adjacency, Mesh, in_32_bits};
@@ -207,16 +208,12 @@ fn freedom(
 
 impl Findings {
     fn tell(&self, context: &Context, args: &RepairArgs) -> Result<()> {
-        match (context.common.json, args.output.as_os_str() == "-") {
-            (true, _) => context.print_json(&self.as_json())?,
-            (false, true) => context.print_aside(&self.as_text()),
-            (false, false) => context.print_result(&self.as_text())?,
-        }
         for log in self.repaired.patches.iter().chain(&self.improved) {
             context.detail(&sentence(log));
         }
         if self.n_reversed > 0 {
-            context.note(&format!(
+            context.note(note!(
+                "reversed",
                 "{} listed in the other orientation: judged as mirror images, and the nodes keep their order",
                 with_verb(self.n_reversed, "cell", "is")
             ));
@@ -225,7 +222,8 @@ impl Findings {
             && found < wanted
         {
             let (found, wanted) = (short(found), short(wanted));
-            context.note(&format!(
+            context.note(note!(
+                "not_improved",
                 "the smallest scaled Jacobian is {found}, not {wanted}; no better was found"
             ));
         }
@@ -244,16 +242,24 @@ impl Findings {
                 .filter(|left| left.reason == reason);
             let cells: Vec<&Unrepaired> = cells.collect();
             if !cells.is_empty() {
-                context.complain(&left_over(&cells, reason));
+                context.complain(left_over(&cells, reason));
             }
         }
         let overtaken = &self.repaired.overtaken;
         for face in overtaken.iter().take(MOST_NAMED) {
-            context.complain(&in_the_way(face));
+            context.complain(in_the_way(face));
         }
         if overtaken.len() > MOST_NAMED {
             let more = counted(overtaken.len() - MOST_NAMED, "more face");
-            context.complain(&format!("and {more} on the wrong side of the boundary"));
+            context.complain(note!(
+                "more_overtaken",
+                "and {more} on the wrong side of the boundary"
+            ));
+        }
+        match (context.common.json, args.output.as_os_str() == "-") {
+            (true, _) => context.print_json(&self.as_json())?,
+            (false, true) => context.print_aside(&self.as_text()),
+            (false, false) => context.print_result(&self.as_text())?,
         }
         Ok(())
     }
@@ -406,13 +412,15 @@ impl Patch {
 }
 
 /// A sentence on a face that proves that there is no valid mesh.
-fn in_the_way(face: &CrossedFace) -> String {
+fn in_the_way(face: &CrossedFace) -> Note {
     let nodes: Vec<String> = face.nodes.iter().map(u32::to_string).collect();
-    format!(
+    let note = note!(
+        "overtaken",
         "the face of cell {} on nodes {} has the outside of the mesh on its inner side, and its nodes are fixed",
         face.cell,
         nodes.join(", ")
-    )
+    );
+    note.with("cell", face.cell)
 }
 
 fn sentence(log: &PatchLog) -> String {
@@ -433,8 +441,8 @@ fn sentence(log: &PatchLog) -> String {
     )
 }
 
-/// A sentence on cells that are left, and why.
-fn left_over(cells: &[&Unrepaired], reason: Reason) -> String {
+/// A note on cells that are left, and why.
+fn left_over(cells: &[&Unrepaired], reason: Reason) -> Note {
     let named = cells
         .iter()
         .take(MOST_NAMED)
@@ -445,5 +453,11 @@ fn left_over(cells: &[&Unrepaired], reason: Reason) -> String {
     };
     let named = named.collect::<Vec<_>>().join(", ");
     let n = counted(cells.len(), "invalid cell");
-    format!("{n} left ({named}{more}): {}", reason.sentence())
+    let note = note!(
+        "not_repaired",
+        "{n} left ({named}{more}): {}",
+        reason.sentence()
+    );
+    note.with("cells", cells.len())
+        .with("reason", reason.name())
 }

@@ -46,17 +46,17 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
         report::page(&args.folder, &context.read_options())
     });
     let mut page = page.map_err(|mut error| {
-        let how = unfinished.iter().map(|how| format!("; {how}"));
+        let how = unfinished.iter().map(|how| format!("; {}", how.text));
         error.message.extend(how);
         error
     })?;
     page.notes.extend(unfinished);
     formats::save_text(&page.html, &output, commit)?;
-    for note in &page.notes {
+    for note in page.notes {
         context.note(note);
     }
     if !is_stdout {
-        tell(&page, &output, context)?;
+        tell(page.html.len(), page.n_steps, &output, context)?;
     }
     Ok(Outcome::Fine)
 }
@@ -71,18 +71,14 @@ pub(super) struct Written {
     bytes: usize,
     /// Steps on it.
     steps: usize,
-    /// Missing data, such as meshes that are gone.
-    notes: Vec<String>,
 }
 
-fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
-    let bytes = page.html.len();
+fn tell(bytes: usize, steps: usize, output: &Path, context: &Context) -> Result<()> {
     if context.common.json {
         return context.print_json(&Written {
             file: output.display().to_string(),
             bytes,
-            steps: page.n_steps,
-            notes: page.notes.clone(),
+            steps,
         });
     }
     if context.common.quiet {
@@ -91,7 +87,7 @@ fn tell(page: &report::Page, output: &Path, context: &Context) -> Result<()> {
         context.print_result(&format!(
             "{}: {}, {}\n",
             path_in_line(output),
-            counted(page.n_steps, "step"),
+            counted(steps, "step"),
             amount(bytes as u64)
         ))
     }

@@ -4,6 +4,7 @@ use super::context::Entries;
 use super::{Context, Outcome};
 use crate::sample::{self, BladeOptions, Sample, SizeOptions};
 use azimesh_core::error::{Error, Result, path_in_line};
+use azimesh_core::note;
 use azimesh_io::formats::{self, Commit, WriteOptions, save_text};
 use azimesh_io::mesh::{Group, Mesh};
 use serde::Serialize;
@@ -117,7 +118,7 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     let (view, options) = (made.mesh.view(), WriteOptions::default());
     let write = || formats::save(&view, path, format, &options, commit);
     for loss in context.stage("writing", write)? {
-        context.warn(&loss.to_string());
+        context.warn(loss);
     }
     if let Some(schedule) = &schedule {
         save_text(&made.schedule, schedule, commit)?;
@@ -170,7 +171,7 @@ pub(super) struct Sampled {
 fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) -> Result<()> {
     let n_surface = surface_nodes(mesh);
     let Some(schedule) = schedule else {
-        context.note(&summary(mesh, n_surface));
+        context.note(note!("sampled", "{}", summary(mesh, n_surface)));
         return Ok(());
     };
     if context.common.json {

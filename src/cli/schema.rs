@@ -2,8 +2,8 @@
 //! `AZIMESH_UPDATE` is set: `AZIMESH_UPDATE=1 cargo test --lib schema`.
 
 use super::*;
-use crate::record::RunRecord;
-use schemars::generate::SchemaSettings;
+use crate::record::{Diagnostic, RunRecord};
+use schemars::generate::{SchemaGenerator, SchemaSettings};
 use schemars::transform::RecursiveTransform;
 use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value, json};
@@ -58,34 +58,59 @@ fn schemas() -> Vec<(&'static str, Value)> {
             schema::<completions::Completions>("azimesh completions SHELL --json"),
         ),
         ("man", schema::<man::Manual>("azimesh man --json")),
+        (
+            "error",
+            schema::<context::FailedCommand>("azimesh ... --json, exit code 2 or 3"),
+        ),
         ("run", schema::<RunRecord>("run.json, run_A-B.json")),
     ]
 }
 
 fn schema<T: JsonSchema>(title: &str) -> Value {
-    let settings = SchemaSettings::draft2020_12().for_serialize();
-    let mut settings = settings.with_transform(RecursiveTransform(plain));
-    settings.inline_subschemas = true;
-    let mut schema = settings.into_generator().into_root_schema_for::<T>();
+    let mut schema = SchemaGenerator::from(settings()).into_root_schema_for::<T>();
     schema.insert("title".to_owned(), title.into());
     let mut schema = schema.to_value();
     match schema.get_mut("anyOf").and_then(Value::as_array_mut) {
-        Some(forms) => forms.iter_mut().for_each(add_version),
-        None => add_version(&mut schema),
+        Some(forms) => forms.iter_mut().for_each(add_common),
+        None => add_common(&mut schema),
     }
     schema
 }
 
-/// Adds the version, which is the first key of everything that is printed.
-fn add_version(form: &mut Value) {
+/// The schema of a note.
+fn diagnostic() -> Value {
+    let mut schema = SchemaGenerator::from(settings()).into_root_schema_for::<Diagnostic>();
+    schema.remove("$schema");
+    schema.remove("title");
+    schema.to_value()
+}
+
+fn settings() -> SchemaSettings {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    let mut settings = settings.with_transform(RecursiveTransform(plain));
+    settings.inline_subschemas = true;
+    settings
+}
+
+/// Adds the keys of everything that is printed: the version is the first, notes and warnings are the last.
+fn add_common(form: &mut Value) {
     let version = json!({ "description": "Version of this layout.", "const": 1 });
     let properties = form["properties"].as_object_mut().expect("it is an object");
     properties.shift_insert(0, "version".to_owned(), version);
+    let has_own = properties.contains_key("diagnostics");
+    if !has_own {
+        let about = "Notes and warnings.";
+        let notes = json!({ "description": about, "type": "array", "items": diagnostic() });
+        properties.insert("diagnostics".to_owned(), notes);
+    }
     let required = form["required"]
         .as_array_mut()
         .expect("some keys are always there");
     required.retain(|key| key != "version");
     required.insert(0, "version".into());
+    if !has_own {
+        required.push("diagnostics".into());
+    }
 }
 
 /// Removes what is of Rust alone, says that there are no other keys, and that a key that may be absent is never null: only
@@ -139,10 +164,13 @@ fn type_name(schema: &Map<String, Value>, plural: bool) -> String {
     name + or_null
 }
 
-/// Rows of a table for the keys of a schema.
+/// Rows of a table for the keys of a schema, but for those that the page describes once for all.
 fn rows(schema: &Value, path: &str) -> String {
     let mut text = String::new();
     for (key, inside) in schema["properties"].as_object().into_iter().flatten() {
+        if path.is_empty() && ["version", "diagnostics"].contains(&&**key) {
+            continue;
+        }
         let required = schema["required"].as_array();
         let is_required = required.is_some_and(|all| all.contains(&json!(key)));
         let presence = if is_required { "" } else { " (not always)" };
@@ -161,12 +189,18 @@ fn rows(schema: &Value, path: &str) -> String {
             type_name(inside.as_object().expect("a schema is an object"), false),
             values.map_or(String::new(), |values| format!(" One of {values}."))
         );
-        text += &rows(inside, &format!("{path}{key}."));
+        if key != "diagnostics" {
+            text += &rows(inside, &format!("{path}{key}."));
+        }
     }
     let stem = path.trim_end_matches('.');
     text + &(schema.get("items")).map_or(String::new(), |items| rows(items, &format!("{stem}[].")))
         + &(schema.get("additionalProperties"))
             .map_or(String::new(), |all| rows(all, &format!("{stem}.*.")))
+}
+
+fn table(schema: &Value) -> String {
+    format!("\n| key | type | |\n|---|---|---|\n{}", rows(schema, ""))
 }
 
 /// The part of the page about a schema.
@@ -178,12 +212,24 @@ fn section(name: &str, schema: &Value) -> String {
         "\n## {heading}\n\n`{title}` · [schema](schema/{name}.json)\n\n{}\n",
         text(schema)
     );
-    let table = |schema: &Value| format!("\n| key | type | |\n|---|---|---|\n{}", rows(schema, ""));
     match schema["anyOf"].as_array() {
         None => section += &table(schema),
         Some(forms) => {
+            let first = rows(&forms[0], "");
             for form in forms {
-                section += &format!("\n{}:\n{}", text(form).trim_end_matches('.'), table(form));
+                let (mut own, mut known) = (table(form), String::new());
+                for key in form["properties"].as_object().into_iter().flatten() {
+                    // Items of a list may have all keys of the first form.
+                    let path = format!("{}[].", key.0);
+                    let of_items = first.replace("| `", &format!("| `{path}"));
+                    if own.contains(&of_items) {
+                        own = own.replace(&of_items, "");
+                        known = format!(" In `{path}` are all keys of the first form too.");
+                    }
+                }
+                let about = text(form);
+                let about = about.trim_end_matches('.');
+                section += &format!("\n{about}.{known}\n{own}");
             }
         }
     }
@@ -195,11 +241,25 @@ fn docs_have_the_schemas_and_tables_of_the_types() {
     let page = fs::read_to_string("docs/json.md").expect("it is there");
     let (head, _) = page.split_once("\n## ").expect("it has sections");
     let schemas = schemas();
-    let sections = schemas.iter().map(|(name, schema)| section(name, schema));
-    let mut wanted = vec![(
-        "docs/json.md".to_owned(),
-        head.to_owned() + &sections.collect::<String>(),
-    )];
+    let mut text = format!("{head}\n## diagnostics\n{}", table(&diagnostic()));
+    let mut seen: Vec<(&str, &str)> = Vec::new();
+    let sections: Vec<String> = schemas
+        .iter()
+        .map(|(name, schema)| section(name, schema))
+        .collect();
+    for ((name, _), section) in schemas.iter().zip(&sections) {
+        // A table that is on the page already is not repeated.
+        let (start, table) = section.split_once("\n| key").expect("it has a table");
+        text += start;
+        match seen.iter().find(|(_, known)| *known == table) {
+            Some((as_of, _)) => text += &format!("\nThe keys of [{as_of}](#{as_of}).\n"),
+            None => {
+                text += &format!("\n| key{table}");
+                seen.push((name, table));
+            }
+        }
+    }
+    let mut wanted = vec![("docs/json.md".to_owned(), text)];
     for (name, schema) in &schemas {
         wanted.push((format!("docs/schema/{name}.json"), format!("{schema:#}\n")));
     }

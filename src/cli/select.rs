@@ -3,6 +3,7 @@
 use super::{Context, Outcome};
 use crate::run::base_file;
 use azimesh_core::error::{Error, Result, path_in_line};
+use azimesh_core::note;
 use azimesh_core::numbers::in_digits;
 use azimesh_core::ranks::Ranks;
 use azimesh_deform::motion::Schedule;
@@ -40,7 +41,7 @@ pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
     commit.check(&picture)?;
     let (plan, _) = context.plan(&args.mesh, schedule)?;
     for choice in &plan.choices {
-        context.note(&choice.to_string());
+        context.note(choice.clone());
     }
     let intervals = plan.selection_intervals();
     if intervals.len() > 1 {
@@ -64,6 +65,10 @@ fn report(
 ) -> Result<Outcome> {
     let beyond = |(layer, own): &(&Layer, &Selection)| own.measured / layer.tolerance;
     let missed = missed_layers(plan, selections).max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+    if let Some((layer, selection)) = missed {
+        let sentence = missed_sentence(plan, layer, selection, BaseOrigin::Chosen);
+        context.complain(note!("missed", "{sentence}"));
+    }
     if context.common.json {
         context.print_json(&as_json(args, plan, selections, missed.is_none()))?;
     } else {
@@ -82,11 +87,10 @@ fn report(
             ))?;
         }
     }
-    let Some((layer, selection)) = missed else {
-        return Ok(Outcome::Fine);
-    };
-    context.complain(&missed_sentence(plan, layer, selection, BaseOrigin::Chosen));
-    Ok(Outcome::CheckFailed)
+    Ok(match missed {
+        Some(_) => Outcome::CheckFailed,
+        None => Outcome::Fine,
+    })
 }
 
 fn as_json(args: &SelectArgs, plan: &Plan, selections: &[Selection], met: bool) -> Selected {

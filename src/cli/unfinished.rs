@@ -1,13 +1,14 @@
 //! Runs that are not finished, and the commands that continue them.
 
 use crate::record::{RunRecord, in_shell, parts_in};
+use azimesh_core::{Note, note};
 use azimesh_io::formats::read_file;
 use std::io::BufRead;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A sentence on a folder whose run is not finished, or whose parts are not joined.
-pub fn unfinished(folder: &Path) -> Option<String> {
+/// A note on a folder whose run is not finished, or whose parts are not joined.
+pub fn unfinished(folder: &Path) -> Option<Note> {
     // The record of a case is in a folder of its own.
     let places = [folder.to_path_buf(), folder.join("azimesh")];
     let found = places.iter().find_map(|place| of_records(place, folder));
@@ -15,7 +16,7 @@ pub fn unfinished(folder: &Path) -> Option<String> {
 }
 
 /// `None` where there are no records, `Some(None)` where all is finished.
-fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
+fn of_records(place: &Path, folder: &Path) -> Option<Option<Note>> {
     if let Some(record) = read(&place.join("run.json")) {
         if record.is_finished() {
             return Some(None);
@@ -25,11 +26,13 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
         let of = record
             .steps
             .map_or(String::new(), |all| format!(" of {all}"));
-        return Some(Some(format!(
+        let command = format!("{} --resume", record.command(folder));
+        let note = note!(
+            "run_not_finished",
             "the run in this folder is not finished, {n}{of} steps are there: if nothing runs there any more, continue it with  \
-             {} --resume",
-            record.command(folder)
-        )));
+             {command}"
+        );
+        return Some(Some(note.with("commands", vec![command])));
     }
     let parts = parts(place);
     let (_, last) = parts.last()?;
@@ -46,11 +49,13 @@ fn of_records(place: &Path, folder: &Path) -> Option<Option<String>> {
     let commands: Vec<String> = resume.chain(missing).chain(finish).collect();
     let there: Vec<String> = ranges().map(|steps| format!("{steps:?}")).collect();
     let of = last.steps.map_or(String::new(), |all| format!(" of {all}"));
-    Some(Some(format!(
+    let note = note!(
+        "parts_not_joined",
         "the parts of the run in this folder are not joined, steps {}{of} are there; to finish it:  {}",
         there.join(", "),
         commands.join(" ;  ")
-    )))
+    );
+    Some(Some(note.with("commands", commands)))
 }
 
 fn read(path: &Path) -> Option<RunRecord> {

@@ -246,7 +246,7 @@ mod tests {
     /// Nodes, faces and shared faces of the only note, and its text.
     fn told(notes: &[Note]) -> ([u64; 3], &str) {
         assert_eq!(
-            (notes.len(), notes[0].code),
+            (notes.len(), &*notes[0].code),
             (1, "fixed_moves"),
             "{notes:?}"
         );
@@ -325,7 +325,7 @@ mod tests {
         mesh.groups[at.expect("it has the tag")].cells.push(face);
         let n = mesh.groups[at.expect("it has the tag")].cells.len();
         let notes = on_no_cell(&plan(mesh, "others = \"fixed\"", "\"airfoil\""));
-        assert_eq!((notes.len(), notes[0].code), (1, "faces_on_no_cell"));
+        assert_eq!((notes.len(), &*notes[0].code), (1, "faces_on_no_cell"));
         let start = format!(
             "1 of the {n} faces of tag \"airfoil\", which moves, is on no cell, the first is cell {face}:"
         );

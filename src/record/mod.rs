@@ -6,6 +6,7 @@
 
 mod base;
 mod criterion;
+mod diagnostic;
 mod names;
 mod run;
 mod steps;
@@ -14,9 +15,10 @@ mod tests;
 
 pub use base::BaseFile;
 pub use criterion::Criterion;
+pub use diagnostic::{Diagnostic, Failed, Failure, Level, sentences};
 pub use names::{file_name, numbered, part_of, parts_in, step_of};
 pub use run::{
     BodyRecord, EndRecord, FunctionRecord, InputRecord, LayerRecord, MotionRecord, OptionsRecord,
-    PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings, in_shell,
+    PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings, in_shell, in_shell_all,
 };
 pub use steps::{CHECKSUM, COLUMNS, Row, Rows, lines, parse, text};

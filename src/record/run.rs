@@ -1,5 +1,6 @@
 //! run.json: inputs of a run, its steps and its result. Keys that another version does not write are empty when it is read.
 
+use super::diagnostic::{Diagnostic, Failed, Failure};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
@@ -19,6 +20,9 @@ pub struct RunRecord {
     pub version: u32,
     /// Program and version.
     pub program: String,
+    /// The command line without the program; absent where a program called the library.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub arguments: Vec<String>,
     /// `output.title` of the schedule; absent without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
@@ -196,7 +200,7 @@ pub struct SelectionRecord {
     pub layers: Vec<LayerRecord>,
     /// Warnings of its evaluation; absent until then.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub warnings: Option<Vec<String>>,
+    pub diagnostics: Option<Vec<Diagnostic>>,
 }
 
 /// Base points of a layer. An error that is not finite is null.
@@ -311,12 +315,15 @@ pub struct EndRecord {
     /// Steps that `--keep-going` skipped, with the reasons.
     #[serde(default)]
     pub skipped_steps: Vec<String>,
-    /// Warnings, as sentences.
+    /// Warnings.
     #[serde(default)]
-    pub warnings: Vec<String>,
-    /// Conditions that failed.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Conditions of `--fail-on` that failed, and other checks.
     #[serde(default)]
-    pub failures: Vec<String>,
+    pub failures: Vec<Failure>,
+    /// What ended the run before its last step; absent without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<Failed>,
 }
 
 /// Seconds of each stage of a run.
@@ -355,8 +362,32 @@ impl RunRecord {
         text.expect("its keys are text, and numbers that are not finite are null") + "\n"
     }
 
-    /// Returns the command of the run; words in capitals stand for inputs that it does not name.
+    /// Returns the arguments of a run of all steps: without options that say which steps are written, what happens to
+    /// files that are there, and what is printed.
+    pub fn arguments_of_all_steps(&self) -> Vec<String> {
+        let mut own = Vec::new();
+        let mut arguments = self.arguments.iter();
+        while let Some(argument) = arguments.next() {
+            let name = argument.split('=').next().unwrap_or_default();
+            let letters = argument.strip_prefix('-').unwrap_or_default();
+            let is_printing = !letters.is_empty() && letters.chars().all(|c| "qv".contains(c));
+            if ["--steps", "--threads"].contains(&name) {
+                if name == argument {
+                    arguments.next();
+                }
+            } else if !is_printing && !LEFT_OUT.contains(&name) {
+                own.push(argument.clone());
+            }
+        }
+        own
+    }
+
+    /// Returns the command of a run of all steps, which more options may follow; words in capitals stand for inputs that the
+    /// record does not name.
     pub fn command(&self, folder: &Path) -> String {
+        if !self.arguments.is_empty() {
+            return in_shell_all(&self.arguments_of_all_steps());
+        }
         let input = |what: &str| {
             let input = self.inputs.iter().find(|input| input.what == what);
             input.map_or(what.to_uppercase(), |input| in_shell(&input.file))
@@ -370,13 +401,29 @@ impl RunRecord {
 
     /// Checks if the run has ended without an error: it has written all steps that it did not skip.
     pub fn is_finished(&self) -> bool {
-        self.outcome.starts_with("complete")
+        self.end.as_ref().is_some_and(|end| end.error.is_none())
+    }
+
+    /// Checks if the run has written all its steps.
+    pub fn is_complete(&self) -> bool {
+        let is_complete = |end: &EndRecord| end.error.is_none() && end.skipped_steps.is_empty();
+        self.end.as_ref().is_some_and(is_complete)
     }
 
     /// Checks if it has inputs and options, as every run writes them.
     pub fn is_whole(&self) -> bool {
         !self.inputs.is_empty() && self.options.kernel.is_some()
     }
+}
+
+/// Options that do not belong to a command that is to be repeated.
+const LEFT_OUT: [&str; 5] = ["--force", "--resume", "--quiet", "--verbose", "--json"];
+
+/// A command of the program.
+pub fn in_shell_all(arguments: &[String]) -> String {
+    let words = arguments.iter().map(|word| in_shell(word));
+    let words: Vec<String> = std::iter::once("azimesh".to_owned()).chain(words).collect();
+    words.join(" ")
 }
 
 /// Quotes a word for a shell where it must be.
@@ -409,12 +456,11 @@ impl RepairRecord {
 
     /// The note of this repair; azimuth in degrees and time in seconds are those of the step.
     pub fn note(&self, azimuth_deg: Option<f64>, time_s: Option<f64>) -> Note {
-        note!(
-            "repair",
-            "{} {}",
-            named_step(self.step, azimuth_deg, time_s),
-            self.told()
-        )
+        let step = named_step(self.step, azimuth_deg, time_s);
+        note!("repair", "{step} {}", self.told())
+            .with("step", self.step)
+            .with("inverted_before", self.inverted_before)
+            .with("left", self.unrepaired.unwrap_or(self.inverted))
     }
 
     /// The cells before the repair, and what was done.

@@ -1,8 +1,11 @@
 //! The folder of a sequence: its record and its table, with the motion as columns.
 
 use super::table::Table;
-use crate::record::{BodyRecord, COLUMNS, EndRecord, RunRecord, file_name, in_shell, parts_in};
+use crate::record::{
+    BodyRecord, COLUMNS, EndRecord, RunRecord, file_name, in_shell, in_shell_all, parts_in,
+};
 use azimesh_core::error::{Error, Result};
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{read_file, records_in};
 use std::path::{Path, PathBuf};
 
@@ -31,7 +34,7 @@ pub struct Sequence {
     /// The finished steps. Motions of bodies are columns `body/pitch_deg` and so on.
     pub table: Table,
     /// Sentences on what is missing.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 impl Sequence {
@@ -79,22 +82,26 @@ impl Sequence {
                 self.record = record;
                 continue;
             }
+            let is_complete = record.is_complete();
             if let Some(end) = record.end {
                 let all = self.record.end.get_or_insert_default();
-                add_new(&mut all.warnings, end.warnings);
+                add_new(&mut all.diagnostics, end.diagnostics);
                 add_new(&mut all.skipped_steps, end.skipped_steps);
                 add_new(&mut all.failures, end.failures);
+                all.error = all.error.take().or(end.error);
             }
             if let Some(seconds) = record.seconds {
                 let all = self.record.seconds.get_or_insert_default();
                 *all = all.plus(seconds);
             }
-            if record.outcome != "complete" {
+            if !is_complete {
                 self.record.outcome = record.outcome;
             }
         }
         if paths.len() > 1 {
-            self.notes.push(format!(
+            self.record.arguments = self.record.arguments_of_all_steps();
+            self.notes.push(note!(
+                "parts_of_sequence",
                 "The sequence is in {} parts; inputs, options and base points are those of the first, and times are \
                  added up.",
                 paths.len()
@@ -121,7 +128,8 @@ impl Sequence {
             }
         }
         if motion.bodies.len() > BODIES {
-            self.notes.push(format!(
+            self.notes.push(note!(
+                "bodies_not_shown",
                 "The motion of the first {BODIES} of {} bodies is shown.",
                 motion.bodies.len()
             ));
@@ -131,15 +139,21 @@ impl Sequence {
     fn note_what_is_missing(&mut self) {
         let n = self.table.len();
         if self.record.outcome.is_empty() {
-            let note =
-                "There is no run.json: inputs, options, base points and times are not known.";
-            self.notes.push(note.to_owned());
+            self.notes.push(note!(
+                "no_record",
+                "There is no run.json: inputs, options, base points and times are not known."
+            ));
         }
         match self.record.steps {
-            Some(all) if n < all => self
-                .notes
-                .push(format!("Finished steps: {n} of the {all} of the schedule.")),
-            None if n == 0 => self.notes.push("No step is finished.".to_owned()),
+            Some(all) if n < all => self.notes.push(
+                note!(
+                    "steps_left",
+                    "Finished steps: {n} of the {all} of the schedule."
+                )
+                .with("finished", n)
+                .with("steps", all),
+            ),
+            None if n == 0 => self.notes.push(note!("no_step", "No step is finished.")),
             _ => {}
         }
     }
@@ -168,8 +182,12 @@ impl Sequence {
         self.record.length_unit.as_deref().unwrap_or(MESH_UNITS)
     }
 
-    /// Returns the command that makes these meshes; `None` where the record names no mesh and no schedule.
+    /// Returns the command that makes these meshes: as it was given or, of a program that called the library, one that does the
+    /// same; `None` where the record names no mesh and no schedule.
     pub fn command(&self) -> Option<String> {
+        if !self.record.arguments.is_empty() {
+            return Some(in_shell_all(&self.record.arguments));
+        }
         let inputs = &self.record.inputs;
         let file_of = |what: &str| Some(&inputs.iter().find(|input| input.what == what)?.file);
         file_of("mesh").and(file_of("schedule"))?;
@@ -261,11 +279,11 @@ fn read(path: &Path) -> Result<RunRecord> {
     RunRecord::parse(&bytes).map_err(|error| error.file(path))
 }
 
-/// Adds sentences that are not there yet.
-fn add_new(to: &mut Vec<String>, sentences: Vec<String>) {
-    for sentence in sentences {
-        if !to.contains(&sentence) {
-            to.push(sentence);
+/// Adds what is not there yet.
+fn add_new<T: PartialEq>(to: &mut Vec<T>, items: Vec<T>) {
+    for item in items {
+        if !to.contains(&item) {
+            to.push(item);
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::record::MotionRecord;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_core::numbers::short;
+use azimesh_core::{Note, note};
 use azimesh_io::formats::ReadOptions;
 use azimesh_io::mesh::Mesh;
 use azimesh_quality::{Reference, scaled_jacobians};
@@ -54,12 +55,13 @@ pub fn gallery(sequence: &mut Sequence, options: &ReadOptions) -> Gallery {
     let gallery = draw(sequence, options, &mut notes);
     sequence.notes.append(&mut notes);
     gallery.unwrap_or_else(|error| {
-        sequence.notes.push(format!("No mesh is shown: {error}."));
+        let note = note!("no_mesh_shown", "No mesh is shown: {error}.");
+        sequence.notes.push(note);
         Gallery::default()
     })
 }
 
-fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<String>) -> Result<Gallery> {
+fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<Note>) -> Result<Gallery> {
     let meshes = Meshes::new(sequence, options);
     let (before, is_original) = before(&meshes, sequence, notes)?;
     let reference = Reference::new(&before);
@@ -88,8 +90,14 @@ fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<String>) -> 
     if let Some((row, error)) = unread.first() {
         let step = sequence.table.step(*row);
         notes.push(match unread.len() {
-            1 => format!("The mesh of step {step} is not shown: {error}."),
-            n => format!("The meshes of {n} steps are not shown; that of step {step}: {error}."),
+            1 => note!(
+                "mesh_not_shown",
+                "The mesh of step {step} is not shown: {error}."
+            ),
+            n => note!(
+                "meshes_not_shown",
+                "The meshes of {n} steps are not shown; that of step {step}: {error}."
+            ),
         });
     }
     let first = usize::from(!is_original);
@@ -128,18 +136,15 @@ fn frames(sequence: &Sequence, worst: Option<usize>, n_nodes: usize) -> Vec<usiz
 }
 
 /// Reads the reference mesh, or the step that has moved least; whether it is the former.
-fn before(
-    meshes: &Meshes<'_>,
-    sequence: &Sequence,
-    notes: &mut Vec<String>,
-) -> Result<(Mesh, bool)> {
+fn before(meshes: &Meshes<'_>, sequence: &Sequence, notes: &mut Vec<Note>) -> Result<(Mesh, bool)> {
     let error = match meshes.reference() {
         Ok(mesh) => return Ok((mesh, true)),
         Err(error) => error,
     };
     let row = sequence.table.least_displaced();
     let mesh = meshes.at(row)?;
-    notes.push(format!(
+    notes.push(note!(
+        "no_reference_shown",
         "The reference mesh is not shown: {error}. Cells are judged against step {}, which has moved least.",
         sequence.table.step(row)
     ));

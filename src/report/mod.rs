@@ -27,6 +27,7 @@ mod table;
 mod tests;
 mod view;
 
+use azimesh_core::Note;
 use azimesh_core::error::Result;
 use azimesh_io::formats::ReadOptions;
 use std::path::Path;
@@ -39,7 +40,7 @@ pub struct Page {
     /// Number of finished steps that it shows.
     pub n_steps: usize,
     /// Sentences on what is missing; they are on the page as well.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// The page of the sequence in a folder, finished or not.

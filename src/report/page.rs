@@ -7,6 +7,8 @@ use super::html::{count, escape, json_text, packed};
 use super::plot::{Plot, evenly};
 use super::table::holds_numbers;
 use super::{slice, summary};
+use crate::record::{Diagnostic, sentences};
+use azimesh_core::Note;
 use azimesh_core::numbers::short;
 use serde_json::{Value, json};
 
@@ -116,14 +118,20 @@ fn header(sequence: &Sequence, title: &str) -> String {
             escape(&command)
         );
     }
-    html += &list("notes", &sequence.notes);
+    html += &list("notes", &sentences(&sequence.notes));
     if sequence.state() == "stopped" {
         html += &list("notes", std::slice::from_ref(&record.outcome));
     }
     let end = sequence.end();
     html += &folded(&end.skipped_steps, "step was skipped", "steps were skipped");
-    html += &folded(&end.failures, "check failed", "checks failed");
-    html += &folded(&end.warnings, "warning", "warnings");
+    let failures = end.failures.iter().map(|failure| failure.message.clone());
+    html += &folded(
+        &failures.collect::<Vec<_>>(),
+        "check failed",
+        "checks failed",
+    );
+    let warnings: Vec<Note> = end.diagnostics.iter().map(Diagnostic::note).collect();
+    html += &folded(&sentences(&warnings), "warning", "warnings");
     html + "</header>\n<main>\n"
 }
 

@@ -216,11 +216,12 @@ fn page(steps: &str, record: &str) -> String {
 #[test]
 fn steps_passed_over_and_checks_that_failed_are_on_the_page() {
     let record = r#"{"outcome": "complete but for 1 steps", "steps": 3, "steps_written": 2, "dimension": 2,
-        "skipped_steps": ["step 2 has 4 inverted cells; passed over"], "failures": ["step 1: max_skew>0.1"],
+        "skipped_steps": ["step 2 has 4 inverted cells; passed over"], "failures": [FAILURE],
         "options": {"kernel": "wendland-c2", "tag_array": null}, "seconds": {"total": 0.0074197},
         "motion": {"frame": "rotating", "bodies": [{"name": "blade_1", "pitch_deg": [0, 1, 2]}]}}"#;
     let steps = "step,azimuth_deg,inverted,min_volume\n0,0,0,0.5\n1,10,0,0.25\n";
-    let html = page(steps, record);
+    let failure = r#"{"code": "x", "message": "step 1: max_skew>0.1", "metric": null, "value": null, "limit": null, "step": 1}"#;
+    let html = page(steps, &record.replace("FAILURE", failure));
     for told in [
         "complete but for 1 steps",
         "0 in the 2 written<",
@@ -287,14 +288,21 @@ fn parts_of_a_sequence_are_put_in_order() {
             from + 1
         )
     };
-    let record = r#"{"outcome": "complete", "steps": 12, "steps_written": 2, "warnings": ["one"], "seconds": {"total": 1.5}}"#;
-    let stopped = r#"{"outcome": "running", "steps": 12, "steps_written": 2, "warnings": ["one", "two"], "seconds": {"total": 2.0}}"#;
+    let one = r#"{"code": "one", "level": "warning", "text": "a", "path": null, "line": null, "data": {}}"#;
+    let two = one.replace("one", "two");
+    let record = r#"{"outcome": "complete", "steps": 12, "steps_written": 2, "diagnostics": [ONE], "seconds": {"total": 1.5}}"#;
+    let both = record.replace("ONE", "ONE, TWO").replace("1.5", "2.0");
+    let running = r#"{"outcome": "running", "steps": 12}"#;
     let files = [
         ("steps_10-12.csv", part(10)),
         ("steps_9-11.csv", part(9)),
         ("steps_0-2.csv", part(0)),
-        ("run_0-2.json", record.to_owned()),
-        ("run_10-12.json", stopped.to_owned()),
+        ("run_0-2.json", record.replace("ONE", one)),
+        (
+            "run_9-11.json",
+            both.replace("ONE", one).replace("TWO", &two),
+        ),
+        ("run_10-12.json", running.to_owned()),
     ];
     let files: Vec<(&str, &str)> = files
         .iter()
@@ -305,13 +313,19 @@ fn parts_of_a_sequence_are_put_in_order() {
         .map(|row| read.table.step(row))
         .collect();
     assert_eq!(steps, [0, 1, 9, 10, 11]);
-    assert_eq!(read.end().warnings, ["one", "two"]);
+    let codes: Vec<String> = read
+        .end()
+        .diagnostics
+        .into_iter()
+        .map(|note| note.code)
+        .collect();
+    assert_eq!(codes, ["one", "two"]);
     assert_eq!(read.state(), "not finished");
     assert_eq!(read.record.seconds.map(|seconds| seconds.total), Some(3.5));
     assert!(
         read.notes
             .iter()
-            .any(|note| note.starts_with("Finished steps: 5 of the 12")),
+            .any(|note| note.text.starts_with("Finished steps: 5 of the 12")),
         "{:?}",
         read.notes
     );
@@ -350,7 +364,7 @@ fn a_sequence_without_meshes_has_a_page_that_says_so() {
     assert!(
         page.notes
             .iter()
-            .any(|note| note.starts_with("No mesh is shown:")),
+            .any(|note| note.text.starts_with("No mesh is shown:")),
         "{:?}",
         page.notes
     );

@@ -2,8 +2,8 @@
 
 use super::base_file;
 use super::names::Names;
-use super::record::{selection_record, sentences};
-use crate::record::SelectionRecord;
+use super::record::selection_record;
+use crate::record::{Diagnostic, SelectionRecord};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::{Progress, Silent};
 use azimesh_core::{Note, note};
@@ -77,7 +77,7 @@ impl<'a> BasePointStore<'a> {
         self.warnings.extend(interval.warnings.iter().cloned());
         let selected = self.selections.last_mut();
         if let Some(own) = selected.filter(|own| own.first_step == interval.steps().start) {
-            own.warnings = Some(sentences(&interval.warnings));
+            own.diagnostics = Some(Diagnostic::warnings(&interval.warnings));
         }
         Ok(interval)
     }

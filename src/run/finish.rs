@@ -2,13 +2,13 @@
 //! leaves what a run in one go would have left. What is there already and whole is left as it is.
 
 use super::compatibility::{Pair, difference};
-use super::finished::{Finished, condition};
+use super::finished::Finished;
 use super::lock::{self, Lock};
 use super::names::{self, Names};
 use super::parts::{self, Found, PartRun, damaged};
 use super::record::{self, RecordFile, latest};
 use super::table;
-use crate::record::{Criterion, Row, Rows, RunRecord, Timings};
+use crate::record::{Diagnostic, Row, Rows, RunRecord, Timings};
 use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::Progress;
@@ -134,7 +134,7 @@ impl Standing {
     }
 
     fn is_complete(&self) -> bool {
-        self.rows.is_some() && self.record.outcome == "complete"
+        self.rows.is_some() && self.record.is_complete()
     }
 
     /// Checks if nothing is left to be written of this record and these texts.
@@ -285,37 +285,19 @@ fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
     let has_azimuth = rows.values().any(|row| row.azimuth_deg.is_some());
     finished.take_rows(names, rows, &BTreeMap::new(), &[], has_azimuth)?;
     let ends = || parts.iter().filter_map(|part| part.record.end.as_ref());
-    let mut conditions = BTreeMap::new();
-    for part in parts {
-        let criteria = part.record.fail_on.iter();
-        let criteria: Vec<Criterion> = criteria.filter_map(|text| text.parse().ok()).collect();
-        for (step, row) in &part.rows {
-            for criterion in &criteria {
-                let note = condition(criterion, *step, row)?;
-                conditions.extend(note.map(|note| (note.to_string(), note)));
-            }
-        }
-    }
-    let recorded = |text: String| Note::new("recorded", text);
-    // A failure that is not a condition is known by its sentence only.
-    let failed = |sentence| {
-        conditions
-            .remove(&sentence)
-            .unwrap_or_else(|| recorded(sentence))
-    };
-    let warnings = union(ends().map(|end| &end.warnings)).into_iter();
-    let failures = union(ends().map(|end| &end.failures)).into_iter();
-    finished.warnings = warnings.map(recorded).collect();
-    finished.failures = failures.map(failed).collect();
+    let warnings = union(ends().map(|end| &end.diagnostics));
+    let failures = union(ends().map(|end| &end.failures));
+    finished.warnings = warnings.iter().map(Diagnostic::note).collect();
+    finished.failures = failures.into_iter().map(Note::from).collect();
     Ok(finished)
 }
 
-/// Texts of several lists, each once.
-fn union<'a>(lists: impl Iterator<Item = &'a Vec<String>>) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for text in lists.flatten() {
-        if !all.contains(text) {
-            all.push(text.clone());
+/// What is in several lists, each once.
+fn union<'a, T: Clone + PartialEq + 'a>(lists: impl Iterator<Item = &'a Vec<T>>) -> Vec<T> {
+    let mut all: Vec<T> = Vec::new();
+    for item in lists.flatten() {
+        if !all.contains(item) {
+            all.push(item.clone());
         }
     }
     all
@@ -331,6 +313,7 @@ fn record(names: &Names, parts: &[PartRun], ends: &[u64], finished: &Finished) -
     let bases = records().flat_map(|record| record.base_files.clone());
     let seconds = records().filter_map(|record| record.seconds);
     let content = RunRecord {
+        arguments: parts[0].record.arguments_of_all_steps(),
         resumed: None,
         steps_kept: None,
         step_ends: names.is_in_one.then(|| ends.to_vec()),

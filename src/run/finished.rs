@@ -108,7 +108,7 @@ impl Finished {
 }
 
 /// The note of a condition that holds at a step.
-pub(super) fn condition(criterion: &Criterion, step: usize, row: &Row) -> Result<Option<Note>> {
+fn condition(criterion: &Criterion, step: usize, row: &Row) -> Result<Option<Note>> {
     let held = criterion.met_by(&row.numbers())?;
     Ok(held.map(|value| {
         let column = criterion.column();
@@ -125,11 +125,13 @@ pub(super) fn condition(criterion: &Criterion, step: usize, row: &Row) -> Result
 /// The inverted cells of a step.
 pub(super) fn inverted(row: &Row, has_azimuth: bool, first: Option<usize>) -> Note {
     let azimuth_deg = row.azimuth_deg.filter(|_| has_azimuth);
-    note!(
+    let n = row.inverted.unwrap_or(0);
+    let note = note!(
         "inverted",
         "{} has {}{}",
         named_step(row.step, azimuth_deg, row.time_s),
-        counted(row.inverted.unwrap_or(0), "inverted cell"),
+        counted(n, "inverted cell"),
         first.map_or(String::new(), |cell| format!(", the first is cell {cell}"))
-    )
+    );
+    note.with("step", row.step).with("inverted", n)
 }

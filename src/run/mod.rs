@@ -23,7 +23,6 @@ mod writer;
 
 pub use finish::finish;
 pub use finished::Finished;
-pub use record::sentences;
 pub use run::{Request, run, run_after};
 
 #[cfg(test)]

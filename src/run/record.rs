@@ -5,10 +5,9 @@ use super::names::Names;
 use super::run::Request;
 use crate::preflight::body_motion;
 use crate::record::{
-    EndRecord, FunctionRecord, InputRecord, LayerRecord, OptionsRecord, PatchRecord, RepairRecord,
-    RunRecord, SelectionRecord,
+    Diagnostic, EndRecord, Failed, Failure, FunctionRecord, InputRecord, LayerRecord,
+    OptionsRecord, PatchRecord, RepairRecord, RunRecord, SelectionRecord, sentences,
 };
-use azimesh_core::Note;
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, Repair};
@@ -53,6 +52,7 @@ impl RecordFile {
         let content = RunRecord {
             version: 1,
             program: concat!("azimesh ", env!("CARGO_PKG_VERSION")).to_owned(),
+            arguments: request.arguments.clone(),
             title: plan.schedule.output.title.clone(),
             length_unit: plan.schedule.output.length_unit.clone(),
             outcome: "running".to_owned(),
@@ -103,8 +103,9 @@ impl RecordFile {
             min_scaled_jacobian: finished.min_scaled_jacobian,
             max_surface_error: Some(finished.surface_error),
             skipped_steps: sentences(&finished.skipped),
-            warnings: sentences(&finished.warnings),
-            failures: sentences(&finished.failures),
+            diagnostics: Diagnostic::warnings(&finished.warnings),
+            failures: finished.failures.iter().map(Failure::from).collect(),
+            error: error.map(Failed::from),
         });
         let before = content.seconds.unwrap_or_default();
         content.seconds = Some(before.plus(finished.timings));
@@ -126,11 +127,6 @@ impl RecordFile {
     pub fn save(&self) -> Result<()> {
         save_text(&self.content.text(), &self.path, self.commit)
     }
-}
-
-/// Diagnostics as run.json has them.
-pub fn sentences(notes: &[Note]) -> Vec<String> {
-    notes.iter().map(Note::to_string).collect()
 }
 
 fn options(plan: &Plan, request: &Request) -> OptionsRecord {
@@ -229,7 +225,7 @@ pub(super) fn selection_record(
         first_step: interval.start,
         steps: interval.len(),
         layers: layers.collect(),
-        warnings: None,
+        diagnostics: None,
     }
 }
 

@@ -6,7 +6,7 @@ use super::names::{Names, existing_outputs};
 use super::record;
 use super::surface::SurfaceFiles;
 use super::table;
-use crate::record::{Criterion, RepairRecord, Row, Rows, RunRecord};
+use crate::record::{Criterion, Diagnostic, RepairRecord, Row, Rows, RunRecord};
 use azimesh_core::error::{Error, Result, option};
 use azimesh_core::numbers::with_verb;
 use azimesh_core::{Note, note};
@@ -174,8 +174,9 @@ impl Earlier {
 
     /// Warnings that its selections gave rise to.
     pub fn selection_warnings(&self) -> impl Iterator<Item = Note> {
-        let lists = self.record.selections.iter().flat_map(|own| &own.warnings);
-        lists.flatten().map(|text| Note::new("recorded", text))
+        let selections = self.record.selections.iter();
+        let lists = selections.flat_map(|own| &own.diagnostics);
+        lists.flatten().map(Diagnostic::note)
     }
 
     /// Leaves out steps whose file is missing or another.
@@ -217,10 +218,11 @@ impl Earlier {
 
 /// Notes a finished step that is computed again, since something is wrong with its file.
 pub(super) fn step_again(step: usize, file: &str, fault: &str) -> Note {
-    note!(
+    let note = note!(
         "step_again",
         "step {step} is computed again: {file} {fault}"
-    )
+    );
+    note.with("step", step).with("file", file)
 }
 
 fn no_companion() -> String {

@@ -7,7 +7,7 @@ use super::finished::Finished;
 use super::lock::Lock;
 use super::names::{self, Names};
 use super::parts;
-use super::record::{RecordFile, latest, sentences};
+use super::record::{RecordFile, latest};
 use super::resume::Earlier;
 use super::surface::SurfaceFiles;
 use super::table;
@@ -30,6 +30,8 @@ use std::time::Instant;
 /// Options of a run that its deformation does not have.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
+    /// The command line without the program, for the record.
+    pub arguments: Vec<String>,
     /// The mesh file, for names and hashes.
     pub mesh: PathBuf,
     /// The folder of the files.
@@ -465,9 +467,7 @@ impl Run<'_> {
         }
         let warnings = self.earlier.selection_warnings();
         for warning in base_points.warnings.into_iter().chain(warnings) {
-            // An earlier run may have recorded the sentence of one that is made again.
-            let sentence = warning.to_string();
-            if !sentences(&finished.warnings).contains(&sentence) {
+            if !finished.warnings.contains(&warning) {
                 finished.warnings.push(warning);
             }
         }

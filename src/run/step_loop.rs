@@ -218,6 +218,7 @@ impl Run<'_> {
             Ok(computed) => Ok(Some(computed)),
             Err(error) if self.passes_over(&error) => {
                 let note = note!("skipped", "{}; skipped", error.message);
+                let note = note.with("step", step.index());
                 self.finished.skipped.push(note);
                 Ok(None)
             }

@@ -317,7 +317,7 @@ fn an_unfinished_folder_says_so_and_how_to_go_on() {
     let record = std::fs::read_to_string(path.join("out/run.json")).unwrap();
     std::fs::write(
         path.join("out/run.json"),
-        record.replace("\"outcome\": \"complete\"", "\"outcome\": \"running\""),
+        record.replace("\"steps_written\"", "\"not_written\""),
     )
     .unwrap();
     let how = "not finished, 5 of 5 steps are there: if nothing runs there any more, continue it with  azimesh deform n.vtu few.toml -o out --resume";
@@ -328,11 +328,8 @@ fn an_unfinished_folder_says_so_and_how_to_go_on() {
     assert_eq!(run.code, 2);
     assert_says(&run.err, &[how]);
     let found = json(path, &["report", "out"]);
-    let notes = found["notes"].as_array().unwrap();
-    assert!(
-        notes
-            .iter()
-            .any(|note| note.as_str().unwrap().ends_with("--resume")),
-        "{notes:?}"
-    );
+    let notes = &found["diagnostics"];
+    assert_eq!(notes[0]["code"], "run_not_finished", "{notes:?}");
+    let command = "azimesh deform n.vtu few.toml -o out --resume";
+    assert_eq!(notes[0]["data"]["commands"][0], command);
 }

@@ -111,8 +111,12 @@ fn times_that_do_not_rise_are_noted() {
         let run = succeed(path, args);
         assert_says(&run.err, &["times", "step 1 is at 1", "step 2 at 0.5"]);
     }
-    let notes = json(path, &["info", "unordered.pvd"])["notes"].to_string();
-    assert!(notes.contains("do not increase"), "{notes}");
+    let note = json(path, &["info", "unordered.pvd"])["diagnostics"][0].clone();
+    let found = (&note["code"], &note["path"]);
+    assert_eq!(
+        found,
+        (&"times_not_increasing".into(), &"unordered.pvd".into())
+    );
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The exit code of every command for every class of ending: 0 done, 1 a check failed, 2 wrong
 //! arguments or input, 3 the system failed.
 
-use crate::support::{azimesh, short};
-use std::fs::File;
+use crate::support::{airfoil, azimesh, json, short, succeed};
+use std::fs::{self, File};
 use std::path::Path;
 use std::process::Command;
 
@@ -15,7 +15,7 @@ fn folder() -> tempfile::TempDir {
     let text = text.split("[selection]").next().unwrap().to_owned();
     std::fs::write(path.join("missed.toml"), text + strict).unwrap();
     let args = ["convert", "n.vtu", "moved.vtu", "--scale", "2"];
-    crate::support::succeed(path, &args);
+    succeed(path, &args);
     folder
 }
 
@@ -111,10 +111,8 @@ fn wrong_arguments_and_wrong_input_end_with_2_and_a_sentence() {
     ] {
         let run = azimesh(folder.path(), args);
         assert_eq!(run.code, 2, "{args:?}: {run:?}");
-        assert!(
-            run.out.is_empty() && !run.err.is_empty(),
-            "{args:?}: {run:?}"
-        );
+        let is_told = run.out.is_empty() != args.contains(&"--json");
+        assert!(is_told && !run.err.is_empty(), "{args:?}: {run:?}");
     }
     assert!(!folder.path().join("out").exists());
 }
@@ -149,4 +147,55 @@ fn a_failure_of_the_system_ends_with_3() {
     ] {
         assert_eq!(into_the_full(folder.path(), args), Some(3), "{args:?}");
     }
+}
+
+#[test]
+fn a_command_that_fails_prints_its_error_as_json() {
+    let folder = airfoil();
+    let folder = folder.path();
+    fs::write(folder.join("bad.su2"), "NDIME= 2\nNELEM= x\n").unwrap();
+    let error = |args: &[&str]| {
+        assert_eq!(azimesh(folder, args).code, 2, "{args:?}");
+        let told = json(folder, args);
+        assert_eq!(told["version"], 1, "{told}");
+        told["error"].clone()
+    };
+    let found = error(&["info", "bad.su2"]);
+    let place = (&found["kind"], &found["path"], &found["line"]);
+    assert_eq!(place, (&"input".into(), &"bad.su2".into(), &2.into()));
+    let convert = [
+        "convert", "n.vtu", "bad.su2", "-o", "out", "--format", "msh",
+    ];
+    assert_eq!(error(&convert)["path"], "bad.su2");
+    let found = error(&["info", "--wrong"]);
+    let text = found["text"].as_str().unwrap();
+    assert!(text.starts_with("unexpected argument '--wrong'"), "{found}");
+    let several = json(folder, &["info", "n.vtu", "bad.su2"]);
+    assert_eq!(several["meshes"][0]["file"], "n.vtu");
+    assert_eq!(several["errors"][0]["line"], 2);
+}
+
+#[test]
+fn the_command_of_a_report_is_the_one_that_was_given() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let args = [
+        "-q",
+        "deform",
+        "n.vtu",
+        "n.toml",
+        "-o",
+        "out",
+        "--keep-going",
+        "--steps",
+        "0..2",
+    ];
+    assert_eq!(azimesh(folder, &args).code, 0);
+    succeed(folder, &["report", "out"]);
+    let html = fs::read_to_string(folder.join("out/report.html")).unwrap();
+    let shown = format!("azimesh {}", args.join(" "));
+    assert!(html.contains(&shown), "{shown}");
+    let note = json(folder, &["report", "out", "--force"])["diagnostics"].to_string();
+    let command = "azimesh deform n.vtu n.toml -o out --keep-going --steps 2..37";
+    assert!(note.contains(command), "{note}");
 }

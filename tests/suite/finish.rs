@@ -59,7 +59,7 @@ fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
     }
     succeed(folder, &["finish", "out"]);
     let told = crate::support::json(folder, &["report", "out"]);
-    assert_eq!(told["notes"], serde_json::json!([]));
+    assert_eq!(told["diagnostics"], serde_json::json!([]));
 }
 
 /// The file of the first mesh, or of all.

@@ -145,9 +145,10 @@ fn what_a_format_cannot_hold_is_told_once_a_run() {
     ] {
         let run = deform(folder, &["--force", "--format", format]);
         assert_eq!(run.code, 0, "{format}: {run:?}");
-        let warnings = record(folder)["warnings"].clone();
+        let warnings = record(folder)["diagnostics"].clone();
         let warnings = warnings.as_array().unwrap().iter();
-        let about = warnings.filter(|warning| warning.as_str().unwrap().contains(about));
+        let warnings = warnings.map(|warning| warning["text"].as_str().unwrap());
+        let about = warnings.filter(|warning| warning.contains(about));
         assert_eq!(about.collect::<Vec<_>>(), [told], "{format}");
         assert_eq!(run.err.matches(told).count(), 1, "{format}: {run:?}");
     }

@@ -379,6 +379,13 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     succeed(folder, &not_met);
     let args = [&met[..], &["--force"]].concat();
     let found = json(folder, &args)["failures"].clone();
+    let record = std::fs::read_to_string(folder.join("met/run.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    assert_eq!(record["failures"], found);
+    assert_eq!(
+        record["arguments"],
+        serde_json::json!([&args[..], &["--json"]].concat())
+    );
     // What quality measures on meshes, deform measures at its steps.
     let of_faces = [&deform[..], &["min_face_weight<0.5", "-o", "faces"]].concat();
     assert_eq!(azimesh(folder, &of_faces).code, 1);

@@ -82,7 +82,7 @@ fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
         "Seconds for each step",
         "BLAKE3",
         "support radius",
-        "<code id=\"command\">azimesh deform n.vtu s.toml -o out --format vtu</code>",
+        "<code id=\"command\">azimesh -q deform n.vtu s.toml -o out</code>",
     ] {
         assert!(one.contains(part), "{part}");
     }
@@ -124,15 +124,12 @@ fn what_is_missing_is_noted_and_nothing_more() {
     fs::remove_file(folder.path().join("out/n_0003.vtu")).unwrap();
     fs::remove_file(folder.path().join("n.vtu")).unwrap();
     let told = json(folder.path(), &["report", "out"]);
-    let notes: Vec<&str> = told["notes"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|note| note.as_str().unwrap())
-        .collect();
-    assert_eq!(notes.len(), 2, "{notes:?}");
-    assert_says(notes[0], &["reference mesh", "n.vtu"]);
-    assert_says(notes[1], &["step 3", "out/n_0003.vtu: "]);
+    let notes = &told["diagnostics"];
+    assert_eq!(notes.as_array().unwrap().len(), 2, "{notes:?}");
+    let codes = [&notes[0]["code"], &notes[1]["code"]];
+    assert_eq!(codes, ["no_reference_shown", "mesh_not_shown"]);
+    let text = notes[1]["text"].as_str().unwrap();
+    assert_says(text, &["step 3", "out/n_0003.vtu: "]);
     let html = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert_eq!(stills(&html).len(), 3);
 }

@@ -1,8 +1,8 @@
 //! Notes and warnings for the user.
 
 use crate::error::{Position, path_in_line};
-use serde::{Serialize, Serializer};
-use serde_json::Value;
+use serde_json::{Map, Value};
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
     /// Word for programs, in snake case. Notes of one code differ in names and numbers only.
-    pub code: &'static str,
+    pub code: Cow<'static, str>,
     /// File that it concerns, if any.
     pub path: Option<PathBuf>,
     /// Place in that file, if known.
@@ -29,7 +29,7 @@ pub struct Note {
     /// Sentence for people, without the place.
     pub text: String,
     /// Names and numbers of the sentence that a program can use.
-    pub data: Vec<(&'static str, Value)>,
+    pub data: Map<String, Value>,
 }
 
 /// Makes a [`Note`] of a code and a sentence, which is what `format!` takes.
@@ -42,20 +42,20 @@ macro_rules! note {
 
 impl Note {
     /// Makes a note without a place and without data.
-    pub fn new(code: &'static str, text: impl Into<String>) -> Self {
+    pub fn new(code: impl Into<Cow<'static, str>>, text: impl Into<String>) -> Self {
         Self {
-            code,
+            code: code.into(),
             path: None,
             position: None,
             text: text.into(),
-            data: Vec::new(),
+            data: Map::new(),
         }
     }
 
     /// Adds a name or a number for programs.
     #[must_use]
-    pub fn with(mut self, key: &'static str, value: impl Into<Value>) -> Self {
-        self.data.push((key, value.into()));
+    pub fn with(mut self, key: &str, value: impl Into<Value>) -> Self {
+        self.data.insert(key.to_owned(), value.into());
         self
     }
 
@@ -75,9 +75,7 @@ impl Note {
 
     /// Returns a value of `data`, or `null` if there is no such key.
     pub fn get(&self, key: &str) -> &Value {
-        let mut data = self.data.iter();
-        data.find(|(known, _)| *known == key)
-            .map_or(&Value::Null, |(_, value)| value)
+        self.data.get(key).unwrap_or(&Value::Null)
     }
 }
 
@@ -91,13 +89,6 @@ impl fmt::Display for Note {
             f.write_str(": ")?;
         }
         f.write_str(&self.text)
-    }
-}
-
-/// Serializes the sentence.
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
     }
 }
 

@@ -3,6 +3,7 @@
 use azimesh_core::error::{Error, Result, counted, nearest_name};
 use azimesh_core::geometry::transform::Transform;
 use azimesh_core::numbers::with_verb;
+use azimesh_core::{Note, note};
 use azimesh_io::formats::openfoam::set_patch_types;
 use azimesh_io::formats::su2;
 use azimesh_io::mesh::{DataArray, Mesh, Values};
@@ -152,7 +153,7 @@ impl Changes {
     }
 
     /// Changes the mesh; gives remarks on it.
-    pub fn apply(&self, mesh: &mut Mesh) -> Result<Vec<String>> {
+    pub fn apply(&self, mesh: &mut Mesh) -> Result<Vec<Note>> {
         let mut remarks = Vec::new();
         if let Some(factor) = self.scale {
             for point in &mut mesh.points {
@@ -173,7 +174,8 @@ impl Changes {
         if self.linearize {
             let (n_cells, n_nodes) = mesh.linearize();
             if n_cells > 0 {
-                remarks.push(format!(
+                remarks.push(note!(
+                    "linearized",
                     "--linearize: {} made linear, {} removed",
                     with_verb(n_cells, "curved cell", "is"),
                     with_verb(n_nodes, "node", "is")
@@ -191,7 +193,8 @@ impl Changes {
         }
         if self.tag_boundary.is_some() {
             let (n_faces, n_tags) = mesh.tag_connected_boundary()?;
-            remarks.push(format!(
+            remarks.push(note!(
+                "boundary_tagged",
                 "--tag-boundary: {}, {}",
                 counted(n_tags, "new tag"),
                 counted(n_faces, "new boundary face")
@@ -206,7 +209,8 @@ impl Changes {
         set_patch_types(mesh, &self.patch_type)?;
         if self.boundary_only {
             let n = mesh.keep_boundary()?;
-            remarks.push(format!(
+            remarks.push(note!(
+                "boundary_kept",
                 "--boundary-only: {} removed",
                 with_verb(n, "inner node", "is")
             ));
@@ -224,7 +228,7 @@ impl Changes {
     }
 
     /// Removes tags as `--drop-tag` and `--keep-tag` say.
-    fn drop_tags(&self, mesh: &mut Mesh) -> Result<Option<String>> {
+    fn drop_tags(&self, mesh: &mut Mesh) -> Result<Option<Note>> {
         if !self.removes_tags() {
             return Ok(None);
         }
@@ -236,8 +240,12 @@ impl Changes {
         let [n_faces, n_cells] = n.map_err(|error| of_option(option, error))?;
         let faces = with_verb(n_faces, "boundary face", "is");
         Ok(Some(match n_cells {
-            0 => format!("{option}: {faces} removed"),
-            n => format!("{option}: {} and {faces} removed", counted(n, "cell")),
+            0 => note!("tags_removed", "{option}: {faces} removed"),
+            n => note!(
+                "tags_removed",
+                "{option}: {} and {faces} removed",
+                counted(n, "cell")
+            ),
         }))
     }
 }
@@ -254,11 +262,15 @@ fn of_option(option: &str, error: Error) -> Error {
 }
 
 /// Joins zones; a remark on what was joined.
-fn join(mesh: &mut Mesh) -> String {
+fn join(mesh: &mut Mesh) -> Note {
     let counts = mesh.join_zones();
     match counts.n_faces {
-        0 => "--join: no two outer faces without a tag lie at the same place".to_owned(),
-        n => format!(
+        0 => note!(
+            "joined",
+            "--join: no two outer faces without a tag lie at the same place"
+        ),
+        n => note!(
+            "joined",
             "--join: faces that lay on one another are joined, pair by pair ({n}); {} removed",
             with_verb(counts.n_nodes, "node", "is")
         ),
@@ -266,11 +278,12 @@ fn join(mesh: &mut Mesh) -> String {
 }
 
 /// Splits polyhedra and polygons; remarks on what has been split, and on cells that it has not done good.
-fn split(mesh: &mut Mesh) -> Result<Vec<String>> {
+fn split(mesh: &mut Mesh) -> Result<Vec<Note>> {
     let counts = mesh.split_polyhedra()?;
     let mut remarks = Vec::new();
     if counts.n_cells + counts.n_faces > 0 {
-        remarks.push(format!(
+        remarks.push(note!(
+            "polyhedra_split",
             "--split-polyhedra: {} and {} split, {} added",
             counted(counts.n_cells, "cell"),
             with_verb(counts.n_faces, "boundary face", "is"),
@@ -278,13 +291,15 @@ fn split(mesh: &mut Mesh) -> Result<Vec<String>> {
         ));
     }
     if let Some(first) = counts.first_not_positive {
-        remarks.push(format!(
+        remarks.push(note!(
+            "no_kernel",
             "--split-polyhedra: {} no point that sees all of its faces from within (the first is cell {first});              parts of such a cell have no or a negative volume",
             with_verb(counts.n_not_positive, "cell", "has"),
         ));
     }
     if counts.n_gone > 0 {
-        remarks.push(format!(
+        remarks.push(note!(
+            "small_cells_left_out",
             "--split-polyhedra: {} of fewer than three corners left out",
             with_verb(counts.n_gone, "cell", "is")
         ));
@@ -293,23 +308,25 @@ fn split(mesh: &mut Mesh) -> Result<Vec<String>> {
 }
 
 /// A remark on cells of a mesh at one z whose nodes turn clockwise.
-fn negative_areas(mesh: &Mesh) -> Option<String> {
+fn negative_areas(mesh: &Mesh) -> Option<Note> {
     if mesh.dimension() != 2 || mesh.space_dimension() != 2 {
         return None;
     }
     let (n, first) = mesh.view().clockwise();
     let first = first?;
-    Some(format!(
+    Some(note!(
+        "negative_areas",
         "{} a negative area (the first is cell {first}): their nodes turn clockwise, seen from +z",
         with_verb(n, "cell", "has")
     ))
 }
 
 /// Takes away what holds places as text, which would be wrong now.
-fn places(mesh: &mut Mesh) -> Option<String> {
+fn places(mesh: &mut Mesh) -> Option<Note> {
     let removed = mesh.remove_field_arrays(&[su2::BOXES, su2::PERIODIC]);
     (!removed.is_empty()).then(|| {
-        format!(
+        note!(
+            "places_left_out",
             "left out, since they hold positions from before: {}",
             removed.join(", ")
         )
@@ -317,7 +334,7 @@ fn places(mesh: &mut Mesh) -> Option<String> {
 }
 
 /// A remark on arrays that look like vectors.
-fn vectors(mesh: &Mesh) -> Option<String> {
+fn vectors(mesh: &Mesh) -> Option<Note> {
     let is_vector = |array: &&DataArray| {
         array.n_components == 3 && matches!(array.values, Values::F32(_) | Values::F64(_))
     };
@@ -327,7 +344,8 @@ fn vectors(mesh: &Mesh) -> Option<String> {
         .map(|array| array.name.as_str())
         .collect();
     (!names.is_empty()).then(|| {
-        format!(
+        note!(
+            "not_rotated",
             "--rotate: arrays of three components are not rotated: {}",
             names.join(", ")
         )

@@ -8,6 +8,7 @@ use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{self, Loaded, Staged};
 use azimesh_io::mesh::{Mesh, Reordering};
 use changes::Changes;
@@ -297,11 +298,12 @@ impl Run<'_> {
         };
         input.check_step(self.args.step)?;
         if let (Some(times), None) = (input.times(), self.args.step) {
-            self.tell(format!(
-                "{}: a sequence of {} meshes; only the last is written (--step I chooses another, -o DIR writes all)",
-                input.path().display(),
+            let note = note!(
+                "last_written",
+                "a sequence of {} meshes; only the last is written (--step I chooses another, -o DIR writes all)",
                 times.len()
-            ));
+            );
+            self.tell(note.file(input.path()));
         }
         if self.by_ranks(input, path, format)? {
             return Ok(());
@@ -332,7 +334,8 @@ impl Run<'_> {
         let known = order.take().filter(|order| order.fits(mesh));
         let order = order.insert(known.unwrap_or_else(|| Reordering::along_curve(mesh)));
         mesh.reorder(order);
-        self.tell(format!(
+        self.tell(note!(
+            "reordered",
             "--reorder: {} and {} along a space-filling curve",
             counted(mesh.points.len(), "node"),
             counted(mesh.cells.len(), "cell")
@@ -346,15 +349,14 @@ impl Run<'_> {
             if note.code == "last_of_steps" {
                 continue;
             }
-            self.tell(format!("{}: {note}", input.path().display()));
+            self.tell(note.clone().file(input.path()));
         }
     }
 
     /// Makes a remark, once.
-    fn tell(&self, remark: String) {
-        if !self.told.borrow().contains(&remark) {
-            self.context.note(&remark);
-            self.told.borrow_mut().insert(remark);
+    fn tell(&self, remark: Note) {
+        if self.told.borrow_mut().insert(remark.to_string()) {
+            self.context.note(remark);
         }
     }
 

@@ -1,9 +1,9 @@
 //! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
 
 use super::{Input, Run};
-use azimesh_core::Note;
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::numbers::short;
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{
     self, Format, Notes, OuterFaces, SequenceFile, Staged, WriteOptions, check_listed,
     is_flattened, is_series, make_portable, pvd, refuse_special, stage_bytes, vtk_series,
@@ -137,7 +137,7 @@ impl Run<'_> {
             );
         }
         if let Some(remark) = input.remark_on_times() {
-            self.tell(format!("{}: {remark}", input.path().display()));
+            self.tell(remark.file(input.path()));
         }
         let is_sequence = input.times().is_some();
         let steps: Vec<usize> = match self.args.step {
@@ -193,7 +193,7 @@ impl Run<'_> {
     fn tell_dropped(&self, notes: &Notes, format: &Format) {
         for dropped in notes.iter() {
             if !is_flattened(dropped) || !self.is_flat_told.replace(true) {
-                self.tell(format!("{}: {dropped}", format.title));
+                self.tell(of_format(dropped, format));
             }
         }
     }
@@ -274,13 +274,15 @@ impl Run<'_> {
 
     /// Where some of the notes are on outer faces without a tag, says that zones which share no nodes have left them.
     fn tell_of_zones_apart(&self, mesh: &Mesh, notes: &Notes) {
-        let is_on_bare_faces = |note: &Note| ["bare_faces", "untagged_patch"].contains(&note.code);
+        let is_on_bare_faces =
+            |note: &Note| ["bare_faces", "untagged_patch"].contains(&&*note.code);
         if !notes.iter().any(is_on_bare_faces) {
             return;
         }
         let n = mesh.n_joinable_faces();
         if n > 0 {
-            self.tell(format!(
+            self.tell(note!(
+                "zones_apart",
                 "of the outer faces without a tag, {} lie on one another: they are interfaces of zones that share no nodes \
                  (`repeated` in azimesh info); --join makes these one mesh",
                 2 * n
@@ -304,7 +306,7 @@ impl Run<'_> {
                 ));
             }
             for note in notes.iter() {
-                self.tell(format!("{}: {note}", format.title));
+                self.tell(of_format(note, format));
             }
             self.tell_of_zones_apart(mesh, &notes);
             return Ok(Cow::Owned(surface));
@@ -368,5 +370,14 @@ impl Outputs {
             Ok([one]) => Self::One(one),
             Err(outputs) => Self::Several { outputs },
         }
+    }
+}
+
+/// A note of a writer, which says what its format is.
+fn of_format(note: &Note, format: &Format) -> Note {
+    let note = note.clone();
+    Note {
+        text: format!("{}: {}", format.title, note.text),
+        ..note
     }
 }

@@ -6,6 +6,7 @@ mod told;
 use super::input::Input;
 use super::{Context, Outcome};
 use azimesh_core::error::{Error, Result};
+use azimesh_core::note;
 use azimesh_io::mesh::{Difference, Mesh, Tolerance};
 use sequence::SequenceDifference;
 use serde::Serialize;
@@ -131,7 +132,7 @@ fn one_mesh(args: &DiffArgs, a: &Input, b: &Input, context: &Context) -> Result<
 /// Prints a line and what belongs below it; those who want to hear nothing are told what differs.
 fn tell(line: &str, details: &str, same: bool, context: &Context) -> Result<()> {
     if context.common.quiet && !same {
-        context.complain(line);
+        context.complain(note!("differs", "{line}"));
     }
     context.print_result(&format!("{line}\n{details}"))
 }
@@ -166,7 +167,7 @@ impl DiffArgs {
             Matching::Position => Difference::by_position(a, b, tolerance, self.match_tolerance),
         })?;
         for note in &found.notes {
-            context.note(note);
+            context.note(note.clone());
         }
         if !self.only.is_empty() {
             let parts = [Part::Nodes, Part::Cells, Part::Tags, Part::Arrays];

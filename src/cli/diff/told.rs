@@ -79,8 +79,6 @@ pub struct MeshDifference {
     group_differences: Vec<String>,
     /// Differences of arrays.
     array_differences: Vec<String>,
-    /// Questions that could not be decided.
-    notes: Vec<String>,
 }
 
 /// Two nodes.
@@ -116,7 +114,6 @@ impl MeshDifference {
             cell_differences: difference.cells.clone(),
             group_differences: difference.groups.clone(),
             array_differences: difference.arrays.clone(),
-            notes: difference.notes.clone(),
         }
     }
 }

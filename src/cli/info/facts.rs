@@ -1,6 +1,7 @@
 //! What there is to know of a mesh file.
 
 use crate::cli::input::Input;
+use azimesh_core::Note;
 use azimesh_io::formats::Loaded;
 use azimesh_io::mesh::{CellKind, DataArray, Faces, Group, Mesh};
 use azimesh_quality::{Flaws, flaws, remarks};
@@ -15,7 +16,7 @@ pub struct Facts<'a> {
     /// Version of the format, where the file says it.
     pub version: Option<String>,
     /// Remarks of the reader.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Times of a sequence.
     pub times: Option<Vec<f64>>,
     /// The step of the sequence that was asked for.
@@ -59,7 +60,7 @@ impl<'a> Facts<'a> {
         let curved = cells.iter().filter(|(kind, _)| kind.is_curved());
         let n_curved = curved.map(|(_, count)| count).sum();
         let (notes, remarks) = (loaded.notes.iter(), remarks(mesh));
-        let notes = notes.chain(&remarks).map(ToString::to_string);
+        let notes = notes.chain(&remarks).cloned();
         let nodes = || (mesh.n_orphan_nodes(), mesh.n_repeated_nodes());
         let ((n_orphan_nodes, n_repeated_nodes), boundary) =
             rayon::join(nodes, || Boundary::of(mesh));

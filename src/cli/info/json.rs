@@ -2,6 +2,7 @@
 
 use super::facts::Facts;
 use crate::cli::context::Entries;
+use crate::record::Failed;
 use azimesh_io::mesh::{DataArray, Group};
 use serde::Serialize;
 
@@ -16,6 +17,8 @@ pub enum Info {
     Several {
         /// The meshes that could be read, in their order.
         meshes: Vec<NamedInfo>,
+        /// An error for each of the others.
+        errors: Vec<Failed>,
     },
 }
 
@@ -81,8 +84,6 @@ pub struct MeshInfo {
     bounds: Option<[[f64; 3]; 2]>,
     /// Arrays of the file.
     arrays: Vec<ArrayInfo>,
-    /// Remarks of the reader.
-    notes: Vec<String>,
 }
 
 /// A group of cells.
@@ -160,7 +161,6 @@ impl MeshInfo {
             crowded_faces: boundary.n_non_manifold,
             bounds: mesh.bounds(),
             arrays: facts.arrays().map(ArrayInfo::of).collect(),
-            notes: facts.notes.clone(),
         }
     }
 }

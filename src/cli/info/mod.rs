@@ -50,7 +50,11 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
         }
     }
     if context.common.json {
-        context.print_json(&Info::Several { meshes: all })?;
+        let errors = failed.iter().map(Into::into).collect();
+        context.print_json(&Info::Several {
+            meshes: all,
+            errors,
+        })?;
     }
     let last = failed.pop();
     for error in failed {
@@ -75,11 +79,12 @@ fn tell(
     input.check_step(step)?;
     let loaded = input.read(step, context)?;
     let facts = context.stage("inspecting", || Ok(Facts::of(&input, step, &loaded)))?;
-    if context.common.json {
-        return Ok(Told::Json(Box::new(MeshInfo::of(&facts))));
-    }
     for note in &facts.notes {
-        context.note(&format!("{}: {note}", path.display()));
+        context.note(note.clone().file(path));
     }
-    Ok(Told::Text(text::of(&facts)))
+    Ok(if context.common.json {
+        Told::Json(Box::new(MeshInfo::of(&facts)))
+    } else {
+        Told::Text(text::of(&facts))
+    })
 }

@@ -3,6 +3,7 @@
 use super::worst::WorstCell;
 use super::{Findings, Judged, Step};
 use crate::cli::context::Entries;
+use crate::record::Failure;
 use azimesh_quality::{Assessment, Extreme, Statistic};
 use serde::Serialize;
 
@@ -184,22 +185,6 @@ struct Worst {
     distance: Option<f64>,
 }
 
-/// A condition that holds.
-#[derive(Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-struct Failure {
-    /// The failure in a sentence.
-    message: String,
-    /// Column of the condition.
-    metric: String,
-    /// Its value.
-    value: f64,
-    /// The number that it is compared with.
-    limit: f64,
-    /// The step; null for one mesh.
-    step: Option<usize>,
-}
-
 impl QualityResult {
     pub(super) fn of(findings: &Findings<'_>) -> Self {
         let checks = Checks::of(findings);
@@ -306,10 +291,11 @@ impl Checks {
                 let step = step.map(|step| step.index);
                 let place = step.map_or_else(String::new, |step| format!("step {step}: "));
                 Failure {
+                    code: "condition_holds".to_owned(),
                     message: place + &criterion.sentence("", *value),
-                    metric: criterion.column().to_owned(),
-                    value: *value,
-                    limit: criterion.limit(),
+                    metric: Some(criterion.column().to_owned()),
+                    value: Some(*value),
+                    limit: Some(criterion.limit()),
                     step,
                 }
             })

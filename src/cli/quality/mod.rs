@@ -10,6 +10,7 @@ use super::{Context, Outcome};
 use crate::record::Criterion;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::with_verb;
+use azimesh_core::{Note, note};
 use azimesh_io::formats::{Format, SharedFile, guard_inputs};
 use azimesh_io::mesh::{Cells, Mesh, RankPart, in_32_bits};
 use azimesh_quality::{Assessment, QualityEvaluator, Reference, Statistic, remarks, statistics};
@@ -152,7 +153,7 @@ fn judge_mesh<'a>(
         None => context.stage("reference", || Ok(QualityEvaluator::new(&mesh)))?,
     };
     for remark in remarks(&mesh) {
-        context.note(&remark.to_string());
+        context.note(remark);
     }
     // What is said of a mesh that is written holds for its coordinates there.
     if of_output.is_some_and(|format| format.rounds(args.write.precision)) {
@@ -177,13 +178,15 @@ fn complain_of_reference(reference: &Reference, context: &Context) {
     let n_reversed = reference.n_reversed();
     let n_folded = reference.n_inverted() - n_reversed;
     if n_folded > 0 {
-        context.complain(&format!(
+        context.complain(note!(
+            "not_valid",
             "{} not valid in the mesh itself, counted as inverted_reference; --reference MESH gives one to judge by",
             with_verb(n_folded, "cell", "is")
         ));
     }
     if n_reversed > 0 {
-        context.complain(&format!(
+        context.complain(note!(
+            "reversed",
             "{} listed in the other orientation, with nodes in reverse order: counted as inverted_reference, and judged \
              as mirror images",
             with_verb(n_reversed, "cell", "is")
@@ -206,9 +209,9 @@ fn judge_sequence<'a>(
         let given = given.get_or_insert_with(|| Given::new(&mesh));
         let checked = context.ranks.all_ok(given.check(&mut mesh));
         checked.map_err(|error| error.file(input.path_of(index)))?;
-        for remark in remarks(&mesh).iter().map(ToString::to_string) {
-            if told.insert(remark.clone()) {
-                context.note(&remark);
+        for remark in remarks(&mesh) {
+            if told.insert(remark.to_string()) {
+                context.note(remark);
             }
         }
         let step = Some(Step { index, time });
@@ -233,9 +236,9 @@ fn read(
     let whole = || {
         let loaded = input.read(step, context)?;
         for note in loaded.notes.iter() {
-            let note = format!("{}: {note}", input.path().display());
-            if is_new(&note) {
-                context.note(&note);
+            let note = note.clone().file(input.path());
+            if is_new(&note.to_string()) {
+                context.note(note);
             }
         }
         Ok(loaded.mesh)
@@ -342,21 +345,21 @@ impl<'a> Findings<'a> {
 
     /// Prints everything, beside a mesh on standard output or not.
     fn tell(&self, context: &Context, beside: bool) -> Result<()> {
+        for (criterion, met) in self.met() {
+            context.complain(holds(criterion, &met));
+        }
         let text = || table::as_text(self);
         match (context.common.json, beside) {
             (true, _) => context.print_json(&QualityResult::of(self))?,
             (false, true) => context.print_aside(&text()),
             (false, false) => context.print_result(&text())?,
         }
-        for (criterion, met) in self.met() {
-            context.complain(&sentence(criterion, &met));
-        }
         Ok(())
     }
 }
 
 /// A condition that holds, with its steps where there are several meshes, and the worst value.
-fn sentence(criterion: &Criterion, met: &[Met]) -> String {
+fn holds(criterion: &Criterion, met: &[Met]) -> Note {
     let worse = |worst: Met, other: Met| {
         if criterion.is_worse(other.1, worst.1) {
             other
@@ -371,7 +374,7 @@ fn sentence(criterion: &Criterion, met: &[Met]) -> String {
         .filter_map(|(step, _)| Some(step.as_ref()?.index.to_string()));
     let steps: Vec<String> = steps.collect();
     let named = steps[..steps.len().min(MOST_NAMED)].join(", ");
-    match (worst_step, steps.len()) {
+    let text = match (worst_step, steps.len()) {
         (None, _) => criterion.sentence("", value),
         (Some(step), 1) => criterion.sentence(&format!(" at step {}", step.index), value),
         (Some(step), n) => {
@@ -382,6 +385,13 @@ fn sentence(criterion: &Criterion, met: &[Met]) -> String {
             let holds = criterion.sentence(&format!(" at steps {named}{more}"), value);
             format!("{holds} at step {}", step.index)
         }
+    };
+    let column = criterion.column();
+    let note = note!("condition_holds", "{text}").with("metric", column);
+    let note = note.with("value", value).with("limit", criterion.limit());
+    match worst_step {
+        Some(step) => note.with("step", step.index),
+        None => note,
     }
 }
 

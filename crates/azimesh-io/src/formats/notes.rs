@@ -226,7 +226,7 @@ impl<const N: usize> PartialEq<[&str; N]> for Notes {
     fn eq(&self, codes: &[&str; N]) -> bool {
         self.list
             .iter()
-            .map(|note| note.code)
+            .map(|note| &*note.code)
             .eq(codes.iter().copied())
     }
 }

@@ -60,9 +60,9 @@ pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<Note> {
 }
 
 /// Changes a mesh to what readers of a format take; says what was changed.
-pub fn make_portable(mesh: &mut Mesh, format: &str) -> Option<String> {
+pub fn make_portable(mesh: &mut Mesh, format: &str) -> Option<Note> {
     let note = not_taken(&mesh.view(), format)?;
-    let change = match note.code {
+    let change = match &*note.code {
         "inner_markers" => {
             let inner = inner_faces(&mesh.view());
             leave_out(mesh, inner.into_iter().map(|face| face as usize).collect());
@@ -79,11 +79,9 @@ pub fn make_portable(mesh: &mut Mesh, format: &str) -> Option<String> {
             "Lagrange pyramids made linear"
         }
     };
-    Some(format!(
-        "{}: {change}: {}",
-        option("portable"),
-        note.get("n")
-    ))
+    let n = note.get("n").clone();
+    let portable = option("portable");
+    Some(note!("made_portable", "{portable}: {change}: {n}").with("n", n))
 }
 
 fn is_pyramid(kind: CellKind) -> bool {
@@ -133,7 +131,7 @@ mod tests {
     fn tagged_faces_inside_are_told_of_for_su2_and_left_out() {
         let mut mesh = mesh();
         let note = not_taken(&mesh.view(), "su2").expect("there is one");
-        assert_eq!((note.code, note.get("n")), ("inner_markers", &1.into()));
+        assert_eq!((&*note.code, note.get("n")), ("inner_markers", &1.into()));
         assert!(note.text.contains("(1, the first is cell 3)"), "{note}");
         assert!(make_portable(&mut mesh, "su2").is_some());
         let tags: Vec<&str> = mesh.boundary_tags().map(|tag| tag.name.as_str()).collect();
@@ -146,7 +144,7 @@ mod tests {
     fn edges_beside_cell_arrays_are_told_of_for_cgns_and_left_out() {
         let mut mesh = mesh();
         let note = not_taken(&mesh.view(), "cgns").expect("there is one");
-        assert_eq!((note.code, note.get("n")), ("lower_cells", &1.into()));
+        assert_eq!((&*note.code, note.get("n")), ("lower_cells", &1.into()));
         assert!(make_portable(&mut mesh, "cgns").is_some());
         assert_eq!((mesh.cells.len(), mesh.groups.len()), (4, 2));
         assert_eq!(not_taken(&mesh.view(), "cgns"), None);
@@ -163,7 +161,10 @@ mod tests {
         mesh.cells.push(CellKind::LagrangePyramid, &nodes);
         for format in ["vtu", "vtk", "vtkhdf", "pvtu"] {
             let note = not_taken(&mesh.view(), format).expect("there is one");
-            assert_eq!((note.code, note.get("n")), ("lagrange_pyramids", &1.into()));
+            assert_eq!(
+                (&*note.code, note.get("n")),
+                ("lagrange_pyramids", &1.into())
+            );
         }
         assert_eq!(not_taken(&mesh.view(), "msh"), None);
         assert!(make_portable(&mut mesh, "vtu").is_some());

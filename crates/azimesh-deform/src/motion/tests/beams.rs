@@ -55,7 +55,7 @@ fn the_quarter_chord_of_a_clockwise_rotor_is_at_its_own_leading_edge() {
     let motion = bent("azimuth.values = [0]\nrotor.azimuth_sign = -1", &table);
     assert_near(place(&motion, 0, [0.5, 0.25, 0.0]), [0.5, 0.25, 0.0]);
     let notes = motion.notes();
-    assert_eq!((notes.len(), notes[0].code), (1, "beam_line"));
+    assert_eq!((notes.len(), &*notes[0].code), (1, "beam_line"));
     assert_eq!(
         notes[0].text,
         "body \"blade\": its quarter chord goes from [0.0000, 0.2500, 0.0000] to [1.0000, 0.2500, 0.0000], with the \

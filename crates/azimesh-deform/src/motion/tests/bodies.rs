@@ -113,7 +113,7 @@ fn a_shared_node_moves_with_the_body_named_first_and_a_gap_is_told() {
     assert_eq!((at(1), at(2)), (Role::Moving(0), Role::Moving(1)));
     assert_eq!(motion.surface.shared, [(1, 1)]);
     let told = motion.shared_nodes(&Boundary::of(&wing_and_flap()));
-    assert_eq!((told.len(), told[0].code), (1, "shared_nodes"));
+    assert_eq!((told.len(), &*told[0].code), (1, "shared_nodes"));
     assert_eq!(
         told[0].text,
         "1 node is on tags of both body \"wing\" and body \"flap\"; they move with the first, up to 0.01 from \

@@ -15,6 +15,7 @@ mod position;
 use super::{CellKind, Mesh};
 use azimesh_core::error::{Result, counted, one_line};
 use azimesh_core::numbers::{short, with_verb};
+use azimesh_core::{Note, note};
 use partners::Partners;
 use std::fmt;
 
@@ -83,7 +84,7 @@ pub struct Difference {
     /// Differences of arrays, a sentence each.
     pub arrays: Vec<String>,
     /// Remarks on the comparison that are not differences.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// How two meshes are compared; by default all numbers must be equal and in the same order. See [`diff`].
@@ -203,7 +204,8 @@ impl Difference {
         } else {
             ["second", "first"]
         };
-        self.notes.push(format!(
+        self.notes.push(note!(
+            "more_polyhedra",
             "the {more} mesh has {} as polyhedra or polygons more than the {less}: formats that list faces, as OpenFOAM does, \
              keep the shapes of cells alone, and a polyhedron with the faces of a hexahedron is read from them as one",
             counted(ours.abs_diff(theirs), "cell")

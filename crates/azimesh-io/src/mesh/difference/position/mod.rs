@@ -16,6 +16,7 @@ use super::super::Mesh;
 use super::partners::{NONE, Partners};
 use azimesh_core::error::Result;
 use azimesh_core::numbers::point;
+use azimesh_core::{Note, note};
 
 /// How the nodes of two meshes belong together.
 #[derive(Debug)]
@@ -29,7 +30,7 @@ pub struct Paired {
     /// A sentence for each mesh with such nodes.
     pub sentences: Vec<String>,
     /// Nodes that were paired by their order.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// The pairs that are known so far.
@@ -62,7 +63,8 @@ pub fn nodes(a: &Mesh, b: &Mesh, within: f64) -> Result<Paired> {
     }
     let notes = match labels::pair(&a.cells, &b.cells, &mut pairing) {
         0 => Vec::new(),
-        n => vec![format!(
+        n => vec![note!(
+            "paired_in_order",
             "nodes at the same place ({n}) that their cells do not tell apart are paired in order"
         )],
     };

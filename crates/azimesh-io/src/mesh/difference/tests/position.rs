@@ -284,7 +284,9 @@ fn nodes_that_nothing_tells_apart_are_paired_in_order_and_it_is_said() {
     assert!(found.is_same(), "{found:?}");
     assert_eq!(found.notes.len(), 1);
     assert!(
-        found.notes[0].starts_with("nodes at the same place (54)"),
+        found.notes[0]
+            .text
+            .starts_with("nodes at the same place (54)"),
         "{found:?}"
     );
 }
