@@ -38,7 +38,7 @@ REAL = {
     "naca0012_su2_hybrid.toml": "su2code__TestCases/navierstokes/naca0012/mesh_NACA0012_lam_hybrid_v1.su2",
     "naca0012_pitching.toml": "su2code__TestCases/disc_adj_euler/naca0012_pitching_def/mesh_NACA0012_inv_FFD.su2",
 }
-SECONDS = re.compile(r"\d+\.\d+ s\b|(selection|modes|steps|writing) \d+\.\d+")
+SECONDS = re.compile(r"\d+\.\d+ s\b|(selection|modes|steps|other|writing) \d+\.\d+")
 
 
 class Differences:

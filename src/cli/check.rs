@@ -391,9 +391,11 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
 
 /// What steps are listed by: their azimuth, or their time where that gives none.
 fn place_name(plan: &Plan) -> &'static str {
-    match plan.motion.steps[0].azimuth_deg() {
-        None => "time_s",
-        Some(_) => "azimuth_deg",
+    let first = &plan.motion.steps[0];
+    match (first.azimuth_deg(), first.time_s()) {
+        (None, None) => "step",
+        (None, Some(_)) => "time_s",
+        (Some(_), _) => "azimuth_deg",
     }
 }
 

@@ -5,7 +5,7 @@ use super::shared::why_not_run;
 use super::{Context, Outcome, memory};
 use crate::alloc::limit;
 use crate::preflight::{Fits, check_memory, existing_folder};
-use crate::record::{Criterion, Failed, Failure, Level, Timings, sentences};
+use crate::record::{Criterion, Failed, Failure, Level, Timings, WorstStep, sentences};
 use crate::run::{Finished, Request, run_after};
 use azimesh_core::error::{Error, Result, counted, path_in_line};
 use azimesh_core::numbers::{amount, in_digits};
@@ -371,6 +371,7 @@ fn as_json(folder: &Path, finished: &Finished) -> Deformed {
         inverted_steps: finished.inverted_steps,
         max_inverted: finished.max_inverted,
         min_scaled_jacobian: finished.min_scaled_jacobian,
+        worst_step: finished.worst_step.clone(),
         mesh_bytes: finished.mesh_bytes,
         failures: finished.failures.iter().map(Failure::from).collect(),
         error: finished.ended_by.as_ref().map(Failed::from),
@@ -404,6 +405,8 @@ pub(super) struct Deformed {
     max_inverted: Option<usize>,
     /// Smallest scaled Jacobian of all steps; null likewise.
     min_scaled_jacobian: Option<f64>,
+    /// The step with it; null likewise.
+    worst_step: Option<WorstStep>,
     /// Bytes of one mesh file (of all steps where one file holds them).
     mesh_bytes: u64,
     /// Conditions of `--fail-on` that failed, and other checks.
@@ -499,11 +502,17 @@ fn summary(folder: &Path, finished: &Finished) -> String {
         Some(n) => format!("{} with inverted cells", counted(n, "step")),
         None => "cell quality was not computed".to_owned(),
     };
+    let worst = (finished.worst_step.as_ref())
+        .map_or_else(String::new, |worst| format!("worst: {worst}\n"));
     let t = &finished.timings;
+    // Of the numbers as they are shown, so that they add up.
+    let shown = |seconds: f64| (seconds * 100.0).round() / 100.0;
+    let parts = [t.selection, t.modes, t.steps].map(shown);
+    let other = (shown(t.total) - parts.iter().sum::<f64>()).max(0.0);
     format!(
         "{kept}{}: {}, {}, surface error {} ({} before the correction)\n\
          {inverted}{jacobian}\n\
-         {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, writing {:.2} (overlapping)\n",
+         {:.2} s: selection {:.2}, modes {:.2}, steps {:.2}, other {other:.2} (writing {:.2}, partly during the steps)\n{worst}",
         path_in_line(folder),
         counted(finished.n_steps, "step"),
         counted(finished.n_base, "base point"),

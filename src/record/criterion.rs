@@ -3,6 +3,7 @@
 use super::COLUMNS;
 use azimesh_core::error::{Error, Result, nearest_name, option};
 use azimesh_core::numbers::short;
+use std::cmp::Ordering;
 use std::fmt;
 use std::str::FromStr;
 
@@ -109,11 +110,11 @@ impl Criterion {
         format!("{self} holds{place}: {} is {}", self.column, short(value))
     }
 
-    /// Returns whether a value is further beyond the limit than another.
-    pub fn is_worse(&self, value: f64, than: f64) -> bool {
+    /// Orders values: those further beyond the limit come first.
+    pub fn worst_first(&self, a: f64, b: f64) -> Ordering {
         match self.comparison {
-            Comparison::Less | Comparison::LessOrEqual => value < than,
-            Comparison::Greater | Comparison::GreaterOrEqual => value > than,
+            Comparison::Less | Comparison::LessOrEqual => a.total_cmp(&b),
+            Comparison::Greater | Comparison::GreaterOrEqual => b.total_cmp(&a),
         }
     }
 }

@@ -19,6 +19,7 @@ pub use diagnostic::{Diagnostic, Failed, Failure, Level, sentences};
 pub use names::{file_name, numbered, part_of, parts_in, step_of};
 pub use run::{
     BodyRecord, EndRecord, FunctionRecord, InputRecord, LayerRecord, MotionRecord, OptionsRecord,
-    PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings, in_shell, in_shell_all,
+    PatchRecord, RepairRecord, RunRecord, SelectionRecord, Timings, WorstStep, in_shell,
+    in_shell_all,
 };
 pub use steps::{CHECKSUM, COLUMNS, Row, Rows, lines, parse, text};

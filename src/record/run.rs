@@ -4,11 +4,12 @@ use super::diagnostic::{Diagnostic, Failed, Failure};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
-use azimesh_core::numbers::named_step;
+use azimesh_core::numbers::{in_digits, named_step, point};
 use azimesh_core::{Note, note};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::Path;
 
 /// The record of a run; written at its start and completed at its end.
@@ -65,6 +66,9 @@ pub struct RunRecord {
     /// Steps that were finished before the last time; absent in a joined sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_kept: Option<usize>,
+    /// Numbers of steps that the schedule had before steps were added; absent if none were.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub extended: Vec<usize>,
     /// Companion files of the meshes with their hashes, by path from the folder; `*.mapbc` is the file of each step; absent if
     /// there are none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -105,6 +109,10 @@ pub struct InputRecord {
     /// Its hash, of a `.pvtu` with its pieces, of a case that of its mesh; absent for a pipe.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blake3: Option<String>,
+    /// Of a schedule, the hash of its keys and values but those that count its steps: runs with the same one may have more
+    /// steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub but_steps: Option<String>,
 }
 
 /// A body that a function moves.
@@ -309,6 +317,9 @@ pub struct EndRecord {
     /// Smallest scaled Jacobian of all steps; null likewise.
     #[serde(default)]
     pub min_scaled_jacobian: Option<f64>,
+    /// The step with it, the first of several; absent where quality was not computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub worst_step: Option<WorstStep>,
     /// Largest error as written, mesh units; null without steps.
     #[serde(default)]
     pub max_surface_error: Option<f64>,
@@ -324,6 +335,50 @@ pub struct EndRecord {
     /// What ended the run before its last step; absent without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<Failed>,
+}
+
+/// The step with the smallest scaled Jacobian.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct WorstStep {
+    /// The step.
+    pub step: usize,
+    /// Its azimuth; null where the schedule has none.
+    pub azimuth_deg: Option<f64>,
+    /// Its time; null likewise.
+    pub time_s: Option<f64>,
+    /// The scaled Jacobian.
+    pub scaled_jacobian: f64,
+    /// The cell; like all that follows null on several ranks, and where the run that wrote the step was killed.
+    pub cell: Option<usize>,
+    /// Mean of its nodes.
+    pub position: Option<Vector>,
+    /// The boundary tag nearest to it; null also in a mesh without tags.
+    pub nearest_tag: Option<String>,
+    /// Its distance.
+    pub distance: Option<f64>,
+}
+
+impl fmt::Display for WorstStep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&named_step(self.step, self.azimuth_deg, self.time_s))?;
+        if let (Some(cell), Some(position)) = (self.cell, &self.position) {
+            write!(f, ", cell {cell} at {}", point(position))?;
+        }
+        write!(
+            f,
+            ": scaled Jacobian {}",
+            in_digits(self.scaled_jacobian, 4)
+        )?;
+        if let (Some(tag), Some(distance)) = (&self.nearest_tag, self.distance) {
+            write!(
+                f,
+                ", nearest tag {tag} at distance {}",
+                in_digits(distance, 4)
+            )?;
+        }
+        Ok(())
+    }
 }
 
 /// Seconds of each stage of a run.

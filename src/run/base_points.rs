@@ -3,7 +3,7 @@
 use super::base_file;
 use super::names::Names;
 use super::record::selection_record;
-use crate::record::{Diagnostic, SelectionRecord};
+use crate::record::{Diagnostic, RunRecord, SelectionRecord};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::{Progress, Silent};
 use azimesh_core::{Note, note};
@@ -23,6 +23,8 @@ pub(super) struct BasePointStore<'a> {
     names: &'a Names,
     /// Base points chosen before the run.
     loaded: Option<Vec<Selection>>,
+    /// Steps of an earlier schedule, to which this one adds some; they keep their base points.
+    n_earlier: usize,
     /// Files of base points that this run or an earlier one has chosen, and their hashes.
     pub base_files: BTreeMap<String, String>,
     /// The result of each selection, for run.json.
@@ -40,18 +42,40 @@ impl<'a> BasePointStore<'a> {
         deformation: &'a Deformation,
         names: &'a Names,
         loaded: Option<Vec<Selection>>,
-        base_files: BTreeMap<String, String>,
+        earlier: &RunRecord,
     ) -> Self {
         Self {
             deformation,
             names,
             loaded,
-            base_files,
+            n_earlier: earlier.extended.last().copied().unwrap_or(0),
+            base_files: earlier.base_files.clone(),
             selections: Vec::new(),
             warnings: Vec::new(),
             seconds_selection: 0.0,
             seconds_modes: 0.0,
         }
+    }
+
+    /// Refuses a run with added steps where the base points of the finished steps are lost, or not enough for the added ones.
+    pub fn check_added(&mut self) -> Result<()> {
+        let n_earlier = self.n_earlier;
+        let plan = self.deformation.plan();
+        let intervals = plan.selection_intervals().into_iter();
+        for interval in intervals.filter(|interval| interval.start < n_earlier) {
+            let path = self.path_of(&interval);
+            if self.loaded.is_none() && !self.has_noted(&path) {
+                return Err(Error::input(
+                    "is missing or does not have the hash in run.json; without the base points of the finished steps no steps \
+                     can be added to them: --force starts a new run of all steps",
+                )
+                .file(&path));
+            }
+            if interval.end > n_earlier {
+                self.enter(&plan.motion.steps[n_earlier])?;
+            }
+        }
+        Ok(())
     }
 
     /// The interval of a step; where it is entered, its base points are chosen and saved.
@@ -61,6 +85,7 @@ impl<'a> BasePointStore<'a> {
         let mut selecting = None;
         let interval = deformation.enter(step, progress, &mut |steps| {
             let origin = match &self.loaded {
+                _ if self.n_earlier > steps.start => BaseOrigin::Earlier,
                 Some(_) => BaseOrigin::Given,
                 None => BaseOrigin::Chosen,
             };

@@ -289,6 +289,9 @@ fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
     let failures = union(ends().map(|end| &end.failures));
     finished.warnings = warnings.iter().map(Diagnostic::note).collect();
     finished.failures = failures.into_iter().map(Note::from).collect();
+    for known in ends().filter_map(|end| end.worst_step.as_ref()) {
+        finished.take_place(known);
+    }
     Ok(finished)
 }
 

@@ -2,7 +2,7 @@
 
 use super::names::{Names, bytes_of};
 use crate::record::Criterion;
-use crate::record::{Row, Rows, SelectionRecord, Timings};
+use crate::record::{Row, Rows, SelectionRecord, Timings, WorstStep};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::numbers::{named_step, short};
 use azimesh_core::{Note, note};
@@ -31,6 +31,8 @@ pub struct Finished {
     pub max_inverted: Option<usize>,
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
+    /// The step with it.
+    pub worst_step: Option<WorstStep>,
     /// Steps with inverted cells; they are among the warnings as well.
     pub inverted: Vec<Note>,
     /// Conditions that failed.
@@ -71,13 +73,31 @@ impl Finished {
                 self.inverted.push(note.clone());
                 self.warnings.push(note);
             }
-            for criterion in fail_on {
-                self.failures.extend(condition(criterion, *step, row)?);
-            }
+        }
+        for criterion in fail_on {
+            let all = rows
+                .iter()
+                .map(|(step, row)| condition(criterion, *step, row));
+            let all = all.collect::<Result<Vec<_>>>()?;
+            let mut held: Vec<Note> = all.into_iter().flatten().collect();
+            held.sort_by(|a, b| {
+                let [a, b] = [a, b].map(|note| note.get("value").as_f64().unwrap_or(f64::NAN));
+                criterion.worst_first(a, b)
+            });
+            self.failures.extend(held);
         }
         let sizes = rows.values().map(|row| bytes_of(&names.path(&row.file)));
         self.mesh_bytes = sizes.max().unwrap_or(0);
         Ok(())
+    }
+
+    /// Takes over the place of the worst cell, where it is that of the worst step.
+    pub(super) fn take_place(&mut self, known: &WorstStep) {
+        if let Some(worst) = &mut self.worst_step
+            && worst.step == known.step
+        {
+            worst.clone_from(known);
+        }
     }
 
     /// Takes over what base points came to with which no step was written.
@@ -103,6 +123,18 @@ impl Finished {
         if let Some(jacobian) = row.min_scaled_jacobian {
             let least = self.min_scaled_jacobian.unwrap_or(f64::INFINITY);
             self.min_scaled_jacobian = Some(least.min(jacobian));
+            if jacobian < least {
+                self.worst_step = Some(WorstStep {
+                    step: row.step,
+                    azimuth_deg: row.azimuth_deg,
+                    time_s: row.time_s,
+                    scaled_jacobian: jacobian,
+                    cell: None,
+                    position: None,
+                    nearest_tag: None,
+                    distance: None,
+                });
+            }
         }
     }
 }

@@ -256,6 +256,11 @@ impl Names {
         self.part.clone().unwrap_or(0..self.n_steps)
     }
 
+    /// The number of steps of the sequence.
+    pub fn all_steps(&self) -> usize {
+        self.n_steps
+    }
+
     /// Checks if it writes some of the steps only.
     pub fn is_part(&self) -> bool {
         self.part.is_some()
@@ -439,7 +444,7 @@ pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
 
 /// The time that a step has in a time series.
 pub(super) fn time(row: &Row) -> f64 {
-    row.time_s.or(row.azimuth_deg).unwrap_or(0.0)
+    row.time_s.or(row.azimuth_deg).unwrap_or(row.step as f64)
 }
 
 #[cfg(test)]

@@ -41,7 +41,17 @@ pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
     }
     let parts = parts_in(&names.folder, "run", "json").unwrap_or_default();
     let mut parts = parts.into_iter().map(|(part, _)| part);
-    let (other, record) = if names.path("run.json").exists() {
+    let whole = names.path("run.json");
+    let (other, record) = if whole.exists() {
+        let n_steps = record::read(&whole)?.and_then(|run| run.steps);
+        if let Some(n) = n_steps.filter(|n| *n <= start) {
+            return Err(Error::input(format!(
+                "the run of the whole sequence in this folder has the steps 0..{n}, and parts cannot be joined with it; --resume \
+                 without --steps adds the steps {n}..{} of the schedule to it",
+                names.all_steps()
+            ))
+            .file(&whole));
+        }
         let other = "a run of the whole sequence".to_owned();
         (other, file_name("run", None, "json"))
     } else if let Some(part) = parts.find(|part| part.start < end && start < part.end) {

@@ -12,7 +12,7 @@ use azimesh_core::error::{Error, Result, counted};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, Repair};
 use azimesh_io::formats::{
-    self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, save_text,
+    self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, read_input, save_text,
 };
 use azimesh_quality::repair::PatchLog;
 use azimesh_rbf::select::Selection;
@@ -41,7 +41,10 @@ impl RecordFile {
         let hash_of_mesh = |path: &Path| hash_of_input(path, mesh);
         let mut inputs = vec![
             input("mesh", &request.mesh, hash_of_mesh)?,
-            input("schedule", &plan.schedule.path, hash_of_read)?,
+            InputRecord {
+                but_steps: hash_but_steps(&plan.schedule.path),
+                ..input("schedule", &plan.schedule.path, hash_of_read)?
+            },
         ];
         for file in plan.schedule.files() {
             inputs.push(input("file", &file, hash_of_read)?);
@@ -101,6 +104,7 @@ impl RecordFile {
             inverted_steps: finished.inverted_steps,
             max_inverted: finished.max_inverted,
             min_scaled_jacobian: finished.min_scaled_jacobian,
+            worst_step: finished.worst_step.clone(),
             max_surface_error: Some(finished.surface_error),
             skipped_steps: sentences(&finished.skipped),
             diagnostics: Diagnostic::warnings(&finished.warnings),
@@ -182,7 +186,25 @@ fn input(
         what: what.to_owned(),
         file: path.display().to_string(),
         blake3: hash.map(|hash| hash.to_string()),
+        but_steps: None,
     })
+}
+
+/// The hash of a schedule without the keys that count its steps; `None` without a file.
+fn hash_but_steps(path: &Path) -> Option<String> {
+    let bytes = read_input(path).ok()?;
+    let mut schedule: toml::Table = std::str::from_utf8(&bytes).ok()?.parse().ok()?;
+    schedule.remove("steps");
+    for section in ["azimuth", "time"] {
+        let Some(toml::Value::Table(of_steps)) = schedule.get_mut(section) else {
+            continue;
+        };
+        for key in ["start", "stop", "step", "values"] {
+            of_steps.remove(key);
+        }
+    }
+    let rest = toml::to_string(&schedule).ok()?;
+    Some(blake3::hash(rest.as_bytes()).to_string())
 }
 
 /// A record on disk; `None` where there is none, and where it is not whole, as after a power cut: empty,

@@ -7,12 +7,13 @@ use super::record;
 use super::surface::SurfaceFiles;
 use super::table;
 use crate::record::{Criterion, Diagnostic, RepairRecord, Row, Rows, RunRecord};
-use azimesh_core::error::{Error, Result, option};
-use azimesh_core::numbers::with_verb;
+use azimesh_core::error::{Error, Result, counted, option};
+use azimesh_core::numbers::{named_step, with_verb};
 use azimesh_core::{Note, note};
 use azimesh_deform::{Deformation, Plan};
 use azimesh_io::formats::Format;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 /// Notes of one sort that are given one by one.
@@ -34,6 +35,8 @@ pub(super) struct Earlier {
     pub notes: Vec<Note>,
     /// True if its record is lost: rows count then where the same step gives the same bytes.
     pub is_unverified: bool,
+    /// True if steps were added to the schedule, now or before.
+    pub adds_steps: bool,
 }
 
 impl Earlier {
@@ -50,11 +53,12 @@ impl Earlier {
         let path = names.record();
         let mut earlier = match record::read(&path)? {
             Some(then) => {
-                check_same(now, &then, &path)?;
+                let then = with_added(now, then, names)?;
                 let repairs = then.repairs.iter().flatten().cloned();
                 Self {
                     repairs: repairs.map(|repair| (repair.step, repair)).collect(),
                     n_resumed: then.resumed.unwrap_or(0) + 1,
+                    adds_steps: !then.extended.is_empty(),
                     record: then,
                     ..Self::default()
                 }
@@ -63,7 +67,10 @@ impl Earlier {
             None => Self::without_record(names)?,
         };
         let has_record = earlier.record.is_whole();
-        earlier.take_rows(deformation.plan(), names, has_record)?;
+        earlier.take_rows(deformation.plan(), names)?;
+        if earlier.adds_steps && names.is_in_one {
+            check_one_file(deformation)?;
+        }
         if !names.is_in_one {
             earlier.check_files(deformation, names, format, &now.companions);
         }
@@ -101,29 +108,26 @@ impl Earlier {
     /// Takes the rows of this run's steps from the table.
     ///
     /// # Errors
-    /// If a mesh is there that would have another name now, and be written again; without a record, where a step
-    /// was at another azimuth.
-    fn take_rows(&mut self, plan: &Plan, names: &Names, has_record: bool) -> Result<()> {
+    /// If a mesh is there that would have another name now, and be written again; where a step was at another azimuth or
+    /// time.
+    fn take_rows(&mut self, plan: &Plan, names: &Names) -> Result<()> {
         let table = names.table();
         for (step, row) in table::of_run(names)? {
             if !names.steps().contains(&step) {
                 continue;
             }
-            let (name, azimuth) = (names.mesh(step), plan.motion.steps[step].azimuth_deg());
+            let (name, now) = (names.mesh(step), &plan.motion.steps[step]);
             if row.file != name {
                 if names.path(&row.file).exists() {
                     return Err(self.other_name(step, &row.file, &name).file(&table));
                 }
-            } else if row.azimuth_deg == azimuth {
+            } else if (row.azimuth_deg, row.time_s) == (now.azimuth_deg(), now.time_s()) {
                 self.rows.insert(step, row);
-            } else if !has_record {
-                let shown = |azimuth: Option<f64>| {
-                    azimuth.map_or("none".to_owned(), |azimuth| azimuth.to_string())
-                };
+            } else {
+                let then = named_step(step, row.azimuth_deg, row.time_s);
                 return Err(Error::input(format!(
-                    "this run cannot be resumed: step {step} was at azimuth {}; now it is at {}; --force starts a new run",
-                    shown(row.azimuth_deg),
-                    shown(azimuth)
+                    "this run cannot be resumed: it has {then}, which is {now} in the schedule now; steps can be added behind \
+                     the last one only; --force starts a new run"
                 ))
                 .file(&table));
             }
@@ -146,6 +150,15 @@ impl Earlier {
         })
     }
 
+    /// The steps that its base points serve, with the added ones.
+    pub fn take_intervals(&mut self, intervals: &[Range<usize>]) {
+        for selection in &mut self.record.selections {
+            let mut intervals = intervals.iter();
+            let own = intervals.find(|interval| interval.start == selection.first_step);
+            selection.steps = own.map_or(selection.steps, Range::len);
+        }
+    }
+
     /// Enters the earlier run into the record of this one. Returns the conditions of this run: its own, or else the
     /// earlier ones.
     pub fn enter(&self, record: &mut RunRecord, own: &[Criterion]) -> Vec<Criterion> {
@@ -159,6 +172,7 @@ impl Earlier {
         record.steps_kept = Some(self.rows.len());
         record.base_files.clone_from(&then.base_files);
         record.selections.clone_from(&then.selections);
+        record.extended.clone_from(&then.extended);
         record.fail_on = conditions.iter().map(Criterion::to_string).collect();
         record.seconds = Some(then.seconds.unwrap_or_default());
         record.parts.clone_from(&then.parts);
@@ -240,6 +254,47 @@ fn fault_of(names: &Names, row: &Row, companions: &BTreeMap<String, String>) -> 
         Ok(false) => Some("does not have the hash in steps.csv".to_owned()),
         Err(error) => Some(format!("cannot be read ({error})")),
     }
+}
+
+/// The record of an earlier run, to which the schedule may have added steps since.
+///
+/// # Errors
+/// If it had other inputs.
+fn with_added(now: &RunRecord, mut then: RunRecord, names: &Names) -> Result<RunRecord> {
+    let path = &names.record();
+    let schedule = |record: &RunRecord| record.inputs.get(1).and_then(|own| own.blake3.clone());
+    if names.is_part() {
+        // Parts are joined by the hash of their schedule.
+        (then.inputs.iter_mut()).for_each(|input| input.but_steps = None);
+    }
+    check_same(now, &then, path)?;
+    let (n_now, n_then) = (now.steps.unwrap_or(0), then.steps.unwrap_or(0));
+    if n_now < n_then {
+        return Err(Error::input(format!(
+            "this run cannot be resumed: it has {}, and the schedule {n_now} now; steps can be added, not taken away; --force \
+             starts a new run",
+            counted(n_then, "step")
+        ))
+        .file(path));
+    }
+    if schedule(now) != schedule(&then) {
+        then.extended.push(n_then);
+    }
+    Ok(then)
+}
+
+/// Refuses to add steps to a file of all steps where the steps that are there cannot be read back from it.
+fn check_one_file(deformation: &Deformation) -> Result<()> {
+    let reason = if deformation.is_on_ranks() {
+        "several ranks cannot add steps to one file of all steps; start one process"
+    } else if deformation.plan().velocity.is_some() {
+        "steps cannot be added to one file of all steps with velocities, which are not read back; --force starts a new run"
+    } else {
+        return Ok(());
+    };
+    Err(Error::input(format!(
+        "the schedule has more steps than the run in this folder: {reason}"
+    )))
 }
 
 /// Refuses a run with other inputs.

@@ -15,7 +15,7 @@ use super::writer::Writer;
 use crate::preflight::{
     self, Demand, LargestDisplacements, before_work, check_disk, check_surface_files,
 };
-use crate::record::{Criterion, Row, Rows};
+use crate::record::{Criterion, Row, Rows, WorstStep};
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::{Note, note};
@@ -109,14 +109,20 @@ pub fn run_after(
         warnings.extend(check_disk(plan, &names.folder, &demand, room)?);
     }
     names::refuse_special(&names)?;
+    let mut base_points = BasePointStore::new(deformation, &names, loaded, &earlier.record);
+    if earlier.adds_steps {
+        if !request.allow_outside {
+            LargestDisplacements::new(plan).refuse_leaving(plan)?;
+        }
+        base_points.check_added()?;
+        earlier.take_intervals(&plan.selection_intervals());
+    }
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.enter(&mut record.content, &request.fail_on);
     warn(&warnings);
     if request.force {
         names::remove_existing(&names)?;
     }
-    let base_files = earlier.record.base_files.clone();
-    let mut base_points = BasePointStore::new(deformation, &names, loaded, base_files);
     let rows = earlier.rows.clone();
     let mut run = Run {
         deformation,
@@ -132,6 +138,7 @@ pub fn run_after(
             ..Finished::default()
         },
         rows,
+        worst: (earlier.record.end.as_ref()).and_then(|end| end.worst_step.clone()),
         earlier,
         first_inverted: BTreeMap::new(),
         lock,
@@ -232,6 +239,8 @@ pub(super) struct Run<'a> {
     /// Rows of all steps that are finished.
     pub rows: Rows,
     pub first_inverted: BTreeMap<usize, usize>,
+    /// The worst step so far.
+    pub worst: Option<WorstStep>,
     lock: Lock,
     /// Positions that displacements are measured from, where they are not those of the mesh that was read.
     pub displaced_from: Option<Vec<Vector>>,
@@ -461,6 +470,9 @@ impl Run<'_> {
         let has_azimuth = self.plan.motion.steps[0].azimuth_deg().is_some();
         let (rows, first) = (&self.rows, &self.first_inverted);
         finished.take_rows(self.names, rows, first, &self.fail_on, has_azimuth)?;
+        if let Some(known) = &self.worst {
+            finished.take_place(known);
+        }
         self.note_misses(&mut finished);
         if self.rows.is_empty() {
             finished.take_selections(&self.record.content.selections);

@@ -9,12 +9,14 @@ use super::resume::step_again;
 use super::run::{LoopEnd, Run};
 use super::step::{Computed, StepMesh, compute, row};
 use super::writer::{Writer, hash_of};
+use crate::record::WorstStep;
 use azimesh_core::error::{Error, ErrorKind, Result};
-use azimesh_core::geometry::vector::Vector;
+use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_core::note;
 use azimesh_deform::motion::{OnInverted, QualityOutput, Step};
 use azimesh_io::formats::CaseFormat;
 use azimesh_io::mesh::{Apart, MeshView};
+use azimesh_quality::TaggedSurface;
 
 /// The work that is left for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +63,9 @@ impl Run<'_> {
                 return Ok(self.restart_from(step));
             }
             let mut ready = self.accept(step, computed, task)?;
+            if let Some(ready) = &ready {
+                self.note_worst(step, ready, &points)?;
+            }
             let following = todo.get(i + 1).map(|step| (step, self.task(step)));
             let was_resuming = writer.is_resuming;
             let mut compute = || {
@@ -102,6 +107,39 @@ impl Run<'_> {
             }
         }
         Ok(LoopEnd::Done)
+    }
+
+    /// Keeps in mind where the worst cell of a step is, if none was worse before.
+    fn note_worst(&mut self, step: &Step, computed: &Computed, points: &[Vector]) -> Result<()> {
+        let quality = computed.found.quality.as_ref();
+        let least = quality.and_then(|quality| quality.cells.min_scaled_jacobian);
+        let Some(least) = least.filter(|_| !self.deformation.is_on_ranks()) else {
+            return Ok(());
+        };
+        let is_no_worse = |worst: &WorstStep| {
+            let order = worst.scaled_jacobian.total_cmp(&least.value);
+            order.then(worst.step.cmp(&step.index())).is_le()
+        };
+        if self.worst.as_ref().is_some_and(is_no_worse) {
+            return Ok(());
+        }
+        let mesh = self.deformation.mesh_to_write()?;
+        let nodes = mesh.cells.get(least.cell).nodes;
+        let sum = nodes.iter().map(|&node| points[node as usize]);
+        let position = scale(sum.fold([0.0; 3], add), 1.0 / nodes.len() as f64);
+        let tagged = TaggedSurface::new(mesh);
+        let nearest = tagged.nearest(points, &[position])[0];
+        self.worst = Some(WorstStep {
+            step: step.index(),
+            azimuth_deg: step.azimuth_deg(),
+            time_s: step.time_s(),
+            scaled_jacobian: least.value,
+            cell: Some(least.cell),
+            position: Some(position),
+            nearest_tag: nearest.map(|(_, tag)| tagged.name(tag).to_owned()),
+            distance: nearest.map(|(squared, _)| squared.sqrt()),
+        });
+        Ok(())
     }
 
     /// Room for the positions of a step of the nodes of this rank.
@@ -156,7 +194,10 @@ impl Run<'_> {
     fn task(&self, step: &Step) -> Task {
         let is_kept = self.earlier.rows.contains_key(&step.index());
         let is_repaired = self.earlier.repairs.contains_key(&step.index());
-        let is_slow = self.plan.schedule.rbf.substeps > 1 || is_repaired;
+        // Modes of more steps give a step of an earlier schedule other last digits.
+        let n_earlier = self.record.content.extended.last().copied().unwrap_or(0);
+        let is_slow =
+            self.plan.schedule.rbf.substeps > 1 || is_repaired || step.index() < n_earlier;
         match (is_kept, self.earlier.is_unverified, is_slow) {
             (false, _, _) => Task::New,
             (true, true, _) => Task::Verify,

@@ -412,11 +412,33 @@ fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells(
     assert_eq!(steps, [1, 1, 0]);
     assert_eq!(worst[0]["nearest_tag"], "far");
     let (code, text, error) = azimesh(folder.path(), &judge);
-    assert_eq!((code, text.lines().count()), (1, 1 + 3 + 3));
+    assert_eq!((code, text.lines().count()), (1, 1 + 3 + 1 + 3));
+    assert_says(&text, &["worst: step 1 (time 1), ", "nearest tag far"]);
+    assert_eq!(found["worst_step"], worst[0]);
     assert_says(&error, &["inverted>0", "step 1"]);
     let (code, _, error) = azimesh(folder.path(), &["quality", "run", "-o", "x.vtu"]);
     assert_eq!(code, 2);
     assert_says(&error, &["-o"]);
+}
+
+#[test]
+fn quality_of_a_long_sequence_prints_the_worst_steps_first() {
+    let folder = folder();
+    let path = folder.path();
+    std::fs::create_dir(path.join("run")).unwrap();
+    let mut join = vec!["convert"];
+    join.extend(["square.su2"; 12]);
+    join[5] = "bent.su2";
+    join.extend(["run/all.pvd", "--format", "vtu"]);
+    assert_eq!(azimesh(path, &join).0, 0);
+    let (code, text, _) = azimesh(path, &["quality", "run"]);
+    assert_eq!(code, 0);
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[1].starts_with("4 "), "{text}");
+    assert_says(lines[11], &["10 worst of 12 steps", "--all"]);
+    assert!(lines[12].starts_with("worst: step 4 (time 4), "), "{text}");
+    let (_, text, _) = azimesh(path, &["quality", "run", "--all"]);
+    assert_eq!(text.lines().count(), 1 + 12 + 1);
 }
 
 #[test]

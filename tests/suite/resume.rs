@@ -263,6 +263,130 @@ fn only_the_same_run_is_gone_on_with() {
     );
 }
 
+/// A pitching airfoil over so much time, 51 steps in a second.
+fn timed(folder: &Path, stop: &str) {
+    rewrite(
+        folder,
+        "n.toml",
+        "case.toml",
+        &[
+            ("[azimuth]", "[time]"),
+            ("stop = 360.0", &format!("stop = {stop}\nfrequency = 1.0")),
+            ("step = 10.0", "step = 0.02"),
+        ],
+    );
+}
+
+#[test]
+fn steps_are_added_to_a_finished_run() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let out = folder.join("out");
+    for format in ["vtu", "vtkhdf", "cgns"] {
+        let format = ["--format", format];
+        let resume = || deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        timed(folder, "1.0");
+        assert_eq!(deform(folder, "out", &format).code, 0);
+        cut_table(&out.join("steps.csv"), 20);
+        assert_eq!(resume().code, 0, "{format:?}");
+        let before = files(&out);
+        timed(folder, "1.4");
+        let run = resume();
+        assert_eq!(run.code, 0, "{format:?}: {run:?}");
+        assert_eq!(run.err, "", "{format:?}");
+        assert!(
+            run.out.starts_with("51 steps were finished before"),
+            "{run:?}"
+        );
+        let after = left(&out);
+        let meshes = before.keys().filter(|name| name.ends_with(".vtu"));
+        for name in meshes.chain([&"base.toml".to_owned()]) {
+            assert!(before[name] == after[name], "{format:?}: {name}");
+        }
+        let table = |files: &BTreeMap<String, Vec<u8>>| {
+            String::from_utf8(files["steps.csv"].clone()).unwrap()
+        };
+        assert!(table(&files(&out)).starts_with(&table(&before)));
+        assert_eq!(table(&after).lines().count(), 72);
+        let record = record(&out);
+        assert_eq!(
+            (&record["outcome"], &record["steps"], &record["extended"]),
+            (&"complete".into(), &71.into(), &serde_json::json!([51]))
+        );
+        assert_eq!(record["selections"][0]["steps"], 71);
+        // An addition that was interrupted.
+        cut_table(&out.join("steps.csv"), 60);
+        let run = resume();
+        assert_eq!((run.code, run.err.as_str()), (0, ""), "{format:?}");
+        assert!(left(&out) == after, "{format:?}");
+        let judged = json(folder, &["quality", "out"]);
+        assert_eq!(judged["steps"].as_array().unwrap().len(), 71);
+        let run = azimesh(folder, &["report", "out", "-o", "r.html", "--force"]);
+        assert!(run.out.contains("71 steps"), "{run:?}");
+        assert!(!run.err.contains("not finished"), "{run:?}");
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+}
+
+#[test]
+fn steps_that_cannot_be_added_are_refused_with_numbers() {
+    let folder = airfoil();
+    let folder = folder.path();
+    timed(folder, "0.04");
+    assert_eq!(deform(folder, "out", &[]).code, 0);
+    let before = files(&folder.join("out"));
+    let refused = |options: &[&str], code: i32, reason: &[&str]| {
+        let run = deform(folder, "out", options);
+        assert_eq!((run.code, run.out.as_str()), (code, ""), "{run:?}");
+        assert_says(&run.err, reason);
+        assert!(files(&folder.join("out")) == before, "{reason:?}");
+    };
+    timed(folder, "0.02");
+    refused(&["--resume"], 2, &["3 steps", "2 now"]);
+    timed(folder, "0.4");
+    refused(
+        &["--steps", "3..21"],
+        2,
+        &["0..3", "--resume without --steps", "3..21"],
+    );
+    rewrite(
+        folder,
+        "case.toml",
+        "case.toml",
+        &[("step = 0.02", "step = 0.01")],
+    );
+    refused(
+        &["--resume"],
+        2,
+        &["step 1 (azimuth 7.2", "step 1 (azimuth 3.6"],
+    );
+    timed(folder, "0.4");
+    std::fs::rename(folder.join("out/base.toml"), folder.join("b")).unwrap();
+    let run = deform(folder, "out", &["--resume"]);
+    assert_eq!(run.code, 2, "{run:?}");
+    assert_says(
+        &run.err,
+        &["base.toml", "base points of the finished steps"],
+    );
+    std::fs::rename(folder.join("b"), folder.join("out/base.toml")).unwrap();
+    // Chosen for a pitch of 2.5 degrees, they do not serve one of ten.
+    let numbers = [
+        "tolerance 1e-4",
+        "base points leave an error of",
+        "the added steps need more",
+    ];
+    refused(&["--resume"], 1, &numbers);
+    // A comment is no change of the motion.
+    timed(folder, "0.04");
+    let text = std::fs::read_to_string(folder.join("case.toml")).unwrap();
+    std::fs::write(folder.join("case.toml"), text + "# a comment\n").unwrap();
+    let run = deform(folder, "out", &["--resume"]);
+    assert!(
+        run.code == 0 && run.out.starts_with("complete already"),
+        "{run:?}"
+    );
+}
+
 /// A file without what a power cut has taken of it.
 fn lose(path: &Path, how: &str) {
     let content = std::fs::read(path).unwrap();

@@ -30,14 +30,12 @@ pub fn point(x: &[f64; 3]) -> String {
 }
 
 /// A step as sentences name it: with its azimuth in degrees or, where the schedule has none, with its
-/// time in seconds.
+/// time in seconds, or without both.
 pub fn named_step(step: usize, azimuth_deg: Option<f64>, time_s: Option<f64>) -> String {
     match (azimuth_deg, time_s) {
         (None, Some(time)) => format!("step {step} ({} s)", short(time)),
-        (azimuth, _) => {
-            let azimuth = short(azimuth.unwrap_or(0.0));
-            format!("step {step} (azimuth {azimuth} degrees)")
-        }
+        (Some(azimuth), _) => format!("step {step} (azimuth {} degrees)", short(azimuth)),
+        (None, None) => format!("step {step}"),
     }
 }
 

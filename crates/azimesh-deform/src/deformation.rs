@@ -461,7 +461,7 @@ impl Deformation {
         let steps = steps.expect("every step is in an interval");
         let (origin, selections) = select(&steps)?;
         let bases: Vec<Vec<usize>> = selections.iter().map(|own| own.base.clone()).collect();
-        let given = (origin == BaseOrigin::Given).then(|| self.base_nodes(&bases));
+        let given = (origin != BaseOrigin::Chosen).then(|| self.base_nodes(&bases));
         self.announce(Call::Enter(step.index, given));
         let interval = StepEvaluator::new(&self.plan, &self.part, selections, &steps, progress)?;
         Ok(Arc::clone(current.insert(Arc::new(interval))))

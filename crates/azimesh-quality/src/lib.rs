@@ -66,6 +66,7 @@ mod solid;
 mod span;
 mod statistics;
 mod summary;
+mod tagged;
 #[cfg(test)]
 mod tests;
 pub mod validity;
@@ -81,6 +82,7 @@ pub use remarks::remarks;
 pub use statistics::{Statistic, statistics};
 pub use summary::assess;
 pub use summary::{Extreme, Summary};
+pub use tagged::TaggedSurface;
 pub use worst::{Candidate, worst};
 
 #[cfg(doctest)]

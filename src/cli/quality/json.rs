@@ -15,7 +15,7 @@ pub enum QualityResult {
     /// One mesh.
     Mesh(Box<OneMesh>),
     /// A sequence.
-    Sequence(Sequence),
+    Sequence(Box<Sequence>),
 }
 
 /// A mesh.
@@ -36,6 +36,8 @@ pub struct OneMesh {
 pub struct Sequence {
     /// A row per step.
     steps: Vec<StepQuality>,
+    /// The worst cell of all steps; null where several ranks share the work.
+    worst_step: Option<Worst>,
     #[serde(flatten)]
     checks: Checks,
     /// By condition, the steps at which it holds.
@@ -222,11 +224,12 @@ impl QualityResult {
                 .filter_map(|(step, _)| Some(step.as_ref()?.index));
             (criterion.to_string(), steps.collect())
         });
-        Self::Sequence(Sequence {
+        Self::Sequence(Box::new(Sequence {
             steps: steps.collect(),
+            worst_step: findings.worst_of_sequence().map(Worst::of),
             checks,
             failed_steps: failed.collect(),
-        })
+        }))
     }
 }
 
@@ -301,7 +304,7 @@ impl Checks {
             })
         });
         Self {
-            worst: findings.worst.cells.iter().map(Worst::of).collect(),
+            worst: findings.listed().iter().map(Worst::of).collect(),
             failed_on: met
                 .iter()
                 .map(|(criterion, _)| criterion.to_string())

@@ -18,7 +18,7 @@ pub use json::QualityResult;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worst::WorstCells;
+use worst::{WorstCell, WorstCells};
 
 /// Steps that are named in a sentence.
 const MOST_NAMED: usize = 12;
@@ -30,7 +30,8 @@ const MOST_NAMED: usize = 12;
 or become flat, or if it is not valid there and its positive volume has become zero or negative. Without --reference one mesh is its own reference: no cell is inverted then, and cells that are \
 invalid count as inverted_reference. Solid cells whose nodes are in reverse order, which have a negative volume, are \
 counted there too and judged as their mirror images. The reference of a sequence is its first mesh.\n\n\
-For one mesh the smallest, mean and largest value of every metric are printed too; for a sequence, one row per step."
+For one mesh the smallest, mean and largest value of every metric are printed too; for a sequence, one row per step: those with \
+the smallest scaled Jacobian, the worst first, and a line on the worst of all."
 )]
 pub struct QualityArgs {
     /// Mesh, or a sequence: a .pvd, the folder that deform has written, a .vtkhdf or .cgns of several
@@ -42,6 +43,9 @@ pub struct QualityArgs {
     /// List the N cells with the smallest scaled Jacobian (of a sequence, over all steps)
     #[arg(long, value_name = "N", default_value_t = 0)]
     worst: usize,
+    /// Of a sequence, print the row of every step, in order; without it the rows of the ten worst steps
+    #[arg(long)]
+    all: bool,
     /// Exit with code 1 if this holds (at any step), such as "inverted>0" or "min_scaled_jacobian<0.1";
     /// repeatable
     #[arg(long, value_name = "EXPR")]
@@ -79,6 +83,10 @@ struct Findings<'a> {
     /// Of one mesh alone.
     metrics: Option<Vec<Statistic>>,
     worst: WorstCells,
+    /// Cells that are listed.
+    n_listed: usize,
+    /// True if the row of every step is printed.
+    all: bool,
     fail_on: &'a [Criterion],
 }
 
@@ -203,6 +211,10 @@ fn judge_sequence<'a>(
 ) -> Result<Findings<'a>> {
     let mut given = given_reference(args, context, of_input)?;
     let mut findings = Findings::new(args);
+    if context.ranks.n() == 1 {
+        // The worst step is named with its cell.
+        findings.worst = WorstCells::new(args.worst.max(1));
+    }
     let mut told = BTreeSet::new();
     for (index, &time) in times.iter().enumerate() {
         let mut mesh = read(args, input, Some(index), context, &mut told)?;
@@ -300,6 +312,8 @@ impl<'a> Findings<'a> {
             meshes: Vec::new(),
             metrics: None,
             worst: WorstCells::new(args.worst),
+            n_listed: args.worst,
+            all: args.all,
             fail_on: &args.fail_on,
         }
     }
@@ -328,19 +342,31 @@ impl<'a> Findings<'a> {
         Ok(())
     }
 
-    /// The conditions that hold, with the meshes where they do and the values there.
+    /// The conditions that hold, with the meshes where they do and the values there, the worst first.
     fn met(&self) -> Vec<(&'a Criterion, Vec<Met>)> {
         let of = |i: usize| {
             let all = self.meshes.iter().flat_map(|mesh| {
                 let own = mesh.met.iter().filter(move |(met, _)| *met == i);
                 own.map(|(_, value)| (mesh.step, *value))
             });
-            all.collect::<Vec<_>>()
+            let mut all: Vec<Met> = all.collect();
+            all.sort_by(|a, b| self.fail_on[i].worst_first(a.1, b.1));
+            all
         };
         let all = self.fail_on.iter().enumerate();
         all.map(|(i, criterion)| (criterion, of(i)))
             .filter(|(_, met)| !met.is_empty())
             .collect()
+    }
+
+    /// The cells that are listed.
+    fn listed(&self) -> &[WorstCell] {
+        &self.worst.cells[..self.n_listed.min(self.worst.cells.len())]
+    }
+
+    /// The worst cell of a sequence.
+    fn worst_of_sequence(&self) -> Option<&WorstCell> {
+        self.worst.cells.first().filter(|cell| cell.step.is_some())
     }
 
     /// Prints everything, beside a mesh on standard output or not.
@@ -360,15 +386,7 @@ impl<'a> Findings<'a> {
 
 /// A condition that holds, with its steps where there are several meshes, and the worst value.
 fn holds(criterion: &Criterion, met: &[Met]) -> Note {
-    let worse = |worst: Met, other: Met| {
-        if criterion.is_worse(other.1, worst.1) {
-            other
-        } else {
-            worst
-        }
-    };
-    let worst = met.iter().copied().reduce(worse);
-    let (worst_step, value) = worst.expect("it holds somewhere");
+    let (worst_step, value) = *met.first().expect("it holds somewhere");
     let steps = met
         .iter()
         .filter_map(|(step, _)| Some(step.as_ref()?.index.to_string()));

@@ -7,6 +7,9 @@ use azimesh_core::numbers::{point, short};
 use azimesh_quality::{Assessment, Extreme, Statistic};
 use std::fmt::Write;
 
+/// Rows of a sequence that are printed where not all are asked for.
+const WORST_ROWS: usize = 10;
+
 const ANY_TEXT: &str = "a string takes any text";
 
 /// As text: a line a number of one mesh, a row a mesh of a sequence.
@@ -19,12 +22,12 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
                 ..
             },
         ] => of_mesh(quality),
-        meshes => of_sequence(meshes),
+        meshes => of_sequence(meshes, findings),
     };
     if let Some(metrics) = &findings.metrics {
         text += &of_metrics(metrics);
     }
-    for cell in &findings.worst.cells {
+    for cell in findings.listed() {
         writeln!(text, "{}", one_line(&of_cell(cell))).expect(ANY_TEXT);
     }
     text
@@ -56,7 +59,32 @@ fn of_mesh(quality: &Assessment) -> String {
 }
 
 /// A column is as wide as its name and numbers need.
-fn of_sequence(meshes: &[Judged]) -> String {
+fn of_sequence(meshes: &[Judged], findings: &Findings<'_>) -> String {
+    let mut shown: Vec<&Judged> = meshes.iter().collect();
+    if !findings.all && meshes.len() > WORST_ROWS {
+        let jacobian = |mesh: &Judged| {
+            let least = mesh.quality.cells.min_scaled_jacobian;
+            least.map_or(f64::INFINITY, |least| least.value)
+        };
+        shown.sort_by(|a, b| jacobian(a).total_cmp(&jacobian(b)));
+        shown.truncate(WORST_ROWS);
+    }
+    let mut text = rows_of(&shown);
+    if shown.len() < meshes.len() {
+        writeln!(
+            text,
+            "the {WORST_ROWS} worst of {} steps; --all prints every row",
+            meshes.len()
+        )
+        .expect(ANY_TEXT);
+    }
+    if let Some(cell) = findings.worst_of_sequence() {
+        writeln!(text, "worst: {}", one_line(&of_cell(cell))).expect(ANY_TEXT);
+    }
+    text
+}
+
+fn rows_of(meshes: &[&Judged]) -> String {
     let names = ["step", "time"].into_iter();
     let columns = Assessment::default().columns();
     let columns = columns.iter().map(|(name, _)| *name);
@@ -119,9 +147,9 @@ fn aligned(rows: &[Vec<String>]) -> String {
 }
 
 fn of_cell(cell: &WorstCell) -> String {
-    let step = cell
-        .step
-        .map_or_else(String::new, |step| format!("step {}, ", step.index));
+    let step = cell.step.map_or_else(String::new, |step| {
+        format!("step {} (time {}), ", step.index, short(step.time))
+    });
     let (kind, i) = (cell.kind, cell.found.cell);
     let volume = short(cell.found.volume);
     let scaled = match cell.found.scaled_jacobian {

@@ -1,10 +1,9 @@
 //! The worst cells of a mesh or of a sequence, and where they are.
 
 use super::Step;
-use azimesh_core::geometry::closest::ClosestSurface;
 use azimesh_core::geometry::vector::{Vector, add, scale};
-use azimesh_io::mesh::{CellKind, CellRef, Mesh, facets::facets};
-use azimesh_quality::{Candidate, Reference, worst};
+use azimesh_io::mesh::{CellKind, CellRef, Mesh};
+use azimesh_quality::{Candidate, Reference, TaggedSurface, worst};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -66,14 +65,11 @@ fn described(step: Option<Step>, mesh: &Mesh, candidates: &[Candidate]) -> Vec<W
     let of_any = |i: usize| of_ranks.iter_mut().find_map(|of_rank| of_rank[i].take());
     let seen: Vec<Seen> = (0..candidates.len()).filter_map(of_any).collect();
     let tagged = TaggedSurface::new(mesh);
-    let surface = ClosestSurface::new(&mesh.points[..], &tagged.facets);
-    let nearest_here = seen.iter().map(|seen| {
-        let foot = surface.nearest(&seen.position, f64::INFINITY)?;
-        Some((foot.distance_squared, tagged.tag(foot.facet)))
-    });
+    let positions: Vec<Vector> = seen.iter().map(|seen| seen.position).collect();
+    let nearest_here = tagged.nearest(&mesh.points, &positions);
     let is_nearer =
         |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).is_lt();
-    let nearest = mesh.ranks().allgather(nearest_here.collect::<Vec<_>>());
+    let nearest = mesh.ranks().allgather(nearest_here);
     let nearest = |i: usize| {
         let of_ranks = nearest.iter().filter_map(|of_rank| of_rank[i]);
         of_ranks.reduce(|a, b| if is_nearer(&b, &a) { b } else { a })
@@ -84,7 +80,7 @@ fn described(step: Option<Step>, mesh: &Mesh, candidates: &[Candidate]) -> Vec<W
         kind: seen.kind.name(),
         position: seen.position,
         tags: seen.tags,
-        nearest: nearest(i).map(|(squared, tag)| (tagged.tags[tag].0.to_owned(), squared.sqrt())),
+        nearest: nearest(i).map(|(squared, tag)| (tagged.name(tag).to_owned(), squared.sqrt())),
     };
     candidates
         .iter()
@@ -113,36 +109,6 @@ fn seen_here(mesh: &Mesh, candidates: &[Candidate]) -> Vec<Option<Seen>> {
         })
     };
     cells.into_iter().zip(touching).map(see).collect()
-}
-
-/// The tagged boundary faces as triangles, or as edges in 2D.
-struct TaggedSurface<'a> {
-    facets: Vec<[u32; 3]>,
-    /// Each tag with the end of its facets.
-    tags: Vec<(&'a str, usize)>,
-}
-
-impl<'a> TaggedSurface<'a> {
-    fn new(mesh: &'a Mesh) -> Self {
-        let (mut all, mut tags) = (Vec::new(), Vec::new());
-        for tag in mesh.boundary_tags() {
-            let ranges = tag.cells.ranges();
-            for run in ranges.flat_map(|range| mesh.cells.runs_in(range)) {
-                let pieces = facets(run.kind, run.n_nodes);
-                let corners = run
-                    .cells()
-                    .flat_map(|nodes| pieces.iter().map(|piece| piece.map(|i| nodes[i])));
-                all.extend(corners);
-            }
-            tags.push((&tag.name[..], all.len()));
-        }
-        Self { facets: all, tags }
-    }
-
-    /// The tag that has a facet.
-    fn tag(&self, facet: usize) -> usize {
-        self.tags.partition_point(|(_, end)| *end <= facet)
-    }
 }
 
 /// For each cell that is here the tags that hold a face with one of its nodes.

@@ -37,6 +37,8 @@ pub enum BaseOrigin {
     Chosen,
     /// Chosen before, perhaps for another schedule, and given.
     Given,
+    /// Base points of an earlier run to which the schedule adds steps.
+    Earlier,
 }
 
 /// An error of kind `Check` where the base points of a layer miss the tolerance.
@@ -55,6 +57,13 @@ pub fn missed(plan: &Plan, layer: &Layer, selection: &Selection, origin: BaseOri
             format!(
                 "they were chosen for another motion or tolerance; leave out {}, so that base points are chosen anew",
                 option("base")
+            )
+        }
+        _ if origin == BaseOrigin::Earlier => {
+            format!(
+                "they were chosen for the steps that are finished, and the added steps need more or others; {} starts a new \
+                 run of all steps, and another folder keeps the finished one",
+                option("force")
             )
         }
         Some(torn) => torn.to_string(),

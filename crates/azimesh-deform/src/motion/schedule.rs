@@ -171,10 +171,17 @@ impl Schedule {
             None if self.rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
             None => return Ok(()),
         };
-        let message = format!(
-            "`time` has no `frequency`, and {what} the azimuth; add for example  frequency = 2.0, or `azimuth_table` in [rotor]"
-        );
-        Err(self.places.error("time", message))
+        let section = self.steps.section();
+        let message = if section == "steps" {
+            format!(
+                "`steps` has no azimuth, and {what} it; give the steps as [azimuth], or as [time] with a `frequency`"
+            )
+        } else {
+            format!(
+                "`time` has no `frequency`, and {what} the azimuth; add for example  frequency = 2.0, or `azimuth_table` in [rotor]"
+            )
+        };
+        Err(self.places.error(section, message))
     }
 
     /// Refuses velocities where there is no time to differentiate by, and where the interpolation is
@@ -254,9 +261,11 @@ keys! { impl Schedule "the schedule" = Self::new(Steps::azimuths_deg([])), {
     /// unit of **every** angle in the file, azimuths included
     angle_unit, choice::<AngleUnit>(), default "deg";
     /// the steps, as azimuths
-    azimuth, table::<Azimuths>(), or "this or `time`";
+    azimuth, table::<Azimuths>(), or "this, `time` or `steps`";
     /// the steps, as times
-    time, table::<Times>(), or "this or `azimuth`";
+    time, table::<Times>(), or "this, `azimuth` or `steps`";
+    /// the steps 0 to this one, without azimuths and times
+    steps, count("integer"), or "this, `azimuth` or `time`";
     /// hub, axes, frame and signs
     rotor => rotor, table::<Rotor>(), or "none";
     /// what moves

@@ -61,9 +61,10 @@ impl Step {
         self.time_s
     }
 
-    /// The time for viewers: in seconds where that is known, else the azimuth in degrees.
+    /// The time for viewers: in seconds where that is known, else the azimuth in degrees, else the number of the step.
     pub fn time(&self) -> f64 {
-        self.time_s.unwrap_or(self.azimuth_deg)
+        let azimuth = self.azimuth_deg().unwrap_or(self.index as f64);
+        self.time_s.unwrap_or(azimuth)
     }
 }
 
@@ -102,6 +103,8 @@ enum Values {
 enum Of {
     Azimuth(AngleUnit),
     Time,
+    /// Neither.
+    Number,
 }
 
 impl Steps {
@@ -129,6 +132,12 @@ impl Steps {
         Self::new(Values::Listed(values.into_iter().collect()), Of::Time)
     }
 
+    /// Steps 0 to `last`, which have neither an azimuth nor a time.
+    pub fn numbered(last: usize) -> Self {
+        let (start, stop, step) = (0.0, last as f64, 1.0);
+        Self::new(Values::Range { start, stop, step }, Of::Number)
+    }
+
     /// Revolutions a second, which give times an azimuth of `360 frequency time` degrees.
     #[must_use]
     pub fn frequency_hz(mut self, frequency: f64) -> Self {
@@ -147,6 +156,14 @@ impl Steps {
     /// Reads `[azimuth]` or `[time]`, of which there must be one.
     pub(super) fn read(root: &Section<'_>) -> Result<Self> {
         let (azimuth, time) = (root.get("azimuth"), root.get("time"));
+        if let Some(number) = root.get("steps") {
+            return match azimuth.or(time) {
+                None => number.count().map(Self::numbered),
+                Some(other) => {
+                    Err(other.error("and `steps` both define the steps; keep one of them"))
+                }
+            };
+        }
         match (azimuth, time) {
             (Some(azimuth), None) => {
                 let values = Values::read(&Azimuths::section(&azimuth)?)?;
@@ -164,7 +181,7 @@ impl Steps {
                 Err(time.error("and [azimuth] both define the steps; keep one of them"))
             }
             (None, None) => Err(Error::input(
-                "the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values",
+                "the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values, or `steps`, the number of the last step",
             )),
         }
     }
@@ -174,12 +191,14 @@ impl Steps {
         match self.of {
             Of::Azimuth(_) => "azimuth",
             Of::Time => "time",
+            Of::Number => "steps",
         }
     }
 
     /// Returns whether they are times without an azimuth.
     pub(super) fn has_no_azimuth(&self, rotor: &Rotor) -> bool {
-        self.of == Of::Time && self.frequency.is_none() && rotor.azimuth_table.is_none()
+        let has_none = self.frequency.is_none() && rotor.azimuth_table.is_none();
+        self.of == Of::Number || self.of == Of::Time && has_none
     }
 
     /// The steps, at least one; `rpm` of the rotor gives azimuths their times, and its table gives times
@@ -196,7 +215,12 @@ impl Steps {
             let message = "`rpm` and [time] both define the times of the steps; keep one of them";
             return Err(places.error("rotor.rpm", message));
         }
-        if let (Of::Azimuth(_), Some(_)) = (self.of, self.frequency) {
+        if let (Of::Number, Some(_)) = (self.of, rotor.rpm) {
+            let message =
+                "`rpm` gives azimuths their times; give the steps as [azimuth], not as `steps`";
+            return Err(places.error("rotor.rpm", message));
+        }
+        if let (Of::Azimuth(_) | Of::Number, Some(_)) = (self.of, self.frequency) {
             let message = "`frequency` is for steps in time; for azimuths give `rpm` in [rotor]";
             return Err(places.error(section, message));
         }
@@ -229,7 +253,7 @@ impl Steps {
     fn check_azimuth_table(&self, rotor: &Rotor, places: &Places) -> Result<()> {
         let message = match (self.of, self.frequency) {
             _ if rotor.azimuth_table.is_none() => return Ok(()),
-            (Of::Azimuth(_), _) => {
+            (Of::Azimuth(_) | Of::Number, _) => {
                 "`azimuth_table` gives times their azimuths; give the steps as [time], not as [azimuth]"
             }
             (Of::Time, Some(_)) => {
@@ -254,6 +278,7 @@ impl Steps {
                 let rate = rotor.rpm.map(|rpm| (6.0 * rpm).to_radians());
                 (degrees, unit.to_radians(value), rate, time)
             }
+            (Of::Number, _) => (0.0, 0.0, None, None),
             (Of::Time, Some(table)) => {
                 let [degrees, radians, rate] = table.at(value)?;
                 (degrees, radians, Some(rate), Some(value))
@@ -407,11 +432,32 @@ impl Values {
         let last = (intervals + LANDING).floor();
         let lands = last > 0.0 && (intervals - last).abs() <= LANDING;
         let steps = 0..=last as usize;
-        let mut values: Vec<f64> = steps.map(|i| start + i as f64 * step).collect();
+        let mut values: Vec<f64> = steps.map(|i| at_step(start, step, i)).collect();
         if lands && let Some(value) = values.last_mut() {
             *value = stop;
         }
         Ok(values)
+    }
+}
+
+/// `start + i step` of the numbers as they are written: 0.1 three times is 0.3. With more digits than a double has, the sum
+/// in double precision.
+fn at_step(start: f64, step: f64, i: usize) -> f64 {
+    let decimals = |x: f64| {
+        x.to_string()
+            .split_once('.')
+            .map_or(0, |(_, rest)| rest.len())
+    };
+    let n = decimals(start).max(decimals(step));
+    // Whole numbers up to these are exact, and so is their ratio rounded.
+    let (scale, most) = (10_f64.powi(n.min(22) as i32), 2_f64.powi(53));
+    let [first, by] = [start, step].map(|x| (x * scale).round());
+    let whole = first + i as f64 * by;
+    let is_exact = [first, i as f64 * by, whole].iter().all(|x| x.abs() < most);
+    if n <= 22 && is_exact {
+        whole / scale
+    } else {
+        start + i as f64 * step
     }
 }
 
@@ -435,6 +481,29 @@ pub(super) fn neighbours(steps: &[Step]) -> Vec<[u32; 2]> {
 mod tests {
     use super::*;
     use crate::motion::Schedule;
+
+    #[test]
+    fn numbered_steps_have_no_azimuth_and_no_time() {
+        let steps = Schedule::new(Steps::numbered(4)).steps().expect("five");
+        assert_eq!((steps.len(), steps[4].time()), (5, 4.0));
+        assert_eq!((steps[4].azimuth_deg(), steps[4].time_s()), (None, None));
+        assert_eq!(steps[4].to_string(), "step 4");
+    }
+
+    #[test]
+    fn steps_of_a_range_are_decimals() {
+        let range = |start, step| move |i| at_step(start, step, i);
+        let found: Vec<f64> = (0..4).map(range(0.0, 0.1)).collect();
+        assert_eq!(found, [0.0, 0.1, 0.2, 0.3]);
+        assert_eq!(range(-0.7, 0.1)(10), 0.3);
+        assert_eq!(range(1.0, 1e-9)(3), 1.000_000_003);
+        assert_eq!(range(10.0, 1e8)(3), 300_000_010.0);
+        // No decimals of a few digits.
+        let (start, step) = (0.1, std::f64::consts::PI);
+        assert_eq!(range(start, step)(7), start + 7.0 * step);
+        assert_eq!(range(0.0, 1e300)(2), 2e300);
+        assert_eq!(range(0.0, 1e-300)(2), 2e-300);
+    }
 
     #[test]
     fn a_step_beyond_the_stop_leaves_the_start_alone() {

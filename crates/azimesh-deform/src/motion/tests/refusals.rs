@@ -72,7 +72,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
     for (section, expected) in [
         (
             "top:angleunit = \"deg\"",
-            "1: unknown key `angleunit` in the schedule; did you mean `angle_unit`? known: version, angle_unit, azimuth, time, rotor, body, boundaries, rbf, selection, output",
+            "1: unknown key `angleunit` in the schedule; did you mean `angle_unit`? known: version, angle_unit, azimuth, time, steps, rotor, body, boundaries, rbf, selection, output",
         ),
         (
             "rotor:shaft_axes = [0, 0, 1]",
@@ -240,7 +240,7 @@ fn a_schedule_without_steps_is_told_why() {
     for (azimuth, expected) in [
         (
             "",
-            "hover.toml: the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values",
+            "hover.toml: the schedule has no steps; give it [azimuth] or [time] with start, stop and step, or with values, or `steps`, the number of the last step",
         ),
         (
             "[azimuth]\nvalues = []",
@@ -285,6 +285,14 @@ fn a_schedule_without_steps_is_told_why() {
         (
             "[rotor]\nrpm = 3\n[time]\nstop = 1\nstep = 0.1\nfrequency = 1",
             "hover.toml:2: `rpm` and [time] both define the times of the steps; keep one of them",
+        ),
+        (
+            "steps = 4\n[time]\nvalues = [1]",
+            "hover.toml:2: `time` and `steps` both define the steps; keep one of them",
+        ),
+        (
+            "steps = 4\nrotor.rpm = 3",
+            "hover.toml:2: `rpm` gives azimuths their times; give the steps as [azimuth], not as `steps`",
         ),
     ] {
         let body = "[[body]]\nname = \"a\"\ntags = [\"a\"]\nrigid.translate = [1, 0, 0]\n";
