@@ -43,6 +43,13 @@ impl LargestDisplacements {
         };
         for step in all.iter().step_by(stride) {
             let places = places_at(plan, step);
+            let poses = plan.motion.poses(step, 1.0);
+            for &(body, x) in &plan.rigid_points {
+                let off = distance(poses[body].apply(x), x);
+                if off > extremes.farthest[body].1 {
+                    extremes.farthest[body] = (step.index(), off);
+                }
+            }
             for (points, farthest) in points.iter().zip(&mut extremes.farthest) {
                 let off = |at: usize| distance(places[at], plan.surface.points[at]);
                 let off = parallel::largest(points.len(), |i| off(points[i]));

@@ -96,8 +96,8 @@ pub(super) fn staying(plan: &Plan) -> Vec<Note> {
 /// its nodes do not lie on it.
 pub(super) fn turning_out(plan: &Plan) -> Option<Note> {
     let zone = plan.motion.zone.as_ref()?;
-    // A sector meets its own images there.
-    let is_whole = plan.motion.periodic.is_empty();
+    // A sector meets its own images there, and rigid parts meet the zone inside it.
+    let is_whole = plan.motion.periodic.is_empty() && plan.motion.parts.is_empty();
     let is_turned = |step: &&Step| {
         is_whole
             && plan.motion.to_inertial(step).is_some()

@@ -2,7 +2,7 @@
 //! keeps it for plots.
 
 use crate::record::{BodyRecord, MotionRecord};
-use azimesh_core::geometry::vector::{Vector, dot, norm, scale, sub};
+use azimesh_core::geometry::vector::{Vector, distance, dot, norm, scale, sub};
 use azimesh_core::parallel;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Frame, Role, Step};
@@ -89,6 +89,9 @@ fn at_step(plan: &Plan, bodies: &[Followed], step: &Step) -> Vec<BodyAtStep> {
         };
         let points = &followed.points;
         let largest = parallel::largest(points.len(), |i| norm(moved(points[i])));
+        let of_part = plan.rigid_points.iter().filter(|point| point.0 == body);
+        let of_part = of_part.map(|&(_, x)| distance(poses[body].apply(x), x));
+        let largest = of_part.fold(largest, f64::max);
         let tip = followed.tip.map(moved);
         BodyAtStep {
             body,

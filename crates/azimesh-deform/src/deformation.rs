@@ -179,7 +179,7 @@ impl DeformationBuilder {
         let mut layout = self.layout;
         if let Some(layout) = &mut layout {
             plan.without_boxes = leave_out_boxes(layout);
-            if let Some(doubled) = &part.doubled {
+            for doubled in &part.doubled {
                 doubled.apply_to_layout(layout);
             }
         }

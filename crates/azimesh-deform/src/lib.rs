@@ -44,6 +44,8 @@ mod follow;
 mod morph;
 pub mod motion;
 mod part;
+#[cfg(test)]
+mod part_tests;
 mod plan;
 mod step;
 mod whole;

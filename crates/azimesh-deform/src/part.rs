@@ -17,8 +17,8 @@ pub struct Part {
     pub mesh: Arc<Mesh>,
     /// The first cells at moving walls.
     pub first_cells: FirstCells,
-    /// The copies of interface nodes, where a zone turns.
-    pub(super) doubled: Option<Doubled>,
+    /// The copies of interface nodes, in the order in which they were made.
+    pub(super) doubled: Vec<Doubled>,
     /// The surface nodes of this rank, ascending, each with its place among all surface nodes.
     pub(super) surface: Vec<[u32; 2]>,
     /// The nodes that deform, ascending; `None` for all. Of one layer of cells the lower ones: the nodes over them follow.
@@ -30,7 +30,7 @@ impl Part {
         plan: &Plan,
         mesh: Arc<Mesh>,
         first_cells: FirstCells,
-        doubled: Option<Doubled>,
+        doubled: Vec<Doubled>,
     ) -> Self {
         let surface = &plan.motion.surface.nodes.nodes;
         let here = |at: usize| Some([mesh.node_here(surface[at])?, at as u32]);

@@ -46,7 +46,7 @@ impl Whole {
         if has_boxes(&mesh) {
             leave_out_boxes(Arc::make_mut(&mut mesh));
         }
-        if let Some(doubled) = &part.doubled {
+        for doubled in &part.doubled {
             doubled.apply(Arc::make_mut(&mut mesh));
         }
         Ok(self.mesh.get_or_init(|| mesh))

@@ -104,6 +104,15 @@ impl Velocities {
         if plan.schedule.selection.correction {
             set_surface_velocities(plan, part, step, out);
         }
+        if !plan.motion.parts.is_empty() {
+            let of_bodies = plan.motion.velocities(step);
+            parallel::update(out, |node, v| {
+                let number = part.mesh.number_of_node(node as u32);
+                if let Some(body) = plan.motion.body_of_node(number) {
+                    *v = of_bodies[body].velocity(number, part.mesh.points[node]);
+                }
+            });
+        }
         plan.periodic.follow_directions(&part.mesh, out);
         if plan.motion.rotor.in_plane {
             parallel::update(out, |_, v| v[2] = 0.0);
@@ -139,7 +148,8 @@ impl IntoInertial {
         };
         let by = Self::new(to);
         parallel::update(out, |at, v| {
-            if plan.is_in_zone(part.mesh.number_of_node(at as u32)) {
+            let number = part.mesh.number_of_node(at as u32);
+            if plan.is_in_zone(number) || plan.motion.body_of_node(number).is_some() {
                 *v = by.at(points[at], *v);
             }
         });

@@ -40,6 +40,8 @@ pub struct Body {
     pub(super) name: String,
     /// Boundary tags that move with it.
     pub(super) tags: Vec<Pattern>,
+    /// Zones that move rigidly with it; it has these or tags.
+    pub(super) zones: Vec<Pattern>,
     /// Azimuth of its blade when the rotor's is zero, in radians; that of its parent when `None`.
     pub(super) azimuth_offset: Option<f64>,
     /// The body it moves with, which stands before it.
@@ -52,6 +54,8 @@ pub struct Body {
 }
 
 setters! { Body {
+    /// Zones whose nodes all move rigidly with it; it has no tags then.
+    zones(zones: impl IntoIterator<Item = impl Into<String>>) |self| self.zones.extend(Pattern::all(zones, &self.places, "zones"));
     /// Pitch, flap and lag as harmonics of the azimuth.
     cyclic(cyclic: Cyclic) |self| self = self.with(cyclic);
     /// A rotation about an axis, before the translation.
@@ -110,7 +114,9 @@ keys! { impl Body "[[body]]" = Self::new("", [""; 0]), {
     /// unique among the bodies
     name => name, string::<String>(), needed "name = \"blade\"";
     /// boundary tags that move with it; `*` stands for any characters, `?` for one
-    tags => tags, patterns(), needed "tags = [\"blade\"]";
+    tags => tags, patterns(), or "this or `zones`";
+    /// zones (globs as in `tags`) whose nodes all [move rigidly](#zones-that-move-rigidly) with it
+    zones => zones, patterns(), or "this or `tags`";
     /// azimuth of this blade when the rotor's azimuth is zero; 90 for the second of four blades. [What it turns](#what-azimuth_offset-turns)
     azimuth_offset => azimuth_offset, angle(), or "0, or that of its parent";
     /// the body that it moves with, which must come earlier in the schedule
@@ -138,6 +144,7 @@ impl Body {
         let places = Places::of_item(format!("body \"{name}\""));
         Self {
             tags: Pattern::all(tags, &places, "tags"),
+            zones: Vec::new(),
             name,
             azimuth_offset: None,
             parent: None,
@@ -187,12 +194,7 @@ impl Body {
             let message = format!("there are two bodies \"{name}\"; each needs a name of its own");
             return Err(places.error("name", message));
         }
-        places.check(
-            !self.tags.is_empty(),
-            "tags",
-            "empty",
-            "the tags of the body",
-        )?;
+        self.check_zones()?;
         if let Some(parent) = self.parent.as_ref().filter(|parent| !is_there(parent)) {
             let all = list(before.iter().map(|body| body.name.as_str()));
             let before = match before {
@@ -218,6 +220,39 @@ impl Body {
         self.motions
             .iter()
             .try_for_each(|motion| motion.check(self))
+    }
+
+    /// Refuses a body without tags or zones, or with both, and zones that would not stay rigid.
+    fn check_zones(&self) -> Result<()> {
+        let (name, places) = (&self.name, &self.places);
+        match (self.tags.is_empty(), self.zones.is_empty()) {
+            (true, true) => {
+                let message = format!(
+                    "body \"{name}\" has no `tags`; add for example  tags = [\"blade\"], or `zones` that move rigidly"
+                );
+                return Err(places.error("", message));
+            }
+            (false, false) => {
+                let message = format!(
+                    "body \"{name}\" has `tags` and `zones`; leave `tags` out, tags in its zones move with them, or make two bodies"
+                );
+                return Err(places.error("zones", message));
+            }
+            (false, true) => return Ok(()),
+            (true, false) => {}
+        }
+        let is_rigid = |motion: &&Arc<dyn BodyMotion>| {
+            let motion = &***motion as &dyn Any;
+            motion.is::<Cyclic>() || motion.is::<Rigid>() || motion.is::<TableMotion>()
+        };
+        if self.motions.iter().all(|motion| is_rigid(&motion)) {
+            return Ok(());
+        }
+        let message = format!(
+            "body \"{name}\" moves its zones rigidly, which a beam, `modes`, `surface` or displacements do not; use [body.rigid], \
+             [body.table] or [body.cyclic], or name its `tags` instead"
+        );
+        Err(places.error("zones", message))
     }
 
     /// Returns whether it is a beam.

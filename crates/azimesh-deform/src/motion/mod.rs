@@ -52,7 +52,7 @@ pub use schedule::Schedule;
 pub use steps::{Step, Steps};
 pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
 pub use table::Table;
-pub use zones::DeformingZone;
+pub use zones::{DeformingZone, RigidPart};
 
 #[cfg(test)]
 mod tests;

@@ -10,7 +10,7 @@ use super::schedule::Schedule;
 use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, TagRole, nodes_of_tags};
 use super::tags::{PeriodicTags, TagRoles};
-use super::zones::{DeformingZone, SidesOf};
+use super::zones::{DeformingZone, RigidPart, SidesOf};
 use azimesh_core::Note;
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_io::mesh::{Boundary, Group, OneLayer};
@@ -32,6 +32,8 @@ pub struct Motion {
     pub periodic: Vec<PeriodicTags>,
     /// The part of the mesh that deforms; the whole mesh when `None`.
     pub zone: Option<DeformingZone>,
+    /// The parts that move rigidly, in the order of their bodies.
+    pub parts: Vec<RigidPart>,
     /// For each step those next to it in time.
     pub(super) neighbours: Vec<[u32; 2]>,
 }
@@ -84,7 +86,8 @@ impl Motion {
         let rotor = schedule
             .rotor
             .axes(if is_plane { 2 } else { dimension }, &schedule.places)?;
-        let zone = DeformingZone::find(&schedule.boundaries.zones, boundary, sides_of)?;
+        let parts = RigidPart::find_all(schedule, boundary, sides_of)?;
+        let zone = DeformingZone::find(schedule, &parts, boundary, sides_of)?;
         let tags: Vec<&Group> = boundary.boundary_tags().collect();
         let named = TagRoles::find(&tags, schedule, zone.as_ref(), boundary)?;
         check_sliding(&tags, &named.tags, dimension)?;
@@ -97,6 +100,7 @@ impl Motion {
             surface: Surface::find(&tags, named.tags, zone.as_ref(), boundary),
             periodic: named.periodic,
             zone,
+            parts,
         };
         for body in &schedule.bodies {
             let body = motion.resolve(body, schedule, boundary)?;
@@ -171,6 +175,14 @@ impl Motion {
                 return Err(declared.places.error("name", message));
             }
         }
+        if let Some(part) = self.parts.iter().find(|part| !self.is_rigid(part.body)) {
+            let declared = &schedule.bodies[part.body];
+            let message = format!(
+                "body \"{}\" moves its zones rigidly, and its parent bends; give it a parent that is rigid, or a motion of its own",
+                declared.name
+            );
+            return Err(declared.places.error("parent", message));
+        }
         Ok(())
     }
 
@@ -182,6 +194,14 @@ impl Motion {
             .iter()
             .flat_map(|body| body.motions.iter().rev());
         motions.flat_map(|motion| motion.notes()).cloned().collect()
+    }
+
+    /// The body whose zones a node is in, by its number in the whole mesh.
+    pub fn body_of_node(&self, node: u32) -> Option<usize> {
+        let mut parts = self.parts.iter();
+        parts
+            .find(|part| part.sides.nodes.has(node))
+            .map(|part| part.body)
     }
 
     /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.

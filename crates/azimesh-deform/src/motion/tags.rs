@@ -69,6 +69,10 @@ impl TagRoles {
             Some(Others::Fixed) => Some(Named::Role(Role::Fixed)),
             Some(Others::Slide) => Some(Named::Role(Role::Sliding)),
             None if unnamed.is_empty() => None,
+            // Nothing deforms.
+            None if bodies.iter().all(|body| !body.zones.is_empty()) => {
+                Some(Named::Role(Role::Fixed))
+            }
             None => {
                 let mut error = not_named(&names, &unnamed);
                 error.message += &offers(boundary, tags, &unnamed);
@@ -321,7 +325,8 @@ fn check_bodies(
     zone: Option<&DeformingZone>,
     boundary: &Boundary,
 ) -> Result<()> {
-    for (i, body) in bodies.iter().enumerate() {
+    let with_tags = bodies.iter().enumerate();
+    for (i, body) in with_tags.filter(|(_, body)| body.zones.is_empty()) {
         let role = Some(Role::Moving(i as u16));
         let own = || (0..tags.len()).filter(|&tag| roles[tag].role == role);
         if own().all(|tag| tags[tag].cells.is_empty()) {

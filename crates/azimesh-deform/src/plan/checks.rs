@@ -49,7 +49,11 @@ pub(crate) fn check_length(what: &str, found: usize, n: usize) -> Result<()> {
 /// motions the modes find that out.
 pub(crate) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result<()> {
     for body in (0..motion.bodies.len()).filter(|&body| motion.is_rigid(body)) {
-        let bounds = layer::bounds_of_body(surface, body);
+        let part = motion.parts.iter().find(|part| part.body == body);
+        let bounds = part.map_or_else(
+            || layer::bounds_of_body(surface, body),
+            |part| part.sides.bounds,
+        );
         if bounds.low[0] > bounds.high[0] {
             continue;
         }
@@ -81,6 +85,9 @@ pub(crate) fn check_one_layer(
     let least = LEAST_RADIUS * Bounds::around(&mesh.points).diagonal();
     let surface = &motion.surface.nodes;
     let body_of = |node: u32| {
+        if let Some(body) = motion.body_of_node(node) {
+            return Some(body);
+        }
         let at = surface.nodes.binary_search(&node).ok()?;
         match surface.roles[at] {
             Role::Moving(body) => Some(usize::from(body)),

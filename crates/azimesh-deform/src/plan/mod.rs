@@ -41,6 +41,8 @@ pub struct Plan {
     pub motion: Motion,
     /// The surface nodes.
     pub surface: SurfacePoints,
+    /// Where the tagged nodes of parts that move rigidly are, each with its body.
+    pub rigid_points: Vec<(usize, Vector)>,
     /// The smallest first-cell height at moving walls, in mesh units.
     pub smallest_first_cell: Option<f64>,
     /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.
@@ -130,16 +132,21 @@ impl Plan {
         poses.map(|pose| pose.then(&to_inertial)).collect()
     }
 
-    /// Largest prescribed displacement of a surface node at a step, in the rotating frame.
+    /// Largest prescribed displacement of a surface node or of a rigid part at a step, in the rotating frame.
     pub fn largest_displacement(&self, step: usize) -> f64 {
         let poses = self.motion.poses(&self.motion.steps[step], 1.0);
         let surface = &self.surface;
-        parallel::largest(surface.points.len(), |at| {
+        let of_parts = parallel::largest(self.rigid_points.len(), |at| {
+            let (body, x) = self.rigid_points[at];
+            distance(poses[body].apply(x), x)
+        });
+        let of_surface = parallel::largest(surface.points.len(), |at| {
             let x = surface.points[at];
             surface.body[at].map_or(0.0, |body| {
                 distance(poses[usize::from(body)].place(surface.nodes[at], x), x)
             })
-        })
+        });
+        of_parts.max(of_surface)
     }
 
     /// Returns whether the quality of every step is evaluated.

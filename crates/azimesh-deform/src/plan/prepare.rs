@@ -10,10 +10,12 @@ use super::layer::{self, Layer, Method};
 use super::periodic::PeriodicNodes;
 use super::sections;
 use super::surface::SurfacePoints;
-use super::zone;
+use super::zone::Cuts;
 use super::{Plan, SELECTED};
 use crate::fields::velocity;
-use crate::motion::{Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SurfaceFaces};
+use crate::motion::{
+    DeformingZone, Interpolate, KernelName, Motion, Polynomial, Role, Schedule, SurfaceFaces,
+};
 use crate::part::Part;
 use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::Bounds;
@@ -50,16 +52,9 @@ impl Plan {
         // Ranks may see different files.
         let motion = schedule.resolve(&boundary, &sides_of);
         let mut motion = mesh.ranks().all_ok(motion)?;
-        let mut turning: Option<Note> = None;
-        let mut doubled = None;
-        if motion.to_inertial(&motion.steps[0]).is_some() {
-            let zone = motion.zone.as_ref();
-            let is_joined = zone.is_some_and(|zone| !zone.sides.interface_faces.is_empty());
-            if let Some((copies, tags)) = zone::detach(&mut mesh, &mut boundary, &mut motion)? {
-                turning = is_joined.then(|| interface(&tags));
-                doubled = Some(copies);
-            }
-        }
+        let cuts = Cuts::make(&mut mesh, &mut boundary, &mut motion)?;
+        let is_turning = motion.parts.is_empty();
+        let joined = cuts.is_joined.then(|| interface(&cuts.tags, is_turning));
         if let Some(zone) = &motion.zone {
             let sides = &zone.sides;
             boundary.add_nodes(&sides.interface_nodes, &sides.interface_places);
@@ -73,16 +68,20 @@ impl Plan {
         choices.extend(schedule.note());
         choices.extend(remarks(&mesh));
         choices.extend(format);
-        choices.extend(turning);
+        choices.extend(joined);
         // The facets between the surface points have taken their place.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
-        let moving = moving_bounds(&surface);
+        let moving = moving_bounds(&surface, &boundary);
         let basis = basis(&schedule, &boundary, &motion, &moving, &mut choices);
         check_radii(&schedule, &boundary).map_err(in_schedule)?;
         let smallest = first_cells.smallest();
         let tolerance = tolerance(&schedule, &moving, smallest, &mut choices)?;
         check_constant(&schedule, tolerance).map_err(in_schedule)?;
+        if motion.parts.len() == motion.bodies.len() {
+            // Nothing deforms.
+            choices.retain(|note| !["support_radius", "tolerance"].contains(&&*note.code));
+        }
         choices.extend(unused(&schedule));
         choices.extend(repeated_time(&motion.steps));
         let periodic = PeriodicNodes::find(&mesh, &boundary, &motion, &surface, basis.radius)
@@ -99,8 +98,9 @@ impl Plan {
             centres: centres(&motion, surface.rigid()),
             layers: Vec::new(),
             velocity: None,
-            boundary,
+            rigid_points: rigid_points(&motion, &boundary),
             points_hash: Part::points_hash(&mesh),
+            boundary,
             without_boxes,
             schedule,
             motion,
@@ -119,7 +119,7 @@ impl Plan {
         };
         let path = plan.schedule.path.clone();
         plan.find_layers().map_err(|error| error.file(&path))?;
-        let part = Part::new(&plan, mesh, first_cells, doubled);
+        let part = Part::new(&plan, mesh, first_cells, cuts.doubled);
         Ok((plan, part))
     }
 
@@ -189,7 +189,7 @@ impl Plan {
                 in_digits(away, 3)
             );
         }
-        let moving = moving_bounds(&self.surface);
+        let moving = moving_bounds(&self.surface, &self.boundary);
         match default_tolerance(&self.schedule, &moving, self.smallest_first_cell) {
             Some(usual) if self.truncation() <= TRUNCATION * usual.min(cell) => format!(
                 "double precision has no more digits: set a larger `tolerance`, or leave it out, and {} is chosen",
@@ -231,18 +231,19 @@ fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Note> {
     ))
 }
 
-/// A note of the tags on both sides of the interface of the turning zones.
-fn interface(tags: &[String]) -> Note {
+/// A note of the tags on both sides of the interface of the zones that turn or move rigidly.
+fn interface(tags: &[String], is_turning: bool) -> Note {
+    let zones = if is_turning { "turning" } else { "moving" };
     if tags.is_empty() {
         return note!(
             "interface",
-            "the interface of the turning zones has no tags, since their cells are curved (convert {} makes them linear)",
+            "the interface of the {zones} zones has no tags, since their cells are curved (convert {} makes them linear)",
             option("linearize")
         );
     }
     note!(
         "interface",
-        "the interface of the turning zones has the tags {}",
+        "the interface of the {zones} zones has the tags {}",
         tags.join(", ")
     )
 }
@@ -251,7 +252,7 @@ fn interface(tags: &[String]) -> Note {
 fn region(extent: Bounds, motion: &Motion, layer: Option<&OneLayer>, mesh: &Mesh) -> Bounds {
     let zone = motion.zone.as_ref();
     let Some(layer) = layer else {
-        return zone.map_or(extent, |zone| zone.sides.bounds);
+        return zone.map_or(extent, |zone| bounds_of_zone(zone, extent));
     };
     let low = layer.pairs.iter().map(|[low, _]| *low);
     let inside = low.filter(|node| zone.is_none_or(|zone| zone.sides.nodes.has(*node)));
@@ -262,6 +263,25 @@ fn moving_faces(faces: &SurfaceFaces) -> Vec<u32> {
     let faces = faces.cells.iter().zip(&faces.roles);
     let moving = faces.filter(|(_, role)| matches!(role, Role::Moving(_)));
     moving.map(|(cell, _)| *cell).collect()
+}
+
+/// Where the tagged nodes of rigid parts are; of a part without tags the corners of its box.
+fn rigid_points(motion: &Motion, boundary: &Boundary) -> Vec<(usize, Vector)> {
+    let mut points = Vec::new();
+    for part in &motion.parts {
+        let role = Some(Role::Moving(part.body as u16));
+        let tags = boundary.boundary_tags().zip(&motion.surface.tags);
+        let own = tags.filter(|(_, tag)| tag.role == role);
+        let mut nodes: Vec<u32> = own.flat_map(|(tag, _)| boundary.nodes_of(tag)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let Bounds { low, high } = part.sides.bounds;
+        let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] });
+        let corners = (0..8).filter(|_| nodes.is_empty()).map(corner);
+        let places = nodes.iter().map(|&node| boundary.position(node));
+        points.extend(places.chain(corners).map(|x| (part.body, x)));
+    }
+    points
 }
 
 /// The point that each body turns about: its centre of rotation where that is on or near it.
@@ -304,12 +324,25 @@ fn method(
     }
 }
 
-fn moving_bounds(surface: &SurfacePoints) -> Bounds {
+/// The box around a zone; the `extent` of the mesh if it has no cells.
+fn bounds_of_zone(zone: &DeformingZone, extent: Bounds) -> Bounds {
+    if zone.cells.is_empty() {
+        extent
+    } else {
+        zone.sides.bounds
+    }
+}
+
+/// The box around the moving surface; that of the mesh where all bodies move zones.
+fn moving_bounds(surface: &SurfacePoints, boundary: &Boundary) -> Bounds {
     let nodes = surface.points.iter().zip(&surface.body);
     let moving: Vec<Vector> = nodes
         .filter(|(_, body)| body.is_some())
         .map(|(point, _)| *point)
         .collect();
+    if moving.is_empty() {
+        return boundary.extent;
+    }
     Bounds::around(&moving)
 }
 
@@ -323,7 +356,7 @@ fn basis(
     let radius = schedule.rbf.support_radius.unwrap_or_else(|| {
         let region = match &motion.zone {
             None => boundary.extent,
-            Some(zone) => zone.sides.bounds,
+            Some(zone) => bounds_of_zone(zone, boundary.extent),
         };
         let radius = region.diagonal().min(DEFAULT_RADIUS * moving.diagonal());
         let note = note!(

@@ -226,6 +226,15 @@ impl StepEvaluator {
                 });
             }
         }
+        if !plan.motion.parts.is_empty() {
+            let poses = plan.poses_at(step);
+            parallel::update(out, |node, x| {
+                let number = mesh.number_of_node(node as u32);
+                if let Some(body) = plan.motion.body_of_node(number) {
+                    *x = poses[body].place(number, mesh.points[node]);
+                }
+            });
+        }
         plan.periodic.follow(plan, mesh, to_inertial.as_ref(), out);
         if plan.motion.rotor.in_plane {
             // Round-off lifts no node out of the plane.

@@ -137,7 +137,7 @@ impl CellSet {
     }
 
     /// Those of a range, as ascending disjoint ranges.
-    pub(crate) fn ranges_in(&self, cells: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    pub fn ranges_in(&self, cells: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let first = self
             .ranges
             .partition_point(|range| range.end as usize <= cells.start);

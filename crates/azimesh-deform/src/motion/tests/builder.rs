@@ -197,7 +197,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             good().body(Body::new("flap", [""; 0]).parent("airfoil")),
-            "body \"flap\": `tags` is empty; it must be the tags of the body",
+            "body \"flap\" has no `tags`; add for example  tags = [\"blade\"], or `zones` that move rigidly",
         ),
         (
             one(Body::new("a", ["blade_1"]).rotate(AxisRotation::new([0.0; 3]))),

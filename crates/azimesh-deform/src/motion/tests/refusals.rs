@@ -88,7 +88,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "body:cyclik = {}",
-            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, azimuth_offset, parent, ramp, cyclic, rigid, table, beam, modes, surface",
+            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, zones, azimuth_offset, parent, ramp, cyclic, rigid, table, beam, modes, surface",
         ),
         (
             "rbf:zzz = 1",
@@ -318,7 +318,7 @@ fn bodies_need_names_tags_and_motions() {
         ),
         (
             "[[body]]\nname = \"a\"",
-            "hover.toml:2: [[body]] has no `tags`; add for example  tags = [\"blade\"]",
+            "hover.toml:2: body \"a\" has no `tags`; add for example  tags = [\"blade\"], or `zones` that move rigidly",
         ),
         (
             "[[body]]\nname = \"a\"\ntags = [\"a\"]",
