@@ -1,4 +1,4 @@
-"""azimesh in Python beside other packages on the same displacements; prints a table for docs/python.md.
+"""azimesh in Python beside other packages on the same displacements; prints a table for benchmarks/README.md.
 
     python benchmarks/compare_python.py [--nodes 380000] [--steps 36] [--only NAME ...]
 

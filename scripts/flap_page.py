@@ -1,4 +1,4 @@
-"""The table and the picture of docs/rotations.md on the flap of a three-element airfoil.
+"""The table and the picture of validation/flap.md: the flap of a three-element airfoil.
 
     AZIMESH_TESTDATA=... .venv/bin/python scripts/flap_page.py [--pictures docs/pictures]
 """

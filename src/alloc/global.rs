@@ -1,5 +1,5 @@
 //! The program's allocator: the system's, with huge pages asked for behind large arrays. What it takes is
-//! counted, and memory that cannot be had ends the program in a sentence. Where `--max-memory` leaves no room for a
+//! counted, and memory that is not available ends the program with a message. Where `--max-memory` leaves no room for a
 //! large array, it is in a file ([`super::spill`]).
 //!
 //! A mesh is a few arrays of hundreds of megabytes. In pages of 4 kB the system spends as long on
@@ -37,7 +37,7 @@ pub fn prepare() {
     };
 }
 
-/// Checks if `ulimit -v` leaves no room for the 64 MB of addresses that the system's allocator would set aside
+/// Checks if `ulimit -v` leaves less than the 64 MB of addresses that the system's allocator would set aside
 /// for each thread.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn are_addresses_few() -> bool {
@@ -93,7 +93,7 @@ unsafe impl GlobalAlloc for HugePages {
     unsafe fn realloc(&self, array: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         let before = layout.size();
         match spill::size_of_file(array, before) {
-            // Its file has the room.
+            // It is in its file.
             Some(room) if spill::is_for(size) && size <= room => return array,
             None if size <= before || !spill::is_wanted(size, size - before) => {
                 // SAFETY: as above.
@@ -122,7 +122,7 @@ unsafe impl GlobalAlloc for HugePages {
     }
 }
 
-/// Counts an array and gets it. A small one that cannot be had is taken from the reserve: whoever asks for it
+/// Counts an array and gets it. A small one that the system refuses is taken from the reserve: whoever asks for it
 /// may be in the middle of something that should be whole.
 fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
     limit::count(before, size);

@@ -42,7 +42,7 @@ pub fn keep_in_memory(bytes: u64) {
     IN_MEMORY.store(bytes, Ordering::Relaxed);
 }
 
-/// Checks if memory has room for so many bytes more, where the alternative is a file.
+/// Checks if memory holds so many bytes more, where the alternative is a file.
 pub(super) fn has_room(more: usize) -> bool {
     let held = HELD.load(Ordering::Relaxed);
     held.saturating_add(more) <= IN_MEMORY.load(Ordering::Relaxed)
@@ -127,7 +127,7 @@ fn end_out_of_memory(reason: fmt::Arguments<'_>) -> ! {
     let stage = STAGE.try_lock();
     match stage.as_ref().map_or("", |stage| stage.as_str()) {
         "" => end(format_args!("out of memory: {reason}")),
-        // The line has room for it: a character takes four bytes at the most.
+        // The line is long enough: a character has at most four bytes.
         stage => end(format_args!("out of memory: {reason} ({stage:.800})")),
     }
 }
@@ -149,7 +149,7 @@ pub fn end(message: fmt::Arguments<'_>) -> ! {
         Err(_) => thread::sleep(Duration::from_secs(60)),
     }
     #[cfg(unix)]
-    // SAFETY: ends the process as it is.
+    // SAFETY: ends the process immediately.
     unsafe {
         libc::_exit(SYSTEM_FAILED.into())
     }
@@ -160,7 +160,7 @@ pub fn end(message: fmt::Arguments<'_>) -> ! {
 /// Writes past the lock of `std::io::stderr`, which a thread may have that waits for memory.
 fn to_stderr(line: &[u8]) {
     #[cfg(unix)]
-    // SAFETY: the bytes are there; nobody is left to tell when they cannot be written.
+    // SAFETY: the bytes are valid; a failed write cannot be reported.
     unsafe {
         libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len())
     };

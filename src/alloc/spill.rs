@@ -1,4 +1,4 @@
-//! Large arrays that memory has no room for: each is in a file without a name, on the disk of the output, and is
+//! Large arrays that do not fit into memory: each is in a file without a name, on the disk of the output, and is
 //! mapped. The system moves its pages between memory and disk; what a run computes does not depend on where arrays
 //! are. The program's allocator asks here; nothing in this file takes memory where it does.
 //!
@@ -20,7 +20,7 @@ use std::time::Duration;
 pub const LEAST: usize = 1 << 16;
 /// Bytes of the smallest page.
 const PAGE: usize = 4096;
-/// Arrays that may lie in files at a time; the next ones stay in memory.
+/// Largest number of arrays in files; the next ones stay in memory.
 const MOST: usize = 1 << 14;
 /// The interval at which the resident memory is checked.
 const TICK: Duration = Duration::from_millis(2);
@@ -92,7 +92,7 @@ pub fn is_wanted(size: usize, more: usize) -> bool {
 }
 
 /// From here on large arrays beyond `in_memory` bytes are in files in `folder`, and no more than about `limit` bytes
-/// are resident. Returns whether that can be had there.
+/// are resident. Returns whether the system reports it.
 pub fn begin(folder: &Path, in_memory: u64, limit: u64) -> bool {
     let is_on = IS_ASKED.load(Ordering::Relaxed) && set_up(folder, limit);
     if is_on {
@@ -128,7 +128,7 @@ fn set_up(folder: &Path, limit: u64) -> bool {
     IS_ON.load(Ordering::Acquire)
 }
 
-/// An array of zeros in a file, where files are in use and memory has no room for it.
+/// An array of zeros in a file, where files are in use and it does not fit into memory.
 pub fn array(size: usize, align: usize) -> Option<*mut u8> {
     (is_wanted(size, size) && align <= PAGE)
         .then(|| map(size))

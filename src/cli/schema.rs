@@ -164,76 +164,121 @@ fn type_name(schema: &Map<String, Value>, plural: bool) -> String {
     name + or_null
 }
 
-/// Rows of a table for the keys of a schema, but for those that the page describes once for all.
-fn rows(schema: &Value, path: &str) -> String {
-    let mut text = String::new();
-    for (key, inside) in schema["properties"].as_object().into_iter().flatten() {
-        if path.is_empty() && ["version", "diagnostics"].contains(&&**key) {
-            continue;
-        }
-        let required = schema["required"].as_array();
-        let is_required = required.is_some_and(|all| all.contains(&json!(key)));
-        let presence = if is_required { "" } else { " (not always)" };
-        let values = inside["enum"].as_array().map(|values| {
-            let named = values.iter().filter_map(Value::as_str);
-            named
-                .map(|value| format!("`{value}`"))
-                .collect::<Vec<_>>()
-                .join(", ")
-        });
-        let description = inside["description"]
-            .as_str()
-            .expect("every field is documented");
-        text += &format!(
-            "| `{path}{key}`{presence} | {} | {description}{} |\n",
-            type_name(inside.as_object().expect("a schema is an object"), false),
-            values.map_or(String::new(), |values| format!(" One of {values}."))
-        );
-        if key != "diagnostics" {
-            text += &rows(inside, &format!("{path}{key}."));
-        }
-    }
-    let stem = path.trim_end_matches('.');
-    text + &(schema.get("items")).map_or(String::new(), |items| rows(items, &format!("{stem}[].")))
-        + &(schema.get("additionalProperties"))
-            .map_or(String::new(), |all| rows(all, &format!("{stem}.*.")))
+/// The rows of a table. Keys that an earlier table has are named, not repeated.
+#[derive(Default)]
+struct Rows<'a> {
+    text: String,
+    /// Objects that have rows already, with the words that point to them.
+    known: Vec<(String, &'a Map<String, Value>)>,
 }
 
-fn table(schema: &Value) -> String {
-    format!("\n| key | type | |\n|---|---|---|\n{}", rows(schema, ""))
-}
-
-/// The part of the page about a schema.
-fn section(name: &str, schema: &Value) -> String {
-    let heading = if name == "run" { "run.json" } else { name };
-    let text = |value: &Value| value["description"].as_str().unwrap_or_default().to_owned();
-    let title = schema["title"].as_str().unwrap_or_default();
-    let mut section = format!(
-        "\n## {heading}\n\n`{title}` · [schema](schema/{name}.json)\n\n{}\n",
-        text(schema)
-    );
-    match schema["anyOf"].as_array() {
-        None => section += &table(schema),
-        Some(forms) => {
-            let first = rows(&forms[0], "");
-            for form in forms {
-                let (mut own, mut known) = (table(form), String::new());
-                for key in form["properties"].as_object().into_iter().flatten() {
-                    // Items of a list may have all keys of the first form.
-                    let path = format!("{}[].", key.0);
-                    let of_items = first.replace("| `", &format!("| `{path}"));
-                    if own.contains(&of_items) {
-                        own = own.replace(&of_items, "");
-                        known = format!(" In `{path}` are all keys of the first form too.");
-                    }
-                }
-                let about = text(form);
-                let about = about.trim_end_matches('.');
-                section += &format!("\n{about}.{known}\n{own}");
+impl<'a> Rows<'a> {
+    /// Adds the keys of a schema. `place` names the table for later ones.
+    fn add(&mut self, schema: &'a Value, path: &str, place: &str) {
+        if let Some(keys) = schema["properties"].as_object() {
+            let mut new: Vec<_> = keys.iter().collect();
+            // The page describes these once for all.
+            new.retain(|(key, _)| !path.is_empty() || !["version", "diagnostics"].contains(&&***key));
+            while let Some((words, known)) = self.most_alike(&new) {
+                let is_known = |key: &&(&String, &Value)| known.get(key.0) == Some(key.1);
+                let repeated: Vec<&String> = new.iter().filter(is_known).map(|key| key.0).collect();
+                self.text += &format!("| {} | | As in {words}. |\n", list(path, &repeated, known));
+                new.retain(|key| !is_known(&key));
+            }
+            let stem = path.trim_end_matches('.');
+            let at = if path.is_empty() {
+                String::new()
+            } else {
+                format!("`{stem}` of ")
+            };
+            self.known.push((at + place, keys));
+            for (key, inside) in new {
+                let required = schema["required"].as_array();
+                let is_required = required.is_some_and(|all| all.contains(&json!(key)));
+                self.text += &row(&format!("{path}{key}"), inside, is_required);
+                self.add(inside, &format!("{path}{key}."), place);
+            }
+        }
+        let stem = path.trim_end_matches('.');
+        for (kind, suffix) in [("items", "[]."), ("additionalProperties", ".*.")] {
+            if let Some(inside) = schema.get(kind) {
+                self.add(inside, &format!("{stem}{suffix}"), place);
             }
         }
     }
-    section
+
+    /// The known object with most of some keys: at least three.
+    fn most_alike(&self, keys: &[(&String, &Value)]) -> Option<(String, &'a Map<String, Value>)> {
+        let count = |known: &Map<String, Value>| {
+            let shared = keys.iter().filter(|key| known.get(key.0) == Some(key.1));
+            shared.count()
+        };
+        let alike = self.known.iter().filter(|(_, known)| count(known) > 2);
+        alike.rev().max_by_key(|(_, known)| count(known)).cloned()
+    }
+}
+
+/// Keys in words: the first and the last of a run in a known object, or all.
+fn list(path: &str, keys: &[&String], known: &Map<String, Value>) -> String {
+    let place = |key: &String| known.keys().position(|other| other == key);
+    let is_run = keys
+        .windows(2)
+        .all(|two| place(two[0]).map(|n| n + 1) == place(two[1]));
+    match keys {
+        [first, .., last] if is_run => format!("`{path}{first}` to `{path}{last}`"),
+        _ => {
+            let all: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+            let stem = path.trim_end_matches('.');
+            let of = if stem.is_empty() {
+                String::new()
+            } else {
+                format!(" of `{stem}`")
+            };
+            all.join(", ") + &of
+        }
+    }
+}
+
+/// The row of a key.
+fn row(name: &str, schema: &Value, is_required: bool) -> String {
+    let presence = if is_required { "" } else { "?" };
+    let values = schema["enum"].as_array().map_or(String::new(), |values| {
+        let named = values.iter().filter_map(Value::as_str);
+        let named: Vec<String> = named.map(|value| format!("`{value}`")).collect();
+        format!(" One of {}.", named.join(", "))
+    });
+    let description = schema["description"]
+        .as_str()
+        .expect("every field is documented");
+    let kind = type_name(schema.as_object().expect("a schema is an object"), false);
+    format!("| `{name}`{presence} | {kind} | {description}{values} |\n")
+}
+
+/// Adds the part of the page about a schema.
+fn section<'a>(rows: &mut Rows<'a>, name: &str, schema: &'a Value) {
+    let heading = if name == "run" { "run.json" } else { name };
+    let text = |value: &Value| value["description"].as_str().unwrap_or_default().to_owned();
+    let title = schema["title"].as_str().unwrap_or_default();
+    rows.text += &format!(
+        "\n## {heading}\n\n`{title}` · [schema](schema/{name}.json)\n\n{}\n",
+        text(schema)
+    );
+    let heading = format!("[{heading}](#{})", heading.replace('.', ""));
+    let mut table = |schema: &'a Value, label: &str, place: &str| {
+        rows.text += &format!("{label}\n| key | type | |\n|---|---|---|\n");
+        rows.add(schema, "", place);
+    };
+    match schema["anyOf"].as_array() {
+        None => table(schema, "", &heading),
+        Some(forms) => {
+            for form in forms {
+                let of = text(form);
+                let of = of.trim_end_matches('.');
+                let place = format!("{heading}, {}", of.to_lowercase());
+                table(form, &format!("\n{of}:\n"), &place);
+            }
+        }
+    }
 }
 
 #[test]
@@ -241,25 +286,14 @@ fn docs_have_the_schemas_and_tables_of_the_types() {
     let page = fs::read_to_string("docs/json.md").expect("it is there");
     let (head, _) = page.split_once("\n## ").expect("it has sections");
     let schemas = schemas();
-    let mut text = format!("{head}\n## diagnostics\n{}", table(&diagnostic()));
-    let mut seen: Vec<(&str, &str)> = Vec::new();
-    let sections: Vec<String> = schemas
-        .iter()
-        .map(|(name, schema)| section(name, schema))
-        .collect();
-    for ((name, _), section) in schemas.iter().zip(&sections) {
-        // A table that is on the page already is not repeated.
-        let (start, table) = section.split_once("\n| key").expect("it has a table");
-        text += start;
-        match seen.iter().find(|(_, known)| *known == table) {
-            Some((as_of, _)) => text += &format!("\nThe keys of [{as_of}](#{as_of}).\n"),
-            None => {
-                text += &format!("\n| key{table}");
-                seen.push((name, table));
-            }
-        }
+    let diagnostic = diagnostic();
+    let mut rows = Rows::default();
+    rows.text += "\n## diagnostics\n\n| key | type | |\n|---|---|---|\n";
+    rows.add(&diagnostic, "", "[diagnostics](#diagnostics)");
+    for (name, schema) in &schemas {
+        section(&mut rows, name, schema);
     }
-    let mut wanted = vec![("docs/json.md".to_owned(), text)];
+    let mut wanted = vec![("docs/json.md".to_owned(), head.to_owned() + &rows.text)];
     for (name, schema) in &schemas {
         wanted.push((format!("docs/schema/{name}.json"), format!("{schema:#}\n")));
     }

@@ -9,7 +9,7 @@ pub const START: f64 = 0.5;
 /// A line from a wall node, along its normal, bending towards a node of the outer boundary.
 ///
 /// Hermite's cubic `x(u)` with `x(0) = wall`, `x'(0) = D normal`, `x(1) = outer`,
-/// `x'(1) = outer - wall`, `D = start |outer - wall|`. Nodes lie at `u = first height(layer) / D`, so
+/// `x'(1) = outer - wall`, `D = start |outer - wall|`. Nodes are at `u = first height(layer) / D`, so
 /// the first cell is `first` high to `O(first / D)`.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {

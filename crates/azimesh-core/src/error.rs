@@ -65,7 +65,7 @@ pub struct Error {
     pub message: String,
 }
 
-/// A path as it is shown: its name may hold bytes that are no text.
+/// A path as it is shown: its name may hold bytes that are not text.
 mod shown_path {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
     use std::path::PathBuf;
@@ -139,7 +139,7 @@ impl Error {
         }
     }
 
-    /// Adds the file, unless one is named already. An empty path is that of no file.
+    /// Adds the file, unless one is named already. An empty path names no file.
     #[must_use]
     pub fn file(mut self, path: &Path) -> Self {
         if !path.as_os_str().is_empty() {
@@ -204,12 +204,12 @@ impl fmt::Display for Error {
 }
 
 /// Text that keeps to its line and its direction: control characters and the like, as names may have
-/// them, stand as escapes, `\n` or `\u{1b}`.
+/// them, are written as escapes, `\n` or `\u{1b}`.
 pub fn one_line(text: &str) -> Cow<'_, str> {
     escaped(text, is_unseen)
 }
 
-/// A path as it may stand in a line.
+/// A path as printed in a line.
 pub fn path_in_line(path: &Path) -> String {
     one_line(&path.to_string_lossy()).into_owned()
 }

@@ -51,7 +51,7 @@ pub fn amount(bytes: u64) -> String {
     format!("{} {}", in_digits(value, 3), UNITS[unit])
 }
 
-/// A count as the subject of a sentence: `1 node differs`, `2 nodes differ`. The verb is that of one.
+/// A count as the subject of a sentence: `1 node differs`, `2 nodes differ`. `verb` is singular.
 pub fn with_verb(n: usize, noun: &str, verb: &str) -> String {
     let verb = match (n, verb) {
         (1, verb) => verb,

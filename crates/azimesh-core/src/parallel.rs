@@ -102,7 +102,7 @@ pub fn map_items<T: Send, U: Send>(
 /// Results in order, or the first error.
 ///
 /// # Errors
-/// That of the lowest index, whichever thread was first.
+/// The error of the lowest index, whichever thread was first.
 pub fn try_map<T: Send>(n: usize, of: &(dyn Fn(usize) -> Result<T> + Sync)) -> Result<Vec<T>> {
     map(n, of).into_iter().collect()
 }
@@ -167,7 +167,7 @@ pub fn any(n: usize, of: impl Fn(usize) -> bool + Sync) -> bool {
     map_blocks(n, BLOCK, &|mut range| range.any(&of)).contains(&true)
 }
 
-/// Sorts values, of which equal ones are alike: which of them comes first does not matter.
+/// Sorts values whose order among equals does not matter.
 pub fn sort<T: Ord + Send>(values: &mut [T]) {
     values.par_sort_unstable();
 }
@@ -177,7 +177,7 @@ pub fn sort_by_key<T: Send, K: Ord>(values: &mut [T], key: impl Fn(&T) -> K + Sy
     values.par_sort_unstable_by_key(key);
 }
 
-/// Calls `act` on this thread and `beside` on others at the same time.
+/// Calls `act` on this thread and `beside` on others concurrently.
 pub fn with(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send)) {
     rayon::in_place_scope(|scope| {
         scope.spawn(|_| beside());

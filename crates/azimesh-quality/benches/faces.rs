@@ -1,4 +1,4 @@
-//! Faces a second that are judged on a block of cubes, each cut into five tetrahedra or whole, beside
+//! Faces evaluated per second on a block of cubes, each cut into five tetrahedra or whole, compared with
 //! what is made once: the pairs of cells.
 //!
 //! Run with `cargo bench --bench faces`: a block of a million nodes, or `cargo bench --bench faces -- 8000000`
@@ -13,7 +13,7 @@ use std::time::Instant;
 const RUNS: usize = 5;
 
 /// Five tetrahedra of a cube by its corners in VTK's order, for cubes of even and of odd places, so that
-/// those of neighbours meet.
+/// neighbours share edges.
 const CUTS: [[[usize; 4]; 5]; 2] = [
     [
         [0, 1, 2, 5],

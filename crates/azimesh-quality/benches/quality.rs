@@ -1,4 +1,4 @@
-//! Cells a second and core that are judged, for each kind of cell, on about a million cells.
+//! Cells evaluated per second and core, for each kind of cell, on about a million cells.
 //!
 //! Run with `cargo bench --bench quality`; medians of seven runs.
 #![allow(clippy::print_stdout)]
@@ -8,7 +8,7 @@ use azimesh_quality::{Reference, assess, per_cell};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Cubes along an edge of the block that solid cells are cut from, and along that of the plane.
+/// Cubes along an edge of the block from which solid cells are cut, and along an edge of the plane.
 const N_CUBES: usize = 64;
 const N_SQUARES: usize = 1000;
 const RUNS: usize = 7;

@@ -89,8 +89,8 @@ impl Patch {
     }
 }
 
-/// Extreme angles of each class, as signed squares of cosines. An angle above 180 degrees goes on
-/// below -1, as -2 less that of the angle, so that the order is kept.
+/// Extreme angles of each class, as signed squares of cosines. An angle above 180 degrees continues
+/// below -1, as -2 minus its value, so that the order is kept.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Angles {
     pub classes: [Span; N_CLASSES],

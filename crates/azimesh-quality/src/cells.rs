@@ -37,7 +37,7 @@ impl CellMetrics {
     }
 }
 
-/// Metrics of every cell of `mesh` with its nodes at `points`, judged against `reference`.
+/// Metrics of every cell of `mesh` with its nodes at `points`, relative to `reference`.
 ///
 /// # Panics
 /// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
@@ -79,7 +79,7 @@ pub fn per_cell(mesh: &Mesh, points: &[Vector], reference: &Reference) -> CellMe
     all
 }
 
-/// The scaled Jacobian of every judged cell; NaN for others, and where it is not defined.
+/// The scaled Jacobian of every evaluated cell; NaN for others, and where it is not defined.
 pub fn scaled_jacobians(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<f64> {
     let mut all = vec![f64::NAN; mesh.cells.len()];
     parallel::for_items(all.chunks_mut(CHUNK), &|chunk, values: &mut [f64]| {

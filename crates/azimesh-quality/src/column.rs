@@ -2,7 +2,7 @@
 
 use super::span::{greater, lesser};
 
-/// How many are numbers.
+/// Number of finite values.
 #[inline(always)]
 pub(super) fn known(values: &[f64]) -> usize {
     values.iter().filter(|value| !value.is_nan()).count()

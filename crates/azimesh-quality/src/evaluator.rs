@@ -11,16 +11,16 @@ use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::{Adjacency, BoundedCells, DataArray, Mesh};
 use std::sync::OnceLock;
 
-/// Data of the reference mesh that later positions are judged by.
+/// Data of the reference mesh with which later positions are compared.
 #[derive(Debug)]
 pub struct QualityEvaluator {
     /// Orientation of the cells in the reference mesh.
     pub reference: Reference,
     /// Sizes of the cells in the reference mesh.
     sizes: ReferenceSizes,
-    /// Which cells share each face.
+    /// The cells that share each face.
     pub adjacency: Adjacency,
-    /// Of which cell a boundary face has the values; made with the first arrays.
+    /// The cell whose values a boundary face has; made with the first arrays.
     bounded: OnceLock<BoundedCells>,
     workspace: faces::Workspace,
 }
@@ -35,7 +35,7 @@ pub struct Assessment {
 }
 
 impl Assessment {
-    /// Names and values, those of `steps.csv` among them; a metric that is not defined is `None`.
+    /// Names and values, with the columns of `steps.csv` among them; a metric that is not defined is `None`.
     pub fn columns(&self) -> Vec<(&'static str, Option<f64>)> {
         let mut columns = self.cells.columns().to_vec();
         columns.extend(self.faces.columns());
@@ -66,7 +66,7 @@ impl QualityEvaluator {
         self.complete(self.cells(mesh, points), mesh, points)
     }
 
-    /// The part of [`QualityEvaluator::assess`] that tells of inverted cells.
+    /// The part of [`QualityEvaluator::assess`] that counts inverted cells.
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
         let mut cells = assess(mesh, points, &self.reference, &self.sizes);
         let validity = validity::assess(mesh, points, &self.reference, mesh.own_cells());
@@ -74,7 +74,7 @@ impl QualityEvaluator {
         cells
     }
 
-    /// The result of [`QualityEvaluator::assess`], from that of [`QualityEvaluator::cells`].
+    /// The result of [`QualityEvaluator::assess`], from [`QualityEvaluator::cells`].
     pub fn complete(&self, cells: Summary, mesh: &Mesh, points: &[Vector]) -> Assessment {
         Assessment {
             cells,
@@ -93,7 +93,7 @@ impl QualityEvaluator {
         )
     }
 
-    /// All metrics of every cell as cell arrays: those of [`CellMetrics`](crate::CellMetrics) and
+    /// All metrics of every cell as cell arrays: [`CellMetrics`](crate::CellMetrics) and
     /// further ones of the Verdict library, then `NonOrthogonality`, `FaceSkewness`, `VolumeRatio` and `SizeSkew`. A boundary
     /// face has the values of the cell that it bounds, so that pictures of a boundary show them.
     ///
@@ -118,7 +118,7 @@ impl QualityEvaluator {
     /// [estimate_bytes](Self::estimate_bytes).
     pub const ARRAY_BYTES: usize = 1 + 8 * (4 + N_DETAILS + 3 + 1);
 
-    /// Bytes that judging a mesh will take, one step at a time, before anything is made.
+    /// Bytes that the quality of a mesh will need, one step at a time, before anything is made.
     pub fn estimate_bytes(mesh: &Mesh) -> usize {
         let dimension = mesh.dimension();
         let runs = mesh.cells.runs();

@@ -2,7 +2,7 @@
 
 use azimesh_core::geometry::vector::Vector;
 
-/// Where the positive side of a two-dimensional cell is.
+/// Positive side of a two-dimensional cell.
 #[derive(Debug, Clone)]
 pub(super) enum Facing {
     /// Toward +z, for all cells.

@@ -52,7 +52,7 @@ pub struct Quality {
     pub min_size_skew: f64,
     /// Mean size-skew against the reference mesh.
     pub mean_size_skew: f64,
-    /// Smallest ratio of a first-cell height at a moving wall to that of the reference mesh.
+    /// Smallest ratio of a first-cell height at a moving wall to its height in the reference mesh.
     pub min_first_cell_ratio: f64,
     /// Largest change of the angle between a moving wall and its first cell, in degrees.
     pub max_normal_change_deg: f64,
@@ -89,10 +89,10 @@ impl From<&Assessment> for Quality {
     }
 }
 
-/// The quality of a mesh by itself: its size-skew is that of an undeformed mesh.
+/// The quality of a mesh by itself: its size-skew is relative to itself, as if undeformed.
 ///
 /// # Errors
-/// If the mesh is none: an index out of range, or a coordinate that is no number.
+/// If the mesh is not valid: an index out of range, or a coordinate that is not finite.
 ///
 /// ```
 /// let mesh = azimesh_io::Mesh::read("testdata/naca0012.vtu")?;

@@ -14,18 +14,18 @@ const NONE: f64 = 1e-12;
 /// Cells of one flaw.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Flawed {
-    /// How many.
+    /// Number of cells.
     pub n: usize,
     /// The first of them.
     pub first: Option<usize>,
 }
 
-/// Faults of the volume cells of a mesh as it is. Curved cells are checked as they are curved, but for kinds without a map.
+/// Faults of the volume cells of a mesh. Curved cells are checked as curved cells, except kinds without a map.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Flaws {
     /// Of negative volume; in a mesh of faces, turned against most of them.
     pub negative: Flawed,
-    /// Those of `negative` that are valid as their mirror images: their nodes are listed in the other orientation.
+    /// Cells of `negative` that are valid as mirror images: their nodes are listed in the other orientation.
     pub reversed: Flawed,
     /// Of no volume to round-off, as those with a node twice.
     pub degenerate: Flawed,

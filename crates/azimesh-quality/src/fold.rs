@@ -17,7 +17,7 @@ pub(super) struct Folded {
     /// reference its volume, or infinite.
     pub corner: Column,
     pub scaled: Column,
-    /// Where the scaled Jacobian counts in the histogram.
+    /// Bin of a scaled Jacobian in the histogram.
     pub bins: [u32; BLOCK],
     pub edge_ratio_squared: Column,
     pub size_skew: Column,
@@ -59,7 +59,7 @@ impl Folded {
     };
 }
 
-/// Folds a block; `signs` are those of [`Reference::signs_from`](super::Reference::signs_from), `sizes` the sums of their
+/// Folds a block; `signs` come from [`Reference::signs_from`](super::Reference::signs_from), `sizes` the sums of their
 /// `alpha_k` there.
 #[multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",

@@ -10,7 +10,7 @@ pub(super) struct Metrics {
     pub volume: f64,
     /// Smallest and largest Jacobian at a corner, up to positive factors: only signs count.
     pub corner: Span,
-    /// `low` is the scaled Jacobian of the cell as it is, `-high` that of its mirror image; NaN
+    /// `low` is the scaled Jacobian of the cell, `-high` the value of its mirror image; NaN
     /// where it is not defined.
     pub scaled: Span,
     /// Smallest and largest squared edge length; NaN where it is not defined.
@@ -48,7 +48,7 @@ impl Knupp {
 }
 
 impl Metrics {
-    /// Orientation of a cell that is valid as it stands: 1 or -1 where all corner Jacobians have
+    /// Orientation of a cell that is valid: 1 or -1 where all corner Jacobians have
     /// that sign, 0 where one vanishes or signs are mixed.
     #[inline]
     pub(super) fn orientation(&self) -> i8 {

@@ -36,7 +36,7 @@ impl Histogram {
         }
     }
 
-    /// The value below which the fraction `part` lies, to one bin (3.1e-5), linear within it.
+    /// The value below which the fraction `part` of all is, to one bin (3.1e-5), linear within it.
     pub(super) fn percentile(&self, part: f64) -> Option<f64> {
         let total: u64 = self.counts.iter().map(|&n| u64::from(n)).sum();
         let wanted = part * total as f64;

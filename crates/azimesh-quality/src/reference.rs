@@ -1,4 +1,4 @@
-//! How each cell of the reference mesh is oriented, so that later positions can be judged.
+//! The orientation of each cell of the reference mesh, with which later positions are compared.
 
 use super::facing::Facing;
 use super::flaws::has_volume;
@@ -12,7 +12,7 @@ use azimesh_core::parallel::{self, block};
 use azimesh_io::mesh::{Adjacency, CellKind, Mesh, orientations};
 
 /// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
-/// surface mesh that does not lie in a plane of constant z.
+/// surface mesh that is not in a plane of constant z.
 ///
 /// A solid cell is positive in the node order of the Verdict library. A plane cell is positive when
 /// it turns anticlockwise seen from +z; a cell of a curved surface mesh is compared with its own
@@ -29,13 +29,13 @@ pub struct Reference {
 
 /// The sign of a cell that is valid in the reference, times this, where it is not: its orientation is not known later.
 const INVALID: i8 = 2;
-/// The same, where it has a volume of the orientation that most cells have: later its volume is judged.
+/// The same, where it has a volume of the orientation that most cells have: later its volume is checked.
 pub(super) const BY_VOLUME: i8 = 3;
-/// The same, where the cell is valid as it is curved: later its map is checked and not its corners.
+/// The same, for a curved cell that is valid: later its map is checked and not its corners.
 const BY_MAP: i8 = 4;
 
 impl Reference {
-    /// Judges every volume cell of the mesh. Cannot fail.
+    /// Evaluates every volume cell of the mesh. Cannot fail.
     pub fn new(mesh: &Mesh) -> Self {
         Self::with_sizes(mesh).0
     }
@@ -109,9 +109,9 @@ impl Reference {
         (reference, ReferenceSizes(sizes))
     }
 
-    /// For cells that are to be made valid: all are judged. Cells that are valid in `mesh` keep their orientation there if
+    /// For cells that are to be made valid: all are checked. Cells that are valid in `mesh` keep their orientation there if
     /// it `is_reference`; else all have that in which they are listed like most valid cells of their part of the mesh.
-    /// Of cells with a node twice the volume is judged.
+    /// Of cells with a node twice the volume is checked.
     pub fn upright(mesh: &Mesh, adjacency: &Adjacency, is_reference: bool) -> Self {
         let mut reference = Self::new(mesh);
         let known = |cell: usize| {
@@ -144,35 +144,35 @@ impl Reference {
     }
 
     /// Number of cells whose corner Jacobians are not all positive in the reference: they vanish or
-    /// have mixed signs, or the nodes of a solid cell are in reverse order. The last are judged as
-    /// their mirror images; of the others only volumes are judged later, where they are positive in the reference.
+    /// have mixed signs, or the nodes of a solid cell are in reverse order. The last are evaluated as
+    /// their mirror images; of the others only volumes are checked later, where they are positive in the reference.
     pub fn n_inverted(&self) -> usize {
         self.n_inverted
     }
 
-    /// Number of solid cells that are judged as their mirror images, since their nodes are in reverse order.
+    /// Number of solid cells that are evaluated as mirror images, since their nodes are in reverse order.
     pub fn n_reversed(&self) -> usize {
         self.n_reversed
     }
 
     /// Returns whether a volume cell's corner Jacobians all have one sign in the reference. False for
-    /// boundary faces, which are not judged.
+    /// boundary faces, which are not evaluated.
     pub fn is_valid(&self, cell: usize) -> bool {
         matches!(self.signs[cell].abs(), 1 | BY_MAP)
     }
 
     /// Returns whether a cell that is valid at its corners is not proven to be so between them in the reference: later it
-    /// is judged by its corners alone.
+    /// is checked at its corners only.
     pub fn is_doubtful(&self, cell: usize) -> bool {
         !self.doubtful.is_empty() && self.doubtful.binary_search(&(cell as u32)).is_ok()
     }
 
-    /// Returns whether a cell that is not valid in the reference has a positive volume there, which is all that is judged later.
+    /// Returns whether a cell that is not valid in the reference has a positive volume there; only its volume is checked later.
     pub fn is_judged_by_volume(&self, cell: usize) -> bool {
         self.signs[cell].abs() == BY_VOLUME
     }
 
-    /// Returns whether a cell is inverted at its corners, or by its volume where only that is judged.
+    /// Returns whether a cell is inverted at its corners, or by its volume where only that is checked.
     #[inline]
     pub(super) fn is_inverted(&self, cell: usize, metrics: &Metrics) -> bool {
         let sign = self.sign(cell);
@@ -183,14 +183,14 @@ impl Reference {
         }
     }
 
-    /// 1 or -1: the orientation in the reference, for an invalid cell that of its volume.
+    /// 1 or -1: the orientation in the reference, for an invalid cell the sign of its volume.
     #[inline]
     pub fn sign(&self, cell: usize) -> i8 {
         self.signs[cell].signum()
     }
 
-    /// Signs of the cells from `first` on: those of [`Self::sign`], doubled for invalid cells, three times those for
-    /// cells that are judged by their volume.
+    /// Signs of the cells from `first` on: [`Self::sign`], doubled for invalid cells, three times it for
+    /// cells whose volume is checked.
     #[inline]
     pub(super) fn signs_from(&self, first: usize) -> &[i8] {
         &self.signs[first..]

@@ -171,7 +171,7 @@ pub(super) fn pyramid(p: &[Vector; 5]) -> Metrics {
 }
 
 /// `|S|^2 / det(S)^(2/3)` at a corner of the base with the edges to the next and from the last corner; `S` takes the
-/// corner from that of the pyramid whose edges are all equal.
+/// corner from the pyramid whose edges are all equal.
 ///
 /// ```text
 /// det S = sqrt(2) alpha,   |S|^2 = |e_1|^2 + |e_2|^2 + |2 e_3 - e_1 - e_2|^2 / 2

@@ -29,7 +29,7 @@ pub struct Statistic {
     pub max: Option<Extreme>,
 }
 
-/// Every metric, with the nodes at `points`, judged against `reference`.
+/// Every metric, with the nodes at `points`, relative to `reference`.
 ///
 /// One parallel pass; sums are folded over fixed chunks of cells in order.
 ///
@@ -70,7 +70,7 @@ pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<
         .collect()
 }
 
-/// What one metric of some cells adds up to.
+/// Sum of one metric of some cells.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Tally {
     n_cells: usize,

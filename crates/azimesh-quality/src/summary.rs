@@ -100,7 +100,7 @@ impl Summary {
     }
 }
 
-/// Quality of the cells of `mesh` with their nodes at `points`, judged against `reference` and the `sizes` there.
+/// Quality of the cells of `mesh` with their nodes at `points`, relative to `reference` and the `sizes` there.
 ///
 /// One parallel pass. Sums are folded over fixed chunks of cells in order, so the result is the
 /// same on any number of threads.

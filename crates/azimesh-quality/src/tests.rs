@@ -26,7 +26,7 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs().max(1.0)
 }
 
-/// VTK's values, where it has the cell the other way round: those of its mirror image.
+/// VTK's values, where it has the cell the other way round: the values of its mirror image.
 fn as_vtk_has_it(mesh: &Mesh) -> CellMetrics {
     let upright = mesh_of(mesh.cells.get(0).kind, ideal(mesh.cells.get(0).kind));
     per_cell(mesh, &mesh.points, &Reference::new(&upright))
@@ -244,7 +244,7 @@ fn a_cell_that_is_bad_in_the_reference_never_counts_as_inverted() {
 #[test]
 fn a_collapsed_cell_is_inverted_once_its_volume_is_negative() {
     let hexahedron = ideal(CellKind::Hexahedron);
-    // A wedge that is listed as a hexahedron: the edge of nodes 3 and 7 lies on that of nodes 0 and 4.
+    // A wedge that is listed as a hexahedron: the edge of nodes 3 and 7 coincides with the edge of nodes 0 and 4.
     let mut mesh = Mesh {
         points: hexahedron,
         ..Mesh::default()

@@ -32,7 +32,7 @@ impl Candidate {
 /// The `n` worst volume cells, the worst first; of equal ones those with the lowest index. Of a part of a mesh those of
 /// the whole, by their numbers there.
 ///
-/// One parallel pass that keeps `n` cells of each chunk at the most.
+/// One parallel pass that keeps at most `n` cells of each chunk.
 ///
 /// # Panics
 /// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.

@@ -1,4 +1,4 @@
-//! Kernel evaluations a second and core, for each kernel and number of columns, beside the rate of
+//! Kernel evaluations per second and core, for each kernel and number of columns, next to the rate of
 //! plain square roots in the same run: each evaluation needs one, so that is the limit.
 //!
 //! Run with `cargo bench --bench evaluate`. Repetitions take one to four milliseconds, alternate

@@ -32,7 +32,7 @@ const ZERO: f64 = 1e-12;
 /// Base points with their images, ready to be evaluated.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Expanded {
-    /// The base points, then those of the first image, and so on.
+    /// The base points, then the first image of each, and so on.
     pub points: Vec<Vector>,
     /// Weights (points, 3 r), by rows: column `3 m + a` is component `a` of vector mode `m`.
     pub weights: Vec<f64>,

@@ -24,7 +24,7 @@ impl Constraint {
     };
 
     /// The span of these normals, made orthonormal in turn, those along an axis first. Normals that
-    /// lie within 0.6 degrees of the span of others add nothing; three directions are [`Self::ALL`].
+    /// are within 0.6 degrees of the span of others add nothing; three directions are [`Self::ALL`].
     pub fn of_normals(normals: &[Vector]) -> Self {
         let mut span = Self {
             columns: [[0.0; 3]; 3],
@@ -106,7 +106,7 @@ impl Constraint {
     }
 }
 
-/// The axis along which a direction lies exactly.
+/// The axis that a direction is exactly parallel to.
 fn axis(v: &Vector) -> Option<usize> {
     let mut nonzero = (0..3).filter(|&k| v[k] != 0.0);
     let axis = nonzero.next()?;

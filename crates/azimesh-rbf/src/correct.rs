@@ -88,7 +88,7 @@ impl<'a> Fading<'a> {
         }
     }
 
-    /// The share of the residuals that is added at those of `points` that are within the fade radius, in the order of a
+    /// The part of the residuals that is added at the `points` within the fade radius, in the order of a
     /// space-filling curve. `12 N` bytes on the way for the `N` points in the surface's box.
     pub fn faded(&self, points: &[Vector]) -> Vec<Faded> {
         let order = self.order(points.len(), |row| points[row]);
@@ -236,7 +236,7 @@ impl<'a> Correction<'a> {
         all
     }
 
-    /// The values added at those of the rows that are within the fade radius.
+    /// The values added at the rows within the fade radius.
     fn near(&self, rows: &[u32], place: impl Fn(usize) -> Vector) -> Added {
         let mut near = Added::default();
         self.fading.near(rows, place, |row, foot, fade| {
@@ -259,7 +259,7 @@ pub struct Added {
 }
 
 impl Added {
-    /// Adds it to the values of a field, to those of the row that `row` gives for each.
+    /// Adds it to the values of a field, in the row that `row` gives for each.
     pub fn add_to(&self, values: &mut [f64], n_modes: usize, row: impl Fn(u32) -> u32) {
         let added = self.added.chunks_exact(n_modes.max(1));
         for (&at, added) in self.rows.iter().zip(added) {

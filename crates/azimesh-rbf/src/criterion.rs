@@ -26,7 +26,7 @@ pub struct Criterion {
     n_steps: usize,
     /// `C_k` by steps: (K, r, 3).
     coefficients: Vec<f64>,
-    /// Modes whose errors are vectors that add up; those of different parts add by their lengths.
+    /// Modes whose errors are vectors that add up; the errors of different parts add by their lengths.
     parts: Vec<Range<usize>>,
     /// `max_p |C_p,k|_2` of each step.
     norms: Vec<f64>,

@@ -3,7 +3,7 @@
 use azimesh_core::geometry::vector::{Vector, distance};
 use std::collections::HashMap;
 
-/// The points, by position, but for images and for those that have one nearer than `apart` before
+/// The points, by position, except images and points that have one nearer than `apart` before
 /// them. `O(N)`.
 pub fn distinct(points: &[Vector], apart: f64, images: &[bool]) -> Vec<usize> {
     let cell = |x: &Vector| x.map(|x| (x / apart).floor() as i64);

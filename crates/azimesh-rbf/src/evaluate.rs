@@ -218,7 +218,7 @@ fn squared_distance<S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64
 /// The unit for square roots takes longer for each than all other work on a pair, so it must never
 /// wait. A processor looks only a few pairs ahead: did the kernel follow its root at once, work
 /// that waits for the root would fill that window, and the next root would start late. The roots
-/// lie in memory, indexed at run time, because a compiler that holds them in registers moves them
+/// are in memory, indexed at run time, because a compiler that holds them in registers moves them
 /// together again.
 struct Pipeline<'a, S: Simd> {
     squares: [S::f64s; 2],

@@ -22,7 +22,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Evaluates the weighted base points at `points`, or at those of them in `nodes`.
+    /// Evaluates the weighted base points at `points`, or at the `points` in `nodes`.
     /// `N n` kernel evaluations. Where the support radius is smaller than the mesh, nodes are taken
     /// along a space-filling curve, so that a block of them sees few base points. `progress` is
     /// called with the number of nodes done.
@@ -126,7 +126,7 @@ fn evaluate_at(base: &Interpolant, points: &[Vector], out: &mut [f64], progress:
     evaluate_along(base, points, &order, out, progress);
 }
 
-/// Writes the interpolant at those of `points` that are in `order` to their rows of `out`; neighbours
+/// Writes the interpolant at the `points` in `order` to their rows of `out`; neighbours
 /// in the order should be neighbours in space.
 pub fn evaluate_along(
     base: &Interpolant,

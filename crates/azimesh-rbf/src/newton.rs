@@ -94,7 +94,7 @@ impl<'a> Candidates<'a> {
             let Some((chunk, worst)) = self.worst().filter(|(_, worst)| worst.error > stop) else {
                 return;
             };
-            // Written so that a power that is no number is skipped too.
+            // Written so that a NaN power is skipped too.
             let serves = self.chunks[chunk].power[worst.at] >= LEAST_POWER;
             if !serves {
                 self.skipped += 1;

@@ -103,7 +103,7 @@ impl<'a> Chunk<'a> {
     fn find_worst(&mut self) {
         let mut worst = Worst { value: 0.0, at: 0 };
         for (at, (power, weight)) in self.power.iter().zip(self.weights).enumerate() {
-            // Written so that a power that is no number is skipped too.
+            // Written so that a NaN power is skipped too.
             let serves = *power >= LEAST_POWER;
             if serves && weight * power.sqrt() > worst.value {
                 let value = weight * power.sqrt();

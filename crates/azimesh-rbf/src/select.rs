@@ -208,7 +208,7 @@ fn grow(
     let mut nearly_done = false;
     loop {
         let seen = targets.seen_by(&criterion);
-        // The last sweep is that of the final weights, so that it need not be made twice.
+        // The last sweep has the final weights, so that it need not be repeated.
         let is_final = nearly_done;
         let interpolant = if is_final {
             chosen.final_interpolant(space, &seen)?

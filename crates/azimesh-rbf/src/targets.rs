@@ -60,7 +60,7 @@ pub(super) struct Chosen {
     pub factor: GrowingCholesky,
     /// Number of base points and largest error at each sweep.
     pub history: Vec<(usize, f64)>,
-    /// Candidates that lie too close to base points.
+    /// Candidates that are too close to base points.
     pub skipped: usize,
 }
 

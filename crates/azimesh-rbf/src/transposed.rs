@@ -49,7 +49,7 @@ struct ChunkSums {
 }
 
 impl ChunkSums {
-    /// The points stand in for base points, their values for weights: the kernel is symmetric.
+    /// The points replace base points, their values for weights: the kernel is symmetric.
     fn of(
         basis: Basis,
         base: &[Vector],

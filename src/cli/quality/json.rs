@@ -71,58 +71,58 @@ struct MeshQuality {
     /// Cells that are not valid in the reference (only their volume is checked), and solid cells with reversed nodes
     /// (checked as mirror images).
     inverted_reference: usize,
-    /// Smallest volume, in 2D area, mesh units to the third or second power; null where no cell or face has it.
+    /// Smallest volume, in 2D area, mesh units to the third or second power.
     min_volume: Option<f64>,
-    /// Cell of `min_volume`, from 0; of a face, one of its cells.
+    /// Cell of `min_volume`.
     #[serde(skip_serializing_if = "Option::is_none")]
     min_volume_cell: Option<usize>,
-    /// Smallest scaled Jacobian; null where no cell or face has it.
+    /// Smallest scaled Jacobian.
     min_scaled_jacobian: Option<f64>,
-    /// Cell of `min_scaled_jacobian`, from 0; of a face, one of its cells.
+    /// Cell of `min_scaled_jacobian`.
     #[serde(skip_serializing_if = "Option::is_none")]
     min_scaled_jacobian_cell: Option<usize>,
-    /// Mean scaled Jacobian; null where no cell or face has it.
+    /// Mean scaled Jacobian.
     mean_scaled_jacobian: Option<f64>,
-    /// First percentile of the scaled Jacobian; null where no cell or face has it.
+    /// First percentile of the scaled Jacobian.
     p01_scaled_jacobian: Option<f64>,
-    /// Largest ratio of the edges of a cell; null where no cell or face has it.
+    /// Largest ratio of the edges of a cell.
     max_edge_ratio: Option<f64>,
-    /// Cell of `max_edge_ratio`, from 0; of a face, one of its cells.
+    /// Cell of `max_edge_ratio`.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_edge_ratio_cell: Option<usize>,
-    /// Largest equiangle skew; null where no cell or face has it.
+    /// Largest equiangle skew.
     max_skew: Option<f64>,
-    /// Cell of `max_skew`, from 0; of a face, one of its cells.
+    /// Cell of `max_skew`.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_skew_cell: Option<usize>,
-    /// Largest non-orthogonality, degrees; null where no cell or face has it.
+    /// Largest non-orthogonality, degrees.
     max_non_orthogonality: Option<f64>,
-    /// Cell of `max_non_orthogonality`, from 0; of a face, one of its cells.
+    /// Cell of `max_non_orthogonality`.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_non_orthogonality_cell: Option<usize>,
-    /// Mean non-orthogonality, degrees; null where no cell or face has it.
+    /// Mean non-orthogonality, degrees.
     mean_non_orthogonality: Option<f64>,
-    /// Largest skewness of a face; null where no cell or face has it.
+    /// Largest skewness of a face.
     max_face_skewness: Option<f64>,
-    /// Cell of `max_face_skewness`, from 0; of a face, one of its cells.
+    /// Cell of `max_face_skewness`.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_face_skewness_cell: Option<usize>,
-    /// Smallest volume ratio of the two cells at a face; null where no cell or face has it.
+    /// Smallest volume ratio of the two cells at a face.
     min_volume_ratio: Option<f64>,
-    /// Cell of `min_volume_ratio`, from 0; of a face, one of its cells.
+    /// Cell of `min_volume_ratio`.
     #[serde(skip_serializing_if = "Option::is_none")]
     min_volume_ratio_cell: Option<usize>,
-    /// Smallest weight of a face; null where no cell or face has it.
+    /// Smallest weight of a face.
     min_face_weight: Option<f64>,
-    /// Cell of `min_face_weight`, from 0; of a face, one of its cells.
+    /// Cell of `min_face_weight`.
     #[serde(skip_serializing_if = "Option::is_none")]
     min_face_weight_cell: Option<usize>,
-    /// Smallest size-skew against the reference; null where no cell or face has it.
+    /// Smallest size-skew against the reference.
     min_size_skew: Option<f64>,
-    /// Cell of `min_size_skew`, from 0; of a face, one of its cells.
+    /// Cell of `min_size_skew`.
     #[serde(skip_serializing_if = "Option::is_none")]
     min_size_skew_cell: Option<usize>,
-    /// Mean size-skew; null where no cell or face has it.
+    /// Mean size-skew.
     mean_size_skew: Option<f64>,
     /// Cells valid at their corners, and neither proven to be so between them nor refuted.
     unproven: usize,

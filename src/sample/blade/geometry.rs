@@ -51,7 +51,7 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
-    /// The point of a cylinder three times as wide, and as much longer at either end, that lies
+    /// The point of a cylinder three times as wide, and as much longer at either end, that is
     /// opposite to a point of this one's surface.
     pub fn far(&self, [x, y, z]: Vector) -> Vector {
         let middle = 0.5 * (self.ends[0] + self.ends[1]);

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 const LEAST_BLADES: usize = 3;
 const MOST_BLADES: usize = 5;
 
-/// Radius of the hub, in that where the blades begin: a smaller one leaves cells at their roots no room
-/// beside those of the next blade.
+/// Radius of the hub, in that where the blades begin: a smaller one leaves cells at their roots no space
+/// next to the cells of the next blade.
 const HUB: f64 = 0.75;
 
 /// Positions of the patch's corners on the hub and on the outer boundary, in half widths.
@@ -54,7 +54,7 @@ impl Sector {
     }
 
     /// The node of the sector's boundary opposite to the blade's node at `place`; `part` is how far
-    /// out it lies, 0 at the hub to 1, where that is not given by the place.
+    /// out it is, 0 at the hub to 1, where that is not given by the place.
     pub fn node(&self, tube: &Tube, place: Place, part: impl Fn(usize) -> f64) -> Vector {
         let scaled = |[u, v]: [f64; 2], by: f64| [by * u, by * v];
         let (part, [across, up]) = match place {

@@ -18,7 +18,7 @@ use azimesh_core::parallel;
 use azimesh_io::mesh::{Cells, Group, Mesh};
 
 /// Part of the distance to the sector's boundary that a ray starts with along the normal: rays bend
-/// early, since those of the trailing edge go to a plane that lies far behind it.
+/// early, since the nodes of the trailing edge go to a plane that is far behind it.
 const START: f64 = 0.12;
 
 /// The mesh of a rotor with `n_blades` blades, of as many nodes in all as the options say.
@@ -133,7 +133,7 @@ impl Numbering {
         (sector * self.n_own + self.n_inner) as u32 + place
     }
 
-    /// The nodes of the mesh, from those of a sector.
+    /// The nodes of the mesh, from the nodes of a sector.
     fn points(&self, local: &[Vector], n_sectors: usize) -> Vec<Vector> {
         let (inner, outermost) = local.split_at(self.n_inner);
         let outermost = outermost.iter().zip(&self.outermost);

@@ -6,7 +6,7 @@
 //!
 //! On an end, seen along the chord, a point has coordinates (outward, up) = (X, Z) in chords, at
 //! a distance `r` from the chord line that is the half thickness of its station. Far from the
-//! edges the nodes of one chordwise station lie on a circle `r = t`; towards the leading and
+//! edges the nodes of one chordwise station are on a circle `r = t`; towards the leading and
 //! trailing band the circles turn into squares, so that the patch's corners have angles of 90 and
 //! 135 degrees.
 

@@ -21,7 +21,7 @@ pub struct Tube {
     pub side: usize,
     /// Cells round the leading and round the trailing band; even.
     pub band: usize,
-    /// Cells along the span, rings apart.
+    /// Cells along the span, without rings.
     pub span: usize,
 }
 
@@ -110,7 +110,7 @@ impl Tube {
         self.n_loop() * (self.n_rows() - 1) + 2 * self.side * self.band
     }
 
-    /// Rows of loops: those of the wrap and of both rings.
+    /// Rows of loops of the wrap and of both rings.
     pub fn n_rows(&self) -> usize {
         self.span + self.band + 1
     }
@@ -130,7 +130,7 @@ impl Tube {
         }
     }
 
-    /// The end that a quadrilateral lies on, rings included; `None` on the wrap.
+    /// The end that a quadrilateral is on, rings included; `None` on the wrap.
     pub fn end_of(&self, quad: usize) -> Option<End> {
         let (n, ring) = (self.n_loop(), self.band / 2);
         let of_rows = n * (self.n_rows() - 1);
@@ -150,7 +150,7 @@ impl Tube {
         around % half < ring || around % half >= half - ring
     }
 
-    /// Checks if a node lies on the wrap's trailing band or its edges.
+    /// Checks if a node is on the wrap's trailing band or its edges.
     pub fn is_trailing(&self, node: usize) -> bool {
         let (n, ring) = (self.n_loop(), self.band / 2);
         let on_wrap = (n * ring..n * (ring + self.span + 1)).contains(&node);

@@ -3,7 +3,7 @@
 use super::vector::{Vector, cross, dot, sub};
 
 /// Checks if two triangles cut through each other: an edge of one passes through the inside of the other.
-/// Triangles that touch, or that lie in one plane, do not.
+/// Triangles that touch, or that are in one plane, do not.
 pub fn triangles_cross(a: &[Vector; 3], b: &[Vector; 3]) -> bool {
     let edges = |t: &[Vector; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
     edges(a).iter().any(|edge| pierces(edge, b)) || edges(b).iter().any(|edge| pierces(edge, a))

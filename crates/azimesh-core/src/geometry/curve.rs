@@ -24,7 +24,7 @@ pub fn along(points: &[Vector]) -> Vec<(u64, u32)> {
     keyed
 }
 
-/// Indices of those of `n` points that lie in a box, in the order of a Morton curve over it with
+/// Indices of the points, out of `n`, that are in a box, in the order of a Morton curve over it with
 /// 1024 cells an axis; in one cell by index. `12` bytes a point on the way.
 pub fn rough_order(n: usize, point: impl Fn(usize) -> Vector + Sync, within: &Bounds) -> Vec<u32> {
     let keyed = |i: usize| {

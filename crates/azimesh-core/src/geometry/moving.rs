@@ -22,7 +22,7 @@ pub struct Moving {
 }
 
 impl Moving {
-    /// A transform that stays as it is.
+    /// A transform that does not change.
     pub fn still(map: Transform) -> Self {
         Self {
             map,

@@ -1,5 +1,5 @@
 //! Boxes turned with what they hold: thin around flat pieces, narrow around long ones, in any
-//! direction. Four lie side by side in memory, so that one pass over registers tests all of them.
+//! direction. Four are adjacent in memory, so that one pass over registers tests all of them.
 
 use super::bounds::Bounds;
 use super::vector::{Vector, add, dot, norm, scale, sub};
@@ -82,7 +82,7 @@ impl OrientedBox {
     }
 }
 
-/// Eigenvectors of a symmetric matrix, of which the lower triangle is read, by cyclic Jacobi
+/// Eigenvectors of a symmetric matrix, by its lower triangle, by cyclic Jacobi
 /// rotations: right to round-off for the smallest eigenvalue too.
 ///
 /// Source: Golub and Van Loan, Matrix Computations, section 8.5.

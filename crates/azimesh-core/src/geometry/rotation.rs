@@ -42,7 +42,7 @@ pub fn rotation_vector(rotation: &Matrix) -> Vector {
     q.rotation_vector_near([0.0; 3])
 }
 
-/// Of all rotation vectors of a rotation matrix, which lie a turn apart along its axis, the one nearest
+/// Of all rotation vectors of a rotation matrix, which differ by turns about its axis, the one nearest
 /// to `previous`.
 pub fn rotation_vector_near(rotation: &Matrix, previous: Vector) -> Vector {
     let q = Quaternion::of_matrix(rotation);
@@ -55,7 +55,7 @@ pub fn rotation_vector_near(rotation: &Matrix, previous: Vector) -> Vector {
 }
 
 /// A unit quaternion `w + v`: a rotation by `theta` has `w = cos(|theta|/2)` and
-/// `v = sin(|theta|/2) theta/|theta|`, so that the signs tell one turn from two.
+/// `v = sin(|theta|/2) theta/|theta|`, so that the signs distinguish one turn from two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quaternion {
     /// Scalar part.
@@ -146,7 +146,7 @@ impl Quaternion {
         }
     }
 
-    /// Of the rotation vectors of this quaternion, which lie two turns apart along its axis, the one
+    /// Of the rotation vectors of this quaternion, which differ by two turns about its axis, the one
     /// nearest to `previous`.
     ///
     /// At whole turns the axis is lost: there the vector keeps the direction of `previous`.

@@ -25,7 +25,7 @@ pub struct Cholesky {
 pub struct NotPositive(pub usize);
 
 impl Cholesky {
-    /// Factors `a (n, n)`, of which the lower triangle is read. `n^3 / 3` multiply-adds.
+    /// Factors `a (n, n)` from its lower triangle. `n^3 / 3` multiply-adds.
     ///
     /// # Errors
     /// [`NotPositive`] where a pivot is not above zero.

@@ -122,7 +122,7 @@ mod tests {
                 let identity = f64::from(u8::from(at % n_cols == at / n_cols));
                 assert!((value - identity).abs() < 1e-13, "{n_rows} rows: {value}");
             }
-            // What is left of the columns beside their projection.
+            // The columns minus their projection.
             let mut rest = Matrix::from_fn(n_rows, n_cols, |i, j| rows[i * n_cols + j]);
             let mut along = vec![0.0; n_cols * n_cols];
             add_transposed_product(&mut along, &basis, &rest.values, n_cols);

@@ -43,7 +43,7 @@ impl Ranks {
 
     /// In round `k` each rank sends to the one `k` after it, and receives from the one `k` before it. A send may wait until it is
     /// received. So of each circle of ranks that wait for each other some have to receive first: those that send to a
-    /// lower one, of which every circle has one.
+    /// lower one; every circle has one.
     fn in_rounds<T: Default>(
         &self,
         mut to_each: Vec<T>,

@@ -1,5 +1,5 @@
 //! BLAKE3 hashes of bytes that several ranks have: BLAKE3 is a tree, so that each rank hashes whole blocks of its own bytes,
-//! and the hash of all is that of one process.
+//! and the hash of all equals the hash of one process.
 
 use blake3::hazmat::{
     ChainingValue, HasherExt, Mode, merge_subtrees_non_root, merge_subtrees_root,
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Bytes of a block: a power of two of BLAKE3's chunks.
 const BLOCK: u64 = 64 << 10;
 
-/// Hashes bytes front to back, of which some are hashed elsewhere ([`HashedBytes`]).
+/// Hashes bytes from front to back; some are hashed elsewhere ([`HashedBytes`]).
 #[derive(Default, Clone)]
 pub struct TreeHasher {
     /// The block under work; one that is full stays open until more bytes come, since the last one is hashed otherwise.
@@ -18,11 +18,11 @@ pub struct TreeHasher {
     n_in_block: u64,
     /// Whole blocks before it.
     n_blocks: u64,
-    /// What these are merged to: a tree for each bit of their number that is set, the largest first.
+    /// Merged blocks: a tree for each bit of their number that is set, the largest first.
     trees: Vec<ChainingValue>,
 }
 
-/// What a rank tells of bytes that it has: the hashes of whole blocks, and the bytes before and after those.
+/// Hashes that a rank sends of its bytes: the hashes of complete blocks, and the bytes before and after them.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HashedBytes {
     #[serde(with = "super::raw")]
@@ -36,14 +36,14 @@ pub struct HashedBytes {
 /// Hashes some of many bytes: those from a place on.
 pub struct PartHasher {
     at: u64,
-    /// Where the whole blocks begin and end.
+    /// First and last complete block.
     whole: [u64; 2],
     block: Hasher,
     made: HashedBytes,
 }
 
 impl TreeHasher {
-    /// How many bytes there are so far.
+    /// Number of bytes so far.
     pub fn n_bytes(&self) -> u64 {
         self.n_blocks * BLOCK + self.n_in_block
     }
@@ -60,7 +60,7 @@ impl TreeHasher {
         }
     }
 
-    /// Takes the next bytes, which a rank has hashed from [`n_bytes`](Self::n_bytes) on.
+    /// Adds the next bytes, hashed by a rank from [`n_bytes`](Self::n_bytes) on.
     pub fn take(&mut self, part: &HashedBytes) {
         self.update(&part.before);
         if !part.blocks.is_empty() {
@@ -117,11 +117,11 @@ fn merge(trees: &mut Vec<ChainingValue>, n_blocks: u64) {
 }
 
 impl PartHasher {
-    /// Of `n` bytes, the first of which is the one with number `at` of all.
+    /// Hasher of `n` bytes, the first of them at position `at` of all.
     pub fn new(at: u64, n: u64) -> Self {
         let end = at + n;
         let first = at.next_multiple_of(BLOCK).min(end);
-        // Somebody has to have the last of all blocks as it is.
+        // One rank keeps the last of all blocks unmerged.
         let last = (end.saturating_sub(1) / BLOCK * BLOCK).max(first);
         Self {
             at,
@@ -161,7 +161,7 @@ impl PartHasher {
         }
     }
 
-    /// What is to be told of the bytes.
+    /// Hashes to be sent.
     pub fn finish(self) -> HashedBytes {
         self.made
     }

@@ -295,7 +295,7 @@ impl Ranks {
         self.send(0, bytemuck::cast_slice(own));
     }
 
-    /// Takes the numbers of each other rank on rank 0; `parts` has as much room as each has numbers.
+    /// Takes the numbers of each other rank on rank 0; `parts` has the length of the numbers of each rank.
     pub fn receive_parts<T: Pod>(&self, parts: &mut [&mut [T]]) {
         for (rank, part) in parts.iter_mut().enumerate().skip(1) {
             let bytes = bytemuck::cast_slice_mut(part);

@@ -61,13 +61,14 @@ keys! {
         pub zones: Vec<Pattern>, patterns(), or "all";
         /// boundary tags that do not move
         pub fixed: Vec<Pattern>, patterns(), or "none";
-        /// boundary tags whose nodes move along the boundary and never leave it: symmetry planes, walls and outer edges beside a
-        /// moving body. Nodes that a body shares with such a plane move with the body; a warning says if they leave the plane
+        /// boundary tags whose nodes move along the boundary and never leave it: symmetry planes, walls and outer edges
+        /// next to a moving body. Nodes that a body shares with such a plane move with the body; a warning says if they
+        /// leave the plane
         pub slide: Vec<Pattern>, patterns(), or "none";
-        /// tags whose nodes follow the mesh around them: lines and surfaces inside the flow, such as that of a wake
+        /// tags whose nodes follow the mesh around them: lines and surfaces inside the flow, such as a wake
         pub free: Vec<Pattern>, patterns(), or "none";
-        /// pairs of boundaries that are images of one another by a translation or a rotation; their nodes follow the mesh around
-        /// them, and paired nodes move identically. A side is one name or glob and may stand for several tags
+        /// pairs of boundaries that are images of one another by a translation or a rotation; paired nodes follow the
+        /// mesh and move identically. A side is one name or glob and may stand for several tags
         pub periodic: Vec<PeriodicPair>, PAIRS, or "none";
         /// what the remaining tags do; `"free"` ones follow the mesh around them. Without this key, a tag that is named nowhere is
         /// an error

@@ -85,24 +85,24 @@ keys! {
     pub struct RbfOptions "[rbf]" {
         /// radial basis function
         pub kernel: KernelName, choice::<KernelName>(), default "wendland-c2";
-        /// greater than 1e-9 of the diagonal of the mesh. If left out: the smaller of the diagonal of the deforming region and ten
-        /// diagonals of the box around the moving tags
+        /// greater than 1e-9 of the diagonal of the mesh. Default: the smaller of the diagonal of the deforming region
+        /// and ten diagonals of the box around the moving tags
         pub support_radius: Option<f64>, positive("length"), or "chosen and reported";
-        /// `"linear"` adds `p0 + p1 x + p2 y + p3 z`, so that an affine motion of all surfaces is reproduced everywhere; of little
-        /// use with fixed boundaries, refused with [sliding or periodic](boundaries.md) ones
+        /// `"linear"` adds `p0 + p1 x + p2 y + p3 z`, which reproduces an affine motion of all surfaces everywhere;
+        /// refused with [sliding or periodic](boundaries.md) boundaries
         pub polynomial: Polynomial, choice::<Polynomial>(), default "none";
-        /// what is interpolated: displacements, or the rotation vector and translation of each body. `"twist"` for rotations of
-        /// more than about 60 degrees against a fixed boundary, up to about 300; `"displacement"` for large translations in tight
-        /// spaces, and for a small body close to a fixed one ([a flap](rotations.md#a-flap-beside-a-wing-that-stays)). With a beam
-        /// every section turns about its point of the lifting line (no substeps); `surface` and `modes` have no rotations and are
-        /// refused
+        /// displacements, or the rotation vector and translation of each body. `"twist"` is for rotations of more than
+        /// about 60 degrees against a fixed boundary, up to about 300; `"displacement"` for large translations in
+        /// narrow gaps, and for a small body close to a fixed one ([a flap](rotations.md#a-flap-next-to-a-fixed-wing)).
+        /// With twist on a beam every section turns about its point of the lifting line (no substeps); `surface` and
+        /// `modes` have no rotations and are refused
         pub interpolate: Interpolate, choice::<Interpolate>(), default "displacement";
-        /// greater than 0, with `"twist"` only: a support radius for the rotation alone. Without this key the rotation of a rigid
-        /// body inside a fixed circle or cylinder is not interpolated, but falls with the logarithm of the distance from its axis
-        /// ([method](method.md#7-large-rotations)), which folds least
+        /// greater than 0, with `"twist"` only: support radius of the rotation. Without this key the rotation of a
+        /// rigid body inside a fixed circle or cylinder decreases with the logarithm of the distance from its axis
+        /// ([method](method.md#7-large-rotations))
         pub rotation_radius: Option<f64>, positive("length"), or "`support_radius`";
-        /// number of parts of each step: all angles and translations grow evenly over the parts, and each part deforms the mesh
-        /// that the previous one left. For motions that fold cells in one step; a step takes as many times longer
+        /// number of parts of each step: angles and translations grow evenly over the parts, and each part deforms the
+        /// mesh of the previous one. For motions that fold cells in one step; the time per step is proportional
         pub substeps: usize, SUBSTEPS, default 1;
     }
 }
@@ -202,27 +202,27 @@ keys! {
     /// `[selection]`: the base points.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SelectionOptions "[selection]" {
-        /// `"sequence"`: chosen greedily, once, for all steps; `"constant"`: once, for one displacement of all moving nodes (the
-        /// [paper's](../validation/paper.md) Algorithm 2), if the motion is not known beforehand; `"real"`: again at each step, for its
-        /// displacements (Algorithm 1); `"all"`: every surface node (at most 40,000) that double precision can tell from others;
-        /// held to the tolerance like the others
+        /// `"sequence"`: chosen greedily, once, for all steps; `"constant"`: once, for one displacement of all moving
+        /// nodes (Algorithm 2 of the [paper](../validation/paper.md)), if the motion is not known beforehand; `"real"`:
+        /// again at each step, for its displacements (Algorithm 1); `"all"`: every surface node (at most 40,000) that
+        /// double precision can separate
         pub method: SelectionMethod, choice::<SelectionMethod>(), default "sequence";
-        /// displacement error allowed on any surface node at any step, before the correction; greater than 0. If left out: 1e-4 of
-        /// the diagonal of the box around the moving tags; without correction the smallest first-cell height
+        /// displacement error allowed on any surface node at any step, before the correction; greater than 0. Default:
+        /// 1e-4 of the diagonal of the box around the moving tags; without correction the smallest first-cell height
         pub tolerance: Option<f64>, positive("length"), or "chosen and reported";
         /// which error must meet the tolerance: the largest of the surface nodes, or their mean
         pub criterion: SelectionCriterion, choice::<SelectionCriterion>(), default "max";
-        /// with method `"constant"` only: the displacement, longer than the tolerance. If left out: the largest displacement of a
-        /// moving node at any step in x, in y and in z
+        /// with method `"constant"` only: the displacement, longer than the tolerance. Default: the largest
+        /// displacement of a moving node at any step in x, in y and in z
         pub constant: Option<Vector>, numbers::<3>("3 lengths"), or "the motion's";
-        /// most base points; if they do not meet the tolerance, no mesh is written. Not used with `"all"`; with method
-        /// `"constant"` reaching it is a normal end
+        /// largest number of base points; if they do not meet the tolerance, no mesh is written. Not used with `"all"`;
+        /// with method `"constant"` reaching it is a normal end
         pub max_points: usize, count("integer"), default 5000;
-        /// with method `"real"` only, greater than 0: base points are chosen again after this azimuth, counted from the first step
-        /// of the schedule
+        /// with method `"real"` only, greater than 0: base points are chosen again after this azimuth, counted from the
+        /// first step of the schedule
         pub refresh: Option<Refresh>, REFRESH, or "every step";
-        /// moving nodes are put exactly where the motion takes them, fixed ones where they were; sliding ones are put on their
-        /// boundary either way
+        /// moving nodes are written exactly where the motion takes them, fixed ones at their position; sliding ones are
+        /// always put on their boundary
         pub correction: bool, boolean(), default true;
     }
 }

@@ -89,38 +89,35 @@ keys! {
     /// `[output]`: what is written.
     #[derive(Debug, Clone, PartialEq)]
     pub struct OutputOptions "[output]" {
-        /// any of the [formats](formats.md): `"vtu"`, `"msh"`, `"su2"`, ...; `"vtkhdf"` (ParaView 5.12 or later) and `"cgns"` hold
-        /// the whole sequence in one file, [2.6 times smaller for hexahedra, 4 for tetrahedra](outputs.md)
+        /// any of the [formats](formats.md): `"vtu"`, `"msh"`, `"su2"`, ...; `"vtkhdf"` (ParaView 5.12 or later) and
+        /// `"cgns"` hold the whole sequence in one file
         pub format: Option<String>, FORMAT, or "`\"vtu\"`; `\"openfoam\"` if the mesh is a case";
         /// of coordinates, in the formats of VTK and CGNS; `"f32"` is refused where it would change a first-cell height by more
         /// than 1%
         pub precision: Precision, choice::<Precision>(), default "f64";
         /// columns of [steps.csv](outputs.md#stepscsv); these and cell arrays; nothing
         pub quality: QualityOutput, choice::<QualityOutput>(), default "summary";
-        /// `true` adds the displacement as a point array, in formats that hold arrays; in a case of OpenFOAM as
+        /// adds the displacement as a point array, in formats that hold arrays; in an OpenFOAM case as
         /// `<time>/wantedDisplacement`
         pub displacement: bool, boolean(), default false;
-        /// `true` adds node velocities as the point array `Velocity`, in mesh units a second, in formats that hold arrays.
+        /// adds node velocities as the point array `Velocity`, in mesh units per second, in formats that hold arrays.
         /// [Velocities](#velocities)
         pub velocity: bool, boolean(), default false;
         /// of numbers in VTU files
         pub encoding: Encoding, choice::<Encoding>(), default "raw";
         /// of binary data in VTU files
         pub compression: Compression, choice::<Compression>(), default "none";
-        /// at a step with inverted cells. `"repair"`: compute it and the steps around it in 2, 4 or 8 substeps (or 8 with
-        /// `wendland-c0`) and then move nodes near the cells that are left until these are valid
-        /// ([steps that are repaired](batches.md#inverted-cells)); `"warn"`: continue and exit with 1; `"stop"`: stop
-        /// (`--keep-going` skips the step); `"substeps"`: compute it again in substeps only. Nothing of this with `quality = "none"`, which judges no cell. `"substeps"` cannot be
-        /// used with `velocity`, nor with `interpolate = "twist"` on a beam; `"repair"` takes no substeps there
+        /// at a step with inverted cells: [repair](batches.md#inverted-cells) it; `"warn"`: continue and exit with 1;
+        /// `"stop"`: stop (`--keep-going` skips the step); `"substeps"`: compute it again in substeps only, not with
+        /// `velocity`, nor with `interpolate = "twist"` on a beam. No effect with `quality = "none"`
         pub on_inverted: OnInverted, choice::<OnInverted>(), default "repair";
-        /// `"su2"` adds a file of the moving surfaces for each step, which SU2 reads in an unsteady run with
-        /// `SURFACE_MOVEMENT= EXTERNAL`: [SU2](tasks/su2.md). The mesh is a `.su2` file, or `format` is `"su2"`; steps are evenly
-        /// spaced
+        /// `"su2"` adds a file of the moving surfaces per step for [SU2](tasks/su2.md). The mesh is a `.su2` file, or
+        /// `format` is `"su2"`; steps are evenly spaced
         pub surface: SurfaceOutput, choice::<SurfaceOutput>(), default "none";
         /// title of the [report](report.md)
         pub title: Option<String>, string::<String>(), or "the mesh's name";
-        /// what the mesh unit is called, such as `"m"` or `"mm"`: the [report](report.md) labels lengths with it, and lengths of
-        /// [tables in other units](#names-and-units-of-columns) are converted to it
+        /// name of the mesh unit, such as `"m"` or `"mm"`, for the [report](report.md) and for [tables in other
+        /// units](#names-and-units-of-columns)
         pub length_unit: Option<String>, string::<String>(), or "none";
     }
 }

@@ -58,17 +58,17 @@ keys! {
         pub(super) span_axis: Option<Vector>, direction(), or "`[1, 0, 0]`; in 2D `[0, 0, -1]`";
         /// direction of the shaft, towards the thrust side
         pub(super) shaft_axis: Option<Vector>, direction(), or "`[0, 0, 1]`; in 2D `[0, 1, 0]`";
-        /// inertial: the mesh (or its zones) also turns with the azimuth, and nodes between a turning zone and the rest are
-        /// duplicated, with a [tag on each side](tasks/rotor.md). The interface of a turning zone must be a surface of revolution
-        /// about the shaft; a cylinder along one blade is not, and a warning says so
+        /// inertial: the mesh (or its zones) also turns with the azimuth, and nodes between a turning zone and the rest
+        /// are duplicated, with a [tag on each side](tasks/rotor.md). That interface must be a surface of revolution
+        /// about the shaft; otherwise a warning says so
         pub(crate) frame: Frame, choice::<Frame>(), default "rotating";
         /// greater than 0; gives each step its time in s; not together with `[time]`
         pub(super) rpm: Option<f64>, positive("1/min"), or "none";
-        /// a table `time_s,azimuth_deg` (or `azimuth_rad`; other names are errors) that gives each step of `[time]` its azimuth,
-        /// in place of `frequency`: a rotor that speeds up. It must cover all times
+        /// a table `time_s,azimuth_deg` (or `azimuth_rad`) that gives each step of `[time]` its azimuth, in place of
+        /// `frequency`: a rotor that speeds up. It must cover all times
         pub(super) azimuth_table: Option<TableSource>, string::<TableSource>(), or "none";
-        /// between its rows; with `"cubic"` the speed of the rotor has no jumps; a rotor that starts from rest needs a few rows at
-        /// rest ([cubic tables](#bodytable-six-degrees-of-freedom))
+        /// between its rows; with `"cubic"` the rotor speed has no jumps ([cubic
+        /// tables](#bodytable-six-degrees-of-freedom))
         azimuth_interpolation: Interpolation, choice::<Interpolation>(), default "linear", with azimuth_table;
         /// -1 reverses the azimuth
         pub(super) azimuth_sign: f64, sign(), default 1;

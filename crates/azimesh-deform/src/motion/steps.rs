@@ -331,7 +331,7 @@ keys! { impl Azimuths "[azimuth]" = Self, {
     start, number("angle"), default 0;
     /// last azimuth; included if the steps land on it, to a millionth of a step; a note says if they do not
     stop, number("angle"), or "required";
-    /// not 0; negative when `stop` lies below `start`
+    /// not 0; negative when `stop` is less than `start`
     step, number("angle"), or "required";
     /// in place of these three: the azimuths themselves, in any order
     values, listed("array of angles");
@@ -346,7 +346,7 @@ keys! { impl Times "[time]" = Self, {
     step, number("s"), or "required";
     /// in place of these three
     values, listed("array of s");
-    /// greater than 0; the azimuth is 360 degrees x frequency x time. This or `azimuth_table` in `[rotor]` is needed if anything depends on the azimuth: harmonics without a frequency of their own, tables over azimuth, the inertial frame
+    /// greater than 0; the azimuth is 360 degrees x frequency x time. This or `azimuth_table` in `[rotor]` is needed if anything depends on the azimuth: harmonics without their own frequency, tables over azimuth, the inertial frame
     frequency, positive("Hz"), or "none";
 } }
 

@@ -11,7 +11,7 @@ const NONE: u32 = u32::MAX;
 type Keyed = ([u32; 4], usize, u32, usize);
 
 /// Faces with one cell only and with no corner but those that `is_in`, of the cells in a range that
-/// have this dimension: kind and nodes, in the order of the cells. Faces of which not all nodes are
+/// have this dimension: kind and nodes, in the order of the cells. Faces whose nodes are not all
 /// known are left out.
 pub(super) fn exterior_faces(
     cells: &Cells,
@@ -73,7 +73,7 @@ mod tests {
         assert_eq!(found[0].0, CellKind::LagrangeTriangle);
         assert_eq!(found[0].1.len(), 10);
 
-        // Two pyramids on a pentagon, which lies between them.
+        // Two pyramids on a pentagon, which is between them.
         let mut cells = Cells::new();
         for apex in [5, 6] {
             let mut stream = vec![6, 5, 0, 1, 2, 3, 4];

@@ -1,4 +1,4 @@
-//! A block of structured nodes: the faces of its sides. Its cells are those of `vtk::structured`.
+//! A block of structured nodes: the faces of its sides. `vtk::structured` has its cells.
 
 use crate::mesh::{CellKind, Cells};
 use std::ops::Range;
@@ -40,7 +40,7 @@ impl Grid {
         }
     }
 
-    /// Appends the faces across an index whose lowest corners lie in `ranges`, turned outward.
+    /// Appends the faces across an index whose lowest corners are in `ranges`, turned outward.
     pub fn append_faces(&self, across: usize, ranges: [Range<usize>; 3], cells: &mut Cells) {
         let along: Vec<usize> = match self.n_indices {
             3 => vec![(across + 1) % 3, (across + 2) % 3],

@@ -15,7 +15,7 @@ pub(super) fn hasher_of_cells(mesh: &MeshView) -> blake3::Hasher {
         let run = [run.kind as usize, run.n_nodes, run.n_cells()];
         hasher.update(bytemuck::cast_slice(&run));
     }
-    // Nodes on several ranks are those of the same mesh at every step.
+    // Nodes on several ranks belong to the same mesh at every step.
     if mesh.by_ranks.is_none() {
         hasher.update_rayon(bytemuck::cast_slice(mesh.cells.connectivity()));
     }

@@ -205,7 +205,7 @@ pub fn hash_of_read(path: &Path) -> io::Result<blake3::Hash> {
 /// Bytes that are read at once for a hash.
 const PIECE: usize = 4 << 20;
 
-/// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, that of
+/// The hash of a file, read piece by piece: a mapped file would count as memory of the run; of a folder, the hash of
 /// its files.
 pub fn hash_of(path: &Path) -> io::Result<blake3::Hash> {
     if !path.is_dir() {
@@ -221,7 +221,7 @@ pub fn hash_of_input(path: &Path, mesh: &Mesh) -> io::Result<blake3::Hash> {
     openfoam::hash_of_origin(mesh).map_or_else(|| hash_of_pieces(path, hash_of_read), Ok)
 }
 
-/// The hash of a file or folder with a mesh; of a list of pieces (.pvtu, not compressed) that of these too.
+/// The hash of a file or folder with a mesh; a list of pieces (.pvtu, not compressed) includes the pieces.
 pub fn hash_of_mesh_file(path: &Path) -> io::Result<blake3::Hash> {
     hash_of_pieces(path, hash_of)
 }
@@ -268,7 +268,7 @@ fn hash_of_file(file: &mut File, bytes: Range<u64>) -> io::Result<blake3::Hash> 
     }
 }
 
-/// One hash of several files: that of their names and hashes, ordered by name.
+/// One hash of several files, from their names and hashes, ordered by name.
 pub fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for (name, hash) in files {

@@ -167,7 +167,7 @@ fn vertices(words: &mut Tokens, dimension: usize, points: &mut Vec<[f64; 3]>) ->
     Ok(references)
 }
 
-/// Reads cells of one kind and their references; 0 is no tag.
+/// Reads cells of one kind and their references; 0 means no tag.
 fn read_cells(
     words: &mut Tokens,
     kind: CellKind,

@@ -165,7 +165,7 @@ impl<'a> Chunk<'a> {
         all_finite.into_inner()
     }
 
-    /// Converts numbers of which there are `n`, from `first` on, into indices from `base` on; fails with place and value
+    /// Converts `n` numbers, from `first` on, into indices from `base` on; fails with place and value
     /// of one that is no such number.
     pub fn indices(
         &self,

@@ -68,7 +68,7 @@ impl<'a> OutputSet<'a> {
         }
     }
 
-    /// An output of which only the number of bytes and the hash are kept.
+    /// An output that keeps only the number of bytes and the hash.
     pub fn nowhere(path: &'a Path) -> Self {
         Self {
             path,
@@ -172,7 +172,7 @@ impl<'a> OutputSet<'a> {
         Ok(())
     }
 
-    /// Writes the file `name` of a folder, which is `path` or lies next to it; `name` may contain folders. All files
+    /// Writes the file `name` of a folder, which is `path` or is next to it; `name` may contain folders. All files
     /// of a set are in one folder.
     pub fn in_folder<T>(
         &mut self,

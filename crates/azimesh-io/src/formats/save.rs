@@ -148,7 +148,7 @@ fn fill<'a, T>(
     Ok(written)
 }
 
-/// Standard output, or an opened device or pipe; `None` where the path is that of a file, new or to be replaced. Refuses
+/// Standard output, or an opened device or pipe; `None` where the path names a file, new or to be replaced. Refuses
 /// an existing file that must not be replaced.
 fn stream(path: &Path, commit: Commit) -> Result<Option<Box<dyn Write>>> {
     if path.as_os_str() == "-" {
@@ -212,7 +212,7 @@ pub trait Out: Write {
     /// Has other ranks write the next bytes. Gives their hashes of these bytes, from byte `hash_from` on.
     ///
     /// # Errors
-    /// If this is no file, which alone all ranks can open.
+    /// If this is not a file: ranks can open only files.
     fn apart(&mut self, _numbers: &NumbersApart, _hash_from: u64) -> Result<Vec<HashedBytes>> {
         Err(no_file())
     }

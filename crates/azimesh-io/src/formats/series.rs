@@ -118,7 +118,7 @@ fn of_pvd(text: &str) -> Result<Vec<Listed>> {
     }
 }
 
-/// Refuses the name of a file that no list can hold: XML has no control characters but those of lines.
+/// Refuses a file name that a list cannot hold: XML has no control characters except line ends.
 pub fn check_listed(name: &str) -> Result<()> {
     match name.chars().find(|c| !is_xml(*c)) {
         None => Ok(()),

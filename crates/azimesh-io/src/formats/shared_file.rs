@@ -26,7 +26,7 @@ pub struct SharedFile {
 /// A file that ranks can read by parts, or why it has to be read as a whole.
 pub type Shared = std::result::Result<SharedFile, String>;
 
-/// Size and time that tell a file from another of the same name.
+/// Size and time that distinguish a file from another of the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct Stamp {
     n_bytes: u64,

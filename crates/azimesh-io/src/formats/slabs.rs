@@ -82,7 +82,7 @@ pub(super) fn overlapping<P>(
     of_pieces.filter(|(_, items)| !items.is_empty())
 }
 
-/// The coordinates of some nodes of consecutive pieces; `put` sets those of a piece, counted from its first.
+/// The coordinates of some nodes of consecutive pieces; `put` sets the nodes of a piece, counted from its first.
 pub(super) fn points_of<P>(
     pieces: &[P],
     items: impl Fn(&P) -> Range<usize>,

@@ -38,7 +38,7 @@ fn mapped() -> MutexGuard<'static, Vec<MappedFile>> {
 
 /// Lets go of the memory that holds mapped files, as `Source::release` does.
 pub fn release_mapped() {
-    // The last handle on a file takes it from the list.
+    // The last handle on a file removes it from the list.
     let handles = |file: &MappedFile| file.bytes.upgrade();
     let all: Vec<_> = mapped().iter().filter_map(handles).collect();
     all.iter().for_each(|bytes| bytes.release_all());
@@ -95,7 +95,7 @@ impl Bytes {
         #[cfg(unix)]
         if let Bytes::Mapped(map) = self {
             let advice = memmap2::UncheckedAdvice::DontNeed;
-            // SAFETY: the map is of a file, read only and private, so that its bytes are those of the file again.
+            // SAFETY: the map is of a file, read only and private, so that its bytes are again read from the file.
             let _ = unsafe { map.unchecked_advise_range(advice, bytes.start, bytes.len()) };
         }
     }
@@ -120,13 +120,13 @@ impl AsRef<[u8]> for Shared {
 }
 
 impl Source {
-    /// Opens a file; `-` is standard input; a compressed file is decompressed. Decompressed content, and that of a
+    /// Opens a file; `-` is standard input; a compressed file is decompressed. Decompressed content, and the content of a
     /// pipe, may take half of the free memory.
     pub fn open(path: &Path) -> Result<Self> {
         Self::open_within(path, None)
     }
 
-    /// [`Source::open`] with a limit in bytes for decompressed content and that of a pipe.
+    /// [`Source::open`] with a limit in bytes for decompressed content and the content of a pipe.
     pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
         let limit = MemoryLimit::new(max_memory);
         if path.as_os_str() == "-" {
@@ -135,7 +135,7 @@ impl Source {
         Self::stored_within(path, limit)?.decompressed(limit)
     }
 
-    /// Opens a file as it is stored, compressed or not.
+    /// Opens a file as stored, compressed or not.
     pub(super) fn stored(path: &Path) -> Result<Self> {
         Self::stored_within(path, MemoryLimit::new(None))
     }
@@ -196,7 +196,7 @@ impl Source {
         }
     }
 
-    /// Checks if the bytes are compressed: those of a file as it is [stored](Self::stored).
+    /// Checks if the [stored](Self::stored) bytes are compressed.
     pub(super) fn is_compressed(&self) -> bool {
         is_compressed((*self.bytes).as_ref())
     }
@@ -260,13 +260,13 @@ pub enum Location {
 }
 
 impl Location {
-    /// Opens a path; `-` is standard input. Decompressed content, and that of a pipe, may take
+    /// Opens a path; `-` is standard input. Decompressed content, and the content of a pipe, may use
     /// half of the free memory.
     pub fn open(path: &Path) -> Result<Self> {
         Self::open_within(path, None)
     }
 
-    /// [`Location::open`] with a limit in bytes for decompressed content and that of a pipe.
+    /// [`Location::open`] with a limit in bytes for decompressed content and the content of a pipe.
     pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
         if path.is_dir() {
             return Ok(Self::Folder(path.to_path_buf()));

@@ -50,7 +50,7 @@ impl Commit {
 struct Registry {
     /// Every temporary file or folder, and the name it is to get once it is complete.
     entries: BTreeMap<PathBuf, Option<(PathBuf, Commit)>>,
-    /// By folder, the file that was completed there last: locked as long as it is open.
+    /// By folder, the file that was completed there last: locked while it is open.
     locked: BTreeMap<PathBuf, File>,
     /// Folders that were cleared of the files of killed programs.
     cleared: BTreeSet<PathBuf>,
@@ -267,7 +267,7 @@ fn process_of(name: &str) -> Option<&str> {
     (is_number(process) && is_number(number)).then_some(process)
 }
 
-/// Locks a file for as long as it is open. `Some(false)`: another process holds the lock; `None`: the file system
+/// Locks a file while it is open. `Some(false)`: another process holds the lock; `None`: the file system
 /// has no locks. Nothing is locked on Windows, where others could not read a locked file.
 fn lock(file: &File) -> Option<bool> {
     match file.try_lock() {
@@ -344,7 +344,7 @@ fn end_all(mut registry: MutexGuard<'static, Registry>) {
 pub struct Reserve(#[expect(dead_code)] Option<Temporary>);
 
 impl Reserve {
-    /// So many bytes in the folder of a file; none where they cannot be had.
+    /// A number of bytes in the folder of a file; none where they are not available.
     pub fn beside(path: &Path, n_bytes: usize) -> Self {
         let filled = Temporary::file_for(path).and_then(|(mut file, temporary)| {
             file.write_all(&vec![0; n_bytes])?;

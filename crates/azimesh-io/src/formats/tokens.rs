@@ -71,7 +71,7 @@ impl<'a> Tokens<'a> {
         self.at
     }
 
-    /// Goes on from this offset.
+    /// Continues from this offset.
     pub fn set_position(&mut self, at: usize) {
         self.at = at.min(self.end);
     }
@@ -279,7 +279,7 @@ impl<'a> Tokens<'a> {
     }
 }
 
-/// A piece of a file as it is shown in messages.
+/// A piece of a file as shown in messages.
 pub fn shown(bytes: &[u8]) -> String {
     let head = &bytes[..bytes.len().min(40)];
     let more = if head.len() < bytes.len() { "..." } else { "" };

@@ -1,4 +1,4 @@
-//! Metrics beyond those of the summary: Jacobian, aspect ratio, condition, shape, angles and skew.
+//! Metrics in addition to the summary: Jacobian, aspect ratio, condition, shape, angles and skew.
 //!
 //! Owns what they are for each kind of cell: VTK's where VTK has the metric (but for the faults of
 //! VTK that are named where they are avoided). They take roots and arc cosines of every cell, so
@@ -30,7 +30,7 @@ pub(super) const NAMES: [(&str, &str); N_DETAILS] = [
     ("skew", "Skew"),
 ];
 
-/// Those of one cell; NaN where its kind does not have the metric, infinite where a flat cell has
+/// Values of one cell; NaN where its kind does not have the metric, infinite where a flat cell has
 /// no bound.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Detail {
@@ -138,7 +138,7 @@ pub(super) fn each(
     });
 }
 
-/// The metrics beyond those of [`super::per_cell`] as cell arrays `Jacobian`, `AspectRatio`,
+/// The metrics that [`super::per_cell`] does not have as cell arrays `Jacobian`, `AspectRatio`,
 /// `Condition`, `Shape`, `MinAngle`, `MaxAngle` (degrees) and `Skew`. Boundary faces, and cells
 /// whose kind does not have the metric, hold NaN.
 ///

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 const SQRT_6: f64 = 2.449_489_742_783_178;
 
-/// What Verdict divides a wedge's condition by, as it has it: that of the ideal wedge is 1.0000034.
+/// Verdict's divisor of a wedge's condition: the ideal wedge has 1.0000034.
 const WEDGE_CONDITION: f64 = 1.164_77;
 
 /// Three edges from one corner.
@@ -61,7 +61,7 @@ impl Corner {
         }
     }
 
-    /// Sum of squares of the matrix that takes the regular tetrahedron to that of these edges,
+    /// Sum of squares of the matrix that maps the regular tetrahedron to the one with these edges,
     /// times 2: `1.5 (|a|^2 + |b|^2 + |c|^2) - (a . b + b . c + c . a)`.
     fn against_regular(&self) -> f64 {
         let [a, b, c] = self.edges;
@@ -115,7 +115,7 @@ pub(super) fn tetrahedron(p: &[Vector; 4]) -> Detail {
     }
 }
 
-/// A pyramid: its smallest Jacobian is that of the tetrahedra of [`super::super::solid::pyramid`].
+/// A pyramid: its smallest Jacobian is the smallest of the tetrahedra of [`super::super::solid::pyramid`].
 ///
 /// ```text
 /// shape  shape of the base x cos(t) x min(h / e, e / h)

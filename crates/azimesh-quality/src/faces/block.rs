@@ -23,7 +23,7 @@ pub(super) struct FaceBlock<const N: usize> {
     cells: [[u32; BLOCK]; 2],
 }
 
-/// Where the numbers of up to [`BLOCK`] faces of `N` corners are, as in [`FaceBlock`].
+/// Indices of the numbers of up to [`BLOCK`] faces of `N` corners, as in [`FaceBlock`].
 pub(super) struct Faces<'a, const N: usize> {
     pub corners: [&'a [Column; 3]; N],
     pub normal: &'a [Column; 3],
@@ -31,7 +31,7 @@ pub(super) struct Faces<'a, const N: usize> {
     pub centres: [&'a CentreColumns; 2],
 }
 
-/// What was measured on the faces of a block. All of it is NaN where a cell has another's centre for its face, see
+/// Metrics of the faces of a block. All of it is NaN where a cell has another's centre for its face, see
 /// [`Faces::measure`].
 pub(super) struct Measured<'a> {
     /// Owner of each face and the other cell.

@@ -1,5 +1,5 @@
-//! Centres and volumes of all cells with nodes at given positions, volumes positive for the orientation that a cell has
-//! in the reference mesh. Those of triangles and tetrahedra are computed on demand, which is as fast as looking them up.
+//! Centres and volumes of all cells with nodes at given positions, volumes positive for the orientation of a cell
+//! in the reference mesh. Triangles and tetrahedra are computed on demand, which is as fast as looking them up.
 
 use super::super::facing::Facing;
 use super::super::plane::vector_area;
@@ -21,7 +21,7 @@ pub(super) struct Centres<'a> {
     pub points: &'a [Vector],
     reference: &'a Reference,
     dimension: u8,
-    /// For each run of cells, where those of its cells begin in `stored`.
+    /// For each run of cells, the index in `stored` of its first cell.
     starts: Vec<usize>,
     pub stored: Vec<Centre>,
 }
@@ -163,7 +163,7 @@ pub(super) struct Finder<'a> {
     form: Form,
 }
 
-/// How centres of a run's cells are had.
+/// Source of the centres of a run's cells.
 #[derive(Clone, Copy)]
 enum Form {
     Triangle,

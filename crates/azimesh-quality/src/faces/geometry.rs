@@ -34,7 +34,7 @@ impl Centre {
     };
 }
 
-/// What is measured on a face between two cells.
+/// Metrics of a face between two cells.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FaceMetrics {
     /// Cosine of the angle between its normal and the line between the centres.
@@ -46,7 +46,7 @@ pub(super) struct FaceMetrics {
     pub weight: f64,
 }
 
-/// An edge of a plane mesh with this normal, to the right of whoever goes from `a` to `b`.
+/// An edge of a plane mesh with this normal, to the right of the direction from `a` to `b`.
 #[inline(always)]
 pub(super) fn edge(a: Vector, b: Vector, normal: Vector) -> Face {
     Face {
@@ -225,7 +225,7 @@ pub(super) fn outer_skewness(
     skewness(off, 0.4 * norm(height), face.centre, n, corner)
 }
 
-/// How far off the centre of the face a line passes it, as a part of the face's extent that way.
+/// Distance of the centre of the face from a line, as a part of the face's extent in that direction.
 #[inline(always)]
 fn skewness(
     off: Vector,

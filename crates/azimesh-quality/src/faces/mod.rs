@@ -71,7 +71,7 @@ impl Workspace {
     }
 }
 
-/// Bytes that centres of cells take while faces are judged.
+/// Bytes of the centres of cells while faces are evaluated.
 pub(super) fn step_bytes(mesh: &Mesh) -> usize {
     let stored = mesh
         .volume_runs()

@@ -11,7 +11,7 @@ use azimesh_io::mesh::adjacency::Sides;
 use azimesh_io::mesh::sides::for_each_side;
 use azimesh_io::mesh::{Across, Adjacency, CellKind, CellRef, CellRun};
 
-/// What takes the faces of a chunk of cells.
+/// Receiver of the faces of a chunk of cells.
 pub(super) trait Sink {
     /// Faces between two cells.
     fn inner(&mut self, faces: &Measured<'_>);

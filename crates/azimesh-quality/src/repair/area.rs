@@ -28,7 +28,7 @@ pub struct FoldedCells {
     cells: BTreeSet<u32>,
 }
 
-/// How many cells are not valid at some positions.
+/// Number of cells that are not valid at some positions.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Count {
     /// Cells with a Jacobian that is not positive.
@@ -73,7 +73,7 @@ pub struct Area {
 }
 
 impl Area {
-    /// So many rings of neighbours around folded cells.
+    /// A number of rings of neighbours around folded cells.
     pub fn around(task: Task<'_>, folded: &FoldedCells, rings: usize) -> Self {
         let seeds: Vec<u32> = folded.cells.iter().copied().collect();
         let regions = match super::refused(task.mesh) {

@@ -1,9 +1,9 @@
-//! Where the fixed nodes of the boundary leave no valid mesh, with a proof.
+//! Proves that the fixed nodes of the boundary leave no valid mesh.
 //!
 //! If all cells are positive, the cells that cover a point are as many as its winding number: the times that the boundary
-//! goes round it. The cell of a boundary face covers points beside that face, on its inner side. So no valid mesh has a
-//! face of fixed nodes beside which, on the inner side, the winding number is not positive: one that a body has passed
-//! over, or that lies in another body. What cannot be decided within rounding is not said to be infeasible.
+//! goes round it. The cell of a boundary face covers points next to that face, on its inner side. So no valid mesh has a
+//! face of fixed nodes where, on the inner side, the winding number is not positive: one that a body has passed
+//! over, or that is in another body. Undecided faces, within rounding, are not infeasible.
 
 use super::Task;
 use azimesh_core::geometry::vector::{Vector, cross, distance, dot, norm, scale, sub};
@@ -21,7 +21,7 @@ const WHOLE: f64 = 1e-3;
 /// Shares of the corners in the points of a face that are tried.
 const SHARES: [Vector; 3] = [[0.31, 0.27, 0.42], [0.45, 0.34, 0.21], [0.23, 0.52, 0.25]];
 
-/// A face of the boundary on whose inner side no valid cell can lie.
+/// A face of the boundary on whose inner side no valid cell is possible.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CrossedFace {
     /// The cell of the face.
@@ -34,7 +34,7 @@ pub struct CrossedFace {
 #[derive(Clone, Copy)]
 struct Facet {
     at: [Vector; 3],
-    /// How far the other corners of its face are from its plane.
+    /// Distance of the other corners of its face from its plane.
     warp: f64,
 }
 
@@ -42,12 +42,12 @@ struct Facet {
 pub(super) struct Boundary {
     facets: Vec<Facet>,
     is_solid: bool,
-    /// What rounding may shift.
+    /// Largest effect of rounding.
     near: f64,
 }
 
 impl Boundary {
-    /// `None` where nothing can be proven: nodes of the boundary move with others, or not all cells are judged.
+    /// `None` where nothing can be proven: nodes of the boundary move with others, or not all cells are checked.
     pub(super) fn of(task: Task<'_>, points: &[Vector]) -> Option<Self> {
         let mesh = task.mesh;
         let reference = task.reference;
@@ -75,7 +75,7 @@ impl Boundary {
         })
     }
 
-    /// The faces of these cells, ascending, beside which no valid cell can lie. Those of `first` are looked at first, in
+    /// The faces of these cells, ascending, next to which no valid cell is possible. The faces of `first` come first, in
     /// case that there are too many.
     pub(super) fn overtaken(
         &self,
@@ -111,7 +111,7 @@ impl Boundary {
         found.into_iter().flatten().collect()
     }
 
-    /// The winding number beside a facet, on its inner side; `None` where it is not decided.
+    /// The winding number next to a facet, on its inner side; `None` where it is undecided.
     fn winding(&self, facet: &Facet) -> Option<i64> {
         let [a, b, c] = facet.at;
         SHARES.iter().find_map(|share| {
@@ -248,7 +248,7 @@ mod tests {
     use crate::repair::shape::regular;
     use azimesh_io::mesh::{Adjacency, CellKind, Mesh};
 
-    /// What is proven of the first cell's faces with the nodes at `points`.
+    /// Proofs for the first cell's faces with the nodes at `points`.
     fn proven(mesh: &Mesh, points: &[Vector]) -> Vec<CrossedFace> {
         let (reference, freedom) = (
             Reference::new(mesh),

@@ -9,7 +9,7 @@
 //! and column of the identity, which count neither in `|J|` nor in `d`.
 //!
 //! Sources: V. Garanzha, I. Kaporin, L. Kudryavtseva, F. Protais, N. Ray, D. Sokolov, Foldover-free maps in 50 lines
-//! of code, ACM TOG 40(4), 2021; the eigenvectors of the curvature are those of B. Smith, F. de Goes, T. Kim, Analytic
+//! of code, ACM TOG 40(4), 2021; the eigenvectors of the curvature are from B. Smith, F. de Goes, T. Kim, Analytic
 //! eigensystems for isotropic distortion energies, ACM TOG 38(1), 2019.
 
 use super::singular::{Columns, decompose, decompose_plane, positive_part};

@@ -9,7 +9,7 @@ use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_core::linear::blocks::Block;
 use multiversion::multiversion;
 
-/// What is summed over the simplices.
+/// Sums over the simplices.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Sum {
     /// The functional of `density`.
@@ -37,7 +37,7 @@ pub(super) struct Derivatives {
     pub places: Vec<Vector>,
 }
 
-/// Where the block of points `a <= b` of `n` is.
+/// Index of the block of points `a <= b` of `n`.
 #[inline(always)]
 pub(super) fn pair(n: usize, a: usize, b: usize) -> usize {
     a * (2 * n - a + 1) / 2 + b - a
@@ -109,7 +109,7 @@ pub(super) fn derivatives(
 }
 
 impl Derivatives {
-    /// Adds those of a simplex.
+    /// Adds the derivatives of a simplex.
     #[inline(always)]
     fn add<const N: usize>(&mut self, simplex: &Simplex, density: &Density) {
         let mut right = [[0.0; 3]; N];

@@ -19,7 +19,7 @@ pub(super) struct Simplex {
     pub weight: f64,
 }
 
-/// Where the parts of a cell are in the lists.
+/// Indices of the parts of a cell in the lists.
 #[derive(Debug, Clone, Copy)]
 struct Element {
     first_node: u32,
@@ -30,7 +30,7 @@ struct Element {
     n_simplices: u32,
 }
 
-/// Cells as simplices. Nodes are those of the patch.
+/// Cells as simplices. Nodes are numbered in the patch.
 #[derive(Debug, Clone)]
 pub(super) struct Elements {
     space: Space,
@@ -40,7 +40,7 @@ pub(super) struct Elements {
     simplices: Vec<Simplex>,
 }
 
-/// What a cell is to look like.
+/// Target shape of a cell.
 pub(super) struct Target<'a> {
     /// Corners in the reference mesh.
     pub reference: &'a [Vector],
@@ -48,7 +48,7 @@ pub(super) struct Target<'a> {
     pub sign: f64,
     /// True if all of its simplices must become positive. Otherwise only those that are so, and were, are kept so.
     pub whole: bool,
-    /// The length of an edge where a cell has none of its own.
+    /// The length of an edge for a cell without one of its own.
     pub size: f64,
     /// True if the cell is to become regular, whatever its reference.
     pub regular: bool,
@@ -65,11 +65,11 @@ pub(super) struct NewCell<'a> {
     pub kind: CellKind,
     /// Its corners, as nodes of the patch.
     pub nodes: &'a [u32],
-    /// Where they are now.
+    /// Current positions.
     pub at: &'a [Vector],
     /// True if they can move.
     pub can_move: &'a [bool],
-    /// What it is to look like.
+    /// Target shape.
     pub target: Target<'a>,
 }
 
@@ -85,7 +85,7 @@ impl NewCell<'_> {
     }
 }
 
-/// What a simplex of a cell that is added comes to.
+/// Result of adding a simplex of a cell.
 enum Found {
     Simplex(Simplex),
     /// Folded, and none of its points can move.

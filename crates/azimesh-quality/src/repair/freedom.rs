@@ -1,4 +1,4 @@
-//! Where nodes may go: fixed ones nowhere, sliding ones in a plane or along a line, partners together.
+//! Constraints of nodes: fixed, sliding in a plane or along a line, partners together.
 
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
@@ -15,11 +15,11 @@ pub struct Partner {
     pub node: u32,
     /// The node that it follows, which follows none itself.
     pub leader: u32,
-    /// Turns the leader's displacement to that of the node.
+    /// Rotates the leader's displacement to the node's.
     pub map: Transform,
 }
 
-/// Where every node of a mesh may go. Nodes that are not named are free.
+/// Constraints of every node of a mesh. Nodes that are not named are free.
 #[derive(Debug, Clone, Default)]
 pub struct Freedom {
     fixed: Vec<bool>,
@@ -38,7 +38,7 @@ impl Freedom {
         }
     }
 
-    /// With all nodes of the boundary fixed: those of outer faces, and of cells of a lower dimension.
+    /// All nodes of the boundary are fixed: nodes of outer faces, and of cells of a lower dimension.
     pub fn inner(mesh: &Mesh, adjacency: &Adjacency) -> Self {
         Self::inside(mesh, adjacency, &|_| true)
     }
@@ -134,7 +134,7 @@ impl Freedom {
         self.held.get(&node)
     }
 
-    /// What a node follows.
+    /// The leader of a node.
     pub(super) fn partner(&self, node: u32) -> Option<&Partner> {
         let at = self
             .partners

@@ -47,7 +47,7 @@ impl History {
         self.begun = Some((step, slope.to_vec()));
     }
 
-    /// The step that has begun ends where the slope is `to`; one along which the functional is not convex tells nothing.
+    /// The step that has begun ends where the slope is `to`; one along which the functional is not convex is ignored.
     pub(super) fn arrive(&mut self, to: &[Vector]) {
         let Some((step, from)) = self.begun.take() else {
             return;

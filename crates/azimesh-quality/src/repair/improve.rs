@@ -1,4 +1,4 @@
-//! Moves nodes until the least scaled Jacobian is what is wanted, or no better can be had.
+//! Moves nodes until the least scaled Jacobian has the wanted value, or cannot be raised.
 //!
 //! Cells below are given regular targets, with a weight that grows from round to round; a patch in which the least scaled
 //! Jacobian does not rise, or a cell becomes invalid, is put back.
@@ -22,7 +22,7 @@ const GROWTH: f64 = 3.0;
 /// A round that lifts the least value by less than this part of what is missing is the last.
 const LEAST_GAIN: f64 = 0.01;
 
-/// Improves the judged cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that
+/// Improves the checked cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that
 /// improved one. The result is the same on any number of threads.
 ///
 /// # Errors

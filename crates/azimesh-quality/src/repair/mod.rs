@@ -1,7 +1,7 @@
 //! Makes folded cells valid by moving nodes near them, where a valid mesh exists.
 //!
-//! Owns patches (folded cells and rings of neighbours), the functional that is minimised over each, and what is told
-//! of them. Leaves to others which cells are judged (`quality`), and which nodes are fixed or slide (the caller, by
+//! Owns patches (folded cells and rings of neighbours), the functional that is minimised over each, and the report
+//! of them. Leaves to others which cells are checked (`quality`), and which nodes are fixed or slide (the caller, by
 //! [`Freedom`]). `docs/method.md` has the equations.
 
 mod area;
@@ -49,13 +49,13 @@ use std::sync::OnceLock;
 pub struct Task<'a> {
     /// The mesh in its reference positions, which give the shapes that cells are to have.
     pub mesh: &'a Mesh,
-    /// The orientation of its cells, and which of them are judged.
+    /// The orientation of its cells, and the cells that are checked.
     pub reference: &'a Reference,
-    /// Where nodes may go.
+    /// Constraints of the nodes.
     pub freedom: &'a Freedom,
 }
 
-/// How far a repair goes.
+/// Limits of a repair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Rings of neighbours at first.
@@ -79,7 +79,7 @@ impl Default for Limits {
 /// A region that is not finished.
 struct Open {
     seeds: Vec<u32>,
-    /// Where its nodes were.
+    /// Previous positions of its nodes.
     before: BTreeMap<u32, Vector>,
     /// The least determinant when it was valid; 0 where it never was.
     least: f64,
@@ -97,7 +97,7 @@ const MOST_RINGS_OF_VALID: usize = 24;
 /// As long as it has no more nodes than these that can move.
 const MOST_NODES_OF_VALID: usize = 6000;
 
-/// Moves nodes of `points` so that every judged cell becomes valid, as few of them as possible. The result is the same
+/// Moves nodes of `points` so that every checked cell becomes valid, as few of them as possible. The result is the same
 /// on any number of threads.
 ///
 /// # Errors
@@ -191,7 +191,7 @@ struct Round<'a> {
     stop: &'a Stop,
 }
 
-/// What a round has left.
+/// Remainder of a round.
 struct Outcome {
     /// Nodes that could move.
     n_moving: usize,
@@ -345,7 +345,7 @@ impl PatchLog {
 }
 
 impl Repaired {
-    /// Judges the cells again after the coordinates were rounded to 32 bits.
+    /// Checks the cells again after the coordinates were rounded to 32 bits.
     pub fn judge_rounded(&mut self, task: Task<'_>, points: &[Vector]) {
         let before = std::mem::take(&mut self.unrepaired);
         for (cell, _) in invalid(task.mesh, points, task.reference) {
@@ -395,7 +395,7 @@ fn largest_move(before: &BTreeMap<u32, Vector>, points: &[Vector]) -> f64 {
     moves.fold(0.0, f64::max)
 }
 
-/// Those of the cells that are not valid.
+/// The cells that are not valid.
 fn still_invalid(task: Task<'_>, cells: &[u32], points: &[Vector]) -> Vec<(u32, Proof)> {
     let states = parallel::map_blocks(cells.len(), 256, &|range| {
         let of = |&cell: &u32| {

@@ -1,4 +1,4 @@
-//! Which cells have a node of a set, without looking at all of them.
+//! Finds the cells that have a node of a set, without a pass over all of them.
 //!
 //! Cells are looked at in blocks, and nodes are known by pages of consecutive ones. Where neighbours have near numbers,
 //! as most programs write them, a block has nodes of few pages; a block of many is looked at always.
@@ -115,7 +115,7 @@ impl<'a> Nearby<'a> {
 fn pages_of(mesh: &Mesh, cells: std::ops::Range<usize>) -> Option<Vec<u32>> {
     let mut pages: Vec<u32> = Vec::new();
     for run in mesh.volume_runs_in(cells) {
-        // A corner is mostly in the page in which that of the last cell is.
+        // A corner is mostly in the same page as the corner of the last cell.
         let mut last = [u32::MAX; 8];
         for nodes in run.cells() {
             for (i, &node) in nodes.iter().enumerate() {

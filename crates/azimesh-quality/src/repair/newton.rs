@@ -35,7 +35,7 @@ const PATIENCE: usize = 6;
 const TOLERANCE_OF_START: f64 = 1e-4;
 const MOST_ITERATIONS_OF_START: usize = 400;
 
-/// How it went.
+/// Course of the minimisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SolveStats {
     /// Newton steps.
@@ -113,7 +113,7 @@ pub(super) fn minimise(
     Ok(course)
 }
 
-/// Decides whether a minimisation goes on.
+/// Decides whether a minimisation continues.
 struct Progress {
     settled: f64,
     best: State,
@@ -150,7 +150,7 @@ impl Progress {
 
 /// Moves the nodes of a patch to where its fixed nodes alone would have them: the displacements from `reference`, by
 /// nodes of the patch, are those with the least sum of `|grad u|^2` over the simplices, in units of their targets.
-/// Where no fixed node has been displaced the places themselves are such. What the nodes were at before does not count.
+/// Where no fixed node has been displaced these are the positions themselves. Earlier displacements do not count.
 pub(super) fn relax(patch: &mut Patch, reference: &[Vector]) {
     let is_displaced = (0..reference.len())
         .any(|at| !patch.moves(at) && distance(patch.places[at], reference[at]) > 0.0);

@@ -1,13 +1,13 @@
-//! What is told of a repair: its patches, and cells that are left with the reason.
+//! The report of a repair: its patches, and the remaining cells with the reason.
 
 use super::boundary::CrossedFace;
 use azimesh_core::error::option;
 use serde::{Deserialize, Serialize};
 
-/// Why a cell is left as it is.
+/// Reason why a cell is not repaired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
-    /// All of its nodes, or those of a folded corner, are fixed.
+    /// All of its nodes, or the nodes of a folded corner, are fixed.
     Fixed,
     /// The fixed nodes of the boundary leave no valid mesh: [`Repaired::overtaken`] proves it.
     Boundary,
@@ -68,7 +68,7 @@ pub struct Unrepaired {
     pub reason: Reason,
 }
 
-/// What was done in one patch.
+/// Log of one patch.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PatchLog {
     /// Cells that were not valid before.
@@ -95,10 +95,10 @@ pub struct PatchLog {
     pub largest_move: f64,
 }
 
-/// What a repair came to.
+/// Result of a repair.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Repaired {
-    /// The patches, in the order of their lowest nodes, those of fewer rings first.
+    /// The patches, in the order of their lowest nodes, patches of fewer rings first.
     pub patches: Vec<PatchLog>,
     /// Cells that are still not valid, ascending.
     pub unrepaired: Vec<Unrepaired>,

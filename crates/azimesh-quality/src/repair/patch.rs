@@ -1,6 +1,6 @@
-//! A patch: some cells, those of their nodes that move, and the sparse matrix over these.
+//! A patch: some cells, the nodes of them that move, and the sparse matrix over these.
 //!
-//! Knows which unknown a node has, where it may go and whom it follows. Sums go over the cells in order, whatever the
+//! Knows the unknown of a node, its constraint and its leader. Sums go over the cells in order, whatever the
 //! number of threads.
 
 use super::density::Space;
@@ -31,9 +31,9 @@ pub(super) struct Patch {
     pub places: Vec<Vector>,
     /// The unknown of each node.
     unknown: Vec<u32>,
-    /// Nodes whose displacement is that of their unknown, turned.
+    /// Nodes that have the displacement of their unknown, rotated.
     turned: BTreeMap<u32, Matrix>,
-    /// Where unknowns are held.
+    /// Constraints of the unknowns.
     held: BTreeMap<u32, Constraint>,
     pub elements: Elements,
     matrix: Blocks,
@@ -42,7 +42,7 @@ pub(super) struct Patch {
     first_slot: Vec<usize>,
 }
 
-/// What the functional is at some places.
+/// The functional at some positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct State {
     /// Its value.
@@ -70,7 +70,7 @@ impl State {
 }
 
 impl Patch {
-    /// A patch of `elements` on these mesh nodes, ascending, of which those move that are in `moving`.
+    /// A patch of `elements` on these mesh nodes, ascending; nodes in `moving` move.
     pub(super) fn new(
         space: Space,
         nodes: Vec<u32>,

@@ -1,4 +1,4 @@
-//! Which cells make a patch: folded ones and rings of neighbours around them, cut into parts that do not touch.
+//! Groups cells into patches: folded ones and rings of neighbours around them, split into parts that do not touch.
 
 use super::freedom::Freedom;
 use super::nearby::{Marked, Nearby, corners};
@@ -16,7 +16,7 @@ pub(super) struct Region {
     pub seeds: Vec<u32>,
 }
 
-/// The regions of `rings` rings around the cells `seeds`, which are ascending, and those of the seeds that have no
+/// The regions of `rings` rings around the cells `seeds`, which are ascending, and the seeds that have no
 /// node that could move.
 pub(super) fn around(
     nearby: &Nearby<'_>,
@@ -136,7 +136,7 @@ impl Parts {
         at
     }
 
-    /// The lower root becomes that of both.
+    /// The lower root becomes the root of both.
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.above[a.max(b)] = a.min(b) as u32;

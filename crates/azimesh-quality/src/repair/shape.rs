@@ -5,7 +5,7 @@
 use azimesh_core::geometry::vector::{Vector, distance, scale};
 use azimesh_io::mesh::CellKind;
 
-/// Corners of a regular cell of this kind with edges like those of the cell at `p`; of orientation `sign`. `size` is
+/// Corners of a regular cell of this kind with the edge lengths of the cell at `p`; of orientation `sign`. `size` is
 /// the length that is used where edges have none. `None` for polygons, polyhedra and prisms on five or six corners.
 pub(super) fn regular(kind: CellKind, p: &[Vector], sign: f64, size: f64) -> Option<Vec<Vector>> {
     let length = |edges: &[[usize; 2]]| {

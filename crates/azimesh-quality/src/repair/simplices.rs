@@ -1,4 +1,4 @@
-//! Which simplices a cell is taken apart into.
+//! The simplices of a cell.
 //!
 //! A simplex is three edges (two in a plane) between points of the cell: its nodes first, then means of some of them.
 //! Corners of triangles, quadrilaterals, tetrahedra, hexahedra and wedges, the four base corners of pyramids;
@@ -23,7 +23,7 @@ pub(super) struct Simplices {
 }
 
 impl Simplices {
-    /// Those of a cell; with `between` also those between corners. None for a cell of very many nodes.
+    /// Simplices of a cell; with `between` also those between corners. None for a cell of very many nodes.
     pub(super) fn of(mesh: &Mesh, cell: &CellRef<'_>, between: bool) -> Self {
         let mut all = Self::default();
         if cell.nodes.len() > MOST_NODES {

@@ -58,7 +58,7 @@ pub(super) fn decompose(j: &Columns) -> Singular {
     }
 }
 
-/// Decomposes a matrix of a plane: its last row and column are those of the identity.
+/// Decomposes a matrix of a plane: its last row and column are the identity's.
 #[inline(always)]
 pub(super) fn decompose_plane(j: &Columns) -> Singular {
     let mut a = *j;

@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 /// from there it takes many Newton steps, and mostly stays folded.
 pub(super) const GROSS: f64 = -1e3;
 
-/// Where the nodes of a region go.
+/// New positions of the nodes of a region.
 pub(super) struct Solved {
     /// Nodes that could move, with their places.
     pub moved: Vec<(u32, Vector)>,
@@ -27,7 +27,7 @@ pub(super) struct Solved {
     pub stuck: Vec<u32>,
     /// The least determinant of a simplex before.
     pub least_before: f64,
-    /// How it went.
+    /// Course of the solution.
     pub course: SolveStats,
 }
 
@@ -49,7 +49,7 @@ pub(super) fn region(
     solve(task, region, points, wishes, most_steps, stop)
 }
 
-/// What is wanted of single cells.
+/// Targets of single cells.
 #[derive(Clone, Copy)]
 pub(super) struct PatchTargets<'a> {
     /// Cells with simplices between their corners.

@@ -6,14 +6,14 @@
 //! |det J| >= |det(x, y, z)| - u |y x z| - v |x x z| - w |x x y| - u v |z| - v w |x| - u w |y| - u v w
 //! ```
 //!
-//! with the sign of the determinant at the centre. A cell of the wrong sign passes too: its corners tell.
+//! with the sign of the determinant at the centre. A cell of the wrong sign passes too: its corners show it.
 
 use crate::block::{BLOCK, Columns, corners_of, gather};
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
 use azimesh_io::mesh::{CellRef, CellRun};
 use multiversion::multiversion;
 
-/// What rounding may take off, as a part of the product of the lengths.
+/// Largest effect of rounding, as a part of the product of the lengths.
 const ROUNDING: f64 = 1e-13;
 
 /// Calls `visit` for the hexahedra of a run that do not pass.

@@ -443,7 +443,7 @@ impl Nodes {
             _ => LagrangeWedge,
         };
         let second = |kind| lagrange::lattice(kind, 2);
-        // The places of the nodes of the complete cell, its degrees, and its nodes from those of the cell.
+        // The positions of the nodes of the complete cell, its degrees, and its nodes from the nodes of the cell.
         let (places, degrees, nodes) = match kind {
             Triangle6 | Quadrilateral9 | Tetrahedron10 | Hexahedron27 | Wedge18 => {
                 (second(full), vec![2; simplices.len()], None)
@@ -593,7 +593,7 @@ fn to_control(space: &Space) -> Option<Vec<f64>> {
     Some(all)
 }
 
-/// The nodes of a complete cell of second order from those of a cell without nodes in faces and inside.
+/// The nodes of a complete cell of second order from a cell without nodes in faces and inside.
 fn serendipity(kind: CellKind, full: CellKind) -> Vec<f64> {
     let places = lagrange::lattice(full, 2);
     let n = kind.n_nodes().unwrap_or_default();

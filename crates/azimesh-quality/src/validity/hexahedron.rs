@@ -4,7 +4,7 @@
 //! det J = sum_ijk c_ijk B_i(x) B_j(y) B_k(z),  B of degree 2
 //! ```
 //!
-//! It lies between the least and the largest coefficient, and at the corners it has the corner coefficients.
+//! It is between the least and the largest coefficient, and at the corners it has the corner coefficients.
 //! Subdivision by de Casteljau brings both together.
 //!
 //! Source: A. Johnen, J.-C. Weill, J.-F. Remacle, Robust and efficient validation of the linear hexahedral element,

@@ -1,9 +1,9 @@
-//! Whether cells are valid everywhere, not only at their corners.
+//! Proves that cells are valid everywhere, not only at their corners.
 //!
 //! Owns what is proven: simplices, quadrilaterals and pyramids by their corners (there the Jacobian is linear
 //! between them), wedges by the three quadratics along their upright edges, hexahedra by the Bernstein coefficients
 //! of the Jacobian with subdivision, polyhedra by their tetrahedra of edge, face mean and cell mean. Corners
-//! themselves are looked at by `summary`; here only what lies between them.
+//! themselves are checked by `summary`; here only the points between them.
 //!
 //! Most cells pass a bound that costs little; the full proof is for the others.
 
@@ -27,7 +27,7 @@ use azimesh_core::parallel;
 use azimesh_io::mesh::{CellKind, CellRef, CellRun, Mesh};
 use std::ops::Range;
 
-/// What is known of a cell.
+/// Verdict on a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proof {
     /// The Jacobian is positive everywhere.
@@ -50,7 +50,7 @@ pub struct Validity {
     pub unproven: Vec<u32>,
 }
 
-/// Looks between the corners of those of some cells that have the mesh's dimension, are valid in the reference, and were
+/// Checks between the corners of cells that have the mesh's dimension, are valid in the reference, and were
 /// proven there. One parallel pass.
 pub fn assess(
     mesh: &Mesh,
@@ -63,7 +63,7 @@ pub fn assess(
     find(mesh, points, cells, &sign, &judged)
 }
 
-/// [`assess`] for cells with the orientations `sign`, of which those are judged for which `judged` holds.
+/// [`assess`] for cells with the orientations `sign`; cells for which `judged` holds are checked.
 pub(super) fn find(
     mesh: &Mesh,
     points: &[Vector],
@@ -128,7 +128,7 @@ impl CurvedMaps {
         found.next().map(|(_, _, map)| map)
     }
 
-    /// Returns whether no cell is checked as it is curved.
+    /// Returns whether no cell is checked as a curved cell.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -194,7 +194,7 @@ fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N]
     std::array::from_fn(|i| points[cell.nodes[i] as usize])
 }
 
-/// Checks whether a cell that is judged is valid with its nodes at `points`; one that is not judged counts as valid. Curved cells
+/// Checks whether a cell is valid with its nodes at `points`; one that is not checked counts as valid. Curved cells
 /// are taken by their corners.
 pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
     let mut corners_are_good = true;
@@ -220,7 +220,7 @@ pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize)
     }
 }
 
-/// The judged cells that are not valid with their nodes at `points`, ascending.
+/// The checked cells that are not valid with their nodes at `points`, ascending.
 pub fn invalid(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<(u32, Proof)> {
     let corners = parallel::concat_blocks(mesh.cells.len(), CHUNK, &|range| {
         let mut found = Vec::new();

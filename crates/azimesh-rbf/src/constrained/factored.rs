@@ -30,7 +30,7 @@ impl FactoredSystem {
     /// for the m directions of each block.
     ///
     /// # Errors
-    /// Those of [`constrained_weights`](super::constrained_weights).
+    /// Weights as of [`constrained_weights`](super::constrained_weights).
     pub fn new(
         basis: Basis,
         base: &[Vector],
@@ -71,7 +71,7 @@ impl FactoredSystem {
         self.solve(&sums)
     }
 
-    /// Every base point, then those of the first image, and so on.
+    /// Every base point, then the first image of each, and so on.
     pub fn points(&self) -> Vec<Vector> {
         self.system.expand(&[], 3).points
     }

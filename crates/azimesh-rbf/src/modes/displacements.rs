@@ -102,7 +102,7 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
 
     /// The largest displacement of a block; an error where one is no finite number.
     pub fn largest(&self, block: &Block) -> Result<f64> {
-        // Zero times what is not finite is no number, and comparisons pass over those.
+        // Zero times infinity or NaN is NaN, and comparisons skip it.
         let zero: f64 = block.values.iter().map(|value| value * 0.0).sum();
         let largest = largest_norm(&block.values, block.displaced.len(), self.form);
         if zero == 0.0 && largest.is_finite() {
@@ -141,7 +141,7 @@ pub(super) fn add_mode(values: &mut [f64], u: &[f64], c: &[f64], n: usize, form:
     largest.into_iter().fold(0.0, f64::max).sqrt()
 }
 
-/// Raises the largest square of each node to that of its displacement at one step.
+/// Raises the largest square of each node to the square of its displacement at one step.
 #[inline(always)]
 fn raise(largest: &mut [f64], step: &[f64], form: Form) {
     let n = largest.len();

@@ -9,7 +9,7 @@ use azimesh_core::parallel::{self, Scratch};
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What the measurement of some nodes found.
+/// Result of measuring some nodes.
 struct Measured {
     /// Modes that they need: one more than there are where all do not meet the limit.
     needed: usize,
@@ -74,7 +74,7 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
         (values, measured)
     }
 
-    /// Takes modes away from those of a block whose errors are `values`.
+    /// Subtracts modes from a block whose errors are `values`.
     fn take_away(
         &self,
         values: &mut [f64],

@@ -9,7 +9,7 @@ use azimesh_core::parallel;
 use std::ops::Range;
 
 impl Modes {
-    /// The modes of a surface of which some nodes move with rigid bodies, exact to round-off, and
+    /// The modes of a surface, some of whose nodes move with rigid bodies, exact to round-off, and
     /// the others in any way, to `limit`: see [`Modes::of_rigid_bodies`] and
     /// [`Modes::of_displacements`].
     ///

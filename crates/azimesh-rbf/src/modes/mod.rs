@@ -255,7 +255,7 @@ fn largest_square(modes: &Modes, points: &[Vector], values: &[f64], poses: &[Tra
     largest.into_iter().fold(0.0, f64::max)
 }
 
-/// The right singular vectors of a matrix, without those of round-off.
+/// The right singular vectors of a matrix, except round-off.
 fn right_factor(matrix: &Matrix) -> Result<Matrix> {
     let (_, singular, right) = svd(matrix)?;
     let floor = singular.first().copied().unwrap_or(0.0) * ROUND_OFF;
@@ -281,7 +281,7 @@ fn interleave(n: usize, first: &[f64], a: usize, second: &[f64], b: usize) -> Ve
     (0..n).flat_map(row).copied().collect()
 }
 
-/// Where a body's fields are centred and by what they are scaled, so that they are of order one.
+/// Centre and scale of a body's fields, so that they are of order one.
 #[derive(Clone, Copy)]
 struct Scaling {
     centre: Vector,

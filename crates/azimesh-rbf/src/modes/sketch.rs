@@ -103,7 +103,7 @@ impl<F: Fn(usize, Range<usize>, &mut [Vector]) + Sync> Displacements<F> {
     }
 
     /// `V` from `Q`. What the modes from one on add to a component is at most the product of their
-    /// largest norms in `U` and in `V`, which tells how many are enough.
+    /// largest norms in `U` and in `V`, which gives the number that is enough.
     fn course(&self, mut basis: Vec<f64>, n: usize, limit: f64) -> Result<Course> {
         let projected = self.projected(&basis, n);
         // First columns that span the rows of Q^T D to the last digit: its decomposition alone would

@@ -37,7 +37,7 @@ pub struct Sliding {
     n_patches: usize,
     /// Points of planar patches that do not slide themselves, with the normals of the planes.
     rims: Vec<(u32, Vector)>,
-    /// True if all of it lies in a plane mesh.
+    /// True if all of it is in a plane mesh.
     in_plane: bool,
 }
 
@@ -48,7 +48,7 @@ struct SlidingPoint {
     path: Path,
 }
 
-/// What a sliding point keeps to.
+/// Constraint of a sliding point.
 #[derive(Debug, Clone, Copy)]
 enum Path {
     /// Its constraint alone.
@@ -135,8 +135,8 @@ impl Sliding {
         }
     }
 
-    /// Where a sliding point goes that the interpolation has put at `x`. On planes and straight edges
-    /// its coordinates along an axis that is a normal are those of the reference to the last bit; a
+    /// Projects a sliding point that the interpolation has put at `x`. On planes and straight edges
+    /// its coordinates along an axis that is a normal equal the reference to the last bit; a
     /// point that has not moved stays so. A point that does not slide goes to `x`.
     pub fn place(&self, point: usize, x: Vector) -> Vector {
         let Some(point) = self.get(point) else {
@@ -195,7 +195,7 @@ impl Sliding {
     }
 }
 
-/// What a point keeps to, from the patches and creases that meet there.
+/// Constraint of a point, from the patches and creases that meet there.
 fn track(patches: &Patches, points: &[Vector], point: u32) -> Track {
     let sectors = patches.sectors(point);
     let (ends, ways) = crease_ways(patches, points, point);
@@ -247,7 +247,7 @@ struct Curves {
 }
 
 impl Curves {
-    /// Two edges make one curve when a sliding point lies within it where they meet.
+    /// Two edges form one curve when a sliding point is within it where they meet.
     fn new(points: &[Vector], nodes: &[u32], tracks: &[Track]) -> Self {
         let mut pairs: Vec<(u32, u32)> = Vec::new();
         let mut within = vec![false; points.len()];
@@ -290,7 +290,7 @@ fn facets_of(sorted: &[(u32, [u32; 3])], of: u32) -> Vec<[u32; 3]> {
     sorted[first..end].iter().map(|entry| entry.1).collect()
 }
 
-/// The direction of the line on which these edges lie, if they do; components along which it does
+/// The direction of the common line of these edges, if there is one; components along which it does
 /// not extend are zero.
 fn line(points: &[Vector], edges: &[(u32, [u32; 3])]) -> Option<Vector> {
     let places = || {

@@ -23,7 +23,7 @@ const ZERO: f64 = 1e-9;
 /// No joint.
 const NONE: u32 = u32::MAX;
 
-/// A surface in smooth patches. Facets without an area are left out, but what lies on either side of
+/// A surface in smooth patches. Facets without an area are left out, but the facets on either side of
 /// them is still joined.
 pub(super) struct Patches {
     /// Corners of each facet; an edge of the plane repeats its second.
@@ -207,7 +207,7 @@ impl Patches {
         }
     }
 
-    /// The normal of the plane in which these facets lie, if they do. Where an axis will do, it is
+    /// The normal of the common plane of these facets, if there is one. Where an axis will do, it is
     /// the axis.
     fn plane(&self, points: &[Vector], facets: &[u32]) -> Option<Vector> {
         let corners = || {
@@ -411,7 +411,7 @@ impl UnionFind {
         i
     }
 
-    /// Makes one set of those of `a` and `b`.
+    /// Merges the sets of `a` and `b`.
     pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);

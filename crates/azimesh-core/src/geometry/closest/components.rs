@@ -1,4 +1,4 @@
-//! Connected components of facets, so that a search can leave out those of its own surface.
+//! Connected components of facets, so that a search can skip facets of its own surface.
 
 use super::super::oriented::LANES;
 use super::LEAF;
@@ -23,7 +23,7 @@ pub(super) fn components(n_points: usize, facets: &[[u32; 3]]) -> Vec<u32> {
             parent[a.max(b) as usize] = a.min(b);
         }
     }
-    // A parent lies below its children, so one pass upward finds every root.
+    // A parent has a lower index than its children, so one pass upward finds every root.
     for node in 0..n_points {
         parent[node] = parent[parent[node] as usize];
     }

@@ -17,7 +17,7 @@ pub(super) struct Block<'a> {
     limit: f64,
     /// The leaf where the last foot was found: the next search starts from there.
     hint: Option<usize>,
-    /// Room for the searches.
+    /// Buffers of the searches.
     waiting: Stack,
     found: &'a mut dyn FnMut(usize, &ClosestPoint),
 }

@@ -165,7 +165,7 @@ impl<'a> ClosestSurface<'a> {
         }
     }
 
-    /// The number of boxes in the groups of a level. A distance alone does not tell an empty place of a group from a box,
+    /// The number of boxes in the groups of a level. A distance alone does not distinguish an empty place of a group from a box,
     /// where squares of coordinates overflow.
     #[inline(always)]
     fn n_boxes(&self, level: usize) -> usize {

@@ -9,7 +9,7 @@ use multiversion::multiversion;
 
 /// Most groups that a front is walked down to.
 pub(super) const MOST_GROUPS: usize = 24;
-/// Boxes that wait in a search: those of a front, and three for each of at most 16 levels.
+/// Boxes that wait in a search: the boxes of a front, and three for each of at most 16 levels.
 const DEPTH: usize = MOST_GROUPS * LANES + 48;
 
 /// Groups of one level that hold all that may be closest to some point.
@@ -19,7 +19,7 @@ pub(super) struct Front {
     pub(super) groups: Vec<u32>,
 }
 
-/// A box that waits in a search; at level 0 that of a leaf.
+/// A box that waits in a search; at level 0 the box of a leaf.
 #[derive(Clone, Copy)]
 struct Waiting {
     distance_squared: f64,
@@ -27,7 +27,7 @@ struct Waiting {
     node: u32,
 }
 
-/// The nearest boxes first, from those of a front and leaf `hint` where there is one. The foot comes with its leaf.
+/// The nearest boxes first, from a front and leaf `hint` where there is one. The closest point comes with its leaf.
 #[multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
@@ -66,7 +66,7 @@ pub(super) fn search(
     best.found
 }
 
-/// Checks if the box of a leaf is within a distance of `block`, of which `limit` is the square.
+/// Checks if the box of a leaf is within a distance of `block`, whose square is `limit`.
 #[multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
@@ -100,7 +100,7 @@ pub(super) fn is_leaf_within(surface: &ClosestSurface<'_>, limit: f64, block: &B
     false
 }
 
-/// What a search is for.
+/// Target of a search.
 pub(super) struct Query<'a> {
     pub(super) surface: &'a ClosestSurface<'a>,
     pub(super) point: &'a Vector,
@@ -165,7 +165,7 @@ impl Stack {
     }
 }
 
-/// What is found so far: the leaf, and the foot on one of its facets.
+/// Best result so far: the leaf, and the closest point on one of its facets.
 struct Best {
     limit: f64,
     found: Option<(usize, ClosestPoint)>,

@@ -2,7 +2,7 @@
 
 use super::{Blocks, Incomplete, Vector};
 
-/// What the solver came to.
+/// Result of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
     /// Iterations that it took.

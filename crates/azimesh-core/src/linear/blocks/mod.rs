@@ -55,7 +55,7 @@ impl Blocks {
         self.diagonal.len()
     }
 
-    /// Where a block below the diagonal is kept; `None` where the pattern has none.
+    /// Index of a block below the diagonal; `None` where the pattern has none.
     pub fn slot(&self, row: u32, column: u32) -> Option<usize> {
         let range = self.starts[row as usize]..self.starts[row as usize + 1];
         let at = self.columns[range.clone()].binary_search(&column).ok()?;

@@ -117,7 +117,7 @@ keys! { impl Cyclic "[body.cyclic]" = Self::new(), {
     pitch_axis => pitch_axis, numbers::<2>("2 lengths"), default [0, 0];
     /// `h`, the offset of the flap and lag hinge along the span
     flap_hinge => flap_hinge, number("length"), default 0;
-    /// a table of `pitch_deg`, `flap_deg` and `lag_deg` over `azimuth_deg`, `time_s` or `step`, in place of the series or on top of them; columns left out are 0, and `_rad` is understood. It has the signs of `[rotor]`, and no `phase`
+    /// a table of `pitch_deg`, `flap_deg` and `lag_deg` over `azimuth_deg`, `time_s` or `step`, added to the series; missing columns are 0, and `_rad` is understood. It has the signs of `[rotor]`, and no `phase`
     table => table, string::<TableSource>(), or "none";
     /// between rows of the table
     interpolation => interpolation, choice::<Interpolation>(), default "linear", with table;

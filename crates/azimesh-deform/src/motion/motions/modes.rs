@@ -67,7 +67,7 @@ setters! { Modes {
 } }
 
 keys! { impl Modes "[body.modes]" = Self::new("", ""), {
-    /// a table `node,mode,dx,dy,dz` (or `x,y,z` for `node`; nodes of the mesh, counted from 0, which [Python](python.md) lists with `mesh.tag_nodes("wing")`), modes counted from 1; or a mesh with point arrays whose names end in the number of the mode, as `mode1`, `mode2`
+    /// a table `node,mode,dx,dy,dz` (or `x,y,z` for `node`; nodes of the mesh counted from 0, modes from 1); or a mesh with point arrays whose names end in the number of the mode, as `mode1`, `mode2`
     shapes => shapes, string::<TableSource>(), needed "shapes = \"modes.csv\"";
     /// a table of `q1`, `q2`, ... over `azimuth_deg`, `time_s` or `step`
     coordinates => coordinates, string::<TableSource>(), needed "coordinates = \"q.csv\"";

@@ -78,7 +78,7 @@ keys! { impl Rigid "[body.rigid]" = Self::default(), {
     rotate => rotate, ROTATION, or "none";
     /// along a vector
     translate => translate, TRANSLATION, or "`[0, 0, 0]`";
-    /// `true`: angle and translation times `k / (K - 1)` at step `k` of `K` steps, counted from 0: nothing at the first step, all of it at the last. It grows by step number, whatever the times or azimuths between the steps are; over time use a table. `false`: all of it at every step
+    /// `true`: angle and translation times `k / (K - 1)` at step `k` of `K` steps, counted from 0, whatever the times or azimuths are; the full motion in a schedule of one step. `false`: the full motion at every step
     ramp => ramp, boolean(), default false;
 } }
 

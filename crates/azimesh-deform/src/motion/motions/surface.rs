@@ -70,7 +70,7 @@ setters! { SurfaceMotion {
 } }
 
 keys! { impl SurfaceMotion "[body.surface]" = Self::new(""), {
-    /// relative to the schedule; its ending decides: a table (`.csv`), SU2's surface positions (`.dat`), or a mesh
+    /// relative to the schedule; a table (`.csv`), SU2's surface positions (`.dat`), or a mesh, by its ending
     file => source, string::<TableSource>(), needed "file = \"surface.csv\"";
     /// distance within which a position in the file matches a node
     match_tolerance => matching.tolerance, positive("length"), default 1e-9;

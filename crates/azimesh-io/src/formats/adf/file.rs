@@ -203,7 +203,7 @@ impl File {
         }
     }
 
-    /// Notes which node something belongs to, and as what. A node has one parent and data one node, so that what is
+    /// Records the owner of a block, and its use. A node has one parent and data one node, so that content that is
     /// damaged or made on purpose is no larger than the file, and has no loops.
     pub fn claim(&self, at: u64, owner: (u64, u64)) -> Result<()> {
         let mut owners = self.owners.borrow_mut();

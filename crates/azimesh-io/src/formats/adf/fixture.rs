@@ -3,7 +3,7 @@
 use crate::mesh::reverse_each;
 use crate::mesh::{Values, arrays::with_numbers};
 
-/// How a file is stored.
+/// Version, byte order and size of a file.
 #[derive(Debug, Clone, Copy)]
 pub struct Layout {
     /// The start of the file from the letter of its version on.
@@ -115,7 +115,7 @@ pub fn file(layout: Layout, children: Vec<Draft>) -> Vec<u8> {
     out.bytes
 }
 
-/// Where the header of a node is.
+/// Offset of the header of a node.
 pub fn place(bytes: &[u8], name: &str) -> usize {
     let start = format!("NoDe{name:32}");
     memchr::memmem::find(bytes, start.as_bytes()).expect("the node is there")
@@ -179,7 +179,7 @@ impl Writer {
                 let entries = entries.map(|(child, at)| {
                     [format!("{:32}", child.name).into_bytes(), self.pointer(*at)].concat()
                 });
-                // The library leaves room for more.
+                // The library allocates more.
                 let room = vec![b' '; 44 * (8 - all.len() % 8)];
                 let content = entries.chain([room]).collect::<Vec<_>>().concat();
                 let table = self.enclosed([b"SNTb", b"snTE"], &content);

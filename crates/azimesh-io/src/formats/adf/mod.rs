@@ -10,7 +10,7 @@
 //!
 //! All that a file holds is behind a tag of four letters, most of it with another one at its end. Counts are
 //! hexadecimal text. A pointer is a block of 4096 bytes and an offset in it: as text in files of version A, in binary in
-//! those of version B, which has the dimensions of data in binary too.
+//! version B, which has the dimensions of data in binary too.
 
 mod data;
 mod file;

@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn faces_that_make_no_simple_cell_make_a_polyhedron() {
-        // A face turned inward; a cube of which one face is divided; a hexahedron with an edge of no length.
+        // A face turned inward; a cube with one divided face; a hexahedron with an edge of no length.
         let inward: &[&[u32]] = &[&[0, 1, 2], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]];
         let divided: &[&[u32]] = &[
             &[0, 3, 2, 1],

@@ -18,7 +18,7 @@ pub(super) struct MeshBuilder {
     pub point_arrays: Arrays,
     pub cell_arrays: Arrays,
     pub field_arrays: Vec<DataArray>,
-    /// Elements of which only the corners are kept, by type.
+    /// Elements that keep only their corners, by type.
     pub incomplete: BTreeMap<&'static str, usize>,
     /// Notes on damage in the file.
     pub remarks: Vec<Note>,

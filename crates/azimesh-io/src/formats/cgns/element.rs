@@ -25,7 +25,7 @@ pub(super) struct ElementType {
     form: Form,
 }
 
-/// How the nodes of an element correspond to those of the cell.
+/// Correspondence of the nodes of an element and of the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
     /// As in VTK.
@@ -173,7 +173,7 @@ impl ElementType {
     }
 }
 
-/// What the number of an element type of a file of this CGNS version means today: in 3.0 the pyramid of
+/// Current meaning of an element type number in a file of this CGNS version: in 3.0 the pyramid of
 /// 13 nodes stood among the others.
 pub(super) fn current_number(number: i64, version: f64) -> i64 {
     match number {

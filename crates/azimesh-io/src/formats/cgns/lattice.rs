@@ -1,4 +1,4 @@
-//! Where CGNS puts the nodes of complete elements of third and fourth order.
+//! Node order of complete elements of third and fourth order in CGNS.
 //!
 //! Nodes are listed as in VTK's Lagrange cells: corners, edges, faces, inside. But where VTK goes along
 //! the axes, CGNS goes round: edges and faces are cyclic, the nodes inside a quadrilateral are its
@@ -84,7 +84,7 @@ impl Walk {
         }
     }
 
-    /// What is inside a solid between two faces: layer by layer, each like the faces.
+    /// Inner nodes of a solid between two faces: layer by layer, each like the faces.
     fn layers(&mut self, of_layer: &[[u16; 2]]) {
         for k in 1..self.order {
             self.places.extend(of_layer.iter().map(|&[i, j]| [i, j, k]));

@@ -152,7 +152,7 @@ impl Node {
             .ok_or_else(|| self.refuse(format!("it has no \"{name}\"")))
     }
 
-    /// The data as it is stored.
+    /// The data as stored.
     pub fn data(&self) -> Result<Data> {
         self.data_or_none()?
             .ok_or_else(|| self.refuse("it has no data"))
@@ -232,7 +232,7 @@ impl Node {
         text.into_owned()
     }
 
-    /// Tells of the texts of the file that were read as Latin-1.
+    /// Reports the texts of the file that were read as Latin-1.
     pub fn note_latin1(&self, notes: &mut Notes) {
         let texts = self.latin1.borrow();
         texts.iter().for_each(|text| notes.latin1(text));

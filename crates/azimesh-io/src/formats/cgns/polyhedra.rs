@@ -93,7 +93,7 @@ impl Polyhedra {
         faces.filter(|&face| !self.faces.has_shape(face)).count()
     }
 
-    /// Tests if the faces are those of polyhedra rather than cells themselves.
+    /// Tests if the faces belong to polyhedra and are not cells themselves.
     pub fn has_solids(&self) -> bool {
         !self.solids.is_empty()
     }

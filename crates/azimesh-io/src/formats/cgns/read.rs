@@ -110,7 +110,7 @@ fn read_bases(
     Ok(mesh)
 }
 
-/// Solutions have values of cells alone: a boundary face gets those of the cell that it bounds.
+/// Solutions have values of cells only: a boundary face gets the values of the cell that it bounds.
 fn give_to_faces(mesh: &mut Mesh) {
     let n_points = mesh.points.len();
     let outside = |node: &u32| *node as usize >= n_points;

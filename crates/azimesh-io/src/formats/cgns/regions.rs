@@ -138,7 +138,7 @@ fn region<'a>(
     }))
 }
 
-/// Names of the lists of nodes or elements, and then of those of elements only.
+/// Names of the lists of nodes or elements, and then of the lists of elements only.
 const GIVEN_BY: [&str; 4] = ["PointRange", "PointList", "ElementRange", "ElementList"];
 
 /// Finds the numbers of a region, the items that they refer to, and whether the file says so.

@@ -172,7 +172,7 @@ impl Grid {
 }
 
 impl Elements {
-    /// The elements of a section, of which the first is this cell.
+    /// The elements of a section that begins with this cell.
     fn of(section: &Section, zone: &Zone, first: usize) -> Found<Self> {
         let connectivity = Array::open(section.node.need("ElementConnectivity")?)?;
         let form = match section.element_type {

@@ -101,7 +101,7 @@ impl Grid {
         Ok(())
     }
 
-    /// The index across which a range lies: the one that does not change, at an end of the zone if
+    /// The constant index of a range, at an end of the zone if
     /// there are several.
     fn across(&self, region: &Region, low: [usize; 3], high: [usize; 3]) -> Option<usize> {
         if let GridLocation::FacesAcross(index) = region.place {
@@ -124,7 +124,7 @@ impl Grid {
     }
 
     /// Appends the faces given by a list: all faces of the six sides with only such nodes, the
-    /// faces that are named, or those of the cells that are named.
+    /// faces that are named, or the faces of the cells that are named.
     fn append_list(&self, region: &Region, cells: &mut Cells) -> Result<()> {
         let n = self.n_indices;
         let mut points: BTreeSet<[usize; 3]> = BTreeSet::new();
@@ -167,7 +167,7 @@ impl Grid {
         region.node.refuse(message)
     }
 
-    /// The index across which the faces of a list lie; `None` for a list of nodes.
+    /// The constant index of the faces of a list; `None` for a list of nodes.
     fn across_list(&self, region: &Region, points: &BTreeSet<[usize; 3]>) -> Option<usize> {
         let ends = |i: usize| {
             let places = || points.iter().map(|point| point[i]);
@@ -214,7 +214,7 @@ impl Grid {
     }
 }
 
-/// Positions of faces that are given by their own index or by that of their adjacent cells, which have
+/// Positions of faces that are given by their own index or by the index of their adjacent cells, which have
 /// them on their far side unless they are the first.
 fn layer(region: &Region, index: usize) -> usize {
     index + usize::from(region.place == GridLocation::CellCenters && index > 0)

@@ -117,7 +117,7 @@ fn in_order(
     Ok(spans.into_iter().flatten().collect())
 }
 
-/// The order in which the sections make up the cells: that of their elements, unless azimesh has written
+/// The order of the sections in the cells: the order of their elements, unless azimesh has written
 /// which cell each begins with. Faces of polyhedra that are no cells may follow as a section.
 pub(super) fn order(zone: &Zone, sections: &[Section]) -> Result<Vec<usize>> {
     let mut order: Vec<usize> = (0..sections.len()).collect();
@@ -198,7 +198,7 @@ fn not_within(range: &Range<i64>, whole: Range<i64>) -> Option<i64> {
     (range.end > whole.end).then_some(whole.end)
 }
 
-/// The first number of a range that is that of no element.
+/// The first number of a range that belongs to no element.
 fn not_in(range: &Range<i64>, spans: &[Span]) -> Option<i64> {
     let first = spans.partition_point(|span| span.end() <= range.start);
     let mut next = range.start;
@@ -231,7 +231,7 @@ struct Members<'a> {
     sections: &'a [Section<'a>],
     spans: &'a [Span],
     by_name: BTreeMap<&'a str, usize>,
-    /// Sections of which a region has elements.
+    /// Sections with elements of a region.
     is_covered: Vec<bool>,
 }
 
@@ -360,7 +360,7 @@ fn make_faces(
     }
 }
 
-/// Sections of which no region has an element are groups by their own name: many programs name the
+/// Sections without an element in a region are groups by their own name: many programs name the
 /// boundary so. Names of the only section of cells, or that say their kind, are not.
 fn tag_sections(zone: &Zone, sections: &[Section], members: &Members, found: &mut MeshBuilder) {
     let mut n_solid = 0;

@@ -21,7 +21,7 @@ pub(super) struct Zone<'a> {
     /// Cells along each index.
     pub n_cells: Vec<usize>,
     pub is_structured: bool,
-    /// Its kind as the file has it and as it is meant, where these differ.
+    /// Its kind in the file and its actual kind, where these differ.
     pub odd_kind: Option<(String, &'static str)>,
     /// Index in the mesh of its first node.
     pub first_node: usize,
@@ -153,7 +153,7 @@ impl<'a> Zone<'a> {
         })
     }
 
-    /// The values of an array without those of rind planes, that is of ghost nodes or cells.
+    /// The values of an array without rind planes, that is without ghost nodes or cells.
     pub fn core(&self, node: &Node, sizes: &[usize], rind: &[usize]) -> Result<Values> {
         let values = node.values()?;
         if rind.iter().all(|&n| n == 0) {

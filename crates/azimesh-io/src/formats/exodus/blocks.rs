@@ -81,7 +81,7 @@ pub(super) fn read(
     Ok(blocks)
 }
 
-/// Elements of which not all nodes are kept: type, nodes, nodes that are kept, and how many there are.
+/// Elements with nodes that are not kept: type, nodes, nodes that are kept, and how many there are.
 type Fewer = BTreeMap<(String, usize, usize), usize>;
 
 /// Refuses more blocks or sets than the file can name.

@@ -60,7 +60,7 @@ pub(super) struct Element {
     pub kind: CellKind,
     /// Position in the element of each node of the cell; `None` where they are the same.
     pub order: Option<&'static [usize]>,
-    /// Nodes of the cell: fewer than those of an element for which there is no cell with all of them.
+    /// Nodes of the cell: fewer than an element has, if no cell has all of them.
     pub n_kept: usize,
 }
 
@@ -74,7 +74,7 @@ const HEX27: [usize; 27] = [
 ];
 const WEDGE15: [usize; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11];
 const WEDGE18: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 15, 16, 17];
-/// The middles of the triangles come before those of the quadrilaterals, which begin with that of the second.
+/// The middles of the triangles precede the middles of the quadrilaterals, which begin with the second.
 const WEDGE20: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 19, 17, 18];
 /// The middle comes first, then the middles as before.
 const WEDGE21: [usize; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11, 20, 18, 19];
@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Corners of each side as the manual of Exodus lists them, from 1, and those of the face of the cell.
+    /// Corners of each side as the manual of Exodus lists them, from 1, and corners of the face of the cell.
     #[test]
     fn sides_have_the_corners_that_the_manual_gives_them() {
         let sides: [(Shape, CellKind, &[&[u8]]); 6] = [

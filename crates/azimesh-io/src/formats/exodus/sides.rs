@@ -46,7 +46,7 @@ pub(super) fn read(
         let members = sets.read(&elements, &sides, cells, &mut faces.of_cells)?;
         for (dimension, cells) in members {
             let mut named = named.clone();
-            // A set without a name has that of its number, which may be a block's too.
+            // A set without a name is named by its number, which may be a block's too.
             if named.name == named.id.to_string() && of_blocks.contains(&*named.name) {
                 named.name = format!("side set {}", named.id);
             }

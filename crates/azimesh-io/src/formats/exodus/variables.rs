@@ -159,7 +159,7 @@ fn of_faces<T: Copy>(values: &[T], faces: &Faces, none: T) -> Vec<T> {
     faces.of_cells.iter().map(of).collect()
 }
 
-/// The name of the vector of which a scalar is the first component, and the names of the others: `displ_x`, `displ_y` and
+/// The name of the vector whose first component is a scalar, and the names of the others: `displ_x`, `displ_y` and
 /// `displ_z` are `displ`.
 fn vector(first: &str) -> Option<(String, [String; 2])> {
     let axes = match first.as_bytes().last()? {

@@ -27,7 +27,7 @@ pub(super) struct Zone {
     pub faces: Vec<(Vec<u32>, [u32; 2])>,
 }
 
-/// How numbers are stored.
+/// Encoding of numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stored {
     pub is_double: bool,
@@ -57,7 +57,7 @@ pub(super) fn house() -> Small {
             .chain([[0.5, 0.5, 1.5]])
             .collect(),
         faces: vec![
-            // The cells lie on the side that the right-hand rule points to, then on the other.
+            // The cells are on the side that the right-hand rule points to, then on the other.
             zone(10, 2, &[(&[5, 6, 7, 8], [2, 1])]),
             zone(
                 3,
@@ -94,7 +94,7 @@ pub(super) fn house() -> Small {
     }
 }
 
-/// A square beside one that was divided into a lower and an upper half.
+/// A square next to one that was divided into a lower and an upper half.
 pub(super) fn refined() -> Small {
     Small {
         dimension: 2,

@@ -21,7 +21,7 @@ pub(super) struct Joined {
     pub numbers: Option<Vec<u32>>,
 }
 
-/// Joins the zones; `bytes` are those of the file.
+/// Joins the zones; `bytes` are the file's.
 pub(super) fn join(content: &mut Content, bytes: &[u8]) -> Result<Joined> {
     check(content, bytes)?;
     let numbers = numbers(content)?;

@@ -203,7 +203,7 @@ fn gmsh_and_fluent_share_an_ending_and_are_told_apart_by_their_content() {
     }
 }
 
-/// What is changed in the text of the house, into what, and what is told.
+/// A change in the text of the house, the new text, and the message.
 const DAMAGED: &[(&str, &str, &str)] = &[
     (
         "(2 3)",

@@ -26,7 +26,7 @@ fn read(name: &str) -> Mesh {
     read_with(name, &ReadOptions::default()).0
 }
 
-/// A place, to what the 16 digits of gmsh's text tell.
+/// A position, to the 16 digits of gmsh's text.
 type LatticePoint = [i64; 3];
 type Cell = (CellKind, Vec<LatticePoint>);
 /// Places of the nodes; cells by the places of their nodes, sorted; groups by dimension and number,

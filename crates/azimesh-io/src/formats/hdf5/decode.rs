@@ -73,7 +73,7 @@ fn is_native(datatype: &Datatype) -> bool {
 pub(super) struct ShortChunks(Arc<[AtomicUsize; 2]>);
 
 impl ShortChunks {
-    /// Filters that lengthen a last chunk to that of the others.
+    /// Filters that lengthen a last chunk to the length of the others.
     pub fn filters(&self) -> FilterRegistry {
         let sizes = Arc::clone(&self.0);
         let mut filters = FilterRegistry::new();

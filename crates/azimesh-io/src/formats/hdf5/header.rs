@@ -22,7 +22,7 @@ pub(super) fn superblock(root: u64, end: u64) -> Vec<u8> {
     with_checksum(block)
 }
 
-/// The object header of a group or a dataset. `addresses` are those of all nodes' headers.
+/// The object header of a group or a dataset. `addresses` has the header of every node.
 pub(super) fn object(node: &Node, place: &Storage, addresses: &[u64]) -> Result<Vec<u8>> {
     let mut messages = Messages::default();
     let n_before = node.links.map_or(0, Links::len);
@@ -145,7 +145,7 @@ pub(super) fn heap(at: u64, strings: &[String]) -> (Vec<u8>, Vec<u8>) {
     (heap, references)
 }
 
-/// Bytes of one value in a dataset; of a string those of a reference into a heap.
+/// Bytes of one value in a dataset; for a string, of its reference into a heap.
 pub(in crate::formats) fn size(element: Element) -> u64 {
     match element {
         Element::String => 16,

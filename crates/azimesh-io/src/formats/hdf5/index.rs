@@ -1,8 +1,8 @@
-//! The index of the chunks of a growing dataset: a B-tree of which a step rewrites only the path to its last leaf.
+//! The index of the chunks of a growing dataset: a B-tree; a step rewrites only the path to its last leaf.
 //!
 //! Format: B-tree version 2, records of type 10 (chunks without filters). Chunks come in order, so
 //! that all nodes but the last of each level are alike: with M(k) the most records of a node of level
-//! k (0: leaves), S(0) = 1 and S(k + 1) = S(k) M(k), record i of level k is that of chunk
+//! k (0: leaves), S(0) = 1 and S(k + 1) = S(k) M(k), record i of level k belongs to chunk
 //!
 //! ```text
 //! (i + 1) S(k) - 1
@@ -51,7 +51,7 @@ struct Level {
 }
 
 impl Level {
-    /// Records from one node to the next: M(k), of which the last is further up.
+    /// Records from one node to the next: M(k); the last of them is on a higher level.
     fn width(&self) -> usize {
         self.span / self.stride
     }

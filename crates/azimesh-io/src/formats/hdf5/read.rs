@@ -356,7 +356,7 @@ impl Dataset {
         self.short.while_reading(&self.inner, read)
     }
 
-    /// Refuses rows that are not there, and more than a file of this size can hold. Whoever reads
+    /// Refuses rows that are not there, and more than a file of this size can hold. Callers that read
     /// rows part by part asks for all of them first.
     pub fn check_rows(&self, rows: &Range<u64>) -> Result<()> {
         let wrong = |message: String| Err(Error::input(message).dataset(self.name()));
@@ -416,7 +416,7 @@ impl Dataset {
         Ok(array.map_err(refused)?.into_raw_vec_and_offset().0)
     }
 
-    /// Strings of which not all are UTF-8.
+    /// Strings that are not all UTF-8.
     fn bytes_of_strings(&self) -> std::result::Result<Vec<String>, Refused> {
         let size = match self.inner.dtype() {
             Datatype::String { size, .. } => Some(size),

@@ -1,7 +1,7 @@
 //! A dataset that gets one more row with each step: a time, a name, a number of a row.
 //!
 //! Rows that are constant or grow by a constant are written ahead of the steps that need them. Others are in chunks,
-//! of which each step rewrites the last one.
+//! and each step rewrites the last one.
 
 use super::header::size;
 use super::index::Chunks;
@@ -31,7 +31,7 @@ pub(in crate::formats) struct Rows {
 }
 
 impl Rows {
-    /// No row yet. Bytes of a row are those of some numbers of 8 bytes.
+    /// No row yet. A row consists of some numbers of 8 bytes.
     pub fn new(element: Element, row: &[u64]) -> Self {
         let row_bytes = (row.iter().product::<u64>() * size(element)) as usize;
         assert!(row_bytes.is_multiple_of(8), "rows must be of 8-byte words");

@@ -28,7 +28,7 @@ pub(in crate::formats) struct StepFile {
     /// Bytes up to the end of what was appended last.
     at: u64,
     hasher: TreeHasher,
-    /// True if all bytes so far equal those of an earlier run.
+    /// True if all bytes so far equal an earlier run.
     is_resuming: bool,
     /// The superblock of the last step that was committed, and the end of that step.
     finished: Option<(Vec<u8>, u64)>,
@@ -185,7 +185,7 @@ impl StepFile {
         std::fs::read(self.file.path()).expect("it can be read")
     }
 
-    /// Appends what a node has that is not stored yet.
+    /// Appends the parts of a node that are not stored yet.
     fn storage(&mut self, tree: &Tree, node: usize) -> Result<Storage> {
         let Some(dataset) = &tree.nodes[node].dataset else {
             return Ok(Storage::Contiguous(NOWHERE));

@@ -1,4 +1,4 @@
-//! What is written is read back, by another implementation; h5py and VTK do so in scripts/verify.
+//! Written files are read back by another implementation; h5py and VTK do so in scripts/verify.
 
 use super::*;
 use crate::formats::column::Data;
@@ -116,7 +116,7 @@ struct Sequence {
     n: u64,
 }
 
-/// What the column `alike` has at a step.
+/// The column `alike` at a step.
 fn alike(step: u64) -> i64 {
     step.saturating_sub(70) as i64 * 3 % 200
 }

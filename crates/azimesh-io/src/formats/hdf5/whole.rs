@@ -22,7 +22,7 @@ pub(in crate::formats) fn is_hdf5(bytes: &[u8]) -> bool {
     start(bytes).is_some()
 }
 
-/// The length of the file by its superblock, of which the bytes begin at `start`. `None` where it has another version.
+/// The length of the file by its superblock, from its first bytes `start`. `None` where it has another version.
 fn said(bytes: &[u8]) -> Option<Option<u64>> {
     let version = *bytes.get(8)?;
     let (size_at, first) = match version {

@@ -95,9 +95,9 @@ struct File {
     types: Option<Vec<u8>>,
     /// Vertices, lines, polygons, strips: the order of polygonal data.
     lists: [List; 4],
-    /// Where each list stands, then unstructured cells and their types.
+    /// Position of each list, then unstructured cells and their types.
     places: [usize; 6],
-    /// The last keyword, and where it stands.
+    /// The last keyword, and its position.
     last: (String, usize),
     /// Items whose arrays are being read: 0 of the whole, 1 at points, 2 of cells.
     items: usize,

@@ -79,7 +79,7 @@ pub(super) fn read(cursor: &mut Cursor, kind: Type, n: usize, notes: &mut Notes)
     Ok(values)
 }
 
-/// How ids are stored.
+/// Encoding of ids.
 fn id(cursor: &Cursor) -> Element {
     cursor.by_encoding(Element::Int32, Element::Int64)
 }

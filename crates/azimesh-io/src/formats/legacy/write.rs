@@ -250,7 +250,7 @@ impl Writer<'_> {
     }
 }
 
-/// Names of arrays, of which any can be encoded but none.
+/// Names of arrays; any can be encoded except none.
 const NAMES: Rule = Rule {
     longest: usize::MAX,
     fit: |name, _| match name {

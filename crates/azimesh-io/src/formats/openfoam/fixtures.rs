@@ -14,7 +14,7 @@ pub(super) const PATCHES: [(&str, &str, std::ops::Range<usize>); 4] = [
     ("far", "patch", 5..15),
 ];
 
-/// How files are written.
+/// Encoding of files.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
     pub is_binary: bool,

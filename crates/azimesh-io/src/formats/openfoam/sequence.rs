@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// Name of the point array that is the displacement of the nodes.
 pub const DISPLACEMENT: &str = "Displacement";
 
-/// The mesh that all steps share, as it is in the case.
+/// The mesh that all steps share, as in the case.
 pub struct Begun {
     /// Notes of the writer.
     pub notes: Notes,
@@ -70,13 +70,13 @@ impl CaseFormat {
         Ok(folders.iter().map(file).collect())
     }
 
-    /// Checks if the file of a step takes the place of the mesh that all steps share.
+    /// Checks if the file of a step replaces the mesh that all steps share.
     pub fn is_shared(&self, file: &str) -> bool {
         time_in(file) == CONSTANT
     }
 
     /// Stages what all steps share, and copies what belongs to the case that the mesh was read from. What is there
-    /// already stays as it is; a mesh that is there is replaced with [`Begin::Create`]. With [`Begin::Resume`] it is kept where it is
+    /// already is kept; an existing mesh is replaced with [`Begin::Create`]. With [`Begin::Resume`] it is kept where it is
     /// this one; where a file is missing or another, all but its points are written again.
     ///
     /// # Errors

@@ -29,7 +29,7 @@ pub(crate) struct Topology {
     pub(super) groups: blake3::Hash,
 }
 
-/// A file as it is on the disk.
+/// A file as stored on the disk.
 pub(crate) struct StoredFile {
     /// Name in the folder, with `.gz` where it is compressed.
     pub name: String,

@@ -1,4 +1,4 @@
-//! Blocks: their cells, the faces of their sides, and which of these lie on another side.
+//! Blocks: their cells, the faces of their sides, and which of these coincide with another side.
 
 use super::super::grid::Grid;
 use super::super::vtk::structured;
@@ -65,7 +65,7 @@ impl Block {
         })
     }
 
-    /// The faces across an index whose lowest corners lie in these ranges.
+    /// The faces across an index whose lowest corners are in these ranges.
     pub fn faces(&self, across: usize, ranges: [Range<usize>; 3]) -> Cells {
         let mut faces = Cells::new();
         self.grid.append_faces(across, ranges, &mut faces);
@@ -76,7 +76,7 @@ impl Block {
 /// Places of the corners of a face, in order.
 type Key = Vec<[u64; 3]>;
 
-/// How many faces of sides lie at each place.
+/// Number of faces of sides at each position.
 pub(super) struct Places<'a> {
     points: &'a [[f64; 3]],
     counts: BTreeMap<Key, u32>,
@@ -103,7 +103,7 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// How many of these faces lie where another face lies.
+    /// Number of these faces that coincide with another face.
     pub fn n_shared(&self, faces: &Cells) -> usize {
         let is_shared = |nodes: &[u32]| self.counts.get(&self.key(nodes)).is_some_and(|n| *n > 1);
         faces.iter().filter(|face| is_shared(face.nodes)).count()

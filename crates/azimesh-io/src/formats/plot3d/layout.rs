@@ -1,4 +1,4 @@
-//! What a Plot3D file does not say of itself, and which of it fits the file.
+//! The variants of Plot3D, which a file does not state, and the search for those that fit.
 
 use super::Plot3d;
 use azimesh_core::error::{Error, Result, option};
@@ -7,18 +7,18 @@ use std::fmt;
 /// Most blocks that a file may have.
 const MOST_BLOCKS: usize = 1 << 20;
 
-/// How a file is stored.
+/// Encoding of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Layout {
     /// `None` for text.
     pub binary: Option<Binary>,
-    /// True if the number of blocks stands at the start.
+    /// True if the number of blocks is at the start.
     pub is_multi: bool,
     pub n_axes: usize,
     pub has_blanking: bool,
 }
 
-/// How numbers are stored as bytes.
+/// Encoding of numbers as bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Binary {
     pub is_big_endian: bool,

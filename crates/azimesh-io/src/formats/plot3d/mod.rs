@@ -87,14 +87,14 @@ flavours! {
     F64 "plot3d-f64" "Plot3D grid of 64 bits" |layout| layout.real() == Some(8);
 }
 
-/// The flavour of which nothing is stated.
+/// The flavour without any statement.
 const DETECTED: Format = Format {
     extensions: EXTENSIONS,
     detect: is_grid,
     ..Format::NEW
 };
 
-/// Returns whether the counts at the start fit the whole file. Text is looked at where its name is that of a grid.
+/// Returns whether the counts at the start fit the whole file. Text is read only if its name is that of a grid.
 fn is_grid(source: &Source) -> bool {
     let name = source.path().to_string_lossy().to_ascii_lowercase();
     let is_named = || {

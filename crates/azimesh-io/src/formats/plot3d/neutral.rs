@@ -1,5 +1,5 @@
 //! Neutral map files (.nmf): the sizes of the blocks, then a line for each part of a side with its type, and for
-//! interfaces the part that it lies on. A grid in a plane has the map of two such planes, or, from Construct2D, one of a
+//! interfaces the part that it coincides with. A grid in a plane has the map of two such planes, or, from Construct2D, one of a
 //! single plane with sides 1 to 4.
 
 use super::super::tokens::Tokens;
@@ -17,7 +17,7 @@ pub(super) struct Entry {
     pub faces: Cells,
 }
 
-/// Across which index a side of this number lies, whether at its end, and the indices along which its ranges run.
+/// The constant index of a side of this number, whether it is at its end, and the indices along which its ranges run.
 fn side(number: i64, map: Map) -> Option<(usize, bool, [usize; 2])> {
     Some(match number {
         1..=4 if map == Map::OnePlane => {

@@ -1,4 +1,4 @@
-//! A Plot3D file as a mesh: blocks, then their boundaries by a neutral map file beside it or by their sides.
+//! A Plot3D file as a mesh: blocks, then their boundaries by a neutral map file of the same name or by their sides.
 
 use super::super::source::{read_file, without_mark};
 use super::super::{Notes, Source, case_name, names};
@@ -57,7 +57,7 @@ pub(super) fn read(source: &Source, stated: &Plot3d, notes: &mut Notes) -> Resul
     Ok(mesh)
 }
 
-/// Tags by the neutral map file beside the grid, where there is one that is whole; otherwise a note says why not.
+/// Tags by the neutral map file of the grid, if there is a complete one; otherwise a note says why not.
 fn by_neutral_map(path: &Path, blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let path = path.with_file_name(format!("{}.nmf", case_name(&name)));
@@ -100,7 +100,7 @@ fn add_tag(mesh: &mut Mesh, name: String, faces: &Cells) {
     mesh.groups.push(Group::new(dimension, name, None, cells));
 }
 
-/// A tag for each side of a block that lies nowhere on a side of a block.
+/// A tag for each side of a block that is nowhere on a side of a block.
 fn by_sides(blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) {
     let mut places = Places::new(&mesh.points);
     for (_, faces) in blocks.iter().flat_map(Block::sides) {

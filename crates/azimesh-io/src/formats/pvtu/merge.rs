@@ -151,7 +151,7 @@ fn joined_by_place(pieces: &[Piece], points: &[[f64; 3]], notes: &mut Notes) -> 
     let numbered = pieces.iter().zip(0..);
     let of_nodes = numbered.flat_map(|(piece, i)| std::iter::repeat_n(i, piece.mesh.points.len()));
     let piece_of: Vec<u32> = of_nodes.collect();
-    // The first node at each place stands for those of the other pieces.
+    // The first node at each position represents the nodes of the other pieces.
     let mut first: Vec<usize> = (0..points.len()).collect();
     let (mut n_apart, mut n_joined) = (0, 0);
     let mut visit = |group: &[u32]| {
@@ -214,7 +214,7 @@ fn cells(pieces: &mut [Piece], new_index: &[u32]) -> Cells {
     cells
 }
 
-/// Arrays that all pieces have alike, with the tuples `origin` of those of all pieces.
+/// Arrays that all pieces have alike, with the tuples `origin` of all pieces.
 fn arrays<'p>(
     pieces: &'p [Piece],
     what: &'static str,

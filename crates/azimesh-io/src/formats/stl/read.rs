@@ -111,7 +111,7 @@ fn binary(bytes: &[u8], n: usize, notes: &mut Notes) -> Result<Mesh> {
     Ok(nodes.mesh(triangles, Vec::new()))
 }
 
-/// What is read of a text.
+/// Content read from a text.
 struct Text<'a> {
     lexer: Tokens<'a>,
     nodes: Nodes,

@@ -1,4 +1,4 @@
-//! Round trips through every flavour, the file's own order of nodes, and the names beside it.
+//! Round trips through every flavour, the file's own order of nodes, and the names in the `.mapbc`.
 
 use super::super::{Commit, FORMATS, Notes, ReadOptions, Source, WriteOptions, save};
 use super::*;
@@ -9,7 +9,7 @@ fn tag(name: &str, number: Option<i32>, cells: std::ops::Range<usize>) -> Group 
     Group::new(2, name, number, cells.into())
 }
 
-/// A hexahedron with a pyramid on top, a tetrahedron beside it and a wedge, in the order of UGRID;
+/// A hexahedron with a pyramid on top, a tetrahedron next to it and a wedge, in the order of UGRID;
 /// coordinates that 32 bits hold.
 fn solid() -> Mesh {
     let mut mesh = Mesh {

@@ -47,7 +47,7 @@ pub struct VtkArrays<'a> {
     labels: Vec<(Labels<'static>, Numbers, Values)>,
     /// Cells written again because they are in several tags.
     pub repeated: Vec<usize>,
-    /// Those cells.
+    /// The repeated cells.
     again: Cells,
     /// The cell arrays of those cells.
     repeated_arrays: Vec<Values>,

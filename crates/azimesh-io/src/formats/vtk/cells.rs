@@ -32,11 +32,11 @@ pub struct CellTable {
 pub struct Built {
     /// The cells.
     pub cells: Cells,
-    /// For each cell its index among those of the file; `None` when they are the same cells.
+    /// For each cell its index in the file; `None` when they are the same cells.
     pub origin: Option<Vec<usize>>,
 }
 
-/// Arrays of the cells of a file as those of the mesh's cells.
+/// Arrays of the cells of a file as arrays of the mesh's cells.
 pub fn repeat_tuples(arrays: &mut [DataArray], origin: &[usize]) {
     for array in arrays {
         array.values = array.values.select(array.n_components, origin);
@@ -109,7 +109,7 @@ struct Window<'a> {
     types: &'a [u8],
     types_array: &'static str,
     first_cell: usize,
-    /// Where the cell before ends.
+    /// End of the previous cell.
     last: u64,
 }
 
@@ -178,7 +178,7 @@ fn extend(runs: &mut Vec<TypeRun>, vtk: u8, n_nodes: u32, n_cells: u32) {
     }
 }
 
-/// Returns whether a cell of this type and number of nodes is one that can be held or split; those of the
+/// Returns whether a cell of this type and number of nodes can be held or split; the cells of the
 /// run before are.
 fn fits_after(before: Option<TypeRun>, vtk: u8, n_nodes: u32) -> bool {
     if before.is_some_and(|run| (run.vtk, run.n_nodes) == (vtk, n_nodes)) {

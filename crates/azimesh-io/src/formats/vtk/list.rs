@@ -11,7 +11,7 @@ use azimesh_core::error::{Error, Result};
 pub struct List {
     n_cells: usize,
     entries: Vec<u32>,
-    /// Where each cell ends; without them `entries` has a count before each cell.
+    /// End of each cell; without them `entries` has a count before each cell.
     ends: Option<Vec<i64>>,
 }
 

@@ -1,4 +1,4 @@
-//! What the files of VTK share: legacy, XML and HDF.
+//! Shared parts of the files of VTK: legacy, XML and HDF.
 //!
 //! Knows VTK's cells, numbers and names of arrays; nothing of how a file is laid out.
 //!

@@ -190,7 +190,7 @@ pub fn parse_words(text: &[u8], element: Element) -> std::result::Result<Vec<u8>
     })
 }
 
-/// Where a word is, and the word.
+/// Position of a word, and the word.
 type Word<'a> = (usize, &'a [u8]);
 
 fn parse_each<T: Number>(text: &[u8]) -> std::result::Result<Vec<u8>, Word<'_>> {
@@ -202,7 +202,7 @@ fn parse_each<T: Number>(text: &[u8]) -> std::result::Result<Vec<u8>, Word<'_>> 
     Ok(numbers)
 }
 
-/// Refuses points with a coordinate that is no number; tells which value it is. Nodes count from
+/// Refuses points with a coordinate that is not finite and names the value. Nodes count from
 /// `first`.
 pub fn points_are_finite(
     first: usize,
@@ -238,7 +238,7 @@ pub fn word_end(text: &[u8], at: usize) -> usize {
     at + length.unwrap_or(rest.len())
 }
 
-/// Where the word with this index starts; the end of the text where there are fewer.
+/// Start of the word with this index; the end of the text where there are fewer.
 pub fn word_start(text: &[u8], index: usize) -> usize {
     let mut words = Tokens::new(text);
     for _ in 0..index {

@@ -37,7 +37,7 @@ pub fn listed(kind: CellKind, nodes: &[u32]) -> Cow<'_, [u32]> {
 }
 
 /// Lists the wedges of a file as a mesh does. In a file that is not marked, the sign of most volumes says which order it has;
-/// a note if it is not that of VTK up to 9.6.
+/// a note if it is not the order of VTK up to 9.6.
 pub fn turn_wedges(mesh: &mut Mesh, is_marked: bool, notes: &mut Notes) {
     if !is_marked && balance(&mesh.view()) > 0 {
         let wedges = mesh.cells.runs().filter(|run| run.kind == CellKind::Wedge);
@@ -52,7 +52,7 @@ pub fn turn_wedges(mesh: &mut Mesh, is_marked: bool, notes: &mut Notes) {
     mesh.cells.mirror_wedges();
 }
 
-/// Number of wedges of positive volume as they are listed, less those of negative volume.
+/// Number of wedges of positive volume as listed, minus the number of negative volume.
 fn balance(mesh: &MeshView) -> i64 {
     let mut sum = 0;
     for run in mesh.cells.runs().filter(|run| run.kind == CellKind::Wedge) {
@@ -174,7 +174,7 @@ fn swap_edges(nodes: &mut [u32], degrees: [usize; 3]) {
 mod tests {
     use super::*;
 
-    /// What VTK 9.7 makes of a file of version 2.0 with nodes counted through.
+    /// VTK 9.7's reading of a file of version 2.0 with consecutive node numbers.
     #[test]
     fn edges_are_swapped_as_vtk_does() {
         for (degrees, expected) in [

@@ -7,7 +7,7 @@ use crate::formats::number::Chunk;
 use crate::mesh::{CellKind, cells::face_stream};
 use azimesh_core::error::{Error, Result};
 
-/// How node indices of a piece become those of the mesh.
+/// Conversion of node indices of a piece to indices of the mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct PieceNodes {
     /// Nodes of the pieces before.
@@ -39,11 +39,11 @@ pub struct Streams {
 pub struct SharedFaces<'a> {
     /// Nodes of one face after another.
     pub face_nodes: &'a [u32],
-    /// Where the nodes of each face end.
+    /// End of the nodes of each face.
     pub face_ends: &'a [i64],
     /// Faces of one polyhedron after another.
     pub cell_faces: &'a [u32],
-    /// Where the faces of each cell end; a cell of another kind has none.
+    /// End of the faces of each cell; a cell of another kind has none.
     pub cell_ends: &'a [i64],
 }
 
@@ -61,7 +61,7 @@ impl Streams {
             .map(|(start, &end)| &self.entries[start..end])
     }
 
-    /// Appends polyhedra whose streams lie in `faces`; `ends` has where that of each cell ends.
+    /// Appends polyhedra whose streams are in `faces`; `ends` has the end of each cell's stream.
     pub fn read_streams(
         &mut self,
         faces: &[u32],
@@ -128,7 +128,7 @@ impl Streams {
         let (face_nodes, cell_faces) = (faces.face_nodes, faces.cell_faces);
         let face_ends = ends_within(faces.face_ends, face_nodes.len(), "face_offsets")?;
         let ends = ends_within(faces.cell_ends, cell_faces.len(), "polyhedron_offsets")?;
-        // A face lies between two cells; more are allowed for repeated cells.
+        // A face is between two cells; more are allowed for repeated cells.
         let most = self.entries.len() + 8 * (face_nodes.len() + cell_faces.len() + types.len());
         for cell in polyhedra(types) {
             let faces = &cell_faces[start_of(&ends, cell)..ends[cell]];

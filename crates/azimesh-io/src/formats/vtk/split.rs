@@ -15,7 +15,7 @@ pub struct TypeRun {
     pub vtk: u8,
     /// Nodes of each cell.
     pub n_nodes: u32,
-    /// How many cells.
+    /// Number of cells.
     pub n_cells: u32,
 }
 

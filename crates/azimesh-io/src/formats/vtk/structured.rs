@@ -18,7 +18,7 @@ pub enum Grid {
 }
 
 impl Grid {
-    /// The grid whose name is in a list, as it is or in other capitals.
+    /// The grid whose name is in a list, in any capitals.
     pub fn named(name: &str, names: [&str; 5]) -> Option<Self> {
         use Grid::*;
         let at = names.iter().position(|of| of.eq_ignore_ascii_case(name))?;

@@ -1,6 +1,6 @@
 //! Boundary tags and zones: integer cell arrays with names in field data.
 //!
-//! `BoundaryTag` numbers cells one dimension below the mesh's, `Zone` those of its own, `Group` any
+//! `BoundaryTag` numbers cells one dimension below the mesh's, `Zone` cells of its own dimension, `Group` any
 //! of lower dimension; 0 is none, and name i of `BoundaryTagNames`, `ZoneNames` or `GroupNames`
 //! belongs to number i + 1. Arrays of other programs number the cells of every dimension at once;
 //! ours do where cells were extracted, as a surface from its volume: a number makes a group of its

@@ -10,7 +10,7 @@ use azimesh_core::error::Result;
 use azimesh_core::note;
 use azimesh_core::parallel::collect;
 
-/// Names of datasets: those of the arrays, except for what HDF5 does not allow.
+/// Names of datasets: the names of the arrays, without characters that HDF5 does not allow.
 pub(super) const NAMES: Rule = Rule {
     longest: usize::MAX,
     fit: |name, _| match name {
@@ -22,7 +22,7 @@ pub(super) const NAMES: Rule = Rule {
 
 /// One dataset.
 pub(super) struct Block<'a> {
-    /// The group in that of the grid; empty for the grid itself.
+    /// The group inside the group of the grid; empty for the grid itself.
     pub group: &'static str,
     pub column: Column<'a>,
 }

@@ -103,7 +103,7 @@ pub(super) fn types(grid: &Group, rows: &Range<u64>) -> Result<Vec<u8>> {
     Ok(types)
 }
 
-/// A part with those of its cells that are among these rows.
+/// A part with its cells that are among these rows.
 pub(super) fn cut(grid: &Group, part: &PartRows, rows: &Range<u64>) -> Result<PartRows> {
     let start = rows.start.clamp(part.cells.start, part.cells.end);
     let cells = start..rows.end.clamp(start, part.cells.end);

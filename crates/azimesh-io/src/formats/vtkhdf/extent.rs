@@ -185,7 +185,7 @@ impl Extent {
         values.transpose()
     }
 
-    /// The rows of an array in `PointData` or `CellData`, `rows` being those of the grid itself.
+    /// The rows of an array in `PointData` or `CellData`, from the rows `rows` of the grid itself.
     pub fn array_rows(&self, offsets: &str, name: &str, rows: &Range<u64>) -> Result<Range<u64>> {
         let start = match (self.of_steps(offsets, name)?, &self.steps) {
             (Some(starts), Some(steps)) => starts[steps.step],
@@ -220,7 +220,7 @@ impl NextRows {
         Ok(rows)
     }
 
-    /// The rows of a part, and those of its offsets: every part has one more.
+    /// The rows of a part, and of its offsets: every part has one more.
     fn take_with_end(&mut self, part: usize) -> Result<(Range<u64>, Range<u64>)> {
         let rows = self.take(part)?;
         let start = rows.start.checked_add(part as u64).ok_or_else(too_large)?;

@@ -114,7 +114,7 @@ fn reader(source: &Source, options: &ReadOptions) -> Result<Reader> {
     Reader::new(unstructured(source)?, options)
 }
 
-/// Errors without a dataset are those of the group.
+/// Errors without a dataset refer to the group.
 fn placed<T>(result: Result<T>) -> Result<T> {
     result.map_err(|error| error.dataset(ROOT))
 }

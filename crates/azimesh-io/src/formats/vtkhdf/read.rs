@@ -1,7 +1,7 @@
 //! Rows of a mesh or of a step: all of them as a mesh, or the slabs of ranks.
 //!
 //! Of a dataset in chunks, every chunk that has a row of a slab is decoded as a whole. In a file of a sequence a step is one chunk
-//! of up to 2 GiB of each dataset that changes: a rank that reads its slab of the coordinates holds those of all nodes meanwhile.
+//! of up to 2 GiB of each dataset that changes: a rank that reads its slab of the coordinates holds the coordinates of all nodes meanwhile.
 
 use super::super::hdf5::{Dataset, Group};
 use super::super::slabs::{Refusal, Slabs, whole};
@@ -309,7 +309,7 @@ impl Reader {
     }
 }
 
-/// Checks if these are names of groups, some of which are the same.
+/// Checks if these are names of groups, with some equal.
 fn has_shared_names(array: &DataArray) -> bool {
     let mut labels = [tags::BOUNDARY, tags::ZONE, tags::LOWER].into_iter();
     let Values::Text(names) = &array.values else {

@@ -23,7 +23,7 @@ const FIELDS: &str = "FieldData";
 /// The times of the steps; how many parts the mesh of each has.
 const VALUES: &str = "Values";
 const PARTS: &str = "NumberOfParts";
-/// Datasets of `Steps` of one number per step, except those of a series; then those of polyhedra.
+/// Datasets of `Steps` of one number per step, except for a series; then the datasets of polyhedra.
 const COLUMNS: [&str; 8] = [
     VALUES,
     PARTS,
@@ -67,7 +67,7 @@ struct Topology {
     datasets: Links,
 }
 
-/// A dataset to which a step adds rows, unless it has those of the step before.
+/// A dataset to which a step adds rows, unless they equal the rows of the step before.
 struct Series {
     group: &'static str,
     name: String,
@@ -143,7 +143,7 @@ impl SequenceFile for Sequence {
 }
 
 impl Sequence {
-    /// Writes the cells, or makes sure that they are those of the first step.
+    /// Writes the cells, or verifies that they equal the cells of the first step.
     fn fix(&mut self, mesh: &MeshView, blocks: &Blocks) -> Result<()> {
         let hash = hasher_of_cells(mesh).finalize();
         if let Some(topology) = &self.content.topology {
@@ -259,7 +259,7 @@ impl Sequence {
 }
 
 impl Content {
-    /// The content of the file as it is now.
+    /// The current content of the file.
     fn grid(&self) -> Grid<'_> {
         let topology = self.topology.as_ref().expect("the first step has set it");
         let mut grid = Grid::new(VERSION, topology.has_polyhedra, topology.has_wedges);
@@ -345,7 +345,7 @@ impl Series {
         Ok(())
     }
 
-    /// Adds the dataset to the file as it is now.
+    /// Adds the dataset to the current file.
     fn add_to<'a>(&'a self, grid: &mut Grid<'a>) {
         let parent = grid.group(self.group);
         if let Some(object) = self.object {

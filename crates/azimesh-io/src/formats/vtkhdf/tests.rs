@@ -1,4 +1,4 @@
-//! What is written is read back; what VTK's writer and h5py have written is read as it is. That VTK
+//! Written files are read back; files of VTK's writer and h5py are read unchanged. That VTK
 //! reads what we write is checked in scripts/verify/vtkhdf.py.
 
 mod sequence;

@@ -62,7 +62,7 @@ impl Grid<'_> {
         Self { tree, root, groups }
     }
 
-    /// The group of this name in that of the grid, which is created on first use; the grid's own for no name.
+    /// The group of this name inside the group of the grid, created on first use; the grid's own for no name.
     pub fn group(&mut self, name: &'static str) -> Id {
         let create = || self.tree.group(self.root, name);
         *self.groups.entry(name).or_insert_with(create)

@@ -1,4 +1,4 @@
-//! What a VTK XML file holds: which grid, and the arrays of its pieces.
+//! Content of a VTK XML file: the grid, and the arrays of its pieces.
 
 use super::super::names::tell_apart;
 use super::super::vtk::order::{OUTWARD, WEDGES};

@@ -68,7 +68,7 @@ pub static VTU: Format = Format {
     ..XML
 };
 
-/// What the files of VTK in XML have in common.
+/// Shared parts of the XML files of VTK.
 const XML: Format = Format {
     holds: Holds::NAMED_ARRAYS,
     encodings: &[Encoding::Raw, Encoding::Base64, Encoding::Ascii],

@@ -246,7 +246,7 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
     })
 }
 
-/// Compressed values: the number of blocks, their decompressed size, that of the last if it is smaller (else zero),
+/// Compressed values: the number of blocks, their decompressed size, the size of the last if it is smaller (else zero),
 /// the compressed size of each, then the blocks.
 fn blocks<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Result<Data<'a>> {
     let (width, compression) = (layout.header_bytes, layout.compression);

@@ -90,7 +90,7 @@ pub(super) fn collect<U: Copy + Default + Send>(
     result.map_err(|error| error.dataset(&array.name))
 }
 
-/// Passes the tuples of an array to `append` by chunks, with their number and that of all (0 where it is not known).
+/// Passes the tuples of an array to `append` by chunks, with their number and the total (0 where it is not known).
 fn for_each_chunk(
     stored: &Stored,
     array: &Array,

@@ -216,7 +216,7 @@ pub(in crate::formats) fn escaped(text: &str) -> String {
 
 struct Encoded<'c> {
     array: &'c Column<'c>,
-    /// The number of bytes; of compressed values the number of blocks, their size, that of the last if it is smaller,
+    /// The number of bytes; of compressed values the number of blocks, their size, the size of the last if it is smaller,
     /// and the compressed size of each.
     header: Vec<u8>,
     blocks: Option<Vec<Vec<u8>>>,

@@ -26,7 +26,7 @@ pub(super) struct Layout {
 pub(super) struct Array<'a> {
     pub name: String,
     pub element: Element,
-    /// True if its values are bits, eight to a byte; `element` is then that of the bytes.
+    /// True if its values are bits, eight to a byte; `element` is then the type of the bytes.
     pub is_bits: bool,
     pub n_components: usize,
     pub component_names: Vec<String>,
@@ -83,7 +83,7 @@ fn appended_section(bytes: &[u8], start: usize) -> Result<(DataEncoding, usize)>
 }
 
 /// A file with its XML in UTF-8: unchanged, or converted from Latin-1 where the XML is declared as that or is not
-/// valid UTF-8. Text of two bytes a character is left as it is.
+/// valid UTF-8. Text of two bytes per character is not changed.
 pub(in crate::formats) fn as_utf8<'a>(bytes: &'a [u8], notes: &mut Notes) -> Cow<'a, [u8]> {
     let end = memchr::memmem::find(bytes, APPENDED).unwrap_or(bytes.len());
     let (xml, data) = bytes.split_at(end);
@@ -124,7 +124,7 @@ pub(in crate::formats) struct Parser<'a> {
     pub(super) layout: Layout,
 }
 
-/// The value of an attribute. VTK does not escape the `&` of a name; then it is taken as it is.
+/// The value of an attribute. VTK does not escape the `&` of a name; then it is read unchanged.
 fn value(attribute: &Attribute) -> String {
     match attribute.normalized_value(XmlVersion::Implicit1_0) {
         Ok(value) => value.into_owned(),

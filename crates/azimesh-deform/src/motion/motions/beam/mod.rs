@@ -79,13 +79,13 @@ setters! { Beam {
 } }
 
 keys! { impl Beam "[body.beam]" = Self::new(""), {
-    /// columns `azimuth_deg` (or `time_s`, `step`), `station`, and any of `dx`, `dy`, `dz`, `rot_x_deg`, `rot_y_deg`, `rot_z_deg`: those left out are 0. Rows in any order. Without the first column it is valid at every step
+    /// columns `azimuth_deg` (or `time_s`, `step`), `station`, and any of `dx`, `dy`, `dz`, `rot_x_deg`, `rot_y_deg`, `rot_z_deg`; missing ones are 0. Rows in any order. Without the first column it is valid at every step
     table => table, string::<TableSource>(), needed "table = \"beam.csv\"";
-    /// centres of rotation of the sections: a quarter of the chord behind the leading edge (the end of a section towards `e_y`; in a clockwise rotor the other end; of a blunt end its middle, where the corners are equally far from the other end), measured in the mesh at the stations of the table and continued straight through the rounded ends of the blade (a tenth of the chord); or a table `station,x,y,z` of points along the blade's axes from the hub. Past its ends either goes on parallel to the span
+    /// centres of rotation of the sections: a quarter of the chord behind the leading edge (the end of a section towards `e_y`, in a clockwise rotor the other end; the middle of a blunt end), measured in the mesh at the stations of the table and continued straight through the rounded ends of the blade (a tenth of the chord); or a table `station,x,y,z` of points along the blade's axes from the hub. Beyond its ends it is parallel to the span
     lifting_line => lifting_line, LINE, default "quarter_chord";
     /// between azimuths; between stations it is linear
     interpolation => interpolation, choice::<Interpolation>(), default "linear";
-    /// allows a table that covers less than nine tenths of the blade: the values of its first and last station hold past them
+    /// allows a table that covers less than nine tenths of the blade
     hold_ends => hold_ends, boolean(), default false;
     /// [names in the file](#names-and-units-of-columns)
     columns => naming.columns, naming::columns::<Self>(), or "none";

@@ -1,4 +1,4 @@
-//! What real files have and the standard has not: it costs no more than itself, and is told.
+//! Deviations of real files from the standard: they cost no more than themselves, and give a note.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What is refused.
+//! Refused files.
 
 use super::*;
 
@@ -23,7 +23,7 @@ fn files_that_link_to_themselves_end() {
     assert!(message.contains("/Base/Zone/GridCoordinates"), "{message}");
 }
 
-/// Replaces the last place where these numbers stand, in four bytes each: values follow headers.
+/// Replaces the last occurrence of these numbers, in four bytes each: values follow headers.
 fn patched(mut bytes: Vec<u8>, from: &[i32], to: &[i32]) -> Vec<u8> {
     let from: &[u8] = bytemuck::cast_slice(from);
     let at = memchr::memmem::rfind(&bytes, from).expect("it is there");

@@ -26,7 +26,7 @@ fn boxed() -> Mesh {
     mesh
 }
 
-/// A change of the first or the last place where some bytes stand.
+/// A change of the first or the last occurrence of some bytes.
 enum Change {
     First(&'static [i32], &'static [i32]),
     Last(&'static [i32], &'static [i32]),

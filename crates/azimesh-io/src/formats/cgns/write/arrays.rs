@@ -224,7 +224,7 @@ pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     }
 }
 
-/// Tests if a cell has a value that is neither nothing nor that of the cell which it bounds.
+/// Tests if a cell has a value other than none and other than the value of the cell that it bounds.
 #[allow(clippy::unnecessary_cast)] // one text for numbers of every type
 fn says_more(
     array: &DataArray,

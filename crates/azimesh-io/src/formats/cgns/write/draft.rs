@@ -79,7 +79,7 @@ impl<'a> Draft<'a> {
         self.add(parent, name, None)
     }
 
-    /// Adds a node of which the data, of this type, and children are in a growing file.
+    /// Adds a node whose data, of this type, and children are in a growing file.
     pub fn stored(&mut self, parent: Id, name: Name, element: Element, links: &'a Links) -> Id {
         let id = self.add(parent, name, Some(element));
         self.tree.links(id, links);

@@ -18,7 +18,7 @@ pub(super) struct FaceTable {
     used: Vec<i64>,
 }
 
-/// A face as it is met: of a polygon cell, or of a polyhedron.
+/// A face in its first use: of a polygon cell, or of a polyhedron.
 struct Met<'a> {
     nodes: &'a [u32],
     /// Element number of a polygon cell.

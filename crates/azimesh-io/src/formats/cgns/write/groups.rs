@@ -118,7 +118,7 @@ struct Families<'a> {
     base: Id,
     /// Name in the file of each.
     names: BTreeMap<&'a str, String>,
-    /// Those in the file, and whether each has a condition.
+    /// Families in the file, and whether each has a condition.
     written: BTreeMap<String, (Id, bool)>,
 }
 

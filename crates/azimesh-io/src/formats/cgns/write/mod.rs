@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! plan      which cells make up which section, and the numbers of their elements
-//! sections  connectivity; faces: those of polyhedra, each once
+//! sections  connectivity; faces of polyhedra, each once
 //! groups    boundary conditions, subregions, families; arrays: of solutions and of the mesh as a whole
 //! sequence  steps in one file; series: arrays that change
 //! draft     nodes with name, label and data -> HDF5

@@ -10,7 +10,7 @@ use azimesh_core::error::{Error, Result, option};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Runs of cells of one type are a section each as long as there are no more of them.
+/// Up to this number, each run of cells of one type is a section.
 const MOST_SECTIONS: usize = 500;
 /// A section of a boundary is cut where tags begin and end as long as there are no more places.
 const MOST_CUTS: usize = 1000;
@@ -205,7 +205,7 @@ fn form(mesh: &MeshView, run: &CellRun, dimension: u8) -> Result<Form> {
     }
 }
 
-/// Tests if cells of this kind are elements of NGON_n: beside polyhedra straight faces are, since readers of ParaView
+/// Tests if cells of this kind are elements of NGON_n: straight faces are if the mesh has polyhedra, since readers of ParaView
 /// before 6 take no cells at all where these are of other types.
 pub(super) fn is_polygon(mesh: &MeshView, kind: CellKind) -> bool {
     match kind {

@@ -1,5 +1,5 @@
 //! A sequence of meshes in one file: coordinates and solutions of each step, what does not change
-//! once; pointers of the zone to those of each step, and times.
+//! once; pointers of the zone to the nodes of each step, and times.
 
 use super::super::{FIELD_POINTERS, FromAdf};
 use super::arrays::{self, AT_CELLS, AT_NODES, OF_MESH};

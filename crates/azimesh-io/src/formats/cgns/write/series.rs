@@ -14,7 +14,7 @@ const NONE: &str = "Null";
 /// An array in the file, with the hash of its values.
 type Written = Array<(blake3::Hash, Stored)>;
 
-/// Nodes with arrays, of which a step has a new one unless its arrays are those of the step before.
+/// Nodes with arrays; a step has a new one unless its arrays equal the arrays of the step before.
 pub(super) struct Series {
     kind: Kind,
     /// Name and arrays of the newest.
@@ -101,7 +101,7 @@ pub(super) fn names() -> Rows {
     Rows::new(Element::Int8, &[LONGEST as u64])
 }
 
-/// A name as it is in a list.
+/// A name as written in a list.
 pub(super) fn padded(name: &str) -> [u8; LONGEST] {
     let mut field = [b' '; LONGEST];
     for (to, from) in field.iter_mut().zip(name.bytes()) {
