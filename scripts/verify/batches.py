@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from interrupted import left_by
+import outputs
 from program import AZIMESH, azimesh, report, scratch
 
 NODES = 3_000
@@ -28,10 +28,7 @@ def shell(script, *arguments, folder, expect=0, **variables):
 
 def check_joined(out, whole, name):
     """A joined sequence holds the files of one run, besides those of its parts; their number."""
-    found, expected = left_by(out), left_by(whole)
-    for file, content in expected.items():
-        assert found.get(file) == content, f"{name}: {file} is another than in one run"
-    return len(expected)
+    return outputs.same(outputs.content(out), outputs.content(whole), f"{name}, beside one run", extra=True)
 
 
 def array(inputs, out, folder):
@@ -83,7 +80,3 @@ def main():
     else:
         print("batches: GNU parallel is not installed: its script is NOT run", file=sys.stderr, flush=True)
     report("batches", n_files, 0.0, "files", f"{tried}, with and without inverted cells at a step")
-
-
-if __name__ == "__main__":
-    main()

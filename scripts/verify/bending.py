@@ -129,7 +129,3 @@ def main():
     least = min(least for _, _, least in found)
     report("bending", steps, worst, "steps", f"smallest scaled Jacobian {least:.3f}")
     assert worst <= 1e-12
-
-
-if __name__ == "__main__":
-    main()

@@ -179,7 +179,3 @@ def main():
     if not shutil.which("cgnscheck"):
         note += "; cgnscheck is NOT INSTALLED"
     report("cgns", n_nodes, 0.0, "nodes", note)
-
-
-if __name__ == "__main__":
-    main()

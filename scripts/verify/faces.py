@@ -219,7 +219,3 @@ def main():
         assert difference < TOLERANCE, f"{name}: face metrics differ by {difference:.3g}"
         n, largest = n + count, max(largest, difference)
     report("face metrics beside numpy", n, largest, note=f"{len(MESHES)} meshes")
-
-
-if __name__ == "__main__":
-    main()

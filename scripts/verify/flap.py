@@ -9,11 +9,14 @@ import sys
 import numpy as np
 import pyvista
 
+import meshes
 import outputs
+import twist
 from program import azimesh, real_meshes, report, scratch
 
 MESH = "Slaedr__amovemesh/input/wing.msh"
 OTHER = "Slaedr__amovemesh/src/RBF/wing-rbf--60-sr15-steps6.msh"
+EQUILATERAL = 2 / np.sqrt(3)  # the scaled Jacobian is 1 there
 HINGE = [19.20097919, 0.26911592, 0.0]  # of OTHER: found as the centre of its turned nodes
 
 SCHEDULE = """
@@ -33,29 +36,13 @@ WAYS = {
 }
 
 
-def triangles_of(path):
-    """Nodes in the plane and triangles of a VTU."""
-    grid = pyvista.read(path)
-    return np.array(grid.points)[:, :2], grid.cells_dict[5]
-
-
-def scaled_jacobian(points, triangles):
-    """2/sqrt(3) of the sine at the best-placed corner: 1 for an equilateral triangle, below 0 where it is turned over."""
-    x = points[triangles]
-    ahead = np.roll(x, -1, axis=1) - x
-    back = np.roll(x, 1, axis=1) - x
-    area = (ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0])[:, 0]
-    length = np.linalg.norm(ahead, axis=2)
-    return 2 / np.sqrt(3) * area / (length * np.roll(length, -1, axis=1)).max(axis=1)
-
-
 def prepare(folder):
     """The mesh with tags: its path, nodes, triangles and the names of the flap's tag."""
     path = folder / "wing.vtu"
     azimesh("convert", real_meshes() / MESH, path, "--tag-boundary", "connected")
     grid = pyvista.read(path)
-    points, triangles = triangles_of(path)
-    assert (scaled_jacobian(points, triangles) > 0).all()
+    points, triangles = np.array(grid.points)[:, :2], grid.cells_dict[5]
+    assert (twist.scaled_jacobian(points, triangles) > 0).all()
     tag = np.array(grid.cell_data["BoundaryTag"])
     names = list(grid.field_data["BoundaryTagNames"])
     nodes = {}
@@ -76,14 +63,6 @@ def turn(folder, mesh, flap, rest, angle, step, name="run"):
     return outputs.deform(mesh, schedule, folder / name, expect=(0, 1)), folder / name
 
 
-def nodes_of_msh(path):
-    """Nodes of a Gmsh 2 text file in the plane."""
-    lines = path.read_text().split("\n")
-    at = lines.index("$Nodes")
-    rows = lines[at + 2 : at + 2 + int(lines[at + 1])]
-    return np.array([[float(word) for word in row.split()[1:3]] for row in rows])
-
-
 def main():
     """Down by as much as each way of interpolating is known to reach, without an inverted triangle."""
     if real_meshes() is None:
@@ -92,23 +71,19 @@ def main():
     found = {}
     with scratch() as folder:
         mesh, points, triangles, nodes, flap = prepare(folder)
-        other = nodes_of_msh(real_meshes() / OTHER)
+        other = meshes.by_meshio(real_meshes() / OTHER).points[:, :2]
         off = 0.0
         for way, (rest, angle) in WAYS.items():
             rows, out = turn(folder, mesh, flap, rest, angle, 15, way)
             for row in rows:
                 moved = outputs.points(out, row)[:, :2]
-                quality = scaled_jacobian(moved, triangles)
+                quality = EQUILATERAL * twist.scaled_jacobian(moved, triangles)
                 assert int(row["inverted"]) == (quality <= 0).sum() == 0, (way, row)
                 assert abs(quality.min() - float(row["min_scaled_jacobian"])) < 1e-9, (way, row)
                 if float(row["azimuth_deg"]) == 60.0:
                     off = max(off, *(np.abs(moved[of] - other[of]).max() for of in nodes.values()))
                     found[way] = quality.min()
     note = ", ".join(f"{way} {least:.3f}" for way, least in found.items())
-    note = f"least scaled Jacobian at 60 degrees: {note}, amovemesh {scaled_jacobian(other, triangles).min():.3f}"
+    note = f"least scaled Jacobian at 60 degrees: {note}, amovemesh {EQUILATERAL * twist.scaled_jacobian(other, triangles).min():.3f}"
     report("flap", len(WAYS) * sum(map(len, nodes.values())), off, "boundary nodes", note)
     assert off < 2e-4  # their files have six digits
-
-
-if __name__ == "__main__":
-    main()

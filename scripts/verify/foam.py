@@ -1,10 +1,13 @@
-"""OpenFOAM cases as VTK's reader has them, and their comparison with what azimesh reads.
+"""OpenFOAM cases as VTK's reader and OpenFOAM's tools have them, and their comparison with what azimesh reads.
 
 VTK's reader has points in 32 bits; those in 64 bits are read here from the file.
 """
 
 import gzip
 import re
+import shutil
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pyvista
@@ -13,6 +16,14 @@ from vtkmodules.vtkIOParallel import vtkPOpenFOAMReader
 
 from program import azimesh
 
+ETC = Path("/usr/share/openfoam/etc/bashrc")
+HEADER = "FoamFile {{ version 2.0; format ascii; class {}; object {}; }}\n"
+SYSTEM = {
+    "controlDict": "application none; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1;\n"
+    "writeControl timeStep; writeInterval 1; writeFormat binary; writePrecision 17; timePrecision 8;\n",
+    "fvSchemes": "ddtSchemes {} gradSchemes {} divSchemes {} laplacianSchemes {} interpolationSchemes {} snGradSchemes {}\n",
+    "fvSolution": "\n",
+}
 # Faces of VTK's cells by their corners.
 FACES = {
     10: [(0, 1, 3), (1, 2, 3), (2, 0, 3), (0, 2, 1)],
@@ -22,51 +33,62 @@ FACES = {
 }
 
 
-def by_vtk(case, time=None, region=None, long_labels=False, float_scalars=False):
-    """The blocks of VTK's reader: the mesh, patches and cell zones. It is told the widths of binary numbers."""
-    marker = case / "mesh.foam"
-    there = marker.exists()
-    if not there:
-        marker.touch()
-    try:
-        reader = vtkPOpenFOAMReader()
-        reader.SetFileName(str(marker))
-        reader.SetCaseType(vtkPOpenFOAMReader.RECONSTRUCTED_CASE)
-        reader.SetUse64BitLabels(long_labels)
-        reader.SetUse64BitFloats(not float_scalars)
-        reader.SkipZeroTimeOff()
-        reader.ListTimeStepsByControlDictOff()
-        reader.ReadZonesOn()
-        reader.CacheMeshOff()
-        reader.UpdateInformation()
-        for chosen in ("Cell", "Point", "Lagrangian"):
-            getattr(reader, f"DisableAll{chosen}Arrays")()
-        for i in range(reader.GetNumberOfPatchArrays()):
-            chosen = reader.GetPatchArrayName(i)
-            reader.SetPatchArrayStatus(chosen, int("Zone" not in chosen or "cellZone" in chosen))
-        if time is not None:
-            reader.SetTimeValue(time)
-        reader.Update()
-        found = dict(blocks(pyvista.wrap(reader.GetOutput())))
-        # A case with regions has their names before all others.
-        own = f"{region or 'defaultRegion'}/"
-        of_region = {name[len(own) :]: block for name, block in found.items() if name.startswith(own)}
-        return of_region or found
-    finally:
-        if not there:
-            marker.unlink()
+def is_there(program):
+    """Whether OpenFOAM and one of its programs are installed."""
+    return ETC.exists() and shutil.which(program) is not None
 
 
-def points_in(path, float_scalars=False):
-    """The points in a file, in 64 bits."""
+def make_system(case):
+    """What OpenFOAM's programs want of a case beside its mesh."""
+    (case / "system").mkdir(parents=True, exist_ok=True)
+    for name, text in SYSTEM.items():
+        (case / "system" / name).write_text(HEADER.format("dictionary", name) + text)
+    return case
+
+
+def run(case, *command):
+    """What a program of OpenFOAM says of a case; some write files into the folder where they were started."""
+    line = f". {ETC} >/dev/null 2>&1; exec {' '.join(command)} -case {case}"
+    done = subprocess.run(["bash", "-c", line], cwd=case, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "FATAL" not in done.stdout + done.stderr, f"{command} in {case}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}"
+    return done.stdout
+
+
+def vectors(path):
+    """The vectors of a list of points or of a field at points, which must be whole: text or binary, packed or not."""
     packed = path.with_name(path.name + ".gz")
     data = path.read_bytes() if path.exists() else gzip.decompress(packed.read_bytes())
-    start = re.search(rb"\n\s*(\d+)\s*\(", data)
-    n, body = int(start[1]), data[start.end() :]
-    if re.search(rb"format\s+binary", data[: start.start()]):
-        return np.frombuffer(body, "<f4" if float_scalars else "<f8", 3 * n).reshape(n, 3).astype(float)
-    numbers = body[: body.rindex(b")")].replace(b"(", b" ").replace(b")", b" ").split()
-    return np.array(numbers[: 3 * n], float).reshape(n, 3)
+    start = re.search(rb"\n\s*(?:internalField\s+nonuniform\s+List<vector>\s*)?(\d+)\s*\(", data)
+    assert start, f"{path}: it is cut"
+    n, at = int(start[1]), start.end()
+    is_binary = re.search(rb"format\s+binary", data[:at])
+    end = at + 24 * n if is_binary else data.index(b"\n)", at) + 1
+    assert data[end : end + 1] == b")" and data.endswith((b")\n", b"}\n", b"//\n")), f"{path}: it is cut"
+    numbers = data[at:end].replace(b"(", b" ").replace(b")", b" ").split() if not is_binary else None
+    return (np.frombuffer(data[at:end], "<f8") if is_binary else np.array(numbers, float)).reshape(n, 3)
+
+
+def by_vtk(case, time=None, long_labels=False):
+    """The blocks of VTK's reader: the mesh, patches and cell zones. It is told the width of labels."""
+    marker = case / "mesh.foam"
+    marker.touch()
+    reader = vtkPOpenFOAMReader()
+    reader.SetFileName(str(marker))
+    reader.SetCaseType(vtkPOpenFOAMReader.RECONSTRUCTED_CASE)
+    reader.SetUse64BitLabels(long_labels)
+    reader.SetUse64BitFloats(True)
+    for switch in ("SkipZeroTimeOff", "ListTimeStepsByControlDictOff", "ReadZonesOn", "CacheMeshOff", "UpdateInformation"):
+        getattr(reader, switch)()
+    for chosen in ("Cell", "Point", "Lagrangian"):
+        getattr(reader, f"DisableAll{chosen}Arrays")()
+    for i in range(reader.GetNumberOfPatchArrays()):
+        chosen = reader.GetPatchArrayName(i)
+        reader.SetPatchArrayStatus(chosen, int("Zone" not in chosen or "cellZone" in chosen))
+    if time is not None:
+        reader.SetTimeValue(time)
+    reader.Update()
+    marker.unlink()
+    return dict(blocks(pyvista.wrap(reader.GetOutput())))
 
 
 def blocks(found, prefix=""):
@@ -83,26 +105,18 @@ def cell_faces(grid):
     """For each cell the set of its faces, each the set of its nodes."""
     ids, cells = vtkIdList(), []
     for i in range(grid.n_cells):
-        kind = grid.GetCellType(i)
-        if kind == 42:
-            grid.GetFaceStream(i, ids)
-            stream = [ids.GetId(k) for k in range(ids.GetNumberOfIds())]
-            faces, at = [], 1
-            for _ in range(stream[0]):
-                faces.append(frozenset(stream[at + 1 : at + 1 + stream[at]]))
-                at += 1 + stream[at]
+        if (kind := grid.GetCellType(i)) == 42:
+            faces = [frozenset(map(int, face.point_ids)) for face in grid.get_cell(i).faces]
         else:
             grid.GetCellPoints(i, ids)
-            nodes = [ids.GetId(k) for k in range(ids.GetNumberOfIds())]
-            faces = [frozenset(nodes[k] for k in face) for face in FACES[kind]]
+            faces = [frozenset(ids.GetId(k) for k in face) for face in FACES[kind]]
         cells.append(frozenset(faces))
     return cells
 
 
 def face_places(grid, chosen=None):
     """The faces of a surface by the places of their nodes, sorted."""
-    points, faces = grid.points.astype(np.float32).tolist(), []
-    ids = vtkIdList()
+    points, faces, ids = grid.points.astype(np.float32).tolist(), [], vtkIdList()
     for i in range(grid.n_cells) if chosen is None else chosen:
         grid.GetCellPoints(int(i), ids)
         faces.append(tuple(sorted(tuple(points[ids.GetId(k)]) for k in range(ids.GetNumberOfIds()))))
@@ -111,49 +125,41 @@ def face_places(grid, chosen=None):
 
 def by_azimesh(path, out, step=None):
     """The mesh as azimesh reads it: the grid, its cells that are volumes, faces by tag, cells by zone."""
-    chosen = [] if step is None else ["--step", step]
-    azimesh("convert", path, out, "--force", *chosen)
+    azimesh("convert", path, out, "--force", *([] if step is None else ["--step", step]))
     grid = pyvista.read(out)
-    names = [str(name) for name in grid.field_data.get("BoundaryTagNames", [])]
-    tags = {name: np.flatnonzero(grid.cell_data["BoundaryTag"] == i + 1) for i, name in enumerate(names)}
-    zones = [str(name) for name in grid.field_data.get("ZoneNames", [])]
-    zones = {name: np.flatnonzero(grid.cell_data["Zone"] == i + 1) for i, name in enumerate(zones)}
+    named = lambda array: {  # noqa: E731
+        str(name): np.flatnonzero(grid.cell_data[array] == i) for i, name in enumerate(grid.field_data.get(f"{array}Names", []), 1)
+    }
     volume = np.flatnonzero(np.isin(grid.celltypes, [10, 12, 13, 14, 42]))
-    return grid, volume, tags, zones
+    return grid, volume, named("BoundaryTag"), named("Zone")
 
 
-def compare(case, path, out, step=None, points=None, **told):
-    """Compares a mesh node by node to the bit, cell by cell, face by face of each patch; gives what was compared.
-
-    `points` is the file of the points, where it is not that of the case.
-    """
-    found = by_vtk(case, **told)
-    internal = found["internalMesh"]
-    grid, volume, tags, zones = by_azimesh(path, out, step)
-    expected = points_in(points or case / "constant/polyMesh/points", told.get("float_scalars", False))
-    assert np.array_equal(grid.points, expected), f"{path}: points differ"
-    assert np.array_equal(expected.astype(np.float32), internal.points), f"{path}: points differ from VTK's"
+def compare(what, mesh, internal, patches, zones=(), same_kinds=False):
+    """Compares points in 32 bits, cells by their faces, faces of each patch and cells of each zone; the number of all of them."""
+    grid, volume, tags, own_zones = mesh
+    assert np.array_equal(grid.points.astype(np.float32), internal.points[: grid.n_points].astype(np.float32)), f"{what}: points"
+    assert internal.n_cells == len(volume), f"{what}: {len(volume)} cells, not {internal.n_cells}"
     ours = grid.extract_cells(volume) if len(volume) < grid.n_cells else grid
-    assert np.array_equal(volume, np.arange(len(volume))), f"{path}: cells come first"
-    assert internal.n_cells == len(volume), f"{path}: {len(volume)} cells, not {internal.n_cells}"
-    by_node = np.asarray(ours.point_data.get("vtkOriginalPointIds", np.arange(ours.n_points)))
-    theirs = cell_faces(internal)
-    for i, faces in enumerate(cell_faces(ours)):
-        faces = frozenset(frozenset(int(by_node[n]) for n in face) for face in faces)
-        assert faces == theirs[i], f"{path}: cell {i} differs"
-    kinds = {int(kind): int(n) for kind, n in zip(*np.unique(internal.celltypes, return_counts=True))}
-    own = {int(kind): int(n) for kind, n in zip(*np.unique(ours.celltypes, return_counts=True))}
+    by_node = np.asarray(ours.point_data.get("vtkOriginalPointIds", np.arange(grid.n_points)))
+    for i, (own, other) in enumerate(zip(cell_faces(ours), cell_faces(internal), strict=True)):
+        assert frozenset(frozenset(int(by_node[n]) for n in face) for face in own) == other, f"{what}: cell {i} differs"
+    assert not same_kinds or np.array_equal(ours.celltypes, internal.celltypes), f"{what}: types of cells"
     n_faces = 0
-    for name, block in found.items():
-        parts = name.split("/")
-        if "boundary" in parts[:-1] and block.n_cells > 0:
-            assert face_places(block) == face_places(grid, tags[parts[-1]]), f"{path}: patch {parts[-1]} differs"
-            n_faces += block.n_cells
-        if "cellZones" in parts[:-1]:
-            zone = grid.extract_cells(zones[parts[-1]])
-            assert zone.n_cells == block.n_cells, f"{path}: zone {parts[-1]} differs"
-            # VTK takes each label of 64 bits in a zone for two of 32.
-            is_same = told.get("long_labels") or face_places(zone) == face_places(block)
-            assert is_same, f"{path}: zone {parts[-1]} differs"
-    assert n_faces == grid.n_cells - len(volume), f"{path}: {n_faces} faces on patches"
-    return {"points": grid.n_points, "cells": len(volume), "faces": n_faces, "vtk": kinds, "azimesh": own, "tags": len(tags), "zones": len(zones)}
+    for name, patch in patches.items():
+        assert face_places(patch) == face_places(grid, tags[name]), f"{what}: patch {name} differs"
+        n_faces += patch.n_cells
+    for name, zone in dict(zones).items():
+        assert face_places(zone) == face_places(grid.extract_cells(own_zones[name])), f"{what}: zone {name} differs"
+    assert n_faces == grid.n_cells - len(volume), f"{what}: {n_faces} faces on patches"
+    return grid.n_points + len(volume) + n_faces
+
+
+def beside_vtk(case, path, out, step=None, points=None, **told):
+    """Compares what azimesh reads from `path` with what VTK's reader has of a case, and with the points in its file to the bit."""
+    mesh, found = by_azimesh(path, out, step), by_vtk(case, **told)
+    expected = vectors(points or case / "constant/polyMesh/points")
+    assert np.array_equal(np.asarray(mesh[0].points, float).view(np.uint64), expected.view(np.uint64)), f"{path}: points differ"
+    of = lambda folder: {name.split("/")[-1]: block for name, block in found.items() if folder in name.split("/")[:-1]}  # noqa: E731
+    patches = {name: block for name, block in of("boundary").items() if block.n_cells}
+    # VTK takes each label of 64 bits in a zone for two of 32.
+    return compare(path, mesh, found["internalMesh"], patches, {} if told.get("long_labels") else of("cellZones"))

@@ -130,7 +130,3 @@ def main():
     with scratch() as folder:
         check_difference(folder)
     report("formats", n_compared, 0.0, "meshes", f"{len(sources())} files of testdata")
-
-
-if __name__ == "__main__":
-    main()

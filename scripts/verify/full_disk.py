@@ -9,13 +9,10 @@ import json
 import subprocess
 import sys
 from contextlib import contextmanager
-from pathlib import Path
 
-import numpy as np
-
-from interrupted import case, left_by
-from killed import CASE, FORMATS, finished, inputs, make_layer, records, steps_of
+import outputs
 from program import AZIMESH, report, scratch
+from sequences import CASE, FORMATS, case, check_left, inputs, records, steps_of
 
 NODES = 4_000
 SMALL = 300
@@ -61,21 +58,15 @@ def check(mesh, folder, name):
         assert "No space left on device" in full.stderr, full.stderr
         outcome = json.loads((records(out, name) / "run.json").read_text())["outcome"]
         assert "No space left on device" in outcome, f"{name}: run.json says {outcome}"
-        rows, found = finished(out, name), steps_of(out, name)
-        assert 0 < len(rows) < 36, f"{name}: {len(rows)} steps fit"
-        assert set(rows) <= set(found), f"{name}: steps.csv has {rows}, the files {sorted(found)}"
-        for step, points in found.items():
-            assert np.array_equal(points, wanted[step]), f"{name}: step {step} is another"
+        n_rows = check_left(out, name, wanted, name)
+        assert 0 < n_rows < 36, f"{name}: {n_rows} steps fit"
         left = [path.name for path in out.rglob(".*.part")]
         assert not left, f"{name}: {left} left"
         subprocess.run(["mount", "-o", f"remount,size={total * 3}", small], check=True)
         resumed = deform(mesh, out, name, "--resume")
         assert resumed.returncode == 0, f"{name}: exit code {resumed.returncode}\n{resumed.stderr}"
-        found, expected = left_by(out), left_by(whole)
-        assert found.keys() == expected.keys(), f"{name}: {sorted(found.keys() ^ expected.keys())}"
-        for file, content in expected.items():
-            assert found[file] == content, f"{name}: {file} is another"
-        return len(rows)
+        outputs.same(outputs.content(out), outputs.content(whole), name)
+        return n_rows
 
 
 def check_ends(mesh, folder, name):
@@ -96,13 +87,11 @@ def check_ends(mesh, folder, name):
 def main(nodes=NODES):
     """One line in all."""
     with scratch() as folder:
-        mesh = case(Path(folder), nodes)
-        make_layer(mesh)
+        mesh = case(folder, nodes)
         names = [*FORMATS, CASE]
         fitted = [check(mesh, folder, name) for name in names]
         (folder / "small").mkdir()
         small = case(folder / "small", SMALL)
-        make_layer(small)
         for name in names:
             check_ends(small, folder, name)
     if None in fitted:
@@ -110,7 +99,3 @@ def main(nodes=NODES):
         return
     note = ", ".join(f"{name} full after {n} of 36" for name, n in zip(names, fitted))
     report("full_disk", 36 * len(names), 0.0, "steps", note)
-
-
-if __name__ == "__main__":
-    main()

@@ -309,7 +309,3 @@ def main():
         assert slow <= 1e-6, f"{name}: velocities are off by {slow} of the largest speed"
         total, positions, velocities = total + n, max(positions, off), max(velocities, slow)
     report("keys", total, positions, "positions", f"velocities {velocities:.1e} of the largest speed")
-
-
-if __name__ == "__main__":
-    main()

@@ -225,6 +225,18 @@ def third_party(path):
     return readers[suffix](path)
 
 
+def write_su2(path, points, cells, tags, dimension=2):
+    """Writes cells, and edges or faces by tag, as SU2: kinds by their number of nodes."""
+    kinds = {2: 3, 3: 5, 4: 9 if dimension == 2 else 10, 5: 14, 6: 13, 8: 12}
+    lines = [f"NDIME= {dimension}", f"NELEM= {len(cells)}"]
+    lines += [" ".join(map(str, (kinds[len(cell)], *cell))) for cell in cells]
+    lines += [f"NPOIN= {len(points)}", *(" ".join(map(repr, point[:dimension])) for point in np.asarray(points, float).tolist()), f"NMARK= {len(tags)}"]
+    for name, faces in tags.items():
+        lines += [f"MARKER_TAG= {name}", f"MARKER_ELEMS= {len(faces)}"]
+        lines += [" ".join(map(str, ({2: 3, 3: 5, 4: 9}[len(face)], *face))) for face in faces]
+    path.write_text("\n".join(lines) + "\n")
+
+
 # ---------------------------------------------------------------- comparison
 
 

@@ -13,7 +13,8 @@ from pathlib import Path
 import gmsh
 import numpy
 import pyvista
-from mpi import ALLOWED, command, content, same
+from mpi import ALLOWED, command
+from outputs import content, same
 from program import AZIMESH, azimesh, report, scratch
 
 CASES = int(os.environ.get("CASES", "16"))

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import meshes
+from outputs import tagged
 from program import AZIMESH, TESTDATA, report, scratch
 from reference import kernel_matrix, rotation
 
@@ -52,20 +53,15 @@ CASES = [
 ]  # fmt: skip
 
 
-def nodes_of(mesh, tags):
-    """Nodes of some tags, ascending."""
-    return np.array(sorted({node for tag in tags for face in mesh.tags[tag] for node in face}), int)
-
-
 class Dense:
     """The matrix A of one case, (3 nodes, 3 moving nodes)."""
 
     def __init__(self, case, mesh, base):
         self.case, self.mesh, self.x = case, mesh, mesh.points
         self.n = len(self.x)
-        self.moving = nodes_of(mesh, [case.moving])
-        self.fixed = np.setdiff1d(nodes_of(mesh, case.fixed), self.moving)
-        sliding = nodes_of(mesh, [case.slide]) if case.slide else np.array([], int)
+        self.moving = tagged(mesh, case.moving)
+        self.fixed = np.setdiff1d(tagged(mesh, *case.fixed), self.moving)
+        sliding = tagged(mesh, case.slide) if case.slide else np.array([], int)
         self.sliding = np.setdiff1d(sliding, np.union1d(self.moving, self.fixed))
         self.surface = np.concatenate([self.moving, self.fixed, self.sliding])
         self.base = base
@@ -78,7 +74,7 @@ class Dense:
         """Nodes of the second side, the node that each follows, and the rotation between them."""
         self.pairs = []
         if self.case.periodic:
-            a, b = (nodes_of(self.mesh, [side]) for side in self.case.periodic)
+            a, b = (tagged(self.mesh, side) for side in self.case.periodic)
             for turn in (self.turns[1], self.turns[-1]):
                 away = np.linalg.norm((self.x[a] @ turn.T)[:, None] - self.x[b][None], axis=2)
                 if away.min(axis=1).max() < 1e-6:
@@ -228,7 +224,7 @@ def check(case, folder):
     """(values compared, largest difference of A d and of A^T g relative to the largest value, condition number)."""
     mesh = meshes.by_pyvista(TESTDATA / case.mesh)
     random = np.random.default_rng(7)
-    moving = nodes_of(mesh, [case.moving])
+    moving = tagged(mesh, case.moving)
     d = random.standard_normal((len(moving), 3))
     g = random.standard_normal((len(mesh.points), 3))
     if mesh.dimension == 2:
@@ -263,7 +259,3 @@ def main():
         report(f"morph, {case.mesh}, {kind}", n_values, largest, "values", note)
         assert largest <= limit, f"{case.mesh}: {largest} exceeds {limit}"
         assert inner <= 1e-20 * max(condition, 1e8), f"{case.mesh}: the transpose is off by {inner}"
-
-
-if __name__ == "__main__":
-    main()

@@ -190,7 +190,3 @@ def main():
         n, largest = sum(n for n, _ in checks), max(largest for _, largest in checks)
         report(f"motions, {make.__name__}", n, largest, "positions", "of the largest displacement")
         assert largest <= 1e-12, f"{make.__name__}: off by {largest} of the largest displacement"
-
-
-if __name__ == "__main__":
-    main()

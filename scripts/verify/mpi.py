@@ -5,7 +5,6 @@ error once, and a run whose rank was killed is resumed by another number of rank
     KILLS          how often a rank is killed (4)
 """
 
-import csv
 import os
 import random
 import signal
@@ -13,6 +12,7 @@ import subprocess
 import time
 from pathlib import Path
 
+from outputs import content, same
 from program import AZIMESH, TESTDATA, azimesh, report, scratch
 
 PROGRAM = os.environ.get("AZIMESH_MPI", "target/azimesh-mpi")
@@ -42,29 +42,6 @@ def ranks(n, *arguments, expect=0):
     said = f"{n} ranks, {arguments}: exit code {done.returncode}, expected {expect}\n{done.stderr}"
     assert done.returncode == expect, said
     return done
-
-
-def content(folder):
-    """What the files of a run hold, but for times and the record of the run."""
-    found = {}
-    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-        name = str(path.relative_to(folder))
-        if name == "run.json":
-            continue
-        if name == "steps.csv":
-            rows = csv.DictReader(path.open())
-            found[name] = [{key: value for key, value in row.items() if key != "seconds"} for row in rows]
-        else:
-            found[name] = path.read_bytes()
-    return found
-
-
-def same(found, wanted, what):
-    """Names the first file that differs."""
-    assert found.keys() == wanted.keys(), f"{what}: {found.keys() ^ wanted.keys()}"
-    for name, bytes_of in wanted.items():
-        assert found[name] == bytes_of, f"{what}: {name} differs"
-    return len(wanted)
 
 
 def schedule_of(folder, name, changes):

@@ -1,13 +1,12 @@
 """docs/notes.md lists the codes of all notes: `.venv/bin/python scripts/verify notes`.
 
-    .venv/bin/python scripts/verify/notes.py --update       writes docs/notes.md from the sources
+    .venv/bin/python scripts/verify notes --update       writes docs/notes.md from the sources
 """
 
 import re
-import sys
 from pathlib import Path
 
-from program import report
+from program import UPDATE, report
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/notes.md"
@@ -15,7 +14,7 @@ NOTE = re.compile(r'\b(?:note!|Note::new)\(\s*"(\w+)",(?:\s*"((?:[^"\\]|\\.|\\\n
 HEAD = """# Codes of notes
 
 A [note](library.md) has a `code`, the sentence `text`, the file and the line, and in `data` names and numbers that programs use. Codes stay; sentences may
-change in any version. This page is written by `scripts/verify/notes.py --update` from the sources: "…" is a name or a number.
+change in any version. This page is written by `scripts/verify notes --update` from the sources: "…" is a name or a number.
 
 | code | sentence |
 |---|---|
@@ -33,14 +32,10 @@ def page():
     return HEAD + "".join(f"| `{code}` | {text or 'varies'} |\n" for code, text in sorted(found.items())), len(found)
 
 
-def main(update=False):
+def main(update=UPDATE):
     """Holds the page against the sources."""
     text, n = page()
     if update:
         PAGE.write_text(text)
-    assert PAGE.read_text() == text, "docs/notes.md is not what the sources say; run scripts/verify/notes.py --update"
+    assert PAGE.read_text() == text, "docs/notes.md is not what the sources say; run scripts/verify notes --update"
     report("notes", n, 0, "codes", "one page")
-
-
-if __name__ == "__main__":
-    main("--update" in sys.argv)

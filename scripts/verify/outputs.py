@@ -1,4 +1,4 @@
-"""What `azimesh deform` leaves: steps.csv and the deformed meshes."""
+"""What `azimesh deform` leaves: steps.csv, the deformed meshes, and all files by name."""
 
 import csv
 
@@ -23,3 +23,33 @@ def steps(folder):
 def points(folder, row):
     """Nodes of the mesh of one step."""
     return np.array(pyvista.read(folder / row["file"]).points)
+
+
+def tagged(mesh, *tags):
+    """Nodes on some tags of a mesh, ascending."""
+    return np.array(sorted({node for tag in tags for face in mesh.tags[tag] for node in face}), int)
+
+
+def content(folder):
+    """Files by name, without what tells of the single runs: seconds, and run.json. A case has an empty file of its name."""
+    found = {}
+    for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.name != "run.json" and path.suffix != ".foam"):
+        found[str(path.relative_to(folder))] = without_seconds(path) if path.name == "steps.csv" else path.read_bytes()
+    return found
+
+
+def without_seconds(path):
+    """Rows of a table that is whole."""
+    text = path.read_text()
+    assert text.endswith("\n"), f"{path} is cut"
+    rows = [line.split(",") for line in text.splitlines()]
+    at = rows[0].index("seconds")
+    return [row[:at] + row[at + 1 :] for row in rows]
+
+
+def same(found, wanted, what, extra=False):
+    """Names the first file that differs; with `extra` there may be more than is wanted. The number compared."""
+    assert extra or found.keys() == wanted.keys(), f"{what}: {sorted(found.keys() ^ wanted.keys())}"
+    for name, expected in wanted.items():
+        assert found.get(name) == expected, f"{what}: {name} differs"
+    return len(wanted)

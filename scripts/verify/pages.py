@@ -1,6 +1,6 @@
 """The commands on the pages of docs/ do what the pages show: `.venv/bin/python scripts/verify pages`.
 
-    .venv/bin/python scripts/verify/pages.py --update        writes the outputs of now into the pages
+    .venv/bin/python scripts/verify pages --update        writes the outputs of now into the pages
 
 A block ```console holds commands, behind `$ `, and what they print. A ```toml block under a line that ends in a file
 name in backticks and a colon is that file. The blocks of a page run in order in one folder, which has `testdata` in it.
@@ -14,10 +14,9 @@ import math
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
-from program import AZIMESH, report, scratch
+from program import AZIMESH, UPDATE, report, scratch
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -140,12 +139,8 @@ def check_links():
     return n_links
 
 
-def main(update=False):
+def main(update=UPDATE):
     """Runs every page, then follows every link."""
     pages = [page for page in sorted(DOCS.rglob("*.md")) if "```console" in page.read_text()]
     n_commands = sum(try_page(page, update) for page in pages)
     report("pages", n_commands, 0, "commands", f"{len(pages)} pages, {check_links()} links")
-
-
-if __name__ == "__main__":
-    main("--update" in sys.argv)

@@ -128,8 +128,8 @@ def compare(what, found, expected):
     return 2 + sum(len(columns) for columns in expected["arrays"].values())
 
 
-def main(picture=None):
-    """One line in all; the picture of the case is kept where a name is given for it."""
+def main():
+    """One line in all."""
     if not shutil.which("pvpython") or not ("DISPLAY" in os.environ or shutil.which("xvfb-run")):
         print("paraview: pvpython or xvfb-run is not installed: SKIPPED", file=sys.stderr)
         return
@@ -165,12 +165,6 @@ def main(picture=None):
             assert by_paraview["patches"] == faces_of(meshes[-1]), f"{path}: {by_paraview['patches']}"
             n += len(by_paraview["patches"]) + by_vtk(folder / "foam", meshes)
             check_picture(folder / "found.png")
-            if picture:
-                shutil.copy(folder / "found.png", picture)
         for path in alone:
             n += compare(path.name, found[str(path)]["steps"][0], wanted(meshes[-1], path.suffix == ".cgns"))
     report("paraview", n, 0.0, note="of .pvd, .vtk.series, .cgns and a case at three times, and of one mesh as VTKHDF and CGNS")
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

@@ -53,7 +53,3 @@ def main():
             largest = max(largest, off)
     report("pitching airfoil", 5 * len(airfoil), largest, "nodes")
     assert largest <= 1e-9, f"airfoil off by {largest}"
-
-
-if __name__ == "__main__":
-    main()

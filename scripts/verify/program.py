@@ -2,12 +2,14 @@
 
 import os
 import subprocess
+import sys
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
 TESTDATA = Path("testdata")
 AZIMESH = os.environ.get("AZIMESH", "target/release/azimesh")
+UPDATE = "--update" in sys.argv  # pages are written anew
 
 
 def azimesh(*arguments, expect=0):

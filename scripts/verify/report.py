@@ -1,17 +1,13 @@
 """`azimesh report` in headless Chromium: the slider shows the values of steps.csv, pictures and plots follow it.
 
-    .venv/bin/python scripts/verify/report.py [FOLDER]
-
-With a folder, screenshots of the pages go there. A plane airfoil, and a blade in space that turns with the azimuth. Where there
+A plane airfoil, and a blade in space that turns with the azimuth. Where there
 is no Chromium the check says SKIPPED.
 """
 
 import base64
 import json
 import shutil
-import sys
 import time
-from pathlib import Path
 
 import browser
 import outputs
@@ -260,7 +256,7 @@ def frames_a_second(driver):
     return told
 
 
-def check_space(page, rows, folder):
+def check_space(page, rows):
     """(frames a second, renderer): the bodies in space follow the slider, turn, and are said to be a picture."""
     with chromium() as driver:
         driver.get(page.as_uri())
@@ -286,27 +282,21 @@ def check_space(page, rows, folder):
             fields.append(drawn(driver))
             assert min(differ(fields[-1], before) for before in fields[:-1]) > 0.003, f"{field} has no colour"
             assert driver.find_element("id", f"key-{field}").is_displayed()
-            if folder:
-                shoot(driver, folder / f"blade_{field}.png", 1280)
         stills = driver.execute_script("return [...document.querySelectorAll('figure:has(svg.slice) img.solid')].map(i => [i.src, i.naturalWidth, i.hidden])")
         assert len(stills) > 2 and len({src for src, _, _ in stills}) == len(stills), "stills in space are alike"
         assert all(width > 100 and not hidden for _, width, hidden in stills)
         check_alone(driver)
         found = frames_a_second(driver)
-        if folder:
-            shoot(driver, folder / "blade.png", 1280)
     with chromium(webgl=False) as driver:
         driver.get(page.as_uri())
         note = wait_for(driver, "note", "return document.getElementById('scene-note').textContent")
         assert "WebGL" in note, note
         assert not driver.find_elements("css selector", "img.solid:not([hidden])")
         check_alone(driver)
-        if folder:
-            shoot(driver, folder / "blade_without_webgl.png", 1280)
     return found
 
 
-def check_widths(page, folder):
+def check_widths(page):
     """Nothing is wider than the screen, and text can be read, on a desk, on a phone, in the dark, on paper."""
     for name, width in WIDTHS.items():
         for dark in (False, True):
@@ -320,8 +310,6 @@ def check_widths(page, folder):
                 ground = driver.execute_script("return getComputedStyle(document.body).backgroundColor")
                 assert (ground == "rgb(255, 255, 255)") != dark, f"{ground} in {'the dark' if dark else 'the light'}"
                 check_colours(driver)
-                if folder:
-                    shoot(driver, folder / f"{name}{'_dark' if dark else ''}.png", width)
     with chromium() as driver:
         driver.get(page.as_uri())
         driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
@@ -332,8 +320,6 @@ def check_widths(page, folder):
         paper = driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})
         pdf = base64.b64decode(paper["data"])
         assert pdf.startswith(b"%PDF")
-        if folder:
-            (folder / "print.pdf").write_bytes(pdf)
 
 
 def check_colours(driver):
@@ -352,16 +338,7 @@ def check_colours(driver):
             assert found >= least, f"{name} on {ground}: contrast {found:.2f}"
 
 
-def shoot(driver, path, width):
-    """A picture of the whole page."""
-    time.sleep(1.0)
-    height = driver.execute_script("return document.documentElement.scrollHeight")
-    clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
-    picture = driver.execute_cdp_cmd("Page.captureScreenshot", {"clip": clip, "captureBeyondViewport": True})
-    path.write_bytes(base64.b64decode(picture["data"]))
-
-
-def main(folder=None):
+def main():
     """A page of 361 steps, made in time, then looked at; one of bodies in space."""
     if not browser.is_there():
         print("report: SKIPPED, as chromium or chromedriver is missing: apt-get install chromium chromium-driver")
@@ -377,14 +354,10 @@ def main(folder=None):
         size = page.stat().st_size
         assert size < 8e6, f"the page has {size} bytes"
         n, largest = check_slider(page, rows)
-        check_widths(page, folder)
+        check_widths(page)
         turning = blade(work)
         azimesh("report", work / "turning")
-        rate, renderer = check_space(work / "turning" / "report.html", turning, folder)
+        rate, renderer = check_space(work / "turning" / "report.html", turning)
     report("report", n, largest, "values in a browser", f"page of {len(rows)} steps, {size / 1e6:.2f} MB in {seconds:.2f} s; "
            f"{rate:.0f} frames a second by {renderer}")  # fmt: skip
     assert largest <= 5.1e-4, "numbers are shown to four digits at least"
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else None)

@@ -76,7 +76,3 @@ def main():
     # In the volume the interpolant depends on the base points, which are not symmetric.
     largest = max(float(row["max_displacement"]) for row in rows)
     assert symmetry.volume <= 0.01 * largest and least > 0.0, (symmetry.volume, largest, least)
-
-
-if __name__ == "__main__":
-    main()

@@ -201,7 +201,3 @@ def main():
     wanted = {(name, path) for name, schema in schemas.items() for path in keys(schema)}
     assert wanted <= shown, f"no run prints {sorted(' '.join(key) for key in wanted - shown)}"
     report("schema", len(wanted), 0, "keys", f"{n_objects} objects of {len(schemas)} kinds")
-
-
-if __name__ == "__main__":
-    main()

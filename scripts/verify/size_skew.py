@@ -180,7 +180,3 @@ def main():
         report(f"size-skew of {what} beside numpy", n, largest, note=", ".join(names))
     print(f"turned block: size-skew at least {least:.4f}, mean {mean:.4f}", flush=True)
     assert least >= LEAST and mean >= MEAN, f"least {LEAST} and mean {MEAN} are to be reached"
-
-
-if __name__ == "__main__":
-    main()

@@ -158,7 +158,3 @@ def main():
     n = sum(int(result[0]) for result in results)
     largest = max(result[1] for result in results)
     report("split", n, largest, "volumes", f"{n_faces} faces fit; gmsh and meshio read the parts")
-
-
-if __name__ == "__main__":
-    main()

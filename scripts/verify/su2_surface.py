@@ -7,6 +7,8 @@ node in the mesh file, every node of MARKER_MOVING in it, file names that end in
 
 import math
 
+import meshes
+import outputs
 from program import TESTDATA, azimesh, report, scratch
 
 SCHEDULE = """
@@ -19,22 +21,6 @@ name = "body"
 tags = ["airfoil"]
 cyclic = {{ pitch = [ {{ sin = 3.0 }} ] }}
 """
-
-
-def su2_mesh(path):
-    """(coordinates by the order of lines, nodes of each marker) of a mesh of SU2 with one zone."""
-    lines = iter(path.read_text().splitlines())
-    points, markers, dimension = [], {}, 0
-    for line in lines:
-        key, _, value = line.partition("=")
-        if key == "NDIME":
-            dimension = int(value)
-        elif key == "NPOIN":
-            points = [tuple(map(float, next(lines).split()[:dimension])) for _ in range(int(value.split()[0]))]
-        elif key == "MARKER_TAG":
-            name, count = value.strip(), int(next(lines).partition("=")[2])
-            markers[name] = {int(node) for _ in range(count) for node in next(lines).split()[1:]}
-    return points, markers
 
 
 def moved(path, dimension, nodes):
@@ -52,18 +38,19 @@ def compare(format_name, folder):
     """(number of nodes compared, largest distance) over all iterations."""
     (folder / "pitch.toml").write_text(SCHEDULE.format(format=format_name))
     azimesh("deform", TESTDATA / "airfoil_hybrid.su2", folder / "pitch.toml", "-o", folder / format_name)
-    points, markers = su2_mesh(TESTDATA / "airfoil_hybrid.su2")
+    mesh = meshes.by_meshio(TESTDATA / "airfoil_hybrid.su2")
+    points, airfoil = mesh.points[:, :2].tolist(), outputs.tagged(mesh, "airfoil").tolist()
     n, largest, most = 0, 0.0, 0.0
     for step in range(5):
         mesh = folder / format_name / f"airfoil_hybrid_{step:04}.{format_name}"
         volume = folder / f"{format_name}_{step}.su2"
         azimesh("convert", mesh, volume)
-        wanted, _ = su2_mesh(volume)
-        found = moved(folder / format_name / f"airfoil_hybrid_surface_{step:05}.dat", 2, markers["airfoil"])
+        wanted = meshes.by_meshio(volume).points[:, :2].tolist()
+        found = moved(folder / format_name / f"airfoil_hybrid_surface_{step:05}.dat", 2, airfoil)
         n += len(found)
         largest = max(largest, *(math.dist(place, wanted[node]) for node, place in found.items()))
         most = max(most, *(math.dist(place, points[node]) for node, place in found.items()))
-    assert len(markers["airfoil"]) > 10 and most > 0.01, "nothing moves"
+    assert len(airfoil) > 10 and most > 0.01, "nothing moves"
     return n, largest
 
 
@@ -74,7 +61,3 @@ def main():
     n, largest = sum(n for n, _ in found), max(largest for _, largest in found)
     assert largest == 0.0, largest
     report("su2_surface", n, largest, "nodes of an airfoil")
-
-
-if __name__ == "__main__":
-    main()

@@ -88,7 +88,3 @@ def main():
         n, largest = velocities(name, tag, radius)
         report(f"velocity, {name}", n, largest, "velocities", "of the largest, against differences")
         assert largest <= 1e-5, f"{name}: velocities are off by {largest}"
-
-
-if __name__ == "__main__":
-    main()

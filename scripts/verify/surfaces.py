@@ -149,7 +149,3 @@ def main():
             n += compared
             n += others(surface, Path(folder))
     report("surfaces", n, 0.0, "points, cells and triangles", "STL and VTP beside VTK and meshio, their STL read")
-
-
-if __name__ == "__main__":
-    main()

@@ -57,7 +57,3 @@ def main():
         assert escape not in on_terminal(run, TERM="dumb"), "a progress bar on a dumb terminal"
         assert on_terminal([*run, "-q"]) == "", "a quiet run prints"
     report("terminal", 3 * len(COMMANDS) + 3, 0.0, "screens")
-
-
-if __name__ == "__main__":
-    main()

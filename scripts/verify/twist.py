@@ -6,6 +6,7 @@ The mesh is made here, and its quadrilaterals are judged here.
 import numpy as np
 import pyvista
 
+import meshes
 import outputs
 from program import report, scratch
 
@@ -80,14 +81,8 @@ def write_su2(nodes, path):
     index = np.arange(layers * around).reshape(layers, around)
     after = np.roll(index, -1, axis=1)
     cells = np.stack([index[:-1], index[1:], after[1:], after[:-1]], axis=-1).reshape(-1, 4)
-    lines = ["NDIME= 2", f"NELEM= {len(cells)}"]
-    lines += [f"9 {a} {b} {c} {d}" for a, b, c, d in cells]
-    lines += [f"NPOIN= {index.size}"] + [f"{x!r} {y!r}" for x, y in nodes.reshape(-1, 2).tolist()]
-    lines += ["NMARK= 2"]
-    for tag, layer in (("airfoil", 0), ("farfield", -1)):
-        lines += [f"MARKER_TAG= {tag}", f"MARKER_ELEMS= {around}"]
-        lines += [f"3 {a} {b}" for a, b in zip(index[layer], after[layer])]
-    path.write_text("\n".join(lines) + "\n")
+    tags = {tag: list(zip(index[layer], after[layer])) for tag, layer in (("airfoil", 0), ("farfield", -1))}
+    meshes.write_su2(path, nodes.reshape(-1, 2), cells, tags)
     return cells
 
 
@@ -144,7 +139,3 @@ def main():
     for found in (twist, interpolated):
         assert all(row["folded"] == 0 for row in found.values()), "twist has folded cells"
     assert displacement[120]["folded"] > 0 and displacement[180]["folded"] > 0
-
-
-if __name__ == "__main__":
-    main()

@@ -66,7 +66,3 @@ def main():
                     azimesh("diff", "--tolerance", "1e-6", source, target)
                 n_compared += 1
     report("ugrid", n_compared, 0.0, "meshes", f"{len(sources)} files of testdata")
-
-
-if __name__ == "__main__":
-    main()

@@ -168,7 +168,3 @@ def main():
         n = check_files(folder) + check_by_vtk(folder)
         n += sum(check_run(*run, folder) for run in RUNS)
     report("vtkhdf", n, 0.0, "arrays", "files and steps by VTK's reader, files by its writer")
-
-
-if __name__ == "__main__":
-    main()

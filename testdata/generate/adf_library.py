@@ -1,10 +1,4 @@
-"""ADF files written by the CGNS library (libcgns 3.4), in every byte order and width, with fragmented data and with links.
-
-    from adf_library import copy
-    copy("mesh.cgns", "copy.cgns", form="IEEE_BIG_64", fragments=5)
-
-Sources are CGNS files in HDF5, read by h5py. `python testdata/generate/adf_library.py` writes those of testdata/cgns.
-"""
+"""Two files of testdata/cgns in ADF, by the CGNS library (libcgns 3.4): other byte orders and widths, and fragmented data. Sources are CGNS files in HDF5."""
 
 import ctypes
 import ctypes.util
@@ -13,7 +7,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-FORMS = ["IEEE_LITTLE_32", "IEEE_LITTLE_64", "IEEE_BIG_32", "IEEE_BIG_64"]
+from place import FOLDER
+
 LIBRARY = ctypes.CDLL(ctypes.util.find_library("cgns") or "libcgns.so.3.4")
 FINE = -1
 
@@ -57,61 +52,29 @@ def put(node, kind, data, fragments):
             call("Delete", node, identity("Get_Node_ID", node, "between"))
 
 
-def copy(source, path, form="IEEE_LITTLE_32", is_old=False, fragments=1, linked=None):
-    """Copies an HDF5 file of CGNS. With `linked` the coordinates go into a file of that name, beside it."""
+def copy(source, path, form="IEEE_LITTLE_32", is_old=False, fragments=1):
+    """Copies an HDF5 file of CGNS."""
     root = create(path, form, is_old)
-    other = create(Path(path).parent / linked, form, is_old) if linked else None
-    grids = identity("Create", other, "Grids") if linked else None
-
-    numbers = []
 
     def fill(group, above):
-        for name in group:
-            if name.startswith(" "):
-                continue
-            node = group[name]
+        for name in (name for name in group if not name.startswith(" ")):
+            node, new = group[name], identity("Create", above, name)
             while node.attrs["type"] == b"LK":
                 node = node[" link"]
-            label = node.attrs["label"].decode()
-            if linked and label == "GridCoordinates_t":
-                numbers.append(len(numbers))
-                unique = f"Grid{numbers[-1]}"
-                fill_one(node, identity("Create", grids, unique), label)
-                identity("Link", above, name, linked, f"/Grids/{unique}")
-            else:
-                fill_one(node, identity("Create", above, name), label)
-
-    def fill_one(node, new, label):
-        call("Set_Label", new, label)
-        if " data" in node:
-            data = node[" data"][()]
-            data = data.astype(data.dtype.newbyteorder("="))
-            put(new, node.attrs["type"].decode(), data, fragments if data.nbytes > 64 else 1)
-        fill(node, new)
+            call("Set_Label", new, node.attrs["label"].decode())
+            if " data" in node:
+                data = node[" data"][()]
+                data = data.astype(data.dtype.newbyteorder("="))
+                put(new, node.attrs["type"].decode(), data, fragments if data.nbytes > 64 else 1)
+            fill(node, new)
 
     with h5py.File(source) as file:
         fill(file, root)
     call("Database_Close", root)
-    if linked:
-        call("Database_Close", other)
-
-
-def cgns_version(path):
-    """The version of CGNS that a file states."""
-    root = identity("Database_Open", str(path), "READ_ONLY", "NATIVE")
-    version = ctypes.c_float()
-    call("Read_All_Data", identity("Get_Node_ID", root, "/CGNSLibraryVersion"), ctypes.byref(version))
-    call("Database_Close", root)
-    return f"{version.value:.2f}"
 
 
 def main():
     """Two small files: one as old machines left them, one of the last version."""
-    folder = Path(__file__).parent.parent / "cgns"
-    fragmented = {"form": "IEEE_BIG_32", "is_old": True, "fragments": 4}
-    copy(folder / "structured_rind.cgns", folder / "adf_fragmented_big_endian.cgns", **fragmented)
+    folder = FOLDER / "cgns"
+    copy(folder / "structured_rind.cgns", folder / "adf_fragmented_big_endian.cgns", form="IEEE_BIG_32", is_old=True, fragments=4)
     copy(folder / "polyhedra_offsets.cgns", folder / "adf_version_b.cgns", form="IEEE_LITTLE_64")
-
-
-if __name__ == "__main__":
-    main()

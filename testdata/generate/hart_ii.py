@@ -1,9 +1,7 @@
 """A blade that bends like that of HART II: its beam table, a mesh and a schedule.
 
-    .venv/bin/python testdata/generate/hart_ii.py [--step 15] [--nodes N] [-o testdata]
-
-Writes hart_ii_beam.csv (every `step` degrees, 11 stations), hart_ii.vtu and hart_ii.toml. A table of every degree and a finer
-mesh: `--step 1 --nodes 200000 -o target/hart_ii`.
+`write` makes hart_ii_beam.csv (every `step` degrees, 11 stations), hart_ii.vtu and hart_ii.toml, for make_testdata.py and, with a table of every degree
+and a finer mesh, for validation/hart_ii_page.py.
 
 Source of all numbers that are not called assumed: the HART II baseline (case BL) among the examples of OpenCOPTER,
 https://github.com/PsuAeroacoustics/OpenCOPTER, oc_fly/example/hart_ii.json5 and hart_ii_params.json5. Its series
@@ -21,14 +19,9 @@ Assumed:
 - Sections: NACA 0012, where the blade has NACA 23012.
 """
 
-import argparse
-import os
-import subprocess
-from pathlib import Path
-
 import numpy as np
 
-AZIMESH = os.environ.get("AZIMESH", "target/release/azimesh")
+from place import azimesh
 
 RADIUS = 2.0  # m
 CHORD = RADIUS / 16.5
@@ -118,11 +111,6 @@ def write_table(path, step):
     path.write_text("\n".join(lines) + "\n")
 
 
-def azimesh(*arguments):
-    """Runs the program."""
-    subprocess.run([AZIMESH, "-q", *map(str, arguments)], check=True)
-
-
 def write_mesh(path, size):
     """The blade in its cylinder; a small one is packed."""
     raw = path.with_suffix(".raw.vtu")
@@ -147,17 +135,3 @@ def write(folder, step=15.0, nodes=None):
         "tolerance": 1e-3 * CHORD if nodes is None else 1e-4 * CHORD,
     }
     (folder / "hart_ii.toml").write_text(SCHEDULE.format(**values))
-
-
-def main():
-    """From the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--step", type=float, default=15.0, help="degrees between rows and between steps")
-    parser.add_argument("--nodes", type=int, help="nodes of the mesh; left out: as few as it can have")
-    parser.add_argument("-o", "--output", type=Path, default=Path("testdata"))
-    options = parser.parse_args()
-    write(options.output, options.step, options.nodes)
-
-
-if __name__ == "__main__":
-    main()

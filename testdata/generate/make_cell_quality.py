@@ -1,16 +1,15 @@
 """Writes testdata/cell_quality.csv: random cells of each kind and what VTK's vtkMeshQuality says.
 
 Needs pyvista (written with pyvista 0.49.1 and VTK 9.7.2). Columns: VTK cell type, the metrics, then the
-coordinates. Empty where VTK does not have the metric, or has it wrong (see validation/check_quality.py).
+coordinates. Empty where VTK does not have the metric, or has it wrong (see scripts/verify/quality.py).
 Seeded: the same file every time.
 """
-
-import pathlib
-import sys
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
+
+from place import FOLDER
 
 IDEAL = {
     5: [[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0]],
@@ -66,13 +65,8 @@ def main():
             grid = pv.UnstructuredGrid(np.array([len(points), *range(len(points))]), [kind], points)
             values = [quality(grid, kind, measure) for measure in MEASURES.values()]
             rows.append([kind, *values, *points.ravel()])
-    path = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "testdata/cell_quality.csv")
-    with path.open("w") as file:
+    with (FOLDER / "cell_quality.csv").open("w") as file:
         file.write(f"vtk_type,{','.join(MEASURES)},coordinates\n")
         for kind, *numbers in rows:
             texts = ("" if x is None else repr(float(x)) for x in numbers)
             file.write(f"{kind},{','.join(texts)}\n")
-
-
-if __name__ == "__main__":
-    main()

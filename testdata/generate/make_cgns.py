@@ -1,15 +1,15 @@
-"""Small CGNS files in the layouts that real writers leave behind: `python testdata/generate/make_cgns.py`.
+"""Small CGNS files in the layouts that real writers leave behind.
 
 All but the last hold the same two hexahedra side by side, 12 nodes, with the tags "low" (1 face, at x = 0), "high" (1 face,
 at x = 2) and "sides" (the other 8 faces). Written by h5py, without any CGNS library.
 """
 
-from pathlib import Path
-
 import h5py
 import numpy as np
 
-FOLDER = Path(__file__).parent.parent / "cgns"
+import place
+
+FOLDER = place.FOLDER / "cgns"
 KINDS = {"i4": "I4", "i8": "I8", "f4": "R4", "f8": "R8", "i1": "C1"}
 X = np.array([i for k in range(2) for j in range(2) for i in range(3)], float)
 Y = np.array([j for k in range(2) for j in range(2) for i in range(3)], float)
@@ -277,7 +277,3 @@ def main():
     structured()
     sequence()
     two_zones()
-
-
-if __name__ == "__main__":
-    main()

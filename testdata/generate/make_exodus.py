@@ -1,21 +1,18 @@
 """Writes testdata/exodus_hdf5.exo and exodus_cdf5.exo with netCDF's own library: the small mesh of
 tests/suite/support/exodus.rs, in HDF5 compressed.
-
-    python testdata/generate/make_exodus.py          (needs netCDF4)
 """
-
-from pathlib import Path
 
 import netCDF4
 import numpy as np
+
+from place import FOLDER
 
 NAMES = 33
 
 
 def main():
-    folder = Path(__file__).parent.parent
     for name, stored in (("exodus_hdf5.exo", "NETCDF4"), ("exodus_cdf5.exo", "NETCDF3_64BIT_DATA")):
-        with netCDF4.Dataset(folder / name, "w", format=stored) as file:
+        with netCDF4.Dataset(FOLDER / name, "w", format=stored) as file:
             file.api_version = np.float32(8.03)
             file.floating_point_word_size = np.int32(8)
             mesh(file)
@@ -88,7 +85,3 @@ def results(file):
     variable(file, "vals_elem_var1eb5", "f4", ("time_step", "num_el_in_blk5"), [[3, 4], [5, 6]])
     names(file, "name_glo_var", "num_glo_var", ["mass", "energy"])
     variable(file, "vals_glo_var", "f8", ("time_step", "num_glo_var"), [[1, 2], [3, 4]])
-
-
-if __name__ == "__main__":
-    main()

@@ -1,18 +1,16 @@
 """Small meshes as Fluent stores them, for testdata/fluent: text, binary sections, gzip, HDF5.
 
-    python testdata/generate/make_fluent.py testdata/fluent
-
 `house`: a cube and a pyramid on it, two zones of cells. `refined`: a plane mesh with a hanging node. `polyhedra`: the house as one polyhedron.
 Written by the description in the appendix of Fluent's user guide; HDF5 as Fluent's own .cas.h5 files are.
 """
 
 import gzip
-import pathlib
 import struct
-import sys
 
 import h5py
 import numpy as np
+
+from place import FOLDER
 
 HOUSE = {
     "dimension": 3,
@@ -50,7 +48,7 @@ REFINED = {
 
 
 def main():
-    folder = pathlib.Path(sys.argv[1])
+    folder = FOLDER / "fluent"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "house.msh").write_text(text(HOUSE))
     (folder / "house.cas").write_bytes(binary(HOUSE))
@@ -143,7 +141,3 @@ def topology(group, zones, mesh):
     for i, (name, kind) in enumerate((("id", np.int32), ("minId", np.uint64), ("maxId", np.uint64), ("zoneType", np.int32))):
         group[name] = np.array([zone[i] for zone in zones], dtype=kind)
     group["name"] = np.array([";".join(known.get(zone[0], "") for zone in zones).encode()])
-
-
-if __name__ == "__main__":
-    main()

@@ -5,10 +5,10 @@ VTK's reference cell. Gmsh gives local coordinates of all types but prisms above
 prism is meshed and raised to each order.
 """
 
-from pathlib import Path
-
 import gmsh
 import numpy as np
+
+from place import FOLDER, start_gmsh
 
 FAMILIES = {"Line": 10, "Triangle": 10, "Quadrangle": 10, "Tetrahedron": 10, "Hexahedron": 9, "Prism": 9, "Pyramid": 9}
 
@@ -58,18 +58,12 @@ def prism(order):
 
 
 def main():
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Terminal", 0)
+    start_gmsh()
     lines = []
     for family, highest in FAMILIES.items():
         for order in range(1, highest + 1):
             kind, places = prism(order) if family == "Prism" else properties(family, order)
             steps = steps_of(family, order, places)
             lines.append(f"{kind} {family} {order} " + " ".join("{},{},{}".format(*node) for node in steps))
-    path = Path(__file__).parent.parent / "gmsh_orders.txt"
-    path.write_text("\n".join(lines) + "\n")
-    print(path, path.stat().st_size, "bytes; gmsh", gmsh.GMSH_API_VERSION)
-
-
-if __name__ == "__main__":
-    main()
+    (FOLDER / "gmsh_orders.txt").write_text("\n".join(lines) + "\n")
+    gmsh.finalize()

@@ -1,10 +1,10 @@
 """testdata/gmsh/: one small model by gmsh in every version of MSH but 3, partitioned, with data, and cells of high order."""
 
-from pathlib import Path
-
 import gmsh
 
-FOLDER = Path(__file__).parent.parent / "gmsh"
+import place
+
+FOLDER = place.FOLDER / "gmsh"
 
 CELLS = {
     4: [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
@@ -76,9 +76,7 @@ def data():
 
 def main():
     FOLDER.mkdir(exist_ok=True)
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.option.setNumber("General.NumThreads", 1)
+    place.start_gmsh()
     for order in (3, 4):
         high_order(order)
         write(f"order{order}_v41", 4.1)
@@ -96,9 +94,4 @@ def main():
     write("partitioned_v2", 2.2)
     write("partitioned_v40", 4.0)
     write("partitioned_v41_binary", 4.1, binary=True)
-    for path in sorted(FOLDER.iterdir()):
-        print(path.name, path.stat().st_size)
-
-
-if __name__ == "__main__":
-    main()
+    gmsh.finalize()

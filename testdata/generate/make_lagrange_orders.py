@@ -5,9 +5,9 @@ one at their own node there and zero at all others. VTK has a number for Lagrang
 there are none here.
 """
 
-from pathlib import Path
-
 import vtk
+
+from place import FOLDER
 
 KINDS = {
     "Curve": lambda p: p + 1,
@@ -43,10 +43,4 @@ def main():
         for order in range(1, 7):
             number, nodes = places(name, order, count(order))
             lines.append(f"{number} {order} " + " ".join("{},{},{}".format(*node) for node in nodes))
-    path = Path(__file__).parent.parent / "lagrange_orders.txt"
-    path.write_text("\n".join(lines) + "\n")
-    print(path, path.stat().st_size, "bytes; VTK", vtk.vtkVersion().GetVTKVersion())
-
-
-if __name__ == "__main__":
-    main()
+    (FOLDER / "lagrange_orders.txt").write_text("\n".join(lines) + "\n")

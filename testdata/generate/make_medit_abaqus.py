@@ -1,23 +1,25 @@
-"""Makes testdata/box_by_gmsh.mesh and testdata/box_by_gmsh.inp: a box of tetrahedra, as Gmsh writes it."""
+"""box_by_gmsh.mesh and box_by_gmsh.inp: a box of tetrahedra, as Gmsh writes it."""
+
 import os
-from pathlib import Path
 
 import gmsh
 
-# Gmsh writes the path that it is given into the file.
-os.chdir(Path(__file__).resolve().parent.parent)
+from place import FOLDER, start_gmsh
 
-gmsh.initialize()
-gmsh.option.setNumber("General.Terminal", 0)
-gmsh.option.setNumber("Mesh.MeshSizeMin", 1.0)
-gmsh.option.setNumber("Mesh.MeshSizeMax", 1.0)
-gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
-gmsh.model.occ.synchronize()
-gmsh.model.mesh.generate(3)
-gmsh.write("box_by_gmsh.mesh")
-faces = [tag for _, tag in gmsh.model.getEntities(2)]
-gmsh.model.addPhysicalGroup(3, [1], 5, "solid")
-gmsh.model.addPhysicalGroup(2, faces[:2], 6, "wall")
-gmsh.model.addPhysicalGroup(2, faces[2:], 7, "far field")
-gmsh.write("box_by_gmsh.inp")
-gmsh.finalize()
+
+def main():
+    # Gmsh writes the path that it is given into the file.
+    os.chdir(FOLDER)
+    start_gmsh()
+    gmsh.option.setNumber("Mesh.MeshSizeMin", 1.0)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 1.0)
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.mesh.generate(3)
+    gmsh.write("box_by_gmsh.mesh")
+    faces = [tag for _, tag in gmsh.model.getEntities(2)]
+    gmsh.model.addPhysicalGroup(3, [1], 5, "solid")
+    gmsh.model.addPhysicalGroup(2, faces[:2], 6, "wall")
+    gmsh.model.addPhysicalGroup(2, faces[2:], 7, "far field")
+    gmsh.write("box_by_gmsh.inp")
+    gmsh.finalize()

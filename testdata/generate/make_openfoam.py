@@ -1,7 +1,7 @@
 """Makes testdata/openfoam with OpenFOAM's own tools (Debian's 1912): small cases in every encoding.
 
     . /usr/share/openfoam/etc/bashrc
-    python testdata/generate/make_openfoam.py
+    .venv/bin/python testdata/generate make_openfoam
 """
 
 import re
@@ -11,7 +11,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-HERE = Path("testdata/openfoam")
+import place
+
+HERE = place.FOLDER / "openfoam"
 HEADER = """FoamFile
 {{
     version     2.0;
@@ -128,7 +130,3 @@ def main():
         dual = new_case(scratch / "dual", "binary")
         run(dual, "polyDualMesh", "60", "-overwrite")
         keep(dual, "polyhedra", mesh)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,7 +1,5 @@
 """Records of runs of every sort, for the tests of src/record.
 
-    python3 testdata/generate/make_records.py PROGRAM
-
 Writes run.json of each into testdata/records, and steps.csv and base.toml of some. The records that are there were written by
 azimesh 0.1.0; write them again only with a version whose records differ on purpose.
 """
@@ -14,7 +12,9 @@ import tempfile
 import time
 from pathlib import Path
 
-FOLDER = Path(__file__).resolve().parents[1] / "records"
+import place
+
+FOLDER = place.FOLDER / "records"
 OVER = ("sin = 10.0", "sin = 170.0")
 SUBSTEPS = ("[rbf]", '[output]\non_inverted = "substeps"\n[rbf]')
 STOP = ("[rbf]", '[output]\non_inverted = "stop"\n[rbf]')
@@ -23,7 +23,7 @@ IN_ONE = ["--format", "vtkhdf"]
 
 def main():
     """Every sort of run, on an airfoil of 300 nodes in four steps."""
-    program = str(Path(sys.argv[1]).resolve())
+    program = place.AZIMESH
     FOLDER.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -86,6 +86,3 @@ def call(program, *arguments, **more):
     done = subprocess.run([program, "-q", *arguments], capture_output=True, check=False, **more)
     if done.returncode > 1:
         sys.exit(done.stderr.decode())
-
-
-main()

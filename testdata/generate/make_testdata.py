@@ -1,16 +1,7 @@
-"""Makes testdata/: small meshes by gmsh, VTK and azimesh itself, and testdata/README.md.
+"""The small meshes of testdata itself, by gmsh, VTK and azimesh; testdata/README.md says what each is.
 
-Run from the repository root after `cargo build --release`:
-
-    .venv/bin/python testdata/generate/make_testdata.py
-
-Every file is what a real writer writes. Nothing here is random, so the same versions make the same
-files but for time stamps.
+Every file is what a real writer writes. Nothing here is random.
 """
-
-import os
-import subprocess
-from pathlib import Path
 
 import gmsh
 import numpy as np
@@ -20,61 +11,48 @@ from vtk.util.numpy_support import numpy_to_vtk
 import hart_ii
 from gmsh_models import airfoil_hybrid, curved_plate, curved_solids, mixed_cells, shared_faces, sphere_in_box
 from gmsh_moving import body_in_duct, rotor_sector, wing_on_plane
-
-FOLDER = Path("testdata")
-AZIMESH = os.environ.get("AZIMESH", "target/release/azimesh")
-
-made = []  # (file name, what it is, generator)
-
-
-def note(path, what, generator):
-    """Remembers a file for the README of the folder."""
-    made.append((path.name, what, generator))
-
+from place import FOLDER, azimesh, start_gmsh
+from ugrid_file import Ugrid
+from ugrid_file import write as write_ugrid
 
 # ---------------------------------------------------------------- MSH, by gmsh
 
 
-def write_msh(name, what, version=4.1, binary=False):
+def write_msh(name, version=4.1, binary=False):
     """Writes the current model as MSH."""
     gmsh.option.setNumber("Mesh.MshFileVersion", version)
     gmsh.option.setNumber("Mesh.Binary", int(binary))
-    path = FOLDER / f"{name}.msh"
-    gmsh.write(str(path))
-    encoding = "binary" if binary else "ASCII"
-    note(path, f"{what}; MSH {version} {encoding}", f"gmsh {gmsh.__version__}")
+    gmsh.write(str(FOLDER / f"{name}.msh"))
 
 
 def gmsh_files():
     """All MSH files."""
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.option.setNumber("General.NumThreads", 1)
+    start_gmsh()
     airfoil_hybrid()
     for version in (2.2, 4.1):
         for binary in (False, True):
             suffix = f"v{version:.1f}".replace(".", "") + ("_binary" if binary else "")
-            write_msh(f"airfoil_hybrid_{suffix}", airfoil_hybrid.__doc__, version, binary)
+            write_msh(f"airfoil_hybrid_{suffix}", version, binary)
     yield "airfoil_hybrid", current_grid()
     sphere_in_box()
-    write_msh("sphere_in_box_v22_binary", sphere_in_box.__doc__, 2.2, True)
-    write_msh("sphere_in_box_v41_binary", sphere_in_box.__doc__, 4.1, True)
+    write_msh("sphere_in_box_v22_binary", 2.2, True)
+    write_msh("sphere_in_box_v41_binary", 4.1, True)
     yield "sphere_in_box", current_grid()
     mixed_cells()
-    write_msh("mixed_cells_v22", mixed_cells.__doc__, 2.2)
-    write_msh("mixed_cells_v41_binary", mixed_cells.__doc__, 4.1, True)
+    write_msh("mixed_cells_v22", 2.2)
+    write_msh("mixed_cells_v41_binary", 4.1, True)
     yield "mixed_cells", current_grid()
     mixed_cells(2)
     yield "mixed_cells_coarse", current_grid()
     for incomplete, kind in ((False, "complete"), (True, "serendipity")):
         curved_plate(incomplete)
-        write_msh(f"curved_plate_{kind}_v41", f"{curved_plate.__doc__} {kind}", 4.1)
+        write_msh(f"curved_plate_{kind}_v41", 4.1)
         curved_solids(incomplete)
-        write_msh(f"curved_solids_{kind}_v22", f"{curved_solids.__doc__} {kind}", 2.2)
+        write_msh(f"curved_solids_{kind}_v22", 2.2)
     gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 0)
     shared_faces()
-    write_msh("shared_faces_v22", shared_faces.__doc__, 2.2)
-    write_msh("shared_faces_v41", shared_faces.__doc__, 4.1)
+    write_msh("shared_faces_v22", 2.2)
+    write_msh("shared_faces_v41", 4.1)
     for make in (wing_on_plane, rotor_sector, body_in_duct):
         make()
         yield make.__name__, current_grid()
@@ -168,12 +146,17 @@ def polyhedral(points, cells, tag_names, zone_names):
     return solid
 
 
-def write_vtu(name, grid, what, mode="raw", compressor="None", big_endian=False, header=32):
-    """Writes a grid as VTU in one of VTK's modes: ascii, inline (base64), base64 or raw appended."""
+def write_vtu(name, grid, mode="raw", compressor="None", big_endian=False, header=32, pieces=1):
+    """Writes a grid as VTU in one of VTK's modes: ascii, inline (base64), base64 or raw appended; in pieces as VTK's writer does when it streams."""
     writer = vtk.vtkXMLUnstructuredGridWriter()
     path = FOLDER / f"{name}.vtu"
     writer.SetFileName(str(path))
     writer.SetInputData(grid)
+    if pieces > 1:
+        parts = vtk.vtkExtractUnstructuredGridPiece()
+        parts.SetInputData(grid)
+        writer.SetInputConnection(parts.GetOutputPort())
+        writer.SetNumberOfPieces(pieces)
     if mode == "ascii":
         writer.SetDataModeToAscii()
     elif mode == "inline":
@@ -182,140 +165,67 @@ def write_vtu(name, grid, what, mode="raw", compressor="None", big_endian=False,
         writer.SetDataModeToAppended()
         writer.SetEncodeAppendedData(mode == "base64")
     getattr(writer, f"SetCompressorTypeTo{compressor}")()
-    writer.SetBlockSize(4096)
+    if pieces == 1:
+        writer.SetBlockSize(4096)
+        writer.SetHeaderTypeToUInt64() if header == 64 else writer.SetHeaderTypeToUInt32()
     if big_endian:
         writer.SetByteOrderToBigEndian()
-    writer.SetHeaderTypeToUInt64() if header == 64 else writer.SetHeaderTypeToUInt32()
     assert writer.Write() == 1, path
-    order = "big endian" if big_endian else "little endian"
-    encoding = {"inline": "inline base64", "base64": "appended base64", "raw": "appended raw"}
-    compression = "" if compressor == "None" else f", {compressor}"
-    text = f"{encoding.get(mode, mode)}{compression}, {order}, UInt{header} headers"
-    note(path, f"{what}; VTU, {text}", f"VTK {vtk.vtkVersion.GetVTKVersion()}")
 
 
-def write_pieces(name, grid, what):
-    """Writes a grid in two pieces in one VTU file, which VTK's writer does when it streams."""
-    writer = vtk.vtkXMLUnstructuredGridWriter()
-    path = FOLDER / f"{name}.vtu"
-    pieces = vtk.vtkExtractUnstructuredGridPiece()
-    pieces.SetInputData(grid)
-    writer.SetFileName(str(path))
-    writer.SetInputConnection(pieces.GetOutputPort())
-    writer.SetNumberOfPieces(2)
-    writer.SetDataModeToAppended()
-    writer.EncodeAppendedDataOff()
-    writer.SetCompressorTypeToNone()
-    assert writer.Write() == 1, path
-    note(path, f"{what}; VTU, appended raw, two pieces, Float32 nodes, some in no cell", f"VTK {vtk.vtkVersion.GetVTKVersion()}")
+VTU = [
+    ("airfoil_hybrid_ascii", "airfoil_hybrid", dict(mode="ascii")),
+    ("airfoil_hybrid_inline_zlib", "airfoil_hybrid", dict(mode="inline", compressor="ZLib")),
+    ("airfoil_hybrid_raw_lz4", "airfoil_hybrid", dict(compressor="LZ4", header=64)),
+    ("airfoil_hybrid_inline_big_endian", "airfoil_hybrid", dict(mode="inline", big_endian=True)),
+    ("sphere_in_box_raw", "sphere_in_box", dict(header=64)),
+    ("sphere_in_box_base64_lzma", "sphere_in_box", dict(mode="base64", compressor="LZMA")),
+    ("sphere_in_box_raw_zlib", "sphere_in_box", dict(compressor="ZLib", header=64)),
+    ("mixed_cells_inline", "mixed_cells", dict(mode="inline")),
+    ("mixed_cells_raw_big_endian", "mixed_cells", dict(big_endian=True)),
+    ("mixed_cells_base64", "mixed_cells", dict(mode="base64", header=64)),
+    ("mixed_cells_two_pieces", "mixed_cells", dict(pieces=2)),
+]  # fmt: skip
 
 
 def vtk_files(grids):
     """All VTU files made by VTK."""
-    what = {make.__name__: make.__doc__ for make in (airfoil_hybrid, sphere_in_box, mixed_cells)}
-    airfoil = unstructured(*grids["airfoil_hybrid"])
-    sphere = unstructured(*grids["sphere_in_box"])
-    mixed = unstructured(*grids["mixed_cells"])
-    hybrid = what["airfoil_hybrid"]
-    write_vtu("airfoil_hybrid_ascii", airfoil, hybrid, "ascii")
-    write_vtu("airfoil_hybrid_inline_zlib", airfoil, hybrid, "inline", "ZLib")
-    write_vtu("airfoil_hybrid_raw_lz4", airfoil, hybrid, "raw", "LZ4", header=64)
-    write_vtu("airfoil_hybrid_inline_big_endian", airfoil, hybrid, "inline", big_endian=True)
-    solid = what["sphere_in_box"]
-    write_vtu("sphere_in_box_raw", sphere, solid, "raw", header=64)
-    write_vtu("sphere_in_box_base64_lzma", sphere, solid, "base64", "LZMA")
-    write_vtu("sphere_in_box_raw_zlib", sphere, solid, "raw", "ZLib", header=64)
-    write_vtu("mixed_cells_inline", mixed, what["mixed_cells"], "inline")
-    write_vtu("mixed_cells_raw_big_endian", mixed, what["mixed_cells"], "raw", big_endian=True)
-    write_vtu("mixed_cells_base64", mixed, what["mixed_cells"], "base64", header=64)
-    write_pieces("mixed_cells_two_pieces", mixed, what["mixed_cells"])
+    # VTK's writer keeps ranges of arrays in a grid and writes them the next time.
+    made = {source: unstructured(*grids[source]) for source in ("airfoil_hybrid", "sphere_in_box", "mixed_cells")}
+    for name, source, options in VTU:
+        write_vtu(name, made[source], **options)
     poly = polyhedral(*grids["mixed_cells_coarse"])
-    write_vtu("polyhedra_raw_zlib", poly, "mixed_cells, coarser, as polyhedra", "raw", "ZLib")
-    write_vtu("polyhedra_ascii", poly, "mixed_cells, coarser, as polyhedra", "ascii")
+    write_vtu("polyhedra_raw_zlib", poly, compressor="ZLib")
+    write_vtu("polyhedra_ascii", poly, "ascii")
     for make in (wing_on_plane, rotor_sector, body_in_duct):
-        grid = unstructured(*grids[make.__name__], arrays=False)
-        write_vtu(make.__name__, grid, make.__doc__, "raw", "ZLib")
+        write_vtu(make.__name__, unstructured(*grids[make.__name__], arrays=False), compressor="ZLib")
 
 
 # ---------------------------------------------------------------- azimesh's own
 
 
-def azimesh(*arguments):
-    """Runs azimesh; its failure is ours."""
-    subprocess.run([AZIMESH, *map(str, arguments)], check=True)
-
-
 def own_files():
-    """The mesh of the README with its schedule, and the SU2 files."""
-    version = subprocess.run([AZIMESH, "--version"], check=True, capture_output=True, text=True)
-    version = version.stdout.strip()
-    for name, options, what in (
-        ("naca0012", ["--nodes", 1200], "NACA 0012 O-grid, the README's first mesh"),
-        ("block", [], "a square with a block of 5 by 1 cells taken out"),
-    ):
-        mesh = FOLDER / f"{name}.vtu"
-        for old in (mesh, mesh.with_suffix(".toml")):
-            old.unlink(missing_ok=True)
-        azimesh("sample", name, *options, "-o", mesh)
-        generator = " ".join(map(str, [f"{version}: sample", name, *options]))
-        note(mesh, what, generator)
-        note(mesh.with_suffix(".toml"), "its schedule", generator)
-    for source, name in (
-        ("airfoil_hybrid_v41_binary.msh", "airfoil_hybrid.su2"),
-        ("mixed_cells_v41_binary.msh", "mixed_cells.su2"),
-    ):
-        target = FOLDER / name
-        target.unlink(missing_ok=True)
-        azimesh("convert", FOLDER / source, target)
-        note(target, f"{source} as SU2", f"{version}: convert {source} {name}")
+    """The mesh of the README with its schedule, the SU2 files, and the blade."""
+    for name, *options in (("naca0012", "--nodes", 1200), ("block",)):
+        azimesh("sample", name, *options, "-o", FOLDER / f"{name}.vtu", "--force")
+    for name in ("airfoil_hybrid", "mixed_cells"):
+        azimesh("convert", FOLDER / f"{name}_v41_binary.msh", FOLDER / f"{name}.su2", "--force")
     hart_ii.write(FOLDER)
-    generator = f"testdata/generate/hart_ii.py, {version}: sample blade"
-    note(FOLDER / "hart_ii.vtu", "a blade of HART II's size, for the table beside it", generator)
-    note(FOLDER / "hart_ii.toml", "its schedule", generator)
-    note(FOLDER / "hart_ii_beam.csv", "elastic flap and twist of a blade like that of HART II, every 15 degrees", generator)
 
 
-BY_HAND = {
-    "wing_on_plane.toml": "the wing pitches; the symmetry plane slides",
-    "rotor_sector.toml": "the blade pitches and flaps between periodic sides",
-    "rotor_sector_sliding.toml": "the same with sliding planes below and above",
-    "body_in_duct.toml": "the sphere moves along the duct; the curved wall slides",
-    "block_sliding.toml": "the block turns by 60 degrees and moves; outer edges slide, twist, 10 substeps",
-}
-
-
-BY_OTHERS = {
-    "lagrange_orders.txt": ("where VTK puts the nodes of its Lagrange cells, orders 1 to 6", "make_lagrange_orders.py, VTK 9.7.2"),
-    "gmsh_orders.txt": ("where Gmsh puts the nodes of its elements, every order", "make_gmsh_orders.py, gmsh 4.15.2"),
-}
-
-
-def readme():
-    """testdata/README.md: each file, what it is, and what made it."""
-    lines = [
-        "# Small meshes for tests and for trying things",
-        "",
-        "Meshes are made by `testdata/generate/make_testdata.py`; none holds anybody else's data.",
-        "",
-        "| file | bytes | what | made by |",
-        "|---|---|---|---|",
-    ]
-    by_hand = [(name, f"schedule: {what}", "hand") for name, what in BY_HAND.items()]
-    by_others = [(name, what, f"scripts/{script}") for name, (what, script) in BY_OTHERS.items()]
-    for name, what, generator in sorted(made + by_hand + by_others):
-        size = (FOLDER / name).stat().st_size
-        assert size <= 100_000, f"{name} has {size} bytes; at most 100 kB"
-        lines.append(f"| `{name}` | {size} | {what.replace('.;', ';')} | {generator} |")
-    lines += ["", "`gmsh/` has one small model by gmsh 4.15.2 in every version of MSH, partitioned, with data, and cells of third"]
-    lines += ["and fourth order (`testdata/generate/make_gmsh_versions.py`)."]
-    lines += ["The folder `cgns/` holds small CGNS files in the layouts of real writers: two hexahedra as polyhedra with offsets, with"]
-    lines += ["counts and by parents, with boundaries by nodes, behind links and families, structured with ghost layers, in steps, in two"]
-    lines += ["bases. `testdata/generate/make_cgns.py` writes them with h5py 3.16.0."]
-    lines += ["The folder `vtk/` holds legacy files of four versions, structured and rectilinear grids, polydata and a grid in two pieces,"]
-    lines += ["written by VTK 9.7.2 (`testdata/generate/make_vtk_files.py`)."]
-    lines += ["The folder `openfoam/` holds cases of two blocks, hexahedra and wedges, in two zones, with two times: as text, gzip, binary, with"]
-    lines += ["labels of 64 bits, in two pieces, collated, and its dual of polyhedra, by OpenFOAM v1912 (`testdata/generate/make_openfoam.py`)."]
-    (FOLDER / "README.md").write_text("\n".join(lines) + "\n")
+def ugrid_files(points, cells, tags, _zones):
+    """One mesh in several flavours, which share the names beside it; faces without a tag are left out."""
+    mesh, numbers = Ugrid(points), []
+    for vtk_type in (5, 9, 10, 14, 13, 12):
+        chosen = [(nodes, tag) for kind, nodes, tag, _ in cells if kind == vtk_type and (tag or vtk_type not in (5, 9))]
+        if chosen:
+            mesh.cells.append((vtk_type, np.array([nodes for nodes, _ in chosen])))
+        numbers += [tag for _, tag in chosen if vtk_type in (5, 9)]
+    mesh.numbers = np.array(numbers)
+    mesh.names = dict(enumerate(zip([4000, 5000, 6662, 6100, 3000, 7011, 5050], tags), 1))
+    for flavour in ("", ".b8", ".lb4", ".lr8", ".lb8l"):
+        write_ugrid(FOLDER / f"mixed_cells{flavour}.ugrid", mesh)
+        mesh.names = {}
 
 
 def main():
@@ -323,11 +233,7 @@ def main():
     FOLDER.mkdir(exist_ok=True)
     grids = dict(gmsh_files())
     vtk_files(grids)
+    ugrid_files(*grids["mixed_cells_coarse"])
     own_files()
-    readme()
-    total = sum((FOLDER / name).stat().st_size for name, *_ in made)
-    print(f"testdata: {len(made)} files, {total / 1e6:.2f} MB")
-
-
-if __name__ == "__main__":
-    main()
+    for path in FOLDER.iterdir():
+        assert path.is_dir() or path.stat().st_size <= 100_000 or path.suffix == ".csv", f"{path} has more than 100 kB"

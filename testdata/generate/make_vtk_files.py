@@ -1,15 +1,12 @@
-"""Small legacy, structured and partitioned files for testdata/vtk, written by VTK.
-
-    .venv/bin/python testdata/generate/make_vtk_files.py
-"""
-
-from pathlib import Path
+"""Small legacy, structured and partitioned files for testdata/vtk, written by VTK."""
 
 import numpy as np
 import vtk
+
+import place
 from vtk_fixtures import block, grid_of, mixed, named, polyhedra, quadratic, with_fields, write_legacy
 
-FOLDER = Path("testdata/vtk")
+FOLDER = place.FOLDER / "vtk"
 
 
 def tetrahedra():
@@ -135,7 +132,3 @@ def main():
     write(vtk.vtkXMLPolyDataWriter(), surface(), FOLDER / "surface.vtp")
     for path in sorted(FOLDER.iterdir()):
         assert path.stat().st_size < 100_000, path
-
-
-if __name__ == "__main__":
-    main()

@@ -1,9 +1,5 @@
 """Makes the .vtkhdf files of testdata/ from its VTU files: by VTK's own writer, and by h5py.
 
-Run from the repository root, in the environment of scripts/requirements.txt:
-
-    .venv/bin/python testdata/generate/make_vtkhdf.py
-
 | file | what it is |
 |---|---|
 | mixed_cells_by_vtk.vtkhdf | mixed_cells_inline.vtu, by VTK's writer: small chunks, packed |
@@ -14,15 +10,14 @@ Run from the repository root, in the environment of scripts/requirements.txt:
 At step k, of time k / 2, every y is larger by k / 2; the array "radius" is larger by k, "x" is x plus k.
 """
 
-from pathlib import Path
-
 import h5py
 import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 
-FOLDER = Path("testdata")
+from place import FOLDER
+
 TIMES = [0.0, 0.5, 1.0]
 
 
@@ -158,6 +153,6 @@ def by_h5py():
             steps[f"CellDataOffsets/{name}"] = [0] * 3
 
 
-if __name__ == "__main__":
+def main():
     by_vtk()
     by_h5py()

@@ -1,29 +1,18 @@
-"""Files in every mode that VTK can write, read by azimesh and by VTK, and compared.
-
-    .venv/bin/python testdata/generate/vtk_fixtures.py [--every N] [--keep FOLDER]
+"""Files in every mode that VTK can write, for scripts/verify/fixtures.py and make_vtk_files.py.
 
 Four grids (tetrahedra with arrays of every type; linear cells of all kinds; quadratic ones;
 polyhedra) as legacy files of six versions, text and binary, with and without field data before the
 points, and as .vtu in every mode: text, base64 inside or appended, appended raw; four compressors;
-headers of 32 and 64 bits; both byte orders; node indices of 32 and 64 bits. What azimesh reads is
-written as .vtu and read by VTK: points, cells, faces and arrays must be exactly those that VTK reads
-from the file itself.
+headers of 32 and 64 bits; both byte orders; node indices of 32 and 64 bits.
 """
 
-import argparse
 import itertools
-import os
 import re
-import subprocess
-import sys
-import tempfile
-from pathlib import Path
 
 import numpy as np
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtk.util.numpy_support import numpy_to_vtk
 
-AZIMESH = os.environ.get("AZIMESH", "target/release/azimesh")
 OLD_VERSIONS = ["2.0", "3.0", "4.0", "4.1", "4.2"]
 COMPRESSORS = {
     "none": None,
@@ -268,138 +257,3 @@ def fixtures(folder, every=1):
         for path, write, grid, options in jobs[first % every :: every]:
             write(grid, path, *options)
             yield path
-
-
-# ---------------------------------------------------------------- comparison
-
-
-def read(path):
-    """What VTK reads."""
-    if path.suffix == ".vtk":
-        reader = vtk.vtkUnstructuredGridReader()
-        for what in ("Scalars", "Vectors", "Normals", "Tensors", "ColorScalars", "TCoords", "Fields"):
-            getattr(reader, f"ReadAll{what}On")()
-    else:
-        reader = vtk.vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(path))
-    reader.Update()
-    return reader.GetOutput()
-
-
-def split(kind, nodes):
-    """A VTK cell as cells of azimesh: collections are split, pixels and voxels turned."""
-    if kind == vtk.VTK_EMPTY_CELL:
-        return []
-    if kind == vtk.VTK_POLY_VERTEX:
-        return [(vtk.VTK_VERTEX, (node,)) for node in nodes]
-    if kind == vtk.VTK_POLY_LINE:
-        return [(vtk.VTK_LINE, pair) for pair in zip(nodes, nodes[1:])]
-    if kind == vtk.VTK_TRIANGLE_STRIP:
-        triples = zip(nodes, nodes[1:], nodes[2:])
-        return [(vtk.VTK_TRIANGLE, (b, a, c) if i % 2 else (a, b, c)) for i, (a, b, c) in enumerate(triples)]
-    if kind in (vtk.VTK_PIXEL, vtk.VTK_VOXEL):
-        turned = [node for four in zip(*[iter(nodes)] * 4) for node in (four[0], four[1], four[3], four[2])]
-        return [(vtk.VTK_QUAD if kind == vtk.VTK_PIXEL else vtk.VTK_HEXAHEDRON, tuple(turned))]
-    return [(kind, nodes)]
-
-
-def cells_of(grid):
-    """(type, nodes, faces) of each cell as azimesh has it, and the cell it comes from."""
-    cells, origin = [], []
-    for index in range(grid.GetNumberOfCells()):
-        ids = vtk.vtkIdList()
-        grid.GetCellPoints(index, ids)
-        nodes = tuple(ids.GetId(i) for i in range(ids.GetNumberOfIds()))
-        faces = None
-        if grid.GetCellType(index) == vtk.VTK_POLYHEDRON:
-            grid.GetFaceStream(index, ids)
-            faces = tuple(ids.GetId(i) for i in range(ids.GetNumberOfIds()))
-        for kind, nodes in split(grid.GetCellType(index), nodes):
-            cells.append((kind, nodes, faces))
-            origin.append(index)
-    return cells, np.array(origin, dtype=int)
-
-
-def arrays_of(data):
-    """Name to (components, names of components, values)."""
-    arrays = {}
-    for i in range(data.GetNumberOfArrays()):
-        array = data.GetAbstractArray(i)
-        n = array.GetNumberOfComponents()
-        if isinstance(array, vtk.vtkStringArray):
-            values = np.array([array.GetValue(k) for k in range(array.GetNumberOfValues())], dtype=object)
-        elif isinstance(array, vtk.vtkBitArray):
-            values = np.array([array.GetValue(k) for k in range(array.GetNumberOfValues())], dtype=np.uint8)
-        else:
-            values = vtk_to_numpy(array)
-        names = [array.GetComponentName(k) or "" for k in range(n)] if array.HasAComponentName() else []
-        arrays[array.GetName()] = (n, names, values.reshape(-1, n))
-    return arrays
-
-
-def assert_same_arrays(found, wanted, what, pick=None):
-    """Names, types and every value, bit for bit."""
-    assert sorted(found) == sorted(wanted), f"{what}: arrays {sorted(found)}, not {sorted(wanted)}"
-    for name, (n, component_names, values) in wanted.items():
-        values = values if pick is None else values[pick]
-        n_found, names_found, values_found = found[name]
-        assert (n_found, names_found) == (n, component_names), f"{what}: components of {name}"
-        assert values_found.dtype == values.dtype, f"{what}: type of {name}"
-        if values.dtype == object:
-            assert values_found.tolist() == values.tolist(), f"{what}: {name}"
-        else:
-            assert values_found.tobytes() == values.tobytes(), f"{what}: {name}"
-
-
-def assert_same(found, wanted, what):
-    """Points, cells, faces and arrays."""
-    points = [vtk_to_numpy(grid.GetPoints().GetData()).astype(float) for grid in (found, wanted)]
-    assert points[0].tobytes() == points[1].tobytes(), f"{what}: points"
-    cells, origin = cells_of(wanted)
-    assert cells_of(found)[0] == cells, f"{what}: cells"
-    assert_same_arrays(arrays_of(found.GetPointData()), arrays_of(wanted.GetPointData()), f"{what}, points")
-    assert_same_arrays(arrays_of(found.GetCellData()), arrays_of(wanted.GetCellData()), f"{what}, cells", origin)
-    assert_same_arrays(arrays_of(found.GetFieldData()), arrays_of(wanted.GetFieldData()), f"{what}, field")
-
-
-def compare(path, folder):
-    """Fails unless azimesh reads from a file what VTK does."""
-    wanted = read(path)
-    assert wanted.GetNumberOfCells() > 0, f"{path.name}: VTK does not read it"
-    converted = folder / "converted.vtu"
-    done = subprocess.run([AZIMESH, "--quiet", "convert", "--force", path, converted], capture_output=True, text=True)
-    assert done.returncode == 0, f"{path.name}: {done.stderr}"
-    assert_same(read(converted), wanted, path.name)
-
-
-def check(every=1, keep=None):
-    """Writes and compares; gives the number of files and what is wrong."""
-    wrong, n_files = [], 0
-    with tempfile.TemporaryDirectory(prefix="azimesh-fixtures-") as folder:
-        folder = Path(folder)
-        for path in fixtures(Path(keep) if keep else folder, every):
-            n_files += 1
-            try:
-                compare(path, folder)
-            except AssertionError as error:
-                wrong.append(str(error))
-            if not keep:
-                path.unlink()
-    return n_files, wrong
-
-
-def main():
-    """Prints every file that is not read exactly, and the count."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--every", type=int, default=1, help="only every n-th file of each grid")
-    parser.add_argument("--keep", help="folder for the files, which must exist")
-    options = parser.parse_args()
-    n_files, wrong = check(options.every, options.keep)
-    for message in wrong:
-        print(f"WRONG {message[:300]}")
-    print(f"vtk_fixtures: {n_files - len(wrong)} of {n_files} files read exactly as VTK {vtk.VTK_VERSION} reads them")
-    return 1 if wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
