@@ -50,12 +50,14 @@ impl PySurfaceMap {
                 SurfaceMap::plane(&given, facets.as_chunks::<3>().0, &wall)
             }),
             ("plane", _) => Err(input(
+                py,
                 "method \"plane\" needs `facets`, an array (m, 3) of point numbers",
             )),
-            ("rbf" | "nearest", _) => Err(input("`facets` are for method \"plane\"")),
-            _ => Err(input(&format!(
-                "unknown method \"{method}\"; known: \"rbf\", \"nearest\", \"plane\""
-            ))),
+            ("rbf" | "nearest", _) => Err(input(py, "`facets` are for method \"plane\"")),
+            _ => Err(input(
+                py,
+                format!("unknown method \"{method}\"; known: \"rbf\", \"nearest\", \"plane\""),
+            )),
         };
         Ok(Self {
             map: Arc::new(map?),

@@ -127,6 +127,7 @@ def runs(folder):
     yield told("finish", parts, expect=1)
     yield record(parts / "run.json")
     yield from folding(folder, told, record)
+    yield from in_time(folder, told, record)
     (folder / "surface.toml").write_text(schedule.read_text() + '\n[output]\nformat = "su2"\nsurface = "su2"\ntitle = "SU2"\nlength_unit = "m"\n')
     azimesh("deform", airfoil, folder / "surface.toml", "-o", folder / "surface")
     yield record(folder / "surface" / "run.json")
@@ -186,6 +187,21 @@ def folding(folder, told, record):
     yield told("repair", folder / "passed.su2", "--reference", folder / "straight.su2", "-o", folder / "none.vtu", expect=1)
     yield told("deform", folder / "block.vtu", folder / "stop.toml", "-o", folder / "stopped", expect=1)
     yield record(folder / "stopped" / "run.json")
+
+
+def in_time(folder, told, record):
+    """An airfoil that moves in time: a run that is extended, and one of parts."""
+    schedule, airfoil = folder / "time.toml", TESTDATA / "naca0012.vtu"
+    for stop in ("0.2", "0.3"):
+        schedule.write_text(
+            f'time = {{ stop = {stop}, step = 0.1 }}\nboundaries.fixed = ["farfield"]\n'
+            '[[body]]\nname = "airfoil"\ntags = ["airfoil"]\nrigid.rotate = { axis = [0, 0, 1], angle = 5 }\nramp.seconds = 0.2\n'
+        )
+        azimesh("deform", airfoil, schedule, "-o", folder / "extended", "--resume")
+    yield record(folder / "extended" / "run.json")
+    for steps in ("0..2", "2..4"):
+        azimesh("deform", airfoil, schedule, "-o", folder / "time_parts", "--steps", steps)
+    yield told("finish", folder / "time_parts")
 
 
 def main():

@@ -178,7 +178,9 @@ impl<'a> Rows<'a> {
         if let Some(keys) = schema["properties"].as_object() {
             let mut new: Vec<_> = keys.iter().collect();
             // The page describes these once for all.
-            new.retain(|(key, _)| !path.is_empty() || !["version", "diagnostics"].contains(&&***key));
+            new.retain(|(key, _)| {
+                !path.is_empty() || !["version", "diagnostics"].contains(&&***key)
+            });
             while let Some((words, known)) = self.most_alike(&new) {
                 let is_known = |key: &&(&String, &Value)| known.get(key.0) == Some(key.1);
                 let repeated: Vec<&String> = new.iter().filter(is_known).map(|key| key.0).collect();

@@ -12,7 +12,7 @@ use azimesh_core::error::{Error, Result, counted};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, Repair};
 use azimesh_io::formats::{
-    self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, read_input, save_text,
+    self, Commit, Precision, Reserve, hash_of_input, hash_of_read, read_file, save_text,
 };
 use azimesh_quality::repair::PatchLog;
 use azimesh_rbf::select::Selection;
@@ -42,7 +42,7 @@ impl RecordFile {
         let mut inputs = vec![
             input("mesh", &request.mesh, hash_of_mesh)?,
             InputRecord {
-                but_steps: hash_but_steps(&plan.schedule.path),
+                but_steps: hash_but_steps(&plan.schedule.text),
                 ..input("schedule", &plan.schedule.path, hash_of_read)?
             },
         ];
@@ -190,10 +190,9 @@ fn input(
     })
 }
 
-/// The hash of a schedule without the keys that count its steps; `None` without a file.
-fn hash_but_steps(path: &Path) -> Option<String> {
-    let bytes = read_input(path).ok()?;
-    let mut schedule: toml::Table = std::str::from_utf8(&bytes).ok()?.parse().ok()?;
+/// The hash of the text of a schedule without the keys that count its steps; `None` without a text.
+fn hash_but_steps(text: &str) -> Option<String> {
+    let mut schedule: toml::Table = text.parse().ok().filter(|_| !text.is_empty())?;
     schedule.remove("steps");
     for section in ["azimuth", "time"] {
         let Some(toml::Value::Table(of_steps)) = schedule.get_mut(section) else {

@@ -22,6 +22,7 @@ impl Schedule {
     pub fn new(steps: Steps) -> Self {
         Self {
             path: PathBuf::new(),
+            text: String::new(),
             steps,
             rotor: Rotor::default(),
             bodies: Vec::new(),

@@ -35,6 +35,9 @@ pub struct Schedule {
     /// The file it came from, empty without one; files it names are relative to it.
     #[doc(hidden)]
     pub path: PathBuf,
+    /// The text that was read, empty without a file.
+    #[doc(hidden)]
+    pub text: String,
     pub(super) steps: Steps,
     pub(crate) rotor: Rotor,
     /// The moving bodies, at least one.
@@ -87,6 +90,7 @@ impl Schedule {
         Self::from_document(&lines, &root, complete)
             .map(|schedule| Self {
                 path: path.to_path_buf(),
+                text: text.to_owned(),
                 ..schedule
             })
             .map_err(|error| error.file(path))

@@ -297,7 +297,11 @@ fn a_million_steps_are_read_and_deep_nesting_is_refused() {
 #[test]
 fn windows_line_ends_are_fine() {
     let text = FULL.replace("\n", "\r\n");
-    let shown = |text: &str| format!("{:?}", parse(text).expect("a good schedule"));
+    let shown = |text: &str| {
+        let mut schedule = parse(text).expect("a good schedule");
+        schedule.text.clear();
+        format!("{schedule:?}")
+    };
     assert_eq!(shown(&text), shown(FULL));
 }
 
