@@ -21,7 +21,9 @@ def as_function(progress: bool | Progress | None) -> Progress | None:
 
 
 def bar() -> Progress:
-    """A bar by tqdm where it is installed, which knows notebooks; else a line on standard error."""
+    """A bar by tqdm where it is installed, which knows notebooks; else a line on standard error; in a log a line for each stage."""
+    if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
+        return _log()
     try:
         from tqdm.auto import tqdm
     except ImportError:
@@ -38,6 +40,17 @@ def bar() -> Progress:
         if done == total:
             shown.pop("bar").close()
             shown.pop("stage")
+
+    return told
+
+
+def _log() -> Progress:
+    last = [""]
+
+    def told(stage: str, done: int, total: int | None) -> None:
+        if stage != last[0]:
+            last[0] = stage
+            print(f"azimesh: {stage}", file=sys.stderr, flush=True)
 
     return told
 

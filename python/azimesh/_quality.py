@@ -7,9 +7,12 @@ from typing import Any
 
 
 class Quality(Mapping[str, Any]):
-    """Metrics of each cell by their names: arrays (n_cells,), NaN for cells that do not have the metric.
+    """Metrics of each cell: arrays (n_cells,) under the names of ``azimesh quality -o``.
 
-    Names are ``volume`` (area in 2D), ``scaled_jacobian``, ``edge_ratio``, ``skew`` (equiangle skew) and ``inverted``.
+    Names are ``Volume`` (area in 2D), ``ScaledJacobian``, ``EdgeRatio``, ``EquiangleSkew``, ``Inverted`` (bool), ``Jacobian``,
+    ``AspectRatio``, ``Condition``, ``Shape``, ``MinAngle``, ``MaxAngle``, ``Skew``, ``NonOrthogonality``, ``FaceSkewness``,
+    ``VolumeRatio`` and ``SizeSkew``. A boundary face has the values of the cell that it bounds; NaN where a cell does not have the
+    metric.
 
     Attributes
     ----------

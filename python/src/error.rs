@@ -1,6 +1,6 @@
 //! Errors and notes of the library as Python's.
 
-use azimesh::{Error, ErrorKind, Notes};
+use azimesh::{Error, ErrorKind, Note};
 use azimesh_core::error::Position;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -38,13 +38,14 @@ pub fn input(py: Python<'_>, message: impl Into<String>) -> PyErr {
 }
 
 /// Gives notes as warnings of class `azimesh.Note`, at the line that called the package.
-pub fn warn(py: Python<'_>, notes: &Notes) -> PyResult<()> {
-    if notes.is_empty() {
+pub fn warn<'n>(py: Python<'_>, notes: impl IntoIterator<Item = &'n Note>) -> PyResult<()> {
+    let mut notes = notes.into_iter().peekable();
+    if notes.peek().is_none() {
         return Ok(());
     }
     let class = NOTE.import(py, "azimesh._errors", "Note")?;
     let warnings = py.import("warnings")?;
-    for note in notes.iter() {
+    for note in notes {
         let arguments = PyTuple::new(py, [note.to_string()])?;
         let warning = class.call1(arguments)?;
         warnings.call_method1("warn", (warning, class, 2))?;

@@ -435,7 +435,7 @@ pub fn read(
     let options = ReadOptions { tag_array, step };
     let from = path.clone();
     let loaded = done(py, None, move || Mesh::read_with(from, &options))?;
-    warn(py, &loaded.notes)?;
+    warn(py, loaded.notes.iter())?;
     Ok(PyMesh {
         path: (path.as_os_str() != "-").then_some(path),
         format: Some(loaded.format.name),
@@ -475,7 +475,7 @@ pub fn write(
     let notes = done(py, None, move || {
         formats::save(&mesh.view(), &path, format, &options, Commit::REPLACE)
     })?;
-    warn(py, &notes)
+    warn(py, notes.iter())
 }
 
 const ENCODINGS: [(&str, Encoding); 3] = [

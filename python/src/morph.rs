@@ -3,7 +3,7 @@
 use crate::arguments;
 use crate::arrays::{indices, vectors};
 use crate::background::done;
-use crate::error::input;
+use crate::error::{input, warn};
 use crate::mesh::{PyMesh, choice};
 use azimesh::{Kernel, Morph, MorphOptions, Nodes, Result};
 use pyo3::prelude::*;
@@ -70,6 +70,7 @@ impl PyMorph {
         };
         let mesh = Arc::clone(&mesh.mesh);
         let morph = done(py, None, move || Morph::new(mesh, options))?;
+        warn(py, &morph.warning())?;
         Ok(Self {
             morph: Arc::new(morph),
         })
@@ -92,6 +93,12 @@ impl PyMorph {
     fn base_points<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         let base = self.morph.base_points().into_iter();
         indices(py, base.map(|node| node as usize))
+    }
+
+    /// The error that the base points leave, in the sense of `tolerance`; above it there is a warning of class `Note`.
+    #[getter]
+    fn selection_error(&self) -> f64 {
+        self.morph.selection_error()
     }
 
     /// Positions (n, 3) of all nodes for displacements (n_moving, 3) of the moving ones, in mesh units; exact at the surface.

@@ -4,8 +4,8 @@ use crate::arrays::{frozen, owned};
 use crate::background::done;
 use crate::error::input;
 use crate::mesh::PyMesh;
-use azimesh::{Error, Quality};
-use azimesh_quality::{QualityEvaluator, Reference, per_cell};
+use azimesh::{Error, Quality, Values};
+use azimesh_quality::QualityEvaluator;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
@@ -25,22 +25,20 @@ pub fn quality<'py>(
     }
     let reference = Arc::clone(reference);
     let (cells, summary) = done(py, None, move || {
-        let by = Reference::new(&reference);
-        let cells = per_cell(&mesh, &mesh.points, &by);
-        let all = QualityEvaluator::new(&reference).assess(&mesh, &mesh.points);
+        let evaluator = QualityEvaluator::new(&reference);
+        let all = evaluator.assess(&mesh, &mesh.points);
+        let cells = evaluator.arrays(&mesh, &mesh.points);
         Ok::<_, Error>((cells, Quality::from(&all)))
     })?;
     let arrays = PyDict::new(py);
-    let inverted = cells.inverted;
-    for (name, values) in [
-        ("volume", cells.volume),
-        ("scaled_jacobian", cells.scaled_jacobian),
-        ("edge_ratio", cells.edge_ratio),
-        ("skew", cells.skew),
-    ] {
-        arrays.set_item(name, frozen(owned(py, values))?)?;
+    for array in cells {
+        let values = match array.values {
+            Values::F64(values) => owned(py, values),
+            Values::U8(flags) => owned(py, flags.iter().map(|flag| *flag != 0).collect()),
+            _ => continue,
+        };
+        arrays.set_item(array.name, frozen(values)?)?;
     }
-    arrays.set_item("inverted", frozen(owned(py, inverted))?)?;
     let class = py.import("azimesh._quality")?.getattr("Quality")?;
     class.call1((arrays, summary_of(py, &summary)?))
 }

@@ -1,6 +1,8 @@
 """Meshes: views of Rust's memory, made of arrays, and beside what other packages read."""
 
 import gc
+import subprocess
+import sys
 import weakref
 from pathlib import Path
 
@@ -194,11 +196,22 @@ def test_quality_has_a_value_a_cell_as_vtk_has_it(wing):
     found = azimesh.quality(wing)
     grid = wing.to_pyvista().cell_quality(["scaled_jacobian", "volume"])
     cells = wing.cell_index["tetra"]
-    assert np.allclose(found["scaled_jacobian"][cells], grid["scaled_jacobian"][cells], atol=1e-12)
-    assert np.allclose(found["volume"][cells], grid["volume"][cells], rtol=1e-12)
-    assert np.isnan(found["volume"][wing.cell_index["triangle"]]).all()
-    assert found.summary["min_scaled_jacobian"] == found["scaled_jacobian"][cells].min()
+    assert np.allclose(found["ScaledJacobian"][cells], grid["scaled_jacobian"][cells], atol=1e-12)
+    assert np.allclose(found["Volume"][cells], grid["volume"][cells], rtol=1e-12)
+    assert found.summary["min_scaled_jacobian"] == found["ScaledJacobian"].min()
+    assert found["Inverted"].dtype == bool and not found["Inverted"].any()
     assert pyvista.__version__
+
+
+def test_quality_has_the_arrays_that_the_command_writes(wing, tmp_path):
+    azimesh.write(wing, tmp_path / "wing.vtu")
+    written = tmp_path / "quality.vtu"
+    subprocess.run([sys.executable, "-m", "azimesh", "--quiet", "quality", tmp_path / "wing.vtu", "-o", written], check=True)
+    arrays = azimesh.read(written).cell_data
+    found = azimesh.quality(wing)
+    assert len(found) == 16
+    for name, values in found.items():
+        assert np.array_equal(arrays[name], values, equal_nan=values.dtype != bool), name
 
 
 def test_quality_refuses_a_reference_with_other_cells(wing, cube):

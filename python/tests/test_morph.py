@@ -81,3 +81,10 @@ def test_wrong_options_are_told(wing, change, wrong):
 def test_wrong_displacements_are_told(morph, given):
     with pytest.raises(azimesh.Error):
         morph(given)
+
+
+def test_it_warns_where_its_points_do_not_meet_the_tolerance(wing, morph):
+    assert morph.selection_error <= 1e-4
+    with pytest.warns(azimesh.Note, match="20 base points leave an error of .* above the tolerance"):
+        coarse = azimesh.Morph(wing, "wing", ["farfield", "symmetry"], max_points=20)
+    assert coarse.selection_error > 1e-4

@@ -3,7 +3,7 @@
 use super::{Context, Outcome, memory};
 use crate::preflight::{
     self, BodyAtStep, LargestDisplacements, bodies_at, check_surface_files, estimate_bytes,
-    estimate_memory, evenly,
+    estimate_memory, evenly, motion_in_words,
 };
 use crate::record::sentences;
 use azimesh_core::error::{Result, counted, one_line};
@@ -37,7 +37,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
         context.print_result(&format!("{:#}\n", Schedule::schema()))?;
         return Ok(Outcome::Fine);
     };
-    let schedule = Schedule::read(schedule)?;
+    let schedule = context.read_schedule(schedule)?;
     let (plan, mesh) = context.plan(mesh_file, schedule)?;
     check_surface_files(&plan, &mesh.view(), mesh_file)?;
     let n_bytes = estimate_bytes(&plan, &mesh.view())?;
@@ -98,8 +98,20 @@ pub(super) struct Checked {
     max_displacement: f64,
     /// The step of it.
     max_displacement_step: usize,
+    /// Every body at its extreme steps, as sentences.
+    motion: Vec<CheckedMotion>,
     /// Every step.
     steps: Vec<CheckedStep>,
+}
+
+/// The motion of a body in words.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct CheckedMotion {
+    /// Its name.
+    body: String,
+    /// Angles and translations at the steps where they are smallest and largest, with their directions.
+    sentences: Vec<String>,
 }
 
 /// A tag.
@@ -230,6 +242,14 @@ fn as_json(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> Checke
         output_bytes: bytes.output,
         max_displacement,
         max_displacement_step,
+        motion: motion_in_words(plan)
+            .into_iter()
+            .zip(&plan.motion.bodies)
+            .map(|(sentences, body)| CheckedMotion {
+                body: body.name.clone(),
+                sentences,
+            })
+            .collect(),
         steps: steps.map(step).collect(),
     }
 }
@@ -277,7 +297,7 @@ struct Lines(String);
 impl Lines {
     fn push(&mut self, name: &str, value: impl Display) {
         // Writing to a string cannot fail.
-        let _ = writeln!(self.0, "{name:<22}{}", one_line(&value.to_string()));
+        let _ = writeln!(self.0, "{name:<21} {}", one_line(&value.to_string()));
     }
 
     fn surface(&mut self, plan: &Plan) {
@@ -361,6 +381,7 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
     let mut text = String::new();
     let found = bodies_at(plan, steps);
     let decimals = decimals(found.iter().map(|at| at.largest).fold(0.0, f64::max));
+    let words = motion_in_words(plan);
     for (index, body) in plan.motion.bodies.iter().enumerate() {
         let own: Vec<&BodyAtStep> = found.iter().filter(|at| at.body == index).collect();
         let has_angles = own.iter().any(|at| at.angles.is_some());
@@ -385,22 +406,29 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
             let largest = fixed(at.largest, decimals);
             let _ = writeln!(text, "{place:>11}{angles}{tip} {largest:>11}");
         }
+        for sentence in &words[index] {
+            let _ = writeln!(text, "  {}", one_line(sentence));
+        }
     }
     text
 }
 
-/// What steps are listed by: their azimuth, or their time where that gives none.
+/// What steps are listed by: azimuth and time, as far as they have them.
 fn place_name(plan: &Plan) -> &'static str {
     let first = &plan.motion.steps[0];
     match (first.azimuth_deg(), first.time_s()) {
         (None, None) => "step",
         (None, Some(_)) => "time_s",
-        (Some(_), _) => "azimuth_deg",
+        (Some(_), None) => "azimuth_deg",
+        (Some(_), Some(_)) => "azimuth_deg      time_s",
     }
 }
 
 fn place_of(step: &Step) -> String {
-    short(step.azimuth_deg().unwrap_or_else(|| step.time()))
+    match (step.azimuth_deg(), step.time_s()) {
+        (Some(azimuth), Some(time)) => format!("{:>11} {:>11}", short(azimuth), short(time)),
+        _ => short(step.azimuth_deg().unwrap_or_else(|| step.time())),
+    }
 }
 
 /// Digits after the point with which numbers in a column have six digits, where `largest` is the largest of them.

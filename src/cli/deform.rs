@@ -122,7 +122,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
         Ok(())
     })?;
     let kept = formats::KeptInputs::begin();
-    let mut schedule = ranks.all_ok(Schedule::read(&args.schedule))?;
+    let mut schedule = ranks.all_ok(context.read_schedule(&args.schedule))?;
     check_same_on_ranks(&kept, ranks)?;
     if let Some(name) = &context.common.format {
         let format = formats::to_write(formats::by_name(name)?)?;

@@ -6,6 +6,7 @@ use crate::alloc::limit;
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_core::numbers::short;
 use azimesh_core::{Note, note};
+use azimesh_deform::motion::Schedule;
 use azimesh_io::formats::{
     self, Format, Listed, Loaded, Location, ReadOptions, Shared, SharedFile,
 };
@@ -29,6 +30,22 @@ impl Context {
     pub fn input_format(&self) -> Result<Option<&'static Format>> {
         let name = self.common.format.as_deref();
         name.map(formats::by_name).transpose()
+    }
+
+    /// Reads a motion schedule; tells of one that is a mesh.
+    pub fn read_schedule(&self, path: &Path) -> Result<Schedule> {
+        Schedule::read(path).map_err(|error| {
+            let is_toml = path.extension().is_some_and(|kind| kind == "toml");
+            let location = (!is_toml && path.exists()).then(|| self.open(path).ok());
+            match location.flatten().as_ref().and_then(formats::recognize) {
+                Some(format) => Error::input(format!(
+                    "the schedule is a mesh, {}; the first argument is the mesh, the second the schedule (TOML)",
+                    format.title
+                ))
+                .file(path),
+                None => error,
+            }
+        })
     }
 
     /// Reads a mesh in the format that its content says, where `--format` is about the output.

@@ -6,7 +6,6 @@ use azimesh_core::error::{Error, Result, path_in_line};
 use azimesh_core::note;
 use azimesh_core::numbers::in_digits;
 use azimesh_core::ranks::Ranks;
-use azimesh_deform::motion::Schedule;
 use azimesh_deform::{
     BaseOrigin, Layer, LayerKind, Plan, choose, missed as missed_sentence, missed_layers,
 };
@@ -31,7 +30,7 @@ pub struct SelectArgs {
 }
 
 pub(super) fn run(args: &SelectArgs, context: &Context) -> Result<Outcome> {
-    let schedule = Schedule::read(&args.schedule)?;
+    let schedule = context.read_schedule(&args.schedule)?;
     guard_inputs([&args.mesh, &args.schedule]);
     guard_inputs(schedule.files());
     let commit = Commit::with_force(args.force);

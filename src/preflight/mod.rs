@@ -12,6 +12,7 @@ mod motion;
 mod output;
 mod surface_files;
 mod tags;
+mod words;
 
 pub use disk::existing_folder;
 pub(crate) use disk::{Demand, check_disk};
@@ -22,6 +23,7 @@ pub use motion::{BodyAtStep, bodies_at};
 pub(crate) use output::before_work;
 pub use output::estimate_bytes;
 pub use surface_files::check_surface_files;
+pub use words::motion_in_words;
 
 use azimesh_core::{Note, note};
 use azimesh_deform::motion::{Frame, Step};

@@ -486,3 +486,29 @@ fn a_name_that_is_too_long_for_files_of_steps_is_refused_before_the_work() {
         );
     }
 }
+
+#[test]
+fn swapped_arguments_and_meshes_without_tags_get_the_remedy() {
+    let folder = airfoil();
+    let folder = folder.path();
+    let order = "the first argument is the mesh, the second the schedule (TOML)";
+    for command in [
+        &["check"][..],
+        &["select", "-o", "b.toml"],
+        &["deform", "-o", "out"],
+    ] {
+        let args = [command, &["n.toml", "n.vtu"]].concat();
+        let parts = [
+            "n.vtu: the schedule is a mesh, VTK XML unstructured grid",
+            order,
+        ];
+        refused(folder, &args, &parts);
+    }
+    let parts = ["n.toml: this is a TOML file, such as a motion schedule; a mesh belongs here"];
+    refused(folder, &["check", "n.toml", "n.toml"], &parts);
+    refused(folder, &["info", "n.toml"], &parts);
+    let mesh = "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 0\n";
+    std::fs::write(folder.join("bare.su2"), mesh).unwrap();
+    let parts = ["no boundary tags", "--tag-boundary connected"];
+    refused(folder, &["check", "bare.su2", "n.toml"], &parts);
+}

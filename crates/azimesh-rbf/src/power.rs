@@ -23,7 +23,8 @@ const CHUNK: usize = 256;
 
 /// Positions among `points` of the base points, in the order chosen: always the one with the largest
 /// `weight P`, until that is at or below `least` or there are `max_points`. Ties go to the first;
-/// points of weight zero and those too close to base points are never chosen. One weight a point.
+/// points of weight zero and those too close to base points are never chosen. One weight a point. The value that is left is
+/// given too.
 ///
 /// `N n^2 / 2` multiply-adds and `N n` numbers for `N` points.
 pub fn by_power(
@@ -32,21 +33,21 @@ pub fn by_power(
     weights: &[f64],
     least: f64,
     max_points: usize,
-) -> Vec<usize> {
+) -> (Vec<usize>, f64) {
     let mut chunks = parallel::map_blocks(points.len(), CHUNK, &|range| {
         Chunk::new(space, &points[range.clone()], &weights[range])
     });
     let mut base = Vec::new();
-    while base.len() < max_points {
+    loop {
         let largest = chunks.iter().enumerate().fold(None, larger);
-        let Some((at, worst)) = largest.filter(|(_, worst)| worst.value > least) else {
-            break;
+        let left = largest.map_or(0.0, |(_, worst)| worst.value);
+        let Some((at, worst)) = largest.filter(|_| left > least && base.len() < max_points) else {
+            return (base, left);
         };
         base.push(CHUNK * at + worst.at);
         let new = chunks[at].take(worst.at);
         parallel::for_items(&mut chunks, &|_, chunk| chunk.add(space, &new));
     }
-    base
 }
 
 fn larger(
@@ -169,7 +170,7 @@ mod tests {
         let points = cloud(700);
         let weights: Vec<f64> = points.iter().map(|x| 0.5 + x[0].abs()).collect();
         let space = Space::radial(BASIS);
-        let base = by_power(&space, &points, &weights, 0.0, 25);
+        let (base, left) = by_power(&space, &points, &weights, 0.0, 25);
         assert_eq!(base.len(), 25);
         for n in 1..base.len() {
             let value = |i: usize| weights[i] * power(&points, &base[..n], &points[i]).sqrt();
@@ -177,6 +178,9 @@ mod tests {
             let largest = (0..points.len()).map(value).fold(0.0, f64::max);
             assert!(chosen > largest * (1.0 - 1e-6), "{n}: {chosen} {largest}");
         }
+        let value = |i: usize| weights[i] * power(&points, &base, &points[i]).max(0.0).sqrt();
+        let largest = (0..points.len()).map(value).fold(0.0, f64::max);
+        assert!((left - largest).abs() < 1e-6 * largest, "{left} {largest}");
     }
 
     #[test]
@@ -185,10 +189,11 @@ mod tests {
         points[7] = points[3];
         let mut weights = vec![1.0; 40];
         weights[11] = 0.0;
-        let base = by_power(&Space::radial(BASIS), &points, &weights, 0.0, 40);
+        let (base, left) = by_power(&Space::radial(BASIS), &points, &weights, 0.0, 40);
+        assert_eq!(left, 0.0);
         assert_eq!(base.len(), 38);
         assert!(!base.contains(&7) && !base.contains(&11));
-        let few = by_power(&Space::radial(BASIS), &points, &weights, 0.5, 40);
-        assert!(few.len() < 38 && base.starts_with(&few));
+        let (few, left) = by_power(&Space::radial(BASIS), &points, &weights, 0.5, 40);
+        assert!(few.len() < 38 && base.starts_with(&few) && left <= 0.5);
     }
 }

@@ -143,7 +143,7 @@ fn every_point(plan: &Plan, layer: &Layer, targets: Targets<'_>) -> Result<Selec
             let is_image = |at: usize| targets.images.get(at).is_some_and(|image| *image);
             let weight = |at| if is_image(at) { 0.0 } else { 1.0 };
             let weights: Vec<f64> = (0..points.len()).map(weight).collect();
-            let base = by_power(space, points, &weights, 0.0, points.len());
+            let (base, _) = by_power(space, points, &weights, 0.0, points.len());
             select::from_base(space, targets, base, Measure::Max)?
         }
         selection => selection?,

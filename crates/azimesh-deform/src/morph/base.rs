@@ -48,20 +48,21 @@ pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) 
     }
 }
 
-/// Positions of the base points among the surface points, ascending: along the space-filling curve.
+/// Positions of the base points among the surface points, ascending: along the space-filling curve; and the error that they
+/// leave, in the sense of the tolerance.
 pub fn choose(
     options: &MorphOptions,
     space: &Space,
     surface: &MorphSurface,
     is_image: &[bool],
-) -> Result<Vec<usize>> {
-    let mut base = if options.samples.is_empty() {
+) -> Result<(Vec<usize>, f64)> {
+    let (mut base, error) = if options.samples.is_empty() {
         by_geometry(options, space, &surface.points, is_image)
     } else {
         by_samples(options, space, surface, is_image)?
     };
     base.sort_unstable();
-    Ok(base)
+    Ok((base, error))
 }
 
 fn moving_bounds(points: &SurfacePoints) -> Bounds {
@@ -76,7 +77,7 @@ fn by_samples(
     space: &Space,
     surface: &MorphSurface,
     is_image: &[bool],
-) -> Result<Vec<usize>> {
+) -> Result<(Vec<usize>, f64)> {
     let n_points = surface.points.points.len();
     let r = 3 * options.samples.len();
     let mut values = vec![0.0; n_points * r];
@@ -110,7 +111,8 @@ fn by_samples(
         lever_arms: &[],
     };
     let limits = Limits::in_rounds(options.tolerance, options.max_points, n_points);
-    Ok(select(space, targets, limits, &mut |_, _| {})?.base)
+    let selection = select(space, targets, limits, &mut |_, _| {})?;
+    Ok((selection.base, selection.measured))
 }
 
 /// The greedy of the power function on points that are spread over the surface as its nodes are.
@@ -119,7 +121,7 @@ fn by_geometry(
     space: &Space,
     points: &SurfacePoints,
     is_image: &[bool],
-) -> Vec<usize> {
+) -> (Vec<usize>, f64) {
     let weights = weights(space, points);
     let may_serve = |&at: &usize| weights[at] > 0.0 && !is_image.get(at).is_some_and(|is| *is);
     let all: Vec<usize> = (0..points.points.len()).filter(may_serve).collect();
@@ -131,14 +133,14 @@ fn by_geometry(
         .collect();
     let places: Vec<Vector> = some.iter().map(|&at| points.points[at]).collect();
     let weights: Vec<f64> = some.iter().map(|&at| weights[at]).collect();
-    let chosen = by_power(
+    let (chosen, left) = by_power(
         space,
         &places,
         &weights,
         options.tolerance,
         options.max_points,
     );
-    chosen.into_iter().map(|at| some[at]).collect()
+    (chosen.into_iter().map(|at| some[at]).collect(), left)
 }
 
 /// By how much the power function counts at each point, with `D` its distance from the moving surface

@@ -21,7 +21,9 @@ use crate::plan::checks::check_length;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, add, norm, scale, sub};
 use azimesh_core::geometry::{Bounds, curve};
+use azimesh_core::numbers::short;
 use azimesh_core::parallel;
+use azimesh_core::{Note, note};
 use azimesh_io::mesh::Mesh;
 use azimesh_rbf::Basis;
 use azimesh_rbf::constrained::FactoredSystem;
@@ -98,6 +100,9 @@ pub struct Morph {
     basis: Basis,
     /// Positions of the base points among the surface points, ascending.
     base: Vec<usize>,
+    /// What they leave, and what they were to leave.
+    error: f64,
+    tolerance: f64,
     system: FactoredSystem,
     /// Base points and their images.
     sources: Vec<Vector>,
@@ -159,7 +164,7 @@ impl Morph {
             images: Arc::new(pairs.images(basis.radius)?),
             ..Space::radial(basis)
         };
-        let base = base::choose(&options, &space, &surface, &pairs.is_image)?;
+        let (base, error) = base::choose(&options, &space, &surface, &pairs.is_image)?;
         let places: Vec<Vector> = base.iter().map(|&at| surface.points.points[at]).collect();
         let constraint = |&at: &usize| surface.constraint(at);
         let constraints: Vec<Constraint> = base.iter().map(constraint).collect();
@@ -180,6 +185,8 @@ impl Morph {
             pairs,
             basis,
             base,
+            error,
+            tolerance: options.tolerance,
             system,
             sources,
             order,
@@ -202,6 +209,25 @@ impl Morph {
     pub fn base_points(&self) -> Vec<u32> {
         let base = self.base.iter();
         base.map(|&at| self.surface.points.nodes[at]).collect()
+    }
+
+    /// The error that the base points leave, in the sense of [`MorphOptions::tolerance`].
+    pub fn selection_error(&self) -> f64 {
+        self.error
+    }
+
+    /// A warning if the base points do not meet the tolerance, as where there are
+    /// [`max_points`](MorphOptions::max_points) of them.
+    pub fn warning(&self) -> Option<Note> {
+        (self.error > self.tolerance).then(|| {
+            note!(
+                "morph_tolerance",
+                "{} base points leave an error of {}, above the tolerance of {}; a larger `max_points` or `tolerance` would help",
+                self.base.len(),
+                short(self.error),
+                short(self.tolerance)
+            )
+        })
     }
 
     /// Kernel and support radius.

@@ -40,6 +40,8 @@ pub struct Body {
     pub(super) name: String,
     /// Boundary tags that move with it.
     pub(super) tags: Vec<Pattern>,
+    /// Those that the mesh may lack.
+    pub(super) optional_tags: Vec<Pattern>,
     /// Zones that move rigidly with it; it has these or tags.
     pub(super) zones: Vec<Pattern>,
     /// Azimuth of its blade when the rotor's is zero, in radians; that of its parent when `None`.
@@ -54,6 +56,9 @@ pub struct Body {
 }
 
 setters! { Body {
+    /// Boundary tags that move with it if the mesh has them.
+    optional_tags(tags: impl IntoIterator<Item = impl Into<String>>) |self|
+        self.optional_tags.extend(Pattern::all(tags, &self.places, "optional_tags"));
     /// Zones whose nodes all move rigidly with it; it has no tags then.
     zones(zones: impl IntoIterator<Item = impl Into<String>>) |self| self.zones.extend(Pattern::all(zones, &self.places, "zones"));
     /// Pitch, flap and lag as harmonics of the azimuth.
@@ -115,6 +120,8 @@ keys! { impl Body "[[body]]" = Self::new("", [""; 0]), {
     name => name, string::<String>(), needed "name = \"blade\"";
     /// boundary tags that move with it; `*` stands for any characters, `?` for one
     tags => tags, patterns(), or "this or `zones`";
+    /// tags (globs as in `tags`) that move with it if the mesh has them
+    optional_tags => optional_tags, patterns(), or "none";
     /// zones (globs as in `tags`) whose nodes all [move rigidly](#zones-that-move-rigidly) with it
     zones => zones, patterns(), or "this or `tags`";
     /// azimuth of this blade when the rotor's azimuth is zero; 90 for the second of four blades. [What it turns](#what-azimuth_offset-turns)
@@ -144,6 +151,7 @@ impl Body {
         let places = Places::of_item(format!("body \"{name}\""));
         Self {
             tags: Pattern::all(tags, &places, "tags"),
+            optional_tags: Vec::new(),
             zones: Vec::new(),
             name,
             azimuth_offset: None,
@@ -225,7 +233,8 @@ impl Body {
     /// Refuses a body without tags or zones, or with both, and zones that would not stay rigid.
     fn check_zones(&self) -> Result<()> {
         let (name, places) = (&self.name, &self.places);
-        match (self.tags.is_empty(), self.zones.is_empty()) {
+        let has_no_tags = self.tags.is_empty() && self.optional_tags.is_empty();
+        match (has_no_tags, self.zones.is_empty()) {
             (true, true) => {
                 let message = format!(
                     "body \"{name}\" has no `tags`; add for example  tags = [\"blade\"], or `zones` that move rigidly"

@@ -39,13 +39,14 @@ pub use body::Body;
 pub use body_map::{BodyMap, BodyVelocity};
 pub use boundaries::Others;
 pub use motions::{
-    AxisRotation, Beam, CentreLine, Cyclic, MapMethod, Modes, SurfaceMotion, TableMotion,
+    AxisRotation, Beam, CentreLine, Cyclic, MapMethod, Modes, Rotation, SurfaceMotion, TableMotion,
     Translation,
 };
 pub use options::{
     Interpolate, KernelName, Polynomial, SelectionCriterion, SelectionMethod, SelectionOptions,
 };
 pub use output::{OnInverted, QualityOutput, SurfaceOutput};
+pub use pose::RigidAt;
 pub use resolved::Motion;
 pub use rotor::{Frame, Rotor};
 pub use schedule::Schedule;

@@ -7,12 +7,22 @@
 //! ```
 
 use super::body_map::{BodyMap, BodyVelocity};
-use super::motions::{At, CentreLine, Clock, Link, MapScope, Rotation};
+use super::motions::{At, CentreLine, Clock, Link, MapScope, ResolvedMotion, Rotation};
 use super::resolved::{Motion, MovingBody};
 use super::rotor::Frame;
 use super::steps::Step;
-use azimesh_core::geometry::vector::Vector;
+use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_core::geometry::{Moving, Transform};
+use std::sync::Arc;
+
+/// The rigid motions of a body at a step.
+#[derive(Debug, Clone, Default)]
+pub struct RigidAt {
+    /// The rotations, in their order.
+    pub rotations: Vec<Rotation>,
+    /// The sum of the translations, in mesh units.
+    pub translation: Vector,
+}
 
 impl Motion {
     /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its own motions
@@ -73,6 +83,32 @@ impl Motion {
         links.flat_map(|link| link.rotations(x)).collect()
     }
 
+    /// The rotations of a body's own rigid motions at a step, in their order, and the sum of their translations. Cyclic
+    /// motion, of which [`cyclic_angles`](Self::cyclic_angles) tells, is left out, as are beams and displacements of nodes.
+    pub fn rigid_parts(&self, body: usize, step: &Step) -> RigidAt {
+        let at = self.at(step, 1.0);
+        let MovingBody { motions, ramp, .. } = &self.bodies[body];
+        let ramp = ramp
+            .as_ref()
+            .map_or([1.0, 0.0], |ramp| ramp.at(step, &at.clock));
+        let is_rigid = |motion: &&Arc<dyn ResolvedMotion>| {
+            motion.map_scope() == MapScope::Body && motion.cyclic_angles(step).is_none()
+        };
+        let links = motions
+            .iter()
+            .filter(is_rigid)
+            .filter_map(|motion| motion.link(&at));
+        let mut parts = RigidAt::default();
+        for link in links {
+            if let Link::Rigid(link) = link.ramped(ramp) {
+                parts.rotations.extend(link.rotations);
+                let [by, _] = link.translation.unwrap_or_default();
+                parts.translation = add(parts.translation, by);
+            }
+        }
+        parts
+    }
+
     /// What the motions of a body do, those of its parent left out.
     fn own_links<'a>(&'a self, body: usize, at: &At<'_>) -> Vec<Link<'a>> {
         let MovingBody { motions, ramp, .. } = &self.bodies[body];
@@ -123,8 +159,13 @@ impl Motion {
     /// Pitch, flap and lag of a body's cyclic motion at a step, in radians, positive in the sense that
     /// the signs of the rotor give them; `None` where it has none.
     pub fn cyclic_angles(&self, body: usize, step: &Step) -> Option<[f64; 3]> {
-        let mut motions = self.bodies[body].motions.iter();
-        motions.find_map(|motion| motion.cyclic_angles(step))
+        let MovingBody { motions, ramp, .. } = &self.bodies[body];
+        let angles = motions
+            .iter()
+            .find_map(|motion| motion.cyclic_angles(step))?;
+        let clock = self.at(step, 1.0).clock;
+        let reached = ramp.as_ref().map_or(1.0, |ramp| ramp.at(step, &clock)[0]);
+        Some(scale(angles, reached))
     }
 
     /// Returns whether the motion of a body, or of one that it moves with, is a blade motion along the rotor's span.

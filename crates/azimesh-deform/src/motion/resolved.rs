@@ -14,7 +14,7 @@ use super::zones::{DeformingZone, RigidPart, SidesOf};
 use azimesh_core::Note;
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_io::mesh::{Boundary, Group, OneLayer};
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::sync::Arc;
 
 /// A schedule on a mesh.
@@ -53,6 +53,8 @@ pub struct MovingBody {
     pub(super) motions: Vec<Arc<dyn ResolvedMotion>>,
     /// Where the schedule names it.
     pub(crate) place: Option<Position>,
+    /// What is probably wrong in the input of its motions.
+    pub(super) warnings: Vec<Note>,
 }
 
 impl Schedule {
@@ -131,6 +133,7 @@ impl Motion {
             body,
             folder: schedule.path.with_file_name(""),
             nodes: OnceCell::new(),
+            warnings: RefCell::default(),
         };
         if let Some(ramp) = &body.ramp {
             ramp.check_times(&self.steps, &body.places)?;
@@ -152,6 +155,7 @@ impl Motion {
             ramp: body.ramp.clone(),
             motions,
             place: body.places.of("name"),
+            warnings: on.warnings.into_inner(),
         })
     }
 

@@ -6,7 +6,7 @@ use super::names::{Pattern, list};
 use super::schedule::Schedule;
 use super::surface::{Role, TagRole};
 use super::zones::DeformingZone;
-use azimesh_core::error::{Error, Position, Result};
+use azimesh_core::error::{Error, Position, Result, option};
 use azimesh_io::formats::openfoam::neighbour_patch;
 use azimesh_io::mesh::{Boundary, EMPTY, Group};
 
@@ -46,9 +46,11 @@ impl TagRoles {
     ) -> Result<Self> {
         let (bodies, boundaries) = (&schedule.bodies, &schedule.boundaries);
         if tags.is_empty() {
-            return Err(Error::input(
-                "the mesh has no boundary tags, so nothing says which nodes move; tag its boundary faces",
-            ));
+            return Err(Error::input(format!(
+                "the mesh has no boundary tags, so nothing says which nodes move; convert it with {} connected, which gives each part \
+                 of its boundary a tag",
+                option("tag-boundary")
+            )));
         }
         if bodies.len() > usize::from(u16::MAX) {
             return Err(Error::input(format!(
@@ -114,8 +116,17 @@ fn named_tags(
     boundaries: &Boundaries,
 ) -> Result<Vec<Option<Named>>> {
     let mut named: Vec<Option<Named>> = vec![None; names.len()];
-    for (pattern, what) in all_named(bodies, boundaries) {
-        for tag in pattern.find("tag", names)? {
+    let required = all_named(bodies, boundaries).map(|(pattern, what)| {
+        let found = pattern.find("tag", names)?;
+        Ok((pattern, what, found))
+    });
+    let optional = optional_tags(bodies).map(|(pattern, what)| {
+        let found = (0..names.len()).filter(|&i| pattern.matches(names[i]));
+        Ok((pattern, what, found.collect()))
+    });
+    for named_here in required.chain(optional) {
+        let (pattern, what, found): (&Pattern, Named, Vec<usize>) = named_here?;
+        for tag in found {
             if let Some(before) = named[tag].replace(what)
                 && before != what
             {
@@ -127,7 +138,15 @@ fn named_tags(
     Ok(named)
 }
 
-/// Every name in the schedule with the role given to it.
+/// Tags of bodies that the mesh may lack.
+fn optional_tags(bodies: &[Body]) -> impl Iterator<Item = (&Pattern, Named)> {
+    bodies.iter().enumerate().flat_map(|(i, body)| {
+        let role = Named::Role(Role::Moving(i as u16));
+        body.optional_tags.iter().map(move |tag| (tag, role))
+    })
+}
+
+/// Every name in the schedule that the mesh must have, with the role given to it.
 fn all_named<'s>(
     bodies: &'s [Body],
     boundaries: &'s Boundaries,

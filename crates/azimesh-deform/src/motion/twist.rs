@@ -1,7 +1,7 @@
 //! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
 //! "twist"` interpolates.
 
-use super::motions::{MapScope, Rotation};
+use super::motions::Rotation;
 use super::options::{Interpolate, RbfOptions};
 use super::resolved::Motion;
 use super::steps::Step;
@@ -83,13 +83,8 @@ impl Motion {
 
     /// What the user should know of the motion before it is interpolated.
     pub fn warnings(&self, rbf: &RbfOptions) -> Vec<Note> {
-        let mut motions: Vec<_> = self.bodies.iter().flat_map(|body| &body.motions).collect();
-        // What files hold comes first.
-        motions.sort_by_key(|motion| motion.map_scope() == MapScope::Body);
-        let mut warnings: Vec<Note> = motions
-            .iter()
-            .filter_map(|motion| motion.warning())
-            .collect();
+        let bodies = self.bodies.iter();
+        let mut warnings: Vec<Note> = bodies.flat_map(|body| body.warnings.clone()).collect();
         if rbf.interpolate == Interpolate::Twist {
             let bodies = 0..self.bodies.len();
             warnings.extend(bodies.filter_map(|body| self.turns_far(body, rbf.substeps)));

@@ -134,6 +134,10 @@ pub fn of(location: &Location) -> Result<&'static Format> {
 }
 
 fn unknown_content(source: &Source) -> Error {
+    if stem(&file_name(source.path()), "toml").is_some() {
+        let message = "this is a TOML file, such as a motion schedule; a mesh belongs here";
+        return Error::input(message).file(source.path());
+    }
     let titles = listed(all().map(|format| format.title));
     let found = match source.bytes() {
         [] => "the file is empty".to_owned(),

@@ -3,13 +3,16 @@
 use super::{At, OnMesh};
 use crate::motion::steps::Step;
 use crate::motion::table::{History, Key};
-use azimesh_core::error::Result;
+use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::in_digits;
 use azimesh_core::{Note, note};
 
 /// The error of a table over time in a schedule without times.
 pub(super) const NO_TIME: &str = "the table has the column `time_s`, but the steps have no time; give the \
                                   schedule [time], or `rpm` in [rotor]";
+
+/// A range is a small part of another below this.
+const SMALL_PART: f64 = 0.02;
 
 /// What makes values at a step certain.
 const PROMISE: &str = "the history was checked at every step";
@@ -94,14 +97,22 @@ impl Clock<'_> {
     pub fn check(&self, history: &History, on: &OnMesh<'_>, place: &str) -> Result<Option<Note>> {
         let key = history.key();
         self.check_azimuth(key, on, place)?;
+        let offset = Self::offset(history, on);
+        let places = self.steps.iter().map(|step| Self::place(key, step, offset));
+        let Some(places) = places.collect::<Option<Vec<f64>>>() else {
+            return Err(on.error(place, NO_TIME));
+        };
+        let ranges = Ranges::of(history, &places);
         let mut past_last_row = None;
-        for step in self.steps {
-            let Some(at) = Self::place(key, step, Self::offset(history, on)) else {
-                return Err(on.error(place, NO_TIME));
-            };
-            if history.is_past_last_row(history.locate(at)?) {
+        for (step, at) in self.steps.iter().zip(&places) {
+            let found = history.locate(*at);
+            let found = found.map_err(|error| ranges.explain(error, place))?;
+            if history.is_past_last_row(found) {
                 past_last_row.get_or_insert(step);
             }
+        }
+        if let Some(small) = ranges.small_part(&on.body.name, place) {
+            on.warn(small.file(history.path()));
         }
         let file = |note: Note| note.file(history.path());
         if !history.repeats() {
@@ -134,6 +145,77 @@ impl Clock<'_> {
             key.name()
         );
         Err(on.error(place, message))
+    }
+}
+
+/// Where a history has rows, and where steps need it.
+struct Ranges {
+    key: Key,
+    repeats: bool,
+    rows: [f64; 2],
+    steps: [f64; 2],
+}
+
+impl Ranges {
+    fn of(history: &History, places: &[f64]) -> Self {
+        let places = places.iter().copied();
+        let ends = [f64::INFINITY, f64::NEG_INFINITY];
+        Self {
+            key: history.key(),
+            repeats: history.repeats(),
+            rows: history.range().into(),
+            steps: places.fold(ends, |[low, high], at| [low.min(at), high.max(at)]),
+        }
+    }
+
+    /// The extent of the first range in parts of that of the second, if it is small.
+    fn part([low, high]: [f64; 2], of: [f64; 2]) -> Option<f64> {
+        let part = (high - low) / (of[1] - of[0]);
+        (0.0 < part && part < SMALL_PART).then_some(part)
+    }
+
+    /// A warning where the steps need a small part of the rows.
+    fn small_part(&self, body: &str, place: &str) -> Option<Note> {
+        let part = Self::part(self.steps, self.rows).filter(|_| !self.repeats)?;
+        let [first, last] = self.rows.map(|at| self.key.place(at));
+        let [from, to] = self.steps.map(|at| self.key.place(at));
+        Some(note!(
+            "small_part",
+            "body \"{body}\": the steps go from {from} to {to}, which is {}% of the table, which goes from {first} to {last}{}",
+            in_digits(100.0 * part, 2),
+            self.remedy(place, true)
+        ))
+    }
+
+    /// Adds to the error of a step without rows that the table covers a small part of the steps.
+    fn explain(&self, mut error: Error, place: &str) -> Error {
+        if let Some(part) = Self::part(self.rows, self.steps) {
+            let [from, to] = self.steps.map(|at| self.key.place(at));
+            error.message += &format!(
+                "; it covers {}% of the steps, which go from {from} to {to}{}",
+                in_digits(100.0 * part, 2),
+                self.remedy(place, false)
+            );
+        }
+        error
+    }
+
+    /// What may be wrong where the rows have the larger range, or the steps.
+    fn remedy(&self, place: &str, of_rows: bool) -> String {
+        let unit = if of_rows { "ms" } else { "min" };
+        let motion = place.split('.').next().unwrap_or(place);
+        match self.key {
+            Key::Time if ["table", "beam"].contains(&motion) || place == "cyclic.table" => {
+                format!(
+                    "; if its times are not in s, write for example  units = {{ time_s = \"{unit}\" }}"
+                )
+            }
+            Key::Time => "; times are in s".to_owned(),
+            Key::AzimuthDeg if !of_rows => {
+                "; azimuths in radians need the name `azimuth_rad`".to_owned()
+            }
+            _ => String::new(),
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::motion::keys::{angle, choice, keys, number, numbers, string};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
 use crate::motion::steps::Step;
-use crate::motion::table::{Interpolation, Naming};
+use crate::motion::table::{Interpolation, Naming, Unit};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::{Note, note};
@@ -94,8 +94,8 @@ setters! { Cyclic {
     /// What the file calls a column, by its name here: `column("pitch_deg", "theta")`. Columns of other names are passed
     /// over.
     column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
-    /// The unit of a column, by its name here: `unit("pitch_deg", "rad")`.
-    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
+    /// The unit of a column, by its name here: `unit("pitch_deg", "rad")`, or a factor.
+    unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
     /// A cubic spline between rows of the table, periodic where the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
@@ -182,8 +182,10 @@ impl BodyMotion for Cyclic {
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let hinges = self.hinges(on)?;
         let notes = hinges.table.as_ref().map(|table| table.notes.clone());
+        if let Some(turns) = hinges.more_than_a_turn(&on.body.name) {
+            on.warn(turns);
+        }
         Ok(Arc::new(Blade {
-            warning: hinges.more_than_a_turn(&on.body.name),
             notes: notes.unwrap_or_default(),
             hinges,
             bends: on.body.bends(),
@@ -210,6 +212,7 @@ impl Cyclic {
                 table,
                 interpolation: self.interpolation,
                 naming: &self.naming,
+                known: Self::names(),
                 key: "cyclic",
                 place: "cyclic.table",
             };
@@ -231,7 +234,6 @@ struct Blade {
     /// True if the blade is a beam, which turns about its hinges itself.
     bends: bool,
     notes: Vec<Note>,
-    warning: Option<Note>,
 }
 
 /// Pitch, flap and lag of a blade.
@@ -346,9 +348,5 @@ impl ResolvedMotion for Blade {
 
     fn notes(&self) -> &[Note] {
         &self.notes
-    }
-
-    fn warning(&self) -> Option<Note> {
-        self.warning.clone()
     }
 }

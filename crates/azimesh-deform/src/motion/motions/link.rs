@@ -106,7 +106,7 @@ impl RigidLink {
 
 /// A right-handed rotation about an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::motion) struct Rotation {
+pub struct Rotation {
     /// Unit axis.
     pub axis: Vector,
     /// A point of the axis, in mesh units.
@@ -119,13 +119,14 @@ pub(in crate::motion) struct Rotation {
 
 impl Rotation {
     /// The part, from 0 to 1, of the angle.
-    pub fn part(self, part: f64) -> Self {
+    pub(in crate::motion) fn part(self, part: f64) -> Self {
         Self {
             angle: part * self.angle,
             ..self
         }
     }
 
+    /// The map.
     pub fn map(&self) -> Transform {
         Transform::rotation(self.axis, self.origin, self.angle)
     }

@@ -31,7 +31,8 @@ pub use beam::{Beam, CentreLine};
 pub(super) use clock::Clock;
 pub use cyclic::Cyclic;
 pub(super) use function::Displacements;
-pub(super) use link::{Link, RigidLink, Rotation};
+pub use link::Rotation;
+pub(super) use link::{Link, RigidLink};
 pub use modes::Modes;
 #[cfg(test)]
 pub(super) use naming::NamedColumns;
@@ -54,7 +55,7 @@ use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::Boundary;
 use nodes::BodyNodes;
 use std::any::Any;
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -139,11 +140,6 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
     fn notes(&self) -> &[Note] {
         &[]
     }
-
-    /// A warning where the input is probably wrong.
-    fn warning(&self) -> Option<Note> {
-        None
-    }
 }
 
 /// The step, and the part of it, that a link is for.
@@ -179,6 +175,8 @@ pub(super) struct OnMesh<'a> {
     pub folder: PathBuf,
     /// The nodes of the body, found on first use.
     pub nodes: OnceCell<Arc<BodyNodes>>,
+    /// What is probably wrong in the input, once each.
+    pub warnings: RefCell<Vec<Note>>,
 }
 
 impl OnMesh<'_> {
@@ -191,6 +189,14 @@ impl OnMesh<'_> {
     pub fn nodes(&self) -> Arc<BodyNodes> {
         let nodes = self.nodes.get_or_init(|| Arc::new(BodyNodes::of(self)));
         Arc::clone(nodes)
+    }
+
+    /// Adds a warning that the input is probably wrong.
+    pub fn warn(&self, note: Note) {
+        let mut warnings = self.warnings.borrow_mut();
+        if !warnings.contains(&note) {
+            warnings.push(note);
+        }
     }
 
     /// An error at the place of a key of the body.

@@ -7,7 +7,7 @@ use crate::motion::keys::{Kind, object};
 use crate::motion::reader::Entry;
 use crate::motion::steps::Step;
 use crate::motion::table::{
-    Column, ColumnNames, History, Interpolation, Naming, Scales, Table, known_units,
+    Column, ColumnNames, History, Interpolation, Naming, Scales, Table, Unit, known_units,
 };
 use azimesh_core::error::{Result, counted};
 use azimesh_core::{Note, note};
@@ -29,48 +29,46 @@ pub(super) const fn columns<M: NamedColumns>() -> Kind<BTreeMap<String, String>>
     Kind {
         words: "table of strings",
         read: |entry| {
-            read(
-                entry,
-                "columns = { name = \"name in the file\" }",
-                &M::names(),
-            )
+            let title = "columns = { name = \"name in the file\" }";
+            read(entry, title, &M::names(), |name| Ok(name.string()?.into()))
         },
         schema: || schema(M::names(), |_| json!({ "type": "string", "minLength": 1 })),
     }
 }
 
 /// Units of columns in the file.
-pub(super) const fn units<M: NamedColumns>() -> Kind<BTreeMap<String, String>> {
+pub(super) const fn units<M: NamedColumns>() -> Kind<BTreeMap<String, Unit>> {
     Kind {
-        words: "table of strings",
+        words: "table of strings or factors",
         read: |entry| {
-            read(
-                entry,
-                "units = { name = \"unit in the file\" }",
-                &M::names(),
-            )
+            let title = "units = { name = \"unit in the file\" }";
+            read(entry, title, &M::names(), |unit| match unit.number() {
+                Ok(factor) => Ok(Unit::Factor(factor)),
+                Err(_) => Ok(unit.string()?.into()),
+            })
         },
         schema: || {
             let names = M::names().into_iter();
             let with_units = names.filter(|name| !known_units(name).is_empty());
             schema(
                 with_units.collect(),
-                |name| json!({ "enum": known_units(name) }),
+                |name| json!({ "anyOf": [{ "enum": known_units(name) }, { "type": "number" }] }),
             )
         },
     }
 }
 
-fn read(
+fn read<T>(
     entry: &Entry<'_>,
     title: &'static str,
     known: &[&str],
-) -> Result<BTreeMap<String, String>> {
+    value: impl Fn(&Entry<'_>) -> Result<T>,
+) -> Result<BTreeMap<String, T>> {
     let section = entry.section(title, known)?;
     let mut names = BTreeMap::new();
     for name in known {
-        if let Some(value) = section.optional(name, Entry::string)? {
-            names.insert((*name).to_owned(), value.to_owned());
+        if let Some(value) = section.optional(name, &value)? {
+            names.insert((*name).to_owned(), value);
         }
     }
     Ok(names)
@@ -124,9 +122,9 @@ pub(super) fn notes(
     }
     if names.assumes_metres {
         let lengths = ["station", "dx", "dy", "dz"].into_iter();
-        let lengths = lengths.filter_map(|name| {
-            let unit = naming.units.get(name)?;
-            (unit != "radius").then(|| format!("{name} in {unit}"))
+        let lengths = lengths.filter_map(|name| match naming.units.get(name)? {
+            Unit::Named(unit) if unit != "radius" => Some(format!("{name} in {unit}")),
+            _ => None,
         });
         notes.push(note!(
             "assumes_metres",
@@ -146,6 +144,8 @@ pub(super) struct ColumnValues<const N: usize> {
     columns: [Option<usize>; N],
     /// The largest size of each in a row.
     pub bound: [f64; N],
+    /// True if a body turns about z first.
+    pub z_first: bool,
     /// Notes on the table.
     pub notes: Vec<Note>,
 }
@@ -155,6 +155,8 @@ pub(super) struct NamedTable<'a> {
     pub table: &'a TableSource,
     pub interpolation: Interpolation,
     pub naming: &'a Naming,
+    /// Columns that it may have.
+    pub known: Vec<&'static str>,
     pub key: &'a str,
     pub place: &'a str,
 }
@@ -169,7 +171,8 @@ impl<const N: usize> ColumnValues<N> {
         refused: impl Fn(usize) -> Option<String>,
     ) -> Result<Self> {
         let table = source.table.read(on, source.place)?;
-        let in_file = resolve(source.naming, on, None, source.key)?;
+        let naming = source.naming.with_units_of(&table, &source.known)?;
+        let in_file = resolve(&naming, on, None, source.key)?;
         let mut columns = table.columns_as(in_file.clone())?;
         let key = columns.require_key()?;
         let is_length = |name: &str| name.starts_with('d');
@@ -202,11 +205,12 @@ impl<const N: usize> ColumnValues<N> {
         let mut next = 0..present.len();
         let history = History::from_table(&table, key, &present, source.interpolation)?;
         let history = StepHistory::new(history, on, source.place)?;
-        let mut notes = notes(source.naming, &in_file, &others, &table, &on.body.name);
+        let mut notes = notes(&naming, &in_file, &others, &table, &on.body.name);
         notes.extend(history.note.clone());
         Ok(Self {
             history,
             notes,
+            z_first: table.turns_z_first(),
             bound: found
                 .map(|column| column.map_or(0.0, |column| rows(column).fold(0.0, f64::max))),
             columns: found.map(|column| column.and_then(|_| next.next())),

@@ -6,7 +6,7 @@ use super::{At, BodyMotion, OnMesh, ResolvedMotion, Rotation, TableSource};
 use crate::motion::body::Body;
 use crate::motion::keys::{choice, keys, numbers, string};
 use crate::motion::setters::setters;
-use crate::motion::table::{Interpolation, Naming, Table};
+use crate::motion::table::{Interpolation, Naming, Table, Unit};
 use azimesh_core::Note;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, scale};
@@ -14,7 +14,8 @@ use std::sync::Arc;
 
 /// Axes that a body in the plane cannot be moved along or turned about, as columns.
 const OUT_OF_PLANE: [usize; 3] = [2, 3, 4];
-const COLUMNS: [&str; 6] = ["dx", "dy", "dz", "rot_x", "rot_y", "rot_z"];
+/// Translations and rotations.
+pub(super) const COLUMNS: [&str; 6] = ["dx", "dy", "dz", "rot_x", "rot_y", "rot_z"];
 
 /// Six degrees of freedom from a [`Table`]: rotations about x, y, then z through an origin, then a
 /// translation, interpolated between rows.
@@ -53,10 +54,10 @@ impl TableMotion {
 setters! { TableMotion {
     /// What it turns about, in mesh units.
     origin(origin: Vector) |self| self.origin = origin;
-    /// What the file calls a column, by its name here: `column("dx", "u1")`. Columns of other names are passed over.
+    /// What the file calls a column, by its name here: `column("dx", "u1")`; `"-u1"` changes the sign. Columns of other names are passed over.
     column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
-    /// The unit of a column, by its name here: `unit("dx", "mm")`, `unit("rot_x_deg", "rad")`.
-    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
+    /// The unit of a column, by its name here: `unit("dx", "mm")`, `unit("rot_x_deg", "rad")`, or a factor.
+    unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
     /// A cubic spline between rows, periodic where the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
@@ -105,6 +106,7 @@ impl BodyMotion for TableMotion {
             table: &self.table,
             interpolation: self.interpolation,
             naming: &self.naming,
+            known: Self::names(),
             key: "table",
             place: "table",
         };
@@ -141,8 +143,12 @@ impl ResolvedMotion for SixDegrees {
             rate: rates[axis],
         };
         let turning = (0..3).filter(|axis| self.values.has(3 + axis));
+        let mut rotations: Vec<Rotation> = turning.map(rotation).collect();
+        if self.values.z_first {
+            rotations.reverse();
+        }
         Some(Link::Rigid(RigidLink {
-            rotations: turning.map(rotation).collect(),
+            rotations,
             translation: Some([scale([dx, dy, dz], at.part), [x_rate, y_rate, z_rate]]),
         }))
     }

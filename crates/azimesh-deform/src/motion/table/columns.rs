@@ -1,7 +1,7 @@
 //! Columns of a table, picked by name in any order.
 
 use super::{ColumnNames, Key, Table};
-use azimesh_core::error::{Result, nearest_name};
+use azimesh_core::error::{Error, Result, nearest_name};
 use std::f64::consts::PI;
 
 /// A column that was picked.
@@ -99,7 +99,14 @@ impl<'a> Columns<'a> {
     }
 
     /// Refuses a column that was not picked; those of a file with names of its own are passed over, and returned.
+    ///
+    /// # Errors
+    /// If the table has a line of units which nobody reads, too.
     pub fn done(self) -> Result<Vec<String>> {
+        if let Some((line, _)) = self.table.units.as_ref().filter(|_| !self.names.has_units) {
+            let message = "this table has no `units`, and so no line of them; remove it, and give lengths in mesh units, times in s";
+            return Err(Error::input(message).line(*line).file(&self.table.path));
+        }
         let Some(index) = self.taken.iter().position(|taken| !taken) else {
             return Ok(Vec::new());
         };
@@ -137,7 +144,7 @@ impl<'a> Columns<'a> {
         })
     }
 
-    fn missing(&self, name: &str) -> azimesh_core::error::Error {
+    fn missing(&self, name: &str) -> Error {
         let found = self.table.names.join(", ");
         let message = match name {
             "azimuth_deg" => format!(
@@ -154,7 +161,7 @@ impl<'a> Columns<'a> {
     }
 
     /// The error of two columns that say the same.
-    pub fn both(&self, one: &str, other: &str) -> azimesh_core::error::Error {
+    pub fn both(&self, one: &str, other: &str) -> Error {
         let message =
             format!("columns `{one}` and `{other}` have the same meaning; keep one of them");
         self.table.header_error(message)

@@ -182,6 +182,21 @@ impl History {
         self.n_values
     }
 
+    /// Number of rows; a last one that repeats the first is not one.
+    pub fn n_rows(&self) -> usize {
+        self.knots.len()
+    }
+
+    /// The rows, `n_values` numbers each.
+    pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        self.values.chunks_exact(self.n_values.max(1))
+    }
+
+    /// The place of a row in words.
+    pub fn place_of(&self, row: usize) -> String {
+        self.key.place(self.knots[row])
+    }
+
     /// What it repeats itself after, in the unit of its key.
     #[cfg(test)]
     pub fn period(&self) -> Option<f64> {
@@ -299,14 +314,14 @@ impl History {
     /// Values of some components at a place, into `out`.
     pub fn values(&self, place: Place, components: Range<usize>, out: &mut [f64]) {
         let Place { step, part: t, .. } = place;
-        let [p, q] = self.rows(&self.values, place, &components);
+        let [p, q] = self.between(&self.values, place, &components);
         let Some(slopes) = &self.slopes else {
             for ((out, p), q) in out.iter_mut().zip(p).zip(q) {
                 *out = (1.0 - t) * p + t * q;
             }
             return;
         };
-        let [a, b] = self.rows(slopes, place, &components);
+        let [a, b] = self.between(slopes, place, &components);
         // Hermite's cubics; 1 and 0 exactly at the knots.
         let rest = 1.0 - t;
         let (of_p, of_q) = (rest * rest * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t));
@@ -319,14 +334,14 @@ impl History {
     /// Derivatives of some components by the key, in its unit, into `out`.
     pub fn rates(&self, place: Place, components: Range<usize>, out: &mut [f64]) {
         let Place { step, part: t, .. } = place;
-        let [p, q] = self.rows(&self.values, place, &components);
+        let [p, q] = self.between(&self.values, place, &components);
         let Some(slopes) = &self.slopes else {
             for ((out, p), q) in out.iter_mut().zip(p).zip(q) {
                 *out = (q - p) / step;
             }
             return;
         };
-        let [a, b] = self.rows(slopes, place, &components);
+        let [a, b] = self.between(slopes, place, &components);
         let of_rise = 6.0 * t * (1.0 - t) / step;
         let (of_a, of_b) = ((1.0 - t) * (1.0 - 3.0 * t), t * (3.0 * t - 2.0));
         for (c, out) in out.iter_mut().enumerate() {
@@ -348,7 +363,7 @@ impl History {
         Ok(rates)
     }
 
-    fn rows<'a>(&self, of: &'a [f64], place: Place, range: &Range<usize>) -> [&'a [f64]; 2] {
+    fn between<'a>(&self, of: &'a [f64], place: Place, range: &Range<usize>) -> [&'a [f64]; 2] {
         place
             .knots
             .map(|knot| &of[knot * self.n_values..][range.clone()])

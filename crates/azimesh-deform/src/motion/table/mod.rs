@@ -9,6 +9,7 @@
 //! motions which columns they want and what the numbers mean.
 
 mod columns;
+mod foam;
 mod history;
 mod key;
 mod naming;
@@ -20,7 +21,7 @@ mod text;
 pub use columns::{Column, Columns};
 pub use history::{History, Interpolation};
 pub use key::Key;
-pub use naming::{ColumnNames, Naming, Scales, known_units};
+pub use naming::{ColumnNames, Naming, Scales, Unit, known_units};
 pub use period::{Period, why as why_once};
 pub use span::{SpanHistory, SpanValues};
 
@@ -41,10 +42,14 @@ const IN_MEMORY: &str = "table in memory";
 /// let table = Table::from_rows(["time_s", "dy"], [[0.0, 0.0], [0.5, 0.1], [1.0, 0.0]]);
 /// let airfoil = Body::new("airfoil", ["airfoil"]).table(table);
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Table {
     path: PathBuf,
     names: Vec<String>,
+    /// Units in a line below the names, which may be empty, with the number of that line.
+    units: Option<(u64, Vec<String>)>,
+    /// True if a body turns about z, then y, then x.
+    z_first: bool,
     /// Line of the names.
     header: u64,
     /// By rows.
@@ -56,8 +61,9 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file: names of the columns, then rows of numbers between commas, semicolons or
-    /// tabs. Blank lines and comments after `#` are ignored; a header behind a `#` is found.
+    /// Reads a CSV file: names of the columns, then rows of numbers between commas, semicolons, tabs or blanks. A
+    /// line of units in brackets may follow the names. Blank lines and comments after `#` are ignored; a header
+    /// behind a `#` is found. The table of OpenFOAM's `tabulated6DoFMotion` is read too.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let source = Source::open(path.as_ref())?;
         Self::parse(source.bytes(), path.as_ref())
@@ -65,7 +71,12 @@ impl Table {
 
     /// Reads a table from the bytes of a CSV file; `path` is named in errors.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
-        text::parse(bytes, path).map_err(|error| error.file(path))
+        let table = if foam::is_list(bytes) {
+            foam::parse(bytes, path)
+        } else {
+            text::parse(bytes, path)
+        };
+        table.map_err(|error| error.file(path))
     }
 
     /// A table from the names of its columns and rows of a number for each. Errors name a row by its number,
@@ -78,10 +89,7 @@ impl Table {
         let mut table = Self {
             path: PathBuf::from(IN_MEMORY),
             names: columns.into_iter().map(Into::into).collect(),
-            header: 0,
-            values: Vec::new(),
-            lines: Vec::new(),
-            wrong: None,
+            ..Self::default()
         };
         let n = table.names.len();
         for (at, row) in rows.into_iter().enumerate() {
@@ -113,13 +121,17 @@ impl Table {
 
     /// Picks columns that may have other names and units.
     pub fn columns_as(&self, names: ColumnNames) -> Result<Columns<'_>> {
-        names.check(self)?;
-        Ok(Columns::new(self, names))
+        Ok(Columns::new(self, names.found_in(self)?))
     }
 
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Returns whether a body turns about z, then y, then x, and not the other way round.
+    pub fn turns_z_first(&self) -> bool {
+        self.z_first
     }
 
     /// Number of rows, at least one.

@@ -1,7 +1,7 @@
 //! Names and units that the columns of a file have in place of the program's own.
 
 use super::Table;
-use azimesh_core::error::{Result, nearest_name};
+use azimesh_core::error::{Error, Result, nearest_name};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -27,13 +27,40 @@ const TIMES: &[(&str, f64)] = &[
 /// Stations in parts of the distance from the hub to the end of the blade.
 const RADIUS: &str = "radius";
 
+/// The unit of a column: a known one, or a factor to the unit of the program's own name.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Unit {
+    /// Such as "mm".
+    Named(String),
+    /// What the numbers of the file are multiplied with.
+    Factor(f64),
+}
+
+impl From<&str> for Unit {
+    fn from(name: &str) -> Self {
+        Self::Named(name.to_owned())
+    }
+}
+
+impl From<String> for Unit {
+    fn from(name: String) -> Self {
+        Self::Named(name)
+    }
+}
+
+impl From<f64> for Unit {
+    fn from(factor: f64) -> Self {
+        Self::Factor(factor)
+    }
+}
+
 /// What the columns of a file are called, and their units, by the program's own names.
 #[derive(Debug, Clone, Default)]
 pub struct Naming {
-    /// Names in the file; columns without one have the program's own.
+    /// Names in the file; columns without one have the program's own. A minus before a name changes the sign.
     pub columns: BTreeMap<String, String>,
     /// Units in the file.
-    pub units: BTreeMap<String, String>,
+    pub units: BTreeMap<String, Unit>,
 }
 
 /// What lengths in a file are converted by.
@@ -50,6 +77,8 @@ pub struct Scales<'a> {
 pub struct ColumnNames {
     pub(super) in_file: BTreeMap<String, String>,
     pub(super) factors: BTreeMap<String, f64>,
+    /// True if units may be given.
+    pub(super) has_units: bool,
     /// True if a length in a unit of its own was taken for one of a mesh in m, since nothing is said of the mesh.
     pub assumes_metres: bool,
 }
@@ -58,8 +87,9 @@ impl Naming {
     /// Refuses names that are not among `known`, a name in the file that is given twice, and units that there are
     /// not; the message and whether it is of `columns` or of `units`.
     pub fn check(&self, known: &[&str]) -> std::result::Result<(), (&'static str, String)> {
-        for (key, names) in [("columns", &self.columns), ("units", &self.units)] {
-            if let Some(name) = names.keys().find(|name| !known.contains(&name.as_str())) {
+        let columns = self.columns.keys().map(|name| ("columns", name));
+        for (key, name) in columns.chain(self.units.keys().map(|name| ("units", name))) {
+            if !known.contains(&name.as_str()) {
                 let meant = nearest_name(name, known.iter().copied());
                 let meant =
                     meant.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"));
@@ -70,7 +100,8 @@ impl Naming {
                 ));
             }
         }
-        let mut theirs: Vec<&String> = self.columns.values().collect();
+        let columns = self.columns.values();
+        let mut theirs: Vec<&str> = columns.map(|name| unsigned(name).unwrap_or(name)).collect();
         theirs.sort();
         if let Some(pair) = theirs.windows(2).find(|pair| pair[0] == pair[1]) {
             let message = format!(
@@ -81,15 +112,23 @@ impl Naming {
         }
         for (name, unit) in &self.units {
             let known = known_units(name);
-            if known.contains(&unit.as_str()) {
+            let is_known = match unit {
+                Unit::Named(unit) => known.contains(&unit.as_str()),
+                Unit::Factor(factor) => !known.is_empty() && factor.is_finite() && *factor != 0.0,
+            };
+            if is_known {
                 continue;
             }
             let all: Vec<String> = known.iter().map(|unit| format!("\"{unit}\"")).collect();
             let message = if known.is_empty() {
                 format!("`{name}` has no unit")
             } else {
+                let unit = match unit {
+                    Unit::Named(unit) => format!("\"{unit}\""),
+                    Unit::Factor(factor) => factor.to_string(),
+                };
                 format!(
-                    "unit \"{unit}\" of `{name}` is not known; known: {}",
+                    "unit {unit} of `{name}` is not known; known: {}, or a factor other than 0",
                     all.join(", ")
                 )
             };
@@ -98,13 +137,74 @@ impl Naming {
         Ok(())
     }
 
+    /// The names with the units in a line of the table, for columns among `known` that have none yet.
+    ///
+    /// # Errors
+    /// When the unit of a column that is read is not one of its kind.
+    pub fn with_units_of(&self, table: &Table, known: &[&str]) -> Result<Self> {
+        let mut all = self.clone();
+        let Some((line, units)) = &table.units else {
+            return Ok(all);
+        };
+        for name in known.iter().filter(|name| !self.units.contains_key(**name)) {
+            let unit = self.place_in(table, name).map(|at| units[at].as_str());
+            let Some(unit) = unit.filter(|unit| !["", "-"].contains(unit)) else {
+                continue;
+            };
+            let known = known_units(name);
+            if !known.contains(&unit) {
+                let message = format!(
+                    "unit \"{unit}\" of `{name}` is not known; known: {}; `units` can give a factor",
+                    known.join(", ")
+                );
+                return Err(Error::input(message).line(*line).file(&table.path));
+            }
+            all.units.insert((*name).to_owned(), unit.into());
+        }
+        Ok(all)
+    }
+
+    /// The place of a column in the table.
+    fn place_in(&self, table: &Table, name: &str) -> Option<usize> {
+        let place = |name: &str| table.names.iter().position(|other| other == name);
+        match self.columns.get(name) {
+            Some(theirs) => place(theirs).or_else(|| place(unsigned(theirs)?)),
+            None if self
+                .columns
+                .values()
+                .any(|theirs| unsigned(theirs).unwrap_or(theirs) == name) =>
+            {
+                None
+            }
+            None => place(name),
+        }
+    }
+
+    /// The column of an angle by its name here, and what `columns` has to say for the other sign.
+    pub fn angle_in(&self, table: &Table, stem: &str) -> (String, String) {
+        let [deg, rad] = ["deg", "rad"].map(|unit| format!("{stem}_{unit}"));
+        let has_rad = self.columns.contains_key(&rad) || table.names.contains(&rad);
+        let ours = if has_rad { rad } else { deg };
+        let theirs = self.columns.get(&ours).unwrap_or(&ours);
+        let turned = unsigned(theirs).map_or_else(|| format!("-{theirs}"), str::to_owned);
+        (ours, turned)
+    }
+
     /// The names with their factors; an error in words where a length cannot be converted.
     pub fn resolve(&self, scales: Scales<'_>) -> std::result::Result<ColumnNames, String> {
         let mut names = ColumnNames {
             in_file: self.columns.clone(),
+            has_units: true,
             ..ColumnNames::default()
         };
         for (name, unit) in &self.units {
+            let unit = match unit {
+                Unit::Named(unit) => unit,
+                Unit::Factor(factor) => {
+                    names.factors.insert(name.clone(), *factor);
+                    continue;
+                }
+            };
             let size = |units: &[(&str, f64)]| {
                 let found = units.iter().find(|(other, _)| other == unit);
                 found.map(|(_, size)| *size)
@@ -140,17 +240,40 @@ impl ColumnNames {
         }
     }
 
-    /// Refuses names that the table does not have.
-    pub(super) fn check(&self, table: &Table) -> Result<()> {
-        let missing = |pair: &(&String, &String)| !table.names.contains(pair.1);
-        match self.in_file.iter().find(missing) {
-            None => Ok(()),
-            Some((ours, theirs)) => Err(table.header_error(format!(
-                "the table has no column `{theirs}`, which `columns` gives for `{ours}`; found: {}",
-                table.names.join(", ")
-            ))),
+    /// Finds the columns of a table; a minus before a name that the table does not have changes the sign.
+    ///
+    /// # Errors
+    /// When the table lacks a name.
+    pub(super) fn found_in(mut self, table: &Table) -> Result<Self> {
+        let is_there = |name: &str| table.names.iter().any(|other| other == name);
+        for (ours, theirs) in &mut self.in_file {
+            if is_there(theirs) {
+                continue;
+            }
+            match unsigned(theirs).filter(|name| is_there(name)) {
+                Some(name) => {
+                    *self.factors.entry(ours.clone()).or_insert(1.0) *= -1.0;
+                    *theirs = name.to_owned();
+                }
+                None => {
+                    let theirs = unsigned(theirs).unwrap_or(theirs);
+                    let names = table.names.iter().map(String::as_str);
+                    let meant = nearest_name(theirs, names)
+                        .map_or(";".to_owned(), |meant| format!("; did you mean `{meant}`?"));
+                    return Err(table.header_error(format!(
+                        "the table has no column `{theirs}`, which `columns` gives for `{ours}`{meant} found: {}",
+                        table.names.join(", ")
+                    )));
+                }
+            }
         }
+        Ok(self)
     }
+}
+
+/// The name behind a minus.
+fn unsigned(name: &str) -> Option<&str> {
+    name.strip_prefix('-').map(str::trim_start)
 }
 
 fn is_length(name: &str) -> bool {

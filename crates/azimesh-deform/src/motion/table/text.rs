@@ -19,16 +19,16 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
         return Err(Error::input(message).line(1));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let header = Header::find(bytes).map_err(at_line(1))?;
+    let mut header = Header::find(bytes).map_err(at_line(1))?;
+    let units = header.take_units(bytes);
     let rest = &bytes[header.end..];
     let parts = parallel::map_items(chunks(rest), &|_, chunk| Rows::parse(chunk, &header));
     let mut table = Table {
         path: path.to_path_buf(),
         names: header.names,
         header: header.line + 1,
-        values: Vec::new(),
-        lines: Vec::new(),
-        wrong: None,
+        units,
+        ..Table::default()
     };
     let mut first = header.rows_line + 1;
     for part in parts {
@@ -97,6 +97,25 @@ impl Header {
         ))
     }
 
+    /// Takes a line of units in brackets from below the names, with its number counted from 1.
+    fn take_units(&mut self, bytes: &[u8]) -> Option<(u64, Vec<String>)> {
+        let mut end = self.end;
+        for (n, text) in (1..).zip(Lines(&bytes[self.end..])) {
+            end = (end + text.len() + 1).min(bytes.len());
+            let content = without_comment(text).trim_ascii();
+            if content.is_empty() {
+                continue;
+            }
+            let units = Fields::of(content, self.delimiter);
+            let units: Option<Vec<String>> = units.map(|unit| in_brackets(&unit.ok()?)).collect();
+            let units = units.filter(|units| units.len() == self.names.len())?;
+            self.end = end;
+            self.rows_line += n;
+            return Some((self.rows_line, units));
+        }
+        None
+    }
+
     fn of_line(text: &[u8], line: u64, end: usize) -> Located<Self> {
         let wrong = |message: String| (line, message);
         let delimiter = delimiter_of(text);
@@ -127,10 +146,22 @@ impl Header {
     }
 }
 
-/// What stands between the fields of a line: its first comma, semicolon or tab.
+/// Any blanks between the fields of a line.
+const BLANKS: u8 = b' ';
+
+/// What stands between the fields of a line: its first comma, semicolon or tab, else blanks.
 fn delimiter_of(line: &[u8]) -> u8 {
     let found = line.iter().copied().find(|b| b",;\t".contains(b));
-    found.unwrap_or(b',')
+    found.unwrap_or(BLANKS)
+}
+
+/// The text in the brackets of a unit.
+fn in_brackets(unit: &[u8]) -> Option<String> {
+    let inside = match unit {
+        [b'(', inside @ .., b')'] | [b'[', inside @ .., b']'] => inside.trim_ascii(),
+        _ => return None,
+    };
+    Some(String::from_utf8_lossy(inside).into_owned())
 }
 
 /// How many numbers a line is, if it is nothing else.
@@ -221,7 +252,7 @@ fn not_a_number(name: &str, field: &[u8]) -> String {
 }
 
 /// A finite number; exponents may be Fortran's, as in `1.0D-3`.
-fn number(field: &[u8]) -> Option<f64> {
+pub(super) fn number(field: &[u8]) -> Option<f64> {
     let value = fast_float2::parse::<f64, _>(field).ok().or_else(|| {
         let at = field.iter().position(|b| b"dD".contains(b))?;
         let mut field = field.to_vec();
@@ -278,6 +309,14 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// Where the field ends that a text begins with.
+    fn end(&self, text: &[u8]) -> Option<usize> {
+        match self.delimiter {
+            BLANKS => text.iter().position(u8::is_ascii_whitespace),
+            delimiter => memchr::memchr(delimiter, text),
+        }
+    }
+
     /// A field in quotes: where it closes, and the text with `""` as one quote.
     fn quoted(&mut self, text: &'a [u8]) -> std::result::Result<Cow<'a, [u8]>, String> {
         let mut content = Vec::new();
@@ -294,7 +333,7 @@ impl<'a> Fields<'a> {
             content.push(b'"');
             at += 1;
         }
-        let after = memchr::memchr(self.delimiter, &text[at..]);
+        let after = self.end(&text[at..]);
         let end = after.map_or(text.len(), |length| at + length);
         if !text[at..end].iter().all(u8::is_ascii_whitespace) {
             return Err("text follows a quote that closes; put the whole field in quotes".into());
@@ -308,12 +347,18 @@ impl<'a> Iterator for Fields<'a> {
     type Item = std::result::Result<Cow<'a, [u8]>, String>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let text = self.rest.take()?;
+        let mut text = self.rest.take()?;
+        if self.delimiter == BLANKS {
+            text = text.trim_ascii();
+            if text.is_empty() {
+                return None;
+            }
+        }
         let blanks = text.iter().take_while(|b| **b == b' ').count();
         if text.get(blanks) == Some(&b'"') {
             return Some(self.quoted(&text[blanks..]));
         }
-        let end = memchr::memchr(self.delimiter, text);
+        let end = self.end(text);
         self.rest = end.map(|end| &text[end + 1..]);
         Some(Ok(Cow::Borrowed(
             text[..end.unwrap_or(text.len())].trim_ascii(),

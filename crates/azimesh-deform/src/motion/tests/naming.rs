@@ -116,15 +116,27 @@ fn what_is_wrong_with_names_and_units_is_said_in_one_sentence() {
         ),
         (
             ", units = { dx = \"deg\" }",
-            "hover.toml:7: unit \"deg\" of `dx` is not known; known: \"m\", \"mm\", \"cm\", \"km\", \"um\", \"in\", \"ft\"",
+            "hover.toml:7: unit \"deg\" of `dx` is not known; known: \"m\", \"mm\", \"cm\", \"km\", \"um\", \"in\", \"ft\", or a factor other than 0",
         ),
         (
             ", units = { dx = \"radius\" }",
-            "hover.toml:7: unit \"radius\" of `dx` is not known; known: \"m\", \"mm\", \"cm\", \"km\", \"um\", \"in\", \"ft\"",
+            "hover.toml:7: unit \"radius\" of `dx` is not known; known: \"m\", \"mm\", \"cm\", \"km\", \"um\", \"in\", \"ft\", or a factor other than 0",
         ),
         (
             ", units = { rot_x_deg = \"grad\" }",
-            "hover.toml:7: unit \"grad\" of `rot_x_deg` is not known; known: \"deg\", \"rad\"",
+            "hover.toml:7: unit \"grad\" of `rot_x_deg` is not known; known: \"deg\", \"rad\", or a factor other than 0",
+        ),
+        (
+            ", units = { dx = 0 }",
+            "hover.toml:7: unit 0 of `dx` is not known; known: \"m\", \"mm\", \"cm\", \"km\", \"um\", \"in\", \"ft\", or a factor other than 0",
+        ),
+        (
+            ", columns = { dx = \"-u9\" }",
+            "m.csv:1: the table has no column `u9`, which `columns` gives for `dx`; found: station, dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg",
+        ),
+        (
+            ", columns = { dx = \"-dz\", dz = \"dz\" }",
+            "hover.toml:7: `columns` gives the column `dz` two names; keep one of them",
         ),
         (
             ", units = { step = \"s\" }",
@@ -138,4 +150,112 @@ fn what_is_wrong_with_names_and_units_is_said_in_one_sentence() {
     let taken =
         beam(", columns = { dx = \"dz\" }", "station,dz\n0,0\n2,0.1\n").expect("it is good");
     assert_near(place(&taken, 0, [1.0, 0.0, 0.0]), [1.1, 0.0, 0.0]);
+}
+
+#[test]
+fn a_minus_before_a_name_changes_the_sign_and_a_number_is_a_factor() {
+    let table = "r_R,u1,-u2,theta_x\n0,0,0,0\n1,-30,0.5,-10\n";
+    let keys = ", columns = { station = \"r_R\", dx = \"-u1\", dy = \"-u2\", rot_x_deg = \"- theta_x\" }, units = { station = 2, dx = 0.001 }";
+    let (plain, named) = (beam("", PLAIN), beam(keys, table));
+    let (plain, named) = (plain.expect("it is good"), named.expect("it is good"));
+    let expected = place(&plain, 0, X);
+    // A name that the file has is taken as it is.
+    assert_near(
+        place(&named, 0, X),
+        [expected[0], expected[1] + 0.375, expected[2]],
+    );
+    // A factor is to the mesh unit, of which nothing is assumed.
+    assert_eq!(notes(&named), notes(&plain));
+}
+
+fn warned(motion: &Motion) -> Vec<String> {
+    let warnings = motion.warnings(&crate::motion::options::RbfOptions::default());
+    warnings.into_iter().map(|note| note.text).collect()
+}
+
+#[test]
+fn a_rotation_against_the_slope_of_its_displacement_is_warned_of() {
+    let of = |row: &str| {
+        let table = format!("station,dy,dz,rot_y_deg,rot_z_deg\n0,0,0,0,0\n{row}\n");
+        warned(&beam("", &table).expect("it is good"))
+    };
+    // 0.2 in 2 are 5.71 degrees.
+    for right in [
+        "2,0,0.2,-11,0",
+        "2,0,-0.2,9,0",
+        "2,0.2,0,0,10",
+        "2,0,0.2,0,0",
+    ] {
+        assert!(of(right).is_empty(), "{right}");
+    }
+    assert_eq!(
+        of("2,0,0.2,11,0"),
+        [
+            "body \"blade\": rot_y contradicts the slope of dz: between the stations 0 and 2 the slope of dz is 5.71 deg, so that rot_y should be near -5.71 deg; the table has 5.5 deg. If its sign is that of another convention, write  columns = { rot_y_deg = \"-rot_y_deg\" }"
+        ]
+    );
+    assert!(of("2,0.2,0,0,-10")[0].contains("rot_z contradicts the slope of dy"));
+    let small = of("2,0,0.2,-0.2,0");
+    assert!(
+        small[0].starts_with("body \"blade\": rot_y is 0.018 times the slope of dz:"),
+        "{small:?}"
+    );
+}
+
+#[test]
+fn a_table_and_steps_of_different_extent_are_warned_of() {
+    let of = |table: &str, keys: &str| {
+        let body = format!("table = {{ file = \"m.csv\"{keys} }}");
+        let head = "time = { stop = 0.5, step = 0.1 }";
+        resolve(false, head, &body, &[("m.csv", table)])
+    };
+    let milliseconds = "time_s,dz\n0,0\n250,0.1\n500,0\n";
+    let found = of(milliseconds, "").expect("it is good");
+    assert_eq!(
+        warned(&found),
+        [
+            "body \"blade\": the steps go from time 0 s to time 0.5 s, which is 0.1% of the table, which goes from time 0 s to time 500 s; if its times are not in s, write for example  units = { time_s = \"ms\" }"
+        ]
+    );
+    let found = of(milliseconds, ", units = { time_s = \"ms\" }").expect("it is good");
+    assert!(warned(&found).is_empty());
+    let error = of("time_s,dz\n0,0\n0.004,0.1\n0.00833333,0\n", "").expect_err("it is short");
+    let error = error.to_string();
+    let told = "the motion needs time 0.1 s, but the table goes from time 0 s to time 0.00833333 s; it covers 1.7% of the steps, which go from time 0 s to time 0.5 s; if its times are not in s, write for example  units = { time_s = \"min\" }";
+    assert!(error.ends_with(told), "{error}");
+}
+
+#[test]
+fn a_line_of_units_below_the_names_counts_unless_units_are_given() {
+    let of = |table: &str, keys: &str| {
+        let names =
+            "columns = { time_s = \"Time\", dx = \"PtfmSurge\", rot_x_deg = \"-PtfmRoll\" }";
+        let body = format!("table = {{ file = \"m.csv\", {names}{keys} }}");
+        let head = "time.values = [0.5]\noutput.length_unit = \"mm\"";
+        resolve(false, head, &body, &[("m.csv", table)])
+    };
+    let table = "Time PtfmSurge PtfmRoll Wind\n(s) (m) (rad) (m/s)\n0 0 0 7\n1 0.002 0.4 8\n";
+    let (sin, cos) = (-0.2_f64).sin_cos();
+    let turned = [0.2 * cos - 0.1 * sin, 0.2 * sin + 0.1 * cos];
+    let found = of(table, "").expect("it is good");
+    assert_near(place(&found, 0, X), [1.5, turned[0], turned[1]]);
+    let found = of(table, ", units = { dx = 1 }").expect("it is good");
+    assert_near(place(&found, 0, X), [0.501, turned[0], turned[1]]);
+    let error = of(&table.replace("(rad)", "(kN)"), "")
+        .expect_err("no angle")
+        .to_string();
+    let told = "m.csv:2: unit \"kN\" of `rot_x_deg` is not known; known: deg, rad; `units` can give a factor";
+    assert!(error.ends_with(told), "{error}");
+}
+
+#[test]
+fn a_table_of_openfoam_turns_about_z_first() {
+    let table = "1((0 ((0 0 0) (90 0 90))))";
+    let body = "table = { file = \"m.dat\" }";
+    let found = resolve(false, "time.values = [0]", body, &[("m.dat", table)]);
+    // x goes to y about z, and from there to z about x.
+    assert_near(
+        place(&found.expect("it is good"), 0, [1.0, 0.0, 0.0]),
+        [0.0, 0.0, 1.0],
+    );
 }

@@ -88,7 +88,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "body:cyclik = {}",
-            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, zones, azimuth_offset, parent, ramp, cyclic, rigid, table, beam, modes, surface",
+            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, optional_tags, zones, azimuth_offset, parent, ramp, cyclic, rigid, table, beam, modes, surface",
         ),
         (
             "rbf:zzz = 1",

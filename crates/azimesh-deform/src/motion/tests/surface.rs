@@ -384,7 +384,7 @@ fn a_mesh_that_cannot_deform_is_said_in_one_sentence() {
         (
             &untagged,
             &tail,
-            "hover.toml: the mesh has no boundary tags, so nothing says which nodes move; tag its boundary faces",
+            "hover.toml: the mesh has no boundary tags, so nothing says which nodes move; convert it with `tag_boundary` connected, which gives each part of its boundary a tag",
         ),
         (
             &empty,
@@ -441,4 +441,35 @@ fn the_sides_of_a_wedge_are_offered_as_a_pair_and_do_not_slide() {
     }
     let fixed = resolve(&mesh, &format!("{BLADE}[boundaries]\nothers = \"fixed\""));
     assert!(fixed.is_ok());
+}
+
+#[test]
+fn optional_tags_move_with_the_body_where_the_mesh_has_them() {
+    let mesh = two_cubes();
+    let roles = |tags: &str| {
+        let text = format!(
+            "azimuth.values = [0]\nboundaries.others = \"fixed\"\nbody = [ {{ name = \"b\", {tags}, rigid = {{ translate = [1, 0, 0] }} }} ]"
+        );
+        let schedule = crate::motion::Schedule::parse(&text, std::path::Path::new("hover.toml"));
+        let motion = schedule.and_then(|schedule| schedule.resolve_on(&mesh));
+        let motion = motion.map_err(|error| error.to_string())?;
+        let tags = motion.surface.tags.iter();
+        let moving = tags.filter(|tag| matches!(tag.role, Some(Role::Moving(0))));
+        Ok(moving.map(|tag| tag.tag.clone()).collect::<Vec<_>>())
+    };
+    assert_eq!(
+        roles("tags = [\"blade_1\"], optional_tags = [\"h?b\", \"flap_*\"]"),
+        Ok(vec!["blade_1".to_owned(), "hub".to_owned()])
+    );
+    assert_eq!(
+        roles("optional_tags = [\"hub\"]"),
+        Ok(vec!["hub".to_owned()])
+    );
+    assert_eq!(
+        roles("optional_tags = [\"flap_*\"]"),
+        Err(
+            "hover.toml:3: the tags of body \"b\" have no faces in the mesh; it needs at least one"
+                .to_owned()
+        )
+    );
 }

@@ -3,16 +3,18 @@
 mod coverage;
 mod lifting;
 pub(super) mod sections;
+mod slopes;
 
 use super::cyclic::Hinges;
 use super::link::Link;
 use super::naming::{self, NamedColumns};
+use super::table::COLUMNS as SIX;
 use super::{At, BodyMotion, Clock, Cyclic, MapScope, OnMesh, ResolvedMotion, TableSource};
 use crate::motion::body::Body;
 use crate::motion::keys::{Kind, boolean, choice, keys, string};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
-use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table};
+use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table, Unit};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, distance, dot, sub};
 use azimesh_core::{Note, note};
@@ -20,6 +22,7 @@ use coverage::check_span;
 use lifting::{BladeEdges, LiftingLine};
 use sections::Sections;
 use serde::{Deserialize, Serialize};
+use slopes::check_slopes;
 use std::sync::Arc;
 
 /// Elastic motion of a blade from a structural code: translations and rotations of its sections about a
@@ -71,8 +74,8 @@ setters! { Beam {
     /// What the file calls a column, by its name here: `column("dx", "u1")`. Columns of other names are passed over.
     column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
     /// The unit of a column, by its name here: `unit("station", "radius")` for fractions of the radius, `unit("dx", "mm")`,
-    /// `unit("rot_x_deg", "rad")`.
-    unit(name: impl Into<String>, unit: impl Into<String>) |self| self.naming.units.insert(name.into(), unit.into());
+    /// `unit("rot_x_deg", "rad")`, or a factor.
+    unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
     /// Allows a table that covers less than nine tenths of the blade: the values of its first and last station hold
     /// past them.
     hold_ends() |self| self.hold_ends = true;
@@ -147,12 +150,15 @@ impl BodyMotion for Beam {
         let edges = BladeEdges::of(on);
         let [low, high] = edges.span();
         let radius = low.abs().max(high.abs());
-        let names = naming::resolve(&self.naming, on, Some(radius), "beam")?;
+        let naming = self.naming.with_units_of(&table, &Self::names())?;
+        let names = naming::resolve(&naming, on, Some(radius), "beam")?;
         let (span, others) = read_span(&table, names.clone(), self.interpolation)?;
         let note = on.clock.check(span.history(), on, "beam")?;
         let mut notes = check_span(&span, &table, body, edges.span(), self.hold_ends)?;
         notes.extend(note);
-        notes.extend(naming::notes(&self.naming, &names, &others, &table, body));
+        notes.extend(naming::notes(&naming, &names, &others, &table, body));
+        let told = check_slopes(&span, &table, &self.naming, body);
+        told.into_iter().for_each(|note| on.warn(note));
         let (line, name) = match line {
             Some(line) => (
                 LiftingLine::from_table(&line, body, edges.span())?,
@@ -173,8 +179,10 @@ impl BodyMotion for Beam {
             rounded(to, digits),
             rounded(on.blade.leading_edge(), 3)
         ));
+        if let Some(beside) = line.beside(body, &edges.bounds()) {
+            on.warn(beside);
+        }
         Ok(Arc::new(BendingBlade {
-            warning: line.beside(body, &edges.bounds()),
             offset: Clock::offset(span.history(), on),
             span,
             line,
@@ -212,7 +220,6 @@ struct BendingBlade {
     offset: f64,
     hinges: Option<Hinges>,
     notes: Vec<Note>,
-    warning: Option<Note>,
 }
 
 impl ResolvedMotion for BendingBlade {
@@ -256,10 +263,6 @@ impl ResolvedMotion for BendingBlade {
     fn notes(&self) -> &[Note] {
         &self.notes
     }
-
-    fn warning(&self) -> Option<Note> {
-        self.warning.clone()
-    }
 }
 
 /// The lifting line of a blade in the reference mesh, its ends held.
@@ -289,8 +292,8 @@ fn read_span(
     let key = columns.optional_key()?;
     let station = columns.require("station")?;
     let mut six: Vec<Option<Column>> = Vec::new();
-    six.extend(["dx", "dy", "dz"].map(|name| columns.optional(name)));
-    for name in ["rot_x", "rot_y", "rot_z"] {
+    six.extend(SIX[..3].iter().map(|name| columns.optional(name)));
+    for name in &SIX[3..] {
         six.push(columns.optional_angle(name)?);
     }
     let others = columns.done()?;

@@ -27,6 +27,9 @@ fn a_table_is_read_as_spreadsheets_and_programs_write_it() {
         "# made by hand\n\n azimuth_deg , dx # m\n# first\n 0 , +1.5\n  \n10,-2.0D-03 # last\n\n",
         "\"azimuth_deg\",\"dx\"\n\"0\",\"1.5\"\n 10 , \" -2e-3\" \n",
         "# azimuth_deg,dx\n0,1.5\n10,-2e-3\n",
+        "azimuth_deg dx\n0 1.5\n10 -2e-3\n",
+        "  azimuth_deg   \"dx\" \r\n  0   1.5\r\n 10  -2e-3  # last\r\n",
+        "# azimuth_deg dx\n0 1.5\n10 -2e-3\n",
     ] {
         assert_eq!(numbers(text), expected, "{text}");
     }
@@ -198,9 +201,59 @@ fn numbers_of_nodes_are_whole() {
 proptest::proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(
-        proptest::sample::select(b"a,;\t\"# \n\r1-.eDn\xef\xbb\xbf\xff\0".to_vec()), 0..60)) {
+        proptest::sample::select(b"a,;\t\"#( )/\n\r1-.eDn\xef\xbb\xbf\xff\0".to_vec()), 0..60)) {
         if let Err(error) = Table::parse(&bytes, Path::new("t.csv")) {
             proptest::prop_assert!(error.to_string().starts_with("t.csv:"));
         }
     }
+}
+
+#[test]
+fn the_table_of_a_solver_with_six_degrees_of_freedom_is_read() {
+    let text =
+        "// times\n2\n(\n(0 ((0 0 0) (0 0 0)))\n(1.5 ((1 2 3)\n (10 20 30)) /* end */ )\n)\n";
+    let read = table(text);
+    let mut columns = read.columns();
+    let (key, time) = columns.require_key().expect("times");
+    let rot_z = columns.require_angle("rot_z").expect("there");
+    let dy = columns.require("dy").expect("there");
+    assert_eq!(key, Key::Time);
+    let values = [time, dy, rot_z].map(|column| read.value(1, column));
+    assert_eq!(values, [1.5, 2.0, 30f64.to_radians()]);
+    assert_eq!((read.line(0), read.line(1)), (4, 5));
+    assert!(read.turns_z_first() && !table("time_s\n1\n").turns_z_first());
+    let row = "a row of OpenFOAM's table is (time ((x y z) (rot_x rot_y rot_z))) with angles in degrees; found";
+    for (text, expected) in [
+        (
+            "2((0 ((0 0 0) (0 0 0))))",
+            "1: the list has 1 row, and its count is 2".to_owned(),
+        ),
+        ("(\n(0 (0 0 0)))", format!("2: {row} `0`")),
+        ("(\n(0 ((0 0 0)", format!("2: {row} the end")),
+        ("((0 ((0 0 x) (0 0 0))))", format!("1: {row} `x`")),
+        ("()", "1: the list has no rows".to_owned()),
+        (
+            "((0 ((0 0 0) (0 0 0))))\n5",
+            "2: text follows the end of the list".to_owned(),
+        ),
+    ] {
+        assert_eq!(
+            refusal(parse(text)),
+            format!("beam.csv:{expected}"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn a_line_of_units_is_read_where_units_can_be_given() {
+    let read = table("time_s dx\n(s) [mm]\n0 1\n2 3\n");
+    assert_eq!((read.n_rows(), read.line(0)), (2, 3));
+    let mut columns = read.columns();
+    columns.require_key().expect("times");
+    columns.optional("dx");
+    assert_eq!(
+        refusal(columns.done()),
+        "beam.csv:2: this table has no `units`, and so no line of them; remove it, and give lengths in mesh units, times in s"
+    );
 }
