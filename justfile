@@ -8,7 +8,7 @@ quick:
 test:
     scripts/test
 
-# One check by another program, such as `just verify pvd`
+# One check by another program, such as `just verify quality`
 verify *names:
     .venv/bin/python scripts/verify {{names}}
 

@@ -1,9 +1,8 @@
-//! Moves unstructured meshes with rotors, wings and anything else that turns, by radial basis
-//! functions.
+//! Moves unstructured meshes with rotors, wings and other moving bodies, by radial basis functions.
 //!
-//! Two types do most of it. A [`Deformation`] takes a mesh and a [`Schedule`] of steps, and gives node
-//! positions, velocities and quality at every step. A [`Morph`] takes a mesh alone, and any displacements
-//! of its surface, as a flow solver that is coupled to a structure has them.
+//! Two types do most of the work. A [`Deformation`] takes a mesh and a [`Schedule`] of steps, and computes node positions,
+//! velocities and quality at every step. A [`Morph`] takes only a mesh, and any displacements of its surface, for example
+//! from a flow solver that is coupled to a structure.
 //!
 //! ```
 //! use azimesh::{Body, Cyclic, Deformation, Mesh, Schedule, Steps};
@@ -23,18 +22,18 @@
 //! }
 //! ```
 //!
-//! In a `Cargo.toml`, `azimesh = { version = "0.1", default-features = false }` gives the library without
-//! the program. Lengths are in the mesh's own unit, angles in radians unless a name says degrees. Errors
-//! are [`Error`]: what was found, where, and what would be right.
+//! In a `Cargo.toml`, `azimesh = { version = "0.1", default-features = false }` selects the library without the program.
+//! Lengths are in the mesh's own unit, angles in radians unless a name says degrees. An [`Error`] has the place, the value
+//! found and the remedy.
 //!
-//! | to | see |
+//! | task | see |
 //! |---|---|
 //! | read, make and write meshes | [`Mesh`], [`MeshView`], [`ReadOptions`], [`WriteOptions`] |
 //! | say what moves, and when | [`Schedule`], [`Steps`], [`Body`], [`Rotor`] |
 //! | give a body its motion | [`Cyclic`], [`AxisRotation`], [`Translation`], [`TableMotion`], [`Beam`], [`Modes`], [`SurfaceMotion`] |
 //! | deform a mesh | [`Deformation`], [`Morph`] |
 //! | carry displacements to a surface with other points, and forces back | [`SurfaceMap`] |
-//! | judge and compare meshes | [`quality`](fn@quality), [`diff`] |
+//! | evaluate and compare meshes | [`quality`](fn@quality), [`diff`] |
 //!
 //! Further reading in the repository: programs in `examples/`, `ARCHITECTURE.md`, and `docs/method.md` for
 //! the equations.

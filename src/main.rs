@@ -4,7 +4,7 @@ use azimesh::alloc::global;
 use std::panic::resume_unwind;
 use std::process::ExitCode;
 
-/// Bytes of the stack that the program runs on: those that systems give the first thread, unless `ulimit -s` says less.
+/// Stack size in bytes of the program: the system's default for the first thread, unless `ulimit -s` is smaller.
 const STACK: u32 = 8 << 20;
 
 #[global_allocator]

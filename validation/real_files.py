@@ -78,12 +78,14 @@ def dimension_of(kind):
 def by_vtk(path, ours=False):
     """Through the reader that pyvista has for the ending; blocks of a file follow one another, and name groups."""
     import pyvista
+    from foam import blocks
 
     is_fluent = path.endswith(".msh") or ".cas" in path
     found = pyvista.FluentReader(path).read() if is_fluent else pyvista.read(path)
     # VTK's reader puts cells of Fluent together in an order of its own.
     whole, first = Reading(np.zeros((0, 3)), is_ordered=not is_fluent), 0
-    for name, part in leaves(found) if isinstance(found, pyvista.MultiBlock) else [(None, found)]:
+    parts = [(name.split("/")[-1], part) for name, part in blocks(found) if part.n_cells] if isinstance(found, pyvista.MultiBlock) else [(None, found)]
+    for name, part in parts:
         grid = part.cast_to_unstructured_grid()
         cells, nodes = np.arange(first, first + grid.n_cells), len(whole.points)
         add(whole, grid, nodes, first)
@@ -97,17 +99,6 @@ def by_vtk(path, ours=False):
             for array in ("BoundaryTag", "Zone"):
                 named(whole, found, array)
     return whole
-
-
-def leaves(blocks):
-    """Every grid below, with its name."""
-    import pyvista
-
-    for name in blocks.keys():
-        if isinstance(blocks[name], pyvista.MultiBlock):
-            yield from leaves(blocks[name])
-        elif blocks[name] is not None and blocks[name].n_cells:
-            yield name, blocks[name]
 
 
 def add(whole, grid, shift, first):

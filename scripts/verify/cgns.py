@@ -14,6 +14,7 @@ import meshes
 import numpy as np
 import vtk
 from program import TESTDATA, azimesh, report, scratch
+from sequences import labelled
 from vtk.util.numpy_support import vtk_to_numpy
 
 # CGNS's number of an element type: VTK's, nodes, position in the file of each of VTK's nodes (SIDS 3.3)
@@ -33,11 +34,6 @@ ALLOWED = ("not a CGNS data-name identifier", "exponents not given", "warnings (
 def data(node, name=None):
     """Data of a node, or of its child of this name, as one row of numbers."""
     return np.array((node[name] if name else node)[" data"]).ravel()
-
-
-def labelled(node, label):
-    """Children with this label."""
-    return [node[k] for k in node if not k.startswith(" ") and node[k].attrs["label"] == label.encode()]
 
 
 def by_h5py(path):

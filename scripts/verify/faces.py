@@ -1,7 +1,5 @@
 """Face metrics by plain numpy, face by face from OpenFOAM's formulas, beside the cell arrays and the
 results of `azimesh quality`: on meshes of every kind of cell with their inner nodes shaken.
-
-`validation/check_faces_openfoam.py` compares both with checkMesh itself.
 """
 
 import json
@@ -142,11 +140,16 @@ def shaken(grid, seed=1):
     return points + SHAKEN * np.where(np.isfinite(reach), reach, 0)[:, None] * step
 
 
-def judged(mesh, reference):
-    """Results of `azimesh quality`, and the mesh with the cell arrays it writes."""
+def judged(grid, points):
+    """Results of `azimesh quality` for a grid with moved nodes against itself, and the mesh with the cell arrays it writes."""
     with scratch() as folder:
+        for name, nodes in (("moved", points), ("plain", np.asarray(grid.points, float))):
+            copy = grid.copy()
+            copy.clear_data()
+            copy.points = nodes
+            copy.save(folder / f"{name}.vtu")
         out = folder / "judged.vtu"
-        text = azimesh("quality", mesh, "--reference", reference, "-o", out, "--json")
+        text = azimesh("quality", folder / "moved.vtu", "--reference", folder / "plain.vtu", "-o", out, "--json")
         return json.loads(text), pyvista.read(out)
 
 
@@ -171,16 +174,7 @@ def compare(path):
     grid = pyvista.read(path)
     faces = Faces(grid)
     points = shaken(grid)
-    with scratch() as folder:
-        moved = grid.copy()
-        moved.clear_data()
-        moved.points = points
-        plain = grid.copy()
-        plain.clear_data()
-        plain.points = np.asarray(grid.points, float)
-        moved.save(folder / "moved.vtu")
-        plain.save(folder / "plain.vtu")
-        results, out = judged(folder / "moved.vtu", folder / "plain.vtu")
+    results, out = judged(grid, points)
     ours = metrics(points, faces)
     wanted = {
         "max_non_orthogonality": angle(ours["cosine"].min()),

@@ -43,15 +43,11 @@ def prepare(folder):
     grid = pyvista.read(path)
     points, triangles = np.array(grid.points)[:, :2], grid.cells_dict[5]
     assert (twist.scaled_jacobian(points, triangles) > 0).all()
-    tag = np.array(grid.cell_data["BoundaryTag"])
-    names = list(grid.field_data["BoundaryTagNames"])
-    nodes = {}
-    for number, name in enumerate(names, start=1):
-        cells = grid.extract_cells(np.flatnonzero(tag == number))
-        nodes[name] = np.array(cells.point_data["vtkOriginalPointIds"])
+    mesh = meshes.by_pyvista(path)
+    nodes = {name: outputs.tagged(mesh, name) for name in mesh.tags}
     # The flap begins behind the main element.
-    flap = [name for name in names if points[nodes[name], 0].min() > 19.0]
-    assert len(names) == 4 and len(flap) == 1, names
+    flap = [name for name in nodes if points[nodes[name], 0].min() > 19.0]
+    assert len(nodes) == 4 and len(flap) == 1, nodes.keys()
     return path, points, triangles, nodes, flap[0]
 
 

@@ -2,16 +2,16 @@
 
 Nothing of reference.py is used: each case says where a node is at a time t by matrices of its own, and numpy differentiates that.
 Oscillations about any axis, tables of angles, pitch and azimuth, names and units of columns, transient tables, plane zones
-that turn, tags that go along.
+that turn.
 """
 
-import gmsh
 import numpy as np
 import pyvista
 from scipy.interpolate import CubicSpline, interp1d
 
+import meshes
 import outputs
-from program import TESTDATA, azimesh, report, scratch
+from program import TESTDATA, report, scratch
 
 REST = """
 [boundaries]
@@ -48,8 +48,7 @@ def waves(t, hertz, terms):
 
 def csv(folder, name, header, *columns):
     """A table of columns."""
-    rows = [",".join(repr(float(x)) for x in row) for row in zip(*columns)]
-    (folder / name).write_text("\n".join([header, *rows]) + "\n")
+    outputs.write_table(folder / name, dict(zip(header.split(","), columns, strict=True)))
 
 
 def swinging(_folder):
@@ -209,47 +208,6 @@ units = { station = "radius", dz = "mm", rot_x_deg = "rad" }
     return text, at, "time = { values = TIMES, frequency = 3.0 }"
 
 
-def disc(path):
-    """A plane mesh: a bar in a round zone that turns in a ring, with a free line in the ring."""
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Terminal", 0)
-    kernel = gmsh.model.occ
-    inner, outer = kernel.addDisk(0.5, 0, 0, 1, 1), kernel.addDisk(0.5, 0, 0, 2, 2)
-    bar = kernel.addRectangle(0.2, -0.1, 0, 0.6, 0.2)
-    wake = kernel.addLine(kernel.addPoint(1.7, 0, 0), kernel.addPoint(2.2, 0, 0))
-    kernel.cut([(2, outer)], [(2, inner)], removeTool=False)
-    kernel.cut([(2, inner)], [(2, bar)])
-    kernel.fragment([(2, outer), (2, inner)], [(1, wake)])
-    kernel.synchronize()
-    box = gmsh.model.getBoundingBox
-    zones = {tag: box(2, tag)[3] - box(2, tag)[0] for _, tag in gmsh.model.getEntities(2)}
-    gmsh.model.addPhysicalGroup(2, [tag for tag, width in zones.items() if width < 3], name="rotor")
-    gmsh.model.addPhysicalGroup(2, [tag for tag, width in zones.items() if width > 3], name="stator")
-    lines = {"bar": [], "far": [], "wake": []}
-    for _, tag in gmsh.model.getEntities(1):
-        x0, y0, _, x1, y1, _ = box(1, tag)
-        if x1 - x0 > 3:
-            lines["far"].append(tag)
-        elif x0 > 1.6:
-            lines["wake"].append(tag)
-        elif x1 - x0 < 0.7 and y1 - y0 < 0.3:
-            lines["bar"].append(tag)
-    for name, tags in lines.items():
-        gmsh.model.addPhysicalGroup(1, tags, name=name)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.15)
-    gmsh.model.mesh.generate(2)
-    gmsh.write(str(path))
-    gmsh.finalize()
-
-
-def nodes_of(mesh, tag):
-    """Nodes on a tag of a VTU of azimesh."""
-    grid = pyvista.read(mesh)
-    number = list(grid.field_data["BoundaryTagNames"]).index(tag) + 1
-    cells = grid.extract_cells(np.flatnonzero(np.array(grid.cell_data["BoundaryTag"]) == number))
-    return np.array(grid.points), np.unique(np.array(cells.point_data["vtkOriginalPointIds"]))
-
-
 def compare(name, mesh, tag, case, folder, rest=REST):
     """(nodes compared, largest error of positions by the displacement, of velocities by the largest speed)."""
     text, at, *head = case(folder)
@@ -258,8 +216,9 @@ def compare(name, mesh, tag, case, folder, rest=REST):
     body = f'{head}\n[[body]]\nname = "b"\ntags = ["{tag}"]\n{text}\n'.replace("TIMES", repr(TIMES))
     schedule.write_text(body + rest)
     rows = outputs.deform(mesh, schedule, folder / name, expect=(0, 1))
-    x, nodes = nodes_of(mesh, tag)
-    x = x[nodes]
+    reference = meshes.by_pyvista(mesh)
+    nodes = outputs.tagged(reference, tag)
+    x = reference.points[nodes]
     if case is bending:
         radius, of_beam = x[:, 0].max(), at
         at = lambda x, t: of_beam(x, t, radius)  # noqa: E731
@@ -279,10 +238,7 @@ def compare(name, mesh, tag, case, folder, rest=REST):
 
 
 def turning_zone(folder):
-    """A zone of a plane mesh turns while its bar swings about its own axis; a tag in the ring stays as it is."""
-    disc(folder / "disc.msh")
-    mesh = folder / "disc.vtu"
-    azimesh("convert", folder / "disc.msh", mesh)
+    """A zone of a plane mesh turns while the airfoil in it swings about its own axis."""
     text = 'rigid.rotate = { axis = [0, 0, 1], origin = [0.5, 0, 0], harmonics = [ { sin = 8.0 } ] }'
     head = """time = { values = TIMES, frequency = 3.0 }
 rotor = { frame = "inertial", hub = [0.5, 0, 0] }"""
@@ -292,8 +248,8 @@ rotor = { frame = "inertial", hub = [0.5, 0, 0] }"""
         x = about(x, [0, 0, 1], [0.5, 0, 0], 8 * np.sin(np.radians(psi)))
         return about(x, [0, 0, 1], [0.5, 0, 0], psi)
 
-    rest = REST.replace('others = "fixed"', 'zones = ["rotor"]\nfixed = ["far"]\nfree = ["wake"]')
-    return compare("disc", mesh, "bar", lambda _: (text, at, head), folder, rest)
+    rest = REST.replace('others = "fixed"', 'zones = ["boundary layer"]')
+    return compare("zone", TESTDATA / "airfoil_hybrid_raw_lz4.vtu", "airfoil", lambda _: (text, at, head), folder, rest)
 
 
 def main():

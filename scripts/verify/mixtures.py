@@ -8,11 +8,11 @@ byte, end with the same code and warn of the same.
 import os
 import random
 import subprocess
-from pathlib import Path
 
 import gmsh
 import numpy
 import pyvista
+from meshes import quiet_gmsh
 from mpi import ALLOWED, command
 from outputs import content, same
 from program import AZIMESH, azimesh, report, scratch
@@ -23,8 +23,6 @@ SEED = int(os.environ.get("SEED", "20261126"))
 
 def drum(path):
     """A box in a cylinder, the zone `rotor`, inside a box: both ends of the zone lie on the boundary, so that it has a rim there."""
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Terminal", 0)
     shapes = gmsh.model.occ
     cylinder = lambda: (3, shapes.addCylinder(0, 0, -0.5, 0, 0, 1, 0.6))
     inside, _ = shapes.cut([cylinder()], [(3, shapes.addBox(-0.15, -0.05, -0.1, 0.3, 0.1, 0.2))])
@@ -50,10 +48,7 @@ def drum(path):
     gmsh.option.setNumber("Mesh.MeshSizeMax", 0.05)
     gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.model.mesh.generate(3)
-    gmsh.write(str(path.with_suffix(".msh")))
-    gmsh.finalize()
-    azimesh("convert", path.with_suffix(".msh"), path)
-    assert "gmsh:geometrical" in pyvista.read(path).cell_data
+    gmsh.write(str(path))
 
 
 def rotor(path):
@@ -114,7 +109,9 @@ def run(*arguments):
 def main():
     chance, n_files, n_refused = random.Random(SEED), 0, 0
     with scratch() as folder:
-        drum(folder / "drum.vtkhdf")
+        with quiet_gmsh():
+            drum(folder / "drum.msh")
+        azimesh("convert", folder / "drum.msh", folder / "drum.vtkhdf")
         rotor(folder / "rotor.vtkhdf")
         # With the surface first or layer by layer, and along a curve: then nodes of the surface lie everywhere.
         names = ["drum", "rotor", "drum_along", "rotor_along"]

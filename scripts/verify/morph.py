@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 import meshes
 from outputs import tagged
@@ -184,14 +186,9 @@ def rows(nodes):
 
 def components(facets):
     """A number for the connected surface of each node."""
-    part = np.arange(facets.max() + 1)
-    while True:
-        least = part[facets].min(axis=1)
-        before = part.copy()
-        for corner in range(3):
-            np.minimum.at(part, facets[:, corner], least)
-        if (part == before).all():
-            return part
+    n = facets.max() + 1
+    edges = facets[:, [0, 1, 0, 2]].reshape(-1, 2)
+    return connected_components(coo_array((np.ones(len(edges)), edges.T), shape=(n, n)), directed=False)[1]
 
 
 def closest(x, points, facets):

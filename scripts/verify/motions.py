@@ -26,13 +26,6 @@ def numbers(random, size, n):
     return [float(value) for value in random.uniform(-size, size, n)]
 
 
-def write_table(path, key, keys, columns):
-    """A CSV file with a row for each key."""
-    lines = [",".join([key, *columns])]
-    lines += [",".join(map(repr, [float(at), *row])) for at, row in zip(keys, zip(*columns.values()))]
-    path.write_text("\n".join(lines) + "\n")
-
-
 def harmonic(random, size):
     """One harmonic of an angle up to `size` degrees."""
     sin, cos = numbers(random, size, 2)
@@ -43,7 +36,7 @@ def airfoil(random, folder, _mesh):
     """In the plane: a table over time with cubic interpolation, then pitch, without a rotor."""
     times = np.linspace(0.0, 2.0, 7)
     columns = {name: numbers(random, size, 7) for name, size in (("dx", 0.1), ("dy", 0.1), ("rot_z_deg", 5))}
-    write_table(folder / "heave.csv", "time_s", times, columns)
+    outputs.write_table(folder / "heave.csv", {"time_s": times} | columns)
     return f"""
 time = {{ stop = 1.9, step = 0.38, frequency = 0.7 }}
 [[body]]
@@ -59,7 +52,7 @@ def ball(random, folder, _mesh):
     """In space: rigid and a table over several revolutions, inertial frame."""
     azimuths = np.arange(0, 360, 45.0)
     columns = {name: numbers(random, 0.1 if "d" == name[0] else 8.0, 8) for name in AXES}
-    write_table(folder / "free.csv", "azimuth_deg", azimuths, columns)
+    outputs.write_table(folder / "free.csv", {"azimuth_deg": azimuths} | columns)
     return f"""
 azimuth.values = [0.0, 33.0, 350.0, 725.5]
 [rotor]
@@ -78,13 +71,13 @@ def beam_table(random, folder, stations):
     """Unsorted rows over azimuth and station, and a lifting line."""
     rows = [(psi, r) for psi in np.arange(0, 360, 40.0) for r in stations]
     rows = [rows[i] for i in random.permutation(len(rows))]
-    columns = {"station": [r for _, r in rows]}
+    columns = {"azimuth_deg": [psi for psi, _ in rows], "station": [r for _, r in rows]}
     columns |= {name: numbers(random, 0.05 if "d" == name[0] else 6.0, len(rows)) for name in AXES}
-    write_table(folder / "beam.csv", "azimuth_deg", [psi for psi, _ in rows], columns)
+    outputs.write_table(folder / "beam.csv", columns)
     line = {axis: numbers(random, 0.1, 3) for axis in "xyz"}
     at = np.linspace(stations[0], stations[-1], 3)
     line["x"] = [float(x + r) for x, r in zip(line["x"], at)]
-    write_table(folder / "line.csv", "station", at, line)
+    outputs.write_table(folder / "line.csv", {"station": at} | line)
     kind = random.choice(["linear", "cubic"])
     return f'beam = {{ table = "beam.csv", lifting_line = "line.csv", interpolation = "{kind}", hold_ends = true }}'
 
@@ -140,7 +133,7 @@ def nodal(random, folder, mesh):
     lines += [",".join(map(repr, [j, int(node), *numbers(random, 0.1, 3)])) for j in (1, 2, 3) for node in nodes]
     (folder / "modes.csv").write_text("\n".join(lines) + "\n")
     columns = {f"q{j}": numbers(random, 1.0, 6) for j in (1, 2, 3)}
-    write_table(folder / "q.csv", "azimuth_deg", np.arange(0, 360, 60.0), columns)
+    outputs.write_table(folder / "q.csv", {"azimuth_deg": np.arange(0, 360, 60.0)} | columns)
     kind = random.choice(["linear", "cubic"])
     return f"""
 azimuth.values = [0.0, 40.0, 100.0]

@@ -25,6 +25,12 @@ def points(folder, row):
     return np.array(pyvista.read(folder / row["file"]).points)
 
 
+def write_table(path, columns):
+    """Writes columns of numbers by name as CSV."""
+    rows = [",".join(repr(float(x)) for x in row) for row in zip(*columns.values(), strict=True)]
+    path.write_text("\n".join([",".join(columns), *rows]) + "\n")
+
+
 def tagged(mesh, *tags):
     """Nodes on some tags of a mesh, ascending."""
     return np.array(sorted({node for tag in tags for face in mesh.tags[tag] for node in face}), int)

@@ -11,8 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,20 +48,12 @@ class Call:
         return int(self.text.split(", ")[at])
 
 
-@dataclass
-class Node:
-    """A file: writes as (end of the call, offset, bytes), cuts as (end, length, None); when it was synced."""
-
-    changes: list = field(default_factory=list)
-    synced: float = 0.0
+class Node(list):
+    """A file: writes as (end of the call, offset, bytes), cuts as (end, length, None), syncs as (end, "synced", start)."""
 
 
-@dataclass
-class Folder:
-    """Changes of names, as (end of the call, name, node or folder or None where the name goes); when it was synced."""
-
-    changes: list = field(default_factory=list)
-    synced: float = 0.0
+class Folder(list):
+    """Changes of names, as (end of the call, name, node or folder or None where the name goes), and syncs."""
 
 
 def traced(arguments, folder):
@@ -103,7 +94,7 @@ class Disk:
     def change(self, path, node, call):
         """A name now stands for another node, or none."""
         folder, name = path.rsplit("/", 1)
-        self.folders[folder].changes.append((call.end, name, node))
+        self.folders[folder].append((call.end, name, node))
         self.nodes[path] = node
         self.ends.append(call.end)
 
@@ -116,7 +107,7 @@ class Disk:
                 self.change(path, Node(), call)
             node = self.nodes[path]
             if "O_TRUNC" in call.text:
-                node.changes.append((call.end, 0, None))
+                node.append((call.end, 0, None))
             self.open[call.result] = (node, [0], "O_APPEND" in call.text)
         else:
             self.open.pop(call.result, None)
@@ -138,20 +129,19 @@ class Disk:
             return
         node, at, appends = self.open[file]
         if appends:
-            at[0] = len(content(node.changes))
-        node.changes.append((call.end, at[0], call.strings()[0][: call.result]))
+            at[0] = len(content(node))
+        node.append((call.end, at[0], call.strings()[0][: call.result]))
         at[0] += call.result
         self.ends.append(call.end)
 
     def on_ftruncate(self, call):
         if call.number(0) in self.open:
-            self.open[call.number(0)][0].changes.append((call.end, call.number(1), None))
+            self.open[call.number(0)][0].append((call.end, call.number(1), None))
             self.ends.append(call.end)
 
     def on_fsync(self, call):
         if call.number(0) in self.open:
-            synced = self.open[call.number(0)][0]
-            synced.changes.append((call.end, "synced", call.start))
+            self.open[call.number(0)][0].append((call.end, "synced", call.start))
             self.ends.append(call.end)
 
     on_fdatasync = on_fsync
@@ -164,7 +154,7 @@ class Disk:
             node = self.nodes[source]
             self.change(target, node, call)
             folder = self.folders[target.rsplit("/", 1)[0]]
-            folder.changes[-1] += (source.rsplit("/", 1)[1],)
+            folder[-1] += (source.rsplit("/", 1)[1],)
             self.nodes[source] = None
 
     def on_unlink(self, call):
@@ -184,7 +174,7 @@ class Disk:
 
         def names(folder, path):
             standing = {}
-            for _, name, node, *source in survivors(folder.changes, moment, chance, in_order=True):
+            for _, name, node, *source in survivors(folder, moment, chance, in_order=True):
                 for gone in source:
                     standing.pop(gone, None)
                 standing[name] = node
@@ -193,7 +183,7 @@ class Disk:
                     names(node, f"{path}{name}/")
                 elif node is not None:
                     if id(node) not in contents:
-                        contents[id(node)] = content(survivors(node.changes, moment, chance))
+                        contents[id(node)] = content(survivors(node, moment, chance))
                     files[path + name] = contents[id(node)]
 
         names(self.folders[self.root], "")

@@ -6,7 +6,6 @@ A format that keeps the whole sequence in one file is added by a line in `SEQUEN
 import csv
 import os
 import signal
-from pathlib import Path
 
 import h5py
 import numpy as np

@@ -4,11 +4,13 @@ The meshes are Voronoi cells of random points (convex, plane faces of up to a do
 testdata, and a plane mesh of Voronoi polygons.
 """
 
+import gmsh
 import meshio
 import numpy as np
 import pyvista
 from scipy.spatial import Voronoi
 
+from meshes import quiet_gmsh
 from program import TESTDATA, azimesh, report, scratch
 
 N_POINTS = 60
@@ -122,8 +124,6 @@ def check_faces(parts, n_boundary):
 
 def check_other_programs(folder, parts):
     """SU2 as meshio reads it, MSH as gmsh does."""
-    import gmsh
-
     wanted = {kind: len(cells) for kind, cells in parts.cells_dict.items()}
     azimesh("convert", folder / "whole.vtu", folder / "parts.su2", "--split-polyhedra")
     blocks = meshio.read(folder / "parts.su2").cells
@@ -131,16 +131,12 @@ def check_other_programs(folder, parts):
     assert found == {"tetra": wanted[TETRAHEDRON], "pyramid": wanted[PYRAMID]}, found
     azimesh("convert", folder / "whole.vtu", folder / "parts.b8.ugrid", "--split-polyhedra")
     azimesh("convert", folder / "whole.vtu", folder / "parts.msh", "--split-polyhedra")
-    gmsh.initialize(interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
+    with quiet_gmsh():
         gmsh.open(str(folder / "parts.msh"))
         volume = 0.0
         for kind, elements, _ in zip(*gmsh.model.mesh.getElements(3)):
             volume += gmsh.model.mesh.getElementQualities(elements, "volume").sum()
         assert abs(volume - 1.0) < 1e-12, f"gmsh finds a volume of {volume}"
-    finally:
-        gmsh.finalize()
 
 
 def main():

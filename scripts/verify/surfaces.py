@@ -30,12 +30,7 @@ def corners(points, triangles):
 
 def polygons(mesh):
     """Node lists of the cells of polygonal data, of dimension 2."""
-    faces = mesh.faces if isinstance(mesh, pyvista.PolyData) else mesh.cells
-    found, at = [], 0
-    while at < len(faces):
-        found.append(faces[at + 1 : at + 1 + faces[at]])
-        at += 1 + faces[at]
-    return found
+    return [cell.point_ids for cell in mesh.cell if cell.dimension == 2]
 
 
 def fans(mesh):

@@ -94,11 +94,11 @@ def scaled_jacobian(points, quads):
     return (cross / (np.linalg.norm(ahead, axis=2) * np.linalg.norm(back, axis=2))).min(axis=1)
 
 
-def turned(folder, way, change=lambda text: text):
+def turned(folder, way):
     """Rows of steps.csv by angle, each with the points, the least scaled Jacobian and the inverted cells found here."""
     mesh, schedule = folder / "ogrid.su2", folder / f"{way}.toml"
     quads = write_su2(ogrid(), mesh)
-    schedule.write_text(change(SCHEDULE.format(keys=WAYS[way])))
+    schedule.write_text(SCHEDULE.format(keys=WAYS[way]))
     rows = outputs.deform(mesh, schedule, folder / way, expect=(0, 1))
     found = {}
     for row in rows:

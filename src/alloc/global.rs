@@ -1,27 +1,28 @@
-//! The program's allocator: the system's, with huge pages asked for behind large arrays. What it takes is
-//! counted, and memory that is not available ends the program with a message. Where `--max-memory` leaves no room for a
-//! large array, it is in a file ([`super::spill`]).
+//! The program's allocator: the system's, with huge pages for large arrays. It counts memory, and ends the program with a
+//! message if none is available. Where `--max-memory` does not allow a large array, the array is stored in a file
+//! ([`super::spill`]).
 //!
-//! A mesh is a few arrays of hundreds of megabytes. In pages of 4 kB the system spends as long on
-//! handing them out as the program on filling them; in pages of 2 MB it does not.
+//! A mesh is a few arrays of hundreds of megabytes. With pages of 4 kB the system takes as long to provide them as the
+//! program to fill them; with pages of 2 MB it does not.
 
 use super::{limit, spill};
 use std::alloc::{GlobalAlloc, Layout, System};
 
-/// Arrays from this size on are worth huge pages.
+/// Least size of arrays for which huge pages are worthwhile.
 const LARGE: usize = 8 << 20;
 
-/// Arrays from this size on go back to the system as soon as they are freed.
+/// Least size of arrays that are returned to the system as soon as they are freed.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const RETURNED: i32 = 8 << 20;
 
-/// Smaller arrays go back to the system once so many bytes of them are free at the end of the heap. Left to itself the allocator
-/// returns 128 kB, and who makes an array of a megabyte for each part of a file has the system clear it anew each time.
+/// Smaller arrays are returned to the system once this many free bytes are at the end of the heap. By default the
+/// allocator returns them from 128 kB, so code that allocates a megabyte for each part of a file makes the system clear it
+/// every time.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const KEPT: i32 = 16 << 20;
 
-/// Makes the program ready: memory for its end is set aside, and the system's allocator keeps no large array
-/// that is freed for later. Left to itself it learns from the first of them to keep all up to 32 MB.
+/// Prepares the program: reserves memory for its end, and stops the system's allocator from keeping large freed
+/// arrays. By default it learns from the first of them to keep all up to 32 MB.
 pub fn prepare() {
     spill::is_asked();
     #[cfg(unix)]
@@ -37,8 +38,7 @@ pub fn prepare() {
     };
 }
 
-/// Checks if `ulimit -v` leaves less than the 64 MB of addresses that the system's allocator would set aside
-/// for each thread.
+/// Checks if `ulimit -v` leaves less than the 64 MB of addresses that the system's allocator reserves for each thread.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn are_addresses_few() -> bool {
     // SAFETY: the call only fills in the limit.
@@ -70,11 +70,11 @@ fn is_below(least: libc::rlim_t, ask: impl FnOnce(*mut libc::rlimit) -> libc::c_
     ask(&raw mut limit) == 0 && limit.rlim_cur < least
 }
 
-/// The system's allocator with huge pages for large arrays, where the system has them to give.
+/// The system's allocator with huge pages for large arrays, where the system has them.
 pub struct HugePages;
 
-// SAFETY: every call goes to the system's allocator as it came, but for arrays that are mapped files, which are
-// whole pages of zeros of their own; the advice changes no content.
+// SAFETY: every call is passed to the system's allocator unchanged, except for arrays in mapped files, which are whole
+// pages of zeros; the advice changes no content.
 unsafe impl GlobalAlloc for HugePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let array = spill::array(layout.size(), layout.align());
@@ -103,7 +103,7 @@ unsafe impl GlobalAlloc for HugePages {
             }
             _ => {}
         }
-        // SAFETY: both arrays have that many bytes, and the old one is given back as it was taken.
+        // SAFETY: both arrays have that many bytes, and the old one is freed as it was allocated.
         unsafe {
             let moved = self.alloc(Layout::from_size_align_unchecked(size, layout.align()));
             moved.copy_from_nonoverlapping(array, size.min(before));
@@ -122,8 +122,8 @@ unsafe impl GlobalAlloc for HugePages {
     }
 }
 
-/// Counts an array and gets it. A small one that the system refuses is taken from the reserve: whoever asks for it
-/// may be in the middle of something that should be whole.
+/// Counts an array and allocates it. A small one that the system refuses is taken from the reserve, since its caller
+/// may be in the middle of an operation that must be completed.
 fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
     limit::count(before, size);
     let mut array = get();
@@ -140,8 +140,8 @@ fn had(before: usize, size: usize, get: impl Fn() -> *mut u8) -> *mut u8 {
     advised(array, size)
 }
 
-/// Asks for huge pages behind a large array, which has a mapping of its own, but for small ones where little of it will be used. All its pages are named:
-/// a part would split the mapping, and the system cannot move one that is split, so that every
+/// Requests huge pages for a large array, which has its own mapping, or small pages if little of it will be used. The
+/// advice covers all its pages: advice for a part would split the mapping, the system cannot move a split mapping, and every
 /// growth of the array would be a copy.
 fn advised(array: *mut u8, size: usize) -> *mut u8 {
     #[cfg(target_os = "linux")]
@@ -160,7 +160,7 @@ fn advised(array: *mut u8, size: usize) -> *mut u8 {
     array
 }
 
-/// Addresses that the program keeps for its end.
+/// Addresses that the program reserves for its end.
 #[cfg(unix)]
 mod reserve {
     use crate::alloc::limit;
@@ -169,34 +169,34 @@ mod reserve {
 
     /// Requests below this may be met from the reserve.
     pub const SMALL: usize = 64 << 10;
-    /// Its size: no page of it is ever used, but it counts for `ulimit -v`.
+    /// The reserve: no page of it is ever used, but it counts for `ulimit -v`.
     const SIZE: usize = 4 << 20;
-    /// Part of the stack of the thread that runs the program, which it has from the start: where it cannot grow later, the system ends
-    /// the program without a word.
+    /// Part of the stack of the thread that runs the program, touched from the start: if it could not grow later, the system
+    /// would end the program without a message.
     const STACK: usize = 512 << 10;
 
     static RESERVE: AtomicPtr<u8> = AtomicPtr::new(ptr::null_mut());
 
-    /// Sets it aside, and the stack. Where even that cannot be had, the program ends here.
+    /// Allocates the reserve and the stack. If even these are not available, the program ends here.
     pub fn set_aside() {
         let (size, flags) = (SIZE + STACK, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
-        // SAFETY: a mapping of its own, which nothing reads or writes.
+        // SAFETY: a new mapping that nothing reads or writes.
         let found = unsafe { libc::mmap(ptr::null_mut(), size, libc::PROT_NONE, flags, -1, 0) };
         if found == libc::MAP_FAILED {
             limit::end_without(size);
         }
-        // SAFETY: its end is given back, to the stack.
+        // SAFETY: its end is returned, to the stack.
         unsafe { libc::munmap(found.cast::<u8>().add(SIZE).cast(), STACK) };
         RESERVE.store(found.cast(), Ordering::SeqCst);
         let mut stack = [0_u8; STACK - (16 << 10)];
         std::hint::black_box(&mut stack);
     }
 
-    /// Gives it back to the system.
+    /// Returns the reserve to the system.
     pub fn give_back() {
         let reserve = RESERVE.swap(ptr::null_mut(), Ordering::SeqCst);
         if !reserve.is_null() {
-            // SAFETY: the mapping is whole, and nobody else has it.
+            // SAFETY: the mapping is whole, and nothing else uses it.
             unsafe { libc::munmap(reserve.cast(), SIZE) };
         }
     }

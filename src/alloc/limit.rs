@@ -1,5 +1,5 @@
-//! The memory that the program holds, its limit, and the end of the program where there is no more. Its
-//! allocator counts here and ends here; nothing in this file takes memory once the end has begun.
+//! The memory that the program holds, its limit, and the end of the program when there is no more. Its allocator counts
+//! here and ends here; nothing in this file allocates once the end has begun.
 
 use super::spill;
 use azimesh_io::formats::end_staged_soon;
@@ -11,45 +11,45 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// Exit code where the system failed.
+/// Exit code for a failure of the system.
 pub const SYSTEM_FAILED: u8 = 3;
 
-/// Arrays of fewer bytes are not counted: all of them together are little, and counting takes time.
+/// Arrays of fewer bytes are not counted: together they are small, and counting takes time.
 const COUNTED: usize = 64 << 10;
 
-/// Bytes in arrays that are counted.
+/// Bytes in counted arrays.
 static HELD: AtomicUsize = AtomicUsize::new(0);
-/// The most that there may be, by `--max-memory`.
+/// Largest allowed value, by `--max-memory`.
 static ALLOWED: AtomicUsize = AtomicUsize::new(usize::MAX);
-/// With how many bytes in memory a large array goes to a file instead.
+/// Bytes in memory from which a large array is stored in a file instead.
 static IN_MEMORY: AtomicUsize = AtomicUsize::new(usize::MAX);
-/// The stage of the work, for the sentence at the end.
+/// Stage of the work, for the final message.
 static STAGE: Mutex<String> = Mutex::new(String::new());
-/// Before the name of a stage that is over.
+/// Prefix of the name of a finished stage.
 const AFTER: &str = "after ";
-/// The thread that ends the program; 0 as long as there is none.
+/// The thread that ends the program; 0 while there is none.
 static ENDING: AtomicUsize = AtomicUsize::new(0);
 
-/// From here on an array with which the program would hold more than `limit` bytes ends it.
+/// Sets the limit: an array with which the program would hold more than `limit` bytes ends it.
 pub fn allow(limit: u64) {
     let limit = usize::try_from(limit).unwrap_or(usize::MAX);
     ALLOWED.store(limit, Ordering::Relaxed);
 }
 
-/// From here on `has_room` is asked for no more than so many bytes in memory.
+/// Sets the number of bytes that `has_room` allows in memory.
 pub fn keep_in_memory(bytes: u64) {
     let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
     IN_MEMORY.store(bytes, Ordering::Relaxed);
 }
 
-/// Checks if memory holds so many bytes more, where the alternative is a file.
+/// Checks if this many more bytes fit in memory, when the alternative is a file.
 pub(super) fn has_room(more: usize) -> bool {
     let held = HELD.load(Ordering::Relaxed);
     held.saturating_add(more) <= IN_MEMORY.load(Ordering::Relaxed)
 }
 
-/// Gives small arrays that are free back to the system, which the system's allocator keeps between those in use:
-/// the peak of a step of 8 million nodes falls from 1.38 to 1.29 GB. A few milliseconds.
+/// Returns small free arrays to the system, which the system's allocator keeps between those in use: the peak of a step
+/// of 8 million nodes falls from 1.38 to 1.29 GB. Takes a few milliseconds.
 pub fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: no memory in use is touched.
@@ -58,7 +58,7 @@ pub fn give_back() {
     }
 }
 
-/// Sets the stage of the work, and the file that is worked on.
+/// Sets the stage of the work, and the file in use.
 pub fn set_stage(stage: &str, path: Option<&Path>) {
     let text = match path {
         Some(path) => format!("{stage} {}", path.display()),
@@ -67,7 +67,7 @@ pub fn set_stage(stage: &str, path: Option<&Path>) {
     *STAGE.lock().unwrap_or_else(PoisonError::into_inner) = text;
 }
 
-/// The stage is over; until the next one begins, the program is behind it.
+/// Ends the stage; until the next one begins, the program is after it.
 pub fn end_stage() {
     let mut text = STAGE.lock().unwrap_or_else(PoisonError::into_inner);
     if !text.is_empty() && !text.starts_with(AFTER) {
@@ -75,8 +75,8 @@ pub fn end_stage() {
     }
 }
 
-/// Counts an array that grows or shrinks from `before` to `after` bytes, 0 for one that is not there. Ends
-/// the program where it grows beyond what `--max-memory` allows.
+/// Counts an array that grows or shrinks from `before` to `after` bytes, 0 if it does not exist. Ends the program if it
+/// exceeds `--max-memory`.
 #[inline]
 pub fn count(before: usize, after: usize) {
     if before >= COUNTED || after >= COUNTED {
@@ -102,13 +102,13 @@ fn count_large(before: usize, after: usize) {
     }
 }
 
-/// Ends the program, which asked the system for `size` bytes and did not get them.
+/// Ends the program after the system has refused `size` bytes.
 pub fn end_without(size: usize) -> ! {
     end_out_of_memory(format_args!("the system did not give {size} bytes"))
 }
 
-/// Ends the program from here on where a thread cannot be started for want of memory. The standard library panics if it has
-/// no memory for the signal stack of a thread, and where a caller of `spawn` ignores its error. A panic has this cause if
+/// Ends the program from here on if a thread cannot be started for lack of memory. The standard library panics if it
+/// has no memory for the signal stack of a thread, and some callers of `spawn` ignore its error. A panic has this cause if
 /// no other thread can be started either.
 pub fn end_where_threads_fail() {
     const PROBE: &str = "probe";
@@ -122,18 +122,18 @@ pub fn end_where_threads_fail() {
     }));
 }
 
-/// Ends the program for want of memory, with what is being done.
+/// Ends the program for lack of memory, with the current stage.
 fn end_out_of_memory(reason: fmt::Arguments<'_>) -> ! {
     let stage = STAGE.try_lock();
     match stage.as_ref().map_or("", |stage| stage.as_str()) {
         "" => end(format_args!("out of memory: {reason}")),
-        // The line is long enough: a character has at most four bytes.
+        // The buffer is long enough: a character has at most four bytes.
         stage => end(format_args!("out of memory: {reason} ({stage:.800})")),
     }
 }
 
-/// Ends the program with this message in one line and the exit code of a system that failed, and removes hidden files. No
-/// destructor runs and no other thread is waited for: they may want memory too.
+/// Ends the program with this one-line message and the exit code of a system failure, and removes hidden files. No
+/// destructor runs and no other thread is awaited: they may need memory too.
 pub fn end(message: fmt::Arguments<'_>) -> ! {
     thread_local!(static MARK: u8 = const { 0 });
     let me = MARK.with(|mark| std::ptr::from_ref(mark).addr());
@@ -144,7 +144,7 @@ pub fn end(message: fmt::Arguments<'_>) -> ! {
             to_stderr(&line.get_ref()[..line.position() as usize]);
             end_staged_soon();
         }
-        // What ends the program wants memory itself.
+        // Ending the program needs memory itself.
         Err(ending) if ending == me => {}
         Err(_) => thread::sleep(Duration::from_secs(60)),
     }
@@ -157,7 +157,7 @@ pub fn end(message: fmt::Arguments<'_>) -> ! {
     std::process::exit(SYSTEM_FAILED.into())
 }
 
-/// Writes past the lock of `std::io::stderr`, which a thread may have that waits for memory.
+/// Writes without the lock of `std::io::stderr`, which a thread that waits for memory may hold.
 fn to_stderr(line: &[u8]) {
     #[cfg(unix)]
     // SAFETY: the bytes are valid; a failed write cannot be reported.

@@ -1,4 +1,4 @@
-//! The memory of the program: how much it holds and may hold, arrays in files, and its allocator.
+//! The memory of the program: its amount and limit, arrays in files, and its allocator.
 
 pub mod global;
 pub mod limit;

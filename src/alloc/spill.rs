@@ -1,9 +1,9 @@
-//! Large arrays that do not fit into memory: each is in a file without a name, on the disk of the output, and is
-//! mapped. The system moves its pages between memory and disk; what a run computes does not depend on where arrays
-//! are. The program's allocator asks here; nothing in this file takes memory where it does.
+//! Large arrays that do not fit into memory: each is stored in a mapped file without a name, on the disk of the output.
+//! The system moves its pages between memory and disk; results do not depend on where arrays are. The program's allocator
+//! calls this module; nothing in this file allocates when called.
 //!
-//! A file goes with its array, and with the program however that ends. Its blocks are set aside when it is made, so that a
-//! full disk is found then.
+//! A file disappears with its array, and with the program however that ends. Its blocks are allocated when it is created,
+//! so a full disk is found then.
 
 use super::limit;
 use azimesh_io::formats::release_mapped;
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Smaller arrays stay in memory: of a mesh those are about two bytes a cell.
+/// Smaller arrays stay in memory: for a mesh they take about two bytes per cell.
 pub const LEAST: usize = 1 << 16;
 /// Bytes of the smallest page.
 const PAGE: usize = 4096;
@@ -25,10 +25,10 @@ const MOST: usize = 1 << 14;
 /// The interval at which the resident memory is checked.
 const TICK: Duration = Duration::from_millis(2);
 
-/// True if the program's allocator asks here. In a program of others, such as Python, it is another.
+/// True if the program's allocator calls this module. Other programs, such as Python, have their own allocator.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 static IS_ON: AtomicBool = AtomicBool::new(false);
-/// The folder, open.
+/// Descriptor of the folder.
 static FOLDER: AtomicI32 = AtomicI32::new(-1);
 static ARRAYS: Mutex<Arrays> = Mutex::new(Arrays {
     n: 0,
@@ -41,13 +41,13 @@ static ARRAYS: Mutex<Arrays> = Mutex::new(Arrays {
 struct Arrays {
     n: usize,
     all: [(usize, usize); MOST],
-    /// Bytes of all of them, and the most that there were.
+    /// Bytes of all of them, and their largest value.
     bytes: u64,
     most: u64,
 }
 
 impl Arrays {
-    /// Finds the place of the array at an address in the list, or the place to insert it.
+    /// Finds the index of the array at an address, or the index to insert it.
     fn find(&self, at: usize) -> Result<usize, usize> {
         self.all[..self.n].binary_search_by_key(&at, |array| array.0)
     }
@@ -61,7 +61,7 @@ impl Arrays {
         self.most = self.most.max(self.bytes);
     }
 
-    /// Takes an array from the list and gives its size.
+    /// Removes an array from the list and returns its size.
     fn remove(&mut self, at: usize) -> Option<usize> {
         let place = self.find(at).ok()?;
         let size = self.all[place].1;
@@ -76,23 +76,23 @@ fn arrays() -> MutexGuard<'static, Arrays> {
     ARRAYS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Says that the program's allocator asks here.
+/// Records that the program's allocator calls this module.
 pub fn is_asked() {
     IS_ASKED.store(true, Ordering::Relaxed);
 }
 
-/// Checks if an array of so many bytes may be in a file.
+/// Checks if an array of this many bytes may be in a file.
 pub fn is_for(size: usize) -> bool {
     size >= LEAST && IS_ON.load(Ordering::Acquire)
 }
 
-/// Checks if an array of `size` bytes, which takes `more` bytes than before, is to be in a file.
+/// Checks if an array of `size` bytes, `more` than before, is to be stored in a file.
 pub fn is_wanted(size: usize, more: usize) -> bool {
     is_for(size) && !limit::has_room(more)
 }
 
-/// From here on large arrays beyond `in_memory` bytes are in files in `folder`, and no more than about `limit` bytes
-/// are resident. Returns whether the system reports it.
+/// Stores large arrays beyond `in_memory` bytes in files in `folder` from here on, and keeps about `limit` bytes resident
+/// at most. Returns whether the system reports the resident memory.
 pub fn begin(folder: &Path, in_memory: u64, limit: u64) -> bool {
     let is_on = IS_ASKED.load(Ordering::Relaxed) && set_up(folder, limit);
     if is_on {
@@ -109,10 +109,10 @@ fn set_up(folder: &Path, limit: u64) -> bool {
     };
     let before = FOLDER.swap(folder.into_raw_fd(), Ordering::SeqCst);
     if before >= 0 {
-        // SAFETY: it was put there open, and nobody else has it.
+        // SAFETY: the descriptor was stored open, and nothing else uses it.
         unsafe { libc::close(before) };
     }
-    // A file system without nameless files, or one that sets no blocks aside, is found out now.
+    // Detects a file system without nameless files, or one that cannot allocate blocks.
     let Some(tried) = map(LEAST) else {
         return false;
     };
@@ -128,7 +128,7 @@ fn set_up(folder: &Path, limit: u64) -> bool {
     IS_ON.load(Ordering::Acquire)
 }
 
-/// An array of zeros in a file, where files are in use and it does not fit into memory.
+/// Returns an array of zeros in a file, if files are in use and it does not fit into memory.
 pub fn array(size: usize, align: usize) -> Option<*mut u8> {
     (is_wanted(size, size) && align <= PAGE)
         .then(|| map(size))
@@ -141,7 +141,7 @@ fn map(size: usize) -> Option<*mut u8> {
         return None;
     }
     let length = libc::off_t::try_from(size).ok()?;
-    // SAFETY: a file of its own, mapped whole; the mapping keeps it when it is closed.
+    // SAFETY: a new file, mapped whole; the mapping keeps it when it is closed.
     let at = unsafe {
         let flags = libc::O_TMPFILE | libc::O_RDWR | libc::O_CLOEXEC;
         let folder = FOLDER.load(Ordering::SeqCst);
@@ -166,12 +166,12 @@ fn map(size: usize) -> Option<*mut u8> {
     Some(at.cast())
 }
 
-/// The most bytes that were in files at a time.
+/// Returns the largest number of bytes that were in files at a time.
 pub fn most_in_files() -> u64 {
     arrays().most
 }
 
-/// The size of the file of an array of `size` bytes; `None` where it is in memory.
+/// Returns the size of the file of an array of `size` bytes; `None` if it is in memory.
 pub fn size_of_file(at: *const u8, size: usize) -> Option<usize> {
     if !is_for(size) {
         return None;
@@ -181,7 +181,7 @@ pub fn size_of_file(at: *const u8, size: usize) -> Option<usize> {
     Some(arrays.all[place].1)
 }
 
-/// Gives back an array of `size` bytes that is in a file; returns whether it did.
+/// Frees an array of `size` bytes in a file; returns whether it was in one.
 pub fn give_back(at: *mut u8, size: usize) -> bool {
     is_for(size) && unmap(at)
 }
@@ -191,13 +191,13 @@ fn unmap(at: *mut u8) -> bool {
     let Some(size) = arrays.remove(at.addr()) else {
         return false;
     };
-    // SAFETY: the array is this mapping, and its owner gives it back.
+    // SAFETY: the array is this mapping, and its owner frees it.
     unsafe { libc::munmap(at.cast(), size) };
     true
 }
 
-/// Lets go of the pages of all files whenever the program has three quarters of `limit` bytes in memory, and so before it has
-/// all of them: the pages stay with the system, which writes them to the disk and takes them back as it needs to.
+/// Releases the pages of all files whenever the program has three quarters of `limit` bytes in memory, so before it
+/// reaches the limit. The pages stay with the system, which writes them to the disk and reclaims them as needed.
 fn keep(limit: u64) {
     let Ok(statm) = File::open("/proc/self/statm") else {
         return;
@@ -212,13 +212,13 @@ fn keep(limit: u64) {
     }
 }
 
-/// Bytes of the program that are in memory: the second number of `statm`, in pages.
+/// Returns the resident bytes of the program: the second number of `statm`, in pages.
 fn resident(statm: &File) -> Option<u64> {
     let mut text = [0; 128];
     let n = statm.read_at(&mut text, 0).ok()?;
     let text = std::str::from_utf8(&text[..n]).ok()?;
     let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
-    // SAFETY: a question to the system.
+    // SAFETY: a query of the system.
     let page = unsafe { libc::sysconf(libc::_SC_PAGESIZE) };
     Some(pages * u64::try_from(page).ok()?)
 }

@@ -1,4 +1,4 @@
-//! `azimesh check`: a dry run that says what `deform` would do.
+//! `azimesh check`: a dry run that reports what `deform` would do.
 
 use super::{Context, Outcome, memory};
 use crate::preflight::{
@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::fmt::{Display, Write};
 use std::path::PathBuf;
 
-/// Steps that are listed one by one; of more, some evenly spaced.
+/// Largest number of steps listed; of more, an even selection.
 const LISTED: usize = 12;
 
 /// Arguments of `azimesh check`.
@@ -181,7 +181,7 @@ fn role_name(plan: &Plan, tag: &TagRole) -> String {
     }
 }
 
-/// Returns whether zones deform of which a tag has no face.
+/// Returns whether a tag has no face in the deforming zones.
 fn is_outside(plan: &Plan, tag: &TagRole) -> bool {
     let Some(zone) = &plan.motion.zone else {
         return false;
@@ -197,8 +197,8 @@ fn is_outside(plan: &Plan, tag: &TagRole) -> bool {
     !own.any(|own| own.cells.iter().any(is_inside))
 }
 
-/// Seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations
-/// a second and thread, a gigabyte a second to disk. Order of magnitude only.
+/// Estimates the seconds of a run on this machine's threads: a thousand base points, a billion kernel evaluations per
+/// second and thread, a gigabyte per second to disk. Order of magnitude only.
 fn seconds(plan: &Plan, n_bytes: u64) -> f64 {
     let threads = parallel::n_threads() as f64;
     let evaluations = 1e3 * (plan.boundary.n_nodes + 10 * plan.surface.nodes.len()) as f64;
@@ -283,7 +283,7 @@ fn as_text(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> String
     lines.0 + &bodies_as_text(plan, &steps)
 }
 
-/// Returns whether hub, axes and senses of angles mean anything for the motion.
+/// Returns whether hub, axes and senses of angles are relevant for the motion.
 fn has_rotor(plan: &Plan) -> bool {
     let motion = &plan.motion;
     let mut bodies = 0..motion.bodies.len();
@@ -358,7 +358,7 @@ impl Lines {
     }
 }
 
-/// The steps that are listed: all, or of many some evenly spaced.
+/// Returns the steps to list: all, or an even selection of many.
 fn listed(plan: &Plan) -> Vec<&Step> {
     evenly(plan, LISTED)
 }
@@ -376,7 +376,7 @@ fn checked_body(plan: &Plan, at: &BodyAtStep) -> CheckedBody {
     }
 }
 
-/// A table of each body: its angles and its tip where it has them, and its largest displacement.
+/// Formats a table for each body: its angles and its tip if it has them, and its largest displacement.
 fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
     let mut text = String::new();
     let found = bodies_at(plan, steps);
@@ -413,7 +413,7 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
     text
 }
 
-/// What steps are listed by: azimuth and time, as far as they have them.
+/// Returns the keys of listed steps: azimuth and time, if they have them.
 fn place_name(plan: &Plan) -> &'static str {
     let first = &plan.motion.steps[0];
     match (first.azimuth_deg(), first.time_s()) {
@@ -431,7 +431,7 @@ fn place_of(step: &Step) -> String {
     }
 }
 
-/// Digits after the point with which numbers in a column have six digits, where `largest` is the largest of them.
+/// Returns the decimals for six digits of the numbers in a column; `largest` is the largest of them.
 fn decimals(largest: f64) -> usize {
     let before = largest.log10().floor();
     if largest > 0.0 {
@@ -441,13 +441,13 @@ fn decimals(largest: f64) -> usize {
     }
 }
 
-/// A number for a column; what is rounded to zero has no sign.
+/// Formats a number for a column; a number that rounds to zero has no sign.
 fn fixed(x: f64, decimals: usize) -> String {
     let least = 0.5 * 0.1_f64.powi(decimals as i32);
     format!("{:.decimals$}", if x.abs() < least { 0.0 } else { x })
 }
 
-/// Three numbers, each behind a blank; nothing where there are none.
+/// Formats three numbers, each after a blank; empty without numbers.
 fn cells(numbers: Option<&[f64; 3]>, width: usize, text: impl Fn(f64) -> String) -> String {
     let texts = numbers.into_iter().flatten();
     texts.map(|x| format!(" {:>width$}", text(*x))).collect()

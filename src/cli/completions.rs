@@ -1,4 +1,4 @@
-//! `azimesh completions`: what a shell needs to complete commands and options.
+//! `azimesh completions`: scripts with which a shell completes commands and options.
 
 use super::{Cli, Context, Outcome};
 use azimesh_core::error::Result;

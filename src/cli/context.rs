@@ -21,7 +21,7 @@ use std::time::Instant;
 
 /// The common options, and printing: results to stdout, everything else to stderr.
 pub struct Context {
-    /// The common options as given.
+    /// The common options.
     pub common: Common,
     /// The ranks; the first prints for all.
     pub ranks: Ranks,
@@ -36,7 +36,7 @@ pub struct Context {
 }
 
 impl Context {
-    /// From the common options, for one process.
+    /// Creates the context from the common options, for one process.
     pub fn new(common: Common) -> Self {
         Self {
             common,
@@ -48,7 +48,7 @@ impl Context {
         }
     }
 
-    /// Works as one of several ranks. `n_on_node` ranks are on this machine.
+    /// Makes it one of several ranks. `n_on_node` ranks are on this machine.
     pub fn on_ranks(self, ranks: &Ranks, n_on_node: usize) -> Self {
         Self {
             ranks: ranks.clone(),
@@ -57,21 +57,21 @@ impl Context {
         }
     }
 
-    /// Starts as many threads as are asked for or granted.
+    /// Starts as many threads as requested or granted.
     pub fn start_threads(&self) -> Result<()> {
         let (n, by) = threads::granted(self.common.threads, self.n_on_node);
         self.detail(&format!("threads: {n} ({by})"));
         parallel::start(n)
     }
 
-    /// Plans a schedule on the mesh in a file; gives the mesh too.
+    /// Plans a schedule on the mesh in a file; also returns the mesh.
     pub fn plan(&self, path: &Path, schedule: Schedule) -> Result<(Plan, Arc<Mesh>)> {
         let mesh = self.read_any(path)?;
         let (plan, part) = Plan::new(mesh, schedule).map_err(|error| error.file(path))?;
         Ok((plan, part.mesh))
     }
 
-    /// Does `work` under a spinner on a terminal; with `-v` its seconds are told.
+    /// Runs `work` with a spinner on a terminal; with `-v` it prints the seconds.
     pub fn stage<T>(&self, name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         self.ranks.set_label(name);
         let progress = self.progress();
@@ -84,23 +84,23 @@ impl Context {
         result
     }
 
-    /// Has large arrays lie in files beside the output once half of what `--max-memory` allows is held; the other half is
-    /// for what is worked on. Tells whether they can.
+    /// Stores large arrays in files next to the output once half of `--max-memory` is in use; the other half is for arrays in
+    /// use. Returns whether this is possible.
     pub fn keep_in_files(&self, output: &Path) -> bool {
         let limit = self.common.max_memory;
         let limit = limit.filter(|_| output.as_os_str() != "-");
         limit.is_some_and(|limit| spill::begin(&existing_folder(output), limit / 2, limit))
     }
 
-    /// Tells with `-v` how much lay in files.
+    /// Prints with `-v` the largest size of arrays in files.
     pub fn tell_of_files(&self) {
         match spill::most_in_files() {
             0 => {}
-            most => self.detail(&format!("in files at the most: {}", amount(most))),
+            most => self.detail(&format!("in files at most: {}", amount(most))),
         }
     }
 
-    /// Refuses a mesh on standard output beside JSON.
+    /// Refuses a mesh and JSON together on standard output.
     pub fn check_json_beside(&self, output: &Path) -> Result<()> {
         if self.common.json && output.as_os_str() == "-" {
             Err(Error::input(
@@ -111,7 +111,7 @@ impl Context {
         }
     }
 
-    /// Prints what a command found, unless quiet: then the exit code tells.
+    /// Prints the result of a command, unless quiet; the exit code remains.
     pub fn print_result(&self, text: &str) -> Result<()> {
         if self.common.quiet {
             Ok(())
@@ -120,7 +120,7 @@ impl Context {
         }
     }
 
-    /// Prints what a command found to stderr, unless quiet: where a mesh goes to standard output.
+    /// Prints the result of a command to stderr, unless quiet, for a mesh on standard output.
     pub fn print_aside(&self, text: &str) {
         if !self.common.quiet {
             self.to_stderr(&lines(text.trim_end()));
@@ -141,7 +141,7 @@ impl Context {
         }
     }
 
-    /// Prints a JSON result with its version, and with the notes and warnings there have been.
+    /// Prints a JSON result with its version, and with the notes and warnings so far.
     pub fn print_json(&self, result: &impl Serialize) -> Result<()> {
         let value = serde_json::to_value(result);
         let mut value = value.expect("keys are text, and numbers that are not finite are null");
@@ -155,7 +155,7 @@ impl Context {
         self.print(&format!("{}\n", seen(&format!("{value:#}"))))
     }
 
-    /// A remark in JSON and, unless quiet, on stderr.
+    /// Adds a note to JSON and, unless quiet, prints it on stderr.
     pub fn note(&self, note: Note) {
         if !self.common.quiet {
             self.to_stderr(&format!("note: {}", one_line(&note.to_string())));
@@ -163,7 +163,7 @@ impl Context {
         self.keep(Level::Note, &note);
     }
 
-    /// A warning in JSON and, unless quiet, on stderr.
+    /// Adds a warning to JSON and, unless quiet, prints it on stderr.
     pub fn warn(&self, note: Note) {
         if !self.common.quiet {
             self.print_warning(&one_line(&note.to_string()));
@@ -171,46 +171,46 @@ impl Context {
         self.keep(Level::Warning, &note);
     }
 
-    /// A check that failed, in JSON and on stderr, also if quiet.
+    /// Adds a failed check to JSON and prints it on stderr, even if quiet.
     pub fn complain(&self, note: Note) {
         self.print_warning(&note.to_string());
         self.keep(Level::Warning, &note);
     }
 
-    /// Has a note in JSON alone.
+    /// Adds a note to JSON only.
     pub fn keep(&self, level: Level, note: &Note) {
         self.told.borrow_mut().push(Diagnostic::new(level, note));
     }
 
-    /// Prints a warning on stderr alone.
+    /// Prints a warning on stderr only.
     pub fn print_warning(&self, text: &str) {
         self.to_stderr(&format!("warning: {text}"));
     }
 
-    /// A remark on stderr for those who asked for more with `-v`.
+    /// Prints a detail on stderr with `-v`.
     pub fn detail(&self, text: &str) {
         if self.common.verbose > 0 {
             self.to_stderr(&one_line(text));
         }
     }
 
-    /// An error on stderr, always.
+    /// Prints an error on stderr, always.
     pub fn error(&self, error: &Error) {
         self.to_stderr(&format!("error: {error}"));
     }
 
-    /// Prints the error that ended the command as JSON where that is wanted, and no result has been printed.
+    /// Prints the error that ended the command as JSON, if JSON was requested and no result has been printed.
     pub fn print_json_of(&self, error: &Error) {
         if self.common.json && !self.is_json_printed.get() {
             let error = error.into();
-            // The exit code tells of the error that there was first.
+            // The exit code belongs to the first error.
             let _ = self.print_json(&FailedCommand { error });
         }
     }
 
     fn to_stderr(&self, text: &str) {
         if self.ranks.is_first() {
-            // Nobody is left to tell when stderr is gone.
+            // A closed stderr is ignored.
             let _ = writeln!(std::io::stderr(), "{text}");
         }
     }
@@ -243,7 +243,7 @@ impl<T: Serialize> Serialize for Entries<T> {
     }
 }
 
-/// JSON whose every control character stands as an escape: JSON itself wants that of the first 32 only.
+/// Escapes every control character in JSON: JSON itself requires that only for the first 32.
 fn seen(json: &str) -> String {
     let mut seen = String::with_capacity(json.len());
     for c in json.chars() {

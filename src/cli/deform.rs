@@ -23,7 +23,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Warnings of one sort that are shown without `-v`.
+/// Largest number of warnings of one kind shown without `-v`.
 const SHOWN: usize = 5;
 
 /// Arguments of `azimesh deform`.
@@ -45,7 +45,7 @@ pub struct DeformArgs {
     /// Base points that `azimesh select` has saved
     #[arg(long, value_name = "BASE")]
     base: Option<PathBuf>,
-    /// Write only steps A to B - 1, counted from 0; the meshes are those of the whole run
+    /// Write only steps A to B - 1, counted from 0; the meshes equal those in a run of all steps
     #[arg(long, value_name = "A..B", value_parser = step_range)]
     steps: Option<Range<usize>>,
     /// Type of the patch that a boundary tag becomes in OpenFOAM, as for `convert`; repeatable
@@ -99,16 +99,16 @@ impl DeformArgs {
     }
 }
 
-/// The mesh of a rank, and how the first rank gets the rest.
+/// The mesh of a rank, and the way the first rank gets the rest.
 #[derive(Default)]
 struct RankMesh {
-    /// All of it on one rank; else the part of this rank.
+    /// The whole mesh on one rank; else the part of this rank.
     mesh: Mesh,
-    /// On the first of several ranks, reads the whole mesh.
+    /// A function that reads the whole mesh, on the first of several ranks.
     whole: Option<ReadWhole>,
-    /// On the first rank, where all ranks write the mesh together: the kinds of all cells, the groups and the arrays.
+    /// The kinds of all cells, the groups and the arrays; on the first rank, if all ranks write the mesh together.
     layout: Option<Mesh>,
-    /// Why the first rank has read the whole mesh.
+    /// Reason why the first rank has read the whole mesh.
     why_whole: Option<String>,
 }
 
@@ -159,7 +159,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     outcome
 }
 
-/// Refuses input files that differ between ranks, as on a network disk that is not up to date: ranks would compute different motions.
+/// Refuses input files that differ between ranks, as on an outdated network disk: ranks would compute different motions.
 fn check_same_on_ranks(kept: &formats::KeptInputs, ranks: &Ranks) -> Result<()> {
     let mut seen = BTreeMap::new();
     for (path, size, modified) in ranks.allgather(kept.stamps()).concat() {
@@ -172,7 +172,7 @@ fn check_same_on_ranks(kept: &formats::KeptInputs, ranks: &Ranks) -> Result<()> 
     Ok(())
 }
 
-/// The run, which the first rank writes; the others follow.
+/// Runs on the first rank, which writes; the other ranks follow.
 fn run_first(
     args: &DeformArgs,
     deformation: &Deformation,
@@ -242,10 +242,10 @@ fn read(args: &DeformArgs, schedule: &Schedule, context: &Context) -> Result<Opt
     }))
 }
 
-/// The mesh of each rank, where all ranks read it and write it together.
+/// Reads the mesh of each rank, if all ranks read it and write it together.
 ///
 /// # Errors
-/// On all ranks, why the first rank has to read the mesh as a whole.
+/// On all ranks, the reason why the first rank has to read the mesh as a whole.
 fn read_together(
     args: &DeformArgs,
     schedule: &Schedule,
@@ -261,7 +261,7 @@ fn read_together(
         return Err("--patch-type may make it one layer of cells".to_owned());
     }
     let format = formats::by_name(schedule.output.format()).map_err(|error| error.message)?;
-    // Before it is read: ranks see by that whether it is the same file.
+    // Created before the read: ranks use it to check that they read the same file.
     let file = SharedFile::new(&args.mesh, None, &context.read_options());
     let shared = context.read_together(|| file.clone(), format)?;
     if OneLayer::has_sides(&shared.part) {
@@ -278,7 +278,7 @@ fn read_together(
     })
 }
 
-/// Refuses a run that takes more memory than it may. Gives the bytes of its arrays that lie in files.
+/// Refuses a run that exceeds the allowed memory. Returns the bytes of its arrays in files.
 fn fit_into_memory(
     deformation: &Deformation,
     limit: u64,
@@ -296,13 +296,13 @@ fn fit_into_memory(
         Fits::InFiles(needed) => {
             context.note(note!(
                 "arrays_in_files",
-                "this run needs about {} of memory, and --max-memory allows {}: large arrays lie in files without a name in {} \
+                "this run needs about {} of memory, and --max-memory allows {}: large arrays are stored in files without a name in {} \
                  while it runs",
                 amount(needed),
                 amount(limit),
                 existing_folder(&request.folder).display()
             ));
-            // Memory is half full when the first array goes to a file.
+            // Half of the memory is used when the first array is stored in a file.
             Ok(needed - limit / 2)
         }
     }
@@ -321,7 +321,7 @@ fn step_range(text: &str) -> std::result::Result<Range<usize>, String> {
     })
 }
 
-/// Tells what a sequence came to; the first `n_told` warnings have been printed.
+/// Prints the result of a sequence; the first `n_told` warnings have been printed.
 ///
 /// # Errors
 /// The failed check that ended it early, after its JSON.
@@ -411,7 +411,7 @@ pub(super) struct Deformed {
     mesh_bytes: u64,
     /// Conditions of `--fail-on` that failed, and other checks.
     failures: Vec<Failure>,
-    /// What ended the run before its last step; absent without.
+    /// The error that ended the run before its last step; absent without.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Failed>,
     /// Seconds of each stage, all runs of the folder together.
@@ -432,7 +432,7 @@ fn keep(warnings: &[Note], context: &Context) {
     }
 }
 
-/// A condition may fail at every step: the first notes of each sort are shown, all with `-v`.
+/// Prints the first notes of each kind, or all with `-v`: a condition may fail at every step.
 fn complain_of_some(notes: &[Note], context: &Context) {
     for alike in by_sort(notes) {
         let shown = match context.common.verbose {
@@ -451,7 +451,7 @@ fn complain_of_some(notes: &[Note], context: &Context) {
     }
 }
 
-/// Notes by their sort, in the order of the first of each.
+/// Groups notes by their kind, in the order of the first of each.
 fn by_sort(notes: &[Note]) -> Vec<Vec<&Note>> {
     let mut sorts: Vec<Vec<&Note>> = Vec::new();
     for note in notes {
@@ -464,7 +464,7 @@ fn by_sort(notes: &[Note]) -> Vec<Vec<&Note>> {
     sorts
 }
 
-/// Checks if two notes differ in names and numbers only.
+/// Checks if two notes differ only in names and numbers.
 fn is_like(a: &Note, b: &Note) -> bool {
     let is_alike = match &*a.code {
         "skipped" => words(&a.text).eq(words(&b.text)),
@@ -473,7 +473,7 @@ fn is_like(a: &Note, b: &Note) -> bool {
     a.code == b.code && is_alike
 }
 
-/// The words of a sentence without those that have numbers, in the singular.
+/// Returns the words of a sentence without those that contain numbers, in the singular.
 fn words(sentence: &str) -> impl Iterator<Item = &str> {
     let has_digit = |word: &&str| word.contains(|c: char| c.is_ascii_digit());
     let words = sentence.split_whitespace();
@@ -505,7 +505,7 @@ fn summary(folder: &Path, finished: &Finished) -> String {
     let worst = (finished.worst_step.as_ref())
         .map_or_else(String::new, |worst| format!("worst: {worst}\n"));
     let t = &finished.timings;
-    // Of the numbers as they are shown, so that they add up.
+    // Computed from rounded numbers, so that the printed numbers add up.
     let shown = |seconds: f64| (seconds * 100.0).round() / 100.0;
     let parts = [t.selection, t.modes, t.steps].map(shown);
     let other = (shown(t.total) - parts.iter().sum::<f64>()).max(0.0);

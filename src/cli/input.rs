@@ -13,9 +13,9 @@ use azimesh_io::formats::{
 use azimesh_io::mesh::Mesh;
 use std::path::{Path, PathBuf};
 
-/// Opening meshes as the common options say.
+/// Opening meshes with the common options.
 impl Context {
-    /// Reads a mesh in a format, or in that which its content says.
+    /// Reads a mesh in a given format, or in the format of its content.
     pub fn read_mesh_as(&self, path: &Path, format: Option<&'static Format>) -> Result<Mesh> {
         let options = self.read_options();
         let read = |location: &Location| match format {
@@ -26,13 +26,13 @@ impl Context {
         Ok(self.with_notes(loaded, path))
     }
 
-    /// The format of `--format`, where it is given.
+    /// Returns the format of `--format`, if it is given.
     pub fn input_format(&self) -> Result<Option<&'static Format>> {
         let name = self.common.format.as_deref();
         name.map(formats::by_name).transpose()
     }
 
-    /// Reads a motion schedule; tells of one that is a mesh.
+    /// Reads a motion schedule; reports a mesh that is passed instead.
     pub fn read_schedule(&self, path: &Path) -> Result<Schedule> {
         Schedule::read(path).map_err(|error| {
             let is_toml = path.extension().is_some_and(|kind| kind == "toml");
@@ -48,12 +48,12 @@ impl Context {
         })
     }
 
-    /// Reads a mesh in the format that its content says, where `--format` is about the output.
+    /// Reads a mesh in the format of its content, when `--format` is about the output.
     pub fn read_any(&self, path: &Path) -> Result<Mesh> {
         self.read_mesh_as(path, None)
     }
 
-    /// Prints what a reader remarks on the mesh of a path, and gives the mesh.
+    /// Prints the reader's notes on the mesh of a path, and returns the mesh.
     pub fn with_notes(&self, loaded: Loaded, path: &Path) -> Mesh {
         for note in loaded.notes.iter() {
             self.note(note.clone().file(path));
@@ -61,7 +61,7 @@ impl Context {
         loaded.mesh
     }
 
-    /// Opens what is read; what it holds packed, or a pipe has, may take what `--max-memory` allows.
+    /// Opens an input; its uncompressed content, or a pipe's, may use the memory that `--max-memory` allows.
     pub fn open(&self, path: &Path) -> Result<Location> {
         limit::set_stage("reading", Some(path));
         Location::open_within(path, self.common.max_memory)
@@ -75,7 +75,7 @@ impl Context {
         })
     }
 
-    /// Options of readers.
+    /// Returns the options of readers.
     pub fn read_options(&self) -> ReadOptions {
         ReadOptions {
             tag_array: self.common.tag_array.clone(),
@@ -97,15 +97,14 @@ enum Meshes {
         format: &'static Format,
         times: Vec<f64>,
     },
-    /// A list of files with a time each.
+    /// A list of files with their times.
     Listed(Vec<Listed>),
     /// An input that another rank has opened, with its times.
     Elsewhere(Option<Vec<f64>>),
 }
 
 impl Input {
-    /// Opens a mesh file, of a format that is known or that its content tells, a list of them, or
-    /// the sequence of a folder.
+    /// Opens a mesh file, of a given format or the format of its content, a list of mesh files, or the sequence of a folder.
     pub fn open(path: &Path, format: Option<&'static Format>, context: &Context) -> Result<Self> {
         let meshes = if formats::is_series(path) && !path.is_dir() {
             let list = formats::read_series(path)?;
@@ -130,7 +129,7 @@ impl Input {
         })
     }
 
-    /// As [`open`](Self::open), on the first rank alone: the others learn what it holds.
+    /// Like [`open`](Self::open), on the first rank only: the others receive the content type.
     pub fn open_shared(
         path: &Path,
         format: Option<&'static Format>,
@@ -149,7 +148,7 @@ impl Input {
         }))
     }
 
-    /// The sequence of a folder; says how to go on with a run that is not finished.
+    /// Opens the sequence of a folder; reports how to continue a run that is not finished.
     fn of_folder(path: &Path, format: Option<&'static Format>, context: &Context) -> Result<Self> {
         let unfinished = unfinished(path);
         match (sequence_in(path), unfinished) {
@@ -164,7 +163,7 @@ impl Input {
         }
     }
 
-    /// Files that are the meshes of one sequence, in order; their times are 0, 1, 2, ...
+    /// Opens files that are the meshes of one sequence, in order; their times are 0, 1, 2, ...
     pub fn of_parts(paths: &[PathBuf]) -> Result<Self> {
         if let Some(list) = paths.iter().find(|path| formats::is_series(path)) {
             return Err(
@@ -182,7 +181,7 @@ impl Input {
         })
     }
 
-    /// Refuses a list of files of which one is not there.
+    /// Refuses a list of files if one of them is missing.
     pub fn check_files(&self) -> Result<()> {
         let Meshes::Listed(list) = &self.meshes else {
             return Ok(());
@@ -205,7 +204,7 @@ impl Input {
         })
     }
 
-    /// A remark on the times of a sequence, where they do not rise.
+    /// Returns a note on the times of a sequence, if they do not increase.
     pub fn remark_on_times(&self) -> Option<Note> {
         let times = self.times()?;
         let step = times.windows(2).position(|two| two[0] >= two[1])?;
@@ -218,12 +217,12 @@ impl Input {
         ))
     }
 
-    /// Its path.
+    /// Returns its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The file with the mesh of a step.
+    /// Returns the file with the mesh of a step.
     pub fn path_of(&self, step: usize) -> &Path {
         match &self.meshes {
             Meshes::File { .. } | Meshes::Elsewhere(_) => &self.path,
@@ -240,19 +239,19 @@ impl Input {
         }
     }
 
-    /// The title of the format of the file.
+    /// Returns the title of the format of the file.
     pub fn title(&self) -> Option<String> {
         let (location, format) = self.file()?;
         Some(format.title_of(location.bytes()))
     }
 
-    /// Version of the format that the file says it has.
+    /// Returns the version of the format that the file states.
     pub fn version(&self) -> Option<String> {
         let (location, format) = self.file()?;
         (format.version)(location.bytes())
     }
 
-    /// Times of a sequence; `None` where it is one mesh.
+    /// Returns the times of a sequence; `None` for one mesh.
     pub fn times(&self) -> Option<Vec<f64>> {
         match &self.meshes {
             Meshes::File { times, .. } => (times.len() > 1).then(|| times.clone()),
@@ -276,7 +275,7 @@ impl Input {
         Err(Error::input(message).file(&self.path))
     }
 
-    /// Name without folder and endings.
+    /// Returns the name without folder and endings.
     pub fn stem(&self) -> String {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = formats::without_compression(&name);
@@ -292,13 +291,13 @@ impl Input {
         }
     }
 
-    /// The mesh of a step, or the one there is; tells what its reader remarks.
+    /// Reads the mesh of a step, or the only one; prints its reader's notes.
     pub fn mesh(&self, step: Option<usize>, context: &Context) -> Result<Mesh> {
         let loaded = self.read(step, context)?;
         Ok(context.with_notes(loaded, &self.path))
     }
 
-    /// The file with the mesh of a step, of which each rank may read its part.
+    /// Returns the file with the mesh of a step, if each rank can read its part of it.
     pub fn shared(&self, step: Option<usize>, context: &Context) -> Shared {
         let mut options = context.read_options();
         match &self.meshes {
@@ -314,7 +313,7 @@ impl Input {
         }
     }
 
-    /// Reads a mesh: that of a step of a sequence, or the one there is.
+    /// Reads a mesh: of a step of a sequence, or the only one.
     pub fn read(&self, step: Option<usize>, context: &Context) -> Result<Loaded> {
         context.reading(self.path_of(step.unwrap_or(0)), || {
             let mut options = context.read_options();
@@ -329,11 +328,12 @@ impl Input {
                     let entry = &list[step.unwrap_or(list.len() - 1)];
                     self.check_file(entry)?;
                     let location = context.open(&entry.path)?;
-                    // A list may name any file: nothing of the content of one that is no mesh is shown.
+                    // A list may name any file: the content of a file that is not a mesh is not shown.
                     if location.file().is_ok() && formats::of(&location).is_err() {
                         let list = self.path.display();
-                        let message =
-                            format!("{list} lists this file, and it is no mesh of a known format");
+                        let message = format!(
+                            "{list} lists this file, but it is not a mesh of a known format"
+                        );
                         return Err(Error::input(message).file(&entry.path));
                     }
                     formats::read(&location, &options)
@@ -344,7 +344,7 @@ impl Input {
     }
 }
 
-/// The file that joins the parts of which one is called `stem_A-B.ending`.
+/// Returns the file that joins the parts, given one part's name `stem_A-B.ending`.
 fn whole_of(part: &Path) -> Option<PathBuf> {
     let (stem, steps) = part.file_stem()?.to_str()?.rsplit_once('_')?;
     let (first, end) = steps.split_once('-')?;
@@ -353,8 +353,8 @@ fn whole_of(part: &Path) -> Option<PathBuf> {
     (is_number(first) && is_number(end)).then(|| part.with_file_name(name))
 }
 
-/// The file that is or lists the sequence of a folder, as `deform` leaves it: a .pvd, or a .vtkhdf
-/// or .cgns with all steps.
+/// Returns the file that is or lists the sequence of a folder, as `deform` writes it: a .pvd, or a .vtkhdf or .cgns with
+/// all steps.
 fn sequence_in(folder: &Path) -> Result<PathBuf> {
     let entries = std::fs::read_dir(folder);
     let paths = entries.and_then(|all| all.map(|entry| Ok(entry?.path())).collect());

@@ -22,7 +22,7 @@ pub struct ManArgs {
     force: bool,
 }
 
-/// What the foot of each page says.
+/// Text in the footer of each page.
 const SOURCE: &str = concat!("azimesh ", env!("CARGO_PKG_VERSION"));
 
 /// The manual page as text, or the pages that were written with `-o DIR`.
@@ -83,7 +83,7 @@ pub(super) fn run(args: &ManArgs, context: &Context) -> Result<Outcome> {
     Ok(Outcome::Fine)
 }
 
-/// The page of a command, then those of its commands.
+/// Returns the page of a command, followed by the pages of its subcommands.
 fn add_pages(command: &Command, pages: &mut Vec<Page>) -> Result<()> {
     let man = clap_mangen::Man::new(command.clone())
         .manual("azimesh")

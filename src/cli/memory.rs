@@ -1,9 +1,9 @@
-//! Amounts of memory as they are written on the command line, and that of mapped input.
+//! Amounts of memory on the command line, and the size of mapped input.
 
 use std::path::Path;
 
-/// Reads `4G`, `500M`, `1.5GiB`, `2GB`, or bytes. K, M, G and T are those of Slurm and systemd,
-/// powers of 1024; KB, MB, GB and TB are powers of 1000.
+/// Reads `4G`, `500M`, `1.5GiB`, `2GB`, or bytes. K, M, G and T are powers of 1024, as in Slurm and systemd; KB, MB, GB and
+/// TB are powers of 1000.
 pub fn parse(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let n_digits = text.find(|c: char| !c.is_ascii_digit() && c != '.');
@@ -25,7 +25,7 @@ pub fn parse(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Bytes of a file that is mapped and not held in memory of its own; 0 for what cannot be mapped.
+/// Returns the bytes of a file that is mapped instead of stored in memory; 0 if it cannot be mapped.
 pub fn mapped_bytes(path: &Path) -> u64 {
     std::fs::metadata(path).map_or(0, |found| if found.is_file() { found.len() } else { 0 })
 }

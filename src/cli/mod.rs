@@ -117,7 +117,7 @@ impl Command {
         }
     }
 
-    /// Refuses common options that would do nothing here.
+    /// Refuses common options that have no effect here.
     fn takes(&self, common: &Common) -> Result<()> {
         let why = match self {
             Self::Finish(_) => {
@@ -133,22 +133,22 @@ impl Command {
     }
 }
 
-/// The result of a command that did its work.
+/// The result of a command that has completed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// Nothing to complain about: exit code 0.
+    /// Success: exit code 0.
     Fine,
     /// A check failed: exit code 1.
     CheckFailed,
 }
 
-/// Parses the arguments, runs the command, prints its error and gives the exit code.
+/// Parses the arguments, runs the command, prints its error and returns the exit code.
 pub fn main() -> ExitCode {
     ExitCode::from(run_with(std::env::args_os()))
 }
 
-/// As [`main`], with these arguments, the first of which is the program's name. Where MPI has started several processes, one
-/// of them prints.
+/// Like [`main`], with these arguments; the first is the program's name. If MPI has started several processes, one of them
+/// prints.
 pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     limit::end_where_threads_fail();
     name_options_as_flags();
@@ -171,7 +171,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         Ok(cli) => cli,
         Err(error) => {
             if ranks.is_first() {
-                // Nobody is left to tell when stderr is gone.
+                // A closed stderr is ignored.
                 let _ = error.print();
                 if error.use_stderr() && shown.iter().any(|argument| argument == "--json") {
                     print_json_of(&error);
@@ -181,7 +181,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         }
     };
     let is_shared = cli.command.is_shared();
-    // The processors of the machine are for the ranks that work.
+    // The processors of the machine are reserved for the working ranks.
     let n_on_node = if is_shared { n_on_node } else { 1 };
     let mut context = Context::new(cli.common).on_ranks(&ranks, n_on_node);
     context.arguments = shown;
@@ -206,7 +206,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
 }
 
 /// Sets the limit of memory and signals. From here on a signal leaves no unfinished file behind; `deform` and `finish`
-/// listen for themselves, and on other ranks than the first signals do nothing.
+/// handle signals themselves, and on ranks other than the first signals have no effect.
 fn prepare(command: &Command, context: &Context) -> Result<()> {
     if let Some(limit) = context.common.max_memory {
         limit::allow(limit);
@@ -228,7 +228,7 @@ fn prepare(command: &Command, context: &Context) -> Result<()> {
     possible
 }
 
-/// Warns of ranks that do not work together, and of ones that compute in different ways.
+/// Warns of ranks that do not work together, and of ranks that compute differently.
 fn warn_of_ranks(context: &Context) {
     #[cfg(not(feature = "mpi"))]
     {
@@ -251,7 +251,7 @@ fn warn_of_ranks(context: &Context) {
     }
 }
 
-/// Prints with `-v` what ranks have sent each other.
+/// Prints with `-v` the messages between ranks.
 fn report_messages(ranks: &Ranks, context: &Context) {
     for sent in ranks.sent_by_all() {
         context.detail(&format!(
@@ -264,7 +264,7 @@ fn report_messages(ranks: &Ranks, context: &Context) {
     }
 }
 
-/// Prints wrong arguments as JSON: what clap says before it shows how the command is used.
+/// Prints wrong arguments as JSON: the part of clap's message before the usage.
 fn print_json_of(error: &clap::Error) {
     let text = error.to_string();
     let text = text.strip_prefix("error: ").unwrap_or(&text);
@@ -279,7 +279,7 @@ fn print_json_of(error: &clap::Error) {
     Context::new(common).print_json_of(&Error::input(parts.join("; ")));
 }
 
-/// Prints an error and gives its exit code.
+/// Prints an error and returns its exit code.
 fn failed(error: &Error, context: &Context) -> u8 {
     context.error(error);
     if error.kind != ErrorKind::Check {
@@ -289,7 +289,7 @@ fn failed(error: &Error, context: &Context) -> u8 {
         ErrorKind::Check => 1,
         ErrorKind::Input => 2,
         ErrorKind::System => SYSTEM_FAILED,
-        // What a shell reports of a program that a signal ended.
+        // Returns the exit code that a shell reports for a program ended by a signal.
         ErrorKind::Interrupted { signal } => u8::try_from(128 + signal).unwrap_or(u8::MAX),
     }
 }

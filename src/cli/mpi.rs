@@ -13,16 +13,16 @@ use std::time::{Duration, Instant};
 const LAUNCHED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK"];
 /// Exit code of a Rust program that panics.
 const PANICKED: i32 = 101;
-/// Bytes of a message at the most: MPI counts to 2^31. Longer ones go in pieces, of which the last is shorter.
+/// Largest message in bytes: MPI counts to 2^31. Longer messages are sent in pieces; only the last piece is shorter.
 const PIECE: usize = 1 << 30;
-/// How long a rank looks for a message without pause: an answer to what it has just sent comes within that.
+/// Time during which a rank polls for a message without pause: an answer to its own message arrives within that.
 const SOON: Duration = Duration::from_micros(200);
-/// After that it looks for it this often, and after longer waits less often: about a sixteenth of them is added to them. Waiting
-/// takes no processor, which another rank of the machine may have use for.
+/// Pause between polls after that. Longer waits have longer pauses, about a sixteenth of the waiting time. Waiting leaves the
+/// processor to other ranks of the machine.
 const NAP: Duration = Duration::from_micros(100);
 const LONGEST_NAP: Duration = Duration::from_millis(5);
 
-/// MPI as long as it is used. Dropping it waits for all ranks to do so, but for one that panics: it ends them all.
+/// MPI while it is in use. Dropping it waits for all ranks, except if this rank panics: then it ends all ranks.
 pub struct Session {
     _universe: Universe,
     ranks: Ranks,
@@ -49,15 +49,15 @@ impl Session {
     }
 }
 
-/// Joins the other ranks where a launcher of MPI has started this process.
+/// Joins the other ranks if a launcher of MPI has started this process.
 ///
 /// # Errors
-/// If MPI cannot be started, or takes calls from one thread only.
+/// If MPI cannot be started, or accepts calls from one thread only.
 pub fn start() -> Result<Option<Session>> {
     if LAUNCHED.iter().all(|name| std::env::var_os(name).is_none()) {
         return Ok(None);
     }
-    // Calls come from one thread at a time, whichever that is.
+    // Only one thread calls at a time, any of them.
     let started = mpi::initialize_with_threading(Threading::Serialized);
     let (universe, threading) =
         started.ok_or_else(|| Error::system("MPI is under way already, or cannot be started"))?;
@@ -84,7 +84,7 @@ pub fn start() -> Result<Option<Session>> {
     }))
 }
 
-/// All ranks. The communicator is not kept: a thread may not hand it to another.
+/// All ranks. The communicator is not stored: it may not be passed to another thread.
 struct World {
     rank: usize,
     n_ranks: usize,

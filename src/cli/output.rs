@@ -1,4 +1,4 @@
-//! What commands that write a mesh share: options of the file, and refusing to replace one.
+//! Common parts of commands that write a mesh: options of the file, and refusal to replace one.
 
 use super::Context;
 use azimesh_core::error::Result;
@@ -8,10 +8,10 @@ use azimesh_io::mesh::Mesh;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::Path;
 
-/// How a mesh is written.
+/// Options for writing a mesh.
 #[derive(Debug, Clone, clap::Args)]
 pub struct OutputArgs {
-    /// How the file stores numbers
+    /// Encoding of numbers in the file
     #[arg(long, value_parser = one_of(Encoding::ALL), default_value = "raw")]
     pub encoding: Encoding,
     /// Compression of binary data, in formats that have it
@@ -34,7 +34,7 @@ const TAG_NAMES: [(&str, bool, &str); 2] = [
     ("none", false, "Numbers only"),
 ];
 
-/// Reads one of these names; the help has what each means.
+/// Creates a parser for these names; the help lists their meanings.
 fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
     all: [(&'static str, T, &'static str); N],
 ) -> impl TypedValueParser<Value = T> {
@@ -45,17 +45,17 @@ fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Formats that are known from the arguments of a command that reads a mesh and writes one.
+/// Formats of a command that reads a mesh and writes one, from its arguments.
 #[derive(Clone, Copy)]
 pub struct Formats {
-    /// Of what is read; without it the content tells.
+    /// Of the input; `None` if its content decides.
     pub input: Option<&'static Format>,
-    /// Of the mesh that is written.
+    /// Of the output.
     pub output: &'static Format,
 }
 
 impl Formats {
-    /// `--format` is that of the output where its name does not tell, else that of the input.
+    /// Applies `--format` to the output if its name does not determine the format, else to the input.
     pub fn of(output: &Path, context: &Context) -> Result<Self> {
         let (input, output) = match (formats::by_extension(output), context.input_format()?) {
             (Ok(output), input) => (input, output),
@@ -68,7 +68,7 @@ impl Formats {
 }
 
 impl OutputArgs {
-    /// What the writer is told.
+    /// Returns the options of the writer.
     pub fn options(&self) -> WriteOptions {
         WriteOptions {
             encoding: self.encoding,
@@ -79,7 +79,7 @@ impl OutputArgs {
         }
     }
 
-    /// A sentence on each option that does nothing for files of this format.
+    /// Returns a note on each option that has no effect on files of this format.
     pub fn remarks(&self, format: &Format) -> Vec<Note> {
         let dropped = self.options().without_effect(format);
         let name = format.name;
@@ -97,17 +97,17 @@ impl OutputArgs {
             .collect()
     }
 
-    /// How the file takes its name.
+    /// Returns the mode of committing the file.
     pub fn commit(&self) -> Commit {
         Commit::with_force(self.force)
     }
 
-    /// Refuses to replace a file without `--force`. Asked before any work is done.
+    /// Refuses to replace a file without `--force`. Called before any work is done.
     pub fn check(&self, path: &Path) -> Result<()> {
         self.commit().check(path)
     }
 
-    /// Writes the mesh, and files that belong beside it, and notes what the format could not hold.
+    /// Writes the mesh, and its companion files; notes report data that the format cannot hold.
     pub fn save(&self, mesh: &Mesh, path: &Path, format: &Format, context: &Context) -> Result<()> {
         for remark in self.remarks(format) {
             context.note(remark);

@@ -1,5 +1,4 @@
-//! Progress: bars on a terminal, a line now and then of what takes long elsewhere, and the stage that is named where memory runs
-//! out.
+//! Progress: bars on a terminal, occasional lines for long stages elsewhere, and the stage named in errors of memory.
 
 use super::Context;
 use crate::alloc::limit;
@@ -9,19 +8,19 @@ use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Least time between two lines of what takes long, where there is no terminal.
+/// Shortest time between two lines for long stages, without a terminal.
 const SILENT: Duration = Duration::from_secs(10);
 
-/// A bar for the stage that is running, unless nothing is to be shown.
+/// A bar for the running stage, unless output is off.
 pub struct Bars {
     bar: Mutex<Option<ProgressBar>>,
     is_quiet: bool,
-    /// When it printed a line last.
+    /// Time of the last line.
     told: Mutex<Instant>,
 }
 
 impl Context {
-    /// Bars on a terminal, nothing when quiet; elsewhere lines of what takes long.
+    /// Creates bars on a terminal, nothing if quiet, and lines for long stages elsewhere.
     pub fn progress(&self) -> Box<dyn Progress> {
         Box::new(Bars {
             bar: Mutex::default(),
@@ -59,7 +58,7 @@ impl Progress for Bars {
             bar.set_style(style);
         }
         bar.set_prefix(stage.to_owned());
-        // Its thread is for a terminal only: where it cannot be started, the bar panics.
+        // Its thread is for a terminal only: if it cannot be started, the bar panics.
         if !bar.is_hidden() {
             bar.enable_steady_tick(Duration::from_millis(200));
         }
@@ -76,7 +75,7 @@ impl Progress for Bars {
             let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
             if bar.is_hidden() && !text.is_empty() && told.elapsed() >= SILENT {
                 *told = Instant::now();
-                // Nobody is left to tell when stderr is gone.
+                // A closed stderr is ignored.
                 let _ = writeln!(std::io::stderr(), "{}: {text}", bar.prefix());
             }
         });

@@ -1,4 +1,4 @@
-//! `azimesh repair`: folded cells of a mesh made valid, without a motion.
+//! `azimesh repair`: makes folded cells of a mesh valid, without a motion.
 
 use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
@@ -19,7 +19,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Cells that are named in a sentence.
+/// Largest number of cells named in a sentence.
 const MOST_NAMED: usize = 10;
 
 /// Arguments of `azimesh repair`.
@@ -33,13 +33,13 @@ Exit code 0: every cell is valid; 1: some are not, and are named; the mesh is wr
 pub struct RepairArgs {
     /// Mesh; - is standard input
     mesh: PathBuf,
-    /// Write the repaired mesh here; cells are judged with the coordinates that it gets
+    /// Write the repaired mesh here; cells are evaluated with the coordinates in this file
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Undeformed mesh with the same cells
     #[arg(long, value_name = "MESH")]
     reference: Option<PathBuf>,
-    /// Go on until the smallest scaled Jacobian is Q, or no better can be had
+    /// Continue until the smallest scaled Jacobian is Q, or cannot be improved
     #[arg(long, value_name = "Q")]
     improve: Option<f64>,
     /// Let the nodes of this boundary tag slide in its planes and along its straight edges; repeatable
@@ -49,7 +49,7 @@ pub struct RepairArgs {
     write: OutputArgs,
 }
 
-/// All that is told.
+/// The results.
 struct Findings {
     n_before: usize,
     n_reversed: usize,
@@ -75,7 +75,7 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
         Some(path) => {
             let given = context.read_mesh_as(path, formats.input)?;
             if !mesh.cells.follow(&given.cells) {
-                let message = "its cells are not those of the reference mesh, which must have the same cells in the same order";
+                let message = "its cells differ from the reference mesh, which must have the same cells in the same order";
                 return Err(Error::input(message).file(&args.mesh));
             }
             given
@@ -142,8 +142,8 @@ fn repair(
     })
 }
 
-/// The boundary is fixed, but for nodes of tags that slide and are in no other tag. Planes are those of the reference, where
-/// no face is folded over, as long as the nodes are still in them.
+/// Returns the freedom of the nodes. The boundary is fixed, except nodes of sliding tags that are in no other tag. Their
+/// planes come from the reference, in which no face is folded, if the nodes are still in them.
 fn freedom(
     mesh: &Mesh,
     adjacency: &Adjacency,
@@ -214,7 +214,7 @@ impl Findings {
         if self.n_reversed > 0 {
             context.note(note!(
                 "reversed",
-                "{} listed in the other orientation: judged as mirror images, and the nodes keep their order",
+                "{} listed in the other orientation: evaluated as mirror images, and the nodes keep their order",
                 with_verb(self.n_reversed, "cell", "is")
             ));
         }
@@ -411,7 +411,7 @@ impl Patch {
     }
 }
 
-/// A sentence on a face that proves that there is no valid mesh.
+/// Returns a sentence on a face that proves that there is no valid mesh.
 fn in_the_way(face: &CrossedFace) -> Note {
     let nodes: Vec<String> = face.nodes.iter().map(u32::to_string).collect();
     let note = note!(
@@ -441,7 +441,7 @@ fn sentence(log: &PatchLog) -> String {
     )
 }
 
-/// A note on cells that are left, and why.
+/// Returns a note on cells that are left, and the reason.
 fn left_over(cells: &[&Unrepaired], reason: Reason) -> Note {
     let named = cells
         .iter()

@@ -1,4 +1,4 @@
-//! `azimesh sample`: makes a mesh and its schedule, and says what they are.
+//! `azimesh sample`: creates a mesh and its schedule, and describes them.
 
 use super::context::Entries;
 use super::{Context, Outcome};
@@ -93,7 +93,7 @@ impl Name {
     }
 }
 
-/// The refusal of a name that is no sample's, as the first of some words.
+/// Returns the error for an unknown sample, named by the first of some words.
 fn unknown(words: &[String]) -> Error {
     const KNOWN: [&str; 4] = ["naca0012", "blade", "rotor", "block"];
     let name = words.first().map_or("", String::as_str);
@@ -131,7 +131,7 @@ fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Where the schedule goes: beside a mesh in a file. Refuses to replace files unless forced.
+/// Returns the path of the schedule: next to a mesh in a file. Refuses to replace files unless forced.
 fn schedule_path(mesh: &Path, commit: Commit) -> Result<Option<PathBuf>> {
     if is_stdout(mesh) {
         return Ok(None);
@@ -167,7 +167,7 @@ pub(super) struct Sampled {
     tags: Entries<usize>,
 }
 
-/// One line, or JSON; on stderr when the mesh itself went to stdout.
+/// Prints one line, or JSON; to stderr if the mesh itself is written to stdout.
 fn report(mesh: &Mesh, path: &Path, schedule: Option<&Path>, context: &Context) -> Result<()> {
     let n_surface = surface_nodes(mesh);
     let Some(schedule) = schedule else {
@@ -222,7 +222,7 @@ fn cells_by_kind(mesh: &Mesh) -> Vec<(&'static str, usize)> {
     counts.into_iter().rev().map(named).collect()
 }
 
-/// Nodes of the cells with a boundary tag, each counted once.
+/// Counts the nodes of the cells with a boundary tag, each once.
 fn surface_nodes(mesh: &Mesh) -> usize {
     let mut on_surface = vec![false; mesh.points.len()];
     for tag in mesh.boundary_tags() {

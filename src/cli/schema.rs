@@ -1,5 +1,5 @@
-//! Makes docs/schema and the tables of docs/json.md from the types that commands print. They are written anew where
-//! `AZIMESH_UPDATE` is set: `AZIMESH_UPDATE=1 cargo test --lib schema`.
+//! Generates docs/schema and the tables of docs/json.md from the types that commands print, if `AZIMESH_UPDATE` is set:
+//! `AZIMESH_UPDATE=1 cargo test --lib schema`.
 
 use super::*;
 use crate::record::{Diagnostic, RunRecord};
@@ -92,7 +92,7 @@ fn settings() -> SchemaSettings {
     settings
 }
 
-/// Adds the keys of everything that is printed: the version is the first, notes and warnings are the last.
+/// Adds the common keys of everything that is printed: the version first, notes and warnings last.
 fn add_common(form: &mut Value) {
     let version = json!({ "description": "Version of this layout.", "const": 1 });
     let properties = form["properties"].as_object_mut().expect("it is an object");
@@ -113,8 +113,8 @@ fn add_common(form: &mut Value) {
     }
 }
 
-/// Removes what is of Rust alone, says that there are no other keys, and that a key that may be absent is never null: only
-/// one with a default may be both.
+/// Removes keywords specific to Rust, forbids other keys, and makes a key that may be absent never null, unless it has a
+/// default.
 fn plain(schema: &mut Schema) {
     schema.remove("format");
     if let Some(text) = schema.get("description").and_then(Value::as_str) {
@@ -138,7 +138,7 @@ fn plain(schema: &mut Schema) {
     schema.insert("additionalProperties".to_owned(), false.into());
 }
 
-/// The type of a value in words.
+/// Returns the type of a value in words.
 fn type_name(schema: &Map<String, Value>, plural: bool) -> String {
     if let Some(value) = schema.get("const") {
         return value.to_string();
@@ -168,7 +168,7 @@ fn type_name(schema: &Map<String, Value>, plural: bool) -> String {
 #[derive(Default)]
 struct Rows<'a> {
     text: String,
-    /// Objects that have rows already, with the words that point to them.
+    /// Objects that already have rows, with the words that refer to them.
     known: Vec<(String, &'a Map<String, Value>)>,
 }
 
@@ -177,7 +177,7 @@ impl<'a> Rows<'a> {
     fn add(&mut self, schema: &'a Value, path: &str, place: &str) {
         if let Some(keys) = schema["properties"].as_object() {
             let mut new: Vec<_> = keys.iter().collect();
-            // The page describes these once for all.
+            // The page describes these keys once for all.
             new.retain(|(key, _)| {
                 !path.is_empty() || !["version", "diagnostics"].contains(&&***key)
             });
@@ -209,7 +209,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// The known object with most of some keys: at least three.
+    /// Finds the known object that shares most of some keys: at least three.
     fn most_alike(&self, keys: &[(&String, &Value)]) -> Option<(String, &'a Map<String, Value>)> {
         let count = |known: &Map<String, Value>| {
             let shared = keys.iter().filter(|key| known.get(key.0) == Some(key.1));
@@ -220,7 +220,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Keys in words: the first and the last of a run in a known object, or all.
+/// Lists keys in words: the first and the last of a run in a known object, or all.
 fn list(path: &str, keys: &[&String], known: &Map<String, Value>) -> String {
     let place = |key: &String| known.keys().position(|other| other == key);
     let is_run = keys

@@ -1,4 +1,4 @@
-//! Reads meshes that several ranks share: each rank its part, or the first rank the whole, which it cuts.
+//! Reads meshes that several ranks share: each rank reads its part, or the first rank reads and distributes the whole.
 
 use super::Context;
 use azimesh_core::error::Result;
@@ -9,13 +9,13 @@ use azimesh_io::formats::{
 use azimesh_io::mesh::Mesh;
 use std::path::Path;
 
-/// Why ranks do not write a file together.
+/// Returns the reason why ranks do not write a file together.
 pub(super) fn why_not_written(format: &Format, options: &WriteOptions) -> Option<&'static str> {
     let is_written = (format.takes_numbers_apart)(options);
     (!is_written).then_some("ranks do not write this format together")
 }
 
-/// Why ranks do not write the meshes of a schedule together.
+/// Returns the reason why ranks do not write the meshes of a schedule together.
 pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
     let output = &schedule.output;
     let Ok(format) = by_name(output.format()) else {
@@ -25,7 +25,7 @@ pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
     why_not_written(format, &output.write_options()).or(surfaces)
 }
 
-/// Why ranks do not write a mesh with this layout together.
+/// Returns the reason why ranks do not write a mesh with this layout together.
 pub(super) fn why_not_cells(format: &Format, layout: &Mesh) -> std::result::Result<(), String> {
     if layout.dimension() != 3 {
         Err("it has no solid cells".to_owned())
@@ -37,8 +37,9 @@ pub(super) fn why_not_cells(format: &Format, layout: &Mesh) -> std::result::Resu
 }
 
 impl Context {
-    /// The part of each rank of the mesh in the file that `of_first` gives on the first rank. Where parts cannot be read alone, that
-    /// rank reads the whole by `read`, and the reason is given too. One process alone reads the whole without a reason.
+    /// Reads the part of each rank of the mesh in a file; `of_first` names the file on the first rank. If parts cannot be read
+    /// separately, that rank reads the whole by `read`, and the reason is returned too. A single process reads the whole without a
+    /// reason.
     pub fn read_shared(
         &self,
         of_first: impl FnOnce() -> Shared,
@@ -58,10 +59,10 @@ impl Context {
         }
     }
 
-    /// The part of each rank of the mesh in the file that `of_first` gives on the first rank, which ranks write to `format`.
+    /// Reads the part of each rank of the mesh in the file that `of_first` names on the first rank, for output in `format`.
     ///
     /// # Errors
-    /// On all ranks, why the first rank has to read the mesh as a whole.
+    /// On all ranks, the reason why the first rank has to read the mesh as a whole.
     pub fn read_together(
         &self,
         of_first: impl FnOnce() -> Shared,
@@ -74,7 +75,7 @@ impl Context {
         read.unwrap_or_else(|error| Err(error.to_string()))
     }
 
-    /// Tells with `-v` why one rank has read a whole mesh.
+    /// Prints with `-v` the reason why one rank has read a whole mesh.
     pub fn tell_why_whole(&self, path: &Path, reason: &str) {
         self.detail(&format!(
             "{}: read whole by one rank: {reason}",
@@ -82,7 +83,7 @@ impl Context {
         ));
     }
 
-    /// Of the mesh that `read` gives on the first rank each rank gets its part.
+    /// Distributes the mesh that `read` returns on the first rank: each rank gets its part.
     pub fn share(&self, read: impl FnOnce() -> Result<Mesh>) -> Result<Mesh> {
         let of_first = if self.ranks.is_first() {
             read()

@@ -1,7 +1,6 @@
-//! Signals: those that ask a program to end, and the one of a file that grows too large. In a sequence the
-//! first one is heard between two steps, the second ends the program at once; every other command ends with
-//! the first. None leaves a hidden file behind. The end of a terminal (SIGHUP) is one of them, unless it was
-//! ignored from the start, as under `nohup`.
+//! Signals that ask a program to end, and the signal for a file that grows too large. In a sequence the first signal takes
+//! effect between two steps, and the second ends the program at once; every other command ends with the first. None leaves a
+//! hidden file behind. The end of a terminal (SIGHUP) is one of them, unless it was ignored from the start, as under `nohup`.
 
 use crate::alloc::limit;
 use azimesh_core::error::{Error, Result};
@@ -14,23 +13,22 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// A run that writes nothing has so much time to end by itself.
+/// Time for a run that writes nothing to end by itself.
 const GRACE: Duration = Duration::from_millis(700);
-/// Between two looks at the run.
+/// Interval between checks of the run.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// From here on a file that reaches the limit of `ulimit -f` fails to be written, with an error like any
-/// other, in place of ending the program.
+/// Makes writing a file beyond the limit of `ulimit -f` an ordinary error from here on, instead of ending the program.
 pub(super) fn outlive_file_limits() {
-    // Where the signal cannot be caught it ends the program as it would have.
+    // If the signal cannot be caught it still ends the program.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
 }
 
-/// From here on the program ends with a message where another program has truncated a file that is mapped: the system
-/// raises SIGBUS in the thread that reads beyond the end of the file.
+/// Makes the program end with a message from here on if another program has truncated a mapped file: the system raises
+/// SIGBUS in the thread that reads beyond the end of the file.
 pub(super) fn end_where_inputs_shrink() {
-    // SAFETY: all zeros are a valid action, and the handler has the signature that the flag demands. It runs on the stack of the
-    // thread, where a read of a mapped file leaves room for it.
+    // SAFETY: all zeros are a valid action, and the handler has the signature that the flag requires. It runs on the stack of
+    // the thread, which has enough space during a read of a mapped file.
     unsafe {
         let (mut own, mut before): (libc::sigaction, libc::sigaction) = std::mem::zeroed();
         own.sa_sigaction = on_fault as *const () as usize;
@@ -41,10 +39,10 @@ pub(super) fn end_where_inputs_shrink() {
     }
 }
 
-/// The action for SIGBUS before that of [`end_where_inputs_shrink`].
+/// The previous action for SIGBUS, replaced by [`end_where_inputs_shrink`].
 static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
 
-/// Ends the program at a fault in a mapped file. Any other fault happens again, with the action for it.
+/// Ends the program at a fault in a mapped file. Any other fault is repeated with the previous action.
 extern "C" fn on_fault(signal: i32, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
     // SAFETY: the system gives a valid `info`.
     let address = unsafe { (*info).si_addr() }.addr();
@@ -53,15 +51,15 @@ extern "C" fn on_fault(signal: i32, info: *mut libc::siginfo_t, _: *mut libc::c_
         limit::end(format_args!("{}: {SHORTER}", path.display()));
     });
     if let Some(before) = BEFORE.get().filter(|_| !is_mapped) {
-        // SAFETY: the action is one that the system gave.
+        // SAFETY: the action came from the system.
         unsafe { libc::sigaction(signal, before, std::ptr::null_mut()) };
     }
 }
 
-/// From here on SIGINT, SIGTERM and SIGHUP ask through `stop`.
+/// Makes SIGINT, SIGTERM and SIGHUP request a stop through `stop` from here on.
 ///
-/// A step that is being written is waited for, whatever time it takes. Before the steps (reading, base
-/// points, modes) nothing is under work that could be lost, and the program ends.
+/// A step that is being written is always completed. Before the steps (reading, base points, modes) there is no work to
+/// lose, and the program ends.
 pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
     let stop = Arc::clone(stop);
     after_first(move |signal, signals| {
@@ -84,12 +82,12 @@ pub(super) fn listen(stop: &Arc<Stop>) -> Result<()> {
     })
 }
 
-/// From here on SIGINT, SIGTERM and SIGHUP end the program with this message, and remove hidden files.
+/// Makes SIGINT, SIGTERM and SIGHUP end the program with this message from here on, and remove hidden files.
 pub(super) fn end(message: &'static str) -> Result<()> {
     after_first(move |signal, _| end_with(signal, message))
 }
 
-/// From here on SIGINT, SIGTERM and SIGHUP do nothing: another rank hears them, and tells this one when to end.
+/// Ignores SIGINT, SIGTERM and SIGHUP from here on: another rank receives them, and ends this one.
 pub(super) fn ignore() -> Result<()> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         let ignored = signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)));
@@ -104,12 +102,12 @@ fn cannot_listen(error: std::io::Error) -> Error {
 
 fn end_with(signal: i32, message: &str) {
     end_staged();
-    // Nobody is left to tell when stderr is gone.
+    // A closed stderr is ignored.
     let _ = writeln!(std::io::stderr(), "error: {message}");
     std::process::exit(128 + signal);
 }
 
-/// Does `then` on a thread of its own when the first signal is there.
+/// Calls `then` on a separate thread at the first signal.
 fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<()> {
     let heard = [SIGINT, SIGTERM].into_iter();
     let heard = heard.chain((!is_ignored(SIGHUP)).then_some(SIGHUP));
@@ -124,7 +122,7 @@ fn after_first(then: impl FnOnce(i32, &mut Signals) + Send + 'static) -> Result<
     thread.spawn(wait).map(|_| ()).map_err(cannot_listen)
 }
 
-/// Checks if whoever started the program has it ignore a signal.
+/// Checks if the parent process has set a signal to be ignored.
 fn is_ignored(signal: i32) -> bool {
     // SAFETY: all zeros are a valid action, and the call only fills it in.
     unsafe {

@@ -1,9 +1,9 @@
-//! The number of threads: the one asked for, or what the batch system and the machine grant.
+//! The number of threads: as requested, or as granted by the batch system and the machine.
 
 use std::num::NonZeroUsize;
 
-/// Variables in which batch systems tell how many processors a task has on this machine; the first
-/// that holds a number counts. Slurm, PBS, LSF, Grid Engine.
+/// Variables in which batch systems store the number of processors of a task on this machine; the first that holds a number
+/// is used. Slurm, PBS, LSF, Grid Engine.
 const GRANTS: [&str; 6] = [
     "SLURM_CPUS_PER_TASK",
     "SLURM_CPUS_ON_NODE",
@@ -19,18 +19,18 @@ const RAYON: &str = "RAYON_NUM_THREADS";
 const MACHINE: &str = "machine";
 const SHARED: &str = "machine, shared by ranks";
 
-/// A number of threads, and what decided it.
+/// A number of threads, and its source.
 pub type Threads = (usize, &'static str);
 
-/// The threads of a rank: `asked` where given; else `RAYON_NUM_THREADS`; else what the batch system grants, if that is
-/// less than what the machine does: processors that the process may run on (affinity), within
-/// the quota of its control group. Ranks that are not bound to processors of their own share those of the machine.
+/// Returns the threads of a rank: `asked` if given; else `RAYON_NUM_THREADS`; else the number that the batch system grants, if
+/// it is less than the machine's. The machine's number counts the processors on which the process may run (affinity), within
+/// the quota of its control group. Ranks that are not bound to their own processors share the machine's processors.
 pub fn granted(asked: Option<NonZeroUsize>, n_ranks: usize) -> Threads {
     let variable = |name: &str| std::env::var(name).ok();
     shared(decide(asked, machine(), variable), n_ranks, is_bound())
 }
 
-/// The share of one of several ranks on a machine: all of it, if it is bound to processors of its own.
+/// Returns the share of one of several ranks on a machine: all of it, if it is bound to its own processors.
 fn shared((n, by): Threads, n_ranks: usize, is_bound: bool) -> Threads {
     if by != MACHINE || n_ranks == 1 || is_bound {
         return (n, by);
@@ -59,15 +59,15 @@ fn decide(
     granted.unwrap_or((machine, MACHINE))
 }
 
-/// Threads that the machine runs at once for this process.
+/// Returns the number of threads that the machine runs at once for this process.
 fn machine() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
-/// Checks if this process may run on some processors of the machine only.
+/// Checks if this process may run on only some processors of the machine.
 #[cfg(target_os = "linux")]
 fn is_bound() -> bool {
-    // SAFETY: the set is plain numbers, for which zeros are good, and the calls write to it alone.
+    // SAFETY: the set is plain numbers, for which zeros are valid, and the calls write only to it.
     let (n, n_allowed) = unsafe {
         let mut set: libc::cpu_set_t = std::mem::zeroed();
         let found = libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &raw mut set);
@@ -82,7 +82,7 @@ fn is_bound() -> bool {
     false
 }
 
-/// The most threads that are started: more than the machine runs at once cost time, and thousands take minutes.
+/// Largest number of threads: more than the machine runs at once cost time, and thousands take minutes.
 fn most(machine: usize) -> usize {
     machine.max(256)
 }

@@ -1,4 +1,4 @@
-//! Runs that are not finished, and the commands that continue them.
+//! Unfinished runs, and the commands that continue them.
 
 use crate::record::{RunRecord, in_shell, parts_in};
 use azimesh_core::{Note, note};
@@ -7,7 +7,7 @@ use std::io::BufRead;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A note on a folder whose run is not finished, or whose parts are not joined.
+/// Returns a note on a folder whose run is not finished, or whose parts are not joined.
 pub fn unfinished(folder: &Path) -> Option<Note> {
     // The record of a case is in a folder of its own.
     let places = [folder.to_path_buf(), folder.join("azimesh")];
@@ -62,14 +62,14 @@ fn read(path: &Path) -> Option<RunRecord> {
     RunRecord::parse(&read_file(path).ok()?).ok()
 }
 
-/// The records of parts, by their first step.
+/// Returns the records of parts, by their first step.
 fn parts(place: &Path) -> Vec<(Range<usize>, RunRecord)> {
     let parts = parts_in(place, "run", "json").unwrap_or_default();
     let read = |(steps, path): (Range<usize>, PathBuf)| Some((steps, read(&path)?));
     parts.into_iter().filter_map(read).collect()
 }
 
-/// The steps below `n` that are in no range; ranges are in order.
+/// Returns the steps below `n` that are in no range; ranges are in order.
 fn missing(ranges: impl Iterator<Item = Range<usize>>, n: usize) -> Vec<Range<usize>> {
     let mut next = 0;
     let gap = |steps: Range<usize>| {

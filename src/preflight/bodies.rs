@@ -1,5 +1,5 @@
-//! Effects of the motion on the mesh, before anything is interpolated: surfaces that meet, bodies of several blades, and a
-//! support radius within which the motion cannot fade out.
+//! Effects of the motion on the mesh before interpolation: surfaces that intersect, bodies of several blades, and a support
+//! radius within which the motion cannot fade out.
 
 use super::displacements::LargestDisplacements;
 use super::motion::{places_at, points_of};
@@ -13,13 +13,13 @@ use azimesh_deform::Plan;
 use azimesh_deform::motion::{Interpolate, Role, Step};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Parts of the largest distance from the hub that one blade does not reach: behind the hub, and beside the span.
+/// Regions that one blade does not reach, as parts of its largest distance from the hub: behind the hub, and away from the span.
 const BEHIND: f64 = 0.4;
 const BESIDE: f64 = 0.7;
-/// The advice on the support radius is on the safe side by this factor.
+/// Safety factor of the advised support radius.
 const SAFE: f64 = 1.1;
 
-/// A warning for each body with a motion about the axes of one blade whose nodes lie all round the hub.
+/// Returns a warning for each body whose nodes are all around the hub, but whose motion is about the axes of one blade.
 pub(super) fn of_several_blades(plan: &Plan) -> Vec<Note> {
     let motion = &plan.motion;
     let rotor = &motion.rotor;
@@ -55,9 +55,9 @@ pub(super) fn of_several_blades(plan: &Plan) -> Vec<Note> {
     notes.collect()
 }
 
-/// A warning where cells fold whatever the mesh: with a displacement `d` that is zero at the distance `R`, the slope
-/// of the field reaches `s d / R`, `s` the steepest slope of the kernel, and cells fold where that is above one. Not of
-/// rotations that are interpolated as such.
+/// Returns a warning if cells fold in any mesh. With a displacement `d` that is zero at the distance `R`, the slope of the
+/// field reaches `s d / R`, with `s` the steepest slope of the kernel; cells fold if that exceeds one. Rotations that are
+/// interpolated as such are exempt.
 pub(super) fn small_radius(plan: &Plan, extremes: &LargestDisplacements) -> Option<Note> {
     let (surface, rbf) = (&plan.surface, &plan.schedule.rbf);
     let turns = rbf.interpolate == Interpolate::Twist;
@@ -99,8 +99,8 @@ pub(super) fn small_radius(plan: &Plan, extremes: &LargestDisplacements) -> Opti
     Some(note.with("needed_substeps", needed_substeps))
 }
 
-/// Sentences on bodies that leave the region, and on those that cut into other surfaces at some of the
-/// steps or where they have gone farthest.
+/// Returns sentences on bodies that leave the region, and on bodies that intersect other surfaces at some of the steps
+/// or at their farthest positions.
 pub(super) fn conflicts(
     plan: &Plan,
     steps: &[&Step],
@@ -142,7 +142,7 @@ pub(super) fn conflicts(
 /// The body that a facet moves with; `None` is fixed.
 type Owner = Option<u16>;
 
-/// Facets by their owner. Those between two owners and those that slide are left out.
+/// Groups facets by their owner. Facets between two owners and sliding ones are left out.
 struct Facets {
     by_owner: BTreeMap<Owner, Vec<[u32; 3]>>,
 }
@@ -173,7 +173,7 @@ impl Facets {
         Self { by_owner }
     }
 
-    /// Pairs of owners whose facets cut through each other, with a place of that.
+    /// Returns pairs of owners whose facets intersect, each with a position.
     fn meeting(&self, places: &[Vector]) -> Vec<((Owner, Owner), Vector)> {
         let boxes: BTreeMap<Owner, Bounds> = self
             .by_owner
@@ -202,7 +202,7 @@ impl Facets {
     }
 }
 
-/// The facets that reach into a box, by their lowest x.
+/// Returns the facets that reach into a box, by their lowest x.
 fn placed(facets: &[[u32; 3]], places: &[Vector], inside: &Bounds) -> Vec<Placed> {
     let facets = facets.iter().map(|facet| Placed {
         facet: *facet,
@@ -219,7 +219,7 @@ fn overlap(a: &Bounds, b: &Bounds) -> bool {
     (0..3).all(|i| a.low[i] <= b.high[i] && b.low[i] <= a.high[i])
 }
 
-/// A corner of the first facet of `a` that cuts through one of `b`.
+/// Returns a corner of the first facet of `a` that intersects a facet of `b`.
 fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
     let longest = b.iter().map(|b| b.bounds.high[0] - b.bounds.low[0]);
     let longest = longest.fold(0.0, f64::max);
@@ -232,7 +232,7 @@ fn crossing(a: &[Placed], b: &[Placed], places: &[Vector]) -> Option<Vector> {
             let shared = one.facet.iter().any(|point| other.facet.contains(point));
             let at = |facet: &[u32; 3]| facet.map(|point| places[point as usize]);
             let (p, q) = (at(&one.facet), at(&other.facet));
-            // An edge has its second corner twice.
+            // An edge repeats its second corner.
             let cut = if one.facet[1] == one.facet[2] {
                 segments_cross(&[p[0], p[1]], &[q[0], q[1]])
             } else {
@@ -262,7 +262,7 @@ mod tests {
         conflicts(&plan, &steps, &LargestDisplacements::new(&plan))
     }
 
-    /// The text of a note after "the surfaces of the body and a fixed boundary intersect".
+    /// Returns the text of a note after "the surfaces of the body and a fixed boundary intersect".
     fn meeting(told: &[Note]) -> Option<&str> {
         let start = "the surfaces of body \"it\" and a fixed boundary intersect";
         let mut told = told.iter().filter(|note| note.code == "surfaces_meet");
@@ -342,7 +342,7 @@ mod tests {
             let plan = plan("testdata/wing_on_plane.vtu", &schedule);
             crate::preflight::bodies_at(&plan, &[&plan.motion.steps[0]])[0].tip
         };
-        // The wing lies along z, and the default span along x.
+        // The wing is along z, and the default span along x.
         let swing = "rigid = { rotate = { axis = [1, 0, 0], angle = 2.0 } }";
         assert_eq!(tip("", swing), None);
         let span = "rotor = { span_axis = [0, 0, 1], shaft_axis = [0, 1, 0] }";
@@ -351,7 +351,7 @@ mod tests {
         assert!(tip("", "cyclic = { collective = 2 }").is_some());
     }
 
-    /// The radius and the substeps that are advised, where the airfoil moves by 0.35.
+    /// Returns the advised radius and number of substeps for an airfoil that moves by 0.35.
     fn advised(rbf: &str) -> Option<(f64, usize)> {
         let text = format!(
             "azimuth.values = [0]\nboundaries.others = \"fixed\"\nrbf = {{ {rbf} }}\nselection.tolerance = 1e-2\n\

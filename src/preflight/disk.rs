@@ -9,17 +9,17 @@ use azimesh_io::formats::{Compression, Format};
 use azimesh_io::mesh::MeshView;
 use std::path::{Path, PathBuf};
 
-/// The cell arrays of `quality = "cells"`, fifteen of numbers and a flag, and their bytes for one cell.
+/// The cell arrays of `quality = "cells"`, fifteen of numbers and a flag, and their bytes per cell.
 const QUALITY: (u64, u64) = (16, 15 * 8 + 4);
-/// Bytes of the description of an array in a file of one mesh, at the most.
+/// Largest size in bytes of the description of an array in a file of one mesh.
 const DESCRIPTION: u64 = 600;
-/// Text of numbers may come out longer than that of the mesh which was counted: by this part.
+/// Numbers as text may be longer than in the counted mesh by this part.
 const TEXT: u64 = 50;
-/// Bytes that a step adds to the lists of all steps in one file, and of the places of an array in it, at the most.
+/// Largest number of bytes per step in the lists of all steps in one file, and in the offsets of an array in it.
 const LISTS: u64 = 16 << 10;
 const PLACES: u64 = 3 << 10;
 
-/// Bytes of a node in a file of moving surfaces.
+/// Bytes per node in a file of moving surfaces.
 const SURFACE_LINE: u64 = 66;
 
 /// The steps and bytes that a run will write.
@@ -34,9 +34,8 @@ pub(crate) struct Demand {
 }
 
 impl Demand {
-    /// Of `n_steps`, without the `n_kept` of an earlier run, where one mesh alone takes `mesh_bytes`
-    /// without the arrays that are added. Where one file holds all steps, what does not change is
-    /// written once.
+    /// Computes the demand of `n_steps`, without the `n_kept` of an earlier run. One mesh takes `mesh_bytes` without the added
+    /// arrays. If one file holds all steps, constant data are written once.
     pub fn of(
         plan: &Plan,
         mesh: &MeshView<'_>,
@@ -68,7 +67,7 @@ impl Demand {
         }
     }
 
-    /// Bytes of all of them.
+    /// Returns the bytes of all steps.
     pub fn bytes(&self) -> u64 {
         match self.n_steps.checked_sub(1) {
             None => 0,
@@ -79,7 +78,7 @@ impl Demand {
     }
 }
 
-/// Bytes of the file of the moving surfaces beside a mesh.
+/// Returns the bytes of the file of the moving surfaces of a step.
 fn surface_bytes(plan: &Plan) -> u64 {
     if plan.schedule.output.surface == SurfaceOutput::None {
         return 0;
@@ -89,8 +88,8 @@ fn surface_bytes(plan: &Plan) -> u64 {
     n_moving as u64 * SURFACE_LINE
 }
 
-/// Numbers of the node arrays of three components and of the cell arrays that a run adds to each mesh, and the bytes of
-/// the latter for one cell.
+/// Returns the numbers of node arrays of three components and of cell arrays that a run adds to each mesh, and the
+/// bytes of the latter per cell.
 fn arrays(plan: &Plan, format: &Format) -> (u64, (u64, u64)) {
     let output = &plan.schedule.output;
     let displacement = u64::from(output.displacement && format.holds.displacement);
@@ -104,8 +103,8 @@ fn arrays(plan: &Plan, format: &Format) -> (u64, (u64, u64)) {
     }
 }
 
-/// Refuses a run whose meshes do not fit on the disk, or warns where packing may make them fit;
-/// `freed` are the bytes of files that it replaces, `taken` those of arrays that lie there while it runs.
+/// Refuses a run whose meshes do not fit on the disk, or warns if compression may make them fit. `freed` are the bytes of
+/// files that it replaces, `taken` the bytes of arrays stored there during the run.
 pub(crate) fn check_disk(
     plan: &Plan,
     folder: &Path,
@@ -139,7 +138,7 @@ pub(crate) fn check_disk(
     .file(folder))
 }
 
-/// The folder, or the nearest one above it that is there.
+/// Returns the folder, or its nearest existing parent.
 pub fn existing_folder(folder: &Path) -> PathBuf {
     let here = PathBuf::from(".");
     let mut above = folder.ancestors().filter(|path| path.is_dir());

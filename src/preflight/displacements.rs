@@ -9,25 +9,25 @@ use azimesh_core::{Note, note, parallel};
 use azimesh_deform::Plan;
 use std::collections::BTreeMap;
 
-/// Part of the extent of the region by which a point may lie outside of it.
+/// Tolerance of the region, as a part of its extent.
 const OUTSIDE: f64 = 1e-9;
-/// Surface points times steps that are looked at, at most.
+/// Largest number of surface points times steps to check.
 const MOST: usize = 300_000_000;
 
-/// The largest displacements of bodies over the steps, and which bodies leave the region that deforms.
+/// The largest displacements of bodies over the steps, and the bodies that leave the deforming region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LargestDisplacements {
-    /// Steps that were looked at: all, or of very many some evenly spaced.
+    /// Number of checked steps: all, or an even selection of very many.
     pub n_steps: usize,
-    /// For each body the step at which one of its points is farthest from its place, and how far that
-    /// is, in mesh units; the first step and 0 where it has no points.
+    /// For each body the step of the largest displacement of one of its points, and that displacement in mesh units; the
+    /// first step and 0 if it has no points.
     pub farthest: Vec<(usize, f64)>,
-    /// The steps at which bodies leave the region that deforms.
+    /// The steps at which bodies leave the deforming region.
     pub leaving: BTreeMap<usize, Vec<usize>>,
 }
 
 impl LargestDisplacements {
-    /// Of a plan. Surface points x steps poses.
+    /// Computes them for a plan. Evaluates poses at surface points times steps.
     pub fn new(plan: &Plan) -> Self {
         let region = Region::new(plan);
         let all = &plan.motion.steps;
@@ -64,11 +64,11 @@ impl LargestDisplacements {
         extremes
     }
 
-    /// Refuses a body that leaves the region that deforms: cells are turned inside out there, or left far behind. Boundaries that are
-    /// free or periodic follow the body, and are not refused.
+    /// Refuses a body that leaves the deforming region: cells there are inverted, or left far behind. Free and periodic
+    /// boundaries follow the body, and are not refused.
     ///
     /// # Errors
-    /// Of kind `Input`, with how far the body goes.
+    /// Of kind `Input`, with the distance.
     pub(crate) fn refuse_leaving(&self, plan: &Plan) -> Result<()> {
         let motion = &plan.motion;
         let follow =
@@ -87,7 +87,7 @@ impl LargestDisplacements {
         .file(&plan.schedule.path))
     }
 
-    /// A note on a body that leaves the region that deforms at `steps`.
+    /// Returns a note on a body that leaves the deforming region at `steps`.
     pub(super) fn leaves_box(&self, plan: &Plan, body: usize, steps: &[usize]) -> Note {
         note!(
             "leaves_box",
@@ -99,14 +99,14 @@ impl LargestDisplacements {
         )
     }
 
-    /// The step at which a point of any body is farthest from its place, and how far that is.
+    /// Returns the step of the largest displacement of any body, and that displacement.
     pub fn largest(&self) -> (usize, f64) {
         let bodies = self.farthest.iter().copied();
         bodies.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 }
 
-/// The box around the nodes that deform.
+/// The box around the deforming nodes.
 struct Region {
     bounds: Bounds,
     /// For each body the sides, low then high, that it does not touch.
@@ -131,11 +131,11 @@ impl Region {
         }
     }
 
-    /// The bodies that have a point past a side that they do not touch in the reference mesh, and past all other surfaces: the
-    /// boundary may have moved with them.
+    /// Returns the bodies with a point beyond a side that they do not touch in the reference mesh, and beyond all other
+    /// surfaces: the boundary may have moved with them.
     fn left_by(&self, plan: &Plan, places: &[Vector]) -> Vec<usize> {
         let slack = OUTSIDE * self.bounds.diagonal();
-        // Of each body, and at last of what is on none.
+        // One entry per body, and a last one for points of no body.
         let mut bounds = vec![Bounds::EMPTY; self.held.len() + 1];
         for (place, body) in places.iter().zip(&plan.surface.body) {
             bounds[body.map_or(self.held.len(), usize::from)].include(place);

@@ -1,5 +1,5 @@
-//! Warnings about bodies next to boundaries: bodies that leave a plane that they are in, bodies
-//! that stay, and a zone that turns out of the rest of the mesh.
+//! Warnings about bodies next to boundaries: bodies that leave a sliding plane, bodies at rest, and a zone that turns out
+//! of the rest of the mesh.
 
 use azimesh_core::error::counted;
 use azimesh_core::geometry::Bounds;
@@ -12,13 +12,13 @@ use azimesh_deform::motion::{DeformingZone, Step};
 use azimesh_io::mesh::facets::facets;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Parts of a displacement, and of the extent of the mesh, by which a node may leave its plane.
+/// Distances that count as leaving a plane, as parts of a displacement and of the extent of the mesh.
 const ROUND_OFF: [f64; 2] = [1e-5, 1e-9];
-/// Steps and nodes at which a turned interface is looked at, at most.
+/// Largest numbers of steps and nodes at which a turned interface is checked.
 const TURNS: usize = 8;
 const NODES: usize = 2000;
 
-/// Bodies with nodes in a sliding plane that are moved out of it.
+/// Returns warnings on bodies with nodes in a sliding plane that move out of it.
 pub(super) fn leaving_planes(plan: &Plan) -> Vec<Note> {
     let Some(sliding) = &plan.surface.sliding else {
         return Vec::new();
@@ -30,7 +30,7 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<Note> {
         .collect();
     let [of_way, of_mesh] = ROUND_OFF;
     let least = of_mesh * plan.boundary.extent.diagonal();
-    // For each body the points that leave, how far at most, and the step of that.
+    // For each body the points that leave, their largest distance, and its step.
     let mut left: BTreeMap<u16, (BTreeSet<usize>, f64, usize)> = BTreeMap::new();
     for step in plan.motion.steps.iter().filter(|_| !held.is_empty()) {
         let poses = plan.motion.poses(step, 1.0);
@@ -62,7 +62,7 @@ pub(super) fn leaving_planes(plan: &Plan) -> Vec<Note> {
         .collect()
 }
 
-/// Bodies that no step moves.
+/// Returns warnings on bodies that no step moves.
 pub(super) fn staying(plan: &Plan) -> Vec<Note> {
     let bodies = &plan.motion.bodies;
     let mut points = vec![0; bodies.len()];
@@ -92,11 +92,11 @@ pub(super) fn staying(plan: &Plan) -> Vec<Note> {
         .collect()
 }
 
-/// A zone that is carried round although its interface to the rest is no surface of revolution: turned,
-/// its nodes do not lie on it.
+/// Returns a note on a rotating zone whose interface to the rest is not a surface of revolution: its rotated nodes are
+/// off the interface.
 pub(super) fn turning_out(plan: &Plan) -> Option<Note> {
     let zone = plan.motion.zone.as_ref()?;
-    // A sector meets its own images there, and rigid parts meet the zone inside it.
+    // There a sector meets its own images, and rigid parts meet the zone inside it.
     let is_whole = plan.motion.periodic.is_empty() && plan.motion.parts.is_empty();
     let is_turned = |step: &&Step| {
         is_whole
@@ -134,7 +134,7 @@ pub(super) fn turning_out(plan: &Plan) -> Option<Note> {
     })
 }
 
-/// Facets of the interface of a zone between its nodes, by their positions among these.
+/// Returns the facets of the interface of a zone, by the indices of its nodes.
 fn interface_facets(zone: &DeformingZone) -> Vec<[u32; 3]> {
     let mut found = Vec::new();
     for face in zone.sides.interface_faces.iter() {
@@ -148,8 +148,8 @@ fn interface_facets(zone: &DeformingZone) -> Vec<[u32; 3]> {
     found
 }
 
-/// The distance of `x` from the interface between `points`; 0 where that is twice what the flat facets of a
-/// surface of revolution are off it at most.
+/// Returns the distance of `x` from the interface between `points`; 0 if it is at most twice the error of flat facets of
+/// a surface of revolution.
 fn off_surface(plan: &Plan, points: &[Vector], surface: &ClosestSurface<'_>, x: Vector) -> f64 {
     let Some(foot) = surface.nearest(&x, f64::INFINITY) else {
         return 0.0;
@@ -170,7 +170,7 @@ mod tests {
     use crate::preflight::tests::{plan, plan_of};
     use azimesh_io::mesh::{CellKind, Group, Mesh};
 
-    /// The wing with a motion, its root in a plane that slides.
+    /// Returns the wing with a motion; its root is in a sliding plane.
     fn wing(motion: &str) -> Plan {
         let schedule = format!(
             "azimuth.values = [0, 90]\nboundaries = {{ fixed = [\"farfield\"], slide = [\"symmetry\"] }}\n\

@@ -1,7 +1,7 @@
-//! The memory that a run needs at its peak, from a plan.
+//! The peak memory of a run, from a plan.
 //!
-//! Sums of the large arrays, in bytes of nodes, surface points, base points, modes and steps. A run has stages: base points are
-//! chosen, fields are evaluated and corrected, steps are written. The peak is that of the largest.
+//! Sums of the large arrays, in bytes of nodes, surface points, base points, modes and steps. A run has stages: selection of
+//! base points, evaluation and correction of fields, writing of steps. The peak is the largest of them.
 
 use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::amount;
@@ -11,17 +11,17 @@ use azimesh_io::formats::{Compression, by_name};
 use azimesh_io::mesh::Mesh;
 use azimesh_quality::QualityEvaluator;
 
-/// Base points that are reckoned with where none are chosen yet.
+/// Number of base points assumed before their selection.
 const N_BASE: usize = 1000;
 /// Rows of the Newton basis that the selection holds.
 const BASIS: usize = 2048;
-/// The program itself, its threads and what the system's allocator keeps.
+/// The program itself, its threads and the memory kept by the system's allocator.
 const PROGRAM: usize = 24 << 20;
-/// With arrays in files a run takes no less: the program, small arrays, and pages to work on.
+/// Least memory with arrays in files: the program, small arrays, and pages in use.
 const LEAST_WITH_FILES: u64 = 64 << 20;
 
-/// Bytes of memory that a run takes from the system, beside the mapped input: the sum and a tenth, for
-/// what comes and goes within a stage.
+/// Returns the bytes of memory that a run takes from the system, without the mapped input: the sum plus a tenth for
+/// temporary data within a stage.
 pub fn estimate_memory(plan: &Plan, mesh: &Mesh) -> u64 {
     let stages = by_stage(plan, mesh);
     stages
@@ -31,7 +31,7 @@ pub fn estimate_memory(plan: &Plan, mesh: &Mesh) -> u64 {
         .unwrap_or(0)
 }
 
-/// The same for each stage of a run, with its name in a sentence.
+/// Returns the same for each stage of a run, with its name in a sentence.
 fn by_stage(plan: &Plan, mesh: &Mesh) -> [(&'static str, u64); 3] {
     let whole = |stage: usize| {
         let sum = PROGRAM + held(plan, mesh) + stage;
@@ -44,17 +44,17 @@ fn by_stage(plan: &Plan, mesh: &Mesh) -> [(&'static str, u64); 3] {
     ]
 }
 
-/// The way in which a run keeps to a limit of memory.
+/// Storage of the arrays of a run within a limit of memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fits {
     /// Its arrays fit.
     InMemory,
-    /// They do not, and large ones lie in files: so many bytes are needed.
+    /// Large arrays are stored in files: this many bytes are needed.
     InFiles(u64),
 }
 
-/// Checks if a run takes no more than `limit` bytes, with large arrays in files where there are such (`with_files`); `mapped`
-/// is the size of the mapped input, which the system takes back as it needs to and which does not count.
+/// Checks if a run takes at most `limit` bytes, with large arrays in files if possible (`with_files`). `mapped` is the size
+/// of the mapped input, which the system can reclaim and which does not count.
 ///
 /// # Errors
 /// If it would take more.
@@ -75,7 +75,7 @@ pub fn check_memory(
     let stages = by_stage(plan, mesh).map(|(name, bytes)| format!("{name} {}", amount(bytes)));
     let remedy = if with_files {
         format!(
-            "from {} on, arrays that do not fit lie in files on the disk of the output",
+            "from {} on, arrays that do not fit are stored in files on the disk of the output",
             amount(LEAST_WITH_FILES)
         )
     } else {
@@ -91,15 +91,15 @@ pub fn check_memory(
     )))
 }
 
-/// Bytes that are held from the plan to the end: cells, groups, arrays, the reference, the surface, modes, and the
-/// displacements of nodes that a function or a file gives.
+/// Bytes that are held from the plan to the end: cells, groups, arrays, the reference, the surface, modes, and
+/// displacements of nodes from functions or files.
 fn held(plan: &Plan, mesh: &Mesh) -> usize {
     let n_surface = plan.surface.nodes.len();
     let layers = plan.layers.iter().chain(&plan.velocity);
     let modes: usize = layers
         .map(|layer| 8 * n_surface * layer.modes.n_modes)
         .sum();
-    // Coefficients of the modes, in the modes and in their criterion; each step twice.
+    // Coefficients of the modes, stored in the modes and in their criterion; twice per step.
     let coefficients = plan.motion.steps.len() * (48 * plan.n_modes() + 2 * size_of::<Step>());
     mesh.memory_bytes() + 80 * n_surface + modes + coefficients + plan.motion.memory_bytes()
 }
@@ -124,7 +124,7 @@ fn residuals(plan: &Plan) -> usize {
     8 * plan.surface.nodes.len() * plan.n_modes()
 }
 
-/// Values at the surface that errors before the correction are found from.
+/// Values at the surface for the errors before the correction.
 fn uncorrected(plan: &Plan) -> usize {
     if plan.layers.len() == 1 && plan.modes_are_exact() {
         0
@@ -152,15 +152,15 @@ fn evaluating(plan: &Plan) -> usize {
     residuals(plan) + fields(plan) + 12 * n_deforming(plan) + tree
 }
 
-/// Fields, positions of this step and the next, orientations of cells, arrays that are added, and
-/// what is packed before it is written.
+/// Fields, positions of this step and the next, orientations of cells, added arrays, and data that is compressed before
+/// it is written.
 fn writing(plan: &Plan, mesh: &Mesh) -> usize {
     let output = &plan.schedule.output;
     let (n, n_cells) = (plan.boundary.n_nodes, plan.boundary.n_cells);
     let velocity = plan.velocity.as_ref().map_or(0, |layer| {
         48 * n + 8 * layer.modes.n_modes * n_deforming(plan)
     });
-    // In a case, also the positions that it is measured from.
+    // In a case, also the reference positions of displacements.
     let in_case = by_name(output.format()).is_ok_and(|format| format.case.is_some());
     let displacement = match (output.displacement, in_case) {
         (false, _) => 0,
@@ -171,7 +171,7 @@ fn writing(plan: &Plan, mesh: &Mesh) -> usize {
         QualityOutput::None => 0,
         QualityOutput::Summary | QualityOutput::Cells => QualityEvaluator::estimate_bytes(mesh),
     };
-    // Those of the step that is written, and of the next beside it.
+    // Arrays of the step being written, and of the next one.
     let metrics = match output.quality {
         QualityOutput::Cells => 2 * QualityEvaluator::ARRAY_BYTES * n_cells,
         QualityOutput::Summary | QualityOutput::None => 0,

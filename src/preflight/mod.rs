@@ -1,7 +1,7 @@
 //! Checks and estimates before a run: warnings, and the memory and disk that it needs.
 //!
-//! Owns what the motion does on the mesh as far as the user should know of it. Leaves to `deform` what
-//! is refused, and to `run` whose files are written.
+//! Owns the effects of the motion on the mesh that the user should know. `deform` refuses invalid input, and `run` writes
+//! files.
 
 mod bodies;
 mod disk;
@@ -29,10 +29,10 @@ use azimesh_core::{Note, note};
 use azimesh_deform::motion::{Frame, Step};
 use azimesh_deform::{Layer, Plan};
 
-/// Steps at which surfaces are looked at for meeting others.
+/// Number of steps at which surfaces are checked for intersections.
 const LOOKED_AT: usize = 72;
 
-/// Warnings about the motion, before it is interpolated.
+/// Returns warnings about the motion before interpolation.
 pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Note> {
     let mut warnings = plan.motion.shared_nodes(&plan.boundary);
     warnings.extend(plan.motion.warnings(&plan.schedule.rbf));
@@ -44,7 +44,7 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Note> {
     warnings.extend(edges::turning_out(plan));
     warnings.extend(surface_files::begins_moved(plan));
     warnings.extend(bodies::of_several_blades(plan));
-    // A mesh that is carried round has the velocity of that.
+    // A rotating mesh has that velocity too.
     let is_carried = plan.motion.rotor.frame == Frame::Inertial;
     let no_velocity = |layer: &Layer| layer.modes.n_modes == 0 && !is_carried;
     if plan.velocity.as_ref().is_some_and(no_velocity) {
@@ -57,7 +57,7 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Note> {
     warnings
 }
 
-/// All steps, or of many some evenly spaced.
+/// Returns all steps, or an even selection of many.
 pub fn evenly(plan: &Plan, most: usize) -> Vec<&Step> {
     let steps = &plan.motion.steps;
     steps.iter().step_by(steps.len().div_ceil(most)).collect()
@@ -70,7 +70,7 @@ mod tests {
     use azimesh_io::mesh::Mesh;
     use std::path::Path;
 
-    /// The plan of a schedule on the mesh in a file.
+    /// Builds the plan of a schedule on the mesh in a file.
     pub(super) fn plan(mesh: &str, schedule: &str) -> Plan {
         plan_of(Mesh::read(mesh).expect("it is good"), schedule)
     }

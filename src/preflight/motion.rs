@@ -1,5 +1,5 @@
-//! The motion of bodies: their surface points at a step, and each body over the steps, as `check` prints it and run.json
-//! keeps it for plots.
+//! The motion of bodies: their surface points at a step, and each body over the steps, for the output of `check` and the
+//! plots of run.json.
 
 use crate::record::{BodyRecord, MotionRecord};
 use azimesh_core::geometry::vector::{Vector, distance, dot, norm, scale, sub};
@@ -7,19 +7,19 @@ use azimesh_core::parallel;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{Frame, Role, Step};
 
-/// Points of a body whose displacements run.json takes the largest of, at most: of so many, evenly taken, it
-/// is close enough to draw, and a surface of a million nodes costs no more than a small one.
+/// Largest number of points of a body for the largest displacement in run.json: an even selection of so many is
+/// accurate enough for a plot, and a surface of a million nodes costs no more than a small one.
 const RECORDED: usize = 4096;
 
-/// The surface points that move with a body.
+/// Returns the surface points that move with a body.
 pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
     let bodies = plan.surface.body.iter().enumerate();
     let own = bodies.filter(|(_, of)| of.map(usize::from) == Some(body));
     own.map(|(at, _)| at).collect()
 }
 
-/// The outermost of some points along the span of a body's blade; `None` in 2D, and where neither the rotor nor the motion
-/// of the body says what the span is.
+/// Returns the outermost of some points along the span of a body's blade; `None` in 2D, and if neither the rotor nor the
+/// motion of the body defines the span.
 pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
     let rotor = &plan.motion.rotor;
     if rotor.in_plane || !(rotor.has_span || plan.motion.is_of_blade(body)) {
@@ -32,7 +32,7 @@ pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize
     points.reduce(|tip, at| if station(at) > station(tip) { at } else { tip })
 }
 
-/// The positions of the surface points at a step, in the rotating frame.
+/// Returns the positions of the surface points at a step, in the rotating frame.
 pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
     let poses = plan.motion.poses(step, 1.0);
     let surface = &plan.surface;
@@ -48,13 +48,13 @@ pub(super) fn places_at(plan: &Plan, step: &Step) -> Vec<Vector> {
 /// A body at a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyAtStep {
-    /// Its place in the schedule.
+    /// Its index in the schedule.
     pub body: usize,
     /// The step.
     pub step: usize,
-    /// Pitch, flap and lag in radians, where it has a cyclic motion.
+    /// Pitch, flap and lag in radians, if it has a cyclic motion.
     pub angles: Option<[f64; 3]>,
-    /// Displacement of its outermost point along its span, in mesh units; `None` in 2D and where nothing says what the span is.
+    /// Displacement of its outermost point along its span, in mesh units; `None` in 2D and if nothing defines the span.
     pub tip: Option<Vector>,
     /// Largest displacement of one of its points, in mesh units.
     pub largest: f64,
@@ -66,7 +66,7 @@ struct Followed {
     tip: Option<usize>,
 }
 
-/// Every body with its surface points, or of many some evenly taken.
+/// Returns every body with its surface points, or an even selection of many.
 fn followed(plan: &Plan, most: usize) -> Vec<Followed> {
     let of_body = |body: usize| {
         let points = points_of(plan, body);
@@ -104,14 +104,14 @@ fn at_step(plan: &Plan, bodies: &[Followed], step: &Step) -> Vec<BodyAtStep> {
     bodies.iter().enumerate().map(of_body).collect()
 }
 
-/// Every body at some steps, in the order of the steps.
+/// Returns every body at some steps, in the order of the steps.
 pub fn bodies_at(plan: &Plan, steps: &[&Step]) -> Vec<BodyAtStep> {
     let bodies = followed(plan, usize::MAX);
     let at_steps = steps.iter().flat_map(|step| at_step(plan, &bodies, step));
     at_steps.collect()
 }
 
-/// The motion of the whole schedule in the rotating frame, and how the inertial one turns against it.
+/// Returns the motion of the whole schedule in the rotating frame, and the rotation of the inertial frame against it.
 pub(crate) fn body_motion(plan: &Plan) -> MotionRecord {
     let motion = &plan.motion;
     let bodies = followed(plan, RECORDED);

@@ -1,4 +1,4 @@
-//! Refusals before any file is written, and notes on what the format will lose.
+//! Refusals before any file is written, and notes on data that the format cannot hold.
 
 use super::disk::Demand;
 use crate::record::Criterion;
@@ -15,13 +15,13 @@ use azimesh_io::mesh::MeshView;
 use azimesh_quality::Assessment;
 use std::path::Path;
 
-/// A first-cell height may change by this much when coordinates are rounded to 32 bits.
+/// Allowed change of a first-cell height when coordinates are rounded to 32 bits.
 const F32_CHANGE: f64 = 0.01;
-/// Base points for which the dense matrix still fits a workstation: 12.8 GB.
+/// Largest number of base points whose dense matrix fits a workstation: 12.8 GB.
 const MOST_DENSE: usize = 40_000;
 
-/// All that a run can be refused for before it starts; returns what the format cannot hold, and the
-/// bytes of one mesh in it, neither packed nor as text.
+/// Makes all checks that can refuse a run before it starts. Returns notes on data that the format cannot hold, and the
+/// bytes of one mesh in it, neither compressed nor as text.
 pub(crate) fn before_work(
     plan: &Plan,
     mesh: &MeshView<'_>,
@@ -34,7 +34,7 @@ pub(crate) fn before_work(
     format_holds(plan, mesh, format)
 }
 
-/// Bytes that the meshes of a sequence take before they are packed.
+/// Returns the bytes of the meshes of a sequence before compression.
 ///
 /// # Errors
 /// If the format cannot hold the mesh.
@@ -45,7 +45,7 @@ pub fn estimate_bytes(plan: &Plan, mesh: &MeshView<'_>) -> Result<u64> {
     Ok(Demand::of(plan, mesh, format, (n_steps, 0), mesh_bytes).bytes())
 }
 
-/// Refuses a dense matrix that no workstation holds.
+/// Refuses a dense matrix that is too large for a workstation.
 fn check_dense(plan: &Plan) -> Result<()> {
     let n = plan.surface.nodes.len();
     if plan.schedule.selection.method != SelectionMethod::All || n <= MOST_DENSE {
@@ -78,7 +78,7 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
                 "no moving wall has first cells of known height"
             }
             column if skipped && (column == "max_normal_change_deg" || is_quality(column)) => {
-                "output.quality = \"none\" judges no cell"
+                "output.quality = \"none\" evaluates no cell"
             }
             _ => continue,
         };
@@ -90,9 +90,8 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a format before work starts, by writing the mesh to nowhere; returns what it cannot hold,
-/// and how many bytes that were. Nodes are moved a little: text of coordinates is as long as at a
-/// step then, however few digits those of the mesh have.
+/// Refuses a format before the run by writing the mesh to a null sink; returns the data that it cannot hold, and the number of
+/// bytes. Nodes are moved slightly, so that coordinates as text are as long as at a step even if the mesh has few digits.
 fn format_holds(plan: &Plan, mesh: &MeshView<'_>, format: &Format) -> Result<(Vec<Note>, u64)> {
     if format.is_surface {
         let message = format!(
@@ -108,7 +107,7 @@ fn format_holds(plan: &Plan, mesh: &MeshView<'_>, format: &Format) -> Result<(Ve
         ..plan.schedule.output.write_options()
     };
     let mut mesh = mesh.clone();
-    // Ranks write as many bytes whatever the positions are.
+    // Ranks write equally many bytes for any positions.
     let points = (mesh.by_ranks.is_none()).then(|| moved_a_little(mesh.points));
     if let Some(points) = &points {
         mesh = mesh.with_points(points);
@@ -125,7 +124,7 @@ fn format_holds(plan: &Plan, mesh: &MeshView<'_>, format: &Format) -> Result<(Ve
     })?;
     let mut dropped: Vec<Note> = dropped.into_iter().collect();
     dropped.extend(dropped_arrays(plan, format));
-    // Ways to store numbers that the format does not have.
+    // Returns storage options that the format does not have.
     let without_effect = plan.schedule.output.write_options().without_effect(format);
     let format = format.name;
     let note = |key| {
@@ -138,7 +137,7 @@ fn format_holds(plan: &Plan, mesh: &MeshView<'_>, format: &Format) -> Result<(Ve
     Ok((dropped, out.finish().n_bytes))
 }
 
-/// Nodes moved by so little that they stay in their plane where they have one.
+/// Moves nodes slightly; they stay in their plane if they have one.
 fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
     const FACTOR: f64 = 1.0 + 1e-7 / 3.0;
     let bounds = Bounds::around(points);
@@ -155,7 +154,7 @@ fn moved_a_little(points: &[Vector]) -> Vec<Vector> {
     parallel::collect(points.len(), |i| moved(&points[i]))
 }
 
-/// A note where arrays are asked for that the format does not hold.
+/// Returns a note if the schedule asks for arrays that the format does not hold.
 fn dropped_arrays(plan: &Plan, format: &Format) -> Option<Note> {
     let output = &plan.schedule.output;
     let holds_arrays = format.holds.arrays;

@@ -1,4 +1,4 @@
-//! Surface files for a solver that moves its volume itself: whether the solver would take them for what they are.
+//! Checks of surface files for a solver that moves its volume itself.
 
 use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::in_digits;
@@ -9,11 +9,11 @@ use azimesh_io::formats::{by_extension, by_name, n_su2_zones, without_compressio
 use azimesh_io::mesh::MeshView;
 use std::path::Path;
 
-/// Differences of the steps' times that count as none: this part of their interval.
+/// Tolerance of the steps' times, as a part of their interval.
 const UNEVEN: f64 = 1e-6;
 
-/// Refuses surface files whose node numbers are not those of the mesh that SU2 has, or whose steps are not its
-/// iterations; `path` is the file that the mesh was read from.
+/// Refuses surface files with node numbers that differ from the mesh of SU2, or with steps that are not its iterations;
+/// `path` is the file from which the mesh was read.
 ///
 /// # Errors
 /// If SU2 would move other nodes, or at other times.
@@ -55,7 +55,7 @@ pub fn check_surface_files(plan: &Plan, mesh: &MeshView<'_>, path: &Path) -> Res
     }
 }
 
-/// A note where the surfaces are not at rest at step 0, which SU2 begins with.
+/// Returns a note if the surfaces are not at rest at step 0, at which SU2 starts.
 pub(super) fn begins_moved(plan: &Plan) -> Option<Note> {
     let distance = plan.largest_displacement(0);
     let is_asked = plan.schedule.output.surface == SurfaceOutput::Su2;
@@ -69,7 +69,7 @@ pub(super) fn begins_moved(plan: &Plan) -> Option<Note> {
     })
 }
 
-/// The first step whose interval differs from that of the first two; in time where it is known, else in azimuth.
+/// Returns the first step whose interval differs from the first interval; by time if it is known, else by azimuth.
 fn uneven(steps: &[Step]) -> Option<usize> {
     let at = Step::time;
     let [first, second, ..] = steps else {

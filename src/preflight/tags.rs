@@ -1,5 +1,4 @@
-//! Tags that are not what the schedule takes them for: fixed ones that move with a body, and moving ones that the
-//! mesh does not follow.
+//! Tags that contradict the schedule: fixed ones that move with a body, and moving ones that the mesh does not follow.
 
 use azimesh_core::error::counted;
 use azimesh_core::geometry::vector::{Vector, cross, dot, norm, scale, sub};
@@ -21,11 +20,11 @@ struct Moved {
     n_shared: usize,
     distance: f64,
     step: usize,
-    /// The distance by which a node leaves the plane of the tag.
+    /// The distance of a node from the plane of the tag.
     out: f64,
 }
 
-/// A warning for each fixed tag and body that moves nodes of it.
+/// Returns a warning for each fixed tag and body that moves nodes of it.
 pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Note> {
     let roles = plan.motion.surface.tags.iter().map(|tag| tag.role);
     let tags: Vec<(&Group, Option<Role>)> = plan.boundary.boundary_tags().zip(roles).collect();
@@ -55,7 +54,7 @@ pub(super) fn fixed_that_move(plan: &Plan) -> Vec<Note> {
     notes
 }
 
-/// A note on a fixed tag with nodes that move with a body.
+/// Returns a note on a fixed tag with nodes that move with a body.
 fn fixed_moves(tag: &Group, body: &str, moved: &Moved, all_nodes: usize, may_slide: bool) -> Note {
     let (n_nodes, n_faces, all_faces) = (moved.nodes.len(), moved.n_faces, tag.cells.len());
     let faces = match (n_faces, moved.n_shared) {
@@ -89,12 +88,12 @@ fn fixed_moves(tag: &Group, body: &str, moved: &Moved, all_nodes: usize, may_sli
         .with("shared", moved.n_shared)
 }
 
-/// `3 of the 40 nodes`.
+/// Formats `3 of the 40 nodes`.
 fn of(some: usize, all: usize, what: &str) -> String {
     format!("{some} of the {}", counted(all, what))
 }
 
-/// The nodes that move, ascending, with the body that each moves with.
+/// Returns the moving nodes, ascending, each with its body.
 fn moving_nodes(plan: &Plan) -> (Vec<u32>, Vec<u16>) {
     let surface = &plan.motion.surface.nodes;
     let nodes = surface.nodes.iter().zip(&surface.roles);
@@ -105,8 +104,8 @@ fn moving_nodes(plan: &Plan) -> (Vec<u32>, Vec<u16>) {
     nodes.filter_map(body).unzip()
 }
 
-/// The number of nodes of a tag, and what of it moves with each body; `moving` has the cells of tags that move
-/// with a body, ascending.
+/// Returns the number of nodes of a tag, and the nodes of it that move with each body; `moving` has the cells of tags that
+/// move with a body, ascending.
 fn moved_nodes(
     plan: &Plan,
     tag: &Group,
@@ -158,7 +157,7 @@ fn measure(plan: &Plan, tag: &Group, least: f64, found: &mut BTreeMap<u16, Moved
     }
 }
 
-/// The normal of the plane that the faces of a tag lie in, to `least`, in space; `None` where they lie in none.
+/// Returns the normal of the plane of the faces of a tag, within `least`, in space; `None` if they are not in one plane.
 fn plane_of(plan: &Plan, tag: &Group, least: f64) -> Option<Vector> {
     let nodes = || plan.boundary.nodes_of(tag);
     let origin = plan.boundary.position(nodes().next()?);
@@ -173,12 +172,12 @@ fn plane_of(plan: &Plan, tag: &Group, least: f64) -> Option<Vector> {
         [-far[1], far[0], 0.0]
     };
     let normal = scale(normal, 1.0 / norm(normal));
-    // Not of numbers where the tag has no area.
+    // Not finite if the tag has no area.
     let is_flat = nodes().all(|node| dot(along(node), normal).abs() <= least);
     is_flat.then_some(normal)
 }
 
-/// A warning for each moving tag with faces on no cell, where the mesh has cells.
+/// Returns a warning for each moving tag with faces on no cell, if the mesh has cells.
 pub(super) fn on_no_cell(plan: &Plan) -> Vec<Note> {
     if plan.boundary.n_volume_cells() == 0 {
         return Vec::new();
@@ -220,7 +219,7 @@ mod tests {
         plan_of(mesh, &text)
     }
 
-    /// The airfoil with its faces behind x = 0.45 in the tag "flap" too, or only there.
+    /// Returns the airfoil; its faces behind x = 0.45 are also in the tag "flap", or only there.
     fn with_flap(overlaps: bool) -> Mesh {
         let mut mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
         let at = mesh.groups.iter().position(|group| group.name == "airfoil");
@@ -243,7 +242,7 @@ mod tests {
         mesh
     }
 
-    /// Nodes, faces and shared faces of the only note, and its text.
+    /// Returns nodes, faces and shared faces of the only note, and its text.
     fn told(notes: &[Note]) -> ([u64; 3], &str) {
         assert_eq!(
             (notes.len(), &*notes[0].code),

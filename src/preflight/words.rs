@@ -1,4 +1,4 @@
-//! The motion of each body in words: its angles and translations at the extreme steps, and where they take its points.
+//! The motion of each body in words: its angles and translations at the extreme steps, and the positions of its points.
 
 use super::motion::points_of;
 use azimesh_core::geometry::vector::{Vector, cross, norm, sub};
@@ -7,10 +7,10 @@ use azimesh_core::parallel;
 use azimesh_deform::Plan;
 use azimesh_deform::motion::{RigidAt, Rotation, Step};
 
-/// Angles (radians) and lengths (parts of the largest) below this are none.
+/// Angles (radians) and lengths (parts of the largest) below this count as zero.
 const NOTHING: f64 = 1e-12;
 
-/// Sentences for each body.
+/// Returns sentences for each body.
 pub fn motion_in_words(plan: &Plan) -> Vec<Vec<String>> {
     (0..plan.motion.bodies.len())
         .map(|body| of_body(plan, body))
@@ -32,7 +32,7 @@ fn of_body(plan: &Plan, body: usize) -> Vec<String> {
     told
 }
 
-/// The first steps of the smallest and the largest of some values, one a step; `None` where all are zero.
+/// Returns the first steps of the smallest and the largest of some values, one per step; `None` if all are zero.
 fn extremes(values: impl Iterator<Item = f64>) -> Option<[(usize, f64); 2]> {
     let mut values = values.enumerate();
     let first = values.next()?;
@@ -45,7 +45,7 @@ fn extremes(values: impl Iterator<Item = f64>) -> Option<[(usize, f64); 2]> {
     ends.iter().any(|end| end.1.abs() > NOTHING).then_some(ends)
 }
 
-/// "from a at one step to b at another".
+/// Formats "from a at one step to b at another".
 fn range(
     steps: &[Step],
     ends @ [low, high]: [(usize, f64); 2],
@@ -63,7 +63,7 @@ fn range(
     )
 }
 
-/// A step with its azimuth and its time.
+/// Formats a step with its azimuth and its time.
 fn place(step: &Step) -> String {
     match (step.azimuth_deg(), step.time_s()) {
         (Some(_), Some(time)) => format!("{step} and {} s", short(time)),
@@ -75,7 +75,7 @@ fn degrees(angle: f64) -> String {
     format!("{} deg", in_digits(angle.to_degrees(), 4))
 }
 
-/// Pitch, flap and lag with what they do to the blade.
+/// Describes pitch, flap and lag by their effect on the blade.
 fn cyclic(plan: &Plan, body: usize) -> Vec<String> {
     let (motion, signs) = (&plan.motion, &plan.motion.rotor.signs);
     let names = [
@@ -112,7 +112,7 @@ fn cyclic(plan: &Plan, body: usize) -> Vec<String> {
     told.collect()
 }
 
-/// The angle about an axis, and where its extremes take the point of the body that is farthest from the axis.
+/// Describes the angle about an axis, and the extreme positions of the point of the body that is farthest from the axis.
 fn rotation(plan: &Plan, body: usize, at: &[RigidAt], i: usize) -> Option<String> {
     let ends = extremes(at.iter().map(|at| at.rotations[i].angle))?;
     let Rotation { axis, origin, .. } = at[0].rotations[i];
@@ -153,7 +153,7 @@ fn rotation(plan: &Plan, body: usize, at: &[RigidAt], i: usize) -> Option<String
     ))
 }
 
-/// The axis that a vector is nearest to, with its sign.
+/// Returns the axis that is nearest to a vector, with its sign.
 fn direction(by: Vector) -> String {
     let axis = (0..3).fold(0, |most, i| {
         if by[i].abs() > by[most].abs() {

@@ -1,9 +1,9 @@
-//! base.toml: which nodes of a mesh are base points, and what they were chosen for.
+//! base.toml: the base points of a mesh, and their purpose.
 
 use azimesh_core::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// What base.toml holds.
+/// Content of base.toml.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseFile {
@@ -13,26 +13,26 @@ pub struct BaseFile {
     pub kernel: String,
     /// Support radius, in mesh units.
     pub support_radius: f64,
-    /// Tolerance that was asked for, in mesh units.
+    /// Requested tolerance, in mesh units.
     pub tolerance: f64,
-    /// Largest error at any surface node and step that was reached, in mesh units.
+    /// Largest error at any surface node and step, in mesh units.
     pub error: f64,
     /// Number of nodes of the mesh.
     pub mesh_nodes: usize,
     /// Hash of the node positions of the mesh.
     pub mesh_points_blake3: String,
-    /// Mesh nodes that are base points, in the order chosen; with `twist` those of the translations.
+    /// Mesh nodes that are base points, in the order of selection; with `twist` for the translations.
     pub nodes: Vec<u32>,
-    /// With `twist`, those of the rotations.
+    /// With `twist`, the base points of the rotations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation_nodes: Option<Vec<u32>>,
-    /// Support radius of the rotations where it is another.
+    /// Support radius of the rotations, if it differs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation_radius: Option<f64>,
 }
 
 impl BaseFile {
-    /// The text of the file.
+    /// Returns the text of the file.
     ///
     /// # Errors
     /// If TOML cannot hold it; it can hold every number.
@@ -41,14 +41,14 @@ impl BaseFile {
             .map_err(|error| Error::system(format!("the base points cannot be written: {error}")))
     }
 
-    /// What the bytes of a file hold.
+    /// Parses the bytes of a file.
     ///
     /// # Errors
-    /// If they are no base points, with the line.
+    /// If they are not base points, with the line.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let no_base = |reason: &str| {
             Error::input(format!(
-                "this is no file of base points, as `azimesh select -o` and `azimesh deform` write them: {reason}"
+                "this is not a file of base points, as `azimesh select -o` and `azimesh deform` write them: {reason}"
             ))
         };
         let text = std::str::from_utf8(bytes).map_err(|_| no_base("it is not text"))?;

@@ -1,4 +1,4 @@
-//! Conditions like `min_scaled_jacobian<0.1` under which a result counts as failed.
+//! Conditions such as `min_scaled_jacobian<0.1` under which a result counts as failed.
 
 use super::COLUMNS;
 use azimesh_core::error::{Error, Result, nearest_name, option};
@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 use std::fmt;
 use std::str::FromStr;
 
-/// `column comparison value`: met when the column's value compares so.
+/// `column comparison value`: holds if the column's value satisfies the comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Criterion {
     column: String,
@@ -32,17 +32,17 @@ const SYMBOLS: [(&str, Comparison); 4] = [
 ];
 
 impl Criterion {
-    /// The column it is about.
+    /// Returns its column.
     pub fn column(&self) -> &str {
         &self.column
     }
 
-    /// The number that its column is compared with.
+    /// Returns its limit.
     pub fn limit(&self) -> f64 {
         self.value
     }
 
-    /// Checks that it is about a column of steps.csv that holds numbers, before any work is done.
+    /// Checks that its column exists in steps.csv and holds numbers.
     pub fn check_column(&self) -> Result<()> {
         let numbers = COLUMNS.iter().filter(|column| column.is_number);
         let known: Vec<&str> = numbers.map(|column| column.name).collect();
@@ -58,31 +58,31 @@ impl Criterion {
         )))
     }
 
-    /// Checks that its column can be had from meshes alone: the columns of an [`Assessment`](azimesh_quality::Assessment).
+    /// Checks that its column can be computed from meshes only: the columns of an [`Assessment`](azimesh_quality::Assessment).
     pub fn check_of_meshes(&self) -> Result<()> {
         self.check_column()?;
         let reason = match self.column() {
             "step" | "azimuth_deg" | "time_s" => "it is the place of a step in its schedule",
             "base_points" | "selection_error" | "seconds" | "repaired" => {
-                "it tells how the steps were computed"
+                "it describes how the steps were computed"
             }
             "max_displacement" | "max_surface_error" | "rms_surface_error" => {
                 "it is measured against the motion"
             }
             "min_first_cell_ratio" | "max_normal_change_deg" => {
-                "the schedule alone tells which walls move"
+                "only the schedule says which walls move"
             }
             _ => return Ok(()),
         };
         Err(Error::input(format!(
-            "\"{self}\": {} cannot be had from meshes, since {reason}; {} of deform takes it, and steps.csv has it",
+            "\"{self}\": {} cannot be computed from meshes, since {reason}; {} of deform takes it, and steps.csv has it",
             self.column,
             option("fail-on")
         )))
     }
 
-    /// The value of its column where it is met by these. A column that is missing, has no value or is not
-    /// a number is an error: nothing can be said about it.
+    /// Returns the value of its column if the condition holds. A column that is missing, has no value or is not a number is an
+    /// error, since the condition cannot be evaluated.
     pub fn met_by(&self, columns: &[(&str, Option<f64>)]) -> Result<Option<f64>> {
         self.check_column()?;
         let found = columns
@@ -105,12 +105,12 @@ impl Criterion {
         Ok(is_met.then_some(found))
     }
 
-    /// The sentence for a value that meets it; `place` is empty, or as in " at step 3".
+    /// Returns the sentence for a value that satisfies it; `place` is empty, or such as " at step 3".
     pub fn sentence(&self, place: &str, value: f64) -> String {
         format!("{self} holds{place}: {} is {}", self.column, short(value))
     }
 
-    /// Orders values: those further beyond the limit come first.
+    /// Compares values: the value further beyond the limit comes first.
     pub fn worst_first(&self, a: f64, b: f64) -> Ordering {
         match self.comparison {
             Comparison::Less | Comparison::LessOrEqual => a.total_cmp(&b),

@@ -1,4 +1,4 @@
-//! Notes, errors and failed checks as JSON has them, in run.json and on standard output alike.
+//! Notes, errors and failed checks in JSON, in run.json and on standard output.
 
 use azimesh_core::Note;
 use azimesh_core::error::{Error, ErrorKind, Position};
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub struct Diagnostic {
     /// Word for programs; [all codes](notes.md).
     pub code: String,
-    /// How it is printed.
+    /// Level of printing.
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["note", "warning"])))]
     pub level: Level,
     /// The sentence, without the place.
@@ -25,7 +25,7 @@ pub struct Diagnostic {
     pub data: Map<String, Value>,
 }
 
-/// How a note is printed.
+/// Level of printing of a note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
@@ -54,7 +54,7 @@ impl Diagnostic {
         notes.iter().map(warning).collect()
     }
 
-    /// The note, as it was made.
+    /// The original note.
     pub fn note(&self) -> Note {
         Note {
             code: self.code.clone().into(),
@@ -66,7 +66,7 @@ impl Diagnostic {
     }
 }
 
-/// Notes as sentences.
+/// Returns notes as sentences.
 pub fn sentences(notes: &[Note]) -> Vec<String> {
     notes.iter().map(Note::to_string).collect()
 }
@@ -82,10 +82,10 @@ fn line(position: Option<&Position>) -> Option<u64> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Failed {
-    /// What failed: the input or the arguments, a check, the system, or a signal ended it.
+    /// Cause of the failure: the input or the arguments, a check, the system, or a signal.
     #[cfg_attr(test, schemars(extend("enum" = ["input", "check", "system", "interrupted"])))]
     pub kind: String,
-    /// What was found and what would be right, without the place.
+    /// Sentence with the value found and the remedy, without the place.
     pub text: String,
     /// File that it concerns; null without.
     pub path: Option<String>,

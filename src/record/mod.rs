@@ -1,8 +1,7 @@
-//! What a run leaves behind besides meshes, as types of plain numbers.
+//! Records of a run besides meshes, as types of plain numbers.
 //!
-//! Owns the layout of run.json, steps.csv and base.toml and the names of their files: what is written is
-//! what is read, by one definition. Leaves to `run` when they are written, and to `report` what is shown of
-//! them.
+//! Owns the layout of run.json, steps.csv and base.toml and the names of their files; one definition for writing and
+//! reading. `run` writes them, and `report` shows them.
 
 mod base;
 mod criterion;

@@ -1,4 +1,4 @@
-//! Names of the files of a sequence: of all of it, of a part of its steps, of one step.
+//! Names of the files of a sequence: of the whole sequence, of a part of its steps, of one step.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -11,32 +11,31 @@ pub fn file_name(stem: &str, part: Option<&Range<usize>>, extension: &str) -> St
     }
 }
 
-/// The steps that the name of a file of a part says; `None` for another name, that of a file of the whole
-/// sequence among them.
+/// Returns the steps in the name of a file of a part; `None` for any other name, including a file of the whole sequence.
 pub fn part_of(name: &str, stem: &str, extension: &str) -> Option<Range<usize>> {
     let (start, end) = inside(name, stem, extension)?.split_once('-')?;
     Some(start.parse().ok()?..end.parse().ok()?)
 }
 
-/// `wing_0030.vtu`: the file of one step, its number with so many digits at least.
+/// Formats `wing_0030.vtu`: the file of one step, with at least this many digits.
 pub fn numbered(stem: &str, step: usize, digits: usize, extension: &str) -> String {
     format!("{stem}_{step:0digits$}.{extension}")
 }
 
-/// The step that the name of a file of one step says; four digits at least.
+/// Returns the step in the name of a file of one step, which has at least four digits.
 pub fn step_of(name: &str, stem: &str, extension: &str) -> Option<usize> {
     let digits = inside(name, stem, extension)?;
     let is_number = digits.len() >= 4 && digits.bytes().all(|byte| byte.is_ascii_digit());
     is_number.then(|| digits.parse().ok())?
 }
 
-/// What stands between stem and extension.
+/// Returns the text between stem and extension.
 fn inside<'a>(name: &'a str, stem: &str, extension: &str) -> Option<&'a str> {
     let rest = name.strip_prefix(stem)?.strip_prefix('_')?;
     rest.strip_suffix(extension)?.strip_suffix('.')
 }
 
-/// The files of parts in a folder with their steps, in order.
+/// Returns the files of parts in a folder with their steps, in order.
 ///
 /// # Errors
 /// If the folder cannot be listed.

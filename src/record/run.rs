@@ -1,4 +1,4 @@
-//! run.json: inputs of a run, its steps and its result. Keys that another version does not write are empty when it is read.
+//! run.json: inputs of a run, its steps and its result. Keys that another version does not write are empty after reading.
 
 use super::diagnostic::{Diagnostic, Failed, Failure};
 use azimesh_core::error::{Error, Result, counted};
@@ -106,7 +106,7 @@ pub struct InputRecord {
     pub what: String,
     /// Path as given.
     pub file: String,
-    /// Its hash, of a `.pvtu` with its pieces, of a case that of its mesh; absent for a pipe.
+    /// Its hash: of a `.pvtu` including its pieces, of a case the hash of its mesh; absent for a pipe.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blake3: Option<String>,
     /// Of a schedule, the hash of its keys and values but those that count its steps: runs with the same one may have more
@@ -332,7 +332,7 @@ pub struct EndRecord {
     /// Conditions of `--fail-on` that failed, and other checks.
     #[serde(default)]
     pub failures: Vec<Failure>,
-    /// What ended the run before its last step; absent without.
+    /// The error that ended the run before its last step; absent without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<Failed>,
 }
@@ -399,10 +399,10 @@ pub struct Timings {
 }
 
 impl RunRecord {
-    /// Reads the bytes of a file.
+    /// Reads a record from the bytes of a file.
     ///
     /// # Errors
-    /// If they are no record, with the line.
+    /// If they are not a record, with the line.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         serde_json::from_slice(bytes).map_err(|error| {
             let message = "this is not the record of a run; `azimesh deform --resume` with its mesh and schedule (of parts, \
@@ -411,14 +411,14 @@ impl RunRecord {
         })
     }
 
-    /// The text of the file.
+    /// Returns the text of the file.
     pub fn text(&self) -> String {
         let text = serde_json::to_string_pretty(self);
         text.expect("its keys are text, and numbers that are not finite are null") + "\n"
     }
 
-    /// Returns the arguments of a run of all steps: without options that say which steps are written, what happens to
-    /// files that are there, and what is printed.
+    /// Returns the arguments of a run of all steps, without options for the steps to write, for existing files and for
+    /// printing.
     pub fn arguments_of_all_steps(&self) -> Vec<String> {
         let mut own = Vec::new();
         let mut arguments = self.arguments.iter();
@@ -437,8 +437,8 @@ impl RunRecord {
         own
     }
 
-    /// Returns the command of a run of all steps, which more options may follow; words in capitals stand for inputs that the
-    /// record does not name.
+    /// Returns the command of a run of all steps, to which options may be appended; words in capitals stand for inputs that
+    /// the record does not name.
     pub fn command(&self, folder: &Path) -> String {
         if !self.arguments.is_empty() {
             return in_shell_all(&self.arguments_of_all_steps());
@@ -454,7 +454,7 @@ impl RunRecord {
         )
     }
 
-    /// Checks if the run has ended without an error: it has written all steps that it did not skip.
+    /// Checks if the run has ended without an error: all steps are written, except skipped ones.
     pub fn is_finished(&self) -> bool {
         self.end.as_ref().is_some_and(|end| end.error.is_none())
     }
@@ -471,7 +471,7 @@ impl RunRecord {
     }
 }
 
-/// Options that do not belong to a command that is to be repeated.
+/// Options that are not repeated in a command.
 const LEFT_OUT: [&str; 5] = ["--force", "--resume", "--quiet", "--verbose", "--json"];
 
 /// A command of the program.
@@ -481,7 +481,7 @@ pub fn in_shell_all(arguments: &[String]) -> String {
     words.join(" ")
 }
 
-/// Quotes a word for a shell where it must be.
+/// Quotes a word for a shell if necessary.
 pub fn in_shell(word: &str) -> String {
     if word
         .chars()
@@ -494,7 +494,7 @@ pub fn in_shell(word: &str) -> String {
 }
 
 impl OptionsRecord {
-    /// Names and values as in the file.
+    /// Returns names and values as in the file.
     pub fn entries(&self) -> Map<String, Value> {
         match serde_json::to_value(self) {
             Ok(Value::Object(entries)) => entries,
@@ -509,7 +509,7 @@ impl RepairRecord {
         self.inverted_before + self.unproven_before.unwrap_or(0) > 0
     }
 
-    /// The note of this repair; azimuth in degrees and time in seconds are those of the step.
+    /// Returns the note of this repair; azimuth in degrees and time in seconds of the step.
     pub fn note(&self, azimuth_deg: Option<f64>, time_s: Option<f64>) -> Note {
         let step = named_step(self.step, azimuth_deg, time_s);
         note!("repair", "{step} {}", self.told())
@@ -518,7 +518,7 @@ impl RepairRecord {
             .with("left", self.unrepaired.unwrap_or(self.inverted))
     }
 
-    /// The cells before the repair, and what was done.
+    /// Describes the cells before the repair, and the repair.
     fn told(&self) -> String {
         let before = (self.inverted_before, self.unproven_before.unwrap_or(0));
         if let (Some(weight), (0, 0)) = (self.weight, before) {
@@ -556,7 +556,7 @@ impl RepairRecord {
 }
 
 impl MotionRecord {
-    /// The rotation that carries the mesh round at an azimuth.
+    /// Returns the rotation of the mesh at an azimuth.
     pub fn carry(&self, azimuth_deg: f64) -> Transform {
         if self.frame == "inertial" {
             Transform::rotation(self.turn_axis, self.hub, azimuth_deg.to_radians())
@@ -567,7 +567,7 @@ impl MotionRecord {
 }
 
 impl Timings {
-    /// Of two runs together.
+    /// Returns the sum of two runs.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {

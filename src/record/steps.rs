@@ -12,7 +12,7 @@ pub type Rows = BTreeMap<usize, Row>;
 pub struct Column {
     /// Its name in the file.
     pub name: &'static str,
-    /// What it is called on the page of a run.
+    /// Its name on the page of a run.
     pub label: &'static str,
     /// Its unit; empty where it has none, or one that depends on the mesh.
     pub unit: &'static str,
@@ -20,8 +20,8 @@ pub struct Column {
     pub is_number: bool,
 }
 
-/// Defines [`Row`] and [`COLUMNS`]: for each column its type, its label and its unit. A number is written by
-/// [`shortest`], or by the function after `as`.
+/// Defines [`Row`] and [`COLUMNS`]: for each column its type, its label and its unit. A number is formatted by [`shortest`],
+/// or by the function after `as`.
 macro_rules! columns {
     ($($(#[$doc:meta])* $column:ident: $kind:ty $(as $format:ident)? => $label:literal, $unit:literal,)*) => {
         /// Columns of steps.csv, in order.
@@ -32,25 +32,25 @@ macro_rules! columns {
             is_number: <$kind as Value>::IS_NUMBER,
         }),*];
 
-        /// The values of a step. What is not known is `None`, and empty in the file.
+        /// The values of a step. Unknown values are `None`, and empty in the file.
         #[derive(Debug, Clone, Default, PartialEq)]
         pub struct Row {
             $($(#[$doc])* pub $column: $kind,)*
         }
 
         impl Row {
-            /// The values as they stand in the file.
+            /// Returns the values as text.
             fn texts(&self) -> [String; COLUMNS.len()] {
                 [$(self.$column.text(columns!(@format $($format)?))),*]
             }
 
-            /// The row with these values; `None` where one is not of its column.
+            /// Parses a row from these values; `None` if one does not fit its column.
             fn of_texts(texts: &[String]) -> Option<Self> {
                 let [$($column),*] = texts else { return None };
                 Some(Self { $($column: Value::read($column)?),* })
             }
 
-            /// Every column with its value where that is a number.
+            /// Returns every column with its value if that is a number.
             pub fn numbers(&self) -> [(&'static str, Option<f64>); COLUMNS.len()] {
                 [$((stringify!($column), self.$column.number())),*]
             }
@@ -75,9 +75,9 @@ columns! {
     max_displacement: f64 => "largest displacement", "mesh units",
     /// Largest displacement error before the correction, in mesh units.
     selection_error: f64 => "error before the correction", "mesh units",
-    /// Largest distance of a written surface node from its place, in mesh units.
+    /// Largest distance of a written surface node from its prescribed position, in mesh units.
     max_surface_error: f64 => "largest surface error", "mesh units",
-    /// Root mean square of the distances of written surface nodes from their places, in mesh units.
+    /// Root mean square of the distances of written surface nodes from their prescribed positions, in mesh units.
     rms_surface_error: f64 => "RMS surface error", "mesh units",
     /// Cells that are valid in the reference mesh and inverted now.
     inverted: Option<usize> => "inverted cells", "",
@@ -101,7 +101,7 @@ columns! {
     min_size_skew: Option<f64> => "smallest size-skew", "",
     /// Mean size-skew.
     mean_size_skew: Option<f64> => "mean size-skew", "",
-    /// Smallest ratio of a first-cell height to that in the reference mesh.
+    /// Smallest ratio of a first-cell height to its height in the reference mesh.
     min_first_cell_ratio: Option<f64> => "smallest first-cell height ratio", "",
     /// Largest change of the angle between a wall's normal and the line to its first cell, in degrees.
     max_normal_change_deg: Option<f64> => "largest change of wall normals", "degrees",
@@ -124,7 +124,7 @@ columns! {
 }
 
 impl Row {
-    /// The row as a line of the file, with its checksum and its end.
+    /// Returns the row as a line of the file, with its checksum and line end.
     pub fn line(&self) -> String {
         let texts = self.texts();
         let checksum = checksum(&texts);
@@ -135,11 +135,11 @@ impl Row {
 /// A value of a column.
 trait Value: Sized {
     const IS_NUMBER: bool;
-    /// As it stands in the file; numbers with a fraction are written by `format`.
+    /// Formats the value; numbers with a fraction are formatted by `format`.
     fn text(&self, format: fn(f64) -> String) -> String;
-    /// Back from there.
+    /// Parses the value.
     fn read(text: &str) -> Option<Self>;
-    /// As a number, where it is one.
+    /// Returns the value as a number, if it is one.
     fn number(&self) -> Option<f64>;
 }
 
@@ -211,7 +211,7 @@ impl<T: Value> Value for Option<T> {
     }
 }
 
-/// The shortest text that reads back as the same number, without an exponent.
+/// Returns the shortest text that reads back as the same number, without an exponent.
 fn decimal(value: f64) -> String {
     value.to_string()
 }
@@ -220,15 +220,15 @@ fn thousandths(value: f64) -> String {
     format!("{value:.3}")
 }
 
-/// The names of all columns, in order.
+/// Returns the names of all columns, in order.
 fn names() -> [&'static str; COLUMNS.len()] {
     COLUMNS.map(|column| column.name)
 }
 
-/// The last column of the file, which is no value of a step: a checksum of the row.
+/// The last column of the file, which is not a value of a step: a checksum of the row.
 pub const CHECKSUM: &str = "checksum";
 
-/// The first 16 hexadecimal digits of the BLAKE3 hash of the values of a row but its seconds, each with a comma behind it.
+/// Returns the first 16 hexadecimal digits of the BLAKE3 hash of the values of a row without its seconds, each followed by a comma.
 fn checksum(texts: &[String]) -> String {
     let mut hasher = blake3::Hasher::new();
     let columns = names().into_iter().zip(texts);
@@ -239,19 +239,19 @@ fn checksum(texts: &[String]) -> String {
     hasher.finalize().to_hex()[..16].to_owned()
 }
 
-/// The header of a file.
+/// Returns the header of a file.
 fn header() -> Vec<&'static str> {
     names().into_iter().chain([CHECKSUM]).collect()
 }
 
-/// The text of a table.
+/// Returns the text of a table.
 pub fn text(rows: &Rows) -> String {
     rows.values()
         .fold(joined(header()), |text, row| text + &row.line())
 }
 
-/// The rows in the bytes of a table. A row that a killed run left cut is none; nor is one that is no row,
-/// as a power cut may leave it, or one that is not as it was written.
+/// Reads the rows in the bytes of a table. It leaves out a last row that a killed run has cut, rows damaged by a power cut,
+/// and rows that differ from their checksum.
 ///
 /// # Errors
 /// If the table has other columns.
@@ -275,8 +275,7 @@ pub fn parse(bytes: &[u8]) -> Result<Rows> {
     Ok(rows.map(|row| (row.step, row)).collect())
 }
 
-/// The lines of a table that have ended, with their numbers from 1 and their values; `None` for one that is
-/// no text.
+/// Returns the complete lines of a table, with their numbers from 1 and their values; `None` for a line that is not text.
 pub fn lines(bytes: &[u8]) -> impl Iterator<Item = (u64, Option<Vec<String>>)> {
     let ended = bytes
         .split_inclusive(|byte| *byte == b'\n')
@@ -302,7 +301,7 @@ fn quoted(value: &str) -> String {
     }
 }
 
-/// The values of a line.
+/// Returns the values of a line.
 fn cut(line: &str) -> Vec<String> {
     let mut values = vec![String::new()];
     let mut is_quoted = false;

@@ -1,4 +1,4 @@
-//! Files that runs of every sort have left, in testdata/records: read and written again they are the same.
+//! Files of many kinds of runs, in testdata/records: read and written again they are identical.
 
 use super::{BaseFile, RunRecord, parse, text};
 use std::fs;
@@ -79,7 +79,7 @@ fn what_another_version_does_not_say_is_left_empty() {
         (record.seconds, record.end, record.motion),
         (None, None, None)
     );
-    let error = RunRecord::parse(b"{\n\"steps\": \"all\"}").expect_err("it is no number");
+    let error = RunRecord::parse(b"{\n\"steps\": \"all\"}").expect_err("\"all\" is not a number");
     assert_eq!(error.position, Some(azimesh_core::error::Position::Line(2)));
 }
 

@@ -102,18 +102,9 @@ impl<'a> Charts<'a> {
             self.sequence.length_unit(),
             &labelled,
         );
-        let values = columns
-            .into_iter()
-            .flat_map(|column| self.sequence.table.numbers(column));
-        let has_zeros = values.flatten().any(|error| error <= 0.0);
         let errors = errors.map(|plot| Plot {
             is_log: true,
             levels: tolerance(self.sequence.record.options.tolerance),
-            remark: if has_zeros {
-                "Errors of zero are not shown on this axis.".to_owned()
-            } else {
-                String::new()
-            },
             ..plot
         });
         from_zero(self.of_column("base_points"))

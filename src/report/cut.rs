@@ -65,6 +65,12 @@ impl Plane {
         [dot(arm, self.right), dot(arm, self.up)]
     }
 
+    /// Coordinates in the plane and along its normal.
+    pub fn place(&self, x: Vector) -> Vector {
+        let [right, up] = self.flat(x);
+        [right, up, self.height(x)]
+    }
+
     /// The plane turned with everything else.
     pub fn carried(&self, by: &Transform) -> Self {
         Self {
@@ -125,6 +131,26 @@ impl<'a> Cut<'a> {
         let pieces = |range| self.pieces_of(range, window);
         let blocks = parallel::map_blocks(n_cells, CHUNK, &pieces);
         blocks.into_iter().flatten().collect()
+    }
+
+    /// The volume cells that the plane cuts, or would cut if it were shifted by up to `margin`; all cells of a plane mesh.
+    pub fn cells(&self, margin: f64) -> Vec<usize> {
+        let is_near = |nodes: &[u32]| {
+            self.height.as_ref().is_none_or(|height| {
+                let heights = || nodes.iter().map(|&node| height[node as usize]);
+                heights().any(|x| x <= margin) && heights().any(|x| x >= -margin)
+            })
+        };
+        let dimension = self.mesh.dimension();
+        let near = |cells: Range<usize>| {
+            let runs = self.mesh.cells.runs_in(cells);
+            let runs = runs.filter(|run| run.kind.dimension() == dimension);
+            let cells =
+                runs.flat_map(|run| (run.first_cell..).zip(run.cells()).collect::<Vec<_>>());
+            let near = cells.filter(|(_, nodes)| is_near(nodes));
+            near.map(|(cell, _)| cell).collect::<Vec<_>>()
+        };
+        parallel::map_blocks(self.mesh.cells.len(), CHUNK, &near).concat()
     }
 
     fn pieces_of(&self, cells: Range<usize>, window: &Window) -> Vec<Piece> {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// Unit of lengths without another name.
 const MESH_UNITS: &str = "mesh units";
-/// Bodies whose motion is shown.
+/// Largest number of bodies whose motion is shown.
 const BODIES: usize = 8;
 /// Columns of the motion of a body, made from run.json: name, label, unit.
 const OF_BODY: [(&str, &str, &str); 6] = [
@@ -27,13 +27,13 @@ const OF_BODY: [(&str, &str, &str); 6] = [
 pub struct Sequence {
     /// The folder of the records.
     pub folder: PathBuf,
-    /// The folder that the run was given.
+    /// The folder that was passed to the run.
     output: PathBuf,
     /// The run, or the first part of it.
     pub record: RunRecord,
     /// The finished steps. Motions of bodies are columns `body/pitch_deg` and so on.
     pub table: Table,
-    /// Sentences on what is missing.
+    /// Sentences on missing data.
     pub notes: Vec<Note>,
 }
 
@@ -73,8 +73,7 @@ impl Sequence {
         Ok(sequence)
     }
 
-    /// The first record; of further parts what was wrong with them and their seconds, and of parts that
-    /// are not complete that.
+    /// The first record; it also gets the seconds of further parts, and the errors of incomplete or wrong parts.
     fn take_records(&mut self, paths: &[PathBuf]) -> Result<()> {
         for (at, path) in paths.iter().enumerate() {
             let record = read(path)?;
@@ -158,8 +157,8 @@ impl Sequence {
         }
     }
 
-    /// Returns the label and the unit of a column. `body/pitch_deg` is that of a body; an unknown column keeps its name.
-    /// Volumes have their unit from the dimension of the mesh, and are areas in a plane.
+    /// Returns the label and the unit of a column. `body/pitch_deg` is a column of that body; an unknown column keeps its
+    /// name. Volumes have their unit from the dimension of the mesh, and are areas in a plane.
     pub fn label(&self, column: &str) -> (String, String) {
         let (body, key) = column.rsplit_once('/').unwrap_or(("", column));
         let of_step = COLUMNS.iter().map(|of| (of.name, of.label, of.unit));
@@ -182,8 +181,8 @@ impl Sequence {
         self.record.length_unit.as_deref().unwrap_or(MESH_UNITS)
     }
 
-    /// Returns the command that makes these meshes: as it was given or, of a program that called the library, one that does the
-    /// same; `None` where the record names no mesh and no schedule.
+    /// Returns the command that makes these meshes: the original one, or an equivalent one if a program called the library.
+    /// `None` if the record names no mesh or no schedule.
     pub fn command(&self) -> Option<String> {
         if !self.record.arguments.is_empty() {
             return Some(in_shell_all(&self.record.arguments));
@@ -236,7 +235,7 @@ impl Sequence {
         }
     }
 
-    /// The bodies' motions, where the record has them.
+    /// Returns the bodies' motions, if the record has them.
     pub fn bodies(&self) -> &[BodyRecord] {
         let motion = self.record.motion.as_ref();
         motion.map_or(&[], |motion| {

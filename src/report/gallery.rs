@@ -17,17 +17,16 @@ use azimesh_core::{Note, note};
 use azimesh_io::formats::ReadOptions;
 use azimesh_io::mesh::Mesh;
 use azimesh_quality::{Reference, scaled_jacobians};
+use serde_json::{Value, json};
 
-/// Largest and smallest number of steps whose meshes are read, and nodes of all of these between the two.
+/// Largest and smallest number of steps whose meshes are read, and the number of nodes of all meshes between the two.
 const FRAMES: usize = 120;
 const FEWEST: usize = 9;
 const NODES: usize = 60_000_000;
 /// Bars of the histogram.
 const BARS: usize = 40;
-/// Polygons and dots of all cuts, and the largest and the smallest number of one cut.
-const SHAPES: usize = 240_000;
-const MOST_SHAPES: usize = 6000;
-const LEAST_SHAPES: usize = 2000;
+/// Cells whose distance from the plane is a smaller part of the window are cut too.
+const MARGIN: f64 = 1e-3;
 
 /// Pictures of a sequence. Picture 0 is the reference mesh, or empty; the others are steps.
 #[derive(Default)]
@@ -36,8 +35,8 @@ pub struct Gallery {
     pub histogram: Option<Plot>,
     /// Rows of the steps that have a picture, ascending.
     pub rows: Vec<usize>,
-    /// The cut of each picture, an SVG element.
-    pub cuts: Vec<String>,
+    /// The cut of every picture, for the script.
+    pub cut: Value,
     /// The bodies of each picture, in space.
     pub scene: Option<Scene>,
     /// Still pictures with their captions.
@@ -68,7 +67,10 @@ fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<Note>) -> Re
     let worst = sequence.table.worst();
     let rows = frames(sequence, worst, before.points.len());
     let caption = |row: usize| caption(sequence, row, Some(row) == worst);
-    let mut studio = FrameRenderer::new(&before, sequence, rows.len());
+    let motion = sequence.record.motion.as_ref();
+    let view = View::new(&before, motion);
+    let found = cut_cells(&view, &before, &meshes, sequence, &rows);
+    let mut studio = FrameRenderer::new(&before, sequence, view, found, rows.len());
     let rest = scaled_jacobians(&before, &before.points, &reference);
     studio.add(&before, &rest, 0.0, "The reference mesh");
     let (mut shown, mut counted, mut unread) = (Vec::new(), Vec::new(), Vec::new());
@@ -96,15 +98,13 @@ fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<Note>) -> Re
             ),
             n => note!(
                 "meshes_not_shown",
-                "The meshes of {n} steps are not shown; that of step {step}: {error}."
+                "The meshes of {n} steps are not shown. Step {step}: {error}."
             ),
         });
     }
     let first = usize::from(!is_original);
     if is_original {
         counted.push(("reference mesh".to_owned(), rest));
-    } else {
-        studio.cuts[0].clear();
     }
     let place = shown.iter().position(|&row| Some(row) == worst);
     let chosen = stills(&studio.poses[first..], place.map(|place| place + 1 - first));
@@ -112,6 +112,7 @@ fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<Note>) -> Re
         0 => "Reference mesh".to_owned(),
         _ => caption(shown[picture - 1]),
     };
+    let (cut, cells) = studio.slice.data(&studio.view, studio.unit)?;
     Ok(Gallery {
         histogram: histogram(&counted),
         stills: chosen
@@ -119,8 +120,8 @@ fn draw(sequence: &Sequence, options: &ReadOptions, notes: &mut Vec<Note>) -> Re
             .map(|at| (at + first, caption_of(at + first)))
             .collect(),
         rows: shown,
-        cuts: studio.cuts,
-        sentence: studio.view.sentence,
+        cut,
+        sentence: format!("{} {cells}", studio.view.sentence),
         scene: studio.scene,
     })
 }
@@ -145,7 +146,7 @@ fn before(meshes: &Meshes<'_>, sequence: &Sequence, notes: &mut Vec<Note>) -> Re
     let mesh = meshes.at(row)?;
     notes.push(note!(
         "no_reference_shown",
-        "The reference mesh is not shown: {error}. Cells are judged against step {}, which has moved least.",
+        "The reference mesh is not shown: {error}. Cells are compared with step {}, which has moved least.",
         sequence.table.step(row)
     ));
     Ok((mesh, false))
@@ -161,29 +162,59 @@ fn check(mesh: Mesh, before: &Mesh) -> Result<Mesh> {
     )))
 }
 
+/// Lists the cells that the plane cuts in the reference mesh or at a step. Only in 3D are these not all the same.
+fn cut_cells(
+    view: &View,
+    before: &Mesh,
+    meshes: &Meshes<'_>,
+    sequence: &Sequence,
+    rows: &[usize],
+) -> Vec<usize> {
+    let margin = MARGIN * view.window(&[]).half[0];
+    let mut is_cut = vec![false; before.cells.len()];
+    let mut add = |mesh: &Mesh, plane| {
+        let cells = Cut::new(mesh, plane).cells(margin);
+        cells.into_iter().for_each(|cell| is_cut[cell] = true);
+    };
+    add(before, view.plane);
+    for &row in rows.iter().filter(|_| before.dimension() == 3) {
+        if let Ok(mesh) = meshes.at(row).and_then(|mesh| check(mesh, before)) {
+            let motion = sequence.record.motion.as_ref();
+            add(&mesh, view.plane(motion, sequence.azimuth(row)));
+        }
+    }
+    let cells = is_cut.iter().enumerate().filter(|(_, is_cut)| **is_cut);
+    cells.map(|(cell, _)| cell).collect()
+}
+
 /// The settings of all pictures, and the pictures so far.
 struct FrameRenderer<'a> {
     view: View,
     motion: Option<&'a MotionRecord>,
     unit: &'a str,
     landmarks: Vec<Corner>,
-    shapes: usize,
     scene: Option<Scene>,
-    cuts: Vec<String>,
+    slice: Slice,
     poses: Vec<Pose>,
 }
 
 impl<'a> FrameRenderer<'a> {
-    fn new(before: &Mesh, sequence: &'a Sequence, n_frames: usize) -> Self {
+    fn new(
+        before: &Mesh,
+        sequence: &'a Sequence,
+        view: View,
+        found: Vec<usize>,
+        n_frames: usize,
+    ) -> Self {
         let motion = sequence.record.motion.as_ref();
+        let bodies = motion.map_or(&[][..], |motion| &motion.bodies);
         Self {
-            view: View::new(before, motion),
+            slice: Slice::new(before, &view, bodies, found),
+            view,
             motion,
             unit: sequence.length_unit(),
-            landmarks: landmarks(before, motion.map_or(&[], |motion| &motion.bodies)),
-            shapes: (SHAPES / n_frames.max(1)).clamp(LEAST_SHAPES, MOST_SHAPES),
+            landmarks: landmarks(before, bodies),
             scene: Scene::new(before, motion, n_frames),
-            cuts: Vec::new(),
             poses: Vec::new(),
         }
     }
@@ -203,11 +234,12 @@ impl<'a> FrameRenderer<'a> {
             back.map_or(x, |back| back.apply(x)).map(|x| x as f32)
         };
         self.poses.push(self.landmarks.iter().map(place).collect());
-        self.cuts
-            .push(self.cut(mesh, quality, worst, azimuth_deg, caption));
+        let frame = self.cut(mesh, quality, worst, azimuth_deg, caption);
+        let plane = self.view.plane(self.motion, azimuth_deg);
+        self.slice.add(mesh, &plane, quality, frame);
     }
 
-    /// Draws the cut; the worst cell of the mesh, and the worst one in view, are marked.
+    /// Describes the cut; the worst cell of the mesh, and the worst one in view, are marked.
     fn cut(
         &self,
         mesh: &Mesh,
@@ -215,7 +247,7 @@ impl<'a> FrameRenderer<'a> {
         worst: Option<(usize, f64, Vector)>,
         azimuth_deg: f64,
         caption: &str,
-    ) -> String {
+    ) -> Value {
         let plane = self.view.plane(self.motion, azimuth_deg);
         let cut = Cut::new(mesh, plane);
         let outline = cut.outline(&self.view.tags);
@@ -250,16 +282,7 @@ impl<'a> FrameRenderer<'a> {
             ));
         }
         marks.retain(|(at, _)| window.holds(&[*at]));
-        let slice = Slice {
-            pieces: &pieces,
-            most: self.shapes,
-            quality,
-            outline: &outline,
-            before: &self.view.outline,
-            marks: &marks,
-            window,
-        };
-        slice.svg(&(words + "."))
+        json!({"words": words + ".", "centre": window.centre, "marks": marks})
     }
 }
 

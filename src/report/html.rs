@@ -22,6 +22,15 @@ pub fn packed(bytes: &[u8]) -> String {
     base64_simd::STANDARD.encode_to_string(packed.expect("a vector takes any bytes"))
 }
 
+/// Packs numbers as their differences, all first bytes before all second ones: neighbours are alike.
+pub fn packed_numbers(numbers: impl Iterator<Item = u32>) -> String {
+    let mut last = 0u32;
+    let changes = numbers.map(|number| number.wrapping_sub(std::mem::replace(&mut last, number)));
+    let changes: Vec<[u8; 4]> = changes.map(u32::to_le_bytes).collect();
+    let bytes = (0..4).flat_map(|at| changes.iter().map(move |bytes| bytes[at]));
+    packed(&bytes.collect::<Vec<u8>>())
+}
+
 /// Writes a count with its digits in groups of three.
 pub fn count(n: usize) -> String {
     let digits = n.to_string();

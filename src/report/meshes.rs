@@ -39,7 +39,7 @@ impl<'a> Meshes<'a> {
         read(&self.sequence.folder.join(name), &options)
     }
 
-    /// The mesh that was given, if it is where it was and has not changed since.
+    /// Returns the original mesh, if its file still exists and has not changed.
     pub fn reference(&self) -> Result<Mesh> {
         let input = self.sequence.record.inputs.first();
         let input = input.ok_or_else(|| Error::input("run.json does not name it"))?;
@@ -52,7 +52,7 @@ impl<'a> Meshes<'a> {
             tag_array: own.or(tag_array),
         };
         let mut is_there = false;
-        // Paths of run.json are relative to the folder in which it ran: this one, that of the run, or its parent.
+        // Paths in run.json are relative to the folder in which it ran: this one, the folder of the run, or its parent.
         let folder = &self.sequence.folder;
         for place in [Path::new(""), folder, &folder.join("..")] {
             let path = place.join(&input.file);
@@ -71,7 +71,7 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// The mesh at a path, where it has this hash. A case is read before its hash is known.
+/// Reads the mesh at a path, if it has this hash. A case is read before its hash is known.
 fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option<Mesh>> {
     let io = |error: std::io::Error| Error::io(path, &error);
     let is_case =

@@ -6,8 +6,8 @@
 //!               └── a few meshes ── gallery: histogram, cuts coloured by quality ─────┘
 //! ```
 //!
-//! Owns the page and how a mesh is cut to be drawn on it. Other modules say what a step is, how good a cell is and how a
-//! mesh file is read. uPlot draws the charts and three.js the bodies, in the browser.
+//! Owns the page and the cuts of a mesh on it. Other modules define steps, the quality of cells and mesh formats. uPlot
+//! draws the charts and three.js the bodies, in the browser.
 
 mod charts;
 mod cut;
@@ -32,20 +32,20 @@ use azimesh_core::error::Result;
 use azimesh_io::formats::ReadOptions;
 use std::path::Path;
 
-/// A page and what could not be put on it.
+/// A page, and notes on data that is not on it.
 #[derive(Debug, Clone)]
 pub struct Page {
     /// The page; the same bytes for the same folder.
     pub html: String,
     /// Number of finished steps that it shows.
     pub n_steps: usize,
-    /// Sentences on what is missing; they are on the page as well.
+    /// Sentences on missing data; they are also on the page.
     pub notes: Vec<Note>,
 }
 
-/// The page of the sequence in a folder, finished or not.
+/// Builds the page of the sequence in a folder, finished or not.
 ///
-/// Reads `run.json` and `steps.csv`, or those of its parts, and the meshes of at most 121 steps; of a large mesh fewer.
+/// Reads `run.json` and `steps.csv`, or the files of its parts, and the meshes of at most 121 steps; of a large mesh fewer.
 ///
 /// # Errors
 /// If the folder holds no sequence, or its records cannot be read. A missing mesh is a note.

@@ -3,7 +3,7 @@
 use super::charts::{Charts, capitalized};
 use super::folder::Sequence;
 use super::gallery::Gallery;
-use super::html::{count, escape, json_text, packed};
+use super::html::{count, escape, json_text};
 use super::plot::{Plot, evenly};
 use super::table::holds_numbers;
 use super::{slice, summary};
@@ -19,9 +19,10 @@ const STYLE: &str = concat!(
 const SCRIPT: &str = concat!(
     include_str!("slider.js"),
     include_str!("plots.js"),
+    include_str!("cut.js"),
     include_str!("scene.js"),
 );
-/// Libraries of the page with their licences: `scripts/vendor.py` fetches them, scripts/vendor/package.json has their versions.
+/// Libraries of the page with their licences; `npm run vendor` in scripts/vendor fetches them, package.json there has their versions.
 /// The first one is needed in space only.
 const LIBRARIES: [(&str, &str, &str); 2] = [
     (
@@ -82,7 +83,8 @@ pub fn html(sequence: &Sequence, gallery: &Gallery) -> String {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
-         <title>{title}: azimesh report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}</main>\n{}\
+         <title>{title}: azimesh report</title>\n\
+         <noscript><style>.slider, .views, .figures, section:has(.figures):not(:has(table)), section:has(.values) {{ display: none; }}</style></noscript>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}</main>\n{}\
          <script type=\"application/json\" id=\"data\">{data}</script>\n{scripts}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         footer(used),
     )
@@ -148,7 +150,7 @@ fn tiles(sequence: &Sequence) -> Vec<(&'static str, String, bool)> {
     let jacobian = table.range("min_scaled_jacobian").map(|[least, _]| least);
     let inverted = most("inverted");
     let inverted_words = match (inverted, n_skipped) {
-        (None, _) => (table.len() > 0).then(|| "not judged".to_owned()),
+        (None, _) => (table.len() > 0).then(|| "not evaluated".to_owned()),
         (Some(n), 0) => Some(short(n)),
         (Some(n), _) => Some(format!("{} in the {} written", short(n), table.len())),
     };
@@ -233,16 +235,26 @@ fn slider(sequence: &Sequence, stops: &[usize]) -> String {
     } else {
         String::new()
     };
+    let ranges = sequence.table.columns.iter().filter_map(|column| {
+        let [least, most] = sequence.table.range(column)?.map(short);
+        let range = if least == most {
+            least
+        } else {
+            format!("{least} to {most}")
+        };
+        Some((sequence.with_unit(column), range))
+    });
     format!(
         "<form class=\"slider\" autocomplete=\"off\">\n<label for=\"step\"><output id=\"which\"></output></label>\n\
          <div class=\"row\"><button type=\"button\" id=\"play\" aria-pressed=\"false\">▶ Play</button>\
          <button type=\"button\" data-by=\"-1\" aria-label=\"step before\">◀</button>\
          <input type=\"range\" id=\"step\" min=\"0\" max=\"{}\" step=\"1\" value=\"0\">\
-         <button type=\"button\" data-by=\"1\" aria-label=\"next step\">▶</button>{worst}</div>{left_out}\n</form>\n<noscript>{}</noscript>\n",
+         <button type=\"button\" data-by=\"1\" aria-label=\"next step\">▶</button>{worst}</div>{left_out}\n</form>\n<noscript>{}<h2>Smallest and largest value of all steps</h2>\n{}</noscript>\n",
         n - 1,
         remark(
             "The slider, pictures and plots need JavaScript; steps.csv has the values of every step."
         ),
+        rows(ranges),
     )
 }
 
@@ -285,16 +297,15 @@ fn views(sequence: &Sequence, gallery: &Gallery) -> String {
             json_text(&scene.data()),
         );
     }
-    let unit = sequence.length_unit();
     html + &format!(
         "<section class=\"cut\">\n<h2>A cut through the mesh</h2>\n<div id=\"cut\"></div>\n<p class=\"key\">{}</p>\n\
-         <p class=\"remark\" id=\"cut-step\"></p>\n{}<script type=\"text/plain\" id=\"cuts\">{}</script>\n</section>\n</div>\n",
+         <p class=\"remark\" id=\"cut-step\"></p>\n{}<script type=\"application/json\" id=\"cut-data\">{}</script>\n</section>\n</div>\n",
         slice::colour_key(),
         remark(&format!(
-            "{} Rings are around the worst cells. The bar is in {unit}.",
+            "{} Rings are around the worst cells.",
             gallery.sentence
         )),
-        packed(gallery.cuts.join("\n").as_bytes()),
+        json_text(&gallery.cut),
     )
 }
 
@@ -380,7 +391,7 @@ fn stages(sequence: &Sequence) -> String {
         ("Choosing base points", seconds.selection),
         ("Evaluating them at the nodes", seconds.modes),
         ("Positions and quality of all steps", seconds.steps),
-        ("Writing meshes, beside the next step", seconds.writing),
+        ("Writing meshes, during the next step", seconds.writing),
         ("The whole run", seconds.total),
     ];
     rows(stages.map(|(name, seconds)| (name.to_owned(), format!("{} s", short(seconds)))))

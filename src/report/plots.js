@@ -14,9 +14,18 @@ function numbers(name) {
 
 // The x of a plot and its lines: columns of the steps, or lines of their own.
 function valuesOf(plot) {
-  const positive = (y) => (plot.is_log && !(y > 0) ? null : y);
-  if (plot.is_marked) return [data.x, ...plot.series.map((series) => numbers(series.column).map(positive))];
-  return uPlot.join(plot.series.map(({ points }) => [points.map(([x]) => x), points.map(([, y]) => positive(y))]));
+  if (plot.is_marked) return [data.x, ...plot.series.map((series) => numbers(series.column))];
+  return uPlot.join(plot.series.map(({ points }) => [points.map(([x]) => x), points.map(([, y]) => y)]));
+}
+
+// The lower end of a logarithmic axis that would reach too far: below it are zeros, and at most a quarter of the other values, where these are a
+// thousandth of the next larger one or less.
+function floorOf(plot, lines) {
+  if (!plot.is_log || plot.bars.length) return 0;
+  const known = lines.flat().filter(Number.isFinite), all = known.filter((y) => y > 0).sort((a, b) => a - b);
+  let from = 0;
+  for (let at = 1; at <= all.length / 4; at += 1) if (all[at] >= 1e3 * all[at - 1]) from = at;
+  return all.length && (from > 0 || all.length < known.length) ? Number(`1e${Math.floor(Math.log10(all[from]) + 1e-9) - 1}`) : 0;
 }
 
 // Round values on a logarithmic axis: at most seven decades, or parts of few of them.
@@ -75,7 +84,7 @@ function optionsOf(plot, width) {
     return plot.is_log ? uPlot.rangeLog(least, most === least ? 10 * least : most, 10, true) : uPlot.rangeNum(least, most, 0.08, true);
   };
   return {
-    width, height: Math.round(Math.max(210, 0.58 * width)), legend: { show: false }, pxAlign: 0, padding: [10, 12, 0, 0],
+    width, height: plot.height(width), legend: { show: false }, pxAlign: 0, padding: [10, 12, 0, 0],
     scales: { x: { time: false, range: (u, low, high) => [low, high + (high === barred?.points.at(-1)[0] ? width0 : 0)] }, y: { distr: plot.is_log ? 3 : 1, range } },
     axes: [x, y],
     series: [{}, ...plot.series.map((series) => ({ label: series.name, stroke: () => colour(`--s${series.style}`), ...styleOf(series, plot) }))],
@@ -121,7 +130,7 @@ function tell(u, plot) {
   const isOver = u.cursor.left >= 0 && at !== null && at !== undefined && plot.figure.matches(":hover");
   plot.tip.hidden = !isOver;
   if (!isOver) return;
-  const values = plot.series.map((series, i) => [series.name, u.data[i + 1][at]]).filter(([, value]) => value !== null && value !== undefined);
+  const values = plot.series.map((series, i) => [series.name, plot.values[i + 1][at]]).filter(([, value]) => value !== null && value !== undefined);
   plot.tip.textContent = `${label(u.data[0][at])}: ${values.map(([name, value]) => (values.length > 1 ? `${name} ` : "") + label(value)).join(", ")}`;
 }
 
@@ -211,13 +220,17 @@ function bring(figure) {
   const caption = figure.querySelector("figcaption");
   const box = document.createElement("div"), remark = document.createElement("p");
   plot.series.push(...plot.bars.map(([name, points], style) => ({ name, points, style, bars: true })));
-  const values = valuesOf(plot);
+  const values = valuesOf(plot), floor = floorOf(plot, values.slice(1));
+  const onAxis = (y) => (y > floor || !Number.isFinite(y) ? y : floor || null);
+  const drawn = values.map((line, at) => (at && plot.is_log ? line.map(onAxis) : line));
+  if (floor) plot.remark += ` Values below ${power(floor)} are drawn at the lower edge.`;
+  else if (plot.is_log && values.slice(1).flat().includes(0)) plot.remark += " Values of zero are not shown on this axis.";
   Object.assign(box, { className: "live-plot", role: "group", tabIndex: 0, ariaLabel: wordsOf(plot, values) });
   Object.assign(remark, { className: "remark", textContent: plot.remark });
   figure.append(box, legendOf(plot), remark);
-  Object.assign(plot, { figure, zoomed: false, tip: document.createElement("p"), mark: document.createElement("div") });
+  Object.assign(plot, { figure, values, floor, zoomed: false, height: (width) => Math.round(Math.max(210, 0.58 * width, 64 + 6.4 * plot.y.length)), tip: document.createElement("p"), mark: document.createElement("div") });
   if (plot.is_marked) steps.push(plot);
-  plot.live = new uPlot(optionsOf(plot, box.clientWidth), values, box);
+  plot.live = new uPlot(optionsOf(plot, box.clientWidth), drawn, box);
   plot.live.root.ariaHidden = "true";
   plot.tip.className = "tip";
   plot.tip.hidden = true;
@@ -245,7 +258,7 @@ if (typeof uPlot !== "undefined") {
   new ResizeObserver(() => {
     for (const plot of plots) {
       const width = plot.live.root.parentElement.clientWidth;
-      if (width > 0 && width !== plot.live.width) plot.live.setSize({ width, height: Math.round(Math.max(210, 0.58 * width)) });
+      if (width > 0 && width !== plot.live.width) plot.live.setSize({ width, height: plot.height(width) });
     }
   }).observe(document.body);
   // Paper has the bright colours.

@@ -99,6 +99,8 @@ class Stage {
     this.fill(others, false);
     this.addWorst();
     this.farthest = this.largestDisplacement();
+    canvas.insertAdjacentHTML("afterend", '<svg class="triad" viewBox="-46 -46 92 92" aria-hidden="true"></svg>');
+    this.triad = canvas.nextSibling;
     this.reset();
   }
 
@@ -261,9 +263,17 @@ class Stage {
     requestAnimationFrame(() => {
       this.isWaiting = false;
       this.renderer.render(this.scene, this.camera);
-      canvas.dataset.drawn = Number(canvas.dataset.drawn ?? 0) + 1;
+      this.drawTriad();
       canvas.dataset.frame = this.frame;
     });
+  }
+
+  // The directions of the axes, the nearest one over the others.
+  drawTriad() {
+    const seen = this.camera.matrixWorldInverse.elements;
+    const axes = ["x", "y", "z"].map((name, axis) => ({ name, right: seen[4 * axis], down: -seen[4 * axis + 1], near: seen[4 * axis + 2] }));
+    this.triad.innerHTML = axes.sort((a, b) => a.near - b.near).map(({ name, right, down }) =>
+      `<path class="${name}" d="M0 0L${26 * right} ${26 * down}"/><text x="${37 * right}" y="${37 * down + 4}">${name}</text>`).join("");
   }
 
   // A picture of a frame in the first view.
@@ -375,6 +385,8 @@ async function raise(packed) {
   for (const image of document.querySelectorAll("img.solid")) {
     image.src = stage.picture(image.parentElement.dataset.picture - 1);
     image.hidden = false;
+    stage.drawTriad();
+    image.after(stage.triad.cloneNode(true));
   }
   new ResizeObserver(() => stage.resize()).observe(canvas.parentElement);
   const follow = (stop) => {
@@ -382,8 +394,6 @@ async function raise(packed) {
   };
   followers.push(follow);
   follow(Number(slider.value));
-  const context = stage.renderer.getContext(), told = context.getExtension("WEBGL_debug_renderer_info");
-  canvas.dataset.renderer = told ? context.getParameter(told.UNMASKED_RENDERER_WEBGL) : context.getParameter(context.RENDERER);
   canvas.dataset.ready = stage.bodies.frames.length;
 }
 

@@ -36,6 +36,11 @@ pub struct Corner {
 }
 
 impl Corner {
+    /// The node at a place of a cell.
+    pub fn new(cell: usize, place: usize) -> Self {
+        Self { cell, place }
+    }
+
     fn node(&self, mesh: &Mesh) -> usize {
         mesh.cells.get(self.cell).nodes[self.place] as usize
     }
@@ -176,8 +181,8 @@ impl Surface {
 
     /// Writes the data of the script; `shown_and_turns` of each part.
     ///
-    /// Of each triangle: its lowest corner less that of the triangle before, and its other corners less the lowest. Of each
-    /// coordinate, in steps of the box of its part: the change since the frame before, less that of the vertex before.
+    /// For each triangle: its lowest corner minus the previous triangle's, and its other corners minus the lowest. For each
+    /// coordinate, in steps of the box of its part: the change since the previous frame, minus the previous vertex's change.
     fn data(&self, poses: &[Pose], shown_and_turns: &dyn Fn(usize) -> (bool, bool)) -> Value {
         let mut scales = Vec::with_capacity(self.vertices.len());
         let parts = self.parts.iter().enumerate().map(|(at, part)| {
@@ -300,7 +305,7 @@ pub fn landmarks(mesh: &Mesh, bodies: &[BodyRecord]) -> Vec<Corner> {
 /// The cells that have a vertex of the bodies.
 #[derive(Debug)]
 struct Wall {
-    /// For each vertex the index of its node among those of all vertices.
+    /// For each vertex, the index of its node among the nodes of all vertices.
     nodes: Vec<usize>,
     /// Cells, each with the index of a node.
     cells: Vec<(usize, usize)>,

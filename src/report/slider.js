@@ -57,29 +57,6 @@ async function unpacked(text) {
   return new Response(stream).arrayBuffer();
 }
 
-// The cut through the mesh follows the slider, and is in the still pictures.
-async function showCuts(cut) {
-  const remark = document.getElementById("cut-step");
-  try {
-    const bytes = await unpacked(document.getElementById("cuts").textContent);
-    const cuts = new TextDecoder().decode(bytes).split("\n");
-    for (const figure of document.querySelectorAll("[data-picture]")) figure.insertAdjacentHTML("beforeend", cuts[figure.dataset.picture]);
-    let drawn = -1;
-    const follow = (stop) => {
-      const picture = pictureOf[stop];
-      if (picture !== drawn) cut.innerHTML = cuts[picture + 1];
-      drawn = picture;
-      const nearest = data.frames[picture] === data.stops[stop] ? "" : " It is the nearest step with a picture.";
-      remark.textContent = cut.firstChild.ariaLabel + nearest;
-    };
-    followers.push(follow);
-    follow(Number(slider.value));
-    cut.dataset.ready = cuts.length - 1;
-  } catch (error) {
-    remark.textContent = `The cuts cannot be shown: ${error.message}.`;
-  }
-}
-
 // Copies a text; where the browser keeps pages from the clipboard, selects it.
 async function copy(element, button) {
   try {
@@ -116,8 +93,6 @@ function toggle() {
   playing = playing === null ? { first: nearest(film, Number(slider.value)), from: null } : null;
   button.textContent = playing ? "❚❚ Pause" : "▶ Play";
   button.setAttribute("aria-pressed", playing !== null);
-  // Lines between cells take most of the time of drawing a cut.
-  document.body.classList.toggle("playing", playing !== null);
   if (playing) requestAnimationFrame(play);
 }
 
@@ -144,6 +119,3 @@ if (slider) {
     toggle();
   });
 }
-
-const cutBox = document.getElementById("cut");
-if (cutBox) showCuts(cutBox);

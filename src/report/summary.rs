@@ -52,10 +52,7 @@ fn bodies(sequence: &Sequence) -> Vec<String> {
         .map(|(words, names)| format!("{}: {words}.", names.join(", ")))
         .collect();
     if motions.len() > MOTIONS {
-        sentences.push(format!(
-            "Motions beside these: {}.",
-            motions.len() - MOTIONS
-        ));
+        sentences.push(format!("Further motions: {}.", motions.len() - MOTIONS));
     }
     sentences
 }

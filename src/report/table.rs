@@ -50,7 +50,7 @@ impl Table {
         };
         let columns = without_checksum(header);
         if !self.columns.is_empty() && self.columns != columns {
-            return Err(Error::input("its columns are not those of the other parts").line(1));
+            return Err(Error::input("its columns differ from the other parts").line(1));
         }
         self.columns = columns;
         for (line, row) in rows {

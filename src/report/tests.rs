@@ -1,9 +1,8 @@
 //! The report as a whole: sections of every kind of cell, pictures that stay small, tables and folders as
 //! runs leave them.
 
-use super::cut::{Cut, Flat, Piece, Plane, Window};
+use super::cut::{Cut, Flat, Plane, Window};
 use super::folder::Sequence;
-use super::slice::Slice;
 use super::table::Table;
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, cross, dot, scale, unit};
@@ -119,50 +118,6 @@ fn the_outline_of_a_body_is_closed() {
     }
 }
 
-fn squares(n: usize) -> Vec<Piece> {
-    let square = |cell: usize| {
-        let size = 2.0 / n as f64;
-        let (x, y) = (
-            (cell % n) as f64 * size - 1.0,
-            (cell / n) as f64 * size - 1.0,
-        );
-        Piece {
-            cell,
-            corners: vec![[x, y], [x + size, y], [x + size, y + size], [x, y + size]],
-        }
-    };
-    (0..n * n).map(square).collect()
-}
-
-#[test]
-#[cfg_attr(debug_assertions, ignore = "takes long without optimization")]
-fn a_picture_of_a_large_mesh_stays_small_and_shows_the_worst_cell() {
-    let pieces = squares(600);
-    let mut quality = vec![0.9; pieces.len()];
-    quality[123_456] = -0.2;
-    let slice = Slice {
-        pieces: &pieces,
-        most: 6000,
-        quality: &quality,
-        outline: &[],
-        before: &[],
-        marks: &[],
-        window: Window {
-            centre: [0.0; 2],
-            half: [1.0, 0.7],
-        },
-    };
-    let svg = slice.svg("squares");
-    assert!(svg.len() < 300_000, "{}", svg.len());
-    assert!(svg.contains("class=\"q17\""));
-    let few = squares(10);
-    let slice = Slice {
-        pieces: &few,
-        ..slice
-    };
-    assert_eq!(slice.svg("squares").matches('z').count(), few.len());
-}
-
 const TABLE: &str = "step,azimuth_deg,file\n0,0,\"a,b.vtu\"\n1,10,c\"\"\"d,e\".vtu\r\n2,20,\n";
 
 fn sequence(files: &[(&str, &str)]) -> Result<Sequence, String> {
@@ -235,14 +190,14 @@ fn steps_passed_over_and_checks_that_failed_are_on_the_page() {
     ] {
         assert!(html.contains(told), "{told}");
     }
-    for wrong in ["tag array", "Blade_1", "smallest volume", "not judged"] {
+    for wrong in ["tag array", "Blade_1", "smallest volume", "not evaluated"] {
         assert!(!html.contains(wrong), "{wrong}");
     }
     let html = page(
         "step,azimuth_deg,inverted\n0,0,\n",
         "{\"outcome\": \"complete\"}",
     );
-    assert!(html.contains("<dd>not judged</dd>"));
+    assert!(html.contains("<dd>not evaluated</dd>"));
 }
 
 #[test]

@@ -9,14 +9,17 @@ use azimesh_io::mesh::Mesh;
 
 /// Height of a picture in widths.
 const ASPECT: f64 = 0.7;
-/// Where along its longest extent a body is cut, from the end that is nearer to the hub.
+/// Position along its longest extent at which a body is cut, from the end nearer to the hub.
 const STATION: f64 = 0.7;
 /// Half of the window in extents of the outline.
 const ROOM: f64 = 1.1;
 
 /// A plane and a window in it.
 pub struct View {
-    plane: Plane,
+    /// The plane in the reference mesh.
+    pub plane: Plane,
+    /// Names of its axes.
+    pub axes: [&'static str; 2],
     half: Flat,
     /// The middle of the window when there is nothing to follow.
     rest: Flat,
@@ -74,8 +77,10 @@ impl View {
         } else {
             format!("The mesh{through}.{follows}")
         };
+        let axes = [["y", "z"], ["x", "z"], ["x", "y"]][axis];
         Self {
             plane,
+            axes,
             half: [half, half * ASPECT],
             rest,
             tags,
@@ -138,7 +143,7 @@ fn plane_through(bounds: &Bounds, hub: Vector, is_solid: bool) -> (Plane, usize)
 }
 
 /// Returns centre and extent of some segments; `None` without any.
-fn around(segments: &[[Flat; 2]]) -> Option<(Flat, Flat)> {
+pub fn around(segments: &[[Flat; 2]]) -> Option<(Flat, Flat)> {
     let points: Vec<Vector> = segments
         .iter()
         .flatten()

@@ -1,4 +1,4 @@
-//! Base points on disk: base.toml to resume from, base.vtp to look at.
+//! Base points on disk: base.toml to resume from, base.vtp for viewing.
 
 use crate::record::BaseFile;
 use azimesh_core::error::{Error, Result};
@@ -8,7 +8,7 @@ use azimesh_rbf::select::Selection;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Writes `path` and the .vtp beside it.
+/// Writes `path` and the .vtp next to it.
 pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) -> Result<()> {
     let nodes_of = |selection: &Selection| {
         let base = selection.base.iter();
@@ -39,7 +39,7 @@ pub fn save(plan: &Plan, selections: &[Selection], path: &Path, commit: Commit) 
     save_picture(plan, selections, &picture_of(path), commit)
 }
 
-/// Writes the .vtp alone.
+/// Writes only the .vtp.
 pub(super) fn save_picture(
     plan: &Plan,
     selections: &[Selection],
@@ -49,12 +49,12 @@ pub(super) fn save_picture(
     save_text(&polydata(plan, selections), path, commit)
 }
 
-/// The .vtp beside a base file.
+/// Returns the path of the .vtp next to a base file.
 pub fn picture_of(path: &Path) -> PathBuf {
     path.with_extension("vtp")
 }
 
-/// Base points read from `path`, with weights for the plan's motion.
+/// Reads base points from `path`, with weights for the plan's motion.
 pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
     let intervals = plan.selection_intervals();
     let [interval] = intervals.as_slice() else {
@@ -66,7 +66,7 @@ pub fn load(plan: &Plan, path: &Path) -> Result<Vec<Selection>> {
     load_for(plan, interval, path)
 }
 
-/// Base points that were chosen for an interval of the same plan.
+/// Returns base points that were selected for an interval of the same plan.
 pub(super) fn load_for(
     plan: &Plan,
     interval: &Range<usize>,
@@ -125,8 +125,8 @@ fn check(plan: &Plan, file: &BaseFile) -> Result<()> {
     Ok(())
 }
 
-/// The base points as VTK polydata: vertices in the order chosen, with that order, the mesh node and
-/// the body (-1 where the point stays).
+/// Returns the base points as VTK polydata: vertices in the order of selection, with that order, the mesh node and the
+/// body (-1 for a fixed point).
 fn polydata(plan: &Plan, selections: &[Selection]) -> String {
     let surface = &plan.surface;
     let mut seen = vec![false; surface.nodes.len()];

@@ -1,4 +1,4 @@
-//! Base points for the step at hand: chosen and saved when a step enters a new selection interval.
+//! Base points of the current step: selected and saved when a step enters a new selection interval.
 
 use super::base_file;
 use super::names::Names;
@@ -17,23 +17,23 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The base points of a run by selection interval: chosen, loaded and saved.
+/// The base points of a run by selection interval: selected, loaded and saved.
 pub(super) struct BasePointStore<'a> {
     pub deformation: &'a Deformation,
     names: &'a Names,
-    /// Base points chosen before the run.
+    /// Base points selected before the run.
     loaded: Option<Vec<Selection>>,
-    /// Steps of an earlier schedule, to which this one adds some; they keep their base points.
+    /// Number of steps of an earlier schedule to which this one adds steps; they keep their base points.
     n_earlier: usize,
-    /// Files of base points that this run or an earlier one has chosen, and their hashes.
+    /// Files of base points of this run or an earlier one, with their hashes.
     pub base_files: BTreeMap<String, String>,
     /// The result of each selection, for run.json.
     pub selections: Vec<SelectionRecord>,
     /// Notes for the user.
     pub warnings: Vec<Note>,
-    /// Seconds of choosing base points.
+    /// Seconds of the selection.
     pub seconds_selection: f64,
-    /// Seconds of evaluating them at the nodes.
+    /// Seconds of the evaluation at the nodes.
     pub seconds_modes: f64,
 }
 
@@ -57,7 +57,8 @@ impl<'a> BasePointStore<'a> {
         }
     }
 
-    /// Refuses a run with added steps where the base points of the finished steps are lost, or not enough for the added ones.
+    /// Refuses a run with added steps if the base points of the finished steps are lost, or do not meet the tolerance at the
+    /// added ones.
     pub fn check_added(&mut self) -> Result<()> {
         let n_earlier = self.n_earlier;
         let plan = self.deformation.plan();
@@ -78,7 +79,7 @@ impl<'a> BasePointStore<'a> {
         Ok(())
     }
 
-    /// The interval of a step; where it is entered, its base points are chosen and saved.
+    /// Returns the interval of a step; when it is entered, base points are selected and saved.
     pub fn enter(&mut self, step: &Step) -> Result<Arc<StepEvaluator>> {
         let clock = Instant::now();
         let (deformation, progress) = (self.deformation, self.progress());
@@ -107,7 +108,7 @@ impl<'a> BasePointStore<'a> {
         Ok(interval)
     }
 
-    /// Base points for an interval: given, read from the file of an earlier run, or chosen and saved.
+    /// Returns base points for an interval: given, read from the file of an earlier run, or selected and saved.
     fn base_points(&mut self, interval: &Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> {
         let plan = self.deformation.plan();
         let path = self.path_of(interval);
@@ -134,8 +135,7 @@ impl<'a> BasePointStore<'a> {
         }
     }
 
-    /// Writes the files of base points again that an earlier run wrote and that are not what they were;
-    /// says so of each.
+    /// Writes changed files of base points of an earlier run again; adds a note for each.
     pub fn restore(&mut self) -> Result<Vec<Note>> {
         let steps = self.names.steps();
         let mut notes: Vec<Note> = Vec::new();
@@ -164,7 +164,7 @@ impl<'a> BasePointStore<'a> {
         Ok(notes)
     }
 
-    /// The steps have a line of their own once they run.
+    /// The steps report their progress themselves.
     fn progress(&self) -> &'a dyn Progress {
         if self.selections.is_empty() {
             self.deformation.progress()
@@ -179,21 +179,21 @@ impl<'a> BasePointStore<'a> {
         self.names.base(first)
     }
 
-    /// Checks if a file is the one that was written for this plan.
+    /// Checks if a file was written for this plan.
     fn has_noted(&self, path: &Path) -> bool {
         let noted = self.base_files.get(&name_of(path));
         let found = || hash_of(path).ok().map(|hash| hash.to_string());
         noted.is_some_and(|noted| found().as_ref() == Some(noted))
     }
 
-    /// Keeps in mind what was written.
+    /// Records the file that was written.
     fn note_file(&mut self, path: &Path) -> Result<()> {
         let hash = hash_of(path).map_err(|error| Error::io(path, &error))?;
         self.base_files.insert(name_of(path), hash.to_string());
         Ok(())
     }
 
-    /// Writes base points, and keeps in mind what they came to.
+    /// Writes base points, and records their result.
     fn note(
         &mut self,
         interval: &Range<usize>,

@@ -1,4 +1,4 @@
-//! Differences of two runs that decide what they write, by their records.
+//! Differences of two runs that change their output, by their records.
 
 use crate::record::{FunctionRecord, RunRecord};
 
@@ -11,7 +11,7 @@ pub(super) enum Pair {
     Parts,
 }
 
-/// Gives the first difference of two runs, as a sentence on `other`; `None` where they write the same.
+/// Returns the first difference of two runs, as a sentence on `other`; `None` if they write the same.
 pub(super) fn difference(pair: Pair, one: &RunRecord, other: &RunRecord) -> Option<String> {
     let say = |resumed: String, of_parts: String| match pair {
         Pair::Resumed => Some(resumed),
@@ -54,9 +54,7 @@ pub(super) fn difference(pair: Pair, one: &RunRecord, other: &RunRecord) -> Opti
         if input.blake3 != own.blake3 {
             return say(
                 format!("its {what} was {file}, with other content than {first}"),
-                format!(
-                    "its {what} was {file}, that of the first part {first}, with other content"
-                ),
+                format!("its {what} was {file}; the first part had {first}, with other content"),
             );
         }
     }
@@ -75,7 +73,7 @@ pub(super) fn difference(pair: Pair, one: &RunRecord, other: &RunRecord) -> Opti
         let [one, other] = [one, other].map(|record| listed(&record.functions));
         return say(
             format!("its functions were {other}; now they are {one}"),
-            format!("its functions were {other}, those of the first part {one}"),
+            format!("its functions were {other}; the first part had {one}"),
         );
     }
     let options = one.options.entries().into_iter();
@@ -83,7 +81,7 @@ pub(super) fn difference(pair: Pair, one: &RunRecord, other: &RunRecord) -> Opti
     let ((name, one), (_, other)) = pairs.find(|((_, one), (_, other))| one != other)?;
     say(
         format!("its {name} was {other}; now it is {one}"),
-        format!("its {name} was {other}, that of the first part {one}"),
+        format!("its {name} was {other}; the first part had {one}"),
     )
 }
 
@@ -144,13 +142,10 @@ mod tests {
         );
         assert_eq!(
             beside,
-            "its schedule was n9.toml, that of the first part n.toml, with other content"
+            "its schedule was n9.toml; the first part had n.toml, with other content"
         );
         let [since, beside] = found(&of("n.toml", "1", "su2"));
         assert_eq!(since, "its format was \"su2\"; now it is \"vtu\"");
-        assert_eq!(
-            beside,
-            "its format was \"su2\", that of the first part \"vtu\""
-        );
+        assert_eq!(beside, "its format was \"su2\"; the first part had \"vtu\"");
     }
 }

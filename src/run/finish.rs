@@ -1,5 +1,5 @@
-//! Joins the parts of a sequence: checks that every step is there once and as it was written, then
-//! leaves what a run in one go would have left. What is there already and whole is left as it is.
+//! Joins the parts of a sequence: checks that every step exists once and as it was written, then writes the files that a
+//! single run would have written. Existing whole files are kept.
 
 use super::compatibility::{Pair, difference};
 use super::finished::Finished;
@@ -22,15 +22,14 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Rows, and the end of each where one file holds all steps.
+/// Rows, and the end of each if one file holds all steps.
 type RowsAndEnds = (Rows, Vec<u64>);
 
-/// Joins the parts in `folder`. What an earlier join has left is completed; `force` replaces it, and what
-/// another run has left.
+/// Joins the parts in `folder`. It completes an earlier join; `force` replaces it, and the files of another run.
 ///
 /// # Errors
-/// If a step is missing, written twice or another than its row says, where parts come from
-/// different inputs, where one is being written, and where the folder holds another run.
+/// If a step is missing, written twice or differs from its row, if parts have different inputs, if one is being written,
+/// or if the folder holds another run.
 pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Finished> {
     let clock = Instant::now();
     let in_case = records_in(folder);
@@ -77,8 +76,8 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     Ok(finished)
 }
 
-/// Refuses to put the joined sequence in the place of an input: one that is found by its path or, where the path was given
-/// from another folder, a mesh that is found by its hash.
+/// Refuses to replace an input by the joined sequence. An input is found by its path, or a mesh by its hash if the path
+/// was relative to another folder.
 fn refuse_inputs(names: &Names, records: &[Found]) -> Result<()> {
     let all = || records.iter().flat_map(|found| &found.record.inputs);
     let read = all().filter(|input| input.what != "base");
@@ -97,15 +96,15 @@ fn refuse_inputs(names: &Names, records: &[Found]) -> Result<()> {
 /// The sequence in the folder that is to be joined.
 struct Standing {
     record: RunRecord,
-    /// Its rows, where they, and the file of all steps, are what the parts give.
+    /// Its rows, if they and the file of all steps match the parts.
     rows: Option<RowsAndEnds>,
 }
 
 impl Standing {
-    /// Finds what an earlier join has left, as far as it is whole; without a record the join was interrupted.
+    /// Finds the valid result of an earlier join; without a record the join was interrupted.
     ///
     /// # Errors
-    /// If it is the sequence of other inputs, or a run that was not made of parts and has other steps.
+    /// If it is the sequence of other inputs, or a run that was not joined from parts and has other steps.
     fn find(
         names: &Names,
         format: &'static Format,
@@ -137,7 +136,7 @@ impl Standing {
         self.rows.is_some() && self.record.is_complete()
     }
 
-    /// Checks if nothing is left to be written of this record and these texts.
+    /// Checks if nothing of this record and these texts remains to be written.
     fn is_whole(&self, joined: &RunRecord, texts: &[(PathBuf, String)]) -> bool {
         let of = |record: &RunRecord| {
             let end = record.end.clone().unwrap_or_default();
@@ -156,7 +155,7 @@ impl Standing {
     }
 }
 
-/// The rows of the folder, where they and their meshes are what the parts give.
+/// Returns the rows of the folder, if they and their meshes match the parts.
 fn rows_there(
     names: &Names,
     format: &'static Format,
@@ -165,7 +164,7 @@ fn rows_there(
     progress: &dyn Progress,
 ) -> Option<RowsAndEnds> {
     let there = table::read(&names.table()).ok()?;
-    // A run in one go took other seconds; a mesh among others lies elsewhere than in the file of its part.
+    // A single run has other seconds; a mesh in a file of all steps has another position than in the file of its part.
     let comparable = |row: &Row| {
         let mut row = row.clone();
         if record.parts.is_none() {
@@ -188,7 +187,7 @@ fn rows_there(
     is_file_of(names, format, &there, &ends, progress).then_some((there, ends))
 }
 
-/// Checks if the file of all steps is the one that these rows speak of.
+/// Checks if the file of all steps matches these rows.
 fn is_file_of(
     names: &Names,
     format: &'static Format,
@@ -204,11 +203,11 @@ fn is_file_of(
     progress.start("verifying", Some(rows.len() as u64));
     let is_as_written = damaged(names, rows, ends, progress).is_empty();
     progress.finish();
-    // No hash covers the first bytes, which say where the steps are.
+    // No hash covers the first bytes, which locate the steps.
     is_as_written && read_step(&path, format, rows.len() - 1).is_ok()
 }
 
-/// run.json goes before what it speaks of changes, and comes back last.
+/// run.json is removed before its files change, and written last.
 fn remove_record(names: &Names) -> Result<()> {
     let path = names.record();
     match fs::remove_file(&path) {
@@ -217,12 +216,12 @@ fn remove_record(names: &Names) -> Result<()> {
     }
 }
 
-/// The rows of all parts.
+/// Returns the rows of all parts.
 fn rows(parts: &[PartRun]) -> Rows {
     parts.iter().flat_map(|part| part.rows.clone()).collect()
 }
 
-/// Writes the meshes of all parts into one file, which takes its name when all are in it.
+/// Writes the meshes of all parts into one file, which gets its name when it is complete.
 fn join_meshes(
     names: &Names,
     format: &'static Format,
@@ -261,7 +260,7 @@ fn join_meshes(
     Ok(rows)
 }
 
-/// Each step with its part, its place in that and its row.
+/// Returns each step with its part, its index in the part and its row.
 fn in_order(parts: &[PartRun]) -> BTreeMap<usize, (&PartRun, usize, &Row)> {
     let steps = parts.iter().flat_map(|part| {
         let rows = part.rows.iter().enumerate();
@@ -270,7 +269,7 @@ fn in_order(parts: &[PartRun]) -> BTreeMap<usize, (&PartRun, usize, &Row)> {
     steps.collect()
 }
 
-/// Reads a step of a file of several. Runs have their boundary tags under the common name.
+/// Reads a step of a file of several. Runs store their boundary tags under the common name.
 pub(super) fn read_step(path: &Path, format: &'static Format, at: usize) -> Result<Loaded> {
     let options = ReadOptions {
         step: Some(at),
@@ -279,7 +278,7 @@ pub(super) fn read_step(path: &Path, format: &'static Format, at: usize) -> Resu
     formats::read_as(format, &Location::open(path)?, &options)
 }
 
-/// The result of all parts, by their rows and records.
+/// Returns the result of all parts, from their rows and records.
 fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
     let mut finished = Finished::default();
     let has_azimuth = rows.values().any(|row| row.azimuth_deg.is_some());
@@ -295,7 +294,7 @@ fn finished(names: &Names, parts: &[PartRun], rows: &Rows) -> Result<Finished> {
     Ok(finished)
 }
 
-/// What is in several lists, each once.
+/// Merges lists without duplicates.
 fn union<'a, T: Clone + PartialEq + 'a>(lists: impl Iterator<Item = &'a Vec<T>>) -> Vec<T> {
     let mut all: Vec<T> = Vec::new();
     for item in lists.flatten() {
@@ -306,7 +305,7 @@ fn union<'a, T: Clone + PartialEq + 'a>(lists: impl Iterator<Item = &'a Vec<T>>)
     all
 }
 
-/// The record of the whole sequence.
+/// Builds the record of the whole sequence.
 fn record(names: &Names, parts: &[PartRun], ends: &[u64], finished: &Finished) -> RecordFile {
     let records = || parts.iter().map(|part| &part.record);
     let selections = records().flat_map(|record| &record.selections);

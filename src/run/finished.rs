@@ -11,23 +11,23 @@ use std::collections::BTreeMap;
 /// The result of a run.
 #[derive(Debug, Default)]
 pub struct Finished {
-    /// The end of the run, as run.json has it.
+    /// The end of the run, for run.json.
     pub outcome: String,
     /// The failed check that ended the run before its last step.
     pub ended_by: Option<Error>,
-    /// Steps that are finished, those of earlier runs included.
+    /// Number of finished steps, including steps of earlier runs.
     pub n_steps: usize,
-    /// Steps that an earlier run had finished.
+    /// Number of steps finished by an earlier run.
     pub n_kept: usize,
-    /// Base points used, the most at any step.
+    /// Number of base points, the largest at any step.
     pub n_base: usize,
     /// Largest displacement error before the correction, in mesh units.
     pub selection_error: f64,
-    /// Largest distance of a written surface node from its place.
+    /// Largest distance of a written surface node from its prescribed position.
     pub surface_error: f64,
-    /// Steps with inverted cells; `None` where no cell was judged.
+    /// Number of steps with inverted cells; `None` if no cell was evaluated.
     pub inverted_steps: Option<usize>,
-    /// Most inverted cells in one step; `None` where no cell was judged.
+    /// Most inverted cells in one step; `None` if no cell was evaluated.
     pub max_inverted: Option<usize>,
     /// Smallest scaled Jacobian at any step.
     pub min_scaled_jacobian: Option<f64>,
@@ -48,15 +48,15 @@ pub struct Finished {
 }
 
 impl Finished {
-    /// Checks if there is something to complain about.
+    /// Checks if the result has failures.
     pub fn is_failed(&self) -> bool {
         self.inverted_steps.is_some_and(|n| n > 0)
             || !self.failures.is_empty()
             || !self.skipped.is_empty()
     }
 
-    /// Takes over what the rows tell. `first_inverted` holds the first inverted cell of steps where it
-    /// is known; without `has_azimuth` notes name a step by its time.
+    /// Adds the data of the rows. `first_inverted` holds the first inverted cell of steps if it is known; without
+    /// `has_azimuth` notes name a step by its time.
     pub(super) fn take_rows(
         &mut self,
         names: &Names,
@@ -91,7 +91,7 @@ impl Finished {
         Ok(())
     }
 
-    /// Takes over the place of the worst cell, where it is that of the worst step.
+    /// Adds the position of the worst cell, if it belongs to the worst step.
     pub(super) fn take_place(&mut self, known: &WorstStep) {
         if let Some(worst) = &mut self.worst_step
             && worst.step == known.step
@@ -100,7 +100,7 @@ impl Finished {
         }
     }
 
-    /// Takes over what base points came to with which no step was written.
+    /// Adds results of base points that led to no step.
     pub(super) fn take_selections(&mut self, selections: &[SelectionRecord]) {
         for layer in selections.iter().flat_map(|selection| &selection.layers) {
             self.n_base = self.n_base.max(layer.base_points);
@@ -139,7 +139,7 @@ impl Finished {
     }
 }
 
-/// The note of a condition that holds at a step.
+/// Returns the note of a condition that holds at a step.
 fn condition(criterion: &Criterion, step: usize, row: &Row) -> Result<Option<Note>> {
     let held = criterion.met_by(&row.numbers())?;
     Ok(held.map(|value| {
@@ -154,7 +154,7 @@ fn condition(criterion: &Criterion, step: usize, row: &Row) -> Result<Option<Not
     }))
 }
 
-/// The inverted cells of a step.
+/// Returns the note on the inverted cells of a step.
 pub(super) fn inverted(row: &Row, has_azimuth: bool, first: Option<usize>) -> Note {
     let azimuth_deg = row.azimuth_deg.filter(|_| has_azimuth);
     let n = row.inverted.unwrap_or(0);

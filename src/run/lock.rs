@@ -1,5 +1,5 @@
-//! Keeps two runs from writing the same steps of a folder: a hidden file a run, locked by the
-//! system, which lets go of it when the process ends, however it ends.
+//! Prevents two runs from writing the same steps of a folder: each run has a hidden file that is locked by the system, which
+//! releases it when the process ends in any way.
 
 use super::names::Names;
 use crate::record::{file_name, parts_in};
@@ -18,7 +18,7 @@ const EXTENSION: &str = "lock";
 
 /// The steps of a folder, held by this process until it is dropped.
 pub(super) struct Lock {
-    /// Locked as long as it is open.
+    /// Locked while it is open.
     file: File,
     path: PathBuf,
     /// The folders that were made for this run, innermost first.
@@ -28,7 +28,7 @@ pub(super) struct Lock {
 }
 
 impl Lock {
-    /// Locks the steps of a run; makes its folder where there is none.
+    /// Locks the steps of a run; creates its folder if there is none.
     pub fn take(names: &Names) -> Result<Self> {
         let folder = &names.folder;
         if folder.is_file() {
@@ -43,7 +43,7 @@ impl Lock {
             made.try_for_each(|path| sync_folder(folder_of(path)))
         };
         make().map_err(|error| Error::io(folder, &error))?;
-        // Files of an earlier run in a folder that cannot be listed, and other runs, would not be seen.
+        // In a folder that cannot be listed, files of an earlier run and other runs would not be found.
         fs::read_dir(folder).map_err(|error| {
             let mut error = Error::io(folder, &error);
             error.message += "; the output folder must be readable, for a run looks there for files of earlier ones";
@@ -76,7 +76,7 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // An unlocked file left behind stops nobody, and a folder with something in it is kept.
+        // An unlocked file left behind blocks nobody, and a folder with files in it is kept.
         if self.holds() {
             let _ = fs::remove_file(&self.path);
         }
@@ -105,7 +105,7 @@ fn busy(folder: &Path, steps: &Range<usize>) -> Error {
     .file(folder)
 }
 
-/// Opens and locks the file of this run; gives a note where the file system has no locks.
+/// Opens and locks the file of this run; returns a note if the file system has no locks.
 fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option<Note>)> {
     loop {
         let file = open(path, true)?;
@@ -122,7 +122,7 @@ fn own(path: &Path, folder: &Path, steps: &Range<usize>) -> Result<(File, Option
             }
             Err(TryLockError::Error(error)) => return Err(refused(path, &error)),
         }
-        // A run that ended between the two has removed the file that is locked now.
+        // A run that ended between the two has removed the file that is now locked.
         if is_same(&file, path) {
             return Ok((file, None));
         }
@@ -151,12 +151,12 @@ fn open(path: &Path, create: bool) -> Result<File> {
     }
 }
 
-/// The lock files of a folder and their steps, in order.
+/// Returns the lock files of a folder and their steps, in order.
 fn others(folder: &Path) -> Vec<(Range<usize>, PathBuf)> {
     parts_in(folder, STEM, EXTENSION).unwrap_or_default()
 }
 
-/// Checks if a run holds this file; none does when it is gone.
+/// Checks if a run holds this file; false if the file is missing.
 fn is_locked(path: &Path) -> Result<bool> {
     let Ok(file) = open(path, false) else {
         return Ok(false);

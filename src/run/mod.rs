@@ -1,7 +1,7 @@
 //! A deformation written to a folder: names, rows, resume, parts, locks, files.
 //!
-//! Owns the order of the work and what it leaves in its folder. Leaves to `deform` where nodes are, and
-//! to `formats` what a file looks like.
+//! Owns the order of the work and the files in its folder. `deform` computes node positions, and `formats` the content of
+//! mesh files.
 
 pub mod base_file;
 mod base_points;

@@ -27,13 +27,13 @@ pub struct Names {
     /// True if one file holds all steps.
     pub is_in_one: bool,
     n_steps: usize,
-    /// The steps of a run that writes some of them only.
+    /// The steps of a run that writes only some of them.
     part: Option<Range<usize>>,
-    /// The case that the steps are in, if the format has that.
+    /// The case that contains the steps, if the format has cases.
     case: Option<Case>,
-    /// The way in which files take these names.
+    /// Options for committing files under these names.
     pub commit: Commit,
-    /// Files of base points that the run was given, which are of no earlier run.
+    /// Files of base points that were passed to the run, which belong to no earlier run.
     pub given: Inputs,
 }
 
@@ -41,14 +41,14 @@ pub struct Names {
 #[derive(Clone)]
 struct Case {
     folder: PathBuf,
-    /// File of each step, from the case on; empty until [`Names::place_steps`].
+    /// File of each step, relative to the case; empty until [`Names::place_steps`].
     files: Vec<String>,
     /// Folder of the mesh that all steps share.
     shared: String,
 }
 
 impl Case {
-    /// The case that a folder is, or whose records are in it.
+    /// Returns the case that a folder is, or whose records are in it.
     fn of(folder: &Path) -> Self {
         let records = CaseFormat.records();
         let is_records = folder.file_name().is_some_and(|name| name == records)
@@ -70,7 +70,7 @@ fn has_records(folder: &Path) -> bool {
 }
 
 impl Names {
-    /// For a mesh of this name, in a format, with so many steps.
+    /// Creates the names for a mesh of this name, in a format, with this many steps.
     pub fn new(folder: &Path, mesh: &Path, format: &Format, n_steps: usize) -> Self {
         // "wing.b8.ugrid.gz" gives wing_0000.
         let name = mesh.file_name().filter(|name| *name != "-");
@@ -98,7 +98,7 @@ impl Names {
         }
     }
 
-    /// Names of a part of this sequence.
+    /// Returns the names of a part of this sequence.
     ///
     /// # Errors
     /// If the sequence does not have these steps.
@@ -118,12 +118,12 @@ impl Names {
         })
     }
 
-    /// Least digits of the number of a step in a name.
+    /// Returns the least number of digits of a step in a name.
     fn digits(&self) -> usize {
         self.n_steps.saturating_sub(1).to_string().len().max(4)
     }
 
-    /// Name of the file that holds the mesh of a step.
+    /// Returns the name of the file that holds the mesh of a step.
     pub fn mesh(&self, step: usize) -> String {
         match self.in_case(step) {
             Some((_, file)) => format!("../{file}"),
@@ -132,7 +132,7 @@ impl Names {
         }
     }
 
-    /// Name of the file that holds the moving surfaces at a step: SU2 looks for five digits.
+    /// Returns the name of the file of the moving surfaces at a step: SU2 expects five digits.
     pub fn surface(&self, step: usize) -> String {
         numbered(&self.surface_stem(), step, 5, "dat")
     }
@@ -141,7 +141,7 @@ impl Names {
         format!("{}_surface", self.stem)
     }
 
-    /// Finds the files of the steps in a case; nothing for other formats.
+    /// Finds the files of the steps in a case; no effect for other formats.
     ///
     /// # Errors
     /// If the case cannot take the sequence of this mesh.
@@ -156,7 +156,7 @@ impl Names {
         Ok(())
     }
 
-    /// The case that has the meshes, and the file of a step in it.
+    /// Returns the case that has the meshes, and the file of a step in it.
     pub(super) fn in_case(&self, step: usize) -> Option<(&Path, &str)> {
         let case = self.case.as_ref()?;
         Some((&case.folder, case.files.get(step)?))
@@ -170,8 +170,8 @@ impl Names {
         }
     }
 
-    /// Finds the first of some files that is missing or has another hash. `*.mapbc` is the file with that ending next
-    /// to the mesh of each row.
+    /// Finds the first of some files that is missing or has another hash. `*.mapbc` is the file with that ending next to the
+    /// mesh of each row.
     pub(super) fn changed<'a>(
         &self,
         files: impl IntoIterator<Item = (&'a String, &'a String)>,
@@ -193,7 +193,7 @@ impl Names {
         })
     }
 
-    /// Stages what all steps share, where they are in a case.
+    /// Stages the data that all steps share, if they are in a case.
     pub(super) fn begin(
         &self,
         mesh: &MeshView,
@@ -207,18 +207,18 @@ impl Names {
                 staged: Staged::all(Vec::new()),
             });
         };
-        // Parts come to a case in any order.
+        // Parts are added to a case in any order.
         let begin = if self.is_part() { Begin::Resume } else { begin };
         CaseFormat.begin(&case.folder, mesh, options, begin, self.commit)
     }
 
-    /// Path of the time series over files; `None` where one file is that itself, and for a part.
+    /// Returns the path of the time series over files; `None` if one file is the series itself, and for a part.
     pub fn series(&self) -> Option<PathBuf> {
         let wanted = !self.is_in_one && self.case.is_none() && !self.is_part();
         wanted.then(|| self.path(&format!("{}.pvd", self.stem)))
     }
 
-    /// Refuses a mesh whose name makes names of files that the file system does not take.
+    /// Refuses a mesh whose name leads to file names that the file system does not accept.
     ///
     /// # Errors
     /// Of kind `Input`, with the path.
@@ -233,7 +233,7 @@ impl Names {
         let there = existing_folder(&self.folder);
         for path in files.map(|name| self.path(&name)).chain(lists) {
             let name = path.file_name().unwrap_or_default();
-            // Of a path through a folder that is not there yet, names are not looked at.
+            // Names are not checked for a path through a folder that does not exist yet.
             for path in [&path, &there.join(name)] {
                 match std::fs::symlink_metadata(path) {
                     Err(error) if error.kind() == ErrorKind::InvalidFilename => {
@@ -246,37 +246,37 @@ impl Names {
         Ok(())
     }
 
-    /// Path of a file of the folder.
+    /// Returns the path of a file of the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    /// The steps that this run writes.
+    /// Returns the steps that this run writes.
     pub fn steps(&self) -> Range<usize> {
         self.part.clone().unwrap_or(0..self.n_steps)
     }
 
-    /// The number of steps of the sequence.
+    /// Returns the number of steps of the sequence.
     pub fn all_steps(&self) -> usize {
         self.n_steps
     }
 
-    /// Checks if it writes some of the steps only.
+    /// Checks if it writes only some of the steps.
     pub fn is_part(&self) -> bool {
         self.part.is_some()
     }
 
-    /// Path of the table of steps.
+    /// Returns the path of the table of steps.
     pub fn table(&self) -> PathBuf {
         self.path(&self.of_part("steps", "csv"))
     }
 
-    /// Path of the record of the run.
+    /// Returns the path of the record of the run.
     pub fn record(&self) -> PathBuf {
         self.path(&self.of_part("run", "json"))
     }
 
-    /// Path of the base points; of those chosen at a step where there are several choices.
+    /// Returns the path of the base points; if they are selected several times, of the selection at a step.
     pub fn base(&self, step: Option<usize>) -> PathBuf {
         self.path(&match step {
             None => file_name("base", None, "toml"),
@@ -295,7 +295,7 @@ impl Names {
         if let Some(step) = step {
             return !self.is_part() || self.steps().contains(&step);
         }
-        // Of the whole sequence also the files of parts.
+        // A whole sequence also owns the files of parts.
         let is_one = |stem: &str, extension: &str| {
             name == self.of_part(stem, extension)
                 || !self.is_part() && part_of(name, stem, extension).is_some()
@@ -315,7 +315,7 @@ impl Names {
     }
 }
 
-/// The file with another ending next to a mesh, whose own ending may have dots.
+/// Returns the file with another ending next to a mesh, whose own ending may have dots.
 fn companion(mesh: &Path, ending: &str) -> PathBuf {
     let name = mesh.file_name().unwrap_or_default().to_string_lossy();
     mesh.with_file_name(format!("{}.{ending}", case_name(&name)))
@@ -328,12 +328,12 @@ fn is_base(name: &str) -> bool {
     })
 }
 
-/// Files of an earlier run in the folder.
+/// Returns files of an earlier run in the folder.
 pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     let mut found = files(names, |name| names.is_ours(name));
     found.retain(|path| names.given.find(path).is_none());
     if let Some(case) = &names.case {
-        // A part minds its own steps; the others share the rest of the case with it.
+        // A part owns only its own steps; other parts share the rest of the case.
         let shared = case.folder.join(&case.shared);
         let is_there = !names.is_part() && !case.shared.is_empty() && shared.exists();
         found.extend(is_there.then_some(shared));
@@ -342,14 +342,14 @@ pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     found
 }
 
-/// Files of the steps that the tables of earlier runs in a case name.
+/// Returns the files of the steps in a case that the tables of earlier runs name.
 fn steps_in_case(names: &Names) -> impl Iterator<Item = PathBuf> {
     let parts = parts_in(&names.folder, "steps", "csv").unwrap_or_default();
     let parts = parts.into_iter().filter(|_| !names.is_part());
     let tables = std::iter::once(names.table()).chain(parts.map(|(_, path)| path));
     let rows = tables.filter_map(|table| table::read(&table).ok());
     let rows = rows.flat_map(Rows::into_values);
-    // The mesh that all steps share is no step's own.
+    // The mesh that all steps share belongs to no step.
     let own = rows.filter(|row| !CaseFormat.is_shared(row.file.trim_start_matches("../")));
     own.flat_map(|row| CaseFormat.files_of(&names.path(&row.file)))
 }
@@ -364,7 +364,7 @@ pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf
     found
 }
 
-/// Bytes of a file, or of all files in a folder; 0 for what cannot be read.
+/// Returns the bytes of a file, or of all files in a folder; 0 if they cannot be read.
 pub(super) fn bytes_of(path: &Path) -> u64 {
     let Ok(found) = std::fs::symlink_metadata(path) else {
         return 0;
@@ -416,7 +416,7 @@ pub fn remove_existing(names: &Names) -> Result<()> {
             std::fs::remove_file(&path)
         };
         removed.map_err(|error| Error::io(&path, &error))?;
-        // Folders of times of a case go with what was in them; others that are empty never hold a mesh.
+        // Folders of times of a case are removed with their files; other empty folders never hold a mesh.
         let above = path.ancestors().skip(1).take(3);
         let above = above.filter(|above| names.case.is_some() && !names.folder.starts_with(above));
         let _ = above
@@ -426,8 +426,8 @@ pub fn remove_existing(names: &Names) -> Result<()> {
     Ok(())
 }
 
-/// Lists of the finished steps for ParaView, with their paths: time in s where it is known, else
-/// azimuth. Legacy VTK files have a list of their own besides the .pvd.
+/// Writes lists of the finished steps for ParaView, with their paths: time in s if it is known, else azimuth. Legacy VTK
+/// files have their own list in addition to the .pvd.
 pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
     let entries = || rows.values().map(|row| (time(row), row.file.as_str()));
     let Some(path) = names.series().filter(|_| !rows.is_empty()) else {
@@ -442,7 +442,7 @@ pub(super) fn series(names: &Names, rows: &Rows) -> Vec<(PathBuf, String)> {
     lists
 }
 
-/// The time that a step has in a time series.
+/// Returns the time of a step in a time series.
 pub(super) fn time(row: &Row) -> f64 {
     row.time_s.or(row.azimuth_deg).unwrap_or(row.step as f64)
 }

@@ -11,12 +11,12 @@ use azimesh_io::formats::{self, Format, hash_of_range};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Bytes at the start of a file of all steps that belong to none of them.
+/// Bytes at the start of a file of all steps that belong to no step.
 const SUPERBLOCK: u64 = 48;
-/// Steps or parts that are named one by one in a sentence.
+/// Largest number of steps or parts named in a sentence.
 const MOST_NAMED: usize = 12;
 
-/// A part of a sequence as its run has left it.
+/// A part of a sequence, as its run has left it.
 pub(super) struct PartRun {
     pub steps: Range<usize>,
     pub names: Names,
@@ -31,8 +31,8 @@ pub(super) struct Found {
     pub record: RunRecord,
 }
 
-/// Refuses a part some steps of which belong to another part, or to a whole sequence: a step that is
-/// there twice cannot be joined.
+/// Refuses a part if some of its steps belong to another part, or to a whole sequence: a step that exists twice cannot be
+/// joined.
 pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
     let Range { start, end } = names.steps();
     let is_begun = names.record().exists() || names.table().exists();
@@ -67,7 +67,7 @@ pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
     .file(&names.folder))
 }
 
-/// Finds steps whose mesh is not what its row says; `ends` has the end of each where one file holds all.
+/// Finds steps whose mesh differs from its row; `ends` has the end of each if one file holds all.
 pub(super) fn damaged(
     names: &Names,
     rows: &Rows,
@@ -121,7 +121,7 @@ pub(super) fn records(folder: &Path) -> Result<Vec<Found>> {
     found.into_iter().map(read).collect()
 }
 
-/// The names of the whole sequence and its format, by the first of its parts.
+/// Returns the names of the whole sequence and its format, from the first of its parts.
 pub(super) fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static Format)> {
     let Found { path, record, .. } = first;
     let wrong = || Error::input("this is not the record of a part of a sequence").file(path);
@@ -134,7 +134,7 @@ pub(super) fn sequence(folder: &Path, first: &Found) -> Result<(Names, &'static 
 }
 
 impl PartRun {
-    /// Reads the rows of a part, which has the inputs and options of the `first` one.
+    /// Reads the rows of a part, which has the inputs and options of the `first` part.
     pub fn read(names: &Names, first: &RunRecord, found: Found) -> Result<Self> {
         let Found {
             steps,
@@ -160,7 +160,7 @@ impl PartRun {
         })
     }
 
-    /// The end of each step in the file of the part; empty where each step has a file of its own.
+    /// Returns the end of each step in the file of the part; empty if each step has its own file.
     fn ends(&self) -> Result<Vec<u64>> {
         if !self.names.is_in_one {
             return Ok(Vec::new());
@@ -176,7 +176,7 @@ impl PartRun {
         .file(&self.names.record()))
     }
 
-    /// Refuses a part whose files of base points, or next to its meshes, are not as they were written.
+    /// Refuses parts whose files of base points, or files next to their meshes, have changed.
     fn check_companions(&self) -> Result<()> {
         let files = self.record.companions.iter().chain(&self.record.base_files);
         let Some(path) = self.names.changed(files, self.rows.values()) else {
@@ -191,7 +191,7 @@ impl PartRun {
     }
 }
 
-/// Refuses parts that do not have every step once, with its files as they were written.
+/// Refuses parts that do not contain every step once, with unchanged files.
 pub(super) fn check(names: &Names, parts: &[PartRun], progress: &dyn Progress) -> Result<()> {
     check_steps(names, parts)?;
     check_files(names, parts, progress)?;
@@ -254,7 +254,7 @@ fn lacking(missing: &[usize], parts: &[PartRun]) -> String {
     sentences.join("; ")
 }
 
-/// Steps as a subject: runs of them where there are several in a row.
+/// Formats steps as a subject; consecutive ones as ranges.
 fn told(steps: &[usize]) -> String {
     match steps {
         [step] => format!("step {step} is"),
@@ -262,7 +262,7 @@ fn told(steps: &[usize]) -> String {
     }
 }
 
-/// Steps as a list of runs.
+/// Formats steps as a list of ranges.
 fn runs(steps: &[usize]) -> String {
     let runs = steps.chunk_by(|a, b| a + 1 == *b);
     let names = runs.map(|run| match run {
@@ -273,7 +273,7 @@ fn runs(steps: &[usize]) -> String {
     some(names.collect(), "ranges")
 }
 
-/// A list of which the first are named.
+/// Formats a list; only the first items are named.
 fn some(mut names: Vec<String>, what: &str) -> String {
     if names.len() > MOST_NAMED {
         let more = names.len() - MOST_NAMED;

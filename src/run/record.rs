@@ -1,4 +1,4 @@
-//! run.json of a run under way: filled, completed and written again as it goes; files and their hashes.
+//! run.json of a run under way: created, completed and updated during the run; files and their hashes.
 
 use super::finished::Finished;
 use super::names::Names;
@@ -20,21 +20,21 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// The record of a run with its place on the disk.
+/// The record of a run with its path on the disk.
 pub(super) struct RecordFile {
     path: PathBuf,
     commit: Commit,
-    /// Room for the last words of a run that fills the disk.
+    /// Reserved disk space, for the final record of a run that fills the disk.
     room: Option<Reserve>,
     /// Its content.
     pub content: RunRecord,
 }
 
-/// Bytes that a record may grow by until it is closed.
+/// Largest growth of a record until it is closed, in bytes.
 const GROWTH: usize = 64 << 10;
 
 impl RecordFile {
-    /// The record of a run, not yet written.
+    /// Creates the record of a run, not yet written.
     pub fn new(names: &Names, deformation: &Deformation, request: &Request) -> Result<Self> {
         let plan = deformation.plan();
         let mesh = deformation.mesh_to_write()?;
@@ -78,7 +78,7 @@ impl RecordFile {
         Ok(Self::of(names, content))
     }
 
-    /// A record that was read, or put together.
+    /// Creates a record that was read, or joined.
     pub fn of(names: &Names, content: RunRecord) -> Self {
         Self {
             path: names.record(),
@@ -88,8 +88,7 @@ impl RecordFile {
         }
     }
 
-    /// Adds what the run came to; `error` is what ended it. Its seconds are added to those that are
-    /// there.
+    /// Adds the result of the run; `error` is the error that ended it. Its seconds are added to existing ones.
     pub fn close(&mut self, finished: &Finished, error: Option<&Error>) {
         let content = &mut self.content;
         content.outcome = match (error, finished.skipped.len()) {
@@ -115,19 +114,19 @@ impl RecordFile {
         content.seconds = Some(before.plus(finished.timings));
     }
 
-    /// Keeps room on the disk for the record of a run that fills it.
+    /// Reserves disk space for the record of a run that fills the disk.
     pub fn keep_room(&mut self) {
         let n_bytes = self.content.text().len() + GROWTH;
         self.room = Some(Reserve::beside(&self.path, n_bytes));
     }
 
-    /// Writes the record of a run that has ended, with the room that was kept.
+    /// Writes the record of a run that has ended, in the reserved space.
     pub fn save_last(&mut self) -> Result<()> {
         self.room = None;
         self.save()
     }
 
-    /// Writes the record as it stands.
+    /// Writes the record in its current state.
     pub fn save(&self) -> Result<()> {
         save_text(&self.content.text(), &self.path, self.commit)
     }
@@ -152,7 +151,7 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
     }
 }
 
-/// The files beside the mesh of each step, which do not depend on the step: by their endings, with their hashes.
+/// Returns the files next to the mesh of each step that do not depend on the step: their endings and hashes.
 fn companions(names: &Names, deformation: &Deformation) -> Result<BTreeMap<String, String>> {
     let format = formats::by_name(deformation.plan().schedule.output.format())?;
     let mesh = names.path(&format!("no mesh.{}", format.extensions[0]));
@@ -172,7 +171,7 @@ fn functions(plan: &Plan) -> Vec<FunctionRecord> {
     plan.schedule.functions().into_iter().map(record).collect()
 }
 
-/// An input and its hash; what came from a pipe is gone and has none.
+/// Returns an input and its hash; data from a pipe is gone and has none.
 fn input(
     what: &str,
     path: &Path,
@@ -190,7 +189,7 @@ fn input(
     })
 }
 
-/// The hash of the text of a schedule without the keys that count its steps; `None` without a text.
+/// Returns the hash of the text of a schedule without the keys that count its steps; `None` without a text.
 fn hash_but_steps(text: &str) -> Option<String> {
     let mut schedule: toml::Table = text.parse().ok().filter(|_| !text.is_empty())?;
     schedule.remove("steps");
@@ -206,8 +205,7 @@ fn hash_but_steps(text: &str) -> Option<String> {
     Some(blake3::hash(rest.as_bytes()).to_string())
 }
 
-/// A record on disk; `None` where there is none, and where it is not whole, as after a power cut: empty,
-/// cut, or no record.
+/// Reads a record on disk; `None` if there is none, or if a power cut has left it empty, cut or invalid.
 pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
     if !path.exists() {
         return Ok(None);
@@ -216,7 +214,7 @@ pub(super) fn read(path: &Path) -> Result<Option<RunRecord>> {
     Ok(RunRecord::parse(&bytes).ok().filter(RunRecord::is_whole))
 }
 
-/// Sorts records by their key; of several with one key the last counts.
+/// Sorts records by their key; of several with one key the last is kept.
 pub(super) fn latest<'a, T: Clone + 'a>(
     records: impl Iterator<Item = &'a T>,
     key: impl Fn(&T) -> usize,
@@ -225,7 +223,7 @@ pub(super) fn latest<'a, T: Clone + 'a>(
     by_key.into_values().cloned().collect()
 }
 
-/// The record of the selections of an interval.
+/// Builds the record of the selections of an interval.
 pub(super) fn selection_record(
     plan: &Plan,
     interval: &Range<usize>,
@@ -250,7 +248,7 @@ pub(super) fn selection_record(
     }
 }
 
-/// The repair of a step.
+/// Builds the record of the repair of a step.
 pub(super) fn repair_record(repair: &Repair, step: &Step) -> RepairRecord {
     let untangled = repair.untangled.as_ref();
     let patch = |log: &PatchLog| PatchRecord {

@@ -1,5 +1,4 @@
-//! An earlier run in the folder, as far as it holds: its inputs are those of this run, and its files have the
-//! hashes in its table.
+//! A valid earlier run in the folder: its inputs equal this run's, and its files have the hashes in its table.
 
 use super::compatibility::{Pair, difference};
 use super::names::{Names, existing_outputs};
@@ -16,34 +15,33 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-/// Notes of one sort that are given one by one.
+/// Largest number of notes of one kind that are listed one by one.
 const MOST_NOTES: usize = 10;
 
 /// An earlier run.
 #[derive(Debug, Default)]
 pub(super) struct Earlier {
-    /// Rows of the steps that need not be done again; where one file holds all steps, those that are
-    /// to be verified in it.
+    /// Rows of the steps that need not be computed again; if one file holds all steps, rows to be verified in it.
     pub rows: Rows,
-    /// Its record; empty where it is lost, or where there is no earlier run.
+    /// Its record; empty if it is lost, or if there is no earlier run.
     pub record: RunRecord,
     /// Steps with inverted cells that it repaired.
     pub repairs: BTreeMap<usize, RepairRecord>,
-    /// Number of times that it was resumed, this one included.
+    /// Number of times that it was resumed, including this one.
     n_resumed: u64,
-    /// Steps that have to be done again.
+    /// Notes on steps that are computed again.
     pub notes: Vec<Note>,
-    /// True if its record is lost: rows count then where the same step gives the same bytes.
+    /// True if its record is lost: a row counts only if its step gives the same bytes again.
     pub is_unverified: bool,
     /// True if steps were added to the schedule, now or before.
     pub adds_steps: bool,
 }
 
 impl Earlier {
-    /// The run that is to be resumed; empty where the folder holds none.
+    /// Finds the run to be resumed; empty if the folder holds none.
     ///
     /// # Errors
-    /// If another mesh, schedule or program was used, or it left no record of itself.
+    /// If another mesh, schedule or program was used, or if it has no record.
     pub fn find(
         deformation: &Deformation,
         names: &Names,
@@ -78,7 +76,7 @@ impl Earlier {
         Ok(earlier)
     }
 
-    /// A run whose record a power cut has taken: a file of it is left, or its table.
+    /// Returns a run whose record was lost in a power cut: a file of it exists, or its table.
     fn without_record(names: &Names) -> Result<Self> {
         let path = names.record();
         let record = path.file_name().unwrap_or_default().display();
@@ -108,8 +106,7 @@ impl Earlier {
     /// Takes the rows of this run's steps from the table.
     ///
     /// # Errors
-    /// If a mesh is there that would have another name now, and be written again; where a step was at another azimuth or
-    /// time.
+    /// If an existing mesh would now have another name and be written again; if a step was at another azimuth or time.
     fn take_rows(&mut self, plan: &Plan, names: &Names) -> Result<()> {
         let table = names.table();
         for (step, row) in table::of_run(names)? {
@@ -150,7 +147,7 @@ impl Earlier {
         })
     }
 
-    /// The steps that its base points serve, with the added ones.
+    /// Returns the steps that its base points serve, including the added ones.
     pub fn take_intervals(&mut self, intervals: &[Range<usize>]) {
         for selection in &mut self.record.selections {
             let mut intervals = intervals.iter();
@@ -159,8 +156,8 @@ impl Earlier {
         }
     }
 
-    /// Enters the earlier run into the record of this one. Returns the conditions of this run: its own, or else the
-    /// earlier ones.
+    /// Adds the earlier run to the record of this one. Returns the conditions of this run: its own, or else the earlier
+    /// ones.
     pub fn enter(&self, record: &mut RunRecord, own: &[Criterion]) -> Vec<Criterion> {
         let then = &self.record;
         let earlier = then.fail_on.iter().filter_map(|text| text.parse().ok());
@@ -180,20 +177,20 @@ impl Earlier {
         conditions
     }
 
-    /// Repairs in the order of their steps; `None` where there are none.
+    /// Returns repairs in the order of their steps; `None` if there are none.
     pub fn all_repairs(&self) -> Option<Vec<RepairRecord>> {
         let repairs = self.repairs.values().cloned().collect();
         (!self.repairs.is_empty()).then_some(repairs)
     }
 
-    /// Warnings that its selections gave rise to.
+    /// Returns the warnings of its selections.
     pub fn selection_warnings(&self) -> impl Iterator<Item = Note> {
         let selections = self.record.selections.iter();
         let lists = selections.flat_map(|own| &own.diagnostics);
         lists.flatten().map(Diagnostic::note)
     }
 
-    /// Leaves out steps whose file is missing or another.
+    /// Leaves out steps whose file is missing or has changed.
     fn check_files(
         &mut self,
         deformation: &Deformation,
@@ -230,7 +227,7 @@ impl Earlier {
     }
 }
 
-/// Notes a finished step that is computed again, since something is wrong with its file.
+/// Adds a note on a finished step that is computed again because its file is wrong.
 pub(super) fn step_again(step: usize, file: &str, fault: &str) -> Note {
     let note = note!(
         "step_again",
@@ -243,7 +240,7 @@ fn no_companion() -> String {
     "lacks its companion file".to_owned()
 }
 
-/// The fault of the file of a row, or of a file next to it.
+/// Returns the fault of the file of a row, or of a file next to it.
 fn fault_of(names: &Names, row: &Row, companions: &BTreeMap<String, String>) -> Option<String> {
     let path = names.path(&row.file);
     if !path.exists() {
@@ -256,7 +253,7 @@ fn fault_of(names: &Names, row: &Row, companions: &BTreeMap<String, String>) -> 
     }
 }
 
-/// The record of an earlier run, to which the schedule may have added steps since.
+/// Returns the record of an earlier run, to which the schedule may have added steps since.
 ///
 /// # Errors
 /// If it had other inputs.
@@ -283,7 +280,7 @@ fn with_added(now: &RunRecord, mut then: RunRecord, names: &Names) -> Result<Run
     Ok(then)
 }
 
-/// Refuses to add steps to a file of all steps where the steps that are there cannot be read back from it.
+/// Refuses to add steps to a file of all steps if the existing steps cannot be read back from it.
 fn check_one_file(deformation: &Deformation) -> Result<()> {
     let reason = if deformation.is_on_ranks() {
         "several ranks cannot add steps to one file of all steps; start one process"

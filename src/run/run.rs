@@ -1,5 +1,5 @@
-//! The order of the work of a run: checks, the folder, base points once an interval, then step after step; a
-//! step is written while the next one is computed.
+//! The order of the work of a run: checks, the folder, base points once per interval, then step after step; a step is
+//! written while the next one is computed.
 
 use super::base_file;
 use super::base_points::BasePointStore;
@@ -27,7 +27,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Options of a run that its deformation does not have.
+/// Options of a run that are not options of its deformation.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
     /// The command line without the program, for the record.
@@ -36,11 +36,11 @@ pub struct Request {
     pub mesh: PathBuf,
     /// The folder of the files.
     pub folder: PathBuf,
-    /// Base points chosen before.
+    /// Base points selected before.
     pub base: Option<PathBuf>,
     /// The steps to write, counted from 0; all when left out.
     pub steps: Option<Range<usize>>,
-    /// The cell array that the boundary tags were read from, where it was named.
+    /// The cell array from which the boundary tags were read, if it was named.
     pub tag_array: Option<String>,
     /// True if files of an earlier run are replaced.
     pub force: bool,
@@ -50,38 +50,37 @@ pub struct Request {
     pub keep_going: bool,
     /// True if bodies may leave the mesh.
     pub allow_outside: bool,
-    /// True if a disk without room for all steps is written to nevertheless.
+    /// True if the run starts even without disk space for all steps.
     pub no_space_check: bool,
-    /// True if steps need not outlive a power cut.
+    /// True if steps need not survive a power cut.
     pub no_sync: bool,
-    /// Bytes of arrays that lie on the disk while it runs.
+    /// Bytes of arrays stored on the disk during the run.
     pub bytes_in_files: u64,
     /// Conditions that fail the run.
     pub fail_on: Vec<Criterion>,
 }
 
-/// Writes a deformation: base points, mode fields, and one mesh a step in the request's folder. A tolerance that cannot be
-/// met (base points are saved, no mesh is written) and `on_inverted = "stop"` end it early, with
-/// [`ended_by`](Finished::ended_by).
+/// Writes a deformation: base points, mode fields, and one mesh per step in the request's folder. A missed tolerance (base
+/// points are saved, no mesh is written) and `on_inverted = "stop"` end it early, with [`ended_by`](Finished::ended_by).
 ///
 /// # Errors
-/// For inputs that do not fit and failures of the system; [`ErrorKind::Interrupted`] between two steps when `stop` was asked to.
+/// For inputs that do not fit and failures of the system; [`ErrorKind::Interrupted`] between two steps if `stop` was requested.
 pub fn run(deformation: &Deformation, request: &Request) -> Result<Finished> {
     run_after(deformation, request, &mut |_| {})
 }
 
-/// As [`run`]; `warn` gets the first of its warnings before the work starts.
+/// Like [`run`]; passes the first of its warnings to `warn` before the work starts.
 ///
 /// # Errors
-/// As of [`run`].
+/// Like [`run`].
 pub fn run_after(
     deformation: &Deformation,
     request: &Request,
     warn: &mut dyn FnMut(&[Note]),
 ) -> Result<Finished> {
-    // The order matters. What refuses the mesh, the schedule and the options comes before the folder is made. The
-    // folder is locked before its files are read. An earlier run and the free disk are checked before anything
-    // is removed, and run.json is written before the first mesh.
+    // The order matters. Checks of the mesh, the schedule and the options come before the folder is created. The folder is
+    // locked before its files are read. An earlier run and the free disk space are checked before anything is removed, and
+    // run.json is written before the first mesh.
     let clock = Instant::now();
     let plan = deformation.plan();
     let format = formats::by_name(plan.schedule.output.format())?;
@@ -150,7 +149,7 @@ pub fn run_after(
     run.close(result, base_points, clock)
 }
 
-/// Refuses what can be refused without the folder; gives the warnings, and the bytes of one mesh.
+/// Makes all checks that do not need the folder; returns the warnings, and the bytes of one mesh.
 fn warnings_before(
     deformation: &Deformation,
     format: &Format,
@@ -161,7 +160,7 @@ fn warnings_before(
     let (mut warnings, mesh_bytes) = before_work(plan, &mesh, format, &request.fail_on)?;
     check_surface_files(plan, &mesh, &request.mesh)?;
     let extremes = LargestDisplacements::new(plan);
-    // What a run was started with it is resumed with.
+    // A run is resumed with its original options.
     let is_resumed = request.resume && names.record().is_file();
     if !request.allow_outside && !is_resumed {
         extremes.refuse_leaving(plan)?;
@@ -176,7 +175,7 @@ fn warnings_before(
     Ok((warnings, mesh_bytes))
 }
 
-/// The names of the files that the request is for.
+/// Returns the names of the files of the request.
 fn names_of(deformation: &Deformation, format: &Format, request: &Request) -> Result<Names> {
     let plan = deformation.plan();
     let n_steps = plan.motion.steps.len();
@@ -192,8 +191,8 @@ fn names_of(deformation: &Deformation, format: &Format, request: &Request) -> Re
     Ok(names)
 }
 
-/// The run that is resumed; none where a run is created, which is refused where the folder holds another one
-/// that it may not replace.
+/// Finds the run to be resumed, or an empty one if a run is created. Creation is refused if the folder holds another run
+/// that must not be replaced.
 fn earlier_run(
     deformation: &Deformation,
     names: &Names,
@@ -218,7 +217,7 @@ fn earlier_run(
 pub(super) enum LoopEnd {
     /// All steps are finished.
     Done,
-    /// The file of all steps differs from the rows: fewer of them count from now on, and the loop starts again.
+    /// The file of all steps differs from the rows: fewer of them are valid from now on, and the loop starts again.
     Restart,
 }
 
@@ -232,7 +231,7 @@ pub(super) struct Run<'a> {
     /// Conditions that fail the run.
     fail_on: Vec<Criterion>,
     pub record: RecordFile,
-    /// The run that is resumed, with the rows that still count.
+    /// The run that is resumed, with its valid rows.
     pub earlier: Earlier,
     /// The result so far.
     pub finished: Finished,
@@ -242,7 +241,7 @@ pub(super) struct Run<'a> {
     /// The worst step so far.
     pub worst: Option<WorstStep>,
     lock: Lock,
-    /// Positions that displacements are measured from, where they are not those of the mesh that was read.
+    /// Reference positions of displacements, if they differ from the mesh that was read.
     pub displaced_from: Option<Vec<Vector>>,
 }
 
@@ -303,7 +302,7 @@ impl Run<'_> {
         }
     }
 
-    /// The way in which files that exist are treated.
+    /// Returns the treatment of existing files.
     fn begin(&self) -> Begin {
         if self.request.resume {
             Begin::Resume
@@ -312,11 +311,11 @@ impl Run<'_> {
         }
     }
 
-    /// Writes what all steps share, where they are in a case.
+    /// Writes the data that all steps share, if they are in a case.
     fn begin_case(&mut self) -> Result<()> {
         let options = self.plan.schedule.output.write_options();
         let mesh = self.deformation.view_to_write()?;
-        // What is copied may be large: until it gets its names, a request to stop ends the run.
+        // Copied data may be large: until it gets its names, a request to stop ends the run.
         let begun = self.names.begin(&mesh, &options, self.begin())?;
         self.check_stop(!self.rows.is_empty())?;
         let _held = self.deformation.stop().hold();
@@ -328,7 +327,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Ends the run where it was asked to, which tells whether it has finished steps.
+    /// Ends the run if a stop was requested; the error says whether it has finished steps.
     pub(super) fn check_stop(&self, has_steps: bool) -> Result<()> {
         self.deformation.stop().check().map_err(|mut error| {
             error.message += if has_steps {
@@ -340,7 +339,7 @@ impl Run<'_> {
         })
     }
 
-    /// Keeps in mind what a format could not hold, once for all steps.
+    /// Records notes on data that a format could not hold, once for all steps.
     fn take_notes(&mut self, notes: &Notes) {
         for note in notes.iter() {
             if !self.finished.warnings.contains(note) {
@@ -349,18 +348,18 @@ impl Run<'_> {
         }
     }
 
-    /// Checks if no step is left to be written or verified.
+    /// Checks if no step remains to be written or verified.
     fn is_complete(&self) -> bool {
         let is_all = self.rows.len() == self.names.steps().len();
         is_all && !self.is_to_be_verified() && !self.earlier.is_unverified
     }
 
-    /// Checks if steps of an earlier run are verified as they are appended again: so a file of all steps is resumed.
+    /// Checks if steps of an earlier run are verified when they are appended again: a file of all steps is resumed this way.
     fn is_to_be_verified(&self) -> bool {
         self.names.is_in_one
     }
 
-    /// The steps that have to be written or verified.
+    /// Returns the steps that remain to be written or verified.
     pub(super) fn todo(&self) -> Vec<Step> {
         let steps = &self.plan.motion.steps[self.names.steps()];
         let wanted = |step: &&Step| {
@@ -383,7 +382,7 @@ impl Run<'_> {
         }
     }
 
-    /// Puts into run.json what a resumed run must know of base points.
+    /// Adds the data of base points to run.json that a resumed run needs.
     pub(super) fn note_choices(&mut self, base_points: &BasePointStore<'_>) -> Result<()> {
         let content = &mut self.record.content;
         if content.base_files == base_points.base_files {
@@ -396,14 +395,14 @@ impl Run<'_> {
         self.save_record()
     }
 
-    /// Puts into run.json which steps were taken in substeps; before they are written.
+    /// Adds the steps computed in substeps to run.json, before they are written.
     pub(super) fn note_repairs(&mut self) -> Result<()> {
         self.record.content.repairs = self.earlier.all_repairs();
         self.save_record()
     }
 
-    /// Adds notes on repairs of cells that were not valid, in this run or an earlier one. run.json has also the steps that
-    /// take a part in the repair of others.
+    /// Adds notes on repairs of invalid cells, in this run or an earlier one. run.json also has the steps that take part in the
+    /// repair of others.
     fn tell_repairs(&self, finished: &mut Finished) {
         for (index, repair) in &self.earlier.repairs {
             if repair.was_folded() && self.rows.contains_key(index) {
@@ -414,7 +413,7 @@ impl Run<'_> {
         }
     }
 
-    /// Steps that miss the tolerance that their base points were chosen by.
+    /// Adds notes on steps that miss the tolerance of their base points.
     fn note_misses(&self, finished: &mut Finished) {
         for (index, row) in &self.rows {
             let step = &self.plan.motion.steps[*index];
@@ -429,7 +428,7 @@ impl Run<'_> {
         }
     }
 
-    /// Refuses to end well where another program has replaced the folder, or removed files from it.
+    /// Returns an error if another program has replaced the folder, or removed files from it.
     fn check_folder(&self) -> Result<()> {
         let names = self.names;
         let table = names.table();
@@ -457,7 +456,7 @@ impl Run<'_> {
         Err(Error::system(message).file(&names.folder))
     }
 
-    /// Writes what closes a run, whether it went well or not.
+    /// Writes the final files of a run, whether it succeeded or not.
     fn close(
         mut self,
         result: Result<()>,
@@ -502,7 +501,7 @@ impl Run<'_> {
         self.record.close(&finished, result.as_ref().err());
         finished.outcome.clone_from(&self.record.content.outcome);
         let saved = self.record.save_last();
-        // The first failure is the one to tell of.
+        // The first failure is reported.
         match result.and(saved) {
             Err(error) if error.kind == ErrorKind::Check => finished.ended_by = Some(error),
             ended => ended?,

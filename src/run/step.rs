@@ -15,14 +15,14 @@ use std::time::Instant;
 /// The array of velocities.
 const VELOCITY: &str = "Velocity";
 
-/// A step that is computed and waits to be written.
+/// A computed step that waits to be written.
 #[derive(Default)]
 pub(super) struct Computed {
     pub found: Evaluated,
     pub seconds: f64,
 }
 
-/// Computes the positions of a step, coordinates as they will be written, and its velocities; if `is_evaluated`, also
+/// Computes the positions of a step, with coordinates rounded as in the file, and its velocities; if `is_evaluated`, also
 /// its quality and errors.
 pub(super) fn compute(
     base_points: &mut BasePointStore<'_>,
@@ -46,7 +46,7 @@ pub(super) fn compute(
         });
     }
     if output.quality != QualityOutput::None {
-        // Made once, in no step's time.
+        // Built once; its time counts for no step.
         deformation.prepare_measures();
     }
     let clock = Instant::now();
@@ -55,21 +55,21 @@ pub(super) fn compute(
     Ok(Computed { found, seconds })
 }
 
-/// The mesh of a step as it is written.
+/// The mesh of a step for writing.
 pub(super) struct StepMesh<'a> {
     mesh: &'a Mesh,
     points: &'a [Vector],
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
-    /// True if an array of the mesh that has the name of the displacement is not of this run.
+    /// True if an array of the mesh with the name of the displacement does not belong to this run, and is left out.
     hides_other: bool,
 }
 
 impl<'a> StepMesh<'a> {
-    /// Of a step with its nodes at `points` and the arrays that the schedule asks for and the format holds: the format would
-    /// report each other one as left out, which is known already. Takes the velocities of all nodes. Displacements
-    /// are those from `origin`, or else from the mesh that was read. Where all ranks write the mesh together, arrays
-    /// at nodes have the values of no node.
+    /// Creates the mesh of a step with its nodes at `points`, and the arrays that the schedule asks for and the format holds; the
+    /// format would report any other array as left out, which is already known. Takes the velocities of all nodes. Displacements
+    /// are relative to `origin`, or else to the mesh that was read. If all ranks write the mesh together, arrays at nodes hold
+    /// no values.
     pub fn new(
         deformation: &'a Deformation,
         format: &Format,
@@ -111,7 +111,7 @@ impl<'a> StepMesh<'a> {
         })
     }
 
-    /// The mesh, of which `by` has the values of nodes and cells where all ranks write it together.
+    /// Returns the mesh; `by` has the values of nodes and cells if all ranks write it together.
     pub fn view<'b>(&'b self, by: Option<&'b dyn Apart>) -> MeshView<'b> {
         let made = |name| {
             let is_made = self.at_points.iter().any(|array| array.name == name);
@@ -135,7 +135,7 @@ impl<'a> StepMesh<'a> {
     }
 }
 
-/// The row of a step but for what writing it tells.
+/// Builds the row of a step, without the results of writing it.
 pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
     let value = |extreme: Option<Extreme>| extreme.map(|found| found.value);
     let mut row = Row {

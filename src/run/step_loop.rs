@@ -1,5 +1,5 @@
-//! The loop over the steps of a run: each is computed while the one before is written or, where the file of all
-//! steps holds it already, verified there.
+//! The loop over the steps of a run: each is computed while the previous one is written or, if the file of all steps holds
+//! it already, verified.
 
 use super::base_points::BasePointStore;
 use super::finish::read_step;
@@ -18,23 +18,22 @@ use azimesh_io::formats::CaseFormat;
 use azimesh_io::mesh::{Apart, MeshView};
 use azimesh_quality::TaggedSurface;
 
-/// The work that is left for a step.
+/// The remaining work of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     /// To compute and write it.
     New,
     /// To compute its positions, which the file of all steps should hold.
     Recompute,
-    /// To compute it with the repair of inverted cells, of which no record is left or on which velocities depend, and to
-    /// compare it with the file of all steps.
+    /// To compute it with the repair of inverted cells, and to compare it with the file of all steps. Its record is lost, or
+    /// velocities depend on the repair.
     Verify,
-    /// To read its positions from the file of all steps: to compute them again would take as long as the
-    /// first time.
+    /// To read its positions from the file of all steps, since computing them again would take as long as the first time.
     ReadBack,
 }
 
 impl Run<'_> {
-    /// Writes or verifies all steps that are left.
+    /// Writes or verifies all remaining steps.
     pub(super) fn step_loop(
         &mut self,
         writer: &mut Writer<'_>,
@@ -109,7 +108,7 @@ impl Run<'_> {
         Ok(LoopEnd::Done)
     }
 
-    /// Keeps in mind where the worst cell of a step is, if none was worse before.
+    /// Records the worst cell of a step, if it is the worst so far.
     fn note_worst(&mut self, step: &Step, computed: &Computed, points: &[Vector]) -> Result<()> {
         let quality = computed.found.quality.as_ref();
         let least = quality.and_then(|quality| quality.cells.min_scaled_jacobian);
@@ -142,12 +141,12 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Room for the positions of a step of the nodes of this rank.
+    /// Allocates the positions of a step of the nodes of this rank.
     pub(super) fn room_for_points(&self) -> Vec<Vector> {
         vec![[0.0; 3]; self.deformation.n_nodes_here()]
     }
 
-    /// The mesh of a step, with its arrays.
+    /// Returns the mesh of a step, with its arrays.
     fn step_mesh<'a>(
         &'a self,
         points: &'a [Vector],
@@ -157,7 +156,7 @@ impl Run<'_> {
         StepMesh::new(self.deformation, self.format, points, velocities, origin)
     }
 
-    /// Writes a step of which this rank has the positions and velocities `own`.
+    /// Writes a step; this rank has positions and velocities of its own nodes.
     pub(super) fn write_on_ranks<T>(
         &self,
         points: &[Vector],
@@ -171,8 +170,8 @@ impl Run<'_> {
         (self.deformation).write_together(points, velocities, sync, &mut |by| write(Some(by)))
     }
 
-    /// Finds where displacements begin: at the mesh that all steps share. That is the one of the first step where it is
-    /// in the place of the mesh that was read.
+    /// Finds the reference of displacements: the mesh that all steps share. It is the mesh of the first step if that replaces
+    /// the mesh that was read.
     pub(super) fn find_start(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let first = &self.plan.motion.steps[0];
         let is_moved = self.plan.largest_displacement(0) > 0.0;
@@ -190,11 +189,11 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The work that is left for a step.
+    /// Returns the remaining work of a step.
     fn task(&self, step: &Step) -> Task {
         let is_kept = self.earlier.rows.contains_key(&step.index());
         let is_repaired = self.earlier.repairs.contains_key(&step.index());
-        // Modes of more steps give a step of an earlier schedule other last digits.
+        // With more steps the modes change the last digits of a step of an earlier schedule.
         let n_earlier = self.record.content.extended.last().copied().unwrap_or(0);
         let is_slow =
             self.plan.schedule.rbf.substeps > 1 || is_repaired || step.index() < n_earlier;
@@ -202,7 +201,7 @@ impl Run<'_> {
             (false, _, _) => Task::New,
             (true, true, _) => Task::Verify,
             (true, false, false) => Task::Recompute,
-            // Velocities are not read back, and a file has the positions of all ranks.
+            // Velocities are not read back, and the positions in a file belong to all ranks.
             (true, false, true)
                 if self.plan.velocity.is_some() || self.deformation.is_on_ranks() =>
             {
@@ -212,7 +211,7 @@ impl Run<'_> {
         }
     }
 
-    /// Takes the positions of a step from the file of all steps; tells whether they are there.
+    /// Reads the positions of a step from the file of all steps; returns whether it has them.
     fn read_back(&self, writer: &Writer<'_>, step: &Step, points: &mut Vec<Vector>) -> bool {
         let path = self.names.path(&self.names.mesh(step.index()));
         let read = read_step(&path, self.format, writer.ends.len());
@@ -224,7 +223,7 @@ impl Run<'_> {
         is_whole
     }
 
-    /// Rows of the earlier run from a step on do not count any more.
+    /// Discards rows of the earlier run from a step on.
     fn restart_from(&mut self, step: &Step) -> LoopEnd {
         self.warn_of_damage(step);
         self.earlier.rows.split_off(&step.index());
@@ -243,7 +242,7 @@ impl Run<'_> {
         }
     }
 
-    /// A step that can be written; `None` where it is passed over.
+    /// Returns a step that can be written; `None` if it is skipped.
     fn accept(
         &mut self,
         step: &Step,
@@ -276,12 +275,11 @@ impl Run<'_> {
         self.request.keep_going && is_of_the_step(error)
     }
 
-    /// Computes the finished steps of a run whose record is lost again, and leaves out those whose bytes differ. So
-    /// neither other inputs nor another version slips in. Where one file holds all steps, [`Run::step_loop`] does that.
+    /// Computes the finished steps of a run whose record is lost again, and leaves out steps whose bytes differ, so that
+    /// other inputs or another version are found. If one file holds all steps, [`Run::step_loop`] does that.
     ///
     /// # Errors
-    /// If the first of them that moves anything is such a one: its file is whole, so that its run had
-    /// other inputs.
+    /// If the first of them that moves anything differs: its file is whole, so its run had other inputs.
     pub(super) fn verify_steps(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let kept: Vec<usize> = self.earlier.rows.keys().copied().collect();
         let progress = self.deformation.progress();
@@ -356,7 +354,7 @@ impl Run<'_> {
         self.record.save()
     }
 
-    /// Keeps in mind what is wrong with a step; refuses it where the schedule says so.
+    /// Records faults of a step; returns an error if the schedule asks for that.
     pub(super) fn judge(&mut self, step: &Step, computed: Computed) -> Result<Computed> {
         self.finished.timings.steps += computed.seconds;
         if let Some(repair) = &computed.found.repair {
@@ -377,12 +375,12 @@ impl Run<'_> {
     }
 }
 
-/// Checks if another step may go well where this one failed.
+/// Checks if another step may succeed after this error.
 fn is_of_the_step(error: &Error) -> bool {
     matches!(error.kind, ErrorKind::Check | ErrorKind::Input)
 }
 
-/// Says at which step a computation failed.
+/// Adds the step to the error of a computation.
 fn at_step(step: &Step, mut error: Error) -> Error {
     if is_of_the_step(&error) {
         error.message = format!("{step}: {}", error.message);
@@ -405,7 +403,7 @@ impl Task {
     }
 }
 
-/// Writes a step, or verifies it; tells whether it agrees with the rows.
+/// Writes a step, or verifies it; returns whether it agrees with the rows.
 fn write(
     writer: &mut Writer<'_>,
     mesh: &MeshView<'_>,

@@ -1,5 +1,5 @@
-//! The files of the moving surfaces of a run: which nodes are in them, how they are written next to the mesh of a
-//! step, and whether they are still what the mesh says. Knows nothing of what a line looks like.
+//! The files of the moving surfaces of a run: their nodes, writing them next to the mesh of a step, and checking them against
+//! the mesh. Knows nothing of the file format.
 
 use super::names::Names;
 use crate::record::Row;
@@ -41,7 +41,7 @@ impl SurfaceFiles {
         Ok(out.finish().files)
     }
 
-    /// Checks if the file of a step says what the mesh of that step, which is whole, says.
+    /// Checks if the file of a step agrees with the mesh of the step, which is whole.
     pub fn is_there(&self, names: &Names, format: &'static Format, row: &Row) -> bool {
         let text = || {
             let location = Location::open(&names.path(&row.file)).ok()?;

@@ -1,4 +1,4 @@
-//! steps.csv: a row a step, on disk as soon as the step is finished, and read back by later runs.
+//! steps.csv: a row per step, on disk as soon as the step is finished, and read back by later runs.
 
 use super::names::Names;
 use crate::record::{Row, Rows, parse, text};
@@ -18,7 +18,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// A table that holds these rows already; it takes the place of one that is there.
+    /// Starts a table with these rows; it replaces an existing one.
     pub fn start(path: PathBuf, rows: Rows, commit: Commit) -> Result<Self> {
         let text = text(&rows);
         save_text(&text, &path, commit)?;
@@ -32,8 +32,7 @@ impl Table {
         })
     }
 
-    /// Adds the row of a step: appended in one write, or, where later steps have theirs, in its
-    /// place.
+    /// Adds the row of a step: appended in one write, or inserted if later steps have theirs.
     pub fn add(&mut self, row: Row) -> Result<()> {
         let step = row.step;
         let is_last = self
@@ -48,7 +47,7 @@ impl Table {
             return Ok(());
         }
         if let Err(error) = self.file.write_all(line.as_bytes()) {
-            // The error is told; half a row would be left out by readers too.
+            // The error is reported; readers would skip half a row too.
             let _ = self.file.set_len(self.n_bytes);
             return Err(Error::io(&self.path, &error));
         }
@@ -60,13 +59,13 @@ impl Table {
         Ok(())
     }
 
-    /// The rows so far.
+    /// Returns the rows so far.
     pub fn rows(&self) -> &Rows {
         &self.rows
     }
 }
 
-/// The rows of a run; none if it has no table yet.
+/// Reads the rows of a run; empty if it has no table yet.
 pub(super) fn of_run(names: &Names) -> Result<Rows> {
     let table = names.table();
     if table.exists() {
@@ -76,7 +75,7 @@ pub(super) fn of_run(names: &Names) -> Result<Rows> {
     }
 }
 
-/// The rows of a table on disk.
+/// Reads the rows of a table on disk.
 pub(super) fn read(path: &Path) -> Result<Rows> {
     let bytes = read_file(path);
     let bytes = bytes.map_err(|error| Error::io(path, &error))?;

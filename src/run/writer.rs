@@ -1,5 +1,5 @@
-//! Steps on their way to the disk: a mesh, with its surfaces, then its row; no signal ends the program between the
-//! two. What waits for the disk does so on a thread of its own, during the work on the next step.
+//! Steps on their way to the disk: a mesh, with its surfaces, then its row; no signal ends the program between the two.
+//! Waiting for the disk is done on a separate thread, during the work on the next step.
 
 use super::names::Names;
 use super::surface::SurfaceFiles;
@@ -23,26 +23,26 @@ pub(super) struct Writer<'a> {
     names: &'a Names,
     format: &'static Format,
     options: WriteOptions,
-    /// The files of the moving surfaces, where they are asked for.
+    /// The files of the moving surfaces, if the schedule asks for them.
     surface: Option<SurfaceFiles>,
-    /// The file that takes all meshes, where the format has that; shared with the thread that commits them.
+    /// The file that holds all meshes, if the format has one; shared with the thread that commits them.
     sequence: Option<Arc<Mutex<Box<dyn SequenceFile>>>>,
-    /// True if all meshes so far were in that file before.
+    /// True if all meshes so far were already in that file.
     pub is_resuming: bool,
     /// The end of each mesh written or verified in that file.
     pub ends: Vec<u64>,
-    /// Notes on what the format could not hold of the meshes so far.
+    /// Notes on data of the meshes so far that the format could not hold.
     pub notes: Notes,
     table: Arc<Mutex<Table>>,
     stop: &'a Arc<Stop>,
-    /// The step that is written and waits for the disk.
+    /// The written step that waits for the disk.
     under_way: Option<JoinHandle<Result<()>>>,
     /// Seconds of writing.
     pub seconds: f64,
 }
 
 impl<'a> Writer<'a> {
-    /// Starts with the rows of an earlier run. Nothing is under the names of meshes before the first one is kept.
+    /// Starts with the rows of an earlier run. No file has the name of a mesh before the first mesh is kept.
     pub fn start(
         names: &'a Names,
         format: &'static Format,
@@ -73,8 +73,8 @@ impl<'a> Writer<'a> {
         })
     }
 
-    /// Writes a mesh, then its row, which lacks the file and its hash; `seconds` is what it took before. Both
-    /// are on the disk when the next step is written, or after [`Writer::settle`].
+    /// Writes a mesh, then its row, which lacks the file and its hash; `seconds` is the time spent before. Both are on the
+    /// disk when the next step is written, or after [`Writer::settle`].
     pub fn write(
         &mut self,
         mesh: &MeshView,
@@ -108,7 +108,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Waits until every step that was written is on the disk and has its row.
+    /// Waits until every written step is on the disk and has its row.
     pub fn settle(&mut self) -> Result<()> {
         let Some(thread) = self.under_way.take() else {
             return Ok(());
@@ -119,8 +119,7 @@ impl<'a> Writer<'a> {
         done
     }
 
-    /// Verifies a mesh that an earlier run put into the file of all steps: returns whether it has the hash of its
-    /// row.
+    /// Verifies a mesh in the file of all steps from an earlier run: returns whether it has the hash of its row.
     pub fn verify(&mut self, mesh: &MeshView, step: &Step) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
@@ -133,8 +132,8 @@ impl<'a> Writer<'a> {
         Ok(row.is_some_and(|row| row.blake3 == hash.to_string()))
     }
 
-    /// Writes the mesh of a step and its surfaces; gives the hash of its file, or of what it added to that of all
-    /// steps, and what makes it one of the sequence. A mesh is kept before the next is appended.
+    /// Writes the mesh of a step and its surfaces. Returns the hash of its file, or of the data appended to the file of all
+    /// steps, and the pending commit. A mesh is kept before the next is appended.
     fn write_mesh(&mut self, mesh: &MeshView, step: &Step) -> Result<(blake3::Hash, Staged)> {
         let (names, at) = (self.names, step.index());
         let surface = self.surface.as_ref();
@@ -164,7 +163,7 @@ impl<'a> Writer<'a> {
         })
     }
 
-    /// After the last step: makes the file of all steps end with it; returns whether it did not.
+    /// Makes the file of all steps end with the last step; returns whether it did not.
     pub fn end(&mut self) -> Result<bool> {
         let _held = self.stop.hold();
         self.settle()?;
@@ -175,7 +174,7 @@ impl<'a> Writer<'a> {
             .map_err(|error| error.file(&path))
     }
 
-    /// The rows of all steps that are finished.
+    /// Returns the rows of all finished steps.
     pub fn rows(&self) -> Rows {
         lock(&self.table).rows().clone()
     }
@@ -192,7 +191,7 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Writes the mesh of a step that has files of its own, to the set of files that `set` makes of their path.
+/// Writes the mesh of a step that has its own files, to the set of files that `set` creates for their path.
 fn write_alone(
     mesh: &MeshView,
     names: &Names,
@@ -212,7 +211,7 @@ fn write_alone(
     let mut out = set(case).hashed();
     CaseFormat.write_step(mesh, file, &mut out, options)?;
     let written = out.finish();
-    // Of its points or, where it has several files, of all of them.
+    // The hash of its points or, if it has several files, of all of them.
     let mut hashes = written.of_folder.values();
     let hash = match (hashes.next(), hashes.next()) {
         (Some(one), None) => *one,
@@ -221,7 +220,7 @@ fn write_alone(
     Ok((hash, Notes::default(), written.files))
 }
 
-/// The hash that the row of a step would have; the mesh is written to nowhere.
+/// Returns the hash that the row of a step would have, by writing the mesh to a null sink.
 pub(super) fn hash_of(
     mesh: &MeshView,
     names: &Names,

@@ -26,15 +26,14 @@ fn least_in_mesh(mesh: &Mesh) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Faces of volume cells that no other cell turns the other way round are those of the boundary
-/// tags, seen from outside.
+/// Checks that the outer faces of volume cells are the faces of the boundary tags, seen from outside.
 fn assert_closed(mesh: &Mesh) {
     let dimension = mesh.dimension();
     let mut faces: BTreeMap<Vec<u32>, i32> = BTreeMap::new();
     let mut count = |face: Vec<u32>| {
         let mut key = face.clone();
         key.sort_unstable();
-        // Whether the face runs up or down from its lowest node.
+        // True if the face is ascending from its lowest node.
         let lowest = face.iter().position(|n| *n == key[0]).expect("it is there");
         let next = face[(lowest + 1) % face.len()];
         let last = face[(lowest + face.len() - 1) % face.len()];

@@ -6,7 +6,6 @@ Every file is what a real writer writes. Nothing here is random.
 import gmsh
 import numpy as np
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk
 
 import hart_ii
 from gmsh_models import airfoil_hybrid, curved_plate, curved_solids, mixed_cells, shared_faces, sphere_in_box
@@ -14,6 +13,7 @@ from gmsh_moving import body_in_duct, rotor_sector, wing_on_plane
 from place import FOLDER, azimesh, start_gmsh
 from ugrid_file import Ugrid
 from ugrid_file import write as write_ugrid
+from vtk_fixtures import grid_of, named, strings, write_xml
 
 # ---------------------------------------------------------------- MSH, by gmsh
 
@@ -87,103 +87,51 @@ def current_grid():
     return points, cells, names[dimension - 1], names[dimension]
 
 
-def add_array(data, name, values):
-    """Adds a numeric array to point, cell or field data."""
-    array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-    array.SetName(name)
-    data.AddArray(array)
-
-
-def add_names(grid, name, names):
-    """Adds names as a string array to the field data."""
-    array = vtk.vtkStringArray()
-    array.SetName(name)
-    for text in names:
-        array.InsertNextValue(text)
-    grid.GetFieldData().AddArray(array)
-
-
 def unstructured(points, cells, tag_names, zone_names, arrays=True):
     """A VTK grid with tags, zones and their names as azimesh keeps them; with `arrays` a point array too."""
-    grid = vtk.vtkUnstructuredGrid()
-    nodes = vtk.vtkPoints()
-    nodes.SetData(numpy_to_vtk(points, deep=True))
-    grid.SetPoints(nodes)
-    array = vtk.vtkCellArray()
-    for _, row, _, _ in cells:
-        array.InsertNextCell(len(row), row)
-    kinds = numpy_to_vtk(np.array([kind for kind, *_ in cells], np.uint8), deep=True)
-    grid.SetCells(kinds, array)
-    add_array(grid.GetCellData(), "BoundaryTag", np.array([tag for *_, tag, _ in cells], np.int32))
-    add_array(grid.GetCellData(), "Zone", np.array([zone for *_, zone in cells], np.int32))
+    grid = grid_of(points, [(kind, nodes) for kind, nodes, *_ in cells])
+    grid.GetCellData().AddArray(named(np.array([tag for *_, tag, _ in cells], np.int32), "BoundaryTag"))
+    grid.GetCellData().AddArray(named(np.array([zone for *_, zone in cells], np.int32), "Zone"))
     if arrays:
-        add_array(grid.GetPointData(), "radius", np.linalg.norm(points, axis=1))
-    add_names(grid, "BoundaryTagNames", tag_names)
-    add_names(grid, "ZoneNames", zone_names)
+        grid.GetPointData().AddArray(named(np.linalg.norm(points, axis=1), "radius"))
+    grid.GetFieldData().AddArray(strings(tag_names, "BoundaryTagNames"))
+    grid.GetFieldData().AddArray(strings(zone_names, "ZoneNames"))
     return grid
 
 
-def polyhedral(points, cells, tag_names, zone_names):
+def polyhedral(points, *rest):
     """The same grid with every solid cell as a polyhedron, faces as polygons."""
-    grid = unstructured(points, cells, tag_names, zone_names)
-    solid = vtk.vtkUnstructuredGrid()
-    solid.SetPoints(grid.GetPoints())
+    grid = unstructured(points, *rest)
+    listed = lambda cell: [cell.GetPointId(i) for i in range(cell.GetNumberOfPoints())]  # noqa: E731
+    cells = []
     for i in range(grid.GetNumberOfCells()):
         cell = grid.GetCell(i)
         if cell.GetCellDimension() < 3:
-            solid.InsertNextCell(vtk.VTK_POLYGON, cell.GetPointIds())
-            continue
-        stream = vtk.vtkIdList()
-        stream.InsertNextId(cell.GetNumberOfFaces())
-        for f in range(cell.GetNumberOfFaces()):
-            face = cell.GetFace(f).GetPointIds()
-            stream.InsertNextId(face.GetNumberOfIds())
-            for k in range(face.GetNumberOfIds()):
-                stream.InsertNextId(face.GetId(k))
-        solid.InsertNextCell(vtk.VTK_POLYHEDRON, stream)
+            cells.append((vtk.VTK_POLYGON, listed(cell)))
+        else:
+            cells.append((vtk.VTK_POLYHEDRON, [listed(cell.GetFace(f)) for f in range(cell.GetNumberOfFaces())]))
+    solid = grid_of(points, cells)
     solid.GetCellData().ShallowCopy(grid.GetCellData())
     solid.GetFieldData().ShallowCopy(grid.GetFieldData())
     return solid
 
 
-def write_vtu(name, grid, mode="raw", compressor="None", big_endian=False, header=32, pieces=1):
-    """Writes a grid as VTU in one of VTK's modes: ascii, inline (base64), base64 or raw appended; in pieces as VTK's writer does when it streams."""
-    writer = vtk.vtkXMLUnstructuredGridWriter()
-    path = FOLDER / f"{name}.vtu"
-    writer.SetFileName(str(path))
-    writer.SetInputData(grid)
-    if pieces > 1:
-        parts = vtk.vtkExtractUnstructuredGridPiece()
-        parts.SetInputData(grid)
-        writer.SetInputConnection(parts.GetOutputPort())
-        writer.SetNumberOfPieces(pieces)
-    if mode == "ascii":
-        writer.SetDataModeToAscii()
-    elif mode == "inline":
-        writer.SetDataModeToBinary()
-    else:
-        writer.SetDataModeToAppended()
-        writer.SetEncodeAppendedData(mode == "base64")
-    getattr(writer, f"SetCompressorTypeTo{compressor}")()
-    if pieces == 1:
-        writer.SetBlockSize(4096)
-        writer.SetHeaderTypeToUInt64() if header == 64 else writer.SetHeaderTypeToUInt32()
-    if big_endian:
-        writer.SetByteOrderToBigEndian()
-    assert writer.Write() == 1, path
+def write_vtu(name, grid, **options):
+    """Writes a grid as VTU in one of the modes of VTK."""
+    write_xml(grid, FOLDER / f"{name}.vtu", block=4096, **options)
 
 
 VTU = [
     ("airfoil_hybrid_ascii", "airfoil_hybrid", dict(mode="ascii")),
-    ("airfoil_hybrid_inline_zlib", "airfoil_hybrid", dict(mode="inline", compressor="ZLib")),
-    ("airfoil_hybrid_raw_lz4", "airfoil_hybrid", dict(compressor="LZ4", header=64)),
-    ("airfoil_hybrid_inline_big_endian", "airfoil_hybrid", dict(mode="inline", big_endian=True)),
+    ("airfoil_hybrid_inline_zlib", "airfoil_hybrid", dict(mode="inline", compressor="zlib")),
+    ("airfoil_hybrid_raw_lz4", "airfoil_hybrid", dict(compressor="lz4", header=64)),
+    ("airfoil_hybrid_inline_big_endian", "airfoil_hybrid", dict(mode="inline", order=0)),
     ("sphere_in_box_raw", "sphere_in_box", dict(header=64)),
-    ("sphere_in_box_base64_lzma", "sphere_in_box", dict(mode="base64", compressor="LZMA")),
-    ("sphere_in_box_raw_zlib", "sphere_in_box", dict(compressor="ZLib", header=64)),
+    ("sphere_in_box_base64_lzma", "sphere_in_box", dict(mode="appended base64", compressor="lzma")),
+    ("sphere_in_box_raw_zlib", "sphere_in_box", dict(compressor="zlib", header=64)),
     ("mixed_cells_inline", "mixed_cells", dict(mode="inline")),
-    ("mixed_cells_raw_big_endian", "mixed_cells", dict(big_endian=True)),
-    ("mixed_cells_base64", "mixed_cells", dict(mode="base64", header=64)),
+    ("mixed_cells_raw_big_endian", "mixed_cells", dict(order=0)),
+    ("mixed_cells_base64", "mixed_cells", dict(mode="appended base64", header=64)),
     ("mixed_cells_two_pieces", "mixed_cells", dict(pieces=2)),
 ]  # fmt: skip
 
@@ -195,10 +143,10 @@ def vtk_files(grids):
     for name, source, options in VTU:
         write_vtu(name, made[source], **options)
     poly = polyhedral(*grids["mixed_cells_coarse"])
-    write_vtu("polyhedra_raw_zlib", poly, compressor="ZLib")
-    write_vtu("polyhedra_ascii", poly, "ascii")
+    write_vtu("polyhedra_raw_zlib", poly, compressor="zlib")
+    write_vtu("polyhedra_ascii", poly, mode="ascii")
     for make in (wing_on_plane, rotor_sector, body_in_duct):
-        write_vtu(make.__name__, unstructured(*grids[make.__name__], arrays=False), compressor="ZLib")
+        write_vtu(make.__name__, unstructured(*grids[make.__name__], arrays=False), compressor="zlib")
 
 
 # ---------------------------------------------------------------- azimesh's own

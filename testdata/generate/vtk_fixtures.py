@@ -14,12 +14,7 @@ import vtk
 from vtk.util.numpy_support import numpy_to_vtk
 
 OLD_VERSIONS = ["2.0", "3.0", "4.0", "4.1", "4.2"]
-COMPRESSORS = {
-    "none": None,
-    "zlib": vtk.vtkZLibDataCompressor,
-    "lz4": vtk.vtkLZ4DataCompressor,
-    "lzma": vtk.vtkLZMADataCompressor,
-}
+COMPRESSORS = {"none": "None", "zlib": "ZLib", "lz4": "LZ4", "lzma": "LZMA"}
 
 
 # ---------------------------------------------------------------- grids
@@ -210,9 +205,15 @@ def write_legacy(grid, path, version, binary):
     path.write_bytes(re.sub(rb"Version \d\.\d", b"Version " + version.encode(), content, count=1))
 
 
-def write_xml(grid, path, mode, compressor, header, order, ids):
-    """A .vtu file."""
+def write_xml(grid, path, mode="appended raw", compressor="none", header=32, order=1, ids=64, block=1024, pieces=1):
+    """A .vtu file; in pieces as VTK's writer makes them when it streams."""
     writer = vtk.vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(grid)
+    if pieces > 1:
+        parts = vtk.vtkExtractUnstructuredGridPiece()
+        parts.SetInputData(grid)
+        writer.SetInputConnection(parts.GetOutputPort())
+        writer.SetNumberOfPieces(pieces)
     if mode == "ascii":
         writer.SetDataModeToAscii()
     elif mode == "inline":
@@ -220,14 +221,12 @@ def write_xml(grid, path, mode, compressor, header, order, ids):
     else:
         writer.SetDataModeToAppended()
         writer.SetEncodeAppendedData(mode == "appended base64")
-    kind = COMPRESSORS[compressor]
-    writer.SetCompressor(kind() if kind else None)
+    getattr(writer, f"SetCompressorTypeTo{COMPRESSORS[compressor]}")()
     # Several blocks even in small arrays.
-    writer.SetBlockSize(1024)
+    writer.SetBlockSize(block)
     writer.SetHeaderType(header)
     writer.SetByteOrder(order)
     writer.SetIdType(ids)
-    writer.SetInputData(grid)
     writer.SetFileName(str(path))
     assert writer.Write() == 1
 

@@ -46,7 +46,7 @@ fn assert_in_files(run: &Run) {
     let most = run
         .err
         .lines()
-        .find_map(|line| line.strip_prefix("in files at the most: "));
+        .find_map(|line| line.strip_prefix("in files at most: "));
     assert!(most.is_some_and(|most| most.ends_with(" MB")), "{run:?}");
 }
 
@@ -137,7 +137,7 @@ fn a_mesh_is_converted_with_arrays_in_files_to_the_same_bytes() {
         path,
         &[&convert[..], &["limited.cgns", "--max-memory", "16M"]].concat(),
     );
-    assert_says(&run.err, &["in files at the most", "MB"]);
+    assert_says(&run.err, &["in files at most", "MB"]);
     let [whole, limited] =
         ["whole", "limited"].map(|name| fs::read(path.join(name).with_extension("cgns")).unwrap());
     assert!(whole == limited);

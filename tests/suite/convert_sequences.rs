@@ -260,7 +260,7 @@ fn nothing_is_shown_of_a_file_that_a_list_names_and_that_is_no_mesh() {
             &run.err,
             &[
                 "notes.txt: all.pvd lists this file",
-                "no mesh of a known format",
+                "not a mesh of a known format",
             ],
         );
         assert!(!run.err.contains("secret"), "{run:?}");

@@ -18,7 +18,16 @@ const CRATES: &[(&str, &[&[&str]])] = &[
             &["record", "sample", "alloc"],
         ],
     ),
-    ("crates/azimesh-deform/src", &[&[OTHERS], &["motion"]]),
+    (
+        "crates/azimesh-deform/src",
+        &[
+            &["deformation", "morph"],
+            &["step"],
+            &["base"],
+            &[OTHERS],
+            &["motion"],
+        ],
+    ),
     ("crates/azimesh-quality/src", &[&["repair"], &[OTHERS]]),
     ("crates/azimesh-rbf/src", &[&[OTHERS], &["modes"]]),
     ("crates/azimesh-io/src", &[&["formats"], &["mesh"]]),
@@ -51,24 +60,62 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The modules named after `crate::` in a source file, each with its line. Types and functions of the root are no modules.
-fn imports(text: &str) -> Vec<(usize, String)> {
+/// The modules of the root that a source file names, each with its line: after `crate::`, alone or in braces, and after as
+/// many `super::` as the file has modules above it. Types and functions of the root are not modules.
+fn imports(text: &str, depth: usize) -> Vec<(usize, String)> {
+    let roots = ["crate::".to_owned(), "super::".repeat(depth)];
     let mut found = Vec::new();
-    for (number, line) in text.lines().enumerate() {
-        if line.trim_start().starts_with("//") {
-            continue;
-        }
-        for rest in line.split("crate::").skip(1) {
-            let name: String = rest
-                .chars()
-                .take_while(|c| c.is_alphanumeric() || *c == '_')
-                .collect();
-            if rest[name.len()..].starts_with("::") {
-                found.push((number + 1, name));
+    for root in roots.iter().filter(|root| !root.is_empty()) {
+        for (at, _) in text.match_indices(root.as_str()) {
+            let line = text[..at].matches('\n').count() + 1;
+            let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+            let before = text[start..at].trim_start();
+            if before.starts_with("//") || before.ends_with("super::") {
+                continue;
             }
+            let rest = &text[at + root.len()..];
+            let names = match rest.strip_prefix('{') {
+                Some(group) => members(group),
+                None => vec![rest],
+            };
+            found.extend(names.iter().filter_map(|name| {
+                let end = name.find(|c: char| !c.is_alphanumeric() && c != '_')?;
+                let is_module = name[end..].starts_with("::");
+                is_module.then(|| (line, name[..end].to_owned()))
+            }));
         }
     }
     found
+}
+
+/// The members of a group of imports, which starts behind its brace.
+fn members(group: &str) -> Vec<&str> {
+    let mut depth = 0;
+    let mut found = vec![group.trim_start()];
+    for (at, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => found.push(group[at + 1..].trim_start()),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Modules from the root to the module of a file.
+fn depth(inside: &Path) -> usize {
+    let is_folder = inside.ends_with("mod.rs");
+    inside.components().count() - usize::from(is_folder)
+}
+
+#[test]
+fn imports_are_found_in_groups_and_behind_super() {
+    let text = "use crate::{a::X, b::{Y, Z}};\nuse super::super::c::X;\nuse super::d::X;\n// crate::e::X\nuse crate::F;\n";
+    let names: Vec<(usize, String)> = imports(text, 2);
+    let wanted = [(1, "a"), (1, "b"), (2, "c")].map(|(line, name)| (line, name.to_owned()));
+    assert_eq!(names, wanted);
 }
 
 #[test]
@@ -87,7 +134,7 @@ fn no_import_points_up_or_sideways() {
             };
             let are_others = layers[own].contains(&OTHERS);
             let text = fs::read_to_string(&path).expect("sources are text");
-            for (line, other) in imports(&text) {
+            for (line, other) in imports(&text, depth(inside)) {
                 let Some(below) = layer(layers, &other) else {
                     continue;
                 };

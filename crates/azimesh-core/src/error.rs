@@ -65,7 +65,7 @@ pub struct Error {
     pub message: String,
 }
 
-/// A path as it is shown: its name may hold bytes that are not text.
+/// Serialization of a path: its name may hold bytes that are not text.
 mod shown_path {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
     use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! Parallel loops that give the same bytes on any number of threads.
 //!
-//! Work is cut into blocks whose sizes the caller chooses. Threads take blocks in any order; what the blocks give is put
-//! together in their own order. So a sum over blocks is added up in one order, whatever the number of threads.
+//! Work is cut into blocks whose sizes the caller chooses. Threads take blocks in any order; the results of the blocks are
+//! combined in the order of the blocks. So a sum over blocks has one order, for any number of threads.
 //!
 //! The loops take `&dyn Fn`: the code that spreads work over threads is compiled once instead of once for each loop. The
 //! time of a call is negligible against the work of a block.
@@ -155,7 +155,7 @@ pub fn update<T: Send>(values: &mut [T], act: impl Fn(usize, &mut T) + Sync) {
     });
 }
 
-/// The largest of `of(i)` for each `i` below `n`, 0 where there is none larger. NaN is passed over.
+/// Returns the largest of `of(i)` for each `i` below `n`, or 0 if none is larger. NaN is ignored.
 pub fn largest(n: usize, of: impl Fn(usize) -> f64 + Sync) -> f64 {
     map_blocks(n, BLOCK, &|range| range.map(&of).fold(0.0, f64::max))
         .into_iter()
@@ -177,7 +177,7 @@ pub fn sort_by_key<T: Send, K: Ord>(values: &mut [T], key: impl Fn(&T) -> K + Sy
     values.par_sort_unstable_by_key(key);
 }
 
-/// Calls `act` on this thread and `beside` on others concurrently.
+/// Calls `act` on this thread and `beside` on other threads, concurrently.
 pub fn with(act: &mut dyn FnMut(), beside: &mut (dyn FnMut() + Send)) {
     rayon::in_place_scope(|scope| {
         scope.spawn(|_| beside());

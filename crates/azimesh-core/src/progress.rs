@@ -1,4 +1,4 @@
-//! Progress of a run, requests to end it early, and times when it must not be cut short.
+//! Progress of a run, requests to end it early, and periods in which it must not be interrupted.
 
 use crate::error::{Error, Result};
 use std::sync::Arc;
@@ -62,7 +62,7 @@ impl Stop {
         self.signal.store(signal, Ordering::SeqCst);
     }
 
-    /// Gives the signal of the request, if there is one.
+    /// Returns the signal of the request, if there is one.
     pub fn signal(&self) -> Option<i32> {
         match self.signal.load(Ordering::SeqCst) {
             0 => None,
@@ -81,7 +81,7 @@ impl Stop {
         Held(Arc::clone(self))
     }
 
-    /// Fails if the run was asked to end.
+    /// Returns an error if a stop was requested.
     pub fn check(&self) -> Result<()> {
         match self.signal() {
             None => Ok(()),

@@ -1,4 +1,4 @@
-//! Arrays that are mostly never written, so that the system gives memory for little of them.
+//! Arrays that are mostly never written, so that the system provides memory for little of them.
 
 use std::cell::Cell;
 

@@ -1,13 +1,13 @@
 //! Deformation of meshes: a mesh and a schedule of motions in, node positions at every step out.
 //!
-//! Owns: the schedule and its keys; rigid and elastic motions; the checks of a schedule on a mesh; the choice of base
-//! points for all steps at once; mode fields at every node; positions, velocities and quality at a step; sliding,
-//! periodic and rotating zones; the repair of folded cells over several steps; morphing by displacements that are
-//! not known beforehand. All of it runs on one process or on several that share a mesh and write one file together.
+//! Owns: the schedule and its keys; rigid and elastic motions; checks of a schedule on a mesh; selection of base points for
+//! all steps at once; mode fields at every node; positions, velocities and quality at a step; sliding, periodic and rotating
+//! zones; the repair of folded cells over several steps; morphing by displacements that are not known beforehand. All of it
+//! runs on one process or on several that share a mesh and write one file together.
 //!
-//! Leaves to others: mesh files (`azimesh-io`), interpolation (`azimesh-rbf`), metrics and the repair of one mesh
-//! (`azimesh-quality`), folders of runs, reports and the command line (`azimesh`). Prints nothing and knows
-//! no clock.
+//! Other crates have mesh files (`azimesh-io`), interpolation (`azimesh-rbf`), metrics and the repair of one mesh
+//! (`azimesh-quality`), folders of runs, reports and the command line (`azimesh`). This crate prints nothing and reads no
+//! clock.
 //!
 //! ```text
 //! Mesh, Schedule ──> Plan ──> choose ──> Selection (base points) ──> StepEvaluator ──> positions at a step
@@ -40,7 +40,6 @@
 mod base;
 mod deformation;
 mod fields;
-mod follow;
 mod morph;
 pub mod motion;
 mod part;

@@ -1,4 +1,4 @@
-//! The nodes and cells of a rank, as the steps of a run need them: on one rank, the whole mesh.
+//! The nodes and cells of a rank, as needed for the steps of a run: on one rank, the whole mesh.
 
 use super::plan::Plan;
 use super::plan::first_cells::FirstCells;
@@ -17,11 +17,11 @@ pub struct Part {
     pub mesh: Arc<Mesh>,
     /// The first cells at moving walls.
     pub first_cells: FirstCells,
-    /// The copies of interface nodes, in the order in which they were made.
+    /// The copies of interface nodes, in the order of duplication.
     pub(super) doubled: Vec<Doubled>,
-    /// The surface nodes of this rank, ascending, each with its place among all surface nodes.
+    /// The surface nodes of this rank, ascending, each with its index among all surface nodes.
     pub(super) surface: Vec<[u32; 2]>,
-    /// The nodes that deform, ascending; `None` for all. Of one layer of cells the lower ones: the nodes over them follow.
+    /// The nodes that deform, ascending; `None` for all. In one layer of cells only the lower nodes: the upper ones follow.
     pub(super) deforming: Option<Vec<u32>>,
 }
 
@@ -43,12 +43,13 @@ impl Part {
         }
     }
 
-    /// The ranks that have the parts of the mesh.
+    /// Returns the ranks that share the mesh.
     pub fn ranks(&self) -> Ranks {
         self.mesh.ranks()
     }
 
-    /// Values at all surface nodes, in their order, on every rank. `of` gets a node of this rank and its place among the surface nodes.
+    /// Gathers values at all surface nodes, in their order, on every rank. `of` receives a node of this rank and its index among
+    /// the surface nodes.
     pub(super) fn surface_values<T: Pod + Send>(
         &self,
         of: impl Fn(usize, usize) -> T + Sync,
@@ -68,7 +69,7 @@ impl Part {
         }
     }
 
-    /// The BLAKE3 hash of the coordinates of all nodes.
+    /// Returns the BLAKE3 hash of the coordinates of all nodes.
     pub(super) fn points_hash(mesh: &Mesh) -> String {
         let own = &mesh.points[mesh.own_nodes()];
         let bytes: &[u8] = bytemuck::cast_slice(own);
@@ -90,7 +91,7 @@ impl Part {
     }
 }
 
-/// The nodes of a rank that deform.
+/// Returns the deforming nodes of a rank.
 fn deforming_nodes(plan: &Plan, mesh: &Mesh) -> Option<Vec<u32>> {
     if let Some(layer) = &plan.one_layer {
         let low = layer.pairs.iter().map(|[low, _]| *low);

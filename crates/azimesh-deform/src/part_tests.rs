@@ -77,7 +77,7 @@ fn moved_on(text: &str, ranks: &Ranks) -> Result<Moved> {
     Ok(Moved { plan, mesh, steps })
 }
 
-/// The nodes of a cell are where `place` puts them.
+/// The nodes of a cell are at their images by `place`.
 fn check(moved: &Moved, step: usize, cell: usize, place: impl Fn(Vector) -> Vector) {
     for &node in moved.mesh.cells.get(cell).nodes {
         let (found, right) = (

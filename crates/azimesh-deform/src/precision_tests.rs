@@ -1,5 +1,5 @@
-//! What double precision can do, and what is said where it cannot: method `all`, large support radii, surfaces
-//! that nearly touch, tolerances near round-off.
+//! Limits of double precision and their error messages: method `all`, large support radii, surfaces that nearly touch,
+//! tolerances near round-off.
 
 use super::{BaseOrigin, Part, Plan, StepEvaluator, check_tolerance, choose};
 use crate::motion::Schedule;
@@ -32,7 +32,7 @@ fn plan(mesh: Mesh, rbf: &str, selection: &str) -> Result<Planned, Error> {
     planned(mesh, Schedule::parse(&text, Path::new("s.toml"))?)
 }
 
-/// The interval of both steps, after its tolerance was checked.
+/// Builds the interval of both steps, after checking its tolerance.
 fn interval((plan, part): &Planned) -> Result<StepEvaluator, Error> {
     let selections = choose(plan, &(0..2), &Ranks::alone(), &Silent)?;
     check_tolerance(plan, &selections, BaseOrigin::Chosen)?;
@@ -73,7 +73,7 @@ fn every_surface_node_with_smooth_kernels_is_solved_as_far_as_it_can_be_and_that
 #[test]
 fn round_off_of_a_large_support_radius_is_told_or_refused_with_a_radius_that_works() {
     let mut mesh = airfoil();
-    // First cells of 1e-6 where they were 1e-4 or more: towards the wall along their edges.
+    // Moves wall neighbours along their edges: first cells of 1e-6 that were 1e-4 or more.
     let (_, firsts) =
         plan(airfoil(), "support_radius = 10.0", "tolerance = 1e-4").expect("they fit");
     let height = firsts.first_cells.smallest().expect("it has first cells");
@@ -196,7 +196,7 @@ fn surfaces_that_nearly_touch_and_move_apart_miss_the_tolerance_with_any_method(
                 told.contains(&apart) && told.contains("with one body"),
                 "{told}"
             );
-            // What the sentence advises.
+            // Follows the advice of the message.
             assert!(run(gap, method, "\"upper\", \"lower\"").is_ok(), "{method}");
         }
         assert!(run(1e-3, method, "\"upper\"").is_ok(), "{method}");

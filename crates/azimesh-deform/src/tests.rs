@@ -1,4 +1,4 @@
-//! Plans and deformers on the airfoil of testdata: tolerances, methods, refusals.
+//! Plans and deformations of the airfoil of testdata: tolerances, methods, refusals.
 
 use super::{BaseOrigin, Part, Plan, StepEvaluator, check_tolerance, choose, missed_at_step};
 use crate::motion::{Role, Schedule};
@@ -19,7 +19,7 @@ fn airfoil() -> Mesh {
     Mesh::read("testdata/naca0012.vtu").expect("it is good")
 }
 
-/// The airfoil with its faces behind x = 0.45 in a tag of their own.
+/// The airfoil, with a separate tag for its faces behind x = 0.45.
 fn with_flap() -> Mesh {
     let mut mesh = airfoil();
     let at = mesh.groups.iter().position(|group| group.name == "airfoil");
@@ -53,7 +53,7 @@ fn told(schedule: &str) -> String {
     plan.err().expect("it is refused").to_string()
 }
 
-/// The error that each step reports and the one that its surface has.
+/// Returns the error that each step reports and the error of its surface.
 fn errors((plan, part): &Planned) -> Vec<(f64, f64)> {
     let all = 0..plan.motion.steps.len();
     let selections = choose(plan, &all, &Ranks::alone(), &Silent).expect("there are base points");
@@ -194,14 +194,14 @@ fn a_tolerance_that_is_missed_without_the_correction_fails_the_run() {
             assert_eq!(missed(&selection, 9), expected, "{selection}");
         }
     }
-    // A step whose folded cells made it one of several substeps has an error of its own, which the correction takes off.
+    // A step whose folded cells made it one of several substeps has its own error, which the correction removes.
     for (correction, expected) in [(true, false), (false, true)] {
         let selection = format!("selection = {{ tolerance = 1e-3, correction = {correction} }}");
         let (plan, _) = plan(&moved("rigid.translate = [0.1, 0, 0]", &selection));
         let found = missed_at_step(&plan, &plan.motion.steps[1], 9, true, 0.02);
         assert_eq!(found.map(|found| found.1), Some(expected), "{selection}");
     }
-    // Where it ends at max_points.
+    // Not an error if it ends at max_points.
     let constant = "selection = { tolerance = 1e-3, method = \"constant\", correction = false, max_points = 12 }";
     assert_eq!(missed(constant, 12), Some(false));
 }
@@ -255,7 +255,7 @@ fn a_body_without_a_node_of_its_own_has_a_twist() {
     );
     match plan_on(mesh, &schedule) {
         Ok(plan) => assert!(errors(&plan).iter().all(|errors| errors.1 <= 1e-3)),
-        // Two tags on the same faces may be refused, but by a sentence on the schedule.
+        // Two tags on the same faces may be refused, but with a message about the schedule.
         Err(error) => assert!(error.to_string().starts_with("s.toml:"), "{error}"),
     }
 }

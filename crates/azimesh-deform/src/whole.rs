@@ -1,5 +1,5 @@
-//! The whole mesh on the first rank, where other ranks have parts of it: what repairs folded cells, and what formats are written
-//! from that take no parts.
+//! The whole mesh on the first rank, when other ranks have parts of it: for the repair of folded cells, and for formats
+//! that are written from a whole mesh.
 
 use super::part::Part;
 use super::plan::prepare::{has_boxes, leave_out_boxes};
@@ -11,13 +11,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::{Arc, OnceLock};
 
-/// Reads the mesh as it was before interface nodes were duplicated.
+/// A function that reads the mesh without duplicated interface nodes.
 pub type ReadWhole = Box<dyn Fn() -> Result<Arc<Mesh>> + Send + Sync>;
 
 /// The whole mesh, which the first rank reads when it is needed.
 #[derive(Default)]
 pub(crate) struct Whole {
-    /// None on the other ranks, and where one process has the mesh.
+    /// `None` on the other ranks, and if one process has the mesh.
     read: Option<ReadWhole>,
     mesh: OnceLock<Arc<Mesh>>,
     judge: OnceLock<QualityEvaluator>,
@@ -31,7 +31,7 @@ impl Whole {
         }
     }
 
-    /// The whole mesh; on the other ranks than the first their parts.
+    /// Returns the whole mesh; on all ranks but the first their parts.
     ///
     /// # Errors
     /// If it cannot be read.
@@ -57,10 +57,10 @@ impl Whole {
         self.mesh.get().is_some()
     }
 
-    /// Its quality in the reference state; `own` is that of the part of one process.
+    /// Returns its quality evaluator in the reference state; `own` is the evaluator of one process.
     ///
     /// # Errors
-    /// As of [`mesh`](Self::mesh).
+    /// Like [`mesh`](Self::mesh).
     pub fn judge<'a>(
         &'a self,
         part: &'a Part,
@@ -74,8 +74,8 @@ impl Whole {
     }
 }
 
-/// Calls `act` on the first rank with the positions of all nodes, and takes the positions that it leaves; gives its result on all
-/// ranks. All ranks call it.
+/// Calls `act` on the first rank with the positions of all nodes, and distributes the positions that it leaves. Returns
+/// its result on all ranks. All ranks call it.
 ///
 /// # Errors
 /// The error of `act`, on all ranks.

@@ -1,5 +1,5 @@
-//! Values of nodes and cells that every rank writes into one file. The first rank writes the rest of the file, and says where the
-//! values begin.
+//! Values of nodes and cells that every rank writes into one file. The first rank writes the rest of the file, and
+//! announces where the values begin.
 
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, sub};
@@ -14,7 +14,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Nodes whose numbers are made and written at a time.
+/// Number of nodes whose values are computed and written together.
 const NODES: usize = 1 << 14;
 
 /// The part of a mesh that a rank writes, and the values at its nodes.
@@ -24,11 +24,11 @@ pub struct OwnValues<'a> {
     pub mesh: &'a Mesh,
     /// Positions of the nodes.
     pub points: &'a [Vector],
-    /// Velocities of the nodes; empty where they are not written.
+    /// Velocities of the nodes; empty if they are not written.
     pub velocities: &'a [Vector],
 }
 
-/// Ranks that write nothing: for a file that is written nowhere.
+/// Ranks that write nothing: for a file that is not written.
 #[derive(Debug)]
 pub(crate) struct Nowhere;
 
@@ -38,33 +38,34 @@ impl Apart for Nowhere {
     }
 }
 
-/// Numbers that every rank writes.
+/// The values that every rank writes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct WriteTask {
-    /// The file, and the byte where the numbers of all ranks begin; `None` where they are only hashed.
+    /// The file, and the byte where the values of all ranks begin; `None` if they are only hashed.
     to: Option<(PathBuf, u64)>,
     numbers: Numbers,
-    /// The same byte among those that are hashed.
+    /// The same byte in the hashed stream.
     hash_from: u64,
 }
 
-/// The numbers of all ranks, as the first rank hands them to a format.
+/// The values of all ranks, as the first rank passes them to a format.
 #[derive(Debug)]
 struct RankWriter<'a> {
     own: OwnValues<'a>,
     ranks: Ranks,
-    /// True if this rank syncs its numbers to the disk. The first syncs all that its machine has of the file.
+    /// True if this rank syncs its values to the disk. The first rank syncs all of the file that its machine has written.
     sync: bool,
 }
 
-/// Writes a file, given the ranks that write their numbers into it.
+/// A function that writes a file, given the ranks that write their values into it.
 type WriteFile<'a, T> = dyn FnMut(&dyn Apart) -> Result<T> + 'a;
 
-/// Writes a file by all ranks: `write` does so on the first, which gets the numbers of all ranks; it is `None` on the others. With
-/// `sync` the numbers of the other ranks are on the disk before `write` goes on. All ranks call it; the result is on the first.
+/// Writes a file by all ranks. `write` does so on the first rank and receives the values of all ranks; it is `None` on the
+/// others. With `sync` the values of the other ranks are on the disk before `write` continues. All ranks call it; the result
+/// is on the first.
 ///
 /// # Errors
-/// On the first rank that of `write`.
+/// On the first rank the error of `write`.
 pub fn write_together<T>(
     own: OwnValues<'_>,
     sync: bool,
@@ -113,7 +114,7 @@ impl Apart for RankWriter<'_> {
 }
 
 impl RankWriter<'_> {
-    /// Writes the numbers of this rank.
+    /// Writes the values of this rank.
     fn write_own(&self, task: &WriteTask) -> Result<HashedBytes> {
         let (own, ranks) = (&self.own, &self.ranks);
         let nodes = own.mesh.own_nodes();
@@ -166,14 +167,14 @@ impl RankWriter<'_> {
     }
 }
 
-/// The own cells of a rank among those that are written.
+/// Returns the own cells of a rank among the written ones.
 fn cells_here(mesh: &Mesh, wanted: &NodesOfCells) -> Range<usize> {
     let (own, before) = (mesh.own_cells(), mesh.own_offset());
     let place = |cell: usize| cell.saturating_sub(before).clamp(own.start, own.end);
     place(wanted.cells.start)..place(wanted.cells.end)
 }
 
-/// Passes the bytes of vectors at nodes on, the first of which has this number.
+/// Passes on the bytes of vectors at nodes, starting at node `first`.
 fn write_vectors(
     vectors: &[Vector],
     first: usize,
@@ -192,14 +193,14 @@ fn write_vectors(
     Ok(())
 }
 
-/// Opens an existing file, to be written from a byte on.
+/// Opens an existing file for writing from a byte on.
 fn file_at(path: &Path, at: u64) -> io::Result<File> {
     let mut file = OpenOptions::new().write(true).open(path)?;
     file.seek(SeekFrom::Start(at))?;
     Ok(file)
 }
 
-/// A failure of a rank; the first rank knows the name of the file.
+/// Returns the failure of a rank; the first rank adds the name of the file.
 fn of_rank(ranks: &Ranks, error: &io::Error) -> Error {
     let why = match error.kind() {
         io::ErrorKind::NotFound => "it does not see the folder; all ranks write their nodes, so it has to be on a disk that all machines share".to_owned(),

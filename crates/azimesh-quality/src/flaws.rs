@@ -1,4 +1,4 @@
-//! Cells that no solver takes: of negative volume, of none, folded at a corner.
+//! Cells that no solver accepts: of negative volume, of zero volume, or folded at a corner.
 
 use super::metrics::Metrics;
 use super::reference::facing;

@@ -1,4 +1,4 @@
-//! The worst cells of a mesh, without a list of all.
+//! The worst cells of a mesh, without a list of all cells.
 
 use super::reference::Reference;
 use super::visit::{self, CHUNK};
@@ -20,8 +20,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Worse cells first: by the scaled Jacobian, those without one after all others by their
-    /// volume; equal ones are equal here.
+    /// Orders worse cells first: by the scaled Jacobian, then cells without one by their volume; equal ones compare as equal.
     pub fn rank(&self, other: &Self) -> Ordering {
         let (a, b) = (self.scaled_jacobian, other.scaled_jacobian);
         let by_jacobian = a.is_nan().cmp(&b.is_nan()).then(a.total_cmp(&b));
@@ -29,8 +28,8 @@ impl Candidate {
     }
 }
 
-/// The `n` worst volume cells, the worst first; of equal ones those with the lowest index. Of a part of a mesh those of
-/// the whole, by their numbers there.
+/// Returns the `n` worst volume cells, the worst first; ties are resolved by the lowest index. For a part of a mesh it
+/// returns the worst cells of the whole, by their numbers there.
 ///
 /// One parallel pass that keeps at most `n` cells of each chunk.
 ///

@@ -1,10 +1,9 @@
 //! Kernel evaluations per second and core, for each kernel and number of columns, next to the rate of
 //! plain square roots in the same run: each evaluation needs one, so that is the limit.
 //!
-//! Run with `cargo bench --bench evaluate`. Repetitions take one to four milliseconds, alternate
-//! between all that is measured, and the best of many counts: other programs on the machine
-//! disturb one thread little. Two threads need both cores at once; the rate of roots on two
-//! threads, at the end of the line, tells whether they had them.
+//! Run with `cargo bench --bench evaluate`. Repetitions take one to four milliseconds and alternate between all
+//! measurements, and the best of many counts: other programs on the machine disturb one thread little. Two threads need both
+//! cores at once; the rate of roots on two threads, at the end of the line, shows whether both were available.
 
 #![allow(clippy::print_stdout)] // a benchmark prints its tables
 

@@ -41,7 +41,7 @@ pub struct Expanded {
 }
 
 impl Expanded {
-    /// As the evaluation takes it.
+    /// Converts it to the form for evaluation.
     #[cfg(test)]
     pub fn weighted(&self, basis: Basis) -> WeightedBase<'_> {
         WeightedBase {
@@ -184,7 +184,7 @@ impl System {
         }
     }
 
-    /// The blocks that are wanted, those with the same matrix as one.
+    /// Returns the wanted blocks, one for each distinct matrix.
     fn distinct_blocks(
         &self,
         constraints: &[Constraint],
@@ -200,7 +200,7 @@ impl System {
         distinct
     }
 
-    /// The unknowns in blocks that have nothing to do with each other.
+    /// Splits the unknowns into independent blocks.
     fn blocks(&self, constraints: &[Constraint]) -> Vec<Block> {
         let constraints: Vec<Constraint> = constraints
             .iter()
@@ -226,8 +226,8 @@ impl System {
         blocks.filter(|block| !block.points.is_empty()).collect()
     }
 
-    /// The constraint of a point without what symmetry holds anyway: of a point that is its own
-    /// image, the directions that these images leave.
+    /// Returns the constraint of a point, reduced by symmetry: a point that is its own image has only the directions that
+    /// these images leave.
     fn within_symmetry(&self, constraint: &Constraint, x: Vector) -> Constraint {
         let near = OWN_IMAGE * self.basis.radius;
         let own = self
@@ -261,14 +261,14 @@ impl System {
                 .all(|g| g.rotation[i][i] == g.rotation[j][j])
     }
 
-    /// Adds to `own (n, 3 r)` the weights that a block and those alike give the base points.
+    /// Adds the weights of the base points by a block and by those with the same matrix to `own (n, 3 r)`.
     fn solve(&self, block: &Block, factor: &Cholesky, values: &[f64], own: &mut [f64]) {
         let n_columns = values.len() / self.base.len();
         let r = n_columns / 3;
         let axis_of = |axes: &u8| axes.trailing_zeros() as usize;
         let shifts: Vec<usize> = block.alike.iter().map(axis_of).collect();
         let first = axis_of(&block.axes.0);
-        // The directions of a block alike: the same along its own axis, signs included.
+        // Returns the directions of an equal block: the same along its own axis, signs included.
         let turned = |n: Vector, axis: usize| {
             let mut turned = [0.0; 3];
             turned[axis] = n[first];
@@ -317,7 +317,7 @@ impl System {
         })
     }
 
-    /// The lower triangle of the block's matrix, with the rest of the blocks on its diagonal.
+    /// Returns the lower triangle of the block's matrix, with the rest of the blocks on its diagonal.
     fn matrix(&self, block: &Block) -> Matrix {
         let n = block.directions.len();
         let mut matrix = Matrix::zeros(n, n);

@@ -1,7 +1,7 @@
 //! The directions in which the displacement of a surface point is prescribed.
 //!
-//! A moving or fixed point has all three, a point that slides on a surface the normal, on an edge
-//! two of them. Leaves to `slide` which point has which.
+//! A moving or fixed point has all three, a point that slides on a surface the normal, on an edge two of them. `slide`
+//! assigns constraints to points.
 
 use azimesh_core::geometry::vector::{Vector, dot, norm, scale, sub};
 
@@ -45,9 +45,8 @@ impl Constraint {
         if span.n_columns == 3 { Self::ALL } else { span }
     }
 
-    /// The directions along which a rotation vector is held where a point keeps to a plane: a rotation
-    /// about the plane's normal leaves the plane where it is, any other does not. Of points that are
-    /// held in other ways, all directions.
+    /// Returns the directions along which a rotation vector is held if a point keeps to a plane: only a rotation about the
+    /// plane's normal maps the plane to itself. Points held in other ways have all directions.
     pub fn of_rotation(&self) -> Self {
         let [normal] = self.columns() else {
             return Self::ALL;
@@ -83,7 +82,7 @@ impl Constraint {
         sum
     }
 
-    /// `v` without its part along the columns, `(I - N N^T) v`. Along an axis that is a column the
+    /// Returns `v` without its part along the columns, `(I - N N^T) v`. Along an axis that is a column the
     /// component is exactly zero.
     pub fn remove(&self, v: Vector) -> Vector {
         let columns = self.columns().iter();
@@ -92,8 +91,8 @@ impl Constraint {
         })
     }
 
-    /// `moved` brought back to where it is `at` along the columns. Coordinates along an axis that is
-    /// a column are those of `at` to the last bit, those that no column touches are those of `moved`.
+    /// Returns `moved` with its position along the columns restored from `at`. A coordinate along an axis that is a column
+    /// equals `at` to the last bit, and a coordinate that no column touches equals `moved`.
     pub fn hold(&self, at: Vector, moved: Vector) -> Vector {
         let mut held = moved;
         for column in self.columns() {

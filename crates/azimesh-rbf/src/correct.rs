@@ -26,7 +26,7 @@ pub const FADE_RADIUS_PER_ERROR: f64 = 30.0;
 /// theirs.
 const BLOCK: usize = 2048;
 const BLOCKS: usize = 256;
-/// Relative margin of the fade radius in a search for nodes near the surface: round-off leaves out no node.
+/// Relative margin of the fade radius in a search for nodes near the surface, so that round-off excludes no node.
 const MARGIN: f64 = 1e-9;
 
 /// A surface with residuals at its nodes.
@@ -43,7 +43,7 @@ pub struct Fading<'a> {
     pub fade_radius: Vec<f64>,
     /// The largest of them.
     pub largest_fade_radius: f64,
-    /// Smallest gap between two surfaces that was found within twice the fade radius.
+    /// Smallest gap between two surfaces within twice the fade radius.
     pub narrowest_gap: Option<Gap>,
 }
 
@@ -88,8 +88,8 @@ impl<'a> Fading<'a> {
         }
     }
 
-    /// The part of the residuals that is added at the `points` within the fade radius, in the order of a
-    /// space-filling curve. `12 N` bytes on the way for the `N` points in the surface's box.
+    /// Returns the part of the residuals that is added at the `points` within the fade radius, in the order of a space-filling
+    /// curve. Needs `12 N` bytes temporarily for the `N` points in the surface's box.
     pub fn faded(&self, points: &[Vector]) -> Vec<Faded> {
         let order = self.order(points.len(), |row| points[row]);
         parallel::concat_blocks(order.len(), BLOCK, &|rows| {
@@ -109,8 +109,8 @@ impl<'a> Fading<'a> {
         })
     }
 
-    /// The points in the box of the surface, grown by the fade radius, along a space-filling curve: points
-    /// that follow one another have their feet near each other.
+    /// Returns the points in the box of the surface, grown by the fade radius, along a space-filling curve: consecutive points
+    /// have their closest points near each other.
     fn order(&self, n_points: usize, place: impl Fn(usize) -> Vector + Sync) -> Vec<u32> {
         if self.largest_fade_radius == 0.0 {
             return Vec::new();
@@ -162,13 +162,12 @@ impl<'a> Correction<'a> {
         }
     }
 
-    /// Smallest gap between two surfaces that was found within twice the fade radius.
+    /// Returns the smallest gap between two surfaces within twice the fade radius.
     pub fn narrowest_gap(&self) -> Option<Gap> {
         self.fading.narrowest_gap
     }
 
-    /// Adds the correction to the field at `points`. `12 N` bytes on the way for the `N` nodes in the
-    /// surface's box.
+    /// Adds the correction to the field at `points`. Needs `12 N` bytes temporarily for the `N` nodes in the surface's box.
     pub fn add_to(&self, field: &mut Field, points: &[Vector]) {
         let Field { nodes, values, .. } = field;
         let nodes = nodes.as_deref();
@@ -177,7 +176,7 @@ impl<'a> Correction<'a> {
         self.add_at(n_rows, place, values, |row| row);
     }
 
-    /// Adds the correction at the `place` of each row to the row of `values` that `target` gives for it.
+    /// Adds the correction at the position `place(row)` of each row to the row `target(row)` of `values`.
     pub fn add_at(
         &self,
         n_rows: usize,
@@ -206,7 +205,7 @@ impl<'a> Correction<'a> {
         add(&found);
     }
 
-    /// Checks if a point of the box may be within the fade radius. No is certain, yes is not.
+    /// Checks if a point of the box may be within the fade radius. False is certain, true is not.
     pub fn may_reach(&self, block: &Bounds) -> bool {
         let Fading {
             surface,

@@ -14,9 +14,9 @@ use azimesh_core::parallel;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Steps sampled where an estimate is enough; errors vary smoothly over most schedules.
+/// Number of steps sampled for an estimate; errors vary smoothly over most schedules.
 const SAMPLED: usize = 24;
-/// Nodes whose errors are summed before the sums of all are.
+/// Number of nodes whose errors are summed first, before the sums are added.
 const MEAN_CHUNK: usize = 4096;
 
 /// Coefficients of the modes at every step, and bounds on them.
@@ -37,13 +37,13 @@ pub struct Criterion {
 }
 
 impl Criterion {
-    /// From `coefficients (K, r, 3)`, by steps; the modes are one part.
+    /// Creates a criterion from `coefficients (K, r, 3)`, by steps; the modes are one part.
     pub fn new(n_modes: usize, coefficients: &[f64]) -> Result<Self> {
         let whole = std::iter::once(0..n_modes);
         Self::of_parts(n_modes, coefficients, whole.collect())
     }
 
-    /// For values that are not modes of a motion: the error is the largest of any column.
+    /// Creates a criterion for values that are not modes of a motion: the error is the largest of any column.
     pub fn of_columns(n_columns: usize) -> Result<Self> {
         // Column k is the displacement along x at step k.
         let mut coefficients = vec![0.0; 3 * n_columns * n_columns];
@@ -53,7 +53,7 @@ impl Criterion {
         Self::new(n_columns, &coefficients)
     }
 
-    /// From `coefficients (K, r, 3)`, by steps, with the modes of each part.
+    /// Creates a criterion from `coefficients (K, r, 3)`, by steps, with the modes of each part.
     pub fn of_parts(
         n_modes: usize,
         coefficients: &[f64],
@@ -83,12 +83,12 @@ impl Criterion {
         })
     }
 
-    /// The error at one step alone.
+    /// Returns the criterion of one step only.
     pub fn of_step(&self, step: usize) -> Result<Self> {
         self.of_steps(step..step + 1)
     }
 
-    /// The error at some steps alone.
+    /// Returns the criterion of some steps only.
     pub fn of_steps(&self, steps: Range<usize>) -> Result<Self> {
         let size = 3 * self.n_modes;
         let coefficients = &self.coefficients[size * steps.start..size * steps.end];
@@ -105,8 +105,8 @@ impl Criterion {
         self.parts.len()
     }
 
-    /// The lever arms of one point, one for each part, among those of all points (N, parts); none among
-    /// none, which stands for 1 everywhere.
+    /// Returns the lever arms of one point, one per part, from the arms of all points (N, parts). Empty arms stand for 1
+    /// everywhere.
     #[inline]
     pub fn arms_of<'a>(&self, point: usize, lever_arms: &'a [f64]) -> &'a [f64] {
         if lever_arms.is_empty() {
@@ -116,7 +116,7 @@ impl Criterion {
         }
     }
 
-    /// Not below the error at any step: `sum_p arm_p |e_p| max_k |C_p,k|_2`.
+    /// Returns an upper bound of the error at any step: `sum_p arm_p |e_p| max_k |C_p,k|_2`.
     #[inline]
     pub fn bound(&self, residual: &[f64], lever_arms: &[f64]) -> f64 {
         self.sum(lever_arms, |part, modes| {
@@ -143,8 +143,8 @@ impl Criterion {
         })
     }
 
-    /// Adds to the sample the worst of the steps whose errors, one a step, are above `stop`: as many
-    /// as there are. Whether there was such a step.
+    /// Adds the worst of the steps with errors above `stop` to the sample, until it has twice as many; `errors` has one error
+    /// per step. Returns whether there was such a step.
     pub fn sample_more(&mut self, by_step: &[f64], stop: f64) -> bool {
         let above = (0..by_step.len()).filter(|step| by_step[*step] > stop);
         let mut missed: Vec<usize> = above
@@ -164,7 +164,7 @@ impl Criterion {
         lever_arms: &[f64],
         steps: impl Iterator<Item = usize>,
     ) -> f64 {
-        // Of one part the root is taken once.
+        // For a single part the root is taken once.
         let mut largest = 0.0;
         if let [modes] = self.parts.as_slice() {
             for step in steps {
@@ -201,8 +201,7 @@ impl Criterion {
         sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]
     }
 
-    /// The mean error over all nodes, from their residuals (N, r) and lever arms, at the step where that is
-    /// largest.
+    /// Returns the mean error over all nodes at the step with the largest mean, from residuals (N, r) and lever arms.
     pub fn largest_mean(&self, residuals: &[f64], lever_arms: &[f64]) -> f64 {
         let r = self.n_modes.max(1);
         let n_nodes = residuals.len() / r;
@@ -224,8 +223,8 @@ impl Criterion {
         (0..self.n_steps).map(mean).fold(0.0, f64::max)
     }
 
-    /// The largest error at each step over all nodes, from their residuals (N, r) and lever arms. Nodes are
-    /// taken by falling residual, so that few are evaluated in each step.
+    /// Returns the largest error at each step over all nodes, from their residuals (N, r) and lever arms. Nodes are sorted by
+    /// decreasing residual, so that few are evaluated in each step.
     pub fn largest_by_step(&self, residuals: &[f64], lever_arms: &[f64]) -> Vec<f64> {
         if self.n_modes == 0 {
             return vec![0.0; self.n_steps];

@@ -1,10 +1,9 @@
-//! Points that are not nearer to each other than they should be.
+//! Points with a least distance from each other.
 
 use azimesh_core::geometry::vector::{Vector, distance};
 use std::collections::HashMap;
 
-/// The points, by position, except images and points that have one nearer than `apart` before
-/// them. `O(N)`.
+/// Returns the indices of the points, without images and without points within a distance of `apart` from an earlier one. `O(N)`.
 pub fn distinct(points: &[Vector], apart: f64, images: &[bool]) -> Vec<usize> {
     let cell = |x: &Vector| x.map(|x| (x / apart).floor() as i64);
     let mut kept: Vec<usize> = Vec::new();

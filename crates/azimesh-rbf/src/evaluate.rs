@@ -21,7 +21,7 @@ const MOST_LANES: usize = 8;
 const MOST_FUSED: usize = 8;
 /// Base points in a tile of that matrix.
 const TILE: usize = 128;
-/// Fewer are filled up by points of weight zero: products over so few may be rounded in another way.
+/// Smaller tiles are filled with points of weight zero: products over so few may be rounded differently.
 const LEAST_TILE: usize = 3;
 /// Square roots under way or waiting for their kernel value.
 const ROOTS: usize = 8;
@@ -50,8 +50,9 @@ impl WeightedBase<'_> {
     /// out(i) += sum_j phi(|x_i - b_j| / R) w_j
     /// ```
     ///
-    /// On all threads. What is added at a point does not depend on the other points. `N n` kernel evaluations; base points beyond the support radius of a block's bounding box
-    /// are skipped, which pays when neighbours in memory are neighbours in space.
+    /// Uses all threads. The result at a point does not depend on the other points. `N n` kernel evaluations; base points
+    /// beyond the support radius of a block's bounding box are skipped, which is effective if neighbours in memory are neighbours
+    /// in space.
     pub fn add_at(&self, points: &[Vector], out: &mut [f64]) {
         self.add_at_with(Arch::new(), points, out);
     }
@@ -116,7 +117,7 @@ impl WeightedBase<'_> {
         out: &mut [f64],
     ) {
         if points.len() < BLOCK {
-            // A product of few rows may be added up in another order.
+            // A product of few rows may be summed in another order.
             let last = points[points.len() - 1];
             let mut full = points.to_vec();
             full.resize(BLOCK, last);
@@ -150,8 +151,8 @@ impl WeightedBase<'_> {
 struct NearbyBase {
     points: Vec<Vector>,
     weights: Vec<f64>,
-    /// For more columns than are fused: where those of each `TILE` base points end, of which any is near. What is added up
-    /// in one go does not depend on how many are near.
+    /// For more columns than are fused: the end of each group of `TILE` base points with any point near. The groups, and so
+    /// the order of summation, do not depend on the number of near points.
     tile_ends: Vec<usize>,
     tile: Vec<f64>,
 }
@@ -214,12 +215,10 @@ fn squared_distance<S: Simd>(simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64
 }
 
 /// Distances from base points, each delivered `DEPTH` base points after it was requested.
-///
-/// The unit for square roots takes longer for each than all other work on a pair, so it must never
-/// wait. A processor looks only a few pairs ahead: did the kernel follow its root at once, work
-/// that waits for the root would fill that window, and the next root would start late. The roots
-/// are in memory, indexed at run time, because a compiler that holds them in registers moves them
-/// together again.
+/// The unit for square roots takes longer for each than all other work on a pair, so it must never wait. A processor looks
+/// only a few pairs ahead: if the kernel followed its root at once, work waiting for the root would fill that window, and the
+/// next root would start late. The roots are in memory, indexed at run time, because a compiler that holds them in registers
+/// moves them together again.
 struct Pipeline<'a, S: Simd> {
     squares: [S::f64s; 2],
     roots: &'a mut CacheLines<[S::f64s; ROOTS]>,
@@ -231,7 +230,7 @@ struct Pipeline<'a, S: Simd> {
 struct CacheLines<T>(T);
 
 impl<S: Simd> Pipeline<'_, S> {
-    /// Takes in the distances of `x` from `base` and gives those taken in `DEPTH` calls before.
+    /// Adds the distances of `x` from `base` and returns those added `DEPTH` calls before.
     #[inline(always)]
     fn distance(&mut self, simd: S, x: &[S::f64s; 3], base: &Vector) -> S::f64s {
         let distance = self.roots.0[self.oldest];
@@ -242,7 +241,7 @@ impl<S: Simd> Pipeline<'_, S> {
     }
 }
 
-/// Kernel and product with the weights in one go, for few columns.
+/// The kernel and its product with the weights in one pass, for few columns.
 struct Fused<'a, K, const R: usize> {
     points: &'a [Vector],
     base: &'a NearbyBase,
@@ -265,8 +264,8 @@ impl<K: Radial, const R: usize> WithSimd for Fused<'_, K, R> {
 }
 
 impl<K: Radial, const R: usize> Fused<'_, K, R> {
-    /// Adds the part of some base points. At the end of a register of points the pipeline takes in
-    /// the first base points for the next register.
+    /// Adds the part of some base points. At the end of a register of points the pipeline already takes the first base points
+    /// for the next register.
     #[inline(always)]
     fn add_near<S: Simd>(&mut self, simd: S, base: &[Vector], weights: &[[f64; R]]) {
         let zero = simd.splat_f64s(0.0);
@@ -312,7 +311,7 @@ fn add_row<S: Simd, const R: usize>(
     }
 }
 
-/// The rows of `out`, one a lane: sums go on where the base points before left them.
+/// The rows of `out`, one per lane: sums continue from the base points before.
 #[inline(always)]
 fn load_rows<S: Simd, const R: usize>(simd: S, out: &[f64]) -> [S::f64s; R] {
     let mut sums = [simd.splat_f64s(0.0); R];

@@ -2,8 +2,8 @@
 //!
 //! The Newton basis function `v_n` is one at the n-th base point's place in the factor and zero at
 //! all base points before it; a new base point costs one new value at each candidate. With sliding
-//! points, periodic images or a polynomial this is the greedy of the plain kernel, with residuals kept
-//! along the constraints: it decides which points are tried, not what they give.
+//! With sliding points, periodic images or a polynomial this is the greedy of the plain kernel, with residuals kept along the
+//! constraints: it selects the points to try, but the errors come from the full system.
 
 use super::criterion::Criterion;
 use super::space::Space;

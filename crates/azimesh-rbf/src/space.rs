@@ -9,7 +9,7 @@ use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
 use std::sync::Arc;
 
-/// Kernel, polynomial, constraints and images: the functions that an interpolant is made of.
+/// Kernel, polynomial, constraints and images: the functions that make up an interpolant.
 #[derive(Debug, Clone)]
 pub struct Space {
     /// Kernel and support radius.
@@ -24,7 +24,7 @@ pub struct Space {
 }
 
 impl Space {
-    /// Takes radial functions alone.
+    /// Creates a space of radial functions only.
     pub fn radial(basis: Basis) -> Self {
         Self {
             basis,
@@ -42,7 +42,7 @@ impl Space {
         }
     }
 
-    /// Checks if the weights follow from the kernel matrix alone.
+    /// Checks if the weights follow from the kernel matrix only.
     pub fn is_plain(&self) -> bool {
         !self.linear && self.constraints.is_none() && self.images.is_empty()
     }
@@ -55,7 +55,7 @@ impl Space {
         self.basis.between(a, b) + images.sum::<f64>()
     }
 
-    /// Keeps the part of a residual that counts at a surface point: the part along its constraint.
+    /// Returns the part of a residual that counts at a surface point: the part along its constraint.
     #[inline]
     pub fn project(&self, point: usize, residual: &mut [f64]) {
         let Some(constraints) = &self.constraints else {

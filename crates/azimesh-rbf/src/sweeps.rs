@@ -1,4 +1,4 @@
-//! Sweeps over all nodes: what base points leave at each of them.
+//! Sweeps over all nodes: the residuals of base points.
 
 use super::criterion::Criterion;
 use super::interpolant::Interpolant;
@@ -7,26 +7,26 @@ use super::targets::Targets;
 use azimesh_core::parallel::{self, BLOCK};
 use serde::{Deserialize, Serialize};
 
-/// Sweeps over all nodes, and what is left there after the last one.
+/// Sweeps over all nodes, and the residuals of the last one.
 pub trait Sweeps {
     /// Finds the residuals of an interpolant.
     fn sweep(&mut self, interpolant: &Interpolant);
-    /// The largest error over all nodes and some steps, or `floor` where that is larger.
+    /// Returns the largest error over all nodes and some steps, or `floor` if that is larger.
     fn largest(&mut self, criterion: &Criterion, over: Over, floor: f64) -> f64;
-    /// The worst node of each run by the sampled steps, and the residuals there (m, r).
+    /// Returns the worst node of each run by the sampled steps, and the residuals there (m, r).
     fn worst(&mut self, criterion: &Criterion) -> (Vec<usize>, Vec<f64>);
-    /// The residuals at every node (N, r), by rows.
+    /// Returns the residuals at every node (N, r), by rows.
     fn residuals(&mut self) -> &[f64];
-    /// The same, when no more sweep is made.
+    /// Returns the residuals when no more sweep is made.
     fn take_residuals(&mut self) -> Vec<f64>;
 }
 
 /// Nodes of a block in which the largest error is looked for.
 const NODES: usize = 1024;
-/// A bound times this is one in spite of round-off: which nodes are passed over then changes no result.
+/// A bound times this is a bound in spite of round-off, so skipped nodes never change a result.
 const SURE: f64 = 1.0 + 1e-12;
 
-/// The steps that an error is looked for at.
+/// The steps at which an error is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Over {
     /// A sample of them.
@@ -35,12 +35,12 @@ pub enum Over {
     Steps,
 }
 
-/// The length of about `runs` equal runs of `n` nodes.
+/// Returns the length of about `runs` equal runs of `n` nodes.
 pub fn run_length(n: usize, runs: usize) -> usize {
     n.div_ceil(runs).max(1)
 }
 
-/// Sweeps that are made here.
+/// Sweeps in this process.
 pub struct LocalSweeps<'a> {
     space: &'a Space,
     targets: Targets<'a>,
@@ -50,12 +50,12 @@ pub struct LocalSweeps<'a> {
 }
 
 impl<'a> LocalSweeps<'a> {
-    /// Over all points of the targets, with about `runs` candidates.
+    /// Creates sweeps over all points of the targets, with about `runs` candidates.
     pub fn new(space: &'a Space, targets: Targets<'a>, runs: usize) -> Self {
         Self::of_runs(space, targets, run_length(targets.points.len(), runs))
     }
 
-    /// The same, with runs of `run` nodes.
+    /// Creates sweeps with runs of `run` nodes.
     pub fn of_runs(space: &'a Space, targets: Targets<'a>, run: usize) -> Self {
         Self {
             space,

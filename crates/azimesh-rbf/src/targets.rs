@@ -22,7 +22,7 @@ pub struct Targets<'a> {
     pub values: &'a [f64],
     /// The error over all steps.
     pub criterion: &'a Criterion,
-    /// Points that never become base points, as one of their images does; none when empty.
+    /// Points that never become base points, since one of their images does; none when empty.
     pub images: &'a [bool],
     /// Displacement for a residual of one at each point, by parts of the criterion (N, parts); 1 everywhere
     /// when empty.
@@ -104,7 +104,7 @@ impl Chosen {
         })
     }
 
-    /// The interpolant as any later run from the same base points solves it.
+    /// Returns the interpolant as any later run from the same base points computes it.
     pub fn final_interpolant(&self, space: &Space, targets: &Targets<'_>) -> Result<Interpolant> {
         space.interpolant(targets.points, &self.base, &targets.values_at(&self.base))
     }

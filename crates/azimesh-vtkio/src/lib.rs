@@ -94,7 +94,7 @@ pub fn to_vtkio(mesh: &MeshView, notes: &mut Notes) -> Result<model::Vtk> {
         } else {
             "written by azimesh".into()
         },
-        // That of legacy files.
+        // Legacy files are big-endian.
         byte_order: model::ByteOrder::BigEndian,
         data: model::DataSet::inline(piece),
         file_path: None,
@@ -174,7 +174,7 @@ fn cells(cells: &Cells, repeated: &[usize]) -> Result<model::Cells> {
     Ok(model::Cells { cell_verts, types })
 }
 
-/// vtkio's types, of which each has VTK's number.
+/// The cell types of vtkio, by VTK's number.
 const TYPES: [model::CellType; 59] = {
     use model::CellType::*;
     [

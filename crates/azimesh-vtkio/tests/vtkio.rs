@@ -175,7 +175,7 @@ fn a_model_that_is_no_mesh_is_refused() {
     let mut model = to_vtkio(&mesh().view(), &mut Notes::default()).expect("it fits");
     let refused = |model: &Vtk| {
         let result = from_vtkio(model, &ReadOptions::default(), &mut Notes::default());
-        result.expect_err("it is no mesh").to_string()
+        result.expect_err("it is not a mesh").to_string()
     };
     let vtkio::model::DataSet::UnstructuredGrid { pieces, .. } = &mut model.data else {
         panic!("it is an unstructured grid");

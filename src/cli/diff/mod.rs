@@ -30,7 +30,7 @@ pub struct DiffArgs {
     /// Take tolerances as fractions of the first mesh's diagonal, and of the largest value of an array
     #[arg(long)]
     relative: bool,
-    /// How the nodes and cells of both meshes are paired
+    /// Pairing of the nodes and cells of both meshes
     #[arg(
         long = "match",
         value_name = "HOW",
@@ -47,7 +47,7 @@ pub struct DiffArgs {
     only: Vec<Part>,
 }
 
-/// What is compared of two meshes.
+/// Part of two meshes to compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Part {
     /// Number and positions of nodes
@@ -60,7 +60,7 @@ enum Part {
     Arrays,
 }
 
-/// Which nodes and cells belong together.
+/// Pairing of nodes and cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Matching {
     /// By their numbers
@@ -129,7 +129,7 @@ fn one_mesh(args: &DiffArgs, a: &Input, b: &Input, context: &Context) -> Result<
     Ok(difference.is_same())
 }
 
-/// Prints a line and what belongs below it; those who want to hear nothing are told what differs.
+/// Prints a line and its details; if quiet, only the difference.
 fn tell(line: &str, details: &str, same: bool, context: &Context) -> Result<()> {
     if context.common.quiet && !same {
         context.complain(note!("differs", "{line}"));
@@ -156,7 +156,7 @@ impl DiffArgs {
         Ok(())
     }
 
-    /// Compares two meshes as asked; remarks on what was decided on the way.
+    /// Compares two meshes as requested; notes report decisions made on the way.
     fn difference(&self, a: &Mesh, b: &Mesh, context: &Context) -> Result<Difference> {
         let tolerance = Tolerance {
             value: self.tolerance,

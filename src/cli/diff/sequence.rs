@@ -7,16 +7,16 @@ use azimesh_core::numbers::short;
 use azimesh_io::mesh::Difference;
 use serde::Serialize;
 
-/// Times that differ by no more than this part of the last one are the same.
+/// Tolerance of times, as a part of the last one.
 const TIMES: f64 = 1e-9;
 
-/// A step that both have.
+/// A step that both sequences have.
 struct Compared {
     time: f64,
     difference: Difference,
 }
 
-/// Compares the steps that both have; gives whether all is the same.
+/// Compares the steps that both have; returns whether all are equal.
 pub fn compare(
     args: &DiffArgs,
     [(a, ours), (b, theirs)]: [(&Input, &[f64]); 2],
@@ -55,7 +55,7 @@ pub fn compare(
     Ok(same)
 }
 
-/// What differs of the sequences as such: number of steps, times.
+/// Returns differences of the sequences themselves: number of steps, times.
 fn frame_differences(ours: &[f64], theirs: &[f64]) -> Vec<String> {
     let mut found = Vec::new();
     if ours.len() != theirs.len() {
@@ -77,7 +77,7 @@ fn different(steps: &[Compared]) -> impl Iterator<Item = (usize, &Compared)> {
     numbered.filter(|(_, step)| !step.difference.is_same())
 }
 
-/// The step whose nodes are furthest apart, the first of several; none where no node is moved.
+/// Returns the step with the largest distance of nodes, the first of several; `None` if no node has moved.
 fn worst(steps: &[Compared]) -> Option<(usize, &Compared)> {
     let moved = steps
         .iter()

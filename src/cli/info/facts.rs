@@ -1,4 +1,4 @@
-//! What there is to know of a mesh file.
+//! The facts about a mesh file.
 
 use crate::cli::input::Input;
 use azimesh_core::Note;
@@ -7,27 +7,27 @@ use azimesh_io::mesh::{CellKind, DataArray, Faces, Group, Mesh};
 use azimesh_quality::{Flaws, flaws, remarks};
 use std::collections::BTreeMap;
 
-/// What `azimesh info` tells.
+/// The output of `azimesh info`.
 pub struct Facts<'a> {
-    /// The mesh; of a sequence, the last or the one that was asked for.
+    /// The mesh; of a sequence, the last or the requested one.
     pub mesh: &'a Mesh,
-    /// What the file's format is.
+    /// Format of the file.
     pub format: String,
-    /// Version of the format, where the file says it.
+    /// Version of the format, if the file states it.
     pub version: Option<String>,
     /// Remarks of the reader.
     pub notes: Vec<Note>,
     /// Times of a sequence.
     pub times: Option<Vec<f64>>,
-    /// The step of the sequence that was asked for.
+    /// The requested step of the sequence.
     pub step: Option<usize>,
     /// Number of cells of each kind.
     pub cells: BTreeMap<CellKind, usize>,
-    /// Cells with nodes besides their corners.
+    /// Number of cells with nodes in addition to their corners.
     pub n_curved: usize,
     /// Nodes that no cell has.
     pub n_orphan_nodes: usize,
-    /// Nodes at the place of one before them.
+    /// Nodes at the position of an earlier one.
     pub n_repeated_nodes: usize,
     /// Cells of negative or no volume.
     pub flaws: Flaws,
@@ -35,7 +35,7 @@ pub struct Facts<'a> {
     pub boundary: Boundary,
 }
 
-/// How the boundary cells lie on the cells.
+/// Relation of the boundary cells to the cells.
 pub struct Boundary {
     /// Boundary cells in the file that no tag holds.
     pub n_untagged: usize,
@@ -43,14 +43,14 @@ pub struct Boundary {
     pub n_open: usize,
     /// Boundary cells with a tag between two cells.
     pub n_inside: usize,
-    /// Boundary cells that lie on no face of a cell.
+    /// Boundary cells on no face of a cell.
     pub n_dangling: usize,
     /// Faces of more than two cells.
     pub n_non_manifold: usize,
 }
 
 impl<'a> Facts<'a> {
-    /// Looks at the mesh.
+    /// Collects the facts.
     pub fn of(input: &Input, step: Option<usize>, loaded: &'a Loaded) -> Self {
         let mesh = &loaded.mesh;
         let mut cells = BTreeMap::new();

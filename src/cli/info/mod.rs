@@ -25,7 +25,7 @@ pub struct InfoArgs {
     step: Option<usize>,
 }
 
-/// Tells of each mesh; where one cannot be read, of the others all the same.
+/// Prints each mesh; if one cannot be read, the others all the same.
 pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     let format = context.input_format()?;
     if let [mesh] = &args.meshes[..] {
@@ -63,7 +63,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     last.map_or(Ok(Outcome::Fine), Err)
 }
 
-/// What is said of one mesh.
+/// Text about one mesh.
 enum Told {
     Json(Box<MeshInfo>),
     Text(String),

@@ -16,7 +16,7 @@ impl Rows {
         self.0.push(row);
     }
 
-    /// A count that is told only where there is something to tell.
+    /// Adds a count if it is not zero.
     fn push_some(&mut self, name: &str, n: usize, told: impl ToString) {
         if n > 0 {
             self.push(format!("  {name}"), told);
@@ -36,7 +36,7 @@ impl Rows {
         self.0.insert(first, (title.into(), count));
     }
 
-    /// Cells that no solver takes.
+    /// Adds cells that no solver accepts.
     fn flaws(&mut self, found: &Flaws) {
         for (name, flawed, what) in [
             ("negative", found.negative, " of negative volume"),
@@ -55,7 +55,7 @@ impl Rows {
         }
     }
 
-    /// Which cells of negative volume are whole.
+    /// Adds the cells of negative volume that are valid with reversed nodes.
     fn reversed(&mut self, found: &Flaws) {
         let n = found.reversed.n;
         let which = if n == found.negative.n {
@@ -64,12 +64,12 @@ impl Rows {
             format!("{n} of these")
         };
         let told = format!(
-            "{which} are valid with their nodes in the other orientation; quality judges them as their mirror images"
+            "{which} are valid with their nodes in the other orientation; quality evaluates them as mirror images"
         );
         self.push_some("reversed", n, told);
     }
 
-    /// What is unusual about the faces around the mesh.
+    /// Adds unusual findings about the faces around the mesh.
     fn boundary(&mut self, found: &Boundary) {
         let of_one = " of one cell that no tag holds";
         for (name, n, noun, what) in [
@@ -93,7 +93,7 @@ impl Rows {
         }
     }
 
-    /// The lines, with the values below each other.
+    /// Returns the lines, with aligned values.
     fn text(&self) -> String {
         let width = self.0.iter().map(|(name, _)| name.chars().count()).max();
         let width = width.unwrap_or(0) + 2;
@@ -105,7 +105,7 @@ impl Rows {
     }
 }
 
-/// All facts, a line each.
+/// Returns all facts, one per line.
 pub fn of(facts: &Facts) -> String {
     let mesh = facts.mesh;
     let mut rows = Rows(Vec::new());
@@ -161,7 +161,7 @@ pub fn of(facts: &Facts) -> String {
     rows.text()
 }
 
-/// Name, type, components and range of an array.
+/// Returns name, type, components and range of an array.
 fn told(array: &DataArray) -> String {
     let n = array.n_components;
     let what = format!(

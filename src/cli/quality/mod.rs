@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use worst::{WorstCell, WorstCells};
 
-/// Steps that are named in a sentence.
+/// Largest number of steps named in a sentence.
 const MOST_NAMED: usize = 12;
 
 /// Arguments of `azimesh quality`.
@@ -51,39 +51,39 @@ pub struct QualityArgs {
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Criterion>,
     /// Write the mesh with every metric as a cell array; --format gives its format if the ending does
-    /// not. With --precision f32 all results are those of the rounded coordinates
+    /// not. With --precision f32 all results refer to the rounded coordinates
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     #[command(flatten)]
     write: OutputArgs,
 }
 
-/// Which mesh of a sequence.
+/// A step of a sequence.
 #[derive(Debug, Clone, Copy)]
 struct Step {
     index: usize,
     time: f64,
 }
 
-/// A mesh that was judged.
+/// An evaluated mesh.
 struct Judged {
-    /// `None` where there is one mesh alone.
+    /// `None` for a single mesh.
     step: Option<Step>,
     quality: Assessment,
-    /// Positions in `--fail-on` of those that hold, each with the value of its column.
+    /// Indices in `--fail-on` of the conditions that hold, each with the value of its column.
     met: Vec<(usize, f64)>,
 }
 
-/// Where a condition holds, `None` for one mesh alone, and the value of its column there.
+/// A mesh for which a condition holds (`None` for a single mesh), and the value of its column.
 type Met = (Option<Step>, f64);
 
-/// All that is told.
+/// The results.
 struct Findings<'a> {
     meshes: Vec<Judged>,
-    /// Of one mesh alone.
+    /// For a single mesh only.
     metrics: Option<Vec<Statistic>>,
     worst: WorstCells,
-    /// Cells that are listed.
+    /// Number of listed cells.
     n_listed: usize,
     /// True if the row of every step is printed.
     all: bool,
@@ -117,19 +117,18 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     })
 }
 
-/// Formats that are known from the arguments: of what is read, where the content does not decide, and of the mesh that
-/// is written.
+/// Formats from the arguments: of the input, if its content does not decide, and of the output.
 type Formats = (Option<&'static Format>, Option<&'static Format>);
 
 impl QualityArgs {
-    /// Returns whether several ranks share the work: where no mesh is written.
+    /// Returns whether several ranks share the work: if no mesh is written.
     pub fn is_shared(&self) -> bool {
         self.output.is_none()
     }
 }
 
-/// `--format` is that of the output where its name does not tell, else that of the input. Also refuses
-/// to replace a file.
+/// Applies `--format` to the output if its name does not determine the format, else to the input. Also refuses to replace
+/// a file.
 fn formats(args: &QualityArgs, context: &Context) -> Result<Formats> {
     let given = context.input_format()?;
     let Some(path) = &args.output else {
@@ -149,7 +148,7 @@ fn judge_mesh<'a>(
     (of_input, of_output): Formats,
 ) -> Result<Findings<'a>> {
     let mut mesh = read(args, &input, None, context, &mut BTreeSet::new())?;
-    // A file that is mapped would count as memory of the program until its end.
+    // A mapped file would count as memory of the program until its end.
     drop(input);
     let given = given_reference(args, context, of_input)?;
     if let Some(given) = &given {
@@ -163,7 +162,7 @@ fn judge_mesh<'a>(
     for remark in remarks(&mesh) {
         context.note(remark);
     }
-    // What is said of a mesh that is written holds for its coordinates there.
+    // Results for a written mesh refer to its coordinates in the file.
     if of_output.is_some_and(|format| format.rounds(args.write.precision)) {
         mesh.points.iter_mut().for_each(|x| *x = in_32_bits(*x));
     }
@@ -181,21 +180,21 @@ fn judge_mesh<'a>(
     Ok(findings)
 }
 
-/// What is told of cells that a mesh, as its own reference, counts as `inverted_reference`.
+/// Reports cells that a mesh, as its own reference, counts as `inverted_reference`.
 fn complain_of_reference(reference: &Reference, context: &Context) {
     let n_reversed = reference.n_reversed();
     let n_folded = reference.n_inverted() - n_reversed;
     if n_folded > 0 {
         context.complain(note!(
             "not_valid",
-            "{} not valid in the mesh itself, counted as inverted_reference; --reference MESH gives one to judge by",
+            "{} not valid in the mesh itself, counted as inverted_reference; --reference MESH gives a reference mesh",
             with_verb(n_folded, "cell", "is")
         ));
     }
     if n_reversed > 0 {
         context.complain(note!(
             "reversed",
-            "{} listed in the other orientation, with nodes in reverse order: counted as inverted_reference, and judged \
+            "{} listed in the other orientation, with nodes in reverse order: counted as inverted_reference, and evaluated \
              as mirror images",
             with_verb(n_reversed, "cell", "is")
         ));
@@ -232,7 +231,7 @@ fn judge_sequence<'a>(
     Ok(findings)
 }
 
-/// Reads a mesh; what there is to remark on every mesh of a sequence is remarked once.
+/// Reads a mesh; prints notes that concern every mesh of a sequence only once.
 fn read(
     args: &QualityArgs,
     input: &Input,
@@ -298,7 +297,7 @@ impl Given {
     /// Refuses a mesh with other cells.
     fn check(&self, mesh: &mut Mesh) -> Result<()> {
         if !mesh.cells.follow(&self.cells) || self.part != mesh.part {
-            let message = "its cells are not those of the reference mesh, which must have the same cells in \
+            let message = "its cells differ from the reference mesh, which must have the same cells in \
                            the same order";
             return Err(Error::input(message));
         }
@@ -318,7 +317,7 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Judges a mesh.
+    /// Evaluates a mesh.
     fn take(
         &mut self,
         step: Option<Step>,
@@ -342,7 +341,7 @@ impl<'a> Findings<'a> {
         Ok(())
     }
 
-    /// The conditions that hold, with the meshes where they do and the values there, the worst first.
+    /// Returns the conditions that hold, with their meshes and values, the worst first.
     fn met(&self) -> Vec<(&'a Criterion, Vec<Met>)> {
         let of = |i: usize| {
             let all = self.meshes.iter().flat_map(|mesh| {
@@ -359,17 +358,17 @@ impl<'a> Findings<'a> {
             .collect()
     }
 
-    /// The cells that are listed.
+    /// Returns the listed cells.
     fn listed(&self) -> &[WorstCell] {
         &self.worst.cells[..self.n_listed.min(self.worst.cells.len())]
     }
 
-    /// The worst cell of a sequence.
+    /// Returns the worst cell of a sequence.
     fn worst_of_sequence(&self) -> Option<&WorstCell> {
         self.worst.cells.first().filter(|cell| cell.step.is_some())
     }
 
-    /// Prints everything, beside a mesh on standard output or not.
+    /// Prints the results, to stderr if a mesh is written to standard output.
     fn tell(&self, context: &Context, beside: bool) -> Result<()> {
         for (criterion, met) in self.met() {
             context.complain(holds(criterion, &met));
@@ -384,7 +383,7 @@ impl<'a> Findings<'a> {
     }
 }
 
-/// A condition that holds, with its steps where there are several meshes, and the worst value.
+/// Returns the note of a condition that holds, with its steps if there are several meshes, and the worst value.
 fn holds(criterion: &Criterion, met: &[Met]) -> Note {
     let (worst_step, value) = *met.first().expect("it holds somewhere");
     let steps = met
@@ -413,7 +412,7 @@ fn holds(criterion: &Criterion, met: &[Met]) -> Note {
     }
 }
 
-/// The mesh with an array for each metric, in place of those of the same names.
+/// Returns the mesh with an array for each metric; existing arrays of the same names are replaced.
 fn with_arrays(mut mesh: Mesh, judge: &QualityEvaluator) -> Mesh {
     let arrays = judge.arrays(&mesh, &mesh.points);
     mesh.cell_arrays

@@ -7,12 +7,12 @@ use azimesh_core::numbers::{point, short};
 use azimesh_quality::{Assessment, Extreme, Statistic};
 use std::fmt::Write;
 
-/// Rows of a sequence that are printed where not all are asked for.
+/// Number of rows of a sequence printed by default.
 const WORST_ROWS: usize = 10;
 
 const ANY_TEXT: &str = "a string takes any text";
 
-/// As text: a line a number of one mesh, a row a mesh of a sequence.
+/// Formats the results as text: a line per number of one mesh, a row per mesh of a sequence.
 pub(super) fn as_text(findings: &Findings<'_>) -> String {
     let mut text = match &findings.meshes[..] {
         [

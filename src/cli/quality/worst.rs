@@ -1,4 +1,4 @@
-//! The worst cells of a mesh or of a sequence, and where they are.
+//! The worst cells of a mesh or of a sequence, and their positions.
 
 use super::Step;
 use azimesh_core::geometry::vector::{Vector, add, scale};
@@ -7,7 +7,7 @@ use azimesh_quality::{Candidate, Reference, TaggedSurface, worst};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The worst cells of the meshes that were considered, the worst first.
+/// The worst cells of the evaluated meshes, the worst first.
 pub(super) struct WorstCells {
     n: usize,
     pub cells: Vec<WorstCell>,
@@ -27,7 +27,7 @@ pub(super) struct WorstCell {
 }
 
 impl WorstCells {
-    /// Of which `n` are kept.
+    /// Creates an empty list that keeps `n` cells.
     pub fn new(n: usize) -> Self {
         Self {
             n,
@@ -35,7 +35,7 @@ impl WorstCells {
         }
     }
 
-    /// Takes in the cells of a mesh that are worse than those found before.
+    /// Adds the cells of a mesh that are worse than earlier ones.
     pub fn consider(&mut self, step: Option<Step>, mesh: &Mesh, reference: &Reference) {
         let mut candidates = worst(mesh, &mesh.points, reference, self.n);
         if self.cells.len() == self.n {
@@ -43,13 +43,13 @@ impl WorstCells {
             candidates.retain(|found| last.is_some_and(|last| found.rank(&last).is_lt()));
         }
         self.cells.extend(described(step, mesh, &candidates));
-        // The sort is stable: of equal cells those of earlier steps come first.
+        // The sort is stable: of equal cells, cells of earlier steps come first.
         self.cells.sort_by(|a, b| a.found.rank(&b.found));
         self.cells.truncate(self.n);
     }
 }
 
-/// What the rank of a cell knows of it.
+/// A cell as seen by its rank.
 #[derive(Serialize, Deserialize)]
 struct Seen {
     kind: CellKind,
@@ -90,7 +90,7 @@ fn described(step: Option<Step>, mesh: &Mesh, candidates: &[Candidate]) -> Vec<W
         .collect()
 }
 
-/// The candidates that are cells of this rank, each with its place among all.
+/// Returns the candidates that are cells of this rank, each at its index among all.
 fn seen_here(mesh: &Mesh, candidates: &[Candidate]) -> Vec<Option<Seen>> {
     let (own, offset) = (mesh.own_cells(), mesh.own_offset());
     let here = |found: &Candidate| {
@@ -111,7 +111,7 @@ fn seen_here(mesh: &Mesh, candidates: &[Candidate]) -> Vec<Option<Seen>> {
     cells.into_iter().zip(touching).map(see).collect()
 }
 
-/// For each cell that is here the tags that hold a face with one of its nodes.
+/// Returns, for each cell of this rank, the tags that hold a face with one of its nodes.
 fn touching_tags(mesh: &Mesh, cells: &[Option<CellRef<'_>>]) -> Vec<Vec<String>> {
     let nodes = cells.iter().flatten().flat_map(|cell| cell.nodes);
     let mut tags_of: BTreeMap<u32, Vec<usize>> = nodes.map(|&node| (node, Vec::new())).collect();

@@ -63,7 +63,7 @@ fn a_run_is_not_resumed_where_a_function_has_no_name() {
     let begun = resume(folder.path(), sphere().displacements(bend));
     assert_eq!(begun.expect("it runs").n_steps, 2);
     let error = resume(folder.path(), sphere().displacements(bend));
-    let error = error.expect_err("nothing tells what it was").to_string();
+    let error = error.expect_err("the function has no name").to_string();
     let told = "body \"ball\" is moved by a function without a name";
     assert!(error.contains(told), "{error}");
 }

@@ -1,4 +1,4 @@
-//! Runs of schedules and formats that no file can name.
+//! Runs of schedules and formats that cannot be given in files.
 
 mod functions;
 mod surface;

@@ -1,5 +1,4 @@
-//! The files of moving surfaces: beside each mesh, again where they are lost, and refused where SU2 would take
-//! them for something else.
+//! The files of moving surfaces: one per mesh, written again if lost, and refused if SU2 would misread them.
 
 use crate::run::{Finished, Request, finish};
 use azimesh_core::error::Result;
@@ -30,7 +29,7 @@ fn deform(
     super::deform(folder, MESH, schedule, request)
 }
 
-/// The surface file of a step has the nodes of the moving tag, where the mesh of the step has them.
+/// Checks that the file of the surface of a step has the nodes of the moving tag, at their positions in the mesh.
 fn check_surface(folder: &Path, step: usize) {
     let out = folder.join("out");
     let mesh = Mesh::read(out.join(format!("airfoil_hybrid_{step:04}.vtu"))).expect("it is there");
@@ -54,7 +53,7 @@ fn each_step_has_the_places_of_the_moving_nodes_in_a_file_of_its_own() {
     let folder = tempfile::tempdir().expect("a folder");
     deform(folder.path(), &format!("{STEPS}{REST}"), None, false).expect("it runs");
     (0..4).for_each(|step| check_surface(folder.path(), step));
-    // The node numbers are those of the SU2 mesh that was read.
+    // The node numbers refer to the SU2 mesh that was read.
     let first = Mesh::read(folder.path().join("out/airfoil_hybrid_0000.vtu")).expect("it is there");
     let mesh = Mesh::read(Path::new(MESH)).expect("it is there");
     assert_eq!(first.points, mesh.points);

@@ -1,4 +1,4 @@
-//! Runs of schedules that have times and no azimuth.
+//! Runs of schedules that have times but no azimuth.
 
 use crate::run::{Finished, Request};
 use azimesh_core::Note;
@@ -16,7 +16,7 @@ fn deform(way: f64, keys: &str) -> Finished {
     );
     let request = Request {
         keep_going: true,
-        // A step with inverted cells is wanted.
+        // The test needs a step with inverted cells.
         allow_outside: true,
         ..Request::default()
     };

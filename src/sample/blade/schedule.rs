@@ -21,8 +21,8 @@ pub(super) fn blade(geometry: &Geometry) -> String {
     )
 }
 
-/// The zone `rotor` in its rotating frame: a cylinder along the blade is no surface that could turn about the
-/// shaft inside the background.
+/// The zone `rotor` in its rotating frame: a cylinder along the blade is not a surface of revolution about the shaft, so
+/// it cannot turn inside the background.
 pub(super) fn rotor(geometry: &Geometry) -> String {
     let boundaries = "[boundaries]\n\
         zones = [\"rotor\"]  # only this zone deforms\n\

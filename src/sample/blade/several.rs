@@ -86,16 +86,15 @@ fn mirrored_order(tube: &Tube) -> Vec<usize> {
     rows.chain(n_wrap..tube.n_nodes()).collect()
 }
 
-/// Nodes of all sectors: each has its own but those of its trailing side, which are the sector's
-/// before it.
+/// Node numbers of all sectors. A sector owns all its nodes except those on its trailing side, which belong to the previous
+/// sector.
 struct Numbering {
     /// Nodes of a sector in all layers but the outermost.
     n_inner: usize,
     /// Nodes of its own.
     n_own: usize,
-    /// Of the nodes of the outermost layer: their place among the sector's own there, or, on the
-    /// trailing side, that of the node on the leading side; and whether they are the sector's own, or those of the one
-    /// before in the direction of rotation.
+    /// For the nodes of the outermost layer: their index among the sector's own, or on the trailing side the index of the
+    /// mirror node on the leading side; and whether the sector owns them, or the previous one in the direction of rotation.
     outermost: Vec<(u32, bool)>,
 }
 

@@ -4,11 +4,10 @@
 //! Both ends of the blade are half bodies of revolution about the chord line: at every chordwise
 //! station a half circle joins the upper to the lower side, so the surface is smooth all over.
 //!
-//! On an end, seen along the chord, a point has coordinates (outward, up) = (X, Z) in chords, at
-//! a distance `r` from the chord line that is the half thickness of its station. Far from the
-//! edges the nodes of one chordwise station are on a circle `r = t`; towards the leading and
-//! trailing band the circles turn into squares, so that the patch's corners have angles of 90 and
-//! 135 degrees.
+//! On an end, seen along the chord, a point has coordinates (outward, up) = (X, Z) in chords. Its distance `r` from the
+//! chord line is the half thickness of its station. Far from the edges the nodes of one chordwise station are on a circle
+//! `r = t`. Towards the leading and trailing band the circles become squares, so that the patch's corners have angles of 90
+//! and 135 degrees.
 
 use super::geometry::Geometry;
 use super::sector::Sector;

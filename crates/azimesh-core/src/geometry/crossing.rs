@@ -52,7 +52,7 @@ mod tests {
             assert!(!triangles_cross(&FLAT, &upright(x, low)), "{x} {low}");
         }
         let moved = FLAT.map(|[x, y, z]| [x + 0.1, y + 0.1, z]);
-        assert!(!triangles_cross(&FLAT, &moved), "they lie in one plane");
+        assert!(!triangles_cross(&FLAT, &moved), "they are in one plane");
     }
 
     #[test]

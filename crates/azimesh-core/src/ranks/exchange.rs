@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 use std::borrow::Cow;
 
 impl Ranks {
-    /// Gives each rank the numbers that this one has for it, in the order of the ranks; gives those that each has for this one.
-    /// The own ones go without a message.
+    /// Sends each rank its numbers from this one, in the order of the ranks; returns the numbers from each rank for this one. The
+    /// rank's own numbers are not sent.
     ///
     /// # Panics
     /// When there is not one list for each rank.
@@ -20,7 +20,7 @@ impl Ranks {
         )
     }
 
-    /// As [`alltoallv`](Self::alltoallv), of any value.
+    /// Like [`alltoallv`](Self::alltoallv), for any value.
     ///
     /// # Panics
     /// When there is not one value for each rank.
@@ -42,8 +42,8 @@ impl Ranks {
     }
 
     /// In round `k` each rank sends to the one `k` after it, and receives from the one `k` before it. A send may wait until it is
-    /// received. So of each circle of ranks that wait for each other some have to receive first: those that send to a
-    /// lower one; every circle has one.
+    /// received. So in each circle of waiting ranks some have to receive first: those that send to a lower one; every circle has
+    /// one.
     fn in_rounds<T: Default>(
         &self,
         mut to_each: Vec<T>,

@@ -65,7 +65,7 @@ impl TreeHasher {
         self.update(&part.before);
         if !part.blocks.is_empty() {
             self.close_full();
-            assert_eq!(self.n_in_block, 0, "ranks hash bytes where they lie");
+            assert_eq!(self.n_in_block, 0, "ranks hash bytes in place");
             part.blocks.iter().for_each(|block| self.push(*block));
             self.begin();
         }

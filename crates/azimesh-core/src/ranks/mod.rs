@@ -1,8 +1,8 @@
 //! Processes that work on one mesh together, each on a part of it: ranks, as MPI calls them.
 //!
-//! All ranks run the same code and call the functions here in the same order, each with what it has. What comes out is
-//! the same on every rank, whatever their number: values are put together in the order of the ranks, and nothing is added
-//! up by the network. A program that runs alone is rank 0 of 1, and sends nothing.
+//! All ranks run the same code and call the functions here in the same order, each with its own data. The results are the
+//! same on every rank, for any number of ranks: values are combined in the order of the ranks, and the network adds nothing
+//! up. A program that runs alone is rank 0 of 1, and sends nothing.
 
 mod exchange;
 pub mod hash;
@@ -188,7 +188,7 @@ impl Ranks {
         of_first.unwrap_or_else(|| unpack(&bytes))
     }
 
-    /// Collects the values of all ranks, in their order, on rank 0 alone: up the tree of [`broadcast`](Self::broadcast).
+    /// Collects the values of all ranks, in their order, on rank 0 only: up the tree of [`broadcast`](Self::broadcast).
     pub fn gather<T: Serialize + DeserializeOwned>(&self, own: T) -> Option<Vec<T>> {
         let (rank, n) = (self.rank(), self.n());
         let mut all = vec![(rank, own)];
@@ -225,8 +225,8 @@ impl Ranks {
         }
     }
 
-    /// Adds up over all ranks in their order: rank 0 begins with `start`, and `append` adds what a rank has to what those before
-    /// it have. The sum goes from rank to rank, so it is added up as one process would do it.
+    /// Adds up over all ranks in their order: rank 0 begins with `start`, and `append` adds a rank's value to the sum of the
+    /// previous ranks. The sum passes from rank to rank, so it has the same order as in one process.
     pub fn ordered_fold<T, P>(&self, start: T, own: P, append: impl Fn(&mut T, P)) -> T
     where
         T: Serialize + DeserializeOwned,
@@ -251,10 +251,10 @@ impl Ranks {
         self.broadcast(whole)
     }
 
-    /// Gives each rank what rank 0 has for it, one rank after the other; `for_rank` is asked there alone.
+    /// Sends each rank its value from rank 0, one rank after the other; `for_rank` is called there only.
     ///
     /// # Panics
-    /// When rank 0 has nothing for a rank.
+    /// If rank 0 has no value for a rank.
     pub fn scatter<T: Serialize + DeserializeOwned>(
         &self,
         for_rank: &mut dyn FnMut(usize) -> Option<T>,
@@ -269,7 +269,7 @@ impl Ranks {
         for_rank(0).expect(ALL)
     }
 
-    /// Gives each rank the numbers that rank 0 has for it; `for_rank` is asked there alone. `own` takes them.
+    /// Sends each rank its numbers from rank 0; `for_rank` is called there only. `own` receives them.
     pub fn scatter_into<T: Pod>(
         &self,
         for_rank: &dyn Fn(usize, &mut [T]),
@@ -290,12 +290,12 @@ impl Ranks {
         for_rank(0, own);
     }
 
-    /// Gives rank 0 the numbers of this one, which it takes by [`receive_parts`](Self::receive_parts).
+    /// Sends the numbers of this rank to rank 0, which receives them by [`receive_parts`](Self::receive_parts).
     pub fn send_part<T: Pod>(&self, own: &[T]) {
         self.send(0, bytemuck::cast_slice(own));
     }
 
-    /// Takes the numbers of each other rank on rank 0; `parts` has the length of the numbers of each rank.
+    /// Receives the numbers of each other rank on rank 0; `parts` has the length of the numbers of each rank.
     pub fn receive_parts<T: Pod>(&self, parts: &mut [&mut [T]]) {
         for (rank, part) in parts.iter_mut().enumerate().skip(1) {
             let bytes = bytemuck::cast_slice_mut(part);
@@ -303,7 +303,7 @@ impl Ranks {
         }
     }
 
-    /// Gives each rank its own value if all succeeded; else the error of the first that failed, on all ranks.
+    /// Returns each rank's own value if all succeeded; else the error of the first that failed, on all ranks.
     ///
     /// # Errors
     /// If any rank failed.

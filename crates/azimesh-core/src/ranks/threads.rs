@@ -1,4 +1,4 @@
-//! Ranks as threads of one process, for tests. What is sent waits until it is received, as MPI may have it.
+//! Ranks as threads of one process, for tests. A message waits until it is received, as MPI may do.
 
 use super::{Network, Ranks};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -36,7 +36,7 @@ impl Network for Channels {
     }
 }
 
-/// Runs `work` on each of `n` ranks, each a thread, and gives the results in their order.
+/// Runs `work` on each of `n` ranks, each a thread, and returns the results in their order.
 ///
 /// # Panics
 /// If one of them does.

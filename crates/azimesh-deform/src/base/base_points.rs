@@ -1,8 +1,8 @@
-//! Base points by their mesh nodes, as users give and get them.
+//! Base points by mesh node, as users pass and receive them.
 
 use serde::{Deserialize, Serialize};
 
-/// Base points by their mesh nodes, in the order in which they were chosen.
+/// Base points by mesh node, in the order of selection.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BasePoints {
-    /// Those of the displacements; with `interpolate = "twist"` of the translations.
+    /// Base points of the displacements; with `interpolate = "twist"` of the translations.
     pub nodes: Vec<u32>,
-    /// With `interpolate = "twist"`, those of the rotations.
+    /// Base points of the rotations, with `interpolate = "twist"`.
     pub rotation_nodes: Option<Vec<u32>>,
 }
 

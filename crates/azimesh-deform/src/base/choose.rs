@@ -1,11 +1,11 @@
-//! Chooses the base points of a selection interval by the method of the schedule.
+//! Selects the base points of a selection interval by the method of the schedule.
 //!
 //! | method | targets | ends |
 //! |---|---|---|
 //! | `sequence` | the modes over all steps | at the tolerance |
 //! | `real` | the modes at the first step of the interval that moves anything (Algorithm 1 of the paper) | at the tolerance |
 //! | `constant` | one vector on all that moves (Algorithm 2) | at the tolerance or at `max_points` |
-//! | `all` | none: every surface node that double precision can tell from others | |
+//! | `all` | none: every surface node that double precision can distinguish | |
 
 use super::base_points::BasePoints;
 use super::rank_sweeps::RankSweeps;
@@ -26,11 +26,10 @@ use azimesh_rbf::space::Space;
 use azimesh_rbf::targets::Targets;
 use std::ops::Range;
 
-/// Base points nearer to each other than this part of the support radius are one to working
-/// precision.
+/// Base points closer than this part of the support radius are equal to working precision.
 const DISTINCT: f64 = 1e-7;
 
-/// The base points of every layer for the steps of an interval.
+/// Selects the base points of every layer for the steps of an interval.
 ///
 /// # Errors
 /// If no base points can be chosen. All ranks call it and get the same result.
@@ -49,7 +48,7 @@ pub fn choose(
     selections.map_err(|error| error.file(&plan.schedule.path))
 }
 
-/// The selections of given base points, for the steps of an interval.
+/// Builds the selections of given base points, for the steps of an interval.
 pub fn from_nodes(
     plan: &Plan,
     interval: &Range<usize>,
@@ -95,7 +94,7 @@ fn check_distinct(nodes: &[u32]) -> Result<()> {
     }
 }
 
-/// The error over one step, which method `real` measures.
+/// Returns the criterion of method `real`: the error over one step.
 fn criterion_of(plan: &Plan, layer: &Layer, interval: &Range<usize>) -> Result<Option<Criterion>> {
     match plan.schedule.selection.method {
         SelectionMethod::Real => {
@@ -129,9 +128,9 @@ fn choose_for(
     }
 }
 
-/// Every surface point but those that lie on others to working precision. Where the kernel matrix of all of them is
-/// not positive definite in double precision, those that the power function leaves: each reduces it, and the others are
-/// reproduced within round-off.
+/// Selects every surface point except points that are equal to others to working precision. If the kernel matrix of all
+/// of them is not positive definite in double precision, only points that reduce the power function are kept; the others
+/// are reproduced within round-off.
 fn every_point(plan: &Plan, layer: &Layer, targets: Targets<'_>) -> Result<Selection> {
     let (space, points) = (&layer.space, &plan.surface.points);
     let base = match layer.modes.n_modes {
@@ -152,7 +151,7 @@ fn every_point(plan: &Plan, layer: &Layer, targets: Targets<'_>) -> Result<Selec
     Ok(selection)
 }
 
-/// A note where method `all` has left surface points out.
+/// Returns a note if method `all` has left out surface points.
 pub(crate) fn left_out(plan: &Plan, selections: &[Selection]) -> Vec<Note> {
     let is_all = plan.schedule.selection.method == SelectionMethod::All;
     let n_images = plan
@@ -182,7 +181,7 @@ pub(crate) fn left_out(plan: &Plan, selections: &[Selection]) -> Vec<Note> {
     notes.collect()
 }
 
-/// The first step of an interval, or the first at which anything moves: base points for nothing would
+/// Returns the first step of an interval at which anything moves, or the first step. Base points for no motion would
 /// serve no other step.
 fn first_that_moves(plan: &Plan, interval: &Range<usize>) -> usize {
     let mut steps = interval.clone();
@@ -228,7 +227,7 @@ fn in_rounds(
     select::select(space, targets, limits, &mut say)
 }
 
-/// Algorithm 2: base points that reproduce one vector on all that moves, zero elsewhere; then the
+/// Algorithm 2: selects base points that reproduce one vector at all moving points, zero elsewhere; then computes the
 /// layer's own modes from them.
 fn by_constant(
     plan: &Plan,
@@ -260,7 +259,7 @@ fn by_constant(
     })
 }
 
-/// The target of Algorithm 2: one vector on all that moves.
+/// The target of Algorithm 2: one vector at all moving points.
 struct ConstantField {
     space: Space,
     values: Vec<f64>,
@@ -278,9 +277,8 @@ impl ConstantField {
     }
 }
 
-/// The constant vector on all that moves, zero elsewhere; `None` where there is nothing to choose for.
-/// It has one direction, so a scalar field of its length is enough, except with periodic images, which
-/// rotate it.
+/// Returns the constant vector at all moving points, zero elsewhere; `None` if there is nothing to select for. It has
+/// one direction, so a scalar field of its length is enough, except with periodic images, which rotate it.
 fn constant_field(plan: &Plan, layer: &Layer) -> Result<Option<ConstantField>> {
     let vector = constant(plan, layer);
     let size = norm(vector);
@@ -304,7 +302,7 @@ fn constant_field(plan: &Plan, layer: &Layer) -> Result<Option<ConstantField>> {
     }))
 }
 
-/// The error that Algorithm 2 measures for given base points.
+/// Returns the error of Algorithm 2 for given base points.
 fn constant_error(plan: &Plan, layer: &Layer, base: Vec<usize>) -> Result<f64> {
     let Some(field) = constant_field(plan, layer)? else {
         return Ok(0.0);
@@ -313,8 +311,8 @@ fn constant_error(plan: &Plan, layer: &Layer, base: Vec<usize>) -> Result<f64> {
     Ok(select::from_base(&field.space, targets, base, measure(plan))?.measured)
 }
 
-/// The vector of Algorithm 2: that of the schedule, or the largest component of the layer's data over
-/// moving points and steps in each direction.
+/// Returns the vector of Algorithm 2: from the schedule, or the largest component of the layer's data over moving
+/// points and steps in each direction.
 pub fn constant(plan: &Plan, layer: &Layer) -> Vector {
     if let Some(constant) = plan.schedule.selection.constant {
         return constant;

@@ -1,4 +1,4 @@
-//! Base points: how they are chosen, and whether they meet the tolerance.
+//! Base points: their selection, and checks against the tolerance.
 
 pub(crate) mod base_points;
 pub(crate) mod choose;

@@ -8,11 +8,11 @@ use azimesh_rbf::sweeps::{LocalSweeps, Over, Sweeps, run_length};
 use azimesh_rbf::targets::Targets;
 use std::ops::Range;
 
-/// Sweeps over the surface. Each rank has a range of the points: whole runs. All ranks call each function at once and get
-/// the same results.
+/// Sweeps over the surface. Each rank has a range of the points, in whole runs. All ranks call each function together and
+/// get the same results.
 pub(crate) struct RankSweeps<'a> {
     own: LocalSweeps<'a>,
-    /// The number of the first point of this rank.
+    /// Index of the first point of this rank.
     first: usize,
     ranks: Ranks,
     /// The residuals of all ranks, once they are collected. A single rank does not copy its own.
@@ -20,7 +20,7 @@ pub(crate) struct RankSweeps<'a> {
 }
 
 impl<'a> RankSweeps<'a> {
-    /// Over all points of the targets, with about `candidates` runs. The space has no constraints.
+    /// Creates sweeps over all points of the targets, with about `candidates` runs. The space has no constraints.
     pub fn new(space: &'a Space, targets: Targets<'a>, candidates: usize, ranks: &Ranks) -> Self {
         let n = targets.points.len();
         let run = run_length(n, candidates);
@@ -46,13 +46,13 @@ impl<'a> RankSweeps<'a> {
     }
 }
 
-/// The points of this rank: whole runs, as many as the other ranks have.
+/// Returns the points of this rank: whole runs, evenly spread over the ranks.
 fn points_of(n: usize, run: usize, ranks: &Ranks) -> Range<usize> {
     let start = |rank: usize| (rank * n.div_ceil(run) / ranks.n() * run).min(n);
     start(ranks.rank())..start(ranks.rank() + 1)
 }
 
-/// The values of some points, `n` for each; none of none.
+/// Returns the values of some points, `n` for each; empty values stay empty.
 fn rows<'a, T>(values: &'a [T], points: &Range<usize>, n: usize) -> &'a [T] {
     if values.is_empty() {
         values

@@ -1,15 +1,15 @@
-//! Round-off in what base points give the nodes of the volume: whether it is small against the first cells.
+//! Round-off of the interpolation at volume nodes, compared with the height of the first cells.
 //!
-//! The interpolant is a sum of weights times kernels near one, and large weights of both signs cancel in it.
-//! What double precision takes from the sum at the worst node is about
+//! The interpolant is a sum of weights times kernels near one, and large weights of both signs cancel in it. The
+//! round-off of the sum at the worst node is about
 //!
 //! ```text
 //! noise = 4 epsilon max_k sqrt(sum_j |w_j C_k|^2)
 //! ```
 //!
-//! (between 2 and 6 epsilon on airfoils and blades with wendland-c2, c4 and c6), with `w_j (r)` the weights of base point `j` and `C_k (r, 3)` the coefficients of step `k`. Weights grow with the
-//! support radius and the smoothness of the kernel. Nodes of the surface are put in their place exactly; the nodes next
-//! to them are not, so that the noise changes the height of first cells.
+//! (between 2 and 6 epsilon on airfoils and blades with wendland-c2, c4 and c6), with `w_j (r)` the weights of base point
+//! `j` and `C_k (r, 3)` the coefficients of step `k`. Weights grow with the support radius and the smoothness of the kernel.
+//! Surface nodes are set exactly, but their neighbours are not, so the noise changes the height of first cells.
 
 use crate::plan::Plan;
 use crate::plan::layer::Layer;
@@ -25,11 +25,11 @@ const PER_WEIGHT: f64 = 4.0;
 /// Parts of the smallest first cell: round-off above the first gives a warning, above the second an error.
 const TOLD: f64 = 0.01;
 const REFUSED: f64 = 0.1;
-/// Support radii that are tried for the advice: each half of the one before.
+/// Number of support radii tried for the advice: each is half of the previous one.
 const TRIES: usize = 12;
 
-/// A warning where round-off may change first cells by more than 1%, an error of kind `Check` where by more than 10%;
-/// both name a support radius that was tried and does better, if there is one.
+/// Returns a warning if round-off may change first cells by more than 1%, and an error of kind `Check` above 10%. Both
+/// name a support radius that was tried and works, if there is one.
 ///
 /// # Errors
 /// As above.
@@ -78,7 +78,7 @@ pub fn check(plan: &Plan, selections: &[Selection]) -> Result<Option<Note>> {
     Ok(Some(note.with("works", works.map(|(radius, _)| radius))))
 }
 
-/// Round-off at the nodes of the volume that the weights of a layer make, in mesh units.
+/// Returns the round-off at volume nodes due to the weights of a layer, in mesh units.
 fn round_off(layer: &Layer, interpolant: &Interpolant) -> f64 {
     let criterion = &layer.criterion;
     let rows = interpolant.weights.chunks_exact(criterion.n_modes().max(1));
@@ -87,7 +87,7 @@ fn round_off(layer: &Layer, interpolant: &Interpolant) -> f64 {
     PER_WEIGHT * f64::EPSILON * squares.sum::<f64>().sqrt()
 }
 
-/// The longest lever arm of each part.
+/// Returns the longest lever arm of each part.
 fn longest(lever_arms: &[f64], n_parts: usize) -> Vec<f64> {
     let mut longest = Vec::new();
     for arms in lever_arms.chunks_exact(n_parts.max(1)) {
@@ -99,7 +99,7 @@ fn longest(lever_arms: &[f64], n_parts: usize) -> Vec<f64> {
     longest
 }
 
-/// The round-off of the same base points with a part of the support radius; `None` where it does not solve.
+/// Returns the round-off of the same base points with a part of the support radius; `None` if the system cannot be solved.
 fn with_radius(plan: &Plan, layer: &Layer, selection: &Selection, part: f64) -> Option<f64> {
     let r = layer.criterion.n_modes();
     let basis = layer.space.basis;

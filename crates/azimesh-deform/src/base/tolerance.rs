@@ -1,4 +1,4 @@
-//! Whether base points meet the tolerance of the schedule: as they were chosen, and at every step.
+//! Checks that base points meet the tolerance of the schedule: after selection, and at every step.
 
 use crate::motion::{SelectionCriterion, SelectionMethod, Step};
 use crate::plan::layer::Layer;
@@ -10,13 +10,13 @@ use azimesh_core::{Note, note};
 use azimesh_rbf::select::Selection;
 use std::fmt;
 
-/// Returns whether the schedule accepts these base points at any error: method `constant` ends at `max_points`.
+/// Returns whether the schedule accepts any error of these base points: method `constant` ends at `max_points`.
 fn ends_at_max_points(plan: &Plan, n_base: usize) -> bool {
     let wanted = &plan.schedule.selection;
     wanted.method == SelectionMethod::Constant && n_base >= wanted.max_points
 }
 
-/// The layers whose base points miss the tolerance, in their order.
+/// Returns the layers whose base points miss the tolerance, in their order.
 pub fn missed_layers<'a>(
     plan: &'a Plan,
     selections: &'a [Selection],
@@ -30,18 +30,18 @@ pub fn missed_layers<'a>(
         })
 }
 
-/// Where the base points of a selection are from.
+/// Origin of the base points of a selection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BaseOrigin {
-    /// Chosen for this schedule.
+    /// Selected for this schedule.
     Chosen,
-    /// Chosen before, perhaps for another schedule, and given.
+    /// Given by the user; selected before, perhaps for another schedule.
     Given,
-    /// Base points of an earlier run to which the schedule adds steps.
+    /// Selected by an earlier run to which the schedule adds steps.
     Earlier,
 }
 
-/// An error of kind `Check` where the base points of a layer miss the tolerance.
+/// Returns an error of kind `Check` if the base points of a layer miss the tolerance.
 pub fn check_tolerance(plan: &Plan, selections: &[Selection], origin: BaseOrigin) -> Result<()> {
     let Some((layer, selection)) = missed_layers(plan, selections).next() else {
         return Ok(());
@@ -49,7 +49,7 @@ pub fn check_tolerance(plan: &Plan, selections: &[Selection], origin: BaseOrigin
     Err(Error::check(missed(plan, layer, selection, origin)).file(&plan.schedule.path))
 }
 
-/// That base points miss the tolerance, why, and what to do about it.
+/// Returns the message for missed tolerances: the error, its cause and the remedy.
 pub fn missed(plan: &Plan, layer: &Layer, selection: &Selection, origin: BaseOrigin) -> String {
     let radius = layer.space.basis.radius;
     let why = match Torn::find(plan, layer, selection) {
@@ -91,7 +91,7 @@ fn reaches_max_points(plan: &Plan, selection: &Selection) -> bool {
     wanted.method != SelectionMethod::All && selection.base.len() >= wanted.max_points
 }
 
-/// Two surface nodes that move apart by more than they are apart.
+/// Two surface nodes whose motions differ by more than their distance.
 struct Torn {
     nodes: [u32; 2],
     distance: f64,
@@ -99,7 +99,7 @@ struct Torn {
 }
 
 impl Torn {
-    /// The surface point with the largest error and the base point nearest to it, where the motions of both differ by
+    /// Finds the surface point with the largest error and its nearest base point, if the difference of their motions is
     /// most of that error.
     fn find(plan: &Plan, layer: &Layer, selection: &Selection) -> Option<Self> {
         let (criterion, r) = (&layer.criterion, layer.criterion.n_modes());
@@ -143,10 +143,9 @@ impl fmt::Display for Torn {
     }
 }
 
-/// A note where a step misses the tolerance that its base points were chosen by, and whether that
-/// fails the run: not where the correction of every substep has made the surface exact, nor where
-/// `constant` has ended at `max_points`; `n_base` are the base points of the step, and `repaired_in_substeps` tells whether
-/// its folded cells made it one of several substeps.
+/// Returns a note if a step misses the tolerance of its base points, and whether that fails the run. It does not fail if
+/// the correction of every substep has made the surface exact, or if `constant` has ended at `max_points`. `n_base` is the
+/// number of base points of the step. `repaired_in_substeps` is true if its folded cells made it one of several substeps.
 pub fn missed_at_step(
     plan: &Plan,
     step: &Step,
@@ -160,7 +159,7 @@ pub fn missed_at_step(
     let is_held = match wanted.method {
         SelectionMethod::Sequence => by_largest,
         SelectionMethod::All => in_substeps,
-        // The base points serve steps that they were not chosen for, which matters where that is written.
+        // The base points also serve steps for which they were not selected; that matters if the uncorrected positions are written.
         SelectionMethod::Real | SelectionMethod::Constant => by_largest && !wanted.correction,
     };
     (is_held && error > plan.tolerance).then(|| {

@@ -33,18 +33,18 @@ pub struct MeshState<'a> {
 pub struct Chosen<'a> {
     /// Base points, interpolant and residuals.
     pub selection: &'a Selection,
-    /// Largest displacement error over the steps that are meant.
+    /// Largest displacement error over the relevant steps.
     pub error: f64,
 }
 
-/// A place where two surfaces come closer than the fade radius of the correction.
+/// A narrow gap: two surfaces closer than the fade radius of the correction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Narrow {
-    /// Surface point, by its position.
+    /// Index of a surface point.
     pub point: usize,
     /// Width of the gap, in mesh units.
     pub width: f64,
-    /// The fade radius that the correction would have.
+    /// Fade radius of the correction without the gap.
     pub fade_radius: f64,
 }
 
@@ -56,7 +56,7 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// Evaluates every layer at the nodes of this rank that deform; with `correct` the surface is made exact. All ranks call it.
+    /// Evaluates every layer at the deforming nodes of this rank; `correct` makes the surface exact. All ranks call it.
     pub fn new(
         state: MeshState<'_>,
         layers: &[Layer],
@@ -82,13 +82,13 @@ impl Fields {
         Self { fields, narrow }
     }
 
-    /// Writes by how much the nodes move at a step of layers of displacements.
+    /// Writes the displacements of the nodes at a step of displacement layers.
     pub fn vectors(&self, layers: &[Layer], step: usize, out: &mut [Vector]) {
         let still = vec![[0.0; 3]; out.len()];
         self.displace(layers, step, &still, out);
     }
 
-    /// Writes the positions at a step of the layers to `out`; `nodes` are the positions that the fields were evaluated for.
+    /// Writes the positions at a step of the layers to `out`. The fields were evaluated at `nodes`.
     pub fn displace(&self, layers: &[Layer], step: usize, nodes: &[Vector], out: &mut [Vector]) {
         let translation = layers
             .iter()
@@ -106,7 +106,7 @@ impl Fields {
     }
 }
 
-/// The values of the modes of a layer at the nodes that deform, before the correction.
+/// Evaluates the modes of a layer at the deforming nodes, before the correction.
 fn evaluate(
     state: MeshState<'_>,
     layer: &Layer,
@@ -117,7 +117,7 @@ fn evaluate(
     let interpolant = &chosen.selection.interpolant;
     let mut field = Field::evaluate(interpolant, state.nodes, deforming, report);
     if field.n_modes != layer.modes.n_modes {
-        // There is no base point: every value is zero.
+        // Without a base point every value is zero.
         field.n_modes = layer.modes.n_modes;
         let n_nodes = field.nodes.as_ref().map_or(state.nodes.len(), Vec::len);
         field.values = vec![0.0; n_nodes * field.n_modes];
@@ -130,7 +130,7 @@ fn evaluate(
     field
 }
 
-/// Returns the narrower gap of two: one of this layer, one of an earlier layer.
+/// Returns the narrower of two gaps: one of this layer, one of an earlier layer.
 fn narrowest(before: Option<Narrow>, chosen: &Chosen<'_>, fading: &Fading<'_>) -> Option<Narrow> {
     let found = fading.narrowest_gap.map(|gap| Narrow {
         point: gap.node,
@@ -141,7 +141,7 @@ fn narrowest(before: Option<Narrow>, chosen: &Chosen<'_>, fading: &Fading<'_>) -
     both.min_by(|a, b| a.width.total_cmp(&b.width))
 }
 
-/// Adds what the rotations of a layer do at a step.
+/// Adds the displacements by the rotations of a layer at a step.
 fn rotate(layer: &Layer, field: &Field, step: usize, at: &[Vector], out: &mut [Vector]) {
     let r = field.n_modes;
     let turned = |x: Vector, row: &[f64]| layer.displacement(x, row, step);

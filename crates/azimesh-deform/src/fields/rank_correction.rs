@@ -1,9 +1,9 @@
-//! The correction of fields and positions, shared by ranks: each corrects as many nodes near the surface as the others do,
-//! whichever rank has them.
+//! The correction of fields and positions, shared by ranks: every rank corrects the same number of nodes near the
+//! surface, which may belong to other ranks.
 //!
 //! ```text
-//! every rank   finds its nodes near the surface; the lists of all ranks, one after the other, are cut into equal pieces
-//! every rank   sends the places of its nodes to the ranks of their pieces, and receives what is added there
+//! every rank   finds its nodes near the surface; the lists of all ranks, in rank order, are cut into equal pieces
+//! every rank   sends the positions of its nodes to the ranks of their pieces, and receives the corrections
 //! ```
 
 use azimesh_core::geometry::Bounds;
@@ -14,14 +14,14 @@ use azimesh_rbf::correct::{Added, Correction};
 use azimesh_rbf::field::Field;
 use std::ops::Range;
 
-/// Nodes that one task looks at.
+/// Number of nodes that one task checks.
 const BLOCK: usize = 1 << 14;
-/// Nodes that are checked together: first many, then few.
+/// Number of nodes checked together: first many, then few.
 const MANY: usize = 64;
 const FEW: usize = 8;
 
-/// Adds a correction to a field at the nodes of this rank, which have their places in `points`. Nodes near the surface are
-/// spread evenly over the ranks, whichever rank has them.
+/// Adds a correction to a field at the nodes of this rank, whose positions are in `points`. Nodes near the surface
+/// are spread evenly over the ranks.
 pub(crate) fn add_correction(
     correction: &Correction<'_>,
     field: &mut Field,
@@ -33,8 +33,8 @@ pub(crate) fn add_correction(
     Rows { points, nodes }.add(correction, values, |row| row, ranks);
 }
 
-/// Adds a correction of three modes to the positions `out` of the nodes of this rank, or to the positions of some `nodes`
-/// (ascending). Distances to the surface are measured from the positions of all nodes `before`.
+/// Adds a correction of three modes to the positions `out` of the nodes of this rank, or of some ascending `nodes`.
+/// Distances to the surface are measured from the positions `before` of all nodes.
 pub(crate) fn add_faded(
     correction: &Correction<'_>,
     before: &[Vector],
@@ -42,7 +42,7 @@ pub(crate) fn add_faded(
     out: &mut [Vector],
     ranks: &Ranks,
 ) {
-    // The sum with a field that is zero out of reach: it has no negative zero.
+    // Like a sum with a field that is zero out of reach, this removes negative zeros.
     let add_zero = |x: &mut Vector| *x = x.map(|x| x + 0.0);
     match nodes {
         None => parallel::update(out, |_, x| add_zero(x)),
@@ -53,9 +53,9 @@ pub(crate) fn add_faded(
     Rows { points, nodes }.add(correction, out.as_flattened_mut(), target, ranks);
 }
 
-/// The nodes of this rank that are corrected, a row each.
+/// The corrected nodes of this rank, one per row.
 struct Rows<'a> {
-    /// The places of all nodes.
+    /// The positions of all nodes.
     points: &'a [Vector],
     /// The nodes of the rows; `None` for all.
     nodes: Option<&'a [u32]>,
@@ -70,7 +70,7 @@ impl Rows<'_> {
         self.points[self.nodes.map_or(row, |nodes| nodes[row] as usize)]
     }
 
-    /// Adds the correction of each row to the row of `values` that `target` gives for it.
+    /// Adds the correction of each row to the row `target(row)` of `values`.
     fn add(
         &self,
         correction: &Correction<'_>,
@@ -100,8 +100,8 @@ impl Rows<'_> {
         }
     }
 
-    /// The rows that may be within the fade radius, ascending; some are beyond it. Nodes that follow each other in the mesh are near
-    /// each other: many are checked together, then few.
+    /// Returns the rows that may be within the fade radius, ascending; some are outside. Consecutive nodes of a mesh are
+    /// near each other, so many are checked together, then few.
     fn near(&self, correction: &Correction<'_>) -> Vec<u32> {
         let may_reach = |rows: &Range<usize>| {
             let mut bounds = Bounds::EMPTY;
@@ -123,7 +123,7 @@ impl Rows<'_> {
     }
 }
 
-/// The part of the list of a rank that is in the piece of each rank, from the lengths of all lists; empty where all lists are.
+/// Returns the parts of this rank's list that go to each rank's piece, from the lengths of all lists; empty if all lists are.
 fn pieces(lengths: &[usize], rank: usize) -> Vec<Range<usize>> {
     let (n, all) = (lengths.len(), lengths.iter().sum::<usize>());
     if all == 0 {
@@ -150,7 +150,7 @@ mod tests {
         assert!(pieces(&[0, 0], 1).is_empty());
     }
 
-    /// A wavy sheet of triangles and layers of nodes above it. The lowest two layers are near it.
+    /// A wavy sheet of triangles and layers of nodes above it. The lowest two layers are close to it.
     struct Example {
         surface: Vec<Vector>,
         facets: Vec<[u32; 3]>,
@@ -166,7 +166,7 @@ mod tests {
     const N_MODES: usize = 3;
 
     impl Example {
-        /// With nodes from layer to layer `upward`, or from column to column.
+        /// Numbers nodes from layer to layer (`upward`), or from column to column.
         fn new(upward: bool) -> Self {
             let height = |x: f64, y: f64| 0.1 * (5.0 * x).sin() * (3.0 * y).cos();
             let corner = |i: usize, j: usize| (i * SIDE + j) as u32;
@@ -210,14 +210,14 @@ mod tests {
             work(&Correction::fading(fading, &self.residuals, N_MODES))
         }
 
-        /// The nodes of a rank. Where they go upward, the first rank has all nodes near the surface.
+        /// Returns the nodes of a rank. If they are numbered upward, the first rank has all nodes near the surface.
         fn part(&self, ranks: &Ranks) -> Range<usize> {
             let start = |rank: usize| self.nodes.len() * rank / ranks.n();
             start(ranks.rank())..start(ranks.rank() + 1)
         }
     }
 
-    /// Some numbers, zeros of both signs among them.
+    /// Some numbers, including zeros of both signs.
     fn numbers(n: usize) -> Vec<f64> {
         let number = |i: usize| match i % 5 {
             0 => 0.0,
@@ -321,7 +321,7 @@ mod tests {
         assert!(near[0] > 2000 && near[1..] == [0, 0], "{near:?}");
         let sent = &found[0].1;
         let sent = (sent.iter().find(|sent| sent.what == "correction")).expect("it is counted");
-        // Two of three places are sent, and what is added there returns: a row number and three values.
+        // Two of three positions are sent, and their corrections return: a row number and three values.
         let places = (near[0] - near[0] / 3) as u64 * 24;
         let least = places + places / 24 * 20;
         assert!(sent.most > places && sent.bytes < places + places / 24 * 28 + 200);

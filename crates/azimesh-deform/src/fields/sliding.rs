@@ -1,6 +1,5 @@
-//! Sliding nodes on their boundary. On planes and straight edges the interpolant keeps them there and
-//! only round-off is taken off; on curved boundaries they are projected, and the change fades into the
-//! mesh as the correction of the surface does.
+//! Sliding nodes on their boundary. On planes and straight edges the interpolant keeps them there, and only round-off is
+//! removed. On curved boundaries they are projected, and the change fades into the mesh like the correction of the surface.
 
 use super::MeshState;
 use super::rank_correction::add_faded;
@@ -14,7 +13,7 @@ use azimesh_core::parallel::{self, SMALL_BLOCK, collect_in_blocks};
 use azimesh_rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use azimesh_rbf::slide::Sliding;
 
-/// The nodes of a rank that slide, each with its surface point.
+/// Returns the sliding nodes of a rank, each with its surface point.
 fn sliding_nodes(plan: &Plan, part: &Part) -> Vec<(usize, usize)> {
     parallel::filter_map(part.surface.len(), |i| {
         let [node, at] = part.surface[i].map(|index| index as usize);
@@ -23,7 +22,7 @@ fn sliding_nodes(plan: &Plan, part: &Part) -> Vec<(usize, usize)> {
     })
 }
 
-/// Puts the sliding nodes on their boundary. `state` is the mesh that was deformed.
+/// Puts the sliding nodes on their boundary. `state` is the mesh before the deformation.
 pub(crate) fn place(plan: &Plan, part: &Part, state: MeshState<'_>, out: &mut [Vector]) {
     let Some(sliding) = &plan.surface.sliding else {
         return;
@@ -45,7 +44,8 @@ pub(crate) fn place(plan: &Plan, part: &Part, state: MeshState<'_>, out: &mut [V
     }
 }
 
-/// The changes (N_s, 3) at all surface points, gathered from the sliding nodes of this rank. The last of several nodes at a point counts.
+/// Returns the changes (N_s, 3) at all surface points, gathered from the sliding nodes of all ranks. Of several nodes at a
+/// point the last one counts.
 fn changes(plan: &Plan, part: &Part, change: impl Fn(usize) -> Vector + Sync) -> Vec<f64> {
     let roles = &plan.motion.surface.nodes.roles;
     let of_nodes = part.surface_values(|node, at| match roles[at] {
@@ -60,7 +60,7 @@ fn changes(plan: &Plan, part: &Part, change: impl Fn(usize) -> Vector + Sync) ->
     changes
 }
 
-/// Adds to the nodes of this rank the changes (N_s, 3) of the surface, fading out.
+/// Adds the changes (N_s, 3) of the surface to the nodes of this rank, fading out.
 fn fade_inward(
     plan: &Plan,
     part: &Part,
@@ -82,7 +82,7 @@ fn fade_inward(
     );
 }
 
-/// The distance of a sliding node at `x` from its boundary; `back` undoes the rotation of the zone.
+/// Returns the distance of a sliding node at `x` from its boundary; `back` undoes the rotation of the zone.
 pub(crate) fn off_boundary(
     sliding: &Sliding,
     point: usize,
@@ -93,7 +93,7 @@ pub(crate) fn off_boundary(
     distance(x, sliding.place(point, x))
 }
 
-/// The sliding points of a deformed mesh, where their normals have turned on the way.
+/// Returns the sliding points of a deformed mesh, if their normals may have turned.
 pub(crate) fn on_moved_surface(
     motion: &Motion,
     surface: &SurfacePoints,

@@ -1,12 +1,12 @@
-//! Node velocities: those of the surface by differentiating the motion, those of the volume by the
-//! interpolant of the displacements, which is linear in its data.
+//! Node velocities. The motion is differentiated at the surface; the interpolant of the displacements, which is linear in
+//! its data, gives the velocities in the volume.
 //!
 //! ```text
 //! x = X + Phi_vb Phi_bb^-1 d(t),   v = Phi_vb Phi_bb^-1 d'(t)
 //! ```
 //!
-//! With the base points and the fade radius of the displacements this is the derivative of the positions. Further base points
-//! are added only where a body with a speed is at rest at all steps of an interval: displacements have none near it.
+//! With the base points and the fade radius of the displacements this is the derivative of the positions. More base
+//! points are added only if a moving body is at rest at all steps of an interval: there the displacements need none.
 
 use super::{Chosen, Fields, MeshState};
 use crate::motion::{BodyVelocity, Role, Step};
@@ -24,14 +24,14 @@ use azimesh_rbf::select::{self, Limits, Measure, Selection};
 use azimesh_rbf::targets::Targets;
 use std::ops::Range;
 
-/// Part of the largest velocity that the modes of velocities may be off by.
+/// Allowed error of the modes of velocities, as a part of the largest velocity.
 const ACCURACY: f64 = 1e-6;
-/// Part of the largest velocity of an interval that base points may be off by where they are chosen for velocities.
+/// Allowed error of base points selected for velocities, as a part of the largest velocity of an interval.
 const SERVES: f64 = 2e-3;
-/// Part of the diagonal of the mesh by which round-off moves a body at rest.
+/// Round-off of a body at rest, as a part of the diagonal of the mesh.
 const AT_REST: f64 = 1e-12;
 
-/// Velocities of the surface points at every step as a layer.
+/// Builds the layer of velocities of the surface points at every step.
 pub(crate) fn layer(plan: &Plan) -> Result<Layer> {
     let steps = &plan.motion.steps;
     let of_bodies: Vec<Vec<BodyVelocity<'_>>> = steps
@@ -70,13 +70,13 @@ pub(crate) fn layer(plan: &Plan) -> Result<Layer> {
 /// Velocities of the nodes of a mesh at the steps of an interval.
 pub(crate) struct Velocities {
     fields: Fields,
-    /// A note where base points leave too large an error and no more may be added.
+    /// Note if base points leave too large an error and no more may be added.
     pub warning: Option<Note>,
 }
 
 impl Velocities {
-    /// From the base points of the displacements of an interval, whose largest error sets the fade radius of
-    /// the correction.
+    /// Builds velocities from the base points of the displacements of an interval; the largest error of the displacements
+    /// sets the fade radius of the correction.
     pub fn new(
         plan: &Plan,
         layer: &Layer,
@@ -97,7 +97,7 @@ impl Velocities {
         Ok(Self { fields, warning })
     }
 
-    /// Velocities of the nodes of this rank at a step in mesh units per second, in the frame of the rotor.
+    /// Returns the velocities of the nodes of this rank at a step, in mesh units per second, in the frame of the rotor.
     pub fn in_rotor_frame(&self, plan: &Plan, part: &Part, step: &Step, out: &mut [Vector]) {
         let layers = plan.velocity.as_slice();
         self.fields.vectors(layers, step.index, out);
@@ -123,7 +123,7 @@ impl Velocities {
     }
 }
 
-/// Turns velocities into the inertial frame.
+/// Rotation of velocities into the inertial frame.
 #[derive(Clone, Copy)]
 pub(crate) struct IntoInertial {
     to: Moving,
@@ -136,12 +136,12 @@ impl IntoInertial {
         Self { to, back }
     }
 
-    /// The velocity of a node that is at `x` there, and has `v` in the frame of the rotor.
+    /// Returns the inertial velocity of a node at `x` whose velocity in the frame of the rotor is `v`.
     pub fn at(&self, x: Vector, v: Vector) -> Vector {
         self.to.velocity(self.back.apply(x), v)
     }
 
-    /// Turns the velocities of the nodes that deform, which are at `points`.
+    /// Rotates the velocities of the deforming nodes, whose positions are `points`.
     pub fn turn(plan: &Plan, part: &Part, step: &Step, points: &[Vector], out: &mut [Vector]) {
         let Some(to) = plan.motion.to_inertial_moving(step) else {
             return;
@@ -156,8 +156,8 @@ impl IntoInertial {
     }
 }
 
-/// The interpolant of the velocities of an interval from the base points of its displacements, and from further ones where a
-/// body passes its place of rest.
+/// Builds the interpolant of the velocities of an interval from the base points of its displacements. Base points are
+/// added if a body passes its place of rest.
 fn select_for(
     plan: &Plan,
     layer: &Layer,
@@ -199,7 +199,7 @@ fn select_for(
     Ok((own, warning))
 }
 
-/// Returns whether a body that is faster than `least` at a step of an interval is at rest at all of them.
+/// Returns whether a body faster than `least` at a step of an interval is at rest at all of its steps.
 fn passes_rest(plan: &Plan, layer: &Layer, interval: &Range<usize>, least: f64) -> bool {
     let surface = &plan.surface;
     let still = AT_REST * plan.boundary.extent.diagonal();
@@ -225,7 +225,7 @@ fn passes_rest(plan: &Plan, layer: &Layer, interval: &Range<usize>, least: f64) 
         .any(|(moves, is_fast)| is_fast && !moves)
 }
 
-/// Surface nodes with the velocities of the motion itself, fixed ones at rest.
+/// Surface nodes with the velocities of the motion; fixed nodes are at rest.
 fn set_surface_velocities(plan: &Plan, part: &Part, step: &Step, out: &mut [Vector]) {
     let of_bodies = plan.motion.velocities(step);
     let surface = &plan.motion.surface.nodes;
@@ -258,8 +258,8 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
-    /// Positions and velocities of all nodes at the steps of the first interval of some times, by a method, of an airfoil that
-    /// moves.
+    /// Computes positions and velocities of all nodes of a moving airfoil at the steps of the first interval of some
+    /// times, by a method.
     fn moved(times: &str, selection: &str, cyclic: &str) -> Vec<(Vec<Vector>, Vec<Vector>)> {
         let mesh = Mesh::read("testdata/naca0012.vtu").expect("it is good");
         let text = format!(
@@ -284,7 +284,7 @@ mod tests {
         plan.motion.steps[steps].iter().map(at).collect()
     }
 
-    /// Velocities at the first of some times of an airfoil that pitches.
+    /// Computes velocities of a pitching airfoil at the first of some times.
     fn at_first(times: &str, selection: &str) -> Vec<Vector> {
         moved(times, selection, "pitch = [ { sin = 5.0 } ]")
             .swap_remove(0)

@@ -1,4 +1,4 @@
-//! Base points of a morph: by the samples where there are any, else by the power function.
+//! Base points of a morph: selected by the samples if there are any, else by the power function.
 
 use super::options::MorphOptions;
 use super::surface::MorphSurface;
@@ -16,18 +16,18 @@ use azimesh_rbf::space::Space;
 use azimesh_rbf::targets::Targets;
 use azimesh_rbf::{Basis, Kernel};
 
-/// The support radius left out, at most this many diagonals of the moving surface.
+/// Largest default of the support radius, in diagonals of the moving surface.
 const DEFAULT_RADIUS: f64 = 10.0;
-/// Points that the power function is known at, at most: this many for each base point.
+/// Largest number of points at which the power function is evaluated, per base point.
 const CANDIDATES: usize = 8;
-/// Base points on what does not move are twice as far apart at this part of the moving surface's
-/// diagonal from it, three times at twice that, and so on.
+/// Spacing of base points on surfaces at rest: at this distance from the moving surface (as a part of its diagonal)
+/// it is twice as large, at twice the distance three times, and so on.
 const GRADED: f64 = 0.1;
 
-/// Kernel and support radius.
+/// Returns the kernel and the support radius.
 ///
 /// # Errors
-/// If all nodes are at one place, so that there is no radius to choose.
+/// If all nodes are at one position, so that no radius can be chosen.
 pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) -> Result<Basis> {
     let region = Bounds::around(points).diagonal();
     let moving = DEFAULT_RADIUS * moving_bounds(&surface.points).diagonal();
@@ -43,13 +43,13 @@ pub fn basis(options: &MorphOptions, points: &[Vector], surface: &MorphSurface) 
             radius,
         }),
         _ => Err(Error::input(
-            "all nodes lie at one place; no `support_radius` can be chosen",
+            "all nodes are at one position; no `support_radius` can be chosen",
         )),
     }
 }
 
-/// Positions of the base points among the surface points, ascending: along the space-filling curve; and the error that they
-/// leave, in the sense of the tolerance.
+/// Selects base points. Returns their ascending indices among the surface points, which follow the space-filling curve,
+/// and the error that they leave, in the sense of the tolerance.
 pub fn choose(
     options: &MorphOptions,
     space: &Space,
@@ -71,7 +71,7 @@ fn moving_bounds(points: &SurfacePoints) -> Bounds {
     Bounds::around(moving.map(|(point, _)| point))
 }
 
-/// The greedy of `select` on the samples, each with a largest displacement of one.
+/// Selects greedily by the samples, each scaled to a largest displacement of one.
 fn by_samples(
     options: &MorphOptions,
     space: &Space,
@@ -115,7 +115,7 @@ fn by_samples(
     Ok((selection.base, selection.measured))
 }
 
-/// The greedy of the power function on points that are spread over the surface as its nodes are.
+/// Selects greedily by the power function, at points spread like the nodes of the surface.
 fn by_geometry(
     options: &MorphOptions,
     space: &Space,
@@ -143,16 +143,15 @@ fn by_geometry(
     (chosen.into_iter().map(|at| some[at]).collect(), left)
 }
 
-/// By how much the power function counts at each point, with `D` its distance from the moving surface
-/// or an image of it, and `L` the diagonal of that:
+/// Returns the weight of the power function at each point. `D` is the distance from the moving surface or an image of
+/// it, and `L` the diagonal of the moving surface:
 ///
 /// ```text
 /// (1 + 10 D / L)^-beta,     0 where D >= R
 /// ```
 ///
-/// The power function falls as the `beta`-th power of the distance between base points, so that these
-/// are as `1 + 10 D / L` apart: what moves makes fields that are the smoother the farther away, and none
-/// beyond the support radius.
+/// The power function falls with the `beta`-th power of the distance between base points, so their spacing grows as
+/// `1 + 10 D / L`: fields of a moving surface are smoother farther away, and zero beyond the support radius.
 fn weights(space: &Space, points: &SurfacePoints) -> Vec<f64> {
     let beta = match space.basis.kernel {
         Kernel::WendlandC0 => 0.5,

@@ -1,15 +1,15 @@
-//! How far into the volume a morph corrects what the base points leave at the surface. It follows
-//! from the geometry alone, so it is the same for all displacements.
+//! The fade radius of a morph's surface correction. It follows from the geometry only, so it is the same for all
+//! displacements.
 
 use super::surface::MorphSurface;
 use azimesh_core::geometry::vector::{Vector, dot, sub};
 use azimesh_core::parallel::{SMALL_BLOCK, collect_in_blocks};
 use azimesh_rbf::correct::{Faded, Fading};
 
-/// The fade radius in distances between base points.
+/// The fade radius as a multiple of the distance between base points.
 const FADE_RADIUS_PER_SPACING: f64 = 1.0;
 
-/// The fade radius at every surface point, and what of the residuals is added at which node.
+/// The fade radius at every surface point, and the part of the residuals that is added at each node.
 pub struct FadeRows {
     /// `rho` at each surface point, in mesh units.
     pub fade_radius: Vec<f64>,
@@ -17,12 +17,11 @@ pub struct FadeRows {
     pub rows: Vec<Faded>,
 }
 
-/// The fade radius at a surface point is the distance of the base point that is the third nearest in the
-/// plane, the fourth in space, which is how far apart base points are there; at most half the gap to
-/// another surface. `base` are the base points and their images; `skipped` are nodes that are placed by
-/// themselves.
+/// Computes the fade radius at every surface point: the distance of the third nearest base point in the plane, or the
+/// fourth nearest in space, as a measure of their spacing; at most half the gap to another surface. `base` are the base
+/// points and their images; `skipped` are nodes that are set directly.
 ///
-/// Points that do not move and that no base point influences have no residual, and no fade radius.
+/// Points at rest that no base point influences have no residual and no fade radius.
 pub fn fade_rows(
     surface: &MorphSurface,
     base: &[Vector],
@@ -52,10 +51,10 @@ pub fn fade_rows(
     }
 }
 
-/// Distances of base points from a place.
+/// Distances of base points from a point.
 struct Apart {
     nearest: f64,
-    /// That of the n-th nearest, or of the farthest where there are fewer.
+    /// Distance of the n-th nearest, or of the farthest if there are fewer.
     among: f64,
 }
 

@@ -4,10 +4,9 @@
 //! ```text
 //! A d = E X S u_b + C (u - P E_s X S u_b),   u = G d
 //! ```
-//!
-//! `G` gives surface points their displacements, `S` solves for the weights of the base points, `X` adds
-//! periodic images, `E` evaluates, `C` is the correction of the exact surface; then surface nodes are
-//! set. Everything but `d` is fixed in [`Morph::new`].
+//! `G` maps displacements to surface points, `S` solves for the weights of the base points, `X` adds periodic images, `E`
+//! evaluates, `C` is the correction of the exact surface; then surface nodes are set. Everything but `d` is fixed in
+//! [`Morph::new`].
 
 mod base;
 mod fade;
@@ -38,7 +37,7 @@ use pairs::Pairs;
 use std::sync::Arc;
 use surface::{MorphSurface, check_finite};
 
-/// Where a residual is more than this part of the fade radius, the correction may fold cells.
+/// Residuals above this part of the fade radius may fold cells in the correction.
 const STEEP: f64 = 0.1;
 
 /// A mesh that follows displacements of its moving nodes.
@@ -49,9 +48,9 @@ const STEEP: f64 = 0.1;
 /// points(d) = x + A d,     <g, A d> = <pull_back(g), d>
 /// ```
 ///
-/// Choosing base points, factors and closest points is done once, in [`new`](Self::new); after that
-/// `points` and `pull_back` cost `N n` kernel evaluations each for `N` nodes and `n` base points. It owns
-/// its mesh, and is `Send` and `Sync`.
+/// [`new`](Self::new) selects base points, factors their system and finds closest points once. After that `points` and
+/// `pull_back` cost `N n` kernel evaluations each for `N` nodes and `n` base points. It owns its mesh, and is `Send` and
+/// `Sync`.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -84,7 +83,7 @@ const STEEP: f64 = 0.1;
 /// assert_eq!(points[3], [0.1, 1.2, 0.0]);
 /// assert_eq!(points[5], [2.0, 1.0, 0.0]);
 ///
-/// // How the height of the middle node changes with the displacements of the moving ones.
+/// Derivative of the height of the middle node with respect to the displacements of the moving ones.
 /// let mut gradient = vec![[0.0; 3]; 9];
 /// gradient[4][1] = 1.0;
 /// let by_moving = morph.pull_back(&gradient)?;
@@ -98,21 +97,21 @@ pub struct Morph {
     surface: MorphSurface,
     pairs: Pairs,
     basis: Basis,
-    /// Positions of the base points among the surface points, ascending.
+    /// Indices of the base points among the surface points, ascending.
     base: Vec<usize>,
-    /// What they leave, and what they were to leave.
+    /// The error that they leave.
     error: f64,
     tolerance: f64,
     system: FactoredSystem,
     /// Base points and their images.
     sources: Vec<Vector>,
-    /// The nodes that these influence, along a space-filling curve.
+    /// The nodes that they influence, along a space-filling curve.
     order: Vec<u32>,
     fade_radius: Vec<f64>,
     rows: Vec<Faded>,
 }
 
-/// How far the base points are off at the surface, before that is corrected.
+/// Errors of the base points at the surface, before the correction.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -133,26 +132,26 @@ pub struct Morph {
 pub struct MorphReport {
     /// Largest distance between a prescribed displacement and the interpolant, in mesh units.
     pub largest_residual: f64,
-    /// Largest of these distances over the fade radius of the correction. The correction compresses cells by
-    /// up to 2.1 times this.
+    /// Largest ratio of these distances to the fade radius of the correction. The correction compresses cells by up to 2.1
+    /// times this ratio.
     pub largest_slope: f64,
     /// The node where it is largest.
     pub steepest_node: u32,
-    /// Surface nodes where it is above 0.1, ascending: cells near them may fold. More base points, or
-    /// samples like these displacements, would help.
+    /// Surface nodes where it is above 0.1, ascending: cells near them may fold. The remedy is more base points, or samples
+    /// like these displacements.
     pub steep_nodes: Vec<u32>,
 }
 
 impl Morph {
-    /// Chooses base points, factors their system and finds the closest surface points of all nodes.
+    /// Selects base points, factors their system and finds the closest surface points of all nodes.
     ///
-    /// Besides the mesh it keeps 4 bytes for each node that base points influence, 40 for each within the fade radius of
-    /// the correction, and `8 n^2` for each factor.
+    /// It stores 4 bytes for each node that base points influence, 40 for each node within the fade radius of the
+    /// correction, and `8 n^2` for each factor, in addition to the mesh.
     ///
     /// # Errors
-    /// A mesh that is not valid; options out of range; a tag or node that is not in the mesh, the
-    /// former with those that are; a node in two lists; sliding on curved boundaries, which is not
-    /// linear; pairs of sides that are not the same; base points too close for the support radius.
+    /// A mesh that is not valid; options out of range; a tag or node that is not in the mesh; a node in two lists; sliding
+    /// on curved boundaries, which is not linear; pairs of sides that do not match; base points too close for the support
+    /// radius.
     pub fn new(mesh: impl Into<Arc<Mesh>>, options: MorphOptions) -> Result<Self> {
         let mesh = mesh.into();
         options.check()?;
@@ -195,28 +194,28 @@ impl Morph {
         })
     }
 
-    /// The mesh at rest.
+    /// Returns the mesh at rest.
     pub fn mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
-    /// Numbers of the moving nodes, in the order of the displacements.
+    /// Returns the numbers of the moving nodes, in the order of the displacements.
     pub fn moving(&self) -> &[u32] {
         &self.surface.moving
     }
 
-    /// Numbers of the nodes that are base points.
+    /// Returns the numbers of the nodes that are base points.
     pub fn base_points(&self) -> Vec<u32> {
         let base = self.base.iter();
         base.map(|&at| self.surface.points.nodes[at]).collect()
     }
 
-    /// The error that the base points leave, in the sense of [`MorphOptions::tolerance`].
+    /// Returns the error that the base points leave, in the sense of [`MorphOptions::tolerance`].
     pub fn selection_error(&self) -> f64 {
         self.error
     }
 
-    /// A warning if the base points do not meet the tolerance, as where there are
+    /// Returns a warning if the base points do not meet the tolerance, as with
     /// [`max_points`](MorphOptions::max_points) of them.
     pub fn warning(&self) -> Option<Note> {
         (self.error > self.tolerance).then(|| {
@@ -230,17 +229,17 @@ impl Morph {
         })
     }
 
-    /// Kernel and support radius.
+    /// Returns the kernel and the support radius.
     pub fn basis(&self) -> Basis {
         self.basis
     }
 
-    /// Positions of all nodes (n, 3) for `displacements` (n_moving, 3), in mesh units. Moving nodes are
-    /// where these put them, fixed ones where they were, to the last bit.
+    /// Returns the positions of all nodes (n, 3) for `displacements` (n_moving, 3), in mesh units. Moving and fixed nodes are
+    /// exact to the last bit.
     ///
     /// # Errors
-    /// A wrong number of displacements; one that is not finite, or leaves the plane of a plane mesh;
-    /// different ones at nodes of one place or of a periodic pair.
+    /// A wrong number of displacements; one that is not finite, or leaves the plane of a plane mesh; different ones at nodes
+    /// of one position or of a periodic pair.
     pub fn points(&self, displacements: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
         let mut points = self.displacements_of(displacements)?;
         let reference = &self.mesh.points;
@@ -256,11 +255,11 @@ impl Morph {
         Ok(points)
     }
 
-    /// The linear part `A d`: displacements of all nodes (n, 3) for those of the moving nodes
+    /// Applies the linear part `A d`: returns displacements of all nodes (n, 3) for displacements of the moving nodes
     /// (n_moving, 3).
     ///
     /// # Errors
-    /// Those of [`points`](Self::points).
+    /// Like [`points`](Self::points).
     pub fn displacements_of(&self, displacements: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
         let values = self.surface.values(displacements)?;
         let mut out = vec![[0.0; 3]; self.mesh.points.len()];
@@ -285,11 +284,11 @@ impl Morph {
         Ok(out)
     }
 
-    /// The transpose `A^T g`: of a function with derivatives `gradient` (n, 3) by the positions of all
-    /// nodes, the derivatives (n_moving, 3) by the displacements of the moving nodes.
+    /// Applies the transpose `A^T g`. For a function with derivatives `gradient` (n, 3) with respect to the positions of all
+    /// nodes, it returns the derivatives (n_moving, 3) with respect to the displacements of the moving nodes.
     ///
-    /// Of moving nodes at one place, or of a periodic pair, the one that leads has the derivatives of
-    /// all. In a plane mesh the third component is zero.
+    /// Of moving nodes at one position, or of a periodic pair, the leader has the derivatives of all. In a plane mesh the
+    /// third component is zero.
     ///
     /// # Errors
     /// A wrong number of derivatives, and one that is not finite.
@@ -327,11 +326,11 @@ impl Morph {
         Ok(self.surface.pull_back(&by_values))
     }
 
-    /// How far the base points are off at the surface for these displacements, and where that is so
-    /// much that the correction may fold cells.
+    /// Reports the errors of the base points at the surface for these displacements, and the nodes where the correction may
+    /// fold cells.
     ///
     /// # Errors
-    /// Those of [`points`](Self::points).
+    /// Like [`points`](Self::points).
     pub fn report(&self, displacements: &[[f64; 3]]) -> Result<MorphReport> {
         let values = self.surface.values(displacements)?;
         let places = &self.surface.points.points;
@@ -366,7 +365,7 @@ impl Morph {
         Ok(report)
     }
 
-    /// The interpolant of values (N_s, 3) at the surface points.
+    /// Returns the interpolant of values (N_s, 3) at the surface points.
     fn interpolant(&self, values: &[Vector]) -> Interpolant {
         let at_base: Vec<Vector> = self.base.iter().map(|&at| values[at]).collect();
         let weighted = self.system.weights(&at_base);
@@ -379,7 +378,7 @@ impl Morph {
         }
     }
 
-    /// What is left of the values at every surface point, along its constraint.
+    /// Returns the residual at every surface point, along its constraint.
     fn residuals(&self, values: &[Vector], found: impl Fn(usize) -> Vector) -> Vec<Vector> {
         let values = values.iter().enumerate();
         values
@@ -400,8 +399,8 @@ impl Morph {
         });
     }
 
-    /// The transpose of the correction and of its residuals: adds to the derivatives by the surface
-    /// values, and takes from those by the nodes that the residuals are found at.
+    /// Applies the transpose of the correction and of its residuals: adds to the derivatives with respect to surface values,
+    /// and subtracts from the derivatives at the nodes of the residuals.
     fn pull_back_correction(&self, g: &mut [Vector], by_values: &mut [Vector]) {
         let mut by_residuals = vec![[0.0; 3]; by_values.len()];
         for row in &self.rows {

@@ -1,11 +1,11 @@
-//! Options of a morph: which nodes move, stay, slide or are paired, and how base points are chosen.
+//! Options of a morph: which nodes move, stay, slide or are paired, and the selection of base points.
 
 use crate::motion::KernelName;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::Mesh;
 
-/// Nodes of a mesh, by the boundary tags that have them or by their numbers.
+/// Nodes of a mesh, by their boundary tags or by their numbers.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -24,7 +24,7 @@ pub enum Nodes {
 }
 
 impl Default for Nodes {
-    /// None.
+    /// No nodes.
     fn default() -> Self {
         Self::Numbers(Vec::new())
     }
@@ -55,10 +55,10 @@ impl From<Vec<u32>> for Nodes {
 }
 
 impl Nodes {
-    /// The numbers: of tags ascending, else as they are given. `option` is for messages.
+    /// Returns the node numbers: ascending for tags, else in the given order. `option` is its name in messages.
     ///
     /// # Errors
-    /// A tag that is not in the mesh, a number that is not, and one that is there twice.
+    /// A tag or a number that is not in the mesh, and a number that is given twice.
     pub(super) fn find(&self, option: &str, mesh: &Mesh) -> Result<Vec<u32>> {
         match self {
             Self::Tags(tags) => {
@@ -75,7 +75,7 @@ impl Nodes {
         }
     }
 
-    /// How a message calls them.
+    /// Returns a description for messages.
     pub(super) fn name(&self) -> String {
         match self {
             Self::Tags(tags) => tags.join(", "),
@@ -100,7 +100,7 @@ fn check_numbers(numbers: &[u32], option: &str, n_nodes: usize) -> Result<()> {
     Ok(())
 }
 
-/// Options of a [`Morph`](super::Morph): which nodes move, stay and slide, and how base points are chosen.
+/// Options of a [`Morph`](super::Morph): which nodes move, stay and slide, and the selection of base points.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -118,34 +118,32 @@ fn check_numbers(numbers: &[u32], option: &str, n_nodes: usize) -> Result<()> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct MorphOptions {
-    /// Nodes whose displacements are given, at least one. Where a moving tag meets a fixed or sliding
-    /// one, the nodes of both move.
+    /// Nodes with given displacements, at least one. A node of both a moving tag and a fixed or sliding tag moves.
     pub moving: Nodes,
     /// Nodes that stay where they are.
     pub fixed: Nodes,
-    /// Nodes that slide on the planes and straight edges of their boundary faces. Those that are fixed
-    /// or move as well do that.
+    /// Nodes that slide on the planes and straight edges of their boundary faces. A node that is also fixed or moving does
+    /// not slide.
     pub slide: Nodes,
-    /// Pairs of sides that are the same but for a translation or a rotation.
+    /// Pairs of sides that a translation or a rotation makes equal.
     pub periodic: Vec<[Nodes; 2]>,
-    /// Displacement fields (n_moving, 3) that base points are chosen by, such as mode shapes; their
-    /// size does not matter. Without any, they are chosen by the power function.
+    /// Displacement fields (n_moving, 3) by which base points are selected, such as mode shapes; their size does not
+    /// matter. Without samples, the power function is used.
     pub samples: Vec<Vec<Vector>>,
-    /// Most base points.
+    /// Largest number of base points.
     pub max_points: usize,
-    /// With samples the error that base points may leave at any surface node, in largest displacements
-    /// of the sample. Without, what the weighted power function may be: the error over the norm of the
-    /// displacements in the kernel's space.
+    /// With samples, the error allowed at any surface node, relative to the largest displacement of the sample. Without,
+    /// the bound of the weighted power function: the error over the norm of the displacements in the kernel's space.
     pub tolerance: f64,
     /// The kernel of the interpolation.
     pub kernel: KernelName,
-    /// Distance at which the kernel has fallen to zero, in mesh units. Left out: the smaller of the
-    /// diagonal of the mesh and ten of the moving surface.
+    /// Support radius: distance beyond which the kernel is zero, in mesh units. Default: the smaller of the diagonal of
+    /// the mesh and ten diagonals of the moving surface.
     pub support_radius: Option<f64>,
 }
 
 impl Default for MorphOptions {
-    /// Nothing moves; up to 1000 base points, a tolerance of 1e-4, Wendland's C2 function.
+    /// Creates options without moving nodes: up to 1000 base points, a tolerance of 1e-4, Wendland's C2 function.
     fn default() -> Self {
         Self {
             moving: Nodes::default(),

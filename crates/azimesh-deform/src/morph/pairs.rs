@@ -11,14 +11,14 @@ use azimesh_core::geometry::vector::{Vector, add, sub};
 use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_io::mesh::Mesh;
 
-/// What periodic pairs make of a mesh. Without pairs nothing.
+/// The periodic pairs of a mesh; empty without pairs.
 #[derive(Debug, Clone, Default)]
 pub struct Pairs {
     periodic: Vec<Periodic>,
     bounds: Option<Bounds>,
     /// Nodes that follow others, ascending; without fixed ones.
     followers: Vec<Follower>,
-    /// For each surface point whether the point of another is its image; empty when there are none.
+    /// For each surface point, whether it is the image of another; empty without images.
     pub is_image: Vec<bool>,
 }
 
@@ -26,7 +26,7 @@ impl Pairs {
     /// Finds the pairs; `surface` has the surface nodes, ascending, with their roles.
     ///
     /// # Errors
-    /// Sides that no translation or rotation brings together, and partners with different roles.
+    /// Sides that no translation or rotation makes equal, and partners with different roles.
     pub fn find(
         mesh: &Mesh,
         sides: &[[Nodes; 2]],
@@ -73,7 +73,7 @@ impl Pairs {
         })
     }
 
-    /// The images of base points that the support radius reaches, the identity left out.
+    /// Returns the images of base points that the support radius reaches, without the identity.
     pub fn images(&self, radius: f64) -> Result<Vec<Transform>> {
         match &self.bounds {
             None => Ok(Vec::new()),
@@ -81,7 +81,7 @@ impl Pairs {
         }
     }
 
-    /// The node that one follows, itself where it follows none, and how its displacement is turned.
+    /// Returns the leader of a node, or the node itself if it has none, and the rotation of its displacement.
     pub fn leader(&self, node: u32) -> (u32, Matrix) {
         let at = self.followers.binary_search_by_key(&node, |of| of.node);
         at.map_or((node, Transform::IDENTITY.rotation), |at| {
@@ -90,12 +90,12 @@ impl Pairs {
         })
     }
 
-    /// Nodes that follow others.
+    /// Returns the nodes that follow others.
     pub fn following(&self) -> impl Iterator<Item = u32> {
         self.followers.iter().map(|follower| follower.node)
     }
 
-    /// Gives every follower the displacement of its leader, turned.
+    /// Sets the displacement of every follower to its leader's, turned.
     pub fn follow(&self, displacements: &mut [Vector]) {
         for follower in &self.followers {
             let of_leader = displacements[follower.leader as usize];
@@ -103,7 +103,7 @@ impl Pairs {
         }
     }
 
-    /// The transpose of [`follow`](Self::follow).
+    /// Applies the transpose of [`follow`](Self::follow).
     pub fn pull_back(&self, gradient: &mut [Vector]) {
         for follower in self.followers.iter().rev() {
             let of_node = std::mem::take(&mut gradient[follower.node as usize]);
@@ -112,7 +112,7 @@ impl Pairs {
         }
     }
 
-    /// Puts every follower where its leader's image is, as far off as in the reference mesh.
+    /// Sets every follower to the image of its leader, with the offset of the reference mesh.
     pub fn place(&self, reference: &[Vector], points: &mut [Vector]) {
         for follower in &self.followers {
             let [leader, node] = [follower.leader, follower.node].map(|i| i as usize);

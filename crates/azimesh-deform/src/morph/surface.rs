@@ -1,5 +1,5 @@
-//! The surface of a morph: what each of its nodes does, the facets between them, and what moving
-//! nodes prescribe at its points.
+//! The surface of a morph: the roles of its nodes, the facets between them, and the displacements that moving nodes
+//! prescribe at its points.
 
 use super::options::{MorphOptions, Nodes};
 use super::pairs::Pairs;
@@ -14,15 +14,15 @@ use azimesh_io::mesh::sides::side;
 use azimesh_io::mesh::{Boundary, Cells, Faces, Mesh};
 use azimesh_rbf::constraint::Constraint;
 
-/// Nodes that must move alike may be displaced this part of the mesh's diagonal differently.
+/// Allowed difference of displacements at nodes that must move identically, as a part of the mesh's diagonal.
 const ALIKE: f64 = 1e-9;
 /// The role of every moving node.
 const MOVING: Role = Role::Moving(0);
 
-/// The surface points with what is prescribed there.
+/// The surface points with their prescribed displacements.
 #[derive(Debug, Clone)]
 pub struct MorphSurface {
-    /// Distinct places of the surface nodes.
+    /// Distinct positions of the surface nodes.
     pub points: SurfacePoints,
     /// The moving nodes, in the order of the displacements.
     pub moving: Vec<u32>,
@@ -32,15 +32,15 @@ pub struct MorphSurface {
     pub fixed: Vec<u32>,
     /// Nodes that slide, with the point of each.
     pub sliding: Vec<(u32, u32)>,
-    /// What moving points take from the displacements.
+    /// The source of each moving point's displacement among the moving nodes.
     moved: Vec<MovedPoint>,
-    /// True if the mesh is in a plane, which it must not leave.
+    /// True if the mesh is plane, and must stay in its plane.
     pub in_plane: bool,
-    /// Of the mesh.
+    /// Diagonal of the mesh.
     pub diagonal: f64,
 }
 
-/// A moving point: its displacement is `turn` times that of a row.
+/// A moving point: its displacement is `turn` times the displacement in a row.
 #[derive(Debug, Clone, Copy)]
 struct MovedPoint {
     point: u32,
@@ -92,11 +92,11 @@ impl MorphSurface {
         Ok((surface, pairs))
     }
 
-    /// The displacement of every surface point: as prescribed at moving points, zero at others.
+    /// Returns the displacement of every surface point: as prescribed at moving points, zero elsewhere.
     ///
     /// # Errors
-    /// A wrong number of displacements; one that is not finite or leaves the plane; different ones at
-    /// nodes of one place or of a periodic pair.
+    /// A wrong number of displacements; one that is not finite or leaves the plane; different ones at nodes of one position
+    /// or of a periodic pair.
     pub fn values(&self, displacements: &[Vector]) -> Result<Vec<Vector>> {
         self.check(displacements)?;
         let mut values = vec![[0.0; 3]; self.points.points.len()];
@@ -120,7 +120,7 @@ impl MorphSurface {
         Ok(values)
     }
 
-    /// The transpose of [`values`](Self::values): what is given at surface points, at the moving nodes.
+    /// Applies the transpose of [`values`](Self::values): from surface points to the moving nodes.
     pub fn pull_back(&self, at_points: &[Vector]) -> Vec<Vector> {
         let mut displacements = vec![[0.0; 3]; self.moving.len()];
         for moved in &self.moved {
@@ -135,24 +135,24 @@ impl MorphSurface {
         displacements
     }
 
-    /// A displacement without what would leave the plane of a plane mesh.
+    /// Removes the component out of the plane of a plane mesh.
     pub fn in_mesh(&self, d: Vector) -> Vector {
         if self.in_plane { [d[0], d[1], 0.0] } else { d }
     }
 
-    /// The directions in which a surface point is held.
+    /// Returns the directions in which a surface point is held.
     pub fn constraint(&self, point: usize) -> Constraint {
         let sliding = self.points.sliding.as_ref();
         sliding.map_or(Constraint::ALL, |sliding| sliding.constraint(point))
     }
 
-    /// The moving nodes with the point of each.
+    /// Returns the moving nodes with the point of each.
     pub fn moving_points(&self) -> impl Iterator<Item = (u32, u32)> {
         let nodes = self.moving.iter().copied();
         nodes.zip(self.point_of_moving.iter().copied())
     }
 
-    /// All surface nodes.
+    /// Returns all surface nodes.
     pub fn nodes(&self) -> impl Iterator<Item = u32> {
         let others = self
             .fixed
@@ -201,7 +201,7 @@ fn turned(turn: &Matrix, d: Vector) -> Vector {
     turn.turn(d)
 }
 
-/// What every node of the mesh does; `None` where that is for the interpolation to say.
+/// Returns the role of every node of the mesh; `None` for nodes that are interpolated.
 fn roles(mesh: &Mesh, options: &MorphOptions, moving: &[u32]) -> Result<Vec<Option<Role>>> {
     let mut roles = vec![None; mesh.points.len()];
     for &node in moving {
@@ -224,7 +224,7 @@ fn roles(mesh: &Mesh, options: &MorphOptions, moving: &[u32]) -> Result<Vec<Opti
     Ok(roles)
 }
 
-/// Surface nodes and the faces between them, and faces that are no cells of the mesh.
+/// Returns surface nodes and the faces between them, and faces that are not cells of the mesh.
 fn surface(
     mesh: &Mesh,
     options: &MorphOptions,
@@ -247,7 +247,7 @@ fn surface(
     Ok((surface, bare))
 }
 
-/// The boundary faces all of whose nodes have a role, with the first tag of each.
+/// Returns the boundary faces all of whose nodes have a role, with the first tag of each.
 fn faces(mesh: &Mesh, roles: &[Option<Role>]) -> SurfaceFaces {
     let has_role = |node: &u32| roles[*node as usize].is_some();
     let dimension = mesh.dimension();
@@ -267,7 +267,7 @@ fn faces(mesh: &Mesh, roles: &[Option<Role>]) -> SurfaceFaces {
     }
 }
 
-/// Gives sliding faces their role and tag: those of the tags, or between the nodes.
+/// Gives sliding faces their role and tag: faces of the tags, or faces between the nodes.
 fn mark_sliding(mesh: &Mesh, options: &MorphOptions, faces: &mut SurfaceFaces) -> Result<()> {
     let listed = match &options.slide {
         Nodes::Tags(_) => None,
@@ -303,7 +303,7 @@ fn mark_sliding(mesh: &Mesh, options: &MorphOptions, faces: &mut SurfaceFaces) -
     Ok(())
 }
 
-/// Outer faces of cells between surface nodes that are on no boundary face.
+/// Returns outer faces of cells between surface nodes that are on no boundary face.
 fn bare_faces(mesh: &Mesh, roles: &[Option<Role>], surface: &Surface) -> Cells {
     let mut bare: Vec<bool> = roles.iter().map(Option::is_some).collect();
     for &cell in &surface.faces.cells {
@@ -331,7 +331,7 @@ fn bare_faces(mesh: &Mesh, roles: &[Option<Role>], surface: &Surface) -> Cells {
 }
 
 /// # Errors
-/// If nodes have nothing to slide on, or what is not straight: that is not linear.
+/// If nodes have nothing to slide on, or slide on a curved surface: that is not linear.
 fn check_sliding(points: &SurfacePoints, nodes: &SurfaceNodes, in_plane: bool) -> Result<()> {
     let Some(sliding) = &points.sliding else {
         return Ok(());
@@ -359,7 +359,7 @@ fn check_sliding(points: &SurfacePoints, nodes: &SurfaceNodes, in_plane: bool) -
     }
 }
 
-/// Makes facets of the points that have none.
+/// Creates facets for the points that have none.
 fn add_lone_points(points: &mut SurfacePoints) {
     let mut lone = vec![true; points.points.len()];
     for &corner in points.facets.iter().flatten() {
@@ -369,8 +369,7 @@ fn add_lone_points(points: &mut SurfacePoints) {
     points.facets.extend(lone.map(|point| [point; 3]));
 }
 
-/// What every moving point takes from the displacements: those of the lowest node at its place, or of
-/// its leader, turned.
+/// Returns the source of every moving point's displacement: the lowest node at its position, or its leader, turned.
 fn moved_points(
     mesh: &Mesh,
     moving: &[u32],

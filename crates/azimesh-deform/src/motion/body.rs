@@ -15,8 +15,8 @@ use azimesh_core::error::Result;
 use std::any::Any;
 use std::sync::Arc;
 
-/// A moving body. Its motions act in the order modes and surface displacements, rigid motion, table, then beam
-/// and cyclic motion as one; then those of its parent.
+/// A moving body. Its motions act in this order: modes and surface displacements, rigid motion, table, then beam
+/// and cyclic motion together. The motions of its parent follow.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -36,21 +36,21 @@ use std::sync::Arc;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// Its name, of its own among the bodies.
+    /// Its name, unique among the bodies.
     pub(super) name: String,
     /// Boundary tags that move with it.
     pub(super) tags: Vec<Pattern>,
-    /// Those that the mesh may lack.
+    /// Boundary tags that the mesh may lack.
     pub(super) optional_tags: Vec<Pattern>,
     /// Zones that move rigidly with it; it has these or tags.
     pub(super) zones: Vec<Pattern>,
-    /// Azimuth of its blade when the rotor's is zero, in radians; that of its parent when `None`.
+    /// Azimuth of its blade at rotor azimuth zero, in radians; the parent's offset when `None`.
     pub(super) azimuth_offset: Option<f64>,
-    /// The body it moves with, which stands before it.
+    /// The body it moves with, which is declared earlier.
     pub(super) parent: Option<String>,
-    /// How its motions begin.
+    /// Smooth start of its motions.
     pub(super) ramp: Option<Ramp>,
-    /// In the order in which they act.
+    /// Sorted by the order in which they act.
     pub(super) motions: Vec<Arc<dyn BodyMotion>>,
     pub(super) places: Places,
 }
@@ -67,7 +67,7 @@ setters! { Body {
     rotate(rotation: AxisRotation) |self| self = self.with_rigid(|rigid| rigid.rotate = Some(rotation));
     /// A translation.
     translate(translation: Translation) |self| self = self.with_rigid(|rigid| rigid.translate = Some(translation));
-    /// Rotation and translation grow from nothing at the first step to the whole at the last.
+    /// Makes rotation and translation grow from zero at the first step to the full motion at the last.
     ramp() |self| self = self.with_rigid(|rigid| rigid.ramp = true);
     /// Six degrees of freedom from a [`Table`](super::table::Table), or a [`TableMotion`] of one.
     table(table: impl Into<TableMotion>) |self| self = self.with(table.into());
@@ -77,23 +77,23 @@ setters! { Body {
     modes(modes: Modes) |self| self = self.with(modes);
     /// Displacements or positions of its nodes from another program.
     surface(surface: SurfaceMotion) |self| self = self.with(surface);
-    /// Displacements by a function: for a step and the positions `(n, 3)` of all its nodes in the reference
-    /// mesh it writes their displacements `(n, 3)`, which are zero before, all in mesh units. Nodes are in
-    /// the order of the mesh. It is called once a step, when the mesh is known; its velocity is the difference of
-    /// the neighbouring steps. Such a body has no twist and no children.
+    /// Displaces nodes by a function. For a step and the positions `(n, 3)` of all its nodes in the reference mesh, it
+    /// writes their displacements `(n, 3)`, initially zero, all in mesh units. Nodes are in the order of the mesh. It is
+    /// called once per step, when the mesh is known; velocities are differences of the neighbouring steps. Such a body
+    /// has no twist and no children.
     displacements(function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static) |self|
         self = self.with(Displacements { function: Arc::new(function), name: None });
-    /// Displacements by a function, as [`displacements`](Self::displacements), with a name: a run of it can be
-    /// resumed, for which the caller promises that a function of the same name gives the same displacements.
+    /// Displaces nodes by a named function, like [`displacements`](Self::displacements). Its runs can be resumed: the
+    /// caller promises that functions of the same name give the same displacements.
     displacements_named(name: impl Into<String>, function: impl Fn(&Step, &[[f64; 3]], &mut [[f64; 3]]) + Send + Sync + 'static) |self|
         self = self.with(Displacements { function: Arc::new(function), name: Some(name.into()) });
-    /// All its motions begin smoothly, from nothing at the first step to the whole after these seconds.
+    /// Makes all its motions start smoothly: from zero at the first step to the full motion after these seconds.
     ramp_seconds(seconds: f64) |self| self.ramp = Some(Ramp::of_seconds(seconds));
-    /// All its motions begin smoothly, from nothing at the first step to the whole after this number of steps.
+    /// Makes all its motions start smoothly: from zero at the first step to the full motion after this number of steps.
     ramp_steps(steps: usize) |self| self.ramp = Some(Ramp::of_steps(steps));
-    /// The body that it moves with, one that is given to the schedule before it.
+    /// Sets the body that it moves with, which must be added to the schedule before it.
     parent(name: impl Into<String>) |self| self.parent = Some(name.into());
-    /// Azimuth of its blade when the rotor's is zero, in degrees; that of its parent unless it is set, else 0.
+    /// Azimuth of its blade at rotor azimuth zero, in degrees. The default is the parent's offset, or 0 without a parent.
     azimuth_offset_deg(azimuth: f64) |self| self.azimuth_offset = Some(azimuth.to_radians());
 } }
 
@@ -125,7 +125,7 @@ keys! { impl Body "[[body]]" = Self::new("", [""; 0]), {
     /// zones (globs as in `tags`) whose nodes all [move rigidly](#zones-that-move-rigidly) with it
     zones => zones, patterns(), or "this or `tags`";
     /// azimuth of this blade when the rotor's azimuth is zero; 90 for the second of four blades. [What it turns](#what-azimuth_offset-turns)
-    azimuth_offset => azimuth_offset, angle(), or "0, or that of its parent";
+    azimuth_offset => azimuth_offset, angle(), or "0, or the offset of its parent";
     /// the body that it moves with, which must come earlier in the schedule
     parent => parent, string::<String>(), or "none";
     /// a smooth start of all its motions, below
@@ -145,7 +145,7 @@ keys! { impl Body "[[body]]" = Self::new("", [""; 0]), {
 } }
 
 impl Body {
-    /// A body of these boundary tags; a tag may be a glob with `*` and `?`.
+    /// Creates a body of these boundary tags; a tag may be a glob with `*` and `?`.
     pub fn new(name: impl Into<String>, tags: impl IntoIterator<Item = impl Into<String>>) -> Self {
         let name = name.into();
         let places = Places::of_item(format!("body \"{name}\""));
@@ -177,7 +177,7 @@ impl Body {
         self.with(rigid)
     }
 
-    /// Its motion of a type.
+    /// Returns its motion of a type.
     pub(super) fn motion<M: BodyMotion>(&self) -> Option<&M> {
         let mut motions = self.motions.iter();
         motions.find_map(|motion| (&**motion as &dyn Any).downcast_ref())

@@ -1,12 +1,12 @@
-//! The exact map of the points of a body: one for a rigid body, one for each section of a beam, and
-//! displacements of nodes. The velocities of the points: the map differentiated by time.
+//! The exact map of the points of a body: one for a rigid body, one per section of a beam, and displacements of
+//! nodes. The velocities of the points are its time derivative.
 
 use super::motions::Link;
 use azimesh_core::geometry::vector::{Vector, add};
 use azimesh_core::geometry::{Moving, Transform};
 
-/// The exact map `x -> x'` of the points of a body from the reference mesh: maps one after another.
-/// A point keeps the section of a beam that it is in in the reference mesh.
+/// The exact map `x -> x'` of the points of a body from the reference mesh: a chain of maps. A point belongs to the
+/// same beam section throughout, found in the reference mesh.
 #[derive(Debug, Clone, Default)]
 pub struct BodyMap<'a> {
     links: Vec<Link<'a, Transform>>,
@@ -21,7 +21,7 @@ impl<'a> BodyMap<'a> {
         }
     }
 
-    /// First `self`, then `next`. Rigid maps become one, and so do displacements of nodes.
+    /// Composes `self` and then `next`. Rigid maps are merged, and so are displacements of nodes.
     pub(super) fn push(&mut self, next: Link<'a, Transform>) {
         match (self.links.last_mut(), next) {
             (Some(Link::Rigid(map)), Link::Rigid(next)) => *map = map.then(&next),
@@ -30,20 +30,20 @@ impl<'a> BodyMap<'a> {
         }
     }
 
-    /// First `self`, then a rigid map.
+    /// Composes `self` and then a rigid map.
     #[must_use]
     pub fn then(mut self, next: &Transform) -> Self {
         self.push(Link::Rigid(*next));
         self
     }
 
-    /// First `self`, then the motion of a parent.
+    /// Composes `self` and then the motion of a parent.
     pub(super) fn then_map(mut self, parent: Self) -> Self {
         parent.links.into_iter().for_each(|link| self.push(link));
         self
     }
 
-    /// The rigid map of what is around the point `x` of the reference mesh.
+    /// Returns the rigid map around the point `x` of the reference mesh.
     pub fn map(&self, x: Vector) -> Transform {
         let maps = self.links.iter().filter_map(|link| match link {
             Link::Rigid(map) => Some(*map),
@@ -54,13 +54,13 @@ impl<'a> BodyMap<'a> {
             .unwrap_or(Transform::IDENTITY)
     }
 
-    /// The place of what is at the point `x` of the reference mesh and has no displacement of its own.
+    /// Maps the point `x` of the reference mesh, without displacements of nodes.
     #[inline]
     pub fn apply(&self, x: Vector) -> Vector {
         self.moved(None, x)
     }
 
-    /// The place of a node whose place in the reference mesh is `x`.
+    /// Maps a node at `x` of the reference mesh.
     #[inline]
     pub fn place(&self, node: u32, x: Vector) -> Vector {
         self.moved(Some(node), x)
@@ -84,7 +84,7 @@ pub struct BodyVelocity<'a> {
 }
 
 impl BodyVelocity<'_> {
-    /// The velocity of a node whose place in the reference mesh is `x`, in mesh units a second.
+    /// Returns the velocity of a node at `x` of the reference mesh, in mesh units per second.
     pub fn velocity(&self, node: u32, x: Vector) -> Vector {
         let (mut place, mut velocity) = (x, [0.0; 3]);
         for link in &self.links {
@@ -102,7 +102,7 @@ impl BodyVelocity<'_> {
         velocity
     }
 
-    /// Transforms of a rigid body, one after another; none if its points move in different ways.
+    /// Transforms of a rigid body, in order; `None` if its points move differently.
     pub fn rigid(&self) -> Option<Vec<Moving>> {
         let of_link = |link: &Link<'_, Moving>| match link {
             Link::Rigid(moving) => Some(*moving),

@@ -6,7 +6,7 @@ use super::reader::Entry;
 use azimesh_core::error::{Position, Result};
 use serde_json::json;
 
-/// What becomes of boundary tags that are not named anywhere.
+/// Treatment of boundary tags that the schedule does not name.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -31,7 +31,7 @@ pub(super) struct PeriodicPair {
     pub a: Pattern,
     /// Tags of the other side.
     pub b: Pattern,
-    /// Where the schedule has it.
+    /// Position in the schedule.
     pub(super) place: Option<Position>,
 }
 

@@ -18,7 +18,7 @@ use azimesh_io::formats::{Compression, Encoding, Precision};
 use std::path::PathBuf;
 
 impl Schedule {
-    /// Steps without a body yet; everything else is as in a file that leaves it out.
+    /// Creates a schedule of these steps, without a body; all other options have their defaults.
     pub fn new(steps: Steps) -> Self {
         Self {
             path: PathBuf::new(),
@@ -48,9 +48,9 @@ impl Schedule {
 setters! { Schedule {
     /// The rotor.
     rotor(rotor: Rotor) |self| self.rotor = rotor;
-    /// One more moving body; parents before their children.
+    /// Adds a moving body; parents come before their children.
     body(body: Body) |self| self.bodies.push(body);
-    /// Zones that deform, and their interfaces to others stay fixed; all zones unless some are given.
+    /// Selects zones that deform; their interfaces to other zones stay fixed. All zones deform by default.
     zones(zones: impl IntoIterator<Item = impl Into<String>>) |self| self.boundaries.zones.extend(Pattern::all(zones, &self.places, "boundaries.zones"));
     /// Boundary tags that stay where they are. Here and below a tag may be a glob with `*` and `?`.
     fixed(tags: impl IntoIterator<Item = impl Into<String>>) |self| self.boundaries.fixed.extend(Pattern::all(tags, &self.places, "boundaries.fixed"));
@@ -58,56 +58,56 @@ setters! { Schedule {
     slide(tags: impl IntoIterator<Item = impl Into<String>>) |self| self.boundaries.slide.extend(Pattern::all(tags, &self.places, "boundaries.slide"));
     /// Boundary tags whose nodes follow the interpolation like the inside of the mesh.
     free(tags: impl IntoIterator<Item = impl Into<String>>) |self| self.boundaries.free.extend(Pattern::all(tags, &self.places, "boundaries.free"));
-    /// What boundary tags do that are not named anywhere; without it they are an error.
+    /// Sets the treatment of boundary tags that the schedule does not name; without it they are an error.
     others(others: Others) |self| self.boundaries.others = Some(others);
-    /// The radial basis function; Wendland's C2 unless it is set.
+    /// Sets the radial basis function; Wendland's C2 by default.
     kernel(kernel: KernelName) |self| self.rbf.kernel = kernel;
-    /// Support radius in mesh units; chosen by the program unless it is set.
+    /// Sets the support radius in mesh units; chosen by the program by default.
     support_radius(radius: f64) |self| self.rbf.support_radius = Some(radius);
-    /// What is added to the radial basis functions; nothing unless it is set.
+    /// Sets the polynomial added to the radial basis functions; none by default.
     polynomial(polynomial: Polynomial) |self| self.rbf.polynomial = polynomial;
-    /// What is interpolated: displacements unless it is set.
+    /// Sets the quantity that is interpolated; displacements by default.
     interpolate(interpolate: Interpolate) |self| self.rbf.interpolate = interpolate;
-    /// Support radius of the rotation alone, in mesh units; with [`Interpolate::Twist`].
+    /// Sets the support radius of the rotation only, in mesh units; with [`Interpolate::Twist`].
     rotation_radius(radius: f64) |self| self.rbf.rotation_radius = Some(radius);
-    /// Parts that each step is cut into; 1 unless it is set.
+    /// Sets the number of substeps of each step; 1 by default.
     substeps(substeps: usize) |self| self.rbf.substeps = substeps;
-    /// How base points are chosen: for all steps at once unless it is set.
+    /// Sets the method that selects base points; by default one set for all steps.
     method(method: SelectionMethod) |self| self.selection.method = method;
-    /// Displacement error allowed on any surface node at any step, in mesh units; chosen by the program
-    /// unless it is set.
+    /// Sets the displacement error allowed at any surface node and step, in mesh units; chosen by the program by
+    /// default.
     tolerance(tolerance: f64) |self| self.selection.tolerance = Some(tolerance);
-    /// Which error of the surface nodes is to meet the tolerance; the largest unless it is set.
+    /// Sets the error norm of the surface nodes that must meet the tolerance; the largest error by default.
     criterion(criterion: SelectionCriterion) |self| self.selection.criterion = criterion;
-    /// The displacement, in mesh units, that [`SelectionMethod::Constant`] chooses base points for; that of
-    /// the motion unless it is set.
+    /// Sets the displacement, in mesh units, for which [`SelectionMethod::Constant`] selects base points; by default
+    /// the displacement of the motion.
     constant(displacement: Vector) |self| self.selection.constant = Some(displacement);
-    /// Base points at most; 5000 unless it is set.
+    /// Sets the largest number of base points; 5000 by default.
     max_points(n: usize) |self| self.selection.max_points = n;
-    /// Azimuth in degrees after which [`SelectionMethod::Real`] chooses anew; at every step unless it is set.
+    /// Sets the azimuth interval in degrees after which [`SelectionMethod::Real`] selects again; every step by default.
     refresh_deg(azimuth_deg: f64) |self| self.selection.refresh = Some(Refresh { azimuth: azimuth_deg.to_radians(), azimuth_deg });
-    /// True if surface nodes are put exactly where the motion takes them; they are unless it is set.
+    /// Sets whether surface nodes are put exactly where the motion takes them; true by default.
     correction(correction: bool) |self| self.selection.correction = correction;
-    /// Name of the format that meshes are written in; unless it is set `vtu`, or `openfoam` for the mesh of a case.
+    /// Sets the format of the meshes; by default `vtu`, or `openfoam` for the mesh of a case.
     format(name: impl Into<String>) |self| self.output.format = Some(name.into());
-    /// Precision of the coordinates that are written; 64 bits unless it is set.
+    /// Sets the precision of written coordinates; 64 bits by default.
     precision(precision: Precision) |self| self.output.precision = precision;
-    /// How much quality is computed at each step; a row of steps.csv unless it is set.
+    /// Sets the amount of quality output per step; a row of steps.csv by default.
     quality(quality: QualityOutput) |self| self.output.quality = quality;
-    /// The displacement is written as a point array.
+    /// Writes the displacement as a point array.
     displacement() |self| self.output.displacement = true;
-    /// Node velocities are computed, in mesh units a second, and written as a point array.
+    /// Computes node velocities, in mesh units per second, and writes them as a point array.
     velocity() |self| self.output.velocity = true;
-    /// How numbers are stored in VTU files; raw unless it is set.
+    /// Sets the encoding of numbers in VTU files; raw by default.
     encoding(encoding: Encoding) |self| self.output.encoding = encoding;
-    /// Compression of binary data; none unless it is set.
+    /// Sets the compression of binary data; none by default.
     compression(compression: Compression) |self| self.output.compression = compression;
-    /// What happens when a step has inverted cells; a warning unless it is set.
+    /// Sets the reaction to inverted cells; a warning by default.
     on_inverted(on_inverted: OnInverted) |self| self.output.on_inverted = on_inverted;
-    /// Files of the moving surfaces, beside the meshes; none unless it is set.
+    /// Sets the files of the moving surfaces, written alongside the meshes; none by default.
     surface(surface: SurfaceOutput) |self| self.output.surface = surface;
-    /// Title of the report; the name of the mesh unless it is set.
+    /// Sets the title of the report; by default the name of the mesh.
     title(title: impl Into<String>) |self| self.output.title = Some(title.into());
-    /// What the mesh unit is called, such as `m`: lengths of tables in other units are converted to it, and the report names it.
+    /// Sets the name of the mesh unit, such as `m`. Lengths of tables in other units are converted to it; the report names it.
     length_unit(unit: impl Into<String>) |self| self.output.length_unit = Some(unit.into());
 } }

@@ -1,5 +1,5 @@
-//! The keys of the schedule. Each is described once: its kind of value, default, range and documentation. The reader, the
-//! JSON schema and the tables of docs/schedule.md come from that.
+//! The keys of the schedule. Each is described once: its kind of value, default, range and documentation. The
+//! reader, the JSON schema and the tables of docs/schedule.md are generated from that.
 
 use super::names::Pattern;
 use super::reader::{Entry, Lines, Section};
@@ -9,23 +9,23 @@ use azimesh_io::formats::{Compression, Encoding, Precision};
 use serde_json::{Map, Value, json};
 use toml::de::DeTable;
 
-/// A key of a table of the schedule. The words are for the page of the docs, which a test makes.
+/// A key of a table of the schedule. The texts are for the documentation page, which a test generates.
 #[cfg_attr(not(test), expect(dead_code))]
 pub(super) struct Key {
     pub name: &'static str,
-    /// The kind of its value in words; empty where the schema lists names.
+    /// Kind of its value in words; empty where the schema lists names.
     pub words: &'static str,
     /// The default, in TOML.
     pub default: Option<&'static str>,
-    /// Default in words, if no value states it.
+    /// Default in words, if it has no value.
     pub otherwise: &'static str,
-    /// A line that would be right, of a key that must be there.
+    /// Example line for a required key.
     pub example: Option<&'static str>,
     pub doc: &'static str,
     pub schema: fn() -> Value,
 }
 
-/// A kind of value: how it is read and what may be written.
+/// A kind of value: its reader and its schema.
 pub(super) struct Kind<T> {
     pub words: &'static str,
     pub read: fn(&Entry<'_>) -> Result<T>,
@@ -45,17 +45,17 @@ impl<T> Kind<T> {
 
 /// A type that is read from a table, key by key.
 pub(super) trait Keys: Sized {
-    /// The table as errors name it.
+    /// Title of the table in errors.
     const TITLE: &'static str;
     const KEYS: &'static [Key];
 
-    /// A value before any key is read.
+    /// The value with all defaults.
     fn empty() -> Self;
 
     /// Sets what the keys of a section give.
     fn set(&mut self, section: &Section<'_>) -> Result<()>;
 
-    /// The table under a key; an error where one of its keys is not known.
+    /// Reads the table under a key; an unknown key in it is an error.
     fn section<'a>(entry: &Entry<'a>) -> Result<Section<'a>> {
         entry.section(Self::TITLE, &Self::known())
     }
@@ -87,12 +87,12 @@ pub(super) trait Keys: Sized {
     }
 }
 
-/// A schema of a table that has no other keys.
+/// Returns a schema of a table without other keys.
 pub(super) fn object(properties: Map<String, Value>, required: Vec<&str>) -> Value {
     json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": false })
 }
 
-/// Markdown whose links are their words.
+/// Replaces the links in Markdown by their text.
 fn without_links(doc: &str) -> String {
     let (mut text, mut rest) = (String::new(), doc.trim());
     while let Some((before, after)) = rest.split_once("](") {
@@ -103,7 +103,7 @@ fn without_links(doc: &str) -> String {
     text + rest
 }
 
-/// A place that a value of a key is put in.
+/// A field that stores the value of a key.
 pub(super) trait Holds<T> {
     fn hold(&mut self, value: T);
 }
@@ -123,7 +123,7 @@ impl<T> Holds<T> for Option<T> {
 /// Describes the keys of a table, one after another: documentation, name, kind, default.
 ///
 /// ```text
-/// keys! { impl Cyclic "[body.cyclic]" = Self::new(), {      // how it begins
+/// keys! { impl Cyclic "[body.cyclic]" = Self::new(), {      // the value with all defaults
 ///     /// mean pitch
 ///     collective => pitch.mean, angle(), default 0;         // the field that it sets; without one it is read elsewhere
 ///     /// between rows of the table
@@ -135,7 +135,7 @@ impl<T> Holds<T> for Option<T> {
 /// } }
 /// ```
 ///
-/// In place of a default: `or "words"`, or `needed "an example"` for a key that must be there.
+/// Instead of a default: `or "words"`, or `needed "an example"` for a required key.
 macro_rules! keys {
     ($(#[$attribute:meta])* $vis:vis struct $type:ident $title:literal { $(
         $(#[doc = $doc:literal])+
@@ -197,12 +197,12 @@ macro_rules! keys {
 
 pub(super) use keys;
 
-/// A type of a few values that have names in a schedule.
+/// A type with a few named values.
 pub(super) trait Named: Copy {
     fn names() -> Vec<(&'static str, Self)>;
 }
 
-/// Gives the values of types their names.
+/// Defines the names of the values of types.
 macro_rules! names {
     ($($type:ident { $($name:literal => $value:ident),+ })+) => {
         $(impl $crate::motion::keys::Named for $type {
@@ -298,7 +298,7 @@ pub(super) const fn numbers<const N: usize>(words: &'static str) -> Kind<[f64; N
     }
 }
 
-/// A direction of any length, as a unit vector; zero where it has no length.
+/// A direction of any length, as a unit vector; zero for a zero vector.
 pub(super) const fn direction() -> Kind<Vector> {
     Kind {
         words: "3 numbers",

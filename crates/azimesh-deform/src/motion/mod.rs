@@ -6,8 +6,7 @@
 //! ```
 //!
 //! Owns the keys of the schedule, the rotor's conventions, the exact rigid map of every body at
-//! every step and the role of every surface node. Leaves to others how the displacements are
-//! interpolated into the volume.
+//! every step and the role of every surface node. Other modules interpolate the displacements into the volume.
 
 mod body;
 mod body_map;

@@ -1,28 +1,28 @@
-//! Names of tags and zones in the schedule, globs among them, found in a mesh.
+//! Names and globs of tags and zones in the schedule, matched against a mesh.
 
 use super::places::Places;
 use azimesh_core::error::{Error, Position, Result, nearest_name};
 
-/// Names listed in a message before the rest is counted.
+/// Most names listed in a message; the rest is counted.
 const LISTED: usize = 24;
 
-/// A name, or a glob with `*` (any characters) and `?` (one character), and where it stands.
+/// A name, or a glob with `*` (any characters) and `?` (one character), and its position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Pattern {
     /// As written.
     pub text: String,
-    /// Where the schedule has it.
+    /// Position in the schedule.
     pub(super) place: Option<Position>,
 }
 
 impl Pattern {
-    /// A name given in memory, under a key of `places`.
+    /// Creates a name given in memory, under a key of `places`.
     pub(super) fn new(text: String, places: &Places, key: &str) -> Self {
         let place = places.of(key);
         Self { text, place }
     }
 
-    /// Several of them.
+    /// Creates several of them.
     pub(super) fn all(
         names: impl IntoIterator<Item = impl Into<String>>,
         places: &Places,
@@ -32,8 +32,7 @@ impl Pattern {
         names.map(|name| Self::new(name, places, key)).collect()
     }
 
-    /// Returns whether `name` is meant. A name that is written exactly so is always meant, even when it has
-    /// a `*` or `?` in it.
+    /// Returns whether `name` matches. An identical name always matches, even if it has a `*` or `?` in it.
     pub fn matches(&self, name: &str) -> bool {
         if self.text == name {
             return true;
@@ -43,8 +42,8 @@ impl Pattern {
         glob(&pattern, &name)
     }
 
-    /// Positions in `names` of all that are meant; an error that lists the names when there is none.
-    /// `what` is a word for the named thing: tag, zone.
+    /// Returns the positions in `names` of all matches; if there is none, an error lists the names. `what` is the kind
+    /// of name: tag, zone.
     pub fn find(&self, what: &str, names: &[&str]) -> Result<Vec<usize>> {
         let found: Vec<usize> = (0..names.len())
             .filter(|&i| self.matches(names[i]))
@@ -70,7 +69,7 @@ impl Pattern {
     }
 }
 
-/// Glob matching with one point of return: the last `*` seen takes one more character.
+/// Matches a glob with a single backtracking point: the last `*` takes one more character.
 fn glob(pattern: &[char], name: &[char]) -> bool {
     let (mut p, mut n) = (0, 0);
     let mut star: Option<(usize, usize)> = None;
@@ -97,7 +96,7 @@ fn glob(pattern: &[char], name: &[char]) -> bool {
     pattern[p..].iter().all(|c| *c == '*')
 }
 
-/// Names in a sentence: separated by commas, the rest counted when there are many.
+/// Lists names in a sentence, separated by commas; many are cut short and counted.
 pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let mut unique: Vec<&str> = Vec::new();
     for name in names {

@@ -6,7 +6,7 @@ use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::Vector;
 use serde_json::json;
 
-/// Substeps a step may be cut into at most.
+/// Largest number of substeps of a step.
 const MAX_SUBSTEPS: usize = 1000;
 
 /// Radial basis functions by name.
@@ -31,7 +31,7 @@ pub enum KernelName {
 }
 
 impl KernelName {
-    /// The name as it stands in a schedule.
+    /// Its name in a schedule.
     pub fn name(self) -> &'static str {
         Self::names()[self as usize].0
     }
@@ -45,7 +45,7 @@ names! {
     SelectionCriterion { "max" => Max, "mean" => Mean }
 }
 
-/// What is added to the radial basis functions.
+/// Polynomial added to the radial basis functions.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -55,14 +55,14 @@ names! {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Polynomial {
-    /// Nothing: the mesh is at rest where no base point reaches.
+    /// None: the mesh is at rest out of reach of the base points.
     #[default]
     None,
     /// `p0 + p1 x + p2 y + p3 z`, so that an affine motion is reproduced everywhere.
     Linear,
 }
 
-/// What is interpolated into the volume.
+/// Quantity that is interpolated into the volume.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -113,7 +113,7 @@ const SUBSTEPS: Kind<usize> = Kind {
 };
 
 impl RbfOptions {
-    /// Refuses numbers out of their range, and what does not go together.
+    /// Refuses invalid numbers, and options that exclude each other.
     pub(super) fn check(&self, places: &Places) -> Result<()> {
         if let Some(radius) = self.support_radius {
             places.positive("rbf.support_radius", radius)?;
@@ -134,7 +134,7 @@ impl RbfOptions {
     }
 }
 
-/// How base points are chosen.
+/// Method that selects base points.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -147,17 +147,17 @@ impl RbfOptions {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SelectionMethod {
-    /// Greedily, for all steps at once.
+    /// Greedy, for all steps at once.
     Sequence,
-    /// Greedily, once, for one displacement that all moving nodes share.
+    /// Greedy, once, for one displacement that all moving nodes share.
     Constant,
-    /// Greedily, for the displacements of one step, anew at every step or every few degrees.
+    /// Greedy, for the displacements of one step; repeated at every step or every few degrees.
     Real,
     /// Every surface node.
     All,
 }
 
-/// Which error of the surface nodes is to meet the tolerance.
+/// Error norm of the surface nodes that must meet the tolerance.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -176,7 +176,7 @@ pub enum SelectionCriterion {
     Mean,
 }
 
-/// An azimuth interval after which base points are chosen anew.
+/// An azimuth interval after which base points are selected again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refresh {
     /// In radians, greater than 0.
@@ -228,7 +228,7 @@ keys! {
 }
 
 impl SelectionOptions {
-    /// Refuses numbers out of their range, and keys that go with another method.
+    /// Refuses invalid numbers, and keys of another method.
     pub(super) fn check(&self, places: &Places) -> Result<()> {
         if let Some(tolerance) = self.tolerance {
             places.positive("selection.tolerance", tolerance)?;
@@ -247,7 +247,7 @@ impl SelectionOptions {
                 return Err(places.error(
                     key,
                     "`constant` is zero, so no base points would be chosen; give a displacement such as [0.0, \
-                     0.0, 1.0], or leave the key out to use that of the motion",
+                     0.0, 1.0], or leave the key out to use the displacement of the motion",
                 ));
             }
         }

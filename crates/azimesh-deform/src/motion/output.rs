@@ -6,11 +6,11 @@ use azimesh_core::error::Result;
 use azimesh_io::formats::{self, Compression, Encoding, Precision, WriteOptions};
 use serde_json::json;
 
-/// Characters of a title and of a unit, at most.
+/// Largest number of characters of a title or a unit.
 const TITLE: usize = 200;
 const UNIT: usize = 20;
 
-/// How much quality is computed at each step.
+/// Amount of quality output per step.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -28,7 +28,7 @@ pub enum QualityOutput {
     None,
 }
 
-/// What happens when a step has inverted cells.
+/// Reaction to inverted cells.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -38,18 +38,18 @@ pub enum QualityOutput {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OnInverted {
-    /// Warn and go on; the exit code is 1.
+    /// Warn and continue; the exit code is 1.
     Warn,
-    /// Stop there.
+    /// Stop.
     Stop,
-    /// Take the step again in 2, 4, 8 substeps, then in 8 with `wendland-c0`; warn where that does not help.
+    /// Repeat the step in 2, 4, 8 substeps, then in 8 with `wendland-c0`; warn if that does not help.
     Substeps,
-    /// As `Substeps`, then move nodes near cells that are still inverted until these are valid, together with the steps
-    /// around it; warn where that does not help. What a schedule does that says nothing.
+    /// As `Substeps`, then move nodes near cells that are still inverted until these are valid, together with the
+    /// neighbouring steps; warn if that does not help. The default of a schedule.
     Repair,
 }
 
-/// Files of the moving surfaces beside the meshes, for solvers that move the volume themselves.
+/// Files of the moving surfaces, for solvers that move the volume themselves.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -128,7 +128,7 @@ impl OutputOptions {
         self.format.as_deref().unwrap_or("vtu")
     }
 
-    /// How meshes are written.
+    /// Options for writing meshes.
     pub fn write_options(&self) -> WriteOptions {
         WriteOptions {
             encoding: self.encoding,

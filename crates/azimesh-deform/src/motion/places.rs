@@ -1,11 +1,11 @@
-//! The place of an option of a schedule: its line in a file, or words if it was given in memory. Checks of numbers,
-//! the same for both.
+//! The position of an option of a schedule: its line in a file, or words if it was given in memory. Checks of
+//! numbers, the same for both.
 
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_core::geometry::vector::Vector;
 use std::collections::BTreeMap;
 
-/// Largest angle in radians; of one as large a ten-millionth of a turn is left.
+/// Largest angle in radians; at this size an angle is resolved to a ten-millionth of a turn.
 pub(super) const MOST_TURNED: f64 = 1e9;
 
 /// Returns whether a number, in radians, is accepted as an angle.
@@ -13,12 +13,12 @@ pub(super) fn is_angle(angle: f64) -> bool {
     angle.abs() <= MOST_TURNED
 }
 
-/// The places of the options of a schedule or of a body.
+/// The positions of the options of a schedule or of a body.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Places {
-    /// What has the options, in words; of a schedule nothing, its sections have names.
+    /// Owner of the options, in words; empty for a schedule, whose sections have names.
     item: String,
-    /// Lines by key; empty where there is no file.
+    /// Lines by key; empty for a schedule in memory.
     lines: BTreeMap<String, u64>,
 }
 
@@ -34,7 +34,7 @@ impl Places {
         self.lines.insert(key, line);
     }
 
-    /// The place of a key such as `rbf.substeps`, or of the table it would be in.
+    /// Returns the position of a key such as `rbf.substeps`, or of the table that would contain it.
     pub fn of(&self, key: &str) -> Option<Position> {
         let above = key.rfind('.').map_or("", |dot| &key[..dot]);
         let section = key.split('.').next().unwrap_or(key);
@@ -48,19 +48,19 @@ impl Places {
         }
     }
 
-    /// The first line of some keys; the place of the first key where none is given.
+    /// Returns the first line of some keys; if none is given, the position of the first key.
     pub fn first_of(&self, keys: &[&str]) -> Option<Position> {
         let lines = keys.iter().filter_map(|key| self.lines.get(*key));
         let first = lines.min().map(|line| Position::Line(*line));
         first.or_else(|| self.of(keys[0]))
     }
 
-    /// An error at the place of a key.
+    /// Returns an error at the position of a key.
     pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
         Error::input(message).at(self.of(key))
     }
 
-    /// Refuses what is not so: `key` is found to be `found`, and must be `expected`.
+    /// Refuses an invalid value: `key` is `found`, but must be `expected`.
     pub fn check(&self, holds: bool, key: &str, found: &str, expected: &str) -> Result<()> {
         if holds {
             return Ok(());

@@ -25,20 +25,20 @@ pub struct RigidAt {
 }
 
 impl Motion {
-    /// The exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its own motions
-    /// in their order, then the motion of its parent.
+    /// Returns the exact map `x -> x'` of a body from the reference mesh, in the rotating frame: its own motions in
+    /// their order, then the motion of its parent.
     ///
     /// # Panics
-    /// When there is no such body.
+    /// If there is no such body.
     pub fn pose(&self, body: usize, step: &Step) -> BodyMap<'_> {
         self.pose_part(body, step, 1.0)
     }
 
-    /// The part, from 0 to 1, of a body's [`pose`](Self::pose): every angle and translation of its
-    /// motions times `part`. The whole is `pose`, bit for bit.
+    /// Returns a part, from 0 to 1, of a body's [`pose`](Self::pose): every angle and translation of its motions times
+    /// `part`. For 1 it equals `pose`, bit for bit.
     ///
     /// # Panics
-    /// When there is no such body.
+    /// If there is no such body.
     pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> BodyMap<'_> {
         let mut map = BodyMap::default();
         for link in self.own_links(body, &self.at(step, part)) {
@@ -50,7 +50,7 @@ impl Motion {
         }
     }
 
-    /// The part of the [`pose`](Self::pose) of every body.
+    /// Returns the part of the [`pose`](Self::pose) of every body.
     pub fn poses(&self, step: &Step, part: f64) -> Vec<BodyMap<'_>> {
         let bodies = 0..self.bodies.len();
         bodies
@@ -58,8 +58,8 @@ impl Motion {
             .collect()
     }
 
-    /// How fast the points of every body move at a step. Linear tables give the slope after
-    /// a row; a ramp gives that between the steps next to this one.
+    /// Velocities of the points of every body at a step. Linear tables give the slope after a row; a ramp gives the slope
+    /// between the neighbouring steps.
     pub fn velocities(&self, step: &Step) -> Vec<BodyVelocity<'_>> {
         let at = At {
             rates: true,
@@ -75,16 +75,16 @@ impl Motion {
         (0..self.bodies.len()).map(velocity).collect()
     }
 
-    /// The rotations of a body at a step, in their order, those of its parent after its own; of the
-    /// sections that `x` of the reference mesh is in, where beams bend.
+    /// Rotations of a body at a step, in their order, followed by the rotations of its parent. Beams give the rotations of
+    /// the sections that contain `x` of the reference mesh.
     pub(super) fn rotations(&self, body: usize, step: &Step, x: Vector) -> Vec<Rotation> {
         let at = self.at(step, 1.0);
         let links = self.family(body).flat_map(|body| self.own_links(body, &at));
         links.flat_map(|link| link.rotations(x)).collect()
     }
 
-    /// The rotations of a body's own rigid motions at a step, in their order, and the sum of their translations. Cyclic
-    /// motion, of which [`cyclic_angles`](Self::cyclic_angles) tells, is left out, as are beams and displacements of nodes.
+    /// Rotations of a body's own rigid motions at a step, in their order, and the sum of their translations. Cyclic
+    /// motion (see [`cyclic_angles`](Self::cyclic_angles)), beams and displacements of nodes are left out.
     pub fn rigid_parts(&self, body: usize, step: &Step) -> RigidAt {
         let at = self.at(step, 1.0);
         let MovingBody { motions, ramp, .. } = &self.bodies[body];
@@ -109,7 +109,7 @@ impl Motion {
         parts
     }
 
-    /// What the motions of a body do, those of its parent left out.
+    /// Links of the body's own motions, without its parent's.
     fn own_links<'a>(&'a self, body: usize, at: &At<'_>) -> Vec<Link<'a>> {
         let MovingBody { motions, ramp, .. } = &self.bodies[body];
         let links = motions.iter().filter_map(|motion| motion.link(at));
@@ -122,17 +122,17 @@ impl Motion {
         }
     }
 
-    /// A body, its parent, the parent of that and so on.
+    /// Returns a body, its parent, and so on.
     fn family(&self, body: usize) -> impl Iterator<Item = usize> {
         std::iter::successors(Some(body), |&body| self.bodies[body].parent)
     }
 
-    /// Returns whether every point of a body has one rigid map.
+    /// Returns whether all points of a body share one rigid map.
     pub fn is_rigid(&self, body: usize) -> bool {
         self.all_motions(body, |scope| scope == MapScope::Body)
     }
 
-    /// Returns whether every point of a body has a rotation: not where nodes have displacements alone.
+    /// Returns whether every point of a body has a rotation: false where only displacements of nodes are known.
     pub fn has_rotations(&self, body: usize) -> bool {
         self.all_motions(body, |scope| scope != MapScope::Nodes)
     }
@@ -144,20 +144,20 @@ impl Motion {
         motions.all(|motion| is_so(motion.map_scope()))
     }
 
-    /// The lifting line of a body that is a beam, held within the span of `points` of it.
+    /// Returns the lifting line of a body that is a beam, within the span of `points` of it.
     pub fn centre_line(&self, body: usize, points: &[Vector]) -> Option<CentreLine> {
         let mut motions = self.bodies[body].motions.iter();
         motions.find_map(|motion| motion.centre_line(points))
     }
 
-    /// Bytes of the displacements that functions and files give for the nodes of bodies.
+    /// Returns the size in bytes of the displacements that functions and files give for the nodes of bodies.
     pub fn memory_bytes(&self) -> usize {
         let motions = self.bodies.iter().flat_map(|body| &body.motions);
         motions.map(|motion| motion.memory_bytes()).sum()
     }
 
-    /// Pitch, flap and lag of a body's cyclic motion at a step, in radians, positive in the sense that
-    /// the signs of the rotor give them; `None` where it has none.
+    /// Returns pitch, flap and lag of a body's cyclic motion at a step, in radians, with the positive sense given by
+    /// the signs of the rotor; `None` if it has none.
     pub fn cyclic_angles(&self, body: usize, step: &Step) -> Option<[f64; 3]> {
         let MovingBody { motions, ramp, .. } = &self.bodies[body];
         let angles = motions
@@ -168,7 +168,7 @@ impl Motion {
         Some(scale(angles, reached))
     }
 
-    /// Returns whether the motion of a body, or of one that it moves with, is a blade motion along the rotor's span.
+    /// Returns whether a body, or a parent of it, has a blade motion along the rotor's span.
     pub fn is_of_blade(&self, body: usize) -> bool {
         let body = &self.bodies[body];
         let own = body.motions.iter().any(|motion| motion.is_of_blade());
@@ -187,13 +187,13 @@ impl Motion {
         }
     }
 
-    /// The azimuth rotation `Rz(psi)` from the rotating frame, in which the mesh deforms, to the inertial
-    /// frame; `None` where meshes are written in the rotating frame.
+    /// Returns the azimuth rotation `Rz(psi)` from the rotating frame, in which the mesh deforms, to the inertial
+    /// frame; `None` if meshes are written in the rotating frame.
     pub fn to_inertial(&self, step: &Step) -> Option<Transform> {
         (self.rotor.frame == Frame::Inertial).then(|| self.rotor.turn(step.azimuth))
     }
 
-    /// The rotation of [`to_inertial`](Self::to_inertial) with its velocity.
+    /// Returns the rotation of [`to_inertial`](Self::to_inertial) with its velocity.
     pub fn to_inertial_moving(&self, step: &Step) -> Option<Moving> {
         let rate = step.azimuth_rate.unwrap_or(0.0);
         let rotor = &self.rotor;

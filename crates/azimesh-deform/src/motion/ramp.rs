@@ -1,4 +1,4 @@
-//! `ramp` of a body: its motions begin smoothly.
+//! `ramp` of a body: a smooth start of its motions.
 
 use super::keys::{count, keys, positive};
 use super::motions::Clock;
@@ -7,7 +7,8 @@ use super::steps::Step;
 use azimesh_core::error::Result;
 
 keys! {
-    /// A smooth start: the motions of a body times `s^2 (3 - 2 s)`, `s` from 0 at the first step to 1 after some steps or seconds.
+    /// A smooth start: the motions of a body times `s^2 (3 - 2 s)`; `s` grows from 0 at the first step to 1 after some
+    /// steps or seconds.
     #[derive(Debug, Clone)]
     pub(super) struct Ramp "ramp = { seconds }" {
         /// seconds after the first step at which the whole motion is reached; steps need times
@@ -32,7 +33,7 @@ impl Ramp {
         }
     }
 
-    /// Refuses a ramp of no length or of two.
+    /// Refuses a ramp without a length or with two.
     pub fn check(&self, places: &Places) -> Result<()> {
         if self.seconds.is_some() == self.steps.is_some() {
             let message =
@@ -53,7 +54,7 @@ impl Ramp {
         Err(places.error("ramp", message))
     }
 
-    /// The part of the motion that is reached at a step, and by how much it grows in a second.
+    /// Returns the part of the motion at a step, and its rate per second.
     pub fn at(&self, step: &Step, clock: &Clock<'_>) -> [f64; 2] {
         let (s, rate) = match self.steps {
             Some(n) => {

@@ -1,7 +1,6 @@
-//! Reads values out of a parsed TOML document, with the line of everything.
+//! Reads values from a parsed TOML document and keeps their line numbers.
 //!
-//! Knows what a table may hold and how to say that a key or a value is wrong; nothing of what the
-//! keys mean.
+//! Owns the kinds of values and the errors of keys and values; knows nothing of what the keys mean.
 
 use super::names::{Pattern, list};
 use super::places::{MOST_TURNED, Places, is_angle};
@@ -9,7 +8,7 @@ use azimesh_core::error::{Error, Position, Result, nearest_name};
 use std::cell::Cell;
 use toml::de::{DeTable, DeValue};
 
-/// A table whose keys are known to be right.
+/// A table whose keys have been checked.
 #[derive(Clone, Copy)]
 pub(super) struct Section<'a> {
     lines: &'a Lines,
@@ -29,7 +28,7 @@ pub(super) struct Entry<'a> {
     offset: usize,
 }
 
-/// Unit of the angles that a person wrote.
+/// Unit of the angles in the schedule.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum AngleUnit {
     #[default]
@@ -95,7 +94,7 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// The value of a key that must be there; `example` is a line that would be right.
+    /// The value of a required key; `example` is a valid line.
     pub(super) fn require(&self, key: &str, example: &str) -> Result<Entry<'a>> {
         self.get(key).ok_or_else(|| {
             self.error(format!(
@@ -105,7 +104,7 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// What a key holds as `read` takes it; `None` where it is left out.
+    /// Reads an optional key with `read`; `None` where it is left out.
     pub(super) fn optional<T>(
         &self,
         key: &str,
@@ -114,17 +113,17 @@ impl<'a> Section<'a> {
         self.get(key).map(|entry| read(&entry)).transpose()
     }
 
-    /// Refuses a key without the one that it belongs to.
+    /// Refuses a key if another key, to which it belongs, is missing.
     pub(super) fn only_with(&self, key: &str, other: &str) -> Result<()> {
         match (self.get(key), self.get(other)) {
             (Some(entry), None) => {
-                Err(entry.error(&format!("is that of `{other}`, which is not given")))
+                Err(entry.error(&format!("belongs to `{other}`, which is not given")))
             }
             _ => Ok(()),
         }
     }
 
-    /// The lines of the keys of this table and of those of tables in it, by names such as `rbf.kernel`.
+    /// Returns the lines of the keys of this table and of its subtables, by names such as `rbf.kernel`.
     pub(super) fn places(&self) -> Places {
         let mut places = Places::default();
         self.add_places("", self.table, &mut places);
@@ -146,7 +145,7 @@ impl<'a> Section<'a> {
         Error::input(message).line(self.line)
     }
 
-    /// Refuses the first key that is not known.
+    /// Refuses the first unknown key.
     pub(super) fn check_keys(&self, known: &[&str]) -> Result<()> {
         let wrong = |name: &str| !known.contains(&name);
         let first = self
@@ -163,7 +162,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// "unknown ...; did you mean ...?", then all that are known.
+/// Formats "unknown ...; did you mean ...?", then all known names.
 fn unknown(what: &str, found: &str, known: &[&str]) -> String {
     let all = list(known.iter().copied());
     match nearest_name(found, known.iter().copied()) {
@@ -204,7 +203,7 @@ impl<'a> Entry<'a> {
         elements.iter().map(Self::pattern).collect()
     }
 
-    /// An error at this line: what the key holds is wrong.
+    /// Returns an error at this line: the value of the key is wrong.
     pub(super) fn error(&self, message: &str) -> Error {
         Error::input(format!("`{}` {message}", self.key)).line(self.line())
     }

@@ -1,4 +1,4 @@
-//! A schedule on a mesh: steps, axes, bodies, and the role of every surface node.
+//! A schedule resolved on a mesh: steps, axes, bodies, and the role of every surface node.
 
 use super::body::Body;
 use super::motions::{
@@ -17,7 +17,7 @@ use azimesh_io::mesh::{Boundary, Group, OneLayer};
 use std::cell::{OnceCell, RefCell};
 use std::sync::Arc;
 
-/// A schedule on a mesh.
+/// A schedule resolved on a mesh.
 #[derive(Debug, Clone)]
 pub struct Motion {
     /// The steps, at least one.
@@ -34,36 +34,36 @@ pub struct Motion {
     pub zone: Option<DeformingZone>,
     /// The parts that move rigidly, in the order of their bodies.
     pub parts: Vec<RigidPart>,
-    /// For each step those next to it in time.
+    /// Neighbours in time of each step.
     pub(super) neighbours: Vec<[u32; 2]>,
 }
 
 /// A body on a mesh.
 #[derive(Debug, Clone)]
 pub struct MovingBody {
-    /// Its name, of its own among the bodies.
+    /// Its name, unique among the bodies.
     pub name: String,
-    /// Azimuth of its blade when the rotor's is zero, in radians.
+    /// Azimuth of its blade at rotor azimuth zero, in radians.
     pub azimuth_offset: f64,
-    /// The body it moves with, which stands before it.
+    /// The body it moves with, which is declared earlier.
     pub(super) parent: Option<usize>,
-    /// How its motions begin.
+    /// Smooth start of its motions.
     pub(super) ramp: Option<Ramp>,
-    /// In the order in which they act; a rigid map is always among them.
+    /// Sorted by the order in which they act; a rigid map is always among them.
     pub(super) motions: Vec<Arc<dyn ResolvedMotion>>,
-    /// Where the schedule names it.
+    /// Position in the schedule.
     pub(crate) place: Option<Position>,
-    /// What is probably wrong in the input of its motions.
+    /// Warnings about the input of its motions.
     pub(super) warnings: Vec<Note>,
 }
 
 impl Schedule {
-    /// Finds axes, motions and the role of every surface node on the mesh with this boundary. `sides_of` is called
-    /// if the schedule names zones.
+    /// Finds axes, motions and the role of every surface node on the mesh with this boundary. `sides_of` is called if
+    /// the schedule names zones.
     ///
     /// # Errors
-    /// When the schedule does not hold together, names what the mesh does not have, or a file of it is wrong;
-    /// if `sides_of` fails.
+    /// If the schedule contradicts itself, names something that the mesh does not have, or a file of it is wrong; or if
+    /// `sides_of` fails.
     pub fn resolve(&self, boundary: &Boundary, sides_of: &SidesOf<'_>) -> Result<Motion> {
         let motion = self
             .check()
@@ -80,7 +80,7 @@ impl Motion {
             ));
         }
         let dimension = boundary.space_dimension();
-        // A mesh of one layer in the plane of x and y moves as one in that plane does.
+        // A mesh of one layer in the plane of x and y moves like a mesh in that plane.
         let is_plane = dimension == 2 || OneLayer::axis_of(boundary)? == Some(2);
         if is_plane {
             check_plane(&schedule.bodies, schedule.rotor.is_upright())?;
@@ -112,7 +112,7 @@ impl Motion {
         Ok(motion)
     }
 
-    /// The next body: its motions on the mesh.
+    /// Resolves the motions of the next body on the mesh.
     fn resolve(&self, body: &Body, schedule: &Schedule, boundary: &Boundary) -> Result<MovingBody> {
         let is_parent = |other: &MovingBody| Some(&other.name) == body.parent.as_ref();
         let parent = self.bodies.iter().position(is_parent);
@@ -159,7 +159,7 @@ impl Motion {
         })
     }
 
-    /// Refuses parents that are known at their own nodes alone.
+    /// Refuses parents whose motion is known only at their own nodes.
     fn check_parents(&self, schedule: &Schedule) -> Result<()> {
         for (child, declared) in self.bodies.iter().zip(&schedule.bodies) {
             let has_nodes = |parent: &usize| {
@@ -190,9 +190,9 @@ impl Motion {
         Ok(())
     }
 
-    /// What the user should know of the files of the motions.
+    /// Notes on the files of the motions.
     pub fn notes(&self) -> Vec<Note> {
-        // Of a beam before those of displacements.
+        // Notes of beams before notes of displacements.
         let motions = self
             .bodies
             .iter()
@@ -200,7 +200,7 @@ impl Motion {
         motions.flat_map(|motion| motion.notes()).cloned().collect()
     }
 
-    /// The body whose zones a node is in, by its number in the whole mesh.
+    /// Returns the body whose zones contain a node, by its number in the whole mesh.
     pub fn body_of_node(&self, node: u32) -> Option<usize> {
         let mut parts = self.parts.iter();
         parts
@@ -208,7 +208,7 @@ impl Motion {
             .map(|part| part.body)
     }
 
-    /// The nodes of both sides of a periodic pair, ascending; with zones, those in the zones.
+    /// Returns the nodes of both sides of a periodic pair, ascending; with zones, only nodes in the zones.
     pub fn periodic_nodes(&self, pair: &PeriodicTags, boundary: &Boundary) -> [Vec<u32>; 2] {
         [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), boundary))
     }
@@ -224,7 +224,7 @@ impl ResolvedMotion for AtRest {
     }
 }
 
-/// Nodes slide on the faces of a volume, in a plane on edges; a shell and a cloud have neither.
+/// Nodes slide on the faces of a volume, or on edges in a plane; a shell and a point cloud have neither.
 fn check_sliding(tags: &[&Group], roles: &[TagRole], space: u8) -> Result<()> {
     let of_shell = tags.iter().zip(roles).find(|(tag, role)| {
         role.role == Some(Role::Sliding) && tag.dimension + 1 < space && !tag.cells.is_empty()
@@ -238,7 +238,7 @@ fn check_sliding(tags: &[&Group], roles: &[TagRole], space: u8) -> Result<()> {
     }
 }
 
-/// Refuses what would leave the plane of a 2D mesh.
+/// Refuses motion out of the plane of a 2D mesh.
 fn check_plane(bodies: &[Body], upright: bool) -> Result<()> {
     let mut motions = bodies
         .iter()

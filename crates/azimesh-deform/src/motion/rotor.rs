@@ -1,4 +1,4 @@
-//! The rotor: where its hub and axes are, in which frame the mesh is seen, and signs.
+//! The rotor: hub and axes, the frame of the mesh, and signs.
 
 use super::keys::{choice, direction, keys, names, numbers, positive, sign, string};
 use super::motions::TableSource;
@@ -11,10 +11,10 @@ use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, unit};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Sine of the angle under which span and shaft count as parallel.
+/// Sine of the angle below which span and shaft count as parallel.
 const PARALLEL: f64 = 1e-6;
 
-/// In which frame the mesh is written.
+/// Frame in which the mesh is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Frame {
     /// Turning with the rotor: the mesh only pitches, flaps and lags.
@@ -23,7 +23,7 @@ pub enum Frame {
     Inertial,
 }
 
-/// Factors of 1 or -1 for other conventions; each multiplies its own angle alone.
+/// Factors of 1 or -1 for other conventions; each multiplies only its own angle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Signs {
     /// Of the azimuth: -1 turns clockwise seen from the thrust side.
@@ -88,7 +88,7 @@ impl Rotor {
         Self::default()
     }
 
-    /// Refuses numbers that mean nothing.
+    /// Refuses invalid numbers.
     pub(super) fn check(&self, places: &Places) -> Result<()> {
         places.finite("rotor.hub", &self.hub)?;
         let axes = [
@@ -112,7 +112,7 @@ impl Rotor {
         Ok(())
     }
 
-    /// The azimuth over time, where a table has it: `azimuth_deg` or `azimuth_rad` (the first of the values) over
+    /// Reads the azimuth over time, if a table gives it: `azimuth_deg` or `azimuth_rad` (the first of the values) over
     /// `time_s`. A file is relative to `folder`.
     pub(super) fn azimuth_history(
         &self,
@@ -153,7 +153,7 @@ impl Rotor {
         }
     }
 
-    /// The axes for a mesh of this dimension. The shaft is kept, the span made perpendicular to it.
+    /// Returns the axes for a mesh of this dimension. The shaft is kept, the span made perpendicular to it.
     pub(super) fn axes(&self, dimension: u8, places: &Places) -> Result<RotorAxes> {
         let key = match self.shaft_axis {
             Some(_) => "rotor.shaft_axis",
@@ -211,12 +211,12 @@ impl Rotor {
 #[derive(Debug)]
 pub(super) struct AzimuthHistory {
     history: History,
-    /// True if its values are degrees, and not radians.
+    /// True if its values are in degrees, false if in radians.
     is_degrees: bool,
 }
 
 impl AzimuthHistory {
-    /// The azimuth at a time in degrees and in radians, and by how much it grows, in radians a second.
+    /// Returns the azimuth at a time in degrees and in radians, and its rate in radians per second.
     pub fn at(&self, time: f64) -> Result<[f64; 3]> {
         let azimuth = self.history.at(time)?[0];
         let rate = self.history.rates_at(time)?[0];
@@ -229,30 +229,30 @@ impl AzimuthHistory {
 }
 
 setters! { Rotor {
-    /// Hub centre, in mesh units.
+    /// Sets the hub centre, in mesh units.
     hub(hub: Vector) |self| self.hub = hub;
-    /// Direction, of any length, of the span of the blade at zero azimuth.
+    /// Sets the direction, of any length, of the span of the blade at zero azimuth.
     span_axis(direction: Vector) |self| self.span_axis = Some(unit(direction).unwrap_or_default());
-    /// Direction, of any length, of the shaft, towards the thrust side.
+    /// Sets the direction, of any length, of the shaft, towards the thrust side.
     shaft_axis(direction: Vector) |self| self.shaft_axis = Some(unit(direction).unwrap_or_default());
-    /// Meshes are written in the inertial frame: rotated by the azimuth.
+    /// Writes meshes in the inertial frame: rotated by the azimuth.
     inertial() |self| self.frame = Frame::Inertial;
-    /// Meshes are written in the frame that turns with the rotor, which is the default.
+    /// Writes meshes in the rotating frame, the default.
     rotating() |self| self.frame = Frame::Rotating;
-    /// Revolutions a minute, which give azimuths their times.
+    /// Sets the revolutions per minute, from which steps over azimuth get their times.
     rpm(rpm: f64) |self| self.rpm = Some(rpm);
-    /// The azimuth of steps in time, for a rotor that speeds up: a table of `time_s` and `azimuth_deg` (or
+    /// Sets the azimuth of steps in time, for a rotor that speeds up: a table of `time_s` and `azimuth_deg` (or
     /// `azimuth_rad`).
     azimuth_table(table: impl Into<TableSource>) |self| self.azimuth_table = Some(table.into());
-    /// A cubic spline between rows of that table, so that the rotor has no jumps of speed.
+    /// Interpolates that table with a cubic spline, so that the rotor speed has no jumps.
     cubic_azimuth() |self| self.azimuth_interpolation = Interpolation::Cubic;
-    /// 1, or -1 for a rotor that turns clockwise seen from the thrust side.
+    /// Sets the sense of rotation: 1, or -1 for a rotor that turns clockwise seen from the thrust side.
     azimuth_sign(sign: f64) |self| self.azimuth_sign = sign;
-    /// 1, or -1 for the other convention of the pitch angle.
+    /// Sets the sign of the pitch angle: 1, or -1 for the other convention.
     pitch_sign(sign: f64) |self| self.pitch_sign = sign;
-    /// 1, or -1 for the other convention of the flap angle.
+    /// Sets the sign of the flap angle: 1, or -1 for the other convention.
     flap_sign(sign: f64) |self| self.flap_sign = sign;
-    /// 1, or -1 for the other convention of the lag angle.
+    /// Sets the sign of the lag angle: 1, or -1 for the other convention.
     lag_sign(sign: f64) |self| self.lag_sign = sign;
 } }
 
@@ -267,23 +267,23 @@ pub struct RotorAxes {
     pub e_y: Vector,
     /// Along the shaft, towards the thrust side.
     pub e_z: Vector,
-    /// In which frame the mesh is written.
+    /// Frame in which the mesh is written.
     pub frame: Frame,
     /// Signs of the angles.
     pub signs: Signs,
     /// True if the mesh is plane, in x and y.
     pub in_plane: bool,
-    /// True if the schedule gives the span, which else is along x.
+    /// True if the schedule gives the span; the default is along x.
     pub has_span: bool,
 }
 
 impl RotorAxes {
-    /// Returns whether it is that of a plane mesh which turns about the shaft.
+    /// Returns whether the mesh is plane and turns about the shaft.
     pub(super) fn is_upright(&self) -> bool {
         self.in_plane && self.e_z[2] != 0.0
     }
 
-    /// The axis about which a sector of the mesh may be repeated: the shaft, of a plane mesh the normal of its plane.
+    /// Returns the axis about which a sector of the mesh may be repeated: the shaft, or the normal of a plane mesh.
     pub fn axis_of_sectors(&self) -> Vector {
         if self.in_plane && !self.is_upright() {
             [0.0, 0.0, 1.0]
@@ -292,8 +292,8 @@ impl RotorAxes {
         }
     }
 
-    /// The frame of a blade: these axes turned by its azimuth offset (radians) about the shaft. A 2D mesh
-    /// with the shaft in its plane has one frame; there an offset shifts the azimuth alone.
+    /// Returns the frame of a blade: these axes turned by its azimuth offset (radians) about the shaft. A 2D mesh with
+    /// the shaft in its plane has one frame; there an offset only shifts the azimuth.
     pub(super) fn blade(&self, azimuth_offset: f64) -> Self {
         if self.in_plane && !self.is_upright() {
             return *self;
@@ -306,19 +306,19 @@ impl RotorAxes {
         }
     }
 
-    /// The azimuth rotation `Rz(psi)` about the shaft, `psi` in radians.
+    /// Returns the azimuth rotation `Rz(psi)` about the shaft, `psi` in radians.
     pub fn turn(&self, psi: f64) -> Transform {
         Transform::rotation(self.e_z, self.hub, self.signs.azimuth * psi)
     }
 
-    /// The direction of the leading edge of a blade at zero azimuth: that in which it goes round.
+    /// Returns the direction of the leading edge of a blade at zero azimuth: its direction of motion.
     pub fn leading_edge(&self) -> Vector {
-        // Adding 0 takes the sign of a zero away.
+        // Adding 0 removes the sign of a zero.
         scale(self.e_y, self.signs.azimuth).map(|x| x + 0.0)
     }
 
-    /// The frame and the senses of the angles, one sentence each. Pitch raises what is towards `e_y` and lag
-    /// moves the blade there, which of a clockwise rotor is the trailing edge.
+    /// Describes the frame and the senses of the angles, one sentence each. Pitch raises the side towards `e_y`, and lag
+    /// moves the blade in that direction: towards the trailing edge of a clockwise rotor.
     pub fn conventions(&self) -> Vec<String> {
         let signs = &self.signs;
         let way = |sign: f64, plus: &'static str, minus: &'static str| {
@@ -347,7 +347,7 @@ impl RotorAxes {
         ]
     }
 
-    /// The point `O + x e_x + y e_y + z e_z`.
+    /// Returns the point `O + x e_x + y e_y + z e_z`.
     #[inline]
     pub fn point(&self, x: f64, y: f64, z: f64) -> Vector {
         let offset = add(

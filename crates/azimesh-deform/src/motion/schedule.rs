@@ -1,4 +1,4 @@
-//! The schedule: from a TOML file or made in memory, and checked as one.
+//! The schedule: from a TOML file or built in memory, with one set of checks.
 
 use super::body::Body;
 use super::boundaries::Boundaries;
@@ -17,8 +17,8 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
-/// A motion schedule: which bodies move how at which steps, and how the mesh follows. From a file, or made
-/// in memory; both are held against the same checks when it is [resolved](Self::resolve) on a mesh.
+/// A motion schedule: the motions of bodies at steps, and options of the mesh deformation. It comes from a file or is
+/// built in memory; both get the same checks when it is [resolved](Self::resolve) on a mesh.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -50,7 +50,7 @@ pub struct Schedule {
     /// The base points.
     #[doc(hidden)]
     pub selection: SelectionOptions,
-    /// What is written.
+    /// The output.
     #[doc(hidden)]
     pub output: OutputOptions,
     pub(super) places: Places,
@@ -77,8 +77,8 @@ impl Schedule {
         Self::parse_with(text, path, &|_, body| body)
     }
 
-    /// Reads a schedule from its text; `complete` adds to each body, given with its name,
-    /// what text cannot hold; the schedule is checked after it.
+    /// Reads a schedule from its text. `complete` adds to each body, given with its name, what text cannot hold; the
+    /// schedule is checked after it.
     pub fn parse_with(
         text: &str,
         path: &Path,
@@ -120,7 +120,7 @@ impl Schedule {
         Ok(schedule)
     }
 
-    /// The JSON schema of a schedule, by which editors complete and check one.
+    /// Returns the JSON schema of a schedule, for completion and checks in editors.
     pub fn schema() -> Value {
         let mut schema = <Self as Keys>::schema();
         schema["$schema"] = "http://json-schema.org/draft-07/schema#".into();
@@ -129,10 +129,10 @@ impl Schedule {
         schema
     }
 
-    /// The steps, at least one.
+    /// Returns the steps, at least one.
     ///
     /// # Errors
-    /// When there is none, a million are not enough, a number is not finite, or the table of the azimuth is wrong.
+    /// If there are none or more than a million, if a number is not finite, or if the table of the azimuth is wrong.
     pub fn steps(&self) -> Result<Vec<Step>> {
         let folder = self.path.with_file_name("");
         let azimuth = self.rotor.azimuth_history(&folder, &self.places)?;
@@ -140,7 +140,7 @@ impl Schedule {
             .steps(&self.rotor, &self.places, azimuth.as_ref())
     }
 
-    /// A note where the last step is not at the stop of the schedule.
+    /// Returns a note if the last step is not at the stop of the schedule.
     pub(crate) fn note(&self) -> Option<Note> {
         self.steps.short_of_stop()
     }
@@ -165,7 +165,7 @@ impl Schedule {
         self.check_velocity(&steps)
     }
 
-    /// Refuses times without a frequency where something depends on the azimuth.
+    /// Refuses times without a frequency if something depends on the azimuth.
     fn check_azimuth(&self) -> Result<()> {
         let turning = self.bodies.iter().find(|body| body.has_harmonics());
         let what = match turning {
@@ -188,8 +188,7 @@ impl Schedule {
         Err(self.places.error(section, message))
     }
 
-    /// Refuses velocities where there is no time to differentiate by, and where the interpolation is
-    /// not linear in the motion.
+    /// Refuses velocities if steps have no time, or if the interpolation is not linear in the motion.
     fn check_velocity(&self, steps: &[Step]) -> Result<()> {
         let message = match (steps[0].time_s, self.rbf.interpolate) {
             _ if !self.output.velocity => return Ok(()),
@@ -210,7 +209,7 @@ impl Schedule {
         Err(self.places.error("output", message))
     }
 
-    /// The files that the rotor and the motions name, each once, in their order.
+    /// Returns the files that the rotor and the motions name, without duplicates, in their order.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         let azimuth = self.rotor.azimuth_table.iter();
@@ -225,7 +224,7 @@ impl Schedule {
         files
     }
 
-    /// Bodies that a function moves, with the name of the function where it has one.
+    /// Returns the bodies that a function moves, with the name of the function if it has one.
     pub fn functions(&self) -> Vec<(&str, Option<&str>)> {
         let bodies = self.bodies.iter();
         let functions = bodies.filter_map(|body| Some((body, body.motion::<Displacements>()?)));

@@ -1,6 +1,6 @@
-//! Setters of types that are built up one call after another.
+//! Setters of types that are built by chained calls.
 
-/// Methods that take `self`, change it and give it back:
+/// Defines methods that take `self`, change it and return it:
 ///
 /// ```text
 /// setters! { Rotor {

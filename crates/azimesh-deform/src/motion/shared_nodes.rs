@@ -1,5 +1,5 @@
-//! Nodes that two bodies share: they move with the body that the schedule names first, and the other
-//! may put them elsewhere.
+//! Nodes that two bodies share: they move with the body that the schedule names first; the other body may move them
+//! to other positions.
 
 use super::body_map::BodyMap;
 use super::resolved::Motion;
@@ -10,21 +10,21 @@ use azimesh_core::{Note, note};
 use azimesh_io::mesh::Boundary;
 use std::collections::BTreeMap;
 
-/// Part of the extent that two bodies may be apart at a node that they share.
+/// Largest difference of the positions that two bodies give a shared node, as a part of the extent.
 const ALIKE: f64 = 1e-9;
 
 /// Nodes that two bodies share.
 #[derive(Default)]
 struct Shared {
     n_nodes: usize,
-    /// Largest distance between the places that both give a node, at any step.
+    /// Largest distance between the positions that both give a node, at any step.
     gap: f64,
-    /// The step of that.
+    /// The step of that distance.
     step: usize,
 }
 
 impl Motion {
-    /// A note for each pair of bodies that move the nodes they share apart.
+    /// Returns a note for each pair of bodies that move their shared nodes to different positions.
     pub fn shared_nodes(&self, boundary: &Boundary) -> Vec<Note> {
         let mut shared: BTreeMap<(u16, u16), Shared> = BTreeMap::new();
         if self.surface.shared.is_empty() {
@@ -66,7 +66,7 @@ impl Motion {
         apart.map(note).collect()
     }
 
-    /// The body that a node moves with.
+    /// Returns the body that a node moves with.
     fn body_of(&self, node: u32) -> Option<u16> {
         let nodes = &self.surface.nodes;
         match nodes.roles[nodes.nodes.binary_search(&node).ok()?] {

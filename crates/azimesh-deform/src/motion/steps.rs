@@ -11,10 +11,10 @@ use serde_json::json;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// Steps a schedule may have at most.
+/// Largest number of steps of a schedule.
 pub const MAX_STEPS: usize = 1_000_000;
 
-/// A step whose end is this part of a step past `stop` or before it counts as landing on it.
+/// A step that ends within this part of a step of `stop` counts as landing on it.
 const LANDING: f64 = 1e-6;
 
 /// One step of the schedule.
@@ -30,7 +30,7 @@ const LANDING: f64 = 1e-6;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Zero-based place in the whole schedule.
+    /// Zero-based index in the whole schedule.
     pub(crate) index: usize,
     /// Azimuth in degrees; 0 where the schedule has none.
     pub(crate) azimuth_deg: f64,
@@ -39,29 +39,29 @@ pub struct Step {
     pub azimuth: f64,
     /// Time in seconds, where `rpm` or `[time]` gives it.
     pub(crate) time_s: Option<f64>,
-    /// True if the schedule has an azimuth: not with times that have neither a frequency nor a table of it.
+    /// True if the schedule has an azimuth: false for times with neither a frequency nor a table of the azimuth.
     pub(crate) has_azimuth: bool,
-    /// By how much the azimuth grows, in radians a second, where the schedule says.
+    /// Rate of the azimuth, in radians per second, if the schedule gives it.
     pub(crate) azimuth_rate: Option<f64>,
 }
 
 impl Step {
-    /// Zero-based place in the whole schedule.
+    /// Zero-based index in the whole schedule.
     pub fn index(&self) -> usize {
         self.index
     }
 
-    /// Azimuth in degrees; `None` where the schedule has times without a frequency.
+    /// Azimuth in degrees; `None` if the schedule has times without a frequency.
     pub fn azimuth_deg(&self) -> Option<f64> {
         self.has_azimuth.then_some(self.azimuth_deg)
     }
 
-    /// Time in seconds; `None` where the schedule has azimuths and the rotor no revolutions a minute.
+    /// Time in seconds; `None` if the schedule has azimuths and the rotor no revolutions per minute.
     pub fn time_s(&self) -> Option<f64> {
         self.time_s
     }
 
-    /// The time for viewers: in seconds where that is known, else the azimuth in degrees, else the number of the step.
+    /// Time for viewers: in seconds if that is known, else the azimuth in degrees, else the number of the step.
     pub fn time(&self) -> f64 {
         let azimuth = self.azimuth_deg().unwrap_or(self.index as f64);
         self.time_s.unwrap_or(azimuth)
@@ -75,7 +75,7 @@ impl fmt::Display for Step {
     }
 }
 
-/// The steps of a schedule as they are declared: azimuths, or times.
+/// The steps of a schedule as declared: azimuths, or times.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -89,7 +89,7 @@ impl fmt::Display for Step {
 pub struct Steps {
     values: Values,
     of: Of,
-    /// Revolutions a second, of times.
+    /// Revolutions per second, of times.
     frequency: Option<f64>,
 }
 
@@ -108,7 +108,7 @@ enum Of {
 }
 
 impl Steps {
-    /// Azimuths in degrees from `start` by `step`; `stop` is the last where a step lands on it.
+    /// Creates azimuths in degrees from `start` by `step`; `stop` is the last if a step lands on it.
     pub fn azimuth_deg(start: f64, stop: f64, step: f64) -> Self {
         Self::new(
             Values::Range { start, stop, step },
@@ -116,29 +116,29 @@ impl Steps {
         )
     }
 
-    /// These azimuths in degrees, in any order.
+    /// Creates steps at these azimuths in degrees, in any order.
     pub fn azimuths_deg(values: impl IntoIterator<Item = f64>) -> Self {
         let values = Values::Listed(values.into_iter().collect());
         Self::new(values, Of::Azimuth(AngleUnit::Degrees))
     }
 
-    /// Times in seconds from `start` by `step`; `stop` is the last where a step lands on it.
+    /// Creates times in seconds from `start` by `step`; `stop` is the last if a step lands on it.
     pub fn time_s(start: f64, stop: f64, step: f64) -> Self {
         Self::new(Values::Range { start, stop, step }, Of::Time)
     }
 
-    /// These times in seconds, in any order.
+    /// Creates steps at these times in seconds, in any order.
     pub fn times_s(values: impl IntoIterator<Item = f64>) -> Self {
         Self::new(Values::Listed(values.into_iter().collect()), Of::Time)
     }
 
-    /// Steps 0 to `last`, which have neither an azimuth nor a time.
+    /// Creates steps 0 to `last`, without azimuths and times.
     pub fn numbered(last: usize) -> Self {
         let (start, stop, step) = (0.0, last as f64, 1.0);
         Self::new(Values::Range { start, stop, step }, Of::Number)
     }
 
-    /// Revolutions a second, which give times an azimuth of `360 frequency time` degrees.
+    /// Sets the revolutions per second, which give times an azimuth of `360 frequency time` degrees.
     #[must_use]
     pub fn frequency_hz(mut self, frequency: f64) -> Self {
         self.frequency = Some(frequency);
@@ -153,7 +153,7 @@ impl Steps {
         }
     }
 
-    /// Reads `[azimuth]` or `[time]`, of which there must be one.
+    /// Reads `[azimuth]` or `[time]`; exactly one of them must be present.
     pub(super) fn read(root: &Section<'_>) -> Result<Self> {
         let (azimuth, time) = (root.get("azimuth"), root.get("time"));
         if let Some(number) = root.get("steps") {
@@ -186,7 +186,7 @@ impl Steps {
         }
     }
 
-    /// The section of a schedule that they are.
+    /// Returns the section of a schedule that defines them.
     pub(super) fn section(&self) -> &'static str {
         match self.of {
             Of::Azimuth(_) => "azimuth",
@@ -201,8 +201,8 @@ impl Steps {
         self.of == Of::Number || self.of == Of::Time && has_none
     }
 
-    /// The steps, at least one; `rpm` of the rotor gives azimuths their times, and its table gives times
-    /// their azimuths, which are 0 without `azimuth`.
+    /// Returns the steps, at least one. `rpm` of the rotor gives azimuths their times, and its table gives times their
+    /// azimuths; these are 0 without `azimuth`.
     pub(super) fn steps(
         &self,
         rotor: &Rotor,
@@ -249,7 +249,7 @@ impl Steps {
         Ok(steps)
     }
 
-    /// Refuses a table of the azimuth where something else gives it.
+    /// Refuses a table of the azimuth if something else gives the azimuth.
     fn check_azimuth_table(&self, rotor: &Rotor, places: &Places) -> Result<()> {
         let message = match (self.of, self.frequency) {
             _ if rotor.azimuth_table.is_none() => return Ok(()),
@@ -301,7 +301,7 @@ impl Steps {
         })
     }
 
-    /// A note where the last step is not at `stop`.
+    /// Returns a note if the last step is not at `stop`.
     pub(super) fn short_of_stop(&self) -> Option<Note> {
         let Values::Range { stop, step, .. } = self.values else {
             return None;
@@ -379,8 +379,7 @@ impl Values {
         (listed("").read)(&values).map(Self::Listed)
     }
 
-    /// The values one by one: `start`, `start + step`, ... up to `stop`, which is the last when a step lands
-    /// on it.
+    /// Returns the values one by one: `start`, `start + step`, ... up to `stop`, which is the last if a step lands on it.
     fn all(&self, section: &str, places: &Places) -> Result<Vec<f64>> {
         let at = |key: &str| format!("{section}.{key}");
         let too_many = |key: &str, n: f64| {
@@ -440,8 +439,8 @@ impl Values {
     }
 }
 
-/// `start + i step` of the numbers as they are written: 0.1 three times is 0.3. With more digits than a double has, the sum
-/// in double precision.
+/// Returns `start + i step` in decimal arithmetic: 0.1 three times is 0.3. With more digits than a double has, the
+/// sum is in double precision.
 fn at_step(start: f64, step: f64, i: usize) -> f64 {
     let decimals = |x: f64| {
         x.to_string()
@@ -449,7 +448,7 @@ fn at_step(start: f64, step: f64, i: usize) -> f64 {
             .map_or(0, |(_, rest)| rest.len())
     };
     let n = decimals(start).max(decimals(step));
-    // Whole numbers up to these are exact, and so is their ratio rounded.
+    // Whole numbers up to these are exact, and so is their rounded ratio.
     let (scale, most) = (10_f64.powi(n.min(22) as i32), 2_f64.powi(53));
     let [first, by] = [start, step].map(|x| (x * scale).round());
     let whole = first + i as f64 * by;
@@ -461,8 +460,8 @@ fn at_step(start: f64, step: f64, i: usize) -> f64 {
     }
 }
 
-/// For each step those with the next smaller and the next larger time, itself where there is none;
-/// without times those next to it in the schedule.
+/// Returns for each step the steps with the next smaller and the next larger time, or itself if there is none;
+/// without times, its neighbours in the schedule.
 pub(super) fn neighbours(steps: &[Step]) -> Vec<[u32; 2]> {
     let time = |step: usize| steps[step].time_s.unwrap_or(step as f64);
     let mut order: Vec<u32> = (0..steps.len() as u32).collect();
@@ -498,7 +497,7 @@ mod tests {
         assert_eq!(range(-0.7, 0.1)(10), 0.3);
         assert_eq!(range(1.0, 1e-9)(3), 1.000_000_003);
         assert_eq!(range(10.0, 1e8)(3), 300_000_010.0);
-        // No decimals of a few digits.
+        // Not decimals of a few digits.
         let (start, step) = (0.1, std::f64::consts::PI);
         assert_eq!(range(start, step)(7), start + 7.0 * step);
         assert_eq!(range(0.0, 1e300)(2), 2e300);

@@ -1,12 +1,11 @@
-//! The role of every surface node: with which body it moves, or that it stays.
+//! The role of every surface node: moving with a body, fixed or sliding.
 
 use super::zones::DeformingZone;
 use azimesh_core::parallel;
 use azimesh_io::mesh::{Boundary, Group};
 
-/// What a surface node does. In the order of strength: a node on two tags takes the first of their
-/// roles in this order, and on two bodies that of the body named first, which is the parent of a
-/// parent and its child.
+/// Role of a surface node, strongest first. A node on two tags takes the stronger role. A node on two bodies moves
+/// with the body named first: with the parent, of a parent and its child.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
     /// It moves with the body of this index.
@@ -33,7 +32,7 @@ pub struct SurfaceFaces {
     pub cells: Vec<u32>,
     /// Role of each.
     pub roles: Vec<Role>,
-    /// Tag of each, as its place in [`Surface::tags`]; of several tags with its role the first.
+    /// Tag of each, as an index into [`Surface::tags`]; the first of several tags with its role.
     pub tags: Vec<u32>,
 }
 
@@ -42,8 +41,8 @@ pub struct SurfaceFaces {
 pub struct TagRole {
     /// Name of the tag.
     pub tag: String,
-    /// What its nodes do; `None` when they are free or periodic, or when the tag is unnamed and
-    /// lies outside the zones that deform.
+    /// Role of its nodes; `None` when they are free or periodic, or when the tag is unnamed and outside the zones
+    /// that deform.
     pub role: Option<Role>,
     /// True if it is a side of a periodic pair.
     pub periodic: bool,
@@ -58,7 +57,7 @@ pub struct Surface {
     pub faces: SurfaceFaces,
     /// Every boundary tag of the mesh, in file order.
     pub tags: Vec<TagRole>,
-    /// Nodes that are on tags of another body as well, ascending, with that body.
+    /// Nodes that are also on tags of another body, ascending, with that body.
     pub shared: Vec<(u32, u16)>,
 }
 
@@ -80,8 +79,8 @@ impl Surface {
     }
 }
 
-/// Nodes of the boundary tags at these places in file order, ascending; with zones, those in the
-/// zones.
+/// Returns the nodes of the boundary tags with these indices in file order, ascending; with zones, only nodes in
+/// the zones.
 pub(super) fn nodes_of_tags(
     tags: &[usize],
     zone: Option<&DeformingZone>,
@@ -120,7 +119,7 @@ fn surface_nodes(
     SurfaceNodes { nodes, roles }
 }
 
-/// Nodes on the tags of two bodies, with the one that they do not move with.
+/// Returns nodes on the tags of two bodies, with the body that they do not move with.
 fn shared_nodes(
     tags: &[&Group],
     roles: &[Option<Role>],
@@ -129,7 +128,7 @@ fn shared_nodes(
 ) -> Vec<(u32, u16)> {
     let mut shared = Vec::new();
     for (tag, role) in tags.iter().zip(roles) {
-        // Nodes of the first body in the schedule are never another's.
+        // Nodes of the first body in the schedule never belong to another one.
         let &Some(Role::Moving(body @ 1..)) = role else {
             continue;
         };
@@ -145,7 +144,7 @@ fn shared_nodes(
     shared
 }
 
-/// Faces of the tags with a role whose nodes are all in the zone.
+/// Returns faces of the tags with a role whose nodes are all in the zone.
 fn surface_faces(
     tags: &[&Group],
     roles: &[Option<Role>],

@@ -10,7 +10,7 @@ use azimesh_core::error::{Error, Position, Result, option};
 use azimesh_io::formats::openfoam::neighbour_patch;
 use azimesh_io::mesh::{Boundary, EMPTY, Group};
 
-/// A periodic pair on a mesh: the tags of its sides, as places in
+/// A periodic pair on a mesh: the tags of its sides, as indices into
 /// [`Surface::tags`](super::Surface::tags), ascending and at least one on each side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PeriodicTags {
@@ -18,7 +18,7 @@ pub struct PeriodicTags {
     pub a: Vec<usize>,
     /// Tags of the other side.
     pub b: Vec<usize>,
-    /// Where the schedule has it.
+    /// Position in the schedule.
     pub(crate) place: Option<Position>,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct TagRoles {
     pub periodic: Vec<PeriodicTags>,
 }
 
-/// What the schedule calls a tag.
+/// Statement of the schedule about a tag.
 #[derive(Clone, Copy, PartialEq)]
 enum Named {
     Role(Role),
@@ -109,7 +109,7 @@ impl TagRoles {
     }
 }
 
-/// What the schedule calls each tag; `None` where it is silent.
+/// Returns what the schedule says of each tag; `None` where it says nothing.
 fn named_tags(
     names: &[&str],
     bodies: &[Body],
@@ -146,7 +146,7 @@ fn optional_tags(bodies: &[Body]) -> impl Iterator<Item = (&Pattern, Named)> {
     })
 }
 
-/// Every name in the schedule that the mesh must have, with the role given to it.
+/// Returns every name in the schedule that the mesh must have, with its role.
 fn all_named<'s>(
     bodies: &'s [Body],
     boundaries: &'s Boundaries,
@@ -224,7 +224,7 @@ fn check_sides(
     }
 }
 
-/// What suits tags that the mesh says more of: pairs of periodic sides, and planes.
+/// Suggests entries for tags that the mesh describes further: pairs of periodic sides, and planes.
 fn offers(boundary: &Boundary, tags: &[&Group], unnamed: &[usize]) -> String {
     let mut offers = Vec::new();
     for &i in unnamed {
@@ -250,7 +250,7 @@ fn offers(boundary: &Boundary, tags: &[&Group], unnamed: &[usize]) -> String {
 /// The type of the two sides of an axisymmetric case.
 const WEDGE: &str = "wedge";
 
-/// The pair that suits the sides of a wedge, once for both where both are unnamed.
+/// Returns the pair that suits the sides of a wedge, once if both are unnamed.
 fn offer_of_wedge(tags: &[&Group], side: usize, unnamed: &[usize]) -> Option<String> {
     let is_other = |i: &usize| *i != side && tags[*i].condition.as_deref() == Some(WEDGE);
     let others: Vec<usize> = (0..tags.len()).filter(is_other).collect();
@@ -267,7 +267,8 @@ fn offer_of_wedge(tags: &[&Group], side: usize, unnamed: &[usize]) -> Option<Str
     }
 }
 
-/// Refuses sliding sides of a wedge: each node would move on its own side, and the solver takes the sides for images of each other.
+/// Refuses sliding sides of a wedge: each node would move on its own side, but the solver takes the sides for images of
+/// each other.
 fn check_wedges(tags: &[&Group], named: &[Option<Named>]) -> Result<()> {
     let slides = |i: &usize| {
         named[*i] == Some(Named::Role(Role::Sliding))
@@ -276,15 +277,14 @@ fn check_wedges(tags: &[&Group], named: &[Option<Named>]) -> Result<()> {
     match (0..tags.len()).find(slides) {
         None => Ok(()),
         Some(i) => Err(Error::input(format!(
-            "tag \"{}\" is of type wedge and would slide; its nodes have to move with those of the other side of the wedge: {}",
+            "tag \"{}\" is of type wedge and would slide; its nodes have to move with the nodes of the other side of the wedge: {}",
             tags[i].name,
             offer_of_wedge(tags, i, &[]).unwrap_or_default()
         ))),
     }
 }
 
-/// Refuses to let tags go free that the solver would no longer take: its pairs have to match, and its planes to stay
-/// planes.
+/// Refuses free tags that the solver would no longer accept: its pairs have to match, and its planes to stay planes.
 fn check_free(boundary: &Boundary, tags: &[&Group], unnamed: &[usize]) -> Result<()> {
     let is_bound = |kind: &str| {
         is_plane(kind) || kind.starts_with("cyclic") || kind.starts_with("nonConformal")
@@ -304,12 +304,12 @@ fn check_free(boundary: &Boundary, tags: &[&Group], unnamed: &[usize]) -> Result
     }
 }
 
-/// Returns whether a boundary of this type has a partner whose nodes are others.
+/// Returns whether a boundary of this type has a partner with other nodes.
 fn is_interface(kind: &str) -> bool {
     kind.starts_with("cyclic") && kind != "cyclic" || kind.starts_with("nonConformal")
 }
 
-/// Returns whether a solver takes boundaries of this type for planes.
+/// Returns whether a solver treats boundaries of this type as planes.
 fn is_plane(kind: &str) -> bool {
     ["symmetry", "symmetryPlane", "wedge", "BCSymmetryPlane"].contains(&kind)
 }
@@ -329,14 +329,14 @@ fn periodic_tags(named: &[Option<Named>], boundaries: &Boundaries) -> Vec<Period
         .collect()
 }
 
-/// Returns whether a tag has a node in the zone that its interface does not hold fixed anyway.
+/// Returns whether a tag has a node in the zone that the interface does not already fix.
 fn touches(tag: &Group, zone: Option<&DeformingZone>, boundary: &Boundary) -> bool {
     boundary
         .nodes_of(tag)
         .any(|node| zone.is_none_or(|zone| zone.sides.nodes.has(node) && !zone.is_interface(node)))
 }
 
-/// Every body has faces, and none of its nodes is where it could not move.
+/// Checks that every body has faces, and that all its nodes can move.
 fn check_bodies(
     tags: &[&Group],
     roles: &[TagRole],

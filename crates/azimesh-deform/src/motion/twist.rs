@@ -1,5 +1,4 @@
-//! A body's motion as a rotation vector and the displacement of a centre: what `interpolate =
-//! "twist"` interpolates.
+//! A body's motion as a rotation vector and the displacement of a centre: the data of `interpolate = "twist"`.
 
 use super::motions::Rotation;
 use super::options::{Interpolate, RbfOptions};
@@ -12,38 +11,37 @@ use azimesh_core::numbers::named_step;
 use azimesh_core::{Note, note};
 use std::f64::consts::PI;
 
-/// Largest rotation between two points at which the path of a body is sampled.
+/// Largest rotation between two sampled points of the path of a body.
 const INCREMENT: f64 = PI / 9.0;
-/// The path is sampled in at most this many points.
+/// Largest number of sampled points.
 const MAX_INCREMENTS: f64 = 1e5;
-/// Rotation in degrees past which an interpolated twist folds cells.
+/// Rotation in degrees beyond which an interpolated twist folds cells.
 const FOLDS: f64 = 300.0;
 /// Rotation in degrees of a part that does not fold cells.
 const SERVES: f64 = 180.0;
 
 impl Motion {
-    /// The point of a body about which its motion is split into rotation and translation: the
-    /// origin of its rigid rotation or of its table's, else the pitch axis at the hub, else the middle of the body;
-    /// moved to the nearest point of the box `bounds` around the body's nodes.
+    /// Returns the point of a body about which its motion is split into rotation and translation: the origin of its rigid
+    /// rotation or of its table's, else the pitch axis at the hub, else the middle of the body. It is moved to the nearest
+    /// point of the box `bounds` around the body's nodes.
     ///
     /// # Panics
-    /// When there is no such body.
+    /// If there is no such body.
     pub fn twist_centre(&self, body: usize, bounds: &Bounds) -> Vector {
         let motions = self.bodies[body].motions.iter();
         let own = motions.filter_map(|motion| motion.centre()).next();
         let centre = own.unwrap_or_else(|| match bounds.low[0] > bounds.high[0] {
-            // A body that shares all of its nodes with others has none of its own.
+            // A body that shares all of its nodes with others has no node of its own.
             true => self.rotor.hub,
             false => bounds.centre(),
         });
         bounds.nearest(&centre)
     }
 
-    /// The motion of a body between two parts of its [`pose_part`](Self::pose_part) at a step; the
-    /// whole step is from 0 to 1.
+    /// Returns the motion of a body between two parts of its [`pose_part`](Self::pose_part) at a step; the whole step is
+    /// from 0 to 1.
     ///
-    /// With `c` the place of `centre` (a point of the reference mesh) at `from`, a point `x` of the
-    /// body at `from` is at
+    /// With `c` the position of `centre` (a point of the reference mesh) at `from`, a point `x` of the body at `from` is at
     ///
     /// ```text
     /// x' = c + tau + exp(theta) (x - c)
@@ -52,7 +50,7 @@ impl Motion {
     /// at `to`, to round-off. `theta` is unwrapped, see [`rotation`](Self::rotation).
     ///
     /// # Panics
-    /// When there is no such body.
+    /// If there is no such body.
     pub fn twist(&self, body: usize, step: &Step, centre: Vector, from: f64, to: f64) -> Twist {
         let [before, after] = [from, to].map(|part| self.pose_part(body, step, part));
         Twist {
@@ -61,17 +59,16 @@ impl Motion {
         }
     }
 
-    /// The rotation vector (radians) of a body between two parts of its pose at a step, unwrapped:
-    /// three quarters of a turn about an axis have 270 degrees, not -90.
+    /// Returns the rotation vector (radians) of a body between two parts of its pose at a step, unwrapped: three quarters
+    /// of a turn about an axis have 270 degrees, not -90.
     ///
-    /// Rotations about one axis add up, exactly. Of others the path of parts is followed in
-    /// increments of at most 20 degrees, and of all rotation vectors of a pose the one nearest to
-    /// that of the increment before is taken. At a whole turn, where every axis gives the same
-    /// rotation, the direction of the path is kept. A path about several axes that passes near a
-    /// whole turn has a vector whose direction changes fast there; substeps avoid it.
+    /// Rotations about one axis add up, exactly. For other rotations the path of parts is followed in increments of at
+    /// most 20 degrees; of all rotation vectors of a pose, the one nearest to the previous increment's is taken. At a
+    /// whole turn, where every axis gives the same rotation, the direction of the path is kept. A path about several axes
+    /// that passes near a whole turn has a vector whose direction changes fast there; substeps avoid it.
     ///
     /// # Panics
-    /// When there is no such body.
+    /// If there is no such body.
     pub fn rotation(&self, body: usize, step: &Step, from: f64, to: f64) -> Vector {
         let mut rotations = self.rotations(body, step, [0.0; 3]);
         rotations.retain(|rotation| rotation.angle != 0.0);
@@ -81,7 +78,7 @@ impl Motion {
         }
     }
 
-    /// What the user should know of the motion before it is interpolated.
+    /// Returns warnings about the motion before it is interpolated.
     pub fn warnings(&self, rbf: &RbfOptions) -> Vec<Note> {
         let bodies = self.bodies.iter();
         let mut warnings: Vec<Note> = bodies.flat_map(|body| body.warnings.clone()).collect();
@@ -92,7 +89,7 @@ impl Motion {
         warnings
     }
 
-    /// A note where a body turns so far in a substep that cells would fold.
+    /// Returns a note if a body turns so far in a substep that cells would fold.
     fn turns_far(&self, body: usize, substeps: usize) -> Option<Note> {
         let angle = |step: &Step| norm(self.rotation(body, step, 0.0, 1.0)).to_degrees();
         let far = |angle: f64| angle / substeps as f64 > FOLDS;
@@ -116,7 +113,7 @@ impl Motion {
     }
 }
 
-/// The sum of rotations whose axes are parallel; `None` where they are not.
+/// Returns the sum of rotations whose axes are parallel; `None` if they are not.
 fn about_one_axis(rotations: &[Rotation]) -> Option<Vector> {
     let Some(first) = rotations.first() else {
         return Some([0.0; 3]);
@@ -138,7 +135,7 @@ fn followed(rotations: &[Rotation], from: f64, to: f64) -> Vector {
     let whole: f64 = rotations.iter().map(|next| next.angle.abs()).sum();
     let increments = whole * (to - from).abs() / INCREMENT;
     let increments = increments.clamp(1.0, MAX_INCREMENTS);
-    // Of two ends on one path the shorter is sampled in the points of the longer, then at its end.
+    // Of two ends on one path, the shorter path is sampled at the points of the longer one, then at its end.
     let inner =
         (1..increments.ceil() as u32).map(|i| from + (to - from) * f64::from(i) / increments);
     let back = at(from).inverse();

@@ -5,7 +5,7 @@ use super::schedule::Schedule;
 use azimesh_core::error::Result;
 use azimesh_io::mesh::{Boundary, CellSet, ZoneSides};
 
-/// Finds the sides of some volume cells of the mesh.
+/// A function that finds the sides of some volume cells of the mesh.
 pub type SidesOf<'a> = dyn Fn(&CellSet) -> Result<ZoneSides> + 'a;
 
 /// The part of the mesh that deforms when the schedule names zones.
@@ -23,7 +23,8 @@ impl DeformingZone {
         self.sides.interface_nodes.binary_search(&node).is_ok()
     }
 
-    /// The zones of the schedule that deform; without a name, all that no body of `parts` moves, and `None` if that is the whole mesh.
+    /// Returns the zones of the schedule that deform. Without a name these are all zones that no body of `parts` moves, and
+    /// `None` if that is the whole mesh.
     pub(super) fn find(
         schedule: &Schedule,
         parts: &[RigidPart],
@@ -55,12 +56,12 @@ pub struct RigidPart {
     pub body: usize,
     /// The volume cells of the zones.
     pub cells: CellSet,
-    /// Its nodes, of which it shares none with other volume cells once they are duplicated.
+    /// Its nodes; after duplication it shares none with other volume cells.
     pub sides: ZoneSides,
 }
 
 impl RigidPart {
-    /// The zones of every body that has some.
+    /// Returns the zones of every body that has some.
     pub(super) fn find_all(
         schedule: &Schedule,
         boundary: &Boundary,
@@ -96,7 +97,7 @@ impl RigidPart {
     }
 }
 
-/// The cells of the zones that patterns name.
+/// Returns the cells of the zones that patterns name.
 fn cells_of(patterns: &[Pattern], boundary: &Boundary) -> Result<CellSet> {
     let zones: Vec<_> = boundary.zones().collect();
     let names: Vec<&str> = zones.iter().map(|zone| zone.name.as_str()).collect();
@@ -116,7 +117,7 @@ fn cells_of(patterns: &[Pattern], boundary: &Boundary) -> Result<CellSet> {
     Ok(cells)
 }
 
-/// All cells of a mesh that are in none of the parts.
+/// Returns all cells of a mesh that are in none of the parts.
 fn rest_of(parts: &[RigidPart], n_cells: usize) -> CellSet {
     let mut ranges: Vec<_> = parts.iter().flat_map(|part| part.cells.ranges()).collect();
     ranges.sort_unstable_by_key(|range| range.start);

@@ -1,4 +1,4 @@
-//! Checks of a schedule against its mesh and of its options against each other, before work starts.
+//! Checks of a schedule against its mesh and of its options against each other, before a run.
 
 use super::layer;
 use super::periodic::PeriodicNodes;
@@ -33,7 +33,7 @@ pub(crate) fn check_size(boundary: &Boundary) -> Result<()> {
     }
 }
 
-/// Refuses another number of values than there are nodes; `what` is one of the values.
+/// Refuses a number of values that differs from the number of nodes; `what` is one of the values.
 pub(crate) fn check_length(what: &str, found: usize, n: usize) -> Result<()> {
     if found == n {
         return Ok(());
@@ -45,8 +45,8 @@ pub(crate) fn check_length(what: &str, found: usize, n: usize) -> Result<()> {
     )))
 }
 
-/// Refuses a rigid motion whose displacements are no finite numbers, or cannot be squared; of other
-/// motions the modes find that out.
+/// Refuses a rigid motion whose displacements are not finite or cannot be squared; the modes find that out for other
+/// motions.
 pub(crate) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result<()> {
     for body in (0..motion.bodies.len()).filter(|&body| motion.is_rigid(body)) {
         let part = motion.parts.iter().find(|part| part.body == body);
@@ -73,7 +73,7 @@ pub(crate) fn check_finite(motion: &Motion, surface: RigidSurface<'_>) -> Result
     Ok(())
 }
 
-/// Refuses a motion that leaves the plane of a mesh of one layer, or that moves its sides apart.
+/// Refuses a motion out of the plane of a mesh of one layer, or one that separates its sides.
 pub(crate) fn check_one_layer(
     layer: Option<&OneLayer>,
     mesh: &Mesh,
@@ -152,7 +152,7 @@ pub(crate) fn check_radii(schedule: &Schedule, boundary: &Boundary) -> Result<()
     }
 }
 
-/// Refuses a displacement of Algorithm 2 that no base points reproduce to the tolerance.
+/// Refuses a displacement of Algorithm 2 so small that no base points are needed for the tolerance.
 pub(crate) fn check_constant(schedule: &Schedule, tolerance: f64) -> Result<()> {
     match schedule.selection.constant.map(norm) {
         Some(size) if size <= tolerance => Err(Error::input(format!(
@@ -166,7 +166,7 @@ pub(crate) fn check_constant(schedule: &Schedule, tolerance: f64) -> Result<()> 
     }
 }
 
-/// Notes of keys that have no effect with the method of the schedule.
+/// Returns notes on keys that have no effect with the method of the schedule.
 pub(crate) fn unused(schedule: &Schedule) -> Vec<Note> {
     let (given, default) = (&schedule.selection, SelectionOptions::default());
     let unused = [
@@ -186,7 +186,7 @@ pub(crate) fn unused(schedule: &Schedule) -> Vec<Note> {
         .collect()
 }
 
-/// The first two steps of one time.
+/// Finds the first two steps with the same time.
 pub(crate) fn repeated_time(steps: &[Step]) -> Option<Note> {
     let mut steps: Vec<_> = steps.iter().collect();
     steps.sort_by(|a, b| a.time().total_cmp(&b.time()));
@@ -195,7 +195,7 @@ pub(crate) fn repeated_time(steps: &[Step]) -> Option<Note> {
         .find(|two| two[0].time() == two[1].time())?;
     Some(note!(
         "one_time",
-        "steps {} and {} have the same time, {}; ParaView cannot tell them apart",
+        "steps {} and {} have the same time, {}; ParaView cannot distinguish them",
         twice[0].index,
         twice[1].index,
         short(twice[0].time())

@@ -5,16 +5,16 @@ use azimesh_core::geometry::vector::{Vector, distance};
 use azimesh_core::parallel::{self, BLOCK};
 use azimesh_io::mesh::{CellRun, Mesh, in_32_bits};
 
-/// Cells of one task.
+/// Number of cells per task.
 const CELLS: usize = 1 << 14;
 
-/// An edge that leaves a wall: its node there, the node off it, its length.
+/// An edge that leaves a wall: its node on the wall, its other node, its length.
 type Edge = (u32, u32, f64);
 
-/// Edges that leave a moving wall, the shortest at each wall node of the whole mesh. Each edge is with one rank.
+/// Edges that leave a moving wall, the shortest at each wall node of the whole mesh. One rank has each edge.
 #[derive(Debug, Clone, Default)]
 pub struct FirstCells {
-    /// Wall node and its neighbour, by their places here.
+    /// Wall node and its neighbour, by their local indices.
     edges: Vec<(u32, u32)>,
     /// Length of the shortest edge of all ranks in the reference mesh.
     smallest: Option<f64>,
@@ -23,7 +23,7 @@ pub struct FirstCells {
 }
 
 impl FirstCells {
-    /// Finds the edges in the reference mesh. Polyhedra and polygons have none. All ranks that have parts of the mesh call it.
+    /// Finds the edges in the reference mesh. Polyhedra and polygons have none. All ranks that share the mesh call it.
     pub(crate) fn find(mesh: &Mesh, motion: &Motion) -> Self {
         let surface = &motion.surface.nodes;
         let moving = surface.nodes.iter().zip(&surface.roles);
@@ -46,19 +46,19 @@ impl FirstCells {
         }
     }
 
-    /// The edges from the wall, each with its node there and the one off it.
+    /// Returns the edges from the wall, each with its node on the wall and its other node.
     #[cfg(test)]
     pub fn edges(&self) -> &[(u32, u32)] {
         &self.edges
     }
 
-    /// The smallest first-cell height, in mesh units.
+    /// Returns the smallest first-cell height, in mesh units.
     pub fn smallest(&self) -> Option<f64> {
         self.smallest
     }
 
-    /// The smallest ratio of first-cell height to that in the reference mesh, of all ranks. `points` are the positions of the nodes
-    /// here. All ranks call it.
+    /// Returns the smallest ratio of first-cell heights to the reference mesh, of all ranks. `points` are the positions of
+    /// the nodes of this rank. All ranks call it.
     pub(crate) fn smallest_ratio(&self, mesh: &Mesh, points: &[Vector]) -> Option<f64> {
         let ratio = |&(on, off): &(u32, u32)| {
             let length = |points: &[Vector]| distance(points[on as usize], points[off as usize]);
@@ -70,19 +70,19 @@ impl FirstCells {
         least_of_all(mesh, least.into_iter().flatten().min_by(f64::total_cmp))
     }
 
-    /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.
+    /// Returns the largest relative change of a first-cell height when coordinates are rounded to 32 bits.
     pub fn change_in_f32(&self) -> f64 {
         self.change_in_f32
     }
 }
 
-/// The least value of all ranks.
+/// Returns the smallest value of all ranks.
 fn least_of_all(mesh: &Mesh, own: Option<f64>) -> Option<f64> {
     let of_ranks = mesh.ranks().allgather(own).into_iter().flatten();
     of_ranks.min_by(f64::total_cmp)
 }
 
-/// Keeps the edges that are the shortest of all ranks at their wall nodes, each with one rank.
+/// Keeps the edges that are the shortest of all ranks at their wall nodes, each on one rank.
 fn shortest_of_all(mesh: &Mesh, own: Vec<Edge>) -> Vec<Edge> {
     let Some(part) = &mesh.part else { return own };
     let number = |&(on, off, length): &Edge| {
@@ -115,8 +115,8 @@ fn shortest_of_all(mesh: &Mesh, own: Vec<Edge>) -> Vec<Edge> {
     own.into_iter().filter(kept).collect()
 }
 
-/// The shortest edge of the own cells that leaves the wall at each of its nodes here, which are ascending: the lower node off it of
-/// two of one length.
+/// Finds the shortest edge of the own cells that leaves the wall at each of the local wall nodes, which are ascending.
+/// Of two equally long edges it takes the one with the lower other node.
 fn shortest(mesh: &Mesh, nodes: &[u32]) -> Vec<Edge> {
     let mut wall = vec![u32::MAX; mesh.points.len()];
     for (at, &node) in nodes.iter().enumerate() {
@@ -148,8 +148,7 @@ fn shortest(mesh: &Mesh, nodes: &[u32]) -> Vec<Edge> {
         .collect()
 }
 
-/// The edges of some cells of a run that leave the wall, which `wall` numbers: place on the wall,
-/// node off it, length.
+/// Returns the edges of some cells of a run that leave the wall: index on the wall (by `wall`), other node, length.
 fn edges_off(run: &CellRun<'_>, cells: &[u32], wall: &[u32], points: &[Vector]) -> Vec<Edge> {
     let place = |node: u32| wall[node as usize];
     let mut found = Vec::new();

@@ -1,13 +1,13 @@
-//! What is interpolated: displacements, or with `twist` rotations and translations,
-//! each as modes at the surface with the space of its interpolant.
+//! The interpolated fields: displacements, or with `twist` rotations and translations. Each has modes at the surface and
+//! the space of its interpolant.
 //!
 //! ```text
 //! displacement   x' = x + d(x)
 //! twist          x' = x + tau(x) + sum_b [ exp(theta_b(x)) (x - c_b) - (x - c_b) ]
 //! ```
 //!
-//! Where a body turns in a [`Ring`], `theta_b` is the ring's weight times that of the body, and what this leaves at the
-//! surface is interpolated.
+//! For a body that turns in a [`Ring`], `theta_b` is the rotation of the body times the ring's weight; only the remainder at
+//! the surface is interpolated.
 
 use super::ring::{self, Ring};
 use crate::motion::CentreLine;
@@ -21,10 +21,10 @@ use azimesh_rbf::space::Space;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The part of an axis across a normal that counts as none.
+/// Component of an axis across a normal that counts as zero.
 const ALONG_NORMAL: f64 = 1e-6;
 
-/// The motion of one body over some steps, from the mesh that is deformed.
+/// The motion of one body over some steps, from the current mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyPath {
     /// Its exact map at each step.
@@ -41,24 +41,24 @@ pub enum SurfaceDisplacements<'a> {
     Free(Free<'a>),
 }
 
-/// Writes the displacements of some surface points at a step.
+/// A function that writes the displacements of some surface points at a step.
 pub type Fill<'a> = dyn Fn(usize, Range<usize>, &mut [Vector]) + Sync + 'a;
 
-/// Displacements of any kind: `fill(step, points, out)` writes those of some surface points.
+/// Displacements of any kind: `fill(step, points, out)` writes the displacements of some surface points.
 pub struct Free<'a> {
-    /// Steps that it knows.
+    /// Number of steps.
     pub n_steps: usize,
-    /// The surface points that move rigidly, and the poses of all bodies; those of other bodies are
-    /// not used. Empty where there are none.
+    /// The surface points that move rigidly, and the poses of all bodies; poses of other bodies are not used. Empty if there
+    /// are none.
     pub rigid: (Vec<Option<u16>>, Vec<Vec<Transform>>),
     /// Writes the displacements.
     pub fill: Box<Fill<'a>>,
 }
 
-/// Unwrapped rotation vectors about one point of a body, with the displacements of that point.
+/// Unwrapped rotation vectors about one point of a body, and the displacements of that point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turns {
-    /// The point, in the mesh that is deformed.
+    /// The point, in the current mesh.
     pub centre: Vector,
     /// `theta` at each step, in radians.
     pub theta: Vec<Vector>,
@@ -66,10 +66,10 @@ pub struct Turns {
     pub tau: Vec<Vector>,
 }
 
-/// One field that is interpolated.
+/// One interpolated field.
 #[derive(Debug, Clone)]
 pub struct Layer {
-    /// What its values are.
+    /// Kind of its values.
     pub kind: LayerKind,
     /// The space of its interpolant.
     pub space: Space,
@@ -77,16 +77,15 @@ pub struct Layer {
     pub modes: Modes,
     /// The error of a residual over all steps, as a displacement.
     pub criterion: Criterion,
-    /// Displacement that an error of one makes at each surface point, by the bodies that turn (N, bodies);
-    /// 1 at all when empty.
+    /// Displacement due to a unit error at each surface point, by turning bodies (N, bodies); 1 everywhere if empty.
     pub lever_arms: Vec<f64>,
-    /// The part of the tolerance that is left to it.
+    /// Its part of the tolerance.
     pub tolerance: f64,
-    /// What is interpolated of the data (N, r): without what rings give. `None` where there is no ring.
+    /// The interpolated data (N, r): without the contribution of rings. `None` without rings.
     rest: Option<Vec<f64>>,
 }
 
-/// What a layer's values are.
+/// Kind of the values of a layer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum LayerKind {
     /// Displacements.
@@ -98,17 +97,17 @@ pub enum LayerKind {
 /// The rotation of one body among the modes of a layer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Turning {
-    /// What it turns about.
+    /// Its centre of rotation.
     pub centre: Centre,
     /// Its largest lever arm: the largest distance of its surface points from the centre, in mesh units.
     pub lever_arm: f64,
     /// Its modes.
     pub modes: Range<usize>,
-    /// Where its rotation falls with the distance from the axis alone, with the values of its modes on the body.
+    /// Its ring, if its rotation depends only on the distance from the axis, with the values of its modes on the body.
     pub ring: Option<(Ring, Vec<f64>)>,
 }
 
-/// What a body turns about.
+/// Centre of rotation of a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Centre {
     /// One point.
@@ -118,7 +117,7 @@ pub enum Centre {
 }
 
 impl Centre {
-    /// The point that what is at `x` turns about.
+    /// Returns the centre of rotation at `x`.
     #[inline]
     pub fn at(&self, x: Vector) -> Vector {
         match self {
@@ -128,7 +127,7 @@ impl Centre {
     }
 }
 
-/// How the fields are interpolated.
+/// Options of the interpolation of the fields.
 #[derive(Debug, Clone)]
 pub struct Method {
     /// The space of displacements.
@@ -139,13 +138,13 @@ pub struct Method {
     pub form: Form,
     /// Displacement error allowed, in mesh units.
     pub tolerance: f64,
-    /// What modes may be off by, in mesh units.
+    /// Allowed error of the modes, in mesh units.
     pub truncation: f64,
-    /// True if rotations in rings fall with the logarithm of the distance from the axis.
+    /// True if rotations in rings decrease with the logarithm of the distance from the axis.
     pub rings: bool,
 }
 
-/// The layers of a motion: displacements, or rotations and then translations.
+/// Builds the layers of a motion: displacements, or rotations and then translations.
 pub fn layers(
     surface: RigidSurface<'_>,
     given: &SurfaceDisplacements<'_>,
@@ -175,7 +174,7 @@ pub fn layers(
     twist_layers(surface.points, turning, rotation, translation, method)
 }
 
-/// The form of the modes of rotations.
+/// Returns the form of the modes of rotations.
 pub(crate) fn rotation_form(method: &Method) -> Form {
     match method.rotation.constraints {
         Some(_) => Form::Vector,
@@ -183,7 +182,7 @@ pub(crate) fn rotation_form(method: &Method) -> Form {
     }
 }
 
-/// The layers of rotations and of translations.
+/// Builds the layers of rotations and of translations.
 pub(crate) fn twist_layers(
     points: &[Vector],
     turning: Vec<Turning>,
@@ -214,7 +213,7 @@ pub(crate) fn twist_layers(
 }
 
 impl Free<'_> {
-    /// The layer of the displacements of all surface points.
+    /// Builds the layer of the displacements of all surface points.
     pub fn layer(&self, points: &[Vector], method: &Method) -> Result<Layer> {
         let (n_steps, limit, form) = (self.n_steps, method.truncation, method.form);
         let (body, poses) = &self.rigid;
@@ -233,7 +232,7 @@ fn translations(by: impl Iterator<Item = Vector>) -> Vec<Transform> {
     by.map(Transform::translation).collect()
 }
 
-/// Rotations about one point of each body.
+/// Builds rotations about one point of each body.
 fn rotations(
     surface: RigidSurface<'_>,
     turns: &[&Turns],
@@ -264,7 +263,7 @@ fn rotations(
     Ok((turning, modes))
 }
 
-/// The ring of a body, with the values of its modes on it, which are the same at all of its points.
+/// Finds the ring of a body, with the values of its modes on it, which are equal at all of its points.
 fn ring(
     surface: RigidSurface<'_>,
     body: usize,
@@ -287,8 +286,8 @@ fn ring(
     Some((ring, row.to_vec()))
 }
 
-/// The rotations of all bodies about their centres, side by side. `modes_of(body, lever_arm)` gives the
-/// modes of a body's rotation vectors times its largest lever arm; they are its own, as its centre is.
+/// Builds the rotations of all bodies about their centres, side by side. `modes_of(body, lever_arm)` returns the modes
+/// of a body's rotation vectors times its largest lever arm; each body has its own modes, as it has its own centre.
 pub(crate) fn turning_bodies(
     surface: RigidSurface<'_>,
     centres: Vec<Centre>,
@@ -319,13 +318,13 @@ pub(crate) fn turning_bodies(
     Ok((turning, all.unwrap_or_default()))
 }
 
-/// The bodies that turn.
+/// Returns the turning bodies.
 fn turning(bodies: &[Turning]) -> impl Iterator<Item = &Turning> {
     bodies.iter().filter(|body| !body.modes.is_empty())
 }
 
-/// Lever arm of each point about the centre of each body that turns, over the largest one of that body
-/// (N, bodies).
+/// Returns the lever arm of each point about the centre of each turning body, relative to the largest one of that
+/// body (N, bodies).
 fn lever_arms(points: &[Vector], bodies: &[Turning]) -> Vec<f64> {
     let turning: Vec<&Turning> = turning(bodies).collect();
     let arm =
@@ -343,7 +342,7 @@ impl Layer {
     fn new(kind: LayerKind, space: Space, modes: Modes, tolerance: f64) -> Result<Self> {
         let parts = match &kind {
             LayerKind::Displacement => std::iter::once(0..modes.n_modes).collect(),
-            // What bodies that turn about different centres leave does not cancel.
+            // Errors of bodies that turn about different centres do not cancel.
             LayerKind::Rotation(bodies) => turning(bodies).map(|body| body.modes.clone()).collect(),
         };
         Ok(Self {
@@ -357,19 +356,19 @@ impl Layer {
         })
     }
 
-    /// What is to be interpolated (N, r), by rows.
+    /// Returns the data to interpolate (N, r), by rows.
     pub fn interpolated(&self) -> &[f64] {
         self.rest.as_ref().unwrap_or(&self.modes.values)
     }
 
-    /// Adds to values of the modes (N, r) at the places `at` what is not interpolated.
+    /// Adds the contribution of rings to values of the modes (N, r) at the positions `at`.
     pub(crate) fn add_rings(&self, values: &mut [f64], at: impl Fn(usize) -> Vector + Sync) {
         if let LayerKind::Rotation(bodies) = &self.kind {
             ring::add_rings(bodies, 1.0, self.modes.n_modes, values, at);
         }
     }
 
-    /// The rings in which bodies turn, by their numbers.
+    /// Returns the rings in which bodies turn, with the index of the body.
     pub fn rings(&self) -> impl Iterator<Item = (usize, &Ring)> {
         let bodies = match &self.kind {
             LayerKind::Displacement => &[][..],
@@ -379,7 +378,7 @@ impl Layer {
         rings.filter_map(|(body, turning)| Some((body, &turning.ring.as_ref()?.0)))
     }
 
-    /// What it adds to the position of a node at `x` whose values of the modes are `row`, at a step.
+    /// Returns the displacement of a node at `x` with the values `row` of the modes, at a step.
     #[inline]
     pub fn displacement(&self, x: Vector, row: &[f64], step: usize) -> Vector {
         let coefficients = self.modes.at_step(step).as_chunks::<3>().0;
@@ -398,7 +397,7 @@ impl Layer {
         }
     }
 
-    /// The name of its base points in base.toml.
+    /// Returns the name of its base points in base.toml.
     pub fn name(&self) -> &'static str {
         match self.kind {
             LayerKind::Displacement => "nodes",
@@ -407,7 +406,7 @@ impl Layer {
     }
 }
 
-/// Bounds of the points of one body.
+/// Returns the bounds of the points of one body.
 pub fn bounds_of_body(surface: RigidSurface<'_>, body: usize) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for (point, of) in surface.points.iter().zip(surface.body) {

@@ -1,5 +1,5 @@
-//! Everything that is decided before base points are chosen: what the schedule means on the boundary of a mesh, the layers
-//! that are interpolated, the support radius and the tolerance. Plain data, the same on every rank.
+//! Decisions before the selection of base points: the schedule resolved on the boundary of a mesh, the interpolated
+//! layers, the support radius and the tolerance. Plain data, the same on every rank.
 
 pub(crate) mod checks;
 pub(crate) mod first_cells;
@@ -24,16 +24,16 @@ use azimesh_rbf::Basis;
 use azimesh_rbf::targets::Targets;
 use std::ops::Range;
 
-/// Part of the tolerance that the base points may use; the rest is for the truncation of the modes.
+/// Part of the tolerance for the base points; the rest is for the truncation of the modes.
 pub(crate) const SELECTED: f64 = 0.99;
 
-/// The boundary of a mesh, a schedule and what follows from both.
+/// The boundary of a mesh, a schedule and the data derived from both.
 pub struct Plan {
     /// The boundary of the reference mesh; where a zone turns, its interface nodes are duplicated.
     pub boundary: Boundary,
     /// The BLAKE3 hash of the coordinates of its nodes.
     pub points_hash: String,
-    /// True if boxes for free-form deformation were left out: they fit the mesh at rest.
+    /// True if boxes for free-form deformation were left out: they only fit the mesh at rest.
     pub without_boxes: bool,
     /// The schedule as read.
     pub schedule: Schedule,
@@ -41,7 +41,7 @@ pub struct Plan {
     pub motion: Motion,
     /// The surface nodes.
     pub surface: SurfacePoints,
-    /// Where the tagged nodes of parts that move rigidly are, each with its body.
+    /// Positions of the tagged nodes of parts that move rigidly, each with its body.
     pub rigid_points: Vec<(usize, Vector)>,
     /// The smallest first-cell height at moving walls, in mesh units.
     pub smallest_first_cell: Option<f64>,
@@ -49,32 +49,32 @@ pub struct Plan {
     pub first_cell_change_in_f32: f64,
     /// The boundary faces of the moving walls, ascending.
     pub moving_faces: Vec<u32>,
-    /// The faces among them that are a side of no cell.
+    /// Faces of the moving walls that are not a side of any cell.
     pub loose_faces: Vec<u32>,
     /// The box around the nodes that deform.
     pub region: Bounds,
     /// Kernel and support radius of displacements.
     pub basis: Basis,
-    /// How the layers are interpolated.
+    /// Options of the interpolation of the layers.
     pub method: Method,
     /// Nodes over one another, where the mesh is one layer between sides called `empty`.
     pub one_layer: Option<OneLayer>,
     /// Nodes that follow their periodic partners.
     pub periodic: PeriodicNodes,
-    /// What is interpolated, over all steps of the schedule.
+    /// The interpolated fields, over all steps of the schedule.
     pub layers: Vec<Layer>,
     /// Velocities over all steps, where they are requested.
     pub velocity: Option<Layer>,
-    /// The point each body turns about, in the reference mesh.
+    /// The centre of rotation of each body, in the reference mesh.
     pub centres: Vec<Vector>,
     /// Displacement error allowed before the correction, in mesh units.
     pub tolerance: f64,
-    /// What was chosen where the schedule says nothing.
+    /// Notes on values that were chosen because the schedule does not give them.
     pub choices: Vec<Note>,
 }
 
 impl Plan {
-    /// What the base points of a layer are to reproduce.
+    /// Returns the targets of the base points of a layer.
     pub fn targets<'a>(&'a self, layer: &'a Layer) -> Targets<'a> {
         Targets {
             points: &self.surface.points,
@@ -85,30 +85,30 @@ impl Plan {
         }
     }
 
-    /// Number of modes, all layers together.
+    /// Returns the number of modes, all layers together.
     pub fn n_modes(&self) -> usize {
         self.layers.iter().map(|layer| layer.modes.n_modes).sum()
     }
 
-    /// Returns whether the modes reproduce the motion but for round-off: that of rigid bodies.
+    /// Returns whether the modes are exact except for round-off: for rigid bodies.
     pub fn modes_are_exact(&self) -> bool {
         (0..self.motion.bodies.len()).all(|body| self.motion.is_rigid(body))
     }
 
-    /// Largest error of the modes at any node and step, in mesh units.
+    /// Returns the largest error of the modes at any node and step, in mesh units.
     pub fn truncation(&self) -> f64 {
         self.layers.iter().map(|layer| layer.modes.truncation).sum()
     }
 
-    /// The steps that share base points, in order: all of them, or with method `real` those between
-    /// two refreshes, counted from the start of the schedule.
+    /// Returns the intervals of steps that share base points, in order. This is one interval, or with method `real` one per
+    /// refresh, counted from the start of the schedule.
     pub fn selection_intervals(&self) -> Vec<Range<usize>> {
         let steps = &self.motion.steps;
         let selection = &self.schedule.selection;
         let refresh = selection.refresh.map(|refresh| refresh.azimuth_deg);
         let span = |step: &Step| match refresh {
             _ if selection.method != SelectionMethod::Real => 0,
-            // A step on the border belongs to the interval that begins there.
+            // A step on the border belongs to the interval that starts there.
             Some(refresh) => {
                 let turned = (step.azimuth_deg - steps[0].azimuth_deg).abs();
                 (turned / refresh + 1e-9).floor() as usize
@@ -125,14 +125,14 @@ impl Plan {
         intervals
     }
 
-    /// The exact map of every body at a step, with the rotation to the inertial frame.
+    /// Returns the exact map of every body at a step, with the rotation to the inertial frame.
     pub fn poses_at(&self, step: &Step) -> Vec<BodyMap<'_>> {
         let to_inertial = self.motion.to_inertial(step).unwrap_or(Transform::IDENTITY);
         let poses = self.motion.poses(step, 1.0).into_iter();
         poses.map(|pose| pose.then(&to_inertial)).collect()
     }
 
-    /// Largest prescribed displacement of a surface node or of a rigid part at a step, in the rotating frame.
+    /// Returns the largest prescribed displacement of a surface node or of a rigid part at a step, in the rotating frame.
     pub fn largest_displacement(&self, step: usize) -> f64 {
         let poses = self.motion.poses(&self.motion.steps[step], 1.0);
         let surface = &self.surface;

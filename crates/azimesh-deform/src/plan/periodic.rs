@@ -14,17 +14,17 @@ use azimesh_io::mesh::sides::for_each_side;
 use azimesh_io::mesh::{Boundary, Mesh, Numbering};
 use std::sync::Arc;
 
-/// A body on both sides of a pair may be this part of the extent off at any step.
+/// Allowed mismatch of a body on both sides of a pair at any step, as a part of the extent.
 const EQUIVARIANT: f64 = 1e-9;
 
 /// The periodic pairs of a mesh; empty without pairs.
 #[derive(Debug, Clone, Default)]
 pub struct PeriodicNodes {
-    /// Images of the base points, the identity left out.
+    /// Images of the base points, without the identity.
     pub images: Arc<Vec<Transform>>,
     /// Nodes that follow others, ascending.
     followers: Vec<Follower>,
-    /// For each surface point whether the point of another is its image; empty when there are none.
+    /// For each surface point, whether it is the image of another; empty without images.
     pub is_image: Vec<bool>,
     /// A note for each pair.
     pub found: Vec<Note>,
@@ -86,7 +86,7 @@ impl PeriodicNodes {
         Ok(nodes)
     }
 
-    /// Paired nodes have one role, and bodies on both sides move alike.
+    /// Checks that paired nodes have one role, and that bodies on both sides move identically.
     fn check(&self, boundary: &Boundary, motion: &Motion) -> Result<()> {
         let limit = EQUIVARIANT * boundary.extent.diagonal();
         for follower in &self.followers {
@@ -123,13 +123,13 @@ impl PeriodicNodes {
         Ok(())
     }
 
-    /// The nodes that follow others, ascending.
+    /// Returns the nodes that follow others, ascending.
     pub(crate) fn followers(&self) -> &[Follower] {
         &self.followers
     }
 
-    /// Puts every follower where its leader's image is. Where the reference mesh has them in the same
-    /// relation to the last bit, so has `out`. All ranks call it.
+    /// Sets every follower to the image of its leader. If the relation is exact to the last bit in the reference mesh, it
+    /// is in `out`. All ranks call it.
     pub(crate) fn follow(
         &self,
         plan: &Plan,
@@ -150,13 +150,13 @@ impl PeriodicNodes {
         self.set_followers(mesh, moves, place, out);
     }
 
-    /// Gives every follower the direction that its leader's image has.
+    /// Sets the direction of every follower to the image of its leader's.
     pub(crate) fn follow_directions(&self, mesh: &Mesh, out: &mut [Vector]) {
         let turn = |follower: &Follower, v: Vector| follower.map.turn(v);
         self.set_followers(mesh, |_| true, turn, out);
     }
 
-    /// Sets the values of some followers of this rank from those of their leaders, which may be on other ranks.
+    /// Sets the values of some followers of this rank from their leaders, which may be on other ranks.
     fn set_followers(
         &self,
         mesh: &Mesh,
@@ -180,8 +180,8 @@ impl PeriodicNodes {
     }
 }
 
-/// Gives the direction into the mesh, normal to its faces, at each of the nodes of a side, which are ascending; zero where the side has
-/// no face. Nodes have the numbers of the whole mesh. All ranks that have parts of it call it and get the same.
+/// Computes the inward normal of the mesh at each of the ascending nodes of a side; zero where the side has no face.
+/// Nodes have the numbers of the whole mesh. All ranks that share the mesh call it and get the same result.
 pub(crate) fn inward(mesh: &Mesh, nodes: &[u32]) -> Vec<Vector> {
     let numbers = Numbering::new(nodes);
     let place = |node: u32| numbers.place(mesh.number_of_node(node));
@@ -212,7 +212,8 @@ pub(crate) fn inward(mesh: &Mesh, nodes: &[u32]) -> Vec<Vector> {
     mesh.ranks().ordered_fold(zeros, normals, take).0
 }
 
-/// The normal of a face between these corners, as long as twice its area, or of an edge of a plane mesh, on the side of a direction.
+/// Returns the normal of a face between these corners, on the side of a direction; its length is twice the area. In a
+/// plane mesh it is the normal of an edge.
 fn normal_towards(inside: Vector, corners: &[Vector]) -> Vector {
     if let [a, b] = corners {
         let along = unit(sub(*b, *a)).unwrap_or_default();

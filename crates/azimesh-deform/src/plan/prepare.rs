@@ -1,5 +1,5 @@
-//! How a [`Plan`] is made: what the schedule means on the mesh, the layers that are interpolated, and what
-//! is chosen where the schedule says nothing.
+//! Builds a [`Plan`]: resolves the schedule on the mesh, finds the interpolated layers, and chooses the values that the
+//! schedule does not give.
 
 use super::checks::{
     check_combination, check_constant, check_finite, check_one_layer, check_radii, check_size,
@@ -30,18 +30,18 @@ use azimesh_rbf::space::Space;
 use azimesh_rbf::{Basis, Kernel};
 use std::sync::Arc;
 
-/// The tolerance left out of a schedule, in diagonals of the moving bodies.
+/// Default tolerance, in diagonals of the moving bodies.
 const DEFAULT_TOLERANCE: f64 = 1e-4;
-/// The support radius left out, at most this many diagonals of the moving surfaces.
+/// Largest default of the support radius, in diagonals of the moving surfaces.
 const DEFAULT_RADIUS: f64 = 10.0;
-/// The modes may be off by this part of the tolerance, and of the smallest first cell.
+/// Allowed error of the modes, as a part of the tolerance and of the smallest first cell.
 const TRUNCATION: f64 = 0.01;
-/// A body that goes this many diagonals of the mesh is out of it in any case.
+/// A body that moves by this many diagonals of the mesh is certainly outside of it.
 const FAR: f64 = 100.0;
 
 impl Plan {
-    /// Resolves a schedule on a mesh and finds its modes; gives the mesh of this rank too, whose interface nodes are duplicated where
-    /// a zone turns. An error without a file is about the mesh. All ranks that have parts of the mesh call it.
+    /// Resolves a schedule on a mesh and finds its modes. Also returns the mesh of this rank, with the interface nodes of
+    /// turning zones duplicated. An error without a file is about the mesh. All ranks that share the mesh call it.
     pub fn new(mesh: impl Into<Arc<Mesh>>, mut schedule: Schedule) -> Result<(Self, Part)> {
         let mut mesh = mesh.into();
         let without_boxes = has_boxes(&mesh) && leave_out_boxes(Arc::make_mut(&mut mesh));
@@ -69,7 +69,7 @@ impl Plan {
         choices.extend(remarks(&mesh));
         choices.extend(format);
         choices.extend(joined);
-        // The facets between the surface points have taken their place.
+        // The facets between the surface points replace them.
         let faces = std::mem::take(&mut motion.surface.faces);
         let first_cells = FirstCells::find(&mesh, &motion);
         let moving = moving_bounds(&surface, &boundary);
@@ -123,7 +123,7 @@ impl Plan {
         Ok((plan, part))
     }
 
-    /// Finds what is interpolated, over all steps.
+    /// Finds the interpolated fields, over all steps.
     fn find_layers(&mut self) -> Result<()> {
         let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
         self.layers = if twist && !self.modes_are_exact() {
@@ -168,7 +168,7 @@ impl Plan {
         .file(&self.schedule.path))
     }
 
-    /// What to do about modes that are too coarse: the motion, the place of the mesh or the tolerance may be at fault.
+    /// Returns the remedy for modes that are too coarse: the motion, the position of the mesh or the tolerance may be wrong.
     fn better_modes(&self, cell: f64) -> String {
         let bounds = self.boundary.extent;
         let diagonal = bounds.diagonal();
@@ -205,12 +205,12 @@ pub(crate) fn has_boxes(mesh: &Mesh) -> bool {
     mesh.field_arrays.iter().any(|a| a.name == su2::BOXES)
 }
 
-/// Leaves out boxes for free-form deformation, which fit the mesh at rest; returns whether there were any.
+/// Removes boxes for free-form deformation, which only fit the mesh at rest; returns whether there were any.
 pub(crate) fn leave_out_boxes(mesh: &mut Mesh) -> bool {
     !mesh.remove_field_arrays(&[su2::BOXES]).is_empty()
 }
 
-/// Meshes of a case are written as a case, where the schedule says nothing; a note where that is so.
+/// Sets the format of a case for the mesh of a case, if the schedule gives none; returns a note if it does.
 fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Note> {
     let output = &mut schedule.output;
     let format = openfoam::OPENFOAM.name;
@@ -231,7 +231,7 @@ fn chosen_format(schedule: &mut Schedule, mesh: &Mesh) -> Option<Note> {
     ))
 }
 
-/// A note of the tags on both sides of the interface of the zones that turn or move rigidly.
+/// Returns a note on the tags on both sides of the interface of zones that turn or move rigidly.
 fn interface(tags: &[String], is_turning: bool) -> Note {
     let zones = if is_turning { "turning" } else { "moving" };
     if tags.is_empty() {
@@ -248,7 +248,7 @@ fn interface(tags: &[String], is_turning: bool) -> Note {
     )
 }
 
-/// The box around the nodes that deform, in a mesh of this extent.
+/// Returns the box around the deforming nodes, in a mesh of this extent.
 fn region(extent: Bounds, motion: &Motion, layer: Option<&OneLayer>, mesh: &Mesh) -> Bounds {
     let zone = motion.zone.as_ref();
     let Some(layer) = layer else {
@@ -265,7 +265,7 @@ fn moving_faces(faces: &SurfaceFaces) -> Vec<u32> {
     moving.map(|(cell, _)| *cell).collect()
 }
 
-/// Where the tagged nodes of rigid parts are; of a part without tags the corners of its box.
+/// Returns the positions of the tagged nodes of rigid parts; of a part without tags the corners of its box.
 fn rigid_points(motion: &Motion, boundary: &Boundary) -> Vec<(usize, Vector)> {
     let mut points = Vec::new();
     for part in &motion.parts {
@@ -284,7 +284,7 @@ fn rigid_points(motion: &Motion, boundary: &Boundary) -> Vec<(usize, Vector)> {
     points
 }
 
-/// The point that each body turns about: its centre of rotation where that is on or near it.
+/// Returns the centre of rotation of each body: on the body or near it.
 fn centres(motion: &Motion, surface: RigidSurface<'_>) -> Vec<Vector> {
     (0..motion.bodies.len())
         .map(|body| motion.twist_centre(body, &layer::bounds_of_body(surface, body)))
@@ -324,7 +324,7 @@ fn method(
     }
 }
 
-/// The box around a zone; the `extent` of the mesh if it has no cells.
+/// Returns the box around a zone; the `extent` of the mesh if it has no cells.
 fn bounds_of_zone(zone: &DeformingZone, extent: Bounds) -> Bounds {
     if zone.cells.is_empty() {
         extent
@@ -333,7 +333,7 @@ fn bounds_of_zone(zone: &DeformingZone, extent: Bounds) -> Bounds {
     }
 }
 
-/// The box around the moving surface; that of the mesh where all bodies move zones.
+/// Returns the box around the moving surface; the box of the mesh if all bodies move zones.
 fn moving_bounds(surface: &SurfacePoints, boundary: &Boundary) -> Bounds {
     let nodes = surface.points.iter().zip(&surface.body);
     let moving: Vec<Vector> = nodes
@@ -373,7 +373,7 @@ fn basis(
     }
 }
 
-/// The kernel of a name.
+/// Returns the kernel of a name.
 pub(crate) fn kernel(name: KernelName) -> Kernel {
     match name {
         KernelName::WendlandC0 => Kernel::WendlandC0,
@@ -408,7 +408,7 @@ fn tolerance(
     Ok(tolerance)
 }
 
-/// The tolerance where the schedule has none; `None` where none can be chosen.
+/// Returns the default tolerance; `None` if none can be chosen.
 fn default_tolerance(
     schedule: &Schedule,
     moving: &Bounds,

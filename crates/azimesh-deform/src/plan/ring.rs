@@ -1,14 +1,14 @@
-//! A ring around the axis about which a body turns, free of all other surfaces, as the one between a body and a fixed
-//! circle or cylinder around it; and the part of the rotation that nodes in it take.
+//! A ring around the rotation axis of a body, free of all other surfaces, such as the gap between a body and a fixed
+//! circle or cylinder around it; and the weight of the rotation at nodes in it.
 //!
 //! ```text
 //! s = ln(r / r_0) / ln(R / r_0),    w = 1 - 4/3 s^2  up to s = 1/2,  4/3 (1 - s)  beyond;   1 within r_0,  0 beyond R
 //! ```
 //!
-//! In space it also falls along the axis, evenly from the ends of the body to the surfaces before and behind it. A rotation
-//! about the axis by `w theta` keeps every circle about the axis, whatever `w` is, and so folds nothing but cells that are
-//! too coarse for its shear `theta r dw/dr`. This grows from zero at the body, as thin cells that lie along the radius, such as those
-//! of a boundary layer behind an edge, do not stand a jump of it; in the outer half it is the same at every radius.
+//! In space the weight also decreases along the axis, linearly from the ends of the body to the surfaces before and
+//! behind it. A rotation about the axis by `w theta` keeps every circle about the axis for any `w`, so it folds only cells
+//! that are too coarse for its shear `theta r dw/dr`. The shear starts at zero at the body: thin radial cells, such as those
+//! of a boundary layer behind an edge, would not survive a jump. In the outer half it is the same at every radius.
 
 use super::layer::Turning;
 use azimesh_core::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
@@ -16,11 +16,11 @@ use azimesh_core::parallel;
 use azimesh_rbf::modes::{Modes, RigidSurface};
 use serde::{Deserialize, Serialize};
 
-/// A ring has at least this ratio of its radii.
+/// Least ratio of the radii of a ring.
 const LEAST_RATIO: f64 = 1.5;
-/// Sines of the angles between the rotation vectors of a body that count as parallel.
+/// Sines of angles below this count as parallel rotation vectors.
 const PARALLEL: f64 = 1e-9;
-/// Points nearer to the axis than this part of the outer radius are not of the wall around the ring.
+/// Points closer to the axis than this part of the outer radius do not belong to the wall around the ring.
 const WALL: f64 = 0.99;
 
 /// The ring of a body.
@@ -33,16 +33,16 @@ pub struct Ring {
     pub inner: f64,
     /// `R`, within which there is no other surface.
     pub outer: f64,
-    /// Where the body begins and ends along the axis.
+    /// The ends of the body along the axis.
     body: [f64; 2],
-    /// Where other surfaces end before it and begin behind it; infinite where there are none.
+    /// The nearest other surfaces before and behind it along the axis; infinite if there are none.
     free: [f64; 2],
 }
 
 impl Ring {
-    /// The ring of a body that turns by the rotation vectors `theta` about `centre`; none where these have no common
-    /// axis, or where another surface is too near. Points that `may_turn` about an axis are no obstacle, as those of a plane
-    /// across the axis that slides.
+    /// Finds the ring of a body with the rotation vectors `theta` about `centre`; `None` if they have no common axis, or if
+    /// another surface is too close. Points that `may_turn` about an axis are not obstacles: points of a sliding plane across
+    /// the axis, for example.
     pub fn around(
         surface: RigidSurface<'_>,
         body: usize,
@@ -74,9 +74,9 @@ impl Ring {
         (is_wide && ring.inner > 0.0).then_some(ring)
     }
 
-    /// Finds how far the ring reaches between other surface points, given by radius and place along the axis.
+    /// Finds the extent of the ring between other surface points, given by radius and axial position.
     fn find_room(&mut self, others: &[(f64, f64)]) {
-        // Beside the body, and as far before and behind it as it is wide.
+        // Includes the body's axial range, extended by its radius at both ends.
         let [from, to] = [self.body[0] - self.inner, self.body[1] + self.inner];
         let beside = others.iter().filter(|(_, z)| (from..=to).contains(z));
         let wall = beside.map(|(r, _)| *r).fold(f64::INFINITY, f64::min);
@@ -93,7 +93,7 @@ impl Ring {
         self.outer = within.map(|(r, _)| *r).fold(f64::INFINITY, f64::min);
     }
 
-    /// Distance from the axis, and the place along it.
+    /// Returns the distance from the axis, and the axial position.
     #[inline]
     fn cylindrical(&self, x: Vector) -> (f64, f64) {
         let arm = sub(x, self.centre);
@@ -101,7 +101,7 @@ impl Ring {
         (norm(sub(arm, scale(self.axis, z))), z)
     }
 
-    /// The part of the rotation at `x`: 1 on the body, 0 on every other surface.
+    /// Returns the weight of the rotation at `x`: 1 on the body, 0 on every other surface.
     #[inline]
     pub fn weight(&self, x: Vector) -> f64 {
         let (r, z) = self.cylindrical(x);
@@ -123,7 +123,7 @@ impl Ring {
     }
 }
 
-/// The weight at a part of the logarithm of the ratio of the radii.
+/// Returns the weight at a fraction of the logarithm of the radius ratio.
 #[inline]
 fn fallen(s: f64) -> f64 {
     if s < 0.5 {
@@ -133,7 +133,7 @@ fn fallen(s: f64) -> f64 {
     }
 }
 
-/// The direction of the longest of some vectors, where all are parallel to it.
+/// Returns the direction of the longest of some vectors, if all are parallel to it.
 fn common_axis(vectors: &[Vector]) -> Option<Vector> {
     let longest = vectors
         .iter()
@@ -144,8 +144,7 @@ fn common_axis(vectors: &[Vector]) -> Option<Vector> {
     vectors.iter().all(is_parallel).then_some(axis)
 }
 
-/// What is left of the values of rotations (N, r) at the surface when what rings give is taken off; `None` where there
-/// is no ring.
+/// Returns the values of rotations (N, r) at the surface without the contribution of rings; `None` without rings.
 pub(crate) fn rest(points: &[Vector], bodies: &[Turning], modes: &Modes) -> Option<Vec<f64>> {
     bodies.iter().find(|body| body.ring.is_some())?;
     let mut rest = modes.values.clone();
@@ -153,7 +152,7 @@ pub(crate) fn rest(points: &[Vector], bodies: &[Turning], modes: &Modes) -> Opti
     Some(rest)
 }
 
-/// Adds what the rings of bodies give, `sign` times, to rows of values (N, r) at the places `at`.
+/// Adds the contribution of the rings of bodies, times `sign`, to rows of values (N, r) at the positions `at`.
 pub(crate) fn add_rings(
     bodies: &[Turning],
     sign: f64,
@@ -227,7 +226,7 @@ mod tests {
             );
         }
         assert!((ring.inner - 0.5).abs() < 1e-15 && (ring.outer - 4.0).abs() < 1e-14);
-        // Half of the logarithm, half of the way to an end, and both.
+        // Half of the logarithm, half of the distance to an end, and both.
         let middle = (0.5f64 * 4.0).sqrt();
         assert!((ring.weight([middle, 0.0, 0.3]) - 2.0 / 3.0).abs() < 1e-14);
         assert!((ring.weight([0.0, 0.2, 4.5]) - 0.5).abs() < 1e-14);
@@ -258,11 +257,11 @@ mod tests {
         points.push([0.7, 0.0, 0.0]);
         body.push(None);
         assert_eq!(ring_of(&points, &body, &[Z]), None);
-        // An obstacle farther off makes the ring smaller.
+        // A more distant obstacle makes the ring smaller.
         *points.last_mut().expect("one was added") = [0.0, 2.0, 0.5];
         let ring = ring_of(&points, &body, &[Z]).expect("there is room");
         assert_eq!(ring.outer, 2.0);
-        // One just before the end of the body leaves no room along the axis.
+        // An obstacle just before the end of the body leaves no space along the axis.
         *points.last_mut().expect("one was added") = [0.1, 0.1, 1.2];
         assert_eq!(ring_of(&points, &body, &[Z]), None);
     }

@@ -14,20 +14,20 @@ use azimesh_core::geometry::vector::{Vector, scale, sub};
 use azimesh_rbf::modes::Modes;
 use std::ops::Range;
 
-/// Part of the allowed truncation for each of rotations and translations.
+/// Part of the allowed truncation for rotations, and for translations.
 const EACH: f64 = 0.5;
 
 /// The twists of the surface points at every step.
 struct Twists<'a> {
     plan: &'a Plan,
     centres: Vec<Centre>,
-    /// By steps, of every body.
+    /// Per step, for every body.
     poses: Vec<Vec<BodyMap<'a>>>,
-    /// By steps, of every body an unwrapped rotation vector that those of its points are near to.
+    /// Per step, for every body: an unwrapped rotation vector close to the vectors of its points.
     near: Vec<Vec<Vector>>,
 }
 
-/// The layers of a plan whose bodies have rotations that differ from point to point.
+/// Builds the layers of a plan whose bodies have rotations that differ from point to point.
 pub(crate) fn layers(plan: &Plan, method: &Method) -> Result<Vec<Layer>> {
     let motion = &plan.motion;
     let bodies = || 0..motion.bodies.len();

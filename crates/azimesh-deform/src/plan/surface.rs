@@ -1,5 +1,5 @@
-//! The surface nodes as the interpolation sees them: in the order of a space-filling curve, no two
-//! at the same place, with the facets between them.
+//! The surface nodes as interpolation data: in the order of a space-filling curve, with distinct positions, and with the
+//! facets between them.
 
 use crate::motion::{Role, Surface, SurfaceNodes};
 use azimesh_core::error::{Error, Result};
@@ -19,26 +19,26 @@ type Splits = BTreeMap<(CellKind, usize), Vec<[usize; 3]>>;
 /// Distinct surface points with the body each moves with.
 #[derive(Debug, Clone, Default)]
 pub struct SurfacePoints {
-    /// Mesh node of each point; of several at one place the lowest.
+    /// Mesh node of each point; the lowest of several at one position.
     pub nodes: Vec<u32>,
-    /// Their places in the reference mesh.
+    /// Their positions in the reference mesh.
     pub points: Vec<Vector>,
     /// The body each moves with; `None` stays.
     pub body: Vec<Option<u16>>,
     /// Triangles between the points; in the plane edges, with the second corner repeated.
     pub facets: Vec<[u32; 3]>,
-    /// Surface nodes that lie where another does.
+    /// Number of surface nodes at the position of another.
     pub n_coincident: usize,
-    /// For each surface node of the motion its point.
+    /// For each surface node of the motion, its point.
     pub point_of: Vec<u32>,
     /// Facets of sliding boundaries, and the tag of each.
     pub sliding_facets: (Vec<[u32; 3]>, Vec<u32>),
-    /// Where sliding points may go; `None` when none slides.
+    /// Constraints of sliding points; `None` if there are none.
     pub sliding: Option<Sliding>,
 }
 
 impl SurfacePoints {
-    /// The points of a surface on the boundary of a mesh; `interface` are faces of it that are no cells of the mesh.
+    /// Builds the points of a surface on the boundary of a mesh; `interface` has its faces that are not cells of the mesh.
     pub fn new(boundary: &Boundary, of: &Surface, interface: Option<&Cells>) -> Result<Self> {
         let SurfaceNodes { nodes, roles } = &of.nodes;
         let places = collect(nodes.len(), |at| boundary.position(nodes[at]));
@@ -67,7 +67,7 @@ impl SurfacePoints {
         Ok(surface)
     }
 
-    /// The sliding points with the surface points at given places; `None` when none slides.
+    /// Builds the sliding points with the surface points at given positions; `None` if there are none.
     pub fn find_sliding(&self, nodes: &SurfaceNodes, points: &[Vector]) -> Option<Sliding> {
         let mut slides = vec![false; points.len()];
         for (role, &point) in nodes.roles.iter().zip(&self.point_of) {
@@ -115,14 +115,14 @@ impl SurfacePoints {
         self.facets.extend(interface().flat_map(facets));
     }
 
-    /// The directions in which each point is held; `None` when none slides.
+    /// Returns the directions in which each point is held; `None` if none slides.
     pub fn constraints(&self, sliding: Option<&Sliding>) -> Option<Arc<Vec<Constraint>>> {
         let sliding = sliding?;
         let points = 0..self.points.len();
         Some(Arc::new(points.map(|i| sliding.constraint(i)).collect()))
     }
 
-    /// The directions in which the rotation vectors of the points are held; `None` for all of them.
+    /// Returns the directions in which the rotation vectors of the points are held; `None` for all of them.
     pub fn rotation_constraints(&self) -> Option<Arc<Vec<Constraint>>> {
         let sliding = self.sliding.as_ref()?;
         let points = 0..self.points.len();
@@ -131,14 +131,14 @@ impl SurfacePoints {
         free.then(|| Arc::new(held))
     }
 
-    /// The places of the points of a body.
+    /// Returns the positions of the points of a body.
     pub fn points_of(&self, body: usize) -> Vec<Vector> {
         let points = self.points.iter().zip(&self.body);
         let own = points.filter(|(_, of)| of.map(usize::from) == Some(body));
         own.map(|(point, _)| *point).collect()
     }
 
-    /// The points with the body of each.
+    /// Returns the points with the body of each.
     pub fn rigid(&self) -> RigidSurface<'_> {
         RigidSurface {
             points: &self.points,
@@ -146,7 +146,7 @@ impl SurfacePoints {
         }
     }
 
-    /// Positions among the surface points of given mesh nodes.
+    /// Returns the indices of given mesh nodes among the surface points.
     pub fn find(&self, nodes: &[u32]) -> Result<Vec<usize>> {
         let mut sorted: Vec<(u32, usize)> = self.nodes.iter().copied().zip(0..).collect();
         sorted.sort_unstable();
@@ -171,8 +171,8 @@ fn body_of(role: Role) -> Option<u16> {
     }
 }
 
-/// For each place the first of the places that equals it; `along` has them along the curve, where
-/// equal places have equal positions.
+/// Returns for each position the first equal position; `along` has them along the curve, where equal positions have
+/// equal curve coordinates.
 fn first_at_each_place(places: &[Vector], along: &[(u64, u32)]) -> Vec<u32> {
     let bits = |i: u32| places[i as usize].map(|x| (x + 0.0).to_bits());
     let mut first: Vec<u32> = (0..places.len() as u32).collect();
@@ -207,7 +207,7 @@ fn check_roles(nodes: &[u32], roles: &[Role], same: &[u32]) -> Result<()> {
     Ok(())
 }
 
-/// The facets of every kind of face among the cells, by kind and number of nodes.
+/// Returns the facets of every kind of face among the cells, by kind and number of nodes.
 fn splits<'a>(cells: impl Iterator<Item = CellRef<'a>>) -> Splits {
     let mut splits = Splits::new();
     let mut last = None;

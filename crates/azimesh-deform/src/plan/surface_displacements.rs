@@ -1,5 +1,5 @@
-//! The prescribed displacements of the surface points between two parts of each step: poses of rigid bodies,
-//! and displacements where bodies are not rigid. Input of the layers; places no node.
+//! The prescribed displacements of the surface points between two parts of each step: poses of rigid bodies, and
+//! displacements of all others. Input of the layers; sets no node.
 
 use super::Plan;
 use super::layer::{BodyPath, Free, SurfaceDisplacements, Turns};
@@ -14,8 +14,7 @@ impl Plan {
         self.surface_displacements_between(&self.motion.steps, 0.0, 1.0)
     }
 
-    /// The motion of every body from where it is at part `from` of each step to where it is at part
-    /// `to`.
+    /// Computes the motion of every body from part `from` to part `to` of each step.
     pub fn surface_displacements_between(
         &self,
         steps: &[Step],
@@ -37,7 +36,7 @@ impl Plan {
         SurfaceDisplacements::Rigid((0..n_bodies).map(path).collect())
     }
 
-    /// Displacements of the surface points between two parts of each step.
+    /// Computes displacements of the surface points between two parts of each step.
     fn free(&self, steps: &[Step], from: f64, to: f64) -> Free<'_> {
         let poses = |part: f64| -> Vec<Vec<BodyMap<'_>>> {
             let steps = steps.iter();
@@ -52,7 +51,7 @@ impl Plan {
                     *out = [0.0; 3];
                     continue;
                 };
-                // Sections of a beam are those of the reference mesh, also from part to part.
+                // Points belong to the same beam sections in all parts, found in the reference mesh.
                 let node = surface.nodes[at];
                 let x = surface.points[at];
                 let start = before
@@ -68,7 +67,7 @@ impl Plan {
         }
     }
 
-    /// The surface points of bodies that are rigid, and their poses; nothing when there is none.
+    /// Returns the surface points of rigid bodies, and their poses; empty if there are none.
     fn rigid_part(
         &self,
         steps: &[Step],

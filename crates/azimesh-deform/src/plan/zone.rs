@@ -1,4 +1,5 @@
-//! Cuts parts of the mesh that move from the rest: the nodes between them are duplicated, and the moving part's cells take the copies.
+//! Cuts moving parts of the mesh from the rest: the nodes between them are duplicated, and the cells of the moving part use
+//! the copies.
 
 use crate::motion::{Motion, Role, TagRole};
 use azimesh_core::error::{Result, counted};
@@ -9,17 +10,17 @@ use std::sync::Arc;
 /// The copies and tags that the cuts add.
 #[derive(Default)]
 pub struct Cuts {
-    /// The copies, in the order in which they were made.
+    /// The copies, in the order of duplication.
     pub doubled: Vec<Doubled>,
     /// The tags of interfaces, each with the number of its faces.
     pub tags: Vec<String>,
-    /// True if parts were joined before.
+    /// True if parts were connected before.
     pub is_joined: bool,
 }
 
 impl Cuts {
-    /// Duplicates the nodes around every rigid part of the motion, and around the zone that deforms if it turns, in the mesh of this
-    /// rank, with faces and tags on both sides, and has the motion name the copies.
+    /// Duplicates the nodes around every rigid part of the motion, and around the deforming zone if it turns, in the mesh of
+    /// this rank. Adds faces and tags on both sides, and makes the motion use the copies.
     pub fn make(
         mesh: &mut Arc<Mesh>,
         boundary: &mut Boundary,
@@ -32,7 +33,7 @@ impl Cuts {
             .iter()
             .map(|tag| tag.tag.clone())
             .collect();
-        // Children come after their parents and are often inside them: cut first, each interface has two parts.
+        // Children come after their parents and are often inside them: if they are cut first, each interface has two parts.
         for part in (0..motion.parts.len()).rev() {
             let cells = motion.parts[part].cells.clone();
             let sides = ZoneSides::of(mesh, &cells);
@@ -51,7 +52,7 @@ impl Cuts {
         if cuts.doubled.is_empty() {
             return Ok(cuts);
         }
-        // The nodes of each part have their numbers now.
+        // The nodes of each part now have their final numbers.
         for part in &mut motion.parts {
             part.sides = ZoneSides::of(mesh, &part.cells);
         }
@@ -90,7 +91,7 @@ impl Cuts {
         Ok(())
     }
 
-    /// Has the zone that deforms name the copies of the last cut.
+    /// Makes the deforming zone use the copies of the last cut.
     fn rename(&self, motion: &mut Motion) {
         let (Some(zone), Some(doubled)) = (&mut motion.zone, self.doubled.last()) else {
             return;
@@ -112,7 +113,7 @@ impl Cuts {
         (surface.nodes, surface.roles) = roles.into_iter().unzip();
     }
 
-    /// Notes the tags that the cuts renamed or added, whose names were `names`; tags in a rigid part move with its body.
+    /// Records the tags that the cuts renamed or added; `names` are the old names. Tags in a rigid part move with its body.
     fn name_tags(&mut self, boundary: &Boundary, motion: &mut Motion, names: &[String]) {
         let mut tags = std::mem::take(&mut motion.surface.tags);
         let groups = boundary.boundary_tags().zip(&mut tags);

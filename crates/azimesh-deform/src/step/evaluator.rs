@@ -22,13 +22,13 @@ use azimesh_rbf::select::Selection;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A gap between two surfaces of fewer tolerances than this gives a warning.
+/// A gap between two surfaces narrower than this many tolerances gives a warning.
 const NARROW: f64 = 20.0;
 
-/// The deformation of a mesh at the steps of one selection interval: consecutive steps of the schedule that
-/// share base points. Made once per interval; gives positions and velocities at any of its steps.
+/// The deformation of a mesh at the steps of one selection interval: consecutive steps of the schedule that share base
+/// points. Built once per interval; computes positions and velocities at any of its steps.
 pub struct StepEvaluator {
-    /// The plan it follows.
+    /// The plan.
     pub(crate) plan: Arc<Plan>,
     /// The mesh of this rank.
     pub(crate) part: Arc<Part>,
@@ -44,25 +44,25 @@ pub struct StepEvaluator {
     pub warnings: Vec<Note>,
 }
 
-/// How a step is computed.
+/// Method of computing a step.
 enum Evaluation {
-    /// From the reference mesh in one go, by fields that are valid at every step.
+    /// Directly from the reference mesh, by fields that are valid at every step.
     AtOnce { fields: Fields, errors: Errors },
-    /// In the `substeps` of the schedule, each interpolated on the mesh that the substep before gave.
+    /// In the `substeps` of the schedule, each interpolated on the mesh of the previous substep.
     Substeps,
 }
 
 /// The largest error before the correction at each step.
 enum Errors {
-    /// As measured over all steps, of displacements that the modes reproduce exactly.
+    /// Measured over all steps, for displacements that the modes reproduce exactly.
     ByStep(Vec<f64>),
-    /// From the values that the layers have at the surface points before the correction.
+    /// Computed from the values of the layers at the surface points before the correction.
     Uncorrected(Vec<Vec<f64>>),
 }
 
 impl StepEvaluator {
-    /// Evaluates the layers at every node of this rank that deforms, and corrects them so that the surface is
-    /// exact. All ranks call it.
+    /// Evaluates the layers at every deforming node of this rank, and corrects them to make the surface exact. All ranks
+    /// call it.
     pub fn new(
         plan: &Arc<Plan>,
         part: &Arc<Part>,
@@ -140,12 +140,12 @@ impl StepEvaluator {
         Ok(Evaluation::AtOnce { fields, errors })
     }
 
-    /// The steps of the interval.
+    /// Returns the steps of the interval.
     pub fn steps(&self) -> &Range<usize> {
         &self.steps
     }
 
-    /// Velocities of the nodes of this rank, which are at `points` at a step, where the schedule asks for them.
+    /// Computes velocities of the nodes of this rank, at `points` at a step, if the schedule asks for them.
     pub fn velocities_at(&self, step: &Step, points: &[Vector]) -> Option<Vec<Vector>> {
         let velocities = self.velocities.as_ref()?;
         let mut out = vec![[0.0; 3]; points.len()];
@@ -173,7 +173,7 @@ impl StepEvaluator {
         }
     }
 
-    /// Writes the positions of the nodes of this rank at a step to `out`; gives the largest displacement error before the
+    /// Writes the positions of the nodes of this rank at a step to `out`; returns the largest displacement error before the
     /// correction. All ranks call it.
     pub fn points_at(&self, step: &Step, out: &mut [Vector]) -> Result<f64> {
         let plan = &*self.plan;
@@ -194,8 +194,8 @@ impl StepEvaluator {
         Ok(errors.at(plan, step))
     }
 
-    /// Writes the node positions at a step to `out`, computed in substeps; gives the largest displacement
-    /// error before the correction.
+    /// Writes the node positions at a step to `out`, computed in substeps; returns the largest displacement error before
+    /// the correction.
     pub(crate) fn points_through(
         &self,
         step: &Step,
@@ -207,8 +207,8 @@ impl StepEvaluator {
         Ok(error)
     }
 
-    /// The last part of a step: rotates it to the inertial frame, sets periodic followers by their
-    /// leaders, and keeps a plane mesh in its plane.
+    /// Finishes a step: rotates it to the inertial frame, sets periodic followers by their leaders, and keeps a plane mesh
+    /// in its plane.
     fn finish_positions(&self, step: &Step, out: &mut [Vector]) {
         let (plan, mesh) = (&*self.plan, &self.part.mesh);
         let to_inertial = plan.motion.to_inertial(step);
@@ -237,7 +237,7 @@ impl StepEvaluator {
         }
         plan.periodic.follow(plan, mesh, to_inertial.as_ref(), out);
         if plan.motion.rotor.in_plane {
-            // Round-off lifts no node out of the plane.
+            // Removes round-off out of the plane.
             parallel::update(out, |node, x| x[2] = mesh.points[node][2]);
         }
         if let Some(layer) = &plan.one_layer {
@@ -245,9 +245,8 @@ impl StepEvaluator {
         }
     }
 
-    /// Sets the surface nodes of `out` at a part of a step, in the rotating frame: sliding nodes on their
-    /// boundary; with the correction also moving nodes where the motion puts them and fixed nodes at rest.
-    /// `state` is the mesh that was deformed.
+    /// Sets the surface nodes of `out` at a part of a step, in the rotating frame: sliding nodes on their boundary; with
+    /// the correction also moving nodes exactly and fixed nodes at rest. `state` is the mesh before the deformation.
     pub(crate) fn place_surface_nodes(
         &self,
         step: &Step,
@@ -268,8 +267,8 @@ impl StepEvaluator {
         });
     }
 
-    /// Sets surface nodes of this rank to what `place` gives for the role, the number and the position of a node in the
-    /// reference mesh; `None` leaves a node as it is.
+    /// Sets surface nodes of this rank to the result of `place` for the role, the number and the position of a node in the
+    /// reference mesh; `None` leaves a node unchanged.
     fn place_nodes(
         &self,
         out: &mut [Vector],
@@ -288,7 +287,8 @@ impl StepEvaluator {
         });
     }
 
-    /// Largest and root-mean-square distance of the surface nodes from where the motion puts them. All ranks call it.
+    /// Returns the largest and root-mean-square distance of the surface nodes from their prescribed positions. All ranks call
+    /// it.
     pub(crate) fn surface_error(&self, step: &Step, points: &[Vector]) -> (f64, f64) {
         let to_inertial = self.plan.motion.to_inertial(step);
         let poses = self.plan.poses_at(step);
@@ -297,8 +297,8 @@ impl StepEvaluator {
         (largest, (squares / n).sqrt())
     }
 
-    /// Largest distance of the surface nodes at `points` from where the poses of the bodies and the
-    /// rotation to the inertial frame put them, and the sum of its squares.
+    /// Returns the largest distance of the surface nodes at `points` from their positions by the poses of the bodies and
+    /// the rotation to the inertial frame, and the sum of its squares.
     pub(crate) fn off_place(
         &self,
         poses: &[BodyMap<'_>],
@@ -347,12 +347,12 @@ pub(crate) fn reference<'a>(plan: &'a Plan, part: &'a Part) -> MeshState<'a> {
     }
 }
 
-/// The largest error and the sum of squares over both.
+/// Combines the largest errors and the sums of squares of two parts.
 fn combined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     (a.0.max(b.0), a.1 + b.1)
 }
 
-/// Base points of all selections, each counted once.
+/// Counts the distinct base points of all selections.
 fn distinct_points(selections: &[Selection]) -> usize {
     let mut all: Vec<usize> = selections.iter().flat_map(|s| s.base.clone()).collect();
     all.sort_unstable();
@@ -360,7 +360,7 @@ fn distinct_points(selections: &[Selection]) -> usize {
     all.len()
 }
 
-/// Values of the layers at the surface points as the base points give them.
+/// Returns the values of the layers at the surface points as interpolated from the base points.
 pub(crate) fn uncorrected(layers: &[Layer], selections: &[Selection]) -> Vec<Vec<f64>> {
     let layers = layers.iter().zip(selections);
     layers
@@ -371,8 +371,8 @@ pub(crate) fn uncorrected(layers: &[Layer], selections: &[Selection]) -> Vec<Vec
         .collect()
 }
 
-/// Largest distance of the surface from `poses`, where it is moved from `points` at a step of the layers, which have these
-/// values there.
+/// Returns the largest distance of the surface from `poses`, if the layers with these values move it from `points` at
+/// a step.
 pub(crate) fn largest_error(
     plan: &Plan,
     points: &[Vector],

@@ -7,14 +7,14 @@ use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::Mesh;
 use azimesh_quality::{Assessment, Quality, QualityEvaluator, Summary};
 
-/// Data of the reference mesh that the quality of every step is measured with.
+/// Data of the reference mesh for the quality of every step.
 pub(crate) struct Measures {
     pub(crate) judge: QualityEvaluator,
     walls: WallAngles,
 }
 
 impl Measures {
-    /// For the reference mesh of a plan. All ranks call it.
+    /// Computes the measures of the reference mesh of a plan. All ranks call it.
     pub fn new(plan: &Plan, mesh: &Mesh) -> Self {
         let judge = QualityEvaluator::new(mesh);
         let faces = plan.moving_faces.iter();
@@ -25,24 +25,24 @@ impl Measures {
         }
     }
 
-    /// The quality of the cells with their nodes at `points`. All ranks call it.
+    /// Evaluates the quality of the cells with their nodes at `points`. All ranks call it.
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
         self.judge.cells(mesh, points)
     }
 
-    /// The whole assessment, from that of the cells. All ranks call it.
+    /// Completes the assessment of the cells. All ranks call it.
     pub fn complete(&self, cells: Summary, mesh: &Mesh, points: &[Vector]) -> Assessment {
         self.judge.complete(cells, mesh, points)
     }
 
-    /// Largest change of the angle between a moving wall and its first cell, in degrees. All ranks call it.
+    /// Returns the largest change of the angle between a moving wall and its first cell, in degrees. All ranks call it.
     pub fn normal_change(&self, mesh: &Mesh, points: &[Vector]) -> Option<f64> {
         let own = self.walls.largest_change(mesh, points, &mesh.points);
         let all = mesh.ranks().allgather(own);
         all.into_iter().flatten().max_by(f64::total_cmp)
     }
 
-    /// The quality in plain numbers.
+    /// Returns the quality in plain numbers.
     pub fn quality(&self, part: &Part, points: &[Vector]) -> Quality {
         let mesh = &part.mesh;
         let all = self.complete(self.cells(mesh, points), mesh, points);

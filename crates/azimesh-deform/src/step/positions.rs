@@ -1,8 +1,8 @@
-//! Positions of the nodes at a step: where the motion puts them, and repaired where cells are folded there.
+//! Positions of the nodes at a step: as prescribed by the motion, with folded cells repaired.
 //!
-//! With `on_inverted = "repair"` steps are repaired by windows ([`super::window`]): all of them in as many substeps, in the
-//! same area of nodes, each from its own positions. So a repair follows from the mesh, the schedule and the number of
-//! the step, whichever steps were looked at before, and goes along with the motion from step to step.
+//! With `on_inverted = "repair"` steps are repaired by windows ([`super::window`]): all of them with the same substeps and
+//! in the same area of nodes, each from its own positions. So a repair depends only on the mesh, the schedule and the number
+//! of the step, not on the order of evaluation, and changes smoothly with the motion from step to step.
 
 use super::evaluator::StepEvaluator;
 use super::measures::Measures;
@@ -25,9 +25,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 
-/// Rings of neighbours around the folded cells of a window: its repair is spread over more nodes than one step needs.
+/// Least rings of neighbours around the folded cells of a window: its repair is spread over more nodes than one step needs.
 const LEAST_RINGS: usize = 3;
-/// How often the hardest step of a window is looked at for cells that are folded between valid corners.
+/// Largest number of checks of a window's hardest step for cells that are folded between valid corners.
 const LOOKS: usize = 3;
 const MEASURED: &str = "repairs are made where quality is evaluated";
 const ON_FIRST: &str = "the first rank has the whole mesh";
@@ -43,24 +43,24 @@ pub(crate) struct Positions {
     pub repair: Option<Repair>,
 }
 
-/// Gives positions at the steps of an interval. All ranks call its functions, each for the nodes of its part.
+/// Data and functions to compute positions at the steps of an interval. All ranks call its functions, each for the nodes of its part.
 #[derive(Clone, Copy)]
 pub(crate) struct Stepper<'a> {
     pub plan: &'a Plan,
     pub part: &'a Part,
     pub whole: &'a Whole,
     pub interval: &'a StepEvaluator,
-    /// Where quality is evaluated and folded cells are repaired.
+    /// Present if quality is evaluated and folded cells are repaired.
     pub measures: Option<&'a Measures>,
     pub memory: &'a StepMemory,
     pub rounding: Rounding,
     pub stop: &'a Stop,
-    /// Receives what is done about folded cells, which may take long.
+    /// Receives messages about repairs, which may take long.
     pub progress: &'a dyn Progress,
 }
 
 impl<'a> Stepper<'a> {
-    /// Positions of a step, evaluated and repaired where the schedule wants that.
+    /// Computes positions of a step; evaluates and repairs them if the schedule asks for that.
     pub fn at(&self, step: &Step, points: &mut [Vector]) -> Result<Positions> {
         let repairs = self.plan.schedule.output.on_inverted == OnInverted::Repair;
         if self.measures.is_some() && repairs && self.is_repaired_by_windows()? {
@@ -80,7 +80,7 @@ impl<'a> Stepper<'a> {
         Ok(found)
     }
 
-    /// Returns whether the mesh has no cells that are not repaired.
+    /// Returns whether the mesh has only cells that can be repaired.
     fn is_repaired_by_windows(&self) -> Result<bool> {
         let own = refused(&self.part.mesh).is_none();
         Ok(self.part.ranks().allgather(own).into_iter().all(|own| own))
@@ -97,7 +97,7 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    /// A step by itself: in substeps, where the schedule wants that and cells are folded.
+    /// Repairs a single step: in substeps, if the schedule asks for that and cells are folded.
     fn alone(&self, step: &Step, points: &mut [Vector], found: &mut Positions) -> Result<()> {
         let Some(cells) = &mut found.cells else {
             return Ok(());
@@ -156,7 +156,7 @@ impl<'a> Stepper<'a> {
             cells: Some(cells),
             repair: None,
         };
-        // Where nothing has moved there is nothing to take part in.
+        // Nothing has moved, so there is no window to join.
         if let Some(window) = window
             && self.has_moved(points)
         {
@@ -172,13 +172,13 @@ impl<'a> Stepper<'a> {
         Ok(found)
     }
 
-    /// Returns whether any node of the mesh is away from its position at rest.
+    /// Returns whether any node of the mesh has moved from its position at rest.
     fn has_moved(&self, points: &[Vector]) -> bool {
         let own = *points != self.part.mesh.points[..];
         self.part.ranks().allgather(own).contains(&true)
     }
 
-    /// The window that a step is in, if any; leaves `points` in disorder.
+    /// Finds the window of a step, if any; overwrites `points`.
     fn window(&self, step: usize, points: &mut [Vector]) -> Result<Option<Arc<Window>>> {
         if let Some(window) = self.memory.window(step) {
             return Ok(Some(window));
@@ -202,8 +202,8 @@ impl<'a> Stepper<'a> {
         Ok(Some(window))
     }
 
-    /// The window of folded steps: as many substeps as the step needs that has most folded cells, and an area around
-    /// all cells that are still folded at any step then, as wide as the hardest of them needs.
+    /// Finds the window of folded steps. The step with most folded cells determines the substeps. The area surrounds all
+    /// cells that are still folded at any step, with as many rings as the hardest step needs.
     fn find(&self, folded: Vec<usize>, points: &mut [Vector]) -> Result<Window> {
         let steps = &self.plan.motion.steps;
         let n_folded = |step: usize| self.memory.folded(step).unwrap_or(0);
@@ -255,8 +255,8 @@ impl<'a> Stepper<'a> {
         })
     }
 
-    /// Has an area look between the corners of the cells that it leaves folded there at the hardest step, so that it moves
-    /// its nodes at all steps alike.
+    /// Checks the cells of an area between their corners at the hardest step, and extends the area by cells that are
+    /// folded there, so that it moves its nodes in the same way at all steps.
     fn look_between(
         &self,
         area: &mut Option<Area>,
@@ -279,7 +279,7 @@ impl<'a> Stepper<'a> {
         Ok(())
     }
 
-    /// Repairs a step of a window, whose positions before that are in `points`.
+    /// Repairs a step of a window; `points` has its positions before the repair.
     fn repair(
         &self,
         window: &Window,
@@ -312,7 +312,7 @@ impl<'a> Stepper<'a> {
             (taken, cells) = self.blend(&freedom, &plain, weight, points, cells)?;
             found.selection_error = found.selection_error.max(plain_error);
             if n_not_valid(&cells) > 0 {
-                // A step that is valid by itself stays so.
+                // A step that is valid without the repair stays valid.
                 points.copy_from_slice(&plain);
                 found.selection_error = plain_error;
                 (taken, cells) = (0.0, before.clone());
@@ -325,8 +325,8 @@ impl<'a> Stepper<'a> {
         Ok(())
     }
 
-    /// Moves the nodes of an area to where its functional is least. Where cells are left, they get patches of their own; then
-    /// the area has another try, from valid cells, so that it ends where it ends at the steps beside this one.
+    /// Moves the nodes of an area to the minimum of its functional. Remaining folded cells get their own patches. The area
+    /// is then minimised again from valid cells, so that it converges to the same result as in neighbouring steps.
     fn make_valid(
         &self,
         freedom: &OnFirst<'_>,
@@ -354,8 +354,8 @@ impl<'a> Stepper<'a> {
         Ok((repaired, cells))
     }
 
-    /// Makes `points`, which are a repaired step, a part of that and of its `plain` positions: `weight` of it, or more where
-    /// cells are folded then. Gives the part and its cells.
+    /// Blends a repaired step `points` with its `plain` positions: by `weight`, or more if that would fold cells. Returns the
+    /// weight and the quality of the cells.
     fn blend(
         &self,
         freedom: &OnFirst<'_>,
@@ -386,7 +386,7 @@ impl<'a> Stepper<'a> {
         Ok((1.0, cells))
     }
 
-    /// Where the motion puts the nodes; gives the largest error before the correction.
+    /// Computes positions by the motion; returns the largest error before the correction.
     pub fn plain(&self, step: &Step, points: &mut [Vector]) -> Result<f64> {
         let n_substeps = self.plan.schedule.rbf.substeps;
         if n_substeps > 1 {
@@ -404,19 +404,19 @@ impl<'a> Stepper<'a> {
         Ok(error)
     }
 
-    /// The quality of the cells.
+    /// Evaluates the quality of the cells.
     fn cells(&self, points: &[Vector]) -> Summary {
         self.measures
             .expect(MEASURED)
             .cells(&self.part.mesh, points)
     }
 
-    /// Ends the work where the user of any rank has asked for that.
+    /// Returns an error if the user of any rank has requested a stop.
     fn check_stop(&self) -> Result<()> {
         self.part.ranks().all_ok(self.stop.check())
     }
 
-    /// The directions in which nodes may move at a step; `None` on other ranks than the first.
+    /// Returns the directions in which nodes may move at a step; `None` on all ranks but the first.
     fn freedom(&self, step: &Step) -> Result<OnFirst<'a>> {
         let own = &self.measures.expect(MEASURED).judge;
         let made = || {
@@ -428,7 +428,7 @@ impl<'a> Stepper<'a> {
         ranks.all_ok(ranks.is_first().then(made).transpose())
     }
 
-    /// Has the first rank work on the positions of all nodes.
+    /// Makes the first rank work on the positions of all nodes.
     fn on_first<T: Serialize + DeserializeOwned>(
         &self,
         freedom: &OnFirst<'_>,
@@ -440,14 +440,14 @@ impl<'a> Stepper<'a> {
         })
     }
 
-    /// Makes the cells valid that are not, by as few nodes as possible.
+    /// Makes invalid cells valid, moving as few nodes as possible.
     fn untangle(&self, freedom: &OnFirst<'_>, points: &mut [Vector]) -> Result<Vec<PatchLog>> {
         self.on_first(freedom, points, |freedom, points| {
             freedom.untangle(points, Limits::default(), self.stop)
         })
     }
 
-    /// Moves the nodes of an area to where its functional is least, and rounds them.
+    /// Moves the nodes of an area to the minimum of its functional, and rounds them.
     fn relax(
         &self,
         freedom: &OnFirst<'_>,
@@ -461,7 +461,7 @@ impl<'a> Stepper<'a> {
         Ok(repaired)
     }
 
-    /// Where the repair of a step begins.
+    /// Computes the positions before the repair of a step.
     fn start(&self, step: &Step, substeps: Option<Parts>, points: &mut [Vector]) -> Result<f64> {
         match substeps {
             None => self.plain(step, points),
@@ -469,7 +469,7 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    /// The same, from memory where it was kept there.
+    /// Returns the positions before the repair of a step, from memory if they are stored.
     fn kept_start(
         &self,
         step: &Step,
@@ -483,7 +483,7 @@ impl<'a> Stepper<'a> {
     }
 }
 
-/// The rings of the widest patch that has become valid.
+/// Returns the rings of the widest patch that has become valid.
 fn rings_of(patches: &[PatchLog]) -> usize {
     let valid = patches.iter().filter(|log| log.invalid == 0);
     valid.map(|log| log.rings).max().unwrap_or(0)

@@ -1,5 +1,5 @@
-//! What is done about folded cells of a step, and told of it. With `on_inverted = "substeps"` it is repeated in 2, 4 and 8
-//! substeps, from the same base points, at last with another kernel; with `"repair"` the cells that are left are untangled after that.
+//! The repair of folded cells of a step, and its report. With `on_inverted = "substeps"` the step is repeated in 2, 4 and 8
+//! substeps, from the same base points, finally with another kernel. With `"repair"` remaining cells are then untangled.
 
 use super::substeps::Parts;
 use super::window::Window;
@@ -12,25 +12,25 @@ use azimesh_quality::repair::{Count, PatchLog};
 use azimesh_rbf::Kernel;
 use std::ops::Range;
 
-/// Substeps that are tried, one after the other.
+/// Numbers of substeps to try, in order.
 const TRIES: [usize; 3] = [2, 4, 8];
 
-/// The kernel of the last try: it falls linearly from a base point, so that the mesh of a narrow gap gives way evenly,
-/// where a smooth kernel moves the middle of the gap with one of its sides.
+/// The kernel of the last attempt. It decreases linearly from a base point, so that the mesh of a narrow gap deforms
+/// evenly; a smooth kernel moves the middle of the gap with one of its sides.
 const LAST_KERNEL: Kernel = Kernel::WendlandC0;
 
 /// The repair of the folded cells of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repair {
-    /// Substeps of the result; `None` where they did not help.
+    /// Substeps of the result; `None` if they did not help.
     pub substeps: Option<Parts>,
     /// Cells that are not valid without substeps.
     pub before: Count,
     /// Cells that are not valid with them.
     pub after: Count,
-    /// Cells that were untangled after that; `None` where that was not requested.
+    /// The untangling after that; `None` if it was not requested.
     pub untangled: Option<Untangled>,
-    /// Its part in the steps that were repaired together.
+    /// Its part in the repair of a window.
     pub window: Option<WindowPart>,
 }
 
@@ -61,7 +61,7 @@ fn count(summary: &Summary) -> Count {
     }
 }
 
-/// Returns whether something is to be done about a step.
+/// Returns whether a step is to be repaired.
 pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     match plan.schedule.output.on_inverted {
         OnInverted::Substeps => summary.inverted > 0,
@@ -70,14 +70,14 @@ pub(crate) fn wants_repair(plan: &Plan, summary: &Summary) -> bool {
     }
 }
 
-/// Returns whether a step can be taken in substeps: the sections of a beam that twists cannot.
+/// Returns whether a step can be computed in substeps: not with a twisting beam.
 fn has_substeps(plan: &Plan) -> bool {
     let mut bodies = 0..plan.motion.bodies.len();
     plan.schedule.rbf.interpolate != Interpolate::Twist
         || bodies.all(|body| plan.motion.is_rigid(body))
 }
 
-/// The substeps to be tried, one after the other.
+/// Returns the substeps to try, in order.
 fn tries(plan: &Plan) -> Vec<Parts> {
     let n_now = plan.schedule.rbf.substeps;
     if !has_substeps(plan) {
@@ -94,9 +94,8 @@ fn tries(plan: &Plan) -> Vec<Parts> {
     tries
 }
 
-/// Tries substeps until no cell is inverted; `points`, `summary` and `error` become those of the try
-/// with the fewest inverted cells, of the first of these where several have as few. `attempt` takes the
-/// step, which has so many inverted cells, in parts.
+/// Tries substeps until no cell is inverted. `points`, `summary` and `error` are set by the first attempt with the
+/// fewest inverted cells. `attempt` computes the step in parts; it receives the number of inverted cells.
 pub(crate) fn try_substeps(
     plan: &Plan,
     points: &mut [Vector],
@@ -114,7 +113,7 @@ pub(crate) fn try_substeps(
         let (found_error, found) = match attempt(parts, summary.inverted, &mut trial) {
             Ok(found) => found,
             Err(error) if error.kind == ErrorKind::System => return Err(error),
-            // A part that cannot be interpolated repairs nothing.
+            // A failed attempt repairs nothing.
             Err(_) => continue,
         };
         if found.inverted < summary.inverted {
@@ -132,8 +131,8 @@ pub(crate) fn try_substeps(
 }
 
 impl Repair {
-    /// Of a step of a window, of which it takes the part `weight`: its cells were `before` without substeps, `after` with
-    /// them, and are `cells` in the end.
+    /// Creates the repair of a step of a window with this `weight`. The quality of its cells is `before` without substeps,
+    /// `after` with them, and `cells` in the end.
     pub(crate) fn of_window(
         window: &Window,
         weight: f64,
@@ -157,12 +156,12 @@ impl Repair {
         }
     }
 
-    /// Takes in what was untangled after the substeps, which leaves so many cells.
+    /// Adds the patches untangled after the substeps, and the number of remaining cells.
     pub(crate) fn untangled(&mut self, patches: Vec<PatchLog>, left: usize) {
         self.untangled = Some(Untangled { patches, left });
     }
 
-    /// Cells that were made valid by moving nodes near them.
+    /// Returns the number of cells made valid by moving nodes near them.
     pub fn n_untangled(&self) -> usize {
         let untangled = self.untangled.as_ref();
         untangled.map_or(0, |untangled| {

@@ -1,11 +1,11 @@
-//! How fast the repair of a step changes: what it adds to the velocities of the nodes.
+//! Rate of change of the repair of a step: its contribution to the velocities of the nodes.
 //!
 //! ```text
 //! x = p + r,   v = p' + r'
 //! ```
 //!
-//! `p` are the positions that the motion gives, whose velocities are exact, `r` is what the repair adds; its derivative is that of
-//! the parabola through the step and its neighbours. Outside windows `r` is zero.
+//! `p` are the positions by the motion, whose velocities are exact; `r` is the displacement by the repair. Its derivative
+//! is the derivative of the parabola through the step and its neighbours. Outside windows `r` is zero.
 
 use super::positions::{Positions, Stepper};
 use crate::motion::Step;
@@ -15,10 +15,10 @@ use azimesh_core::geometry::vector::{Vector, add, sub};
 use azimesh_core::parallel;
 
 impl Stepper<'_> {
-    /// Velocities of the nodes, which are at `points` at a step, as they were `found`, where the schedule asks for them.
+    /// Completes the velocities `found` of the nodes, at `points` at a step, if the schedule asks for velocities.
     ///
     /// # Errors
-    /// As of the positions of the step and its neighbours.
+    /// Like positions of the step and its neighbours.
     pub fn velocities(
         &self,
         step: &Step,
@@ -51,7 +51,7 @@ impl Stepper<'_> {
         Ok(Some(out))
     }
 
-    /// The derivative at a step as a sum over steps: the factor of each.
+    /// Returns the derivative at a step as a sum over steps: the factor of each.
     fn factors(&self, step: &Step) -> Vec<(usize, f64)> {
         let time = |index: usize| self.plan.motion.steps[index].time_s.unwrap_or(0.0);
         let (at, steps) = (step.index, self.interval.steps());
@@ -60,7 +60,7 @@ impl Stepper<'_> {
         derivative(at, [before, after])
     }
 
-    /// What the repair adds to the positions of a step, in the rotating frame; none where it is not repaired.
+    /// Returns the displacement by the repair of a step, in the rotating frame; `None` if it is not repaired.
     fn added(&self, step: &Step) -> Result<Option<Vec<Vector>>> {
         let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
         let found = self.at(step, &mut points)?;
@@ -80,8 +80,8 @@ impl Stepper<'_> {
     }
 }
 
-/// Factors of the derivative of the parabola through a step and its neighbours, which are so far from it in time; of
-/// the line where one of these is missing or at the same time as another step.
+/// Returns the factors of the derivative of the parabola through a step and its neighbours, with their times relative
+/// to the step. If a neighbour is missing or at the same time as another step, a line replaces the parabola.
 fn derivative(at: usize, neighbours: [Option<(usize, f64)>; 2]) -> Vec<(usize, f64)> {
     let [before, after] = neighbours.map(|neighbour| neighbour.filter(|(_, time)| *time != 0.0));
     match (before, after) {

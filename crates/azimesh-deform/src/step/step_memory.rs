@@ -1,8 +1,8 @@
-//! What is found of the steps of a deformation, and kept: how good they are before any repair, windows of repaired steps,
-//! positions in substeps that a window was found from until its steps are repaired, and, where velocities need their
-//! neighbours, the last repaired positions.
+//! Stored results of steps of a deformation: their quality before any repair, windows of repaired steps, and positions in
+//! substeps until the steps of their window are repaired. Velocities need neighbours, so the last repaired positions are
+//! stored too.
 //!
-//! All of it can be found again: what is kept saves time and decides nothing. No lock is held while something is computed.
+//! All of it can be recomputed: it saves time and never changes a result. No lock is held during computations.
 
 use super::positions::Positions;
 use super::repair::n_not_valid;
@@ -15,22 +15,22 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Repaired steps whose positions are kept: a step and its neighbours.
+/// Number of repaired steps whose positions are stored: a step and its neighbours.
 const KEPT: usize = 3;
-/// Bytes of positions in substeps that are kept at most.
+/// Largest size in bytes of stored positions in substeps.
 pub(crate) const STARTS: usize = 64 << 20;
 
-/// What coordinates become in a file.
+/// Rounding of coordinates in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Rounding {
-    /// They stay what they are.
+    /// No rounding.
     None,
-    /// Numbers of 32 bits.
+    /// To 32 bits.
     Single,
 }
 
 impl Rounding {
-    /// Makes coordinates what they will be.
+    /// Rounds coordinates.
     pub fn apply(self, points: &mut [Vector]) {
         if self == Self::Single {
             parallel::update(points, |_, x| *x = in_32_bits(*x));
@@ -52,7 +52,7 @@ pub(crate) struct Start {
     pub selection_error: f64,
 }
 
-/// What is kept of the steps for one rounding of their coordinates.
+/// Stored results of the steps for one rounding of their coordinates.
 #[derive(Default)]
 pub(crate) struct StepMemory {
     verdicts: Mutex<BTreeMap<usize, Summary>>,
@@ -66,12 +66,12 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl StepMemory {
-    /// The quality of a step before any repair.
+    /// Returns the quality of a step before any repair.
     pub fn verdict(&self, step: usize) -> Option<Summary> {
         lock(&self.verdicts).get(&step).cloned()
     }
 
-    /// How many cells of a step are not valid, or not proven to be so, before any repair.
+    /// Returns the number of cells of a step that are not valid, or not proven valid, before any repair.
     pub fn folded(&self, step: usize) -> Option<usize> {
         let verdicts = lock(&self.verdicts);
         verdicts.get(&step).map(n_not_valid)
@@ -81,7 +81,7 @@ impl StepMemory {
         lock(&self.verdicts).insert(step, cells.clone());
     }
 
-    /// The window of a step, where one was found.
+    /// Returns the window of a step, if one was found.
     pub fn window(&self, step: usize) -> Option<Arc<Window>> {
         let windows = lock(&self.windows);
         let window = windows.iter().find(|window| window.steps.contains(&step));
@@ -95,7 +95,7 @@ impl StepMemory {
         }
     }
 
-    /// Keeps a step before its repair, as long as there is room for it: on all ranks or on none. The mesh has `n_nodes`.
+    /// Stores a step before its repair, if it fits in `STARTS`: on all ranks or on none. The mesh has `n_nodes`.
     pub fn keep_start(&self, step: usize, n_nodes: usize, points: &[Vector], selection_error: f64) {
         let mut starts = lock(&self.starts);
         if (starts.len() + 1) * n_nodes * size_of::<Vector>() <= STARTS {
@@ -110,7 +110,7 @@ impl StepMemory {
         }
     }
 
-    /// Copies a step before its repair to `points`, where it was kept; gives its error.
+    /// Copies a stored step before its repair to `points`; returns its error.
     pub fn copy_start(&self, step: usize, points: &mut [Vector]) -> Option<f64> {
         let starts = lock(&self.starts);
         let start = starts.get(&step)?;
@@ -118,12 +118,12 @@ impl StepMemory {
         Some(start.selection_error)
     }
 
-    /// A step before its repair, where it was kept, which it is no more then.
+    /// Removes and returns a stored step before its repair.
     pub fn take_start(&self, step: usize) -> Option<Start> {
         lock(&self.starts).remove(&step)
     }
 
-    /// A repaired step, where it is one of the last.
+    /// Returns a repaired step, if it is one of the last.
     pub fn repaired(&self, step: usize) -> Option<Arc<RepairedStep>> {
         let repaired = lock(&self.repaired);
         repaired.iter().find(|known| known.step == step).cloned()

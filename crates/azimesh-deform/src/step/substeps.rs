@@ -1,5 +1,4 @@
-//! A step in substeps: the motion is cut into equal parts, and each is interpolated on the mesh that the
-//! part before gave.
+//! A step in substeps: the motion is divided into equal parts, and each is interpolated on the mesh of the previous part.
 
 use super::evaluator::{StepEvaluator, largest_error, reference, uncorrected};
 use crate::fields::sliding;
@@ -15,18 +14,18 @@ use azimesh_rbf::modes::RigidSurface;
 use azimesh_rbf::select::{self, Measure};
 use azimesh_rbf::targets::Targets;
 
-/// The parts of a step, which are equal.
+/// The equal parts of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parts {
     /// Their number.
     pub n: usize,
-    /// What they are interpolated with; the kernel of the schedule where there is none.
+    /// The kernel of their interpolation; `None` for the kernel of the schedule.
     pub kernel: Option<Kernel>,
 }
 
 impl StepEvaluator {
-    /// A step in parts, each interpolated on the mesh left by the one before; gives the largest
-    /// error of a part before its correction, or without the correction that of the positions. All ranks call it.
+    /// Computes a step in parts, each interpolated on the mesh of the previous part; returns the largest error of a part
+    /// before its correction, or without the correction the error of the positions. All ranks call it.
     pub(crate) fn through_substeps(
         &self,
         step: &Step,
@@ -47,11 +46,11 @@ impl StepEvaluator {
         if plan.schedule.selection.correction {
             return Ok(worst);
         }
-        // What the correction does not take off adds up from part to part.
+        // Errors that the correction does not remove add up from part to part.
         Ok(self.off_place(&plan.motion.poses(step, 1.0), None, out).0)
     }
 
-    /// The positions of all surface points, from those of the nodes of this rank.
+    /// Gathers the positions of all surface points from the nodes of all ranks.
     fn surface_points(&self, nodes: &[Vector]) -> Vec<Vector> {
         let of_nodes = self.part.surface_values(|node, _| nodes[node]);
         let (numbers, points) = (

@@ -1,7 +1,6 @@
-//! `on_inverted = "repair"`: cells of a step that are folded are made valid by moving nodes near them.
+//! `on_inverted = "repair"`: makes folded cells of a step valid by moving nodes near them.
 //!
-//! The result follows from the positions of the step alone. Knows which nodes of a step may go where; the rest is
-//! `repair`'s.
+//! The result depends only on the positions of the step. Knows the freedom of every node at a step; `repair` does the rest.
 
 use crate::motion::{Role, Step};
 use crate::plan::Plan;
@@ -25,7 +24,7 @@ pub(crate) struct StepFreedom<'a> {
 }
 
 impl<'a> StepFreedom<'a> {
-    /// At a step of a plan on a whole mesh.
+    /// Creates the freedom at a step of a plan on a whole mesh.
     pub fn of(plan: &'a Plan, mesh: &'a Mesh, judge: &'a QualityEvaluator, step: &Step) -> Self {
         let to_inertial = plan.motion.to_inertial(step);
         Self {
@@ -37,7 +36,7 @@ impl<'a> StepFreedom<'a> {
         }
     }
 
-    /// What is to be repaired.
+    /// Returns the repair task.
     pub fn task(&self) -> Task<'_> {
         Task {
             mesh: self.mesh,
@@ -46,10 +45,10 @@ impl<'a> StepFreedom<'a> {
         }
     }
 
-    /// Makes the cells valid that are not, by as few nodes as possible.
+    /// Makes invalid cells valid, moving as few nodes as possible.
     ///
     /// # Errors
-    /// If `stop` was asked for.
+    /// If `stop` was requested.
     pub fn untangle(
         &self,
         points: &mut [Vector],
@@ -61,17 +60,17 @@ impl<'a> StepFreedom<'a> {
         Ok(repaired.patches)
     }
 
-    /// Moves the nodes of an area to where its functional is least.
+    /// Moves the nodes of an area to the minimum of its functional.
     ///
     /// # Errors
-    /// If `stop` was asked for.
+    /// If `stop` was requested.
     pub fn relax(&self, area: &Area, points: &mut [Vector], stop: &Stop) -> Result<Vec<PatchLog>> {
         let repaired = area.relax(self.task(), points, stop)?;
         self.keep_alike(points);
         Ok(repaired.patches)
     }
 
-    /// Puts nodes back that have left a curved boundary on which they slide, and those that follow others.
+    /// Puts nodes back onto the curved boundary on which they slide, and followers onto the images of their leaders.
     pub fn keep_to_surface(&self, points: &mut [Vector]) {
         if let Some(sliding) = &self.plan.surface.sliding
             && sliding.has_curved()
@@ -91,7 +90,7 @@ impl<'a> StepFreedom<'a> {
         self.keep_alike(points);
     }
 
-    /// Periodic nodes follow their partners, a plane mesh stays in its plane, and both sides of one layer are alike.
+    /// Sets periodic followers, keeps a plane mesh in its plane, and makes both sides of one layer equal.
     fn keep_alike(&self, points: &mut [Vector]) {
         let plan = self.plan;
         let reference = &self.mesh.points;
@@ -106,8 +105,8 @@ impl<'a> StepFreedom<'a> {
     }
 }
 
-/// Nodes of moving and fixed boundaries stay, those of planes that slide keep to them, periodic partners go together;
-/// outside a deforming zone nothing moves.
+/// Returns the freedom of the nodes. Nodes of moving and fixed boundaries are fixed, nodes of sliding planes stay on
+/// them, and periodic partners move together; outside a deforming zone nothing moves.
 fn freedom(
     plan: &Plan,
     mesh: &Mesh,
@@ -119,7 +118,7 @@ fn freedom(
     let mut freedom = match layer {
         None => Freedom::inner(mesh, &judge.adjacency),
         Some(layer) => {
-            // The sides that are called `empty` are no boundary in the plane.
+            // In the plane, sides called `empty` are not a boundary.
             let high = layer.high_nodes(mesh.points.len());
             let is_upright = |nodes: &[u32]| {
                 let n_high = nodes.iter().filter(|&&node| high[node as usize]).count();
@@ -170,7 +169,7 @@ fn freedom(
     freedom
 }
 
-/// Nodes of the low side move in the plane, those over them with them.
+/// Restricts nodes of the low side to the plane, and pairs them with the nodes over them.
 fn pair_sides(layer: &OneLayer, freedom: &mut Freedom) {
     let mut normal = [0.0; 3];
     normal[layer.axis] = 1.0;
@@ -194,7 +193,7 @@ fn pair_sides(layer: &OneLayer, freedom: &mut Freedom) {
 }
 
 impl crate::plan::periodic::PeriodicNodes {
-    /// The nodes that follow others, with the maps between them in the frame that `to_inertial` leads to.
+    /// Returns the followers, with the maps from their leaders in the frame reached by `to_inertial`.
     fn partners(&self, to_inertial: Option<&Transform>) -> Vec<Partner> {
         let map = |map: Transform| match to_inertial {
             None => map,

@@ -41,16 +41,15 @@ impl WallAngles {
         }
     }
 
-    /// The largest change of the angle between the wall's normal and the line from the wall to the
-    /// first cell, in degrees; `None` without faces.
+    /// Returns the largest change of the angle between the wall's normal and the line from the wall to the first cell, in
+    /// degrees; `None` without faces.
     ///
     /// ```text
     /// d = mean of the cell's corners - mean of the face's corners,   theta = angle between d and n
     /// change = max over faces of |theta - theta_reference|
     /// ```
     ///
-    /// `n` is the normal of the face where it is now, on the side where the cell lies in the
-    /// reference mesh.
+    /// `n` is the normal of the deformed face, on the side of the cell in the reference mesh.
     pub fn largest_change(
         &self,
         mesh: &Mesh,
@@ -106,7 +105,7 @@ fn mean(n: usize, point: impl Fn(usize) -> Vector) -> Vector {
     scale(sum, 1.0 / n as f64)
 }
 
-/// Twice the vector area, taken from the first corner.
+/// Returns twice the vector area, computed from the first corner.
 fn vector_area(n: usize, corner: impl Fn(usize) -> Vector) -> Vector {
     let from = |i: usize| sub(corner(i), corner(0));
     (1..n.saturating_sub(1)).fold([0.0; 3], |sum, i| add(sum, cross(from(i), from(i + 1))))

@@ -1,31 +1,31 @@
-//! Which steps are repaired together: a window is a run of folded steps with some before and after it, over which the
+//! Steps that are repaired together: a window is a run of folded steps and some steps before and after it, over which the
 //! repair grows and fades.
 //!
-//! A window follows from which steps are folded, and from nothing else: whoever needs one of its steps finds the same one.
+//! A window depends only on which steps are folded: every step in it finds the same window.
 
 use super::substeps::Parts;
 use azimesh_core::error::Result;
 use azimesh_quality::repair::Area;
 use std::ops::Range;
 
-/// Steps over which a repair grows, and as many over which it fades.
+/// Number of steps over which a repair grows, and over which it fades.
 pub(crate) const FADE: usize = 5;
 
 /// Steps that are repaired together.
 #[derive(Debug)]
 pub(crate) struct Window {
-    /// All of its steps.
+    /// Its steps.
     pub steps: Range<usize>,
-    /// Those that are folded, ascending.
+    /// Its folded steps, ascending.
     pub folded: Vec<usize>,
-    /// The substeps in which every step is taken; none where these do not help.
+    /// The substeps of every step; `None` if they do not help.
     pub substeps: Option<Parts>,
-    /// Where nodes are moved, on the first rank, which has the whole mesh.
+    /// The area in which nodes move; only on the first rank, which has the whole mesh.
     pub area: Option<Area>,
 }
 
 impl Window {
-    /// The part of the repair that a step takes: 1 where it is folded, less with the distance from such a step.
+    /// Returns the weight of the repair at a step: 1 at a folded step, less with the distance from it.
     pub fn weight(&self, step: usize) -> f64 {
         let distances = self.folded.iter().map(|&folded| folded.abs_diff(step));
         let nearest = distances.min().unwrap_or(0).min(FADE + 1);
@@ -34,7 +34,7 @@ impl Window {
     }
 }
 
-/// The steps of the window of some folded steps, as far as they are `within` a range.
+/// Returns the steps of the window of some folded steps, limited to `within`.
 pub(crate) fn steps_around(folded: &[usize], within: &Range<usize>) -> Range<usize> {
     match (folded.first(), folded.last()) {
         (Some(first), Some(last)) => {
@@ -45,8 +45,8 @@ pub(crate) fn steps_around(folded: &[usize], within: &Range<usize>) -> Range<usi
     }
 }
 
-/// The folded steps of the window that a step lies in, ascending; none where it lies in none. Looks at the steps near
-/// it, and from each folded one as far as another could share a window with it, but never out of `within`.
+/// Returns the folded steps of the window that contains a step, ascending; empty if there is none. Checks the steps near
+/// it, and from each folded one as far as another could share a window with it, but never outside `within`.
 pub(crate) fn folded_around(
     step: usize,
     within: &Range<usize>,
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// The window of a step, and the steps that were looked at.
+    /// Returns the window of a step, and the steps that were checked.
     fn window(
         step: usize,
         within: Range<usize>,

@@ -38,7 +38,7 @@ pub fn by_name(name: &str) -> Result<&'static Format> {
 pub fn by_extension(path: &Path) -> Result<&'static Format> {
     if path.as_os_str() == "-" {
         return Err(Error::input(format!(
-            "standard output has no file name to tell the format; give {}",
+            "standard output has no file name from which to choose the format; give {}",
             option("format")
         )));
     }
@@ -54,7 +54,7 @@ pub fn by_extension(path: &Path) -> Result<&'static Format> {
         let mut known: Vec<&str> = written().map(|format| format.extensions[0]).collect();
         known.dedup();
         let known = known.join(", .");
-        format!("the file name does not tell the format; known endings: .{known}")
+        format!("the file name does not determine the format; known endings: .{known}")
     };
     Err(Error::input(message).file(path))
 }

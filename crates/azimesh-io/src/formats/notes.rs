@@ -157,7 +157,7 @@ impl Notes {
                 "SU2" => "types of boundary conditions are not written: SU2 has them in its configuration".into(),
                 "MSH" => {
                     let tags = counted(n, "tag");
-                    format!("MSH holds no types of boundary conditions; those of {tags} are left out")
+                    format!("MSH holds no types of boundary conditions; the types of {tags} are left out")
                 }
                 _ => "types of boundary conditions are not written".into(),
             };

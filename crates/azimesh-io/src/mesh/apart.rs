@@ -1,4 +1,4 @@
-//! Nodes and cells that lie with several ranks, each of which writes its own.
+//! Nodes and cells that are distributed over several ranks. Each rank writes its own.
 
 use super::{CellKind, Cells};
 use azimesh_core::error::{Error, Result};
@@ -10,10 +10,10 @@ use std::fmt::Debug;
 use std::ops::Range;
 use std::path::Path;
 
-/// A mesh that the ranks have together.
+/// A mesh that is distributed over the ranks.
 pub trait Apart: Debug + Send + Sync {
-    /// Has all ranks write numbers into a file, which lie one after another from a byte of it on; none writes nothing.
-    /// Gives what the ranks tell of them, in the order in which they lie there; they are hashed from byte `hash_from` on.
+    /// Makes all ranks write their numbers into a file, contiguously from a byte offset; without a file nothing is written.
+    /// Returns the hashed parts in the order of the file. Hashing starts at byte `hash_from`.
     fn write(
         &self,
         to: Option<(&Path, u64)>,
@@ -22,12 +22,12 @@ pub trait Apart: Debug + Send + Sync {
     ) -> Result<Vec<HashedBytes>>;
 }
 
-/// Which numbers are written, and how.
+/// Numbers to write, with their layout.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Numbers {
     /// Coordinates of all nodes.
     Coordinates(Coordinates),
-    /// How far all nodes are from where they are at rest, as coordinates.
+    /// Displacements of all nodes from the reference mesh, as coordinates.
     Displacements(Coordinates),
     /// Velocities of all nodes, as coordinates.
     Velocities(Coordinates),
@@ -53,7 +53,7 @@ pub struct NodesOfCells {
     pub cells: Range<usize>,
     /// The kind of those that are listed; none for all.
     pub kind: Option<CellKind>,
-    /// How they are listed.
+    /// Order and numbering of their nodes.
     pub listing: Listing,
     /// True if numbers have 64 bits; else 32.
     pub is_wide: bool,
@@ -61,7 +61,7 @@ pub struct NodesOfCells {
     pub is_big_endian: bool,
 }
 
-/// How the nodes of cells are listed.
+/// Order and numbering of the nodes of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Listing {
     /// In the order of VTK's files, from 0.
@@ -79,7 +79,7 @@ pub enum Listing {
 pub struct NumbersApart<'a> {
     /// The ranks.
     pub by: &'a dyn Apart,
-    /// Which numbers.
+    /// The numbers.
     pub numbers: Numbers,
     /// Bytes of all of them.
     pub n_bytes: u64,
@@ -117,7 +117,7 @@ impl NodesOfCells {
         if self.is_wide { 8 } else { 4 }
     }
 
-    /// How many numbers are listed of a range of `cells`.
+    /// Counts the numbers that are listed for a range of `cells`.
     pub fn n_numbers(&self, cells: &Cells, range: Range<usize>) -> usize {
         let more = usize::from(self.listing == Listing::CgnsMixed);
         let of_run = |n_cells: usize, n_nodes: usize| n_cells * (n_nodes + more);

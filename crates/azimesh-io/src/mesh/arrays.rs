@@ -188,7 +188,7 @@ impl Values {
         }
     }
 
-    /// Smallest and largest value of each component, without NaN; `None` where there is no number.
+    /// Smallest and largest value of each component, without NaN; `None` if all are NaN.
     /// Empty for text.
     #[allow(clippy::unnecessary_cast)] // one text for numbers of every type
     pub fn ranges(&self, n_components: usize) -> Vec<Option<[f64; 2]>> {

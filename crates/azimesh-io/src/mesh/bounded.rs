@@ -1,10 +1,10 @@
-//! Which cell each boundary face lies on, so that cell arrays can give the face the value of that cell.
+//! The cell behind each boundary face, whose values in cell arrays the face can take.
 
 use super::arrays::with_numbers;
 use super::faces::{Entry, entries, for_each_face};
 use super::{CellRef, DataArray, Mesh, MeshView, NodeBits, Values};
 
-/// Boundary faces that lie between two cells of the mesh or more, ascending.
+/// Boundary faces between two or more cells of the mesh, ascending.
 pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
     let dimension = mesh.dimension();
     let is_face = |run: &super::CellRun<'_>| run.kind.dimension() + 1 == dimension;
@@ -27,8 +27,8 @@ pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
     inner
 }
 
-/// Finds the boundary faces, among some with ascending numbers, that are a side of no cell of the mesh. Of a part all numbers are
-/// those of the whole mesh, the faces are the same on all ranks, and all ranks call it.
+/// Finds the boundary faces, among some with ascending numbers, that are a side of no cell of the mesh. In a part all
+/// numbers refer to the whole mesh. All ranks call it, with the same faces.
 pub fn faces_on_no_cell(mesh: &Mesh, faces: &[u32]) -> Vec<u32> {
     let on_cells = faces_on_cells(mesh, faces, |_| true);
     let all = (0..).zip(faces);
@@ -47,7 +47,7 @@ pub(super) fn faces_on_cells(
     if faces.is_empty() {
         return found;
     }
-    // A rank has all boundary faces at its own cells.
+    // Each rank holds all boundary faces of its own cells.
     let here = faces.iter().filter_map(|&face| mesh.cell_here(face));
     let here: Vec<u32> = here.collect();
     let mut touched = vec![false; mesh.points.len()];
@@ -79,12 +79,12 @@ pub(super) fn faces_on_cells(
 /// mesh.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BoundedCells {
-    /// Boundary face and cell, ascending; without faces that lie on no cell.
+    /// Boundary face and cell, ascending; without faces on no cell.
     pairs: Vec<(u32, u32)>,
 }
 
 impl BoundedCells {
-    /// Of a mesh. Time and memory are those of [`Faces::of`](super::Faces::of).
+    /// Finds them for a mesh, in the time and memory of [`Faces::of`](super::Faces::of).
     pub fn of(mesh: &Mesh) -> Self {
         Self::of_view(&mesh.view())
     }

@@ -21,7 +21,7 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// If a coordinate is not finite, or a cell has a node that is not there.
+    /// If a coordinate is not finite, or a cell names a node that does not exist.
     pub fn new(points: Vec<[f64; 3]>, cells: Cells) -> Result<Self> {
         let mesh = Self {
             points,

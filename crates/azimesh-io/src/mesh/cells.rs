@@ -140,7 +140,7 @@ impl Cells {
         dimensions.max().unwrap_or(0)
     }
 
-    /// For each of `n` nodes, whether a cell has it.
+    /// Marks those of `n` nodes that a cell has.
     pub fn used_nodes(&self, n: usize) -> Vec<bool> {
         let mut used = vec![false; n];
         for &node in self.connectivity() {
@@ -199,7 +199,7 @@ impl Cells {
         cells
     }
 
-    /// Cells of which the kinds are known as for [`from_connectivity`](Self::from_connectivity), and every node is `node`.
+    /// Cells of the given kinds, as for [`from_connectivity`](Self::from_connectivity), whose nodes are all `node`.
     pub(super) fn of_kinds(
         kinds: impl IntoIterator<Item = (CellKind, usize, usize)>,
         node: u32,
@@ -352,7 +352,7 @@ impl Cells {
         is_same
     }
 
-    /// Where the nodes of a cell begin; of one after the last where they end.
+    /// Start of the nodes of a cell; for the index after the last cell, the end of all nodes.
     fn first_entry(&self, cell: usize) -> usize {
         if cell == self.len() {
             return self.connectivity.len();
@@ -401,7 +401,7 @@ impl Cells {
         }
     }
 
-    /// Which run holds a cell.
+    /// Index of the run that holds a cell.
     ///
     /// # Panics
     /// When there is no such cell.

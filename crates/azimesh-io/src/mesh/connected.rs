@@ -135,7 +135,7 @@ mod tests {
     use super::super::{CellKind, DataArray, Values};
     use super::*;
 
-    /// Two squares of two triangles each, apart; the first has one edge tagged, one edge untagged.
+    /// Two separate squares of two triangles each; the first has one tagged and one untagged edge.
     fn two_squares() -> Mesh {
         let mut mesh = Mesh {
             points: vec![[0.0; 3]; 8],

@@ -24,8 +24,9 @@ pub const HEXAHEDRON: [[u8; 4]; 8] = [
     [7, 6, 4, 3],
 ];
 
-/// The same of the corners that make a cell of this kind valid where they are: of a triangle and a tetrahedron the first,
-/// of a pyramid those of its base. In a plane the last entry is the corner again. None for cells of any number of corners.
+/// The same for the corners that decide whether a cell of this kind is valid: the first corner of a triangle or
+/// tetrahedron, the base corners of a pyramid. In a plane the last entry repeats the corner. Empty for kinds whose number of
+/// corners varies.
 pub fn of(kind: CellKind) -> &'static [[u8; 4]] {
     match kind {
         CellKind::Triangle => &[[0, 1, 2, 0]],

@@ -1,5 +1,5 @@
-//! Nodes of a mesh of which some cells get copies, so that these cells share no node with the others: what a zone needs to turn
-//! against the rest. Both sides of the interface get boundary faces with tags of their own.
+//! Copies of interface nodes for the cells of a zone, which then shares no node with the other cells and can turn against
+//! them. Both sides of the interface get boundary faces with tags of their own.
 
 use super::from_slabs::{Owners, mesh_of};
 use super::interface::{Interface, NewFaces};
@@ -15,16 +15,16 @@ use serde::{Deserialize, Serialize};
 /// Nodes with copies, which follow all other nodes in the order of their originals.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Doubled {
-    /// How many nodes the mesh has without copies.
+    /// Number of nodes of the mesh without copies.
     n_nodes: usize,
-    /// The originals, ascending, and where they are.
+    /// The originals, ascending, and their positions.
     #[serde(with = "raw")]
     nodes: Vec<u32>,
     #[serde(with = "raw")]
     places: Vec<Vector>,
     /// The cells that have the copies.
     cells: CellSet,
-    /// How many cells the mesh has without the faces that are added.
+    /// Number of cells of the mesh without added faces.
     n_cells: usize,
     /// Faces of both sides of the interface, which follow all other cells.
     faces: NewFaces,
@@ -33,9 +33,9 @@ pub struct Doubled {
 }
 
 impl Doubled {
-    /// The nodes between the volume cells of a mesh that are marked and the others. Marked cells get the copies, and so do boundary
-    /// faces that have a node inside or lie on marked cells alone. All numbers are those of the whole mesh, and all ranks that have
-    /// parts of it call it and get the same.
+    /// Doubles the nodes between the marked volume cells of a mesh and the others. Copies go to marked cells and to boundary
+    /// faces that have a node inside or belong to marked cells alone. All numbers refer to the whole mesh. All ranks that have
+    /// parts of it call this and get the same result.
     ///
     /// # Errors
     /// If there would be too many nodes.
@@ -88,17 +88,17 @@ impl Doubled {
         Ok(doubled)
     }
 
-    /// How many cells there are with the faces that are added.
+    /// Number of cells with the added faces.
     pub fn n_cells(&self) -> usize {
         self.n_cells + self.faces.cells.len()
     }
 
-    /// How many nodes there are with the copies.
+    /// Number of nodes with the copies.
     pub fn n_nodes(&self) -> usize {
         self.n_nodes + self.nodes.len()
     }
 
-    /// Gives the number of the copy of a node, or that of the node where it has none.
+    /// Maps a node to its copy, or to itself if it has none.
     pub fn copies(&self) -> impl Fn(u32) -> u32 + Sync {
         let numbering = Numbering::new(&self.nodes);
         move |node| match numbering.place(node) {
@@ -107,7 +107,7 @@ impl Doubled {
         }
     }
 
-    /// Gives consecutive cells of the mesh, of which the first has the number `first`, their copies.
+    /// Replaces nodes by their copies in consecutive cells of the mesh, which start at the number `first`.
     pub fn give(&self, cells: &mut Cells, first: usize) {
         let copy = self.copies();
         for range in self.cells.ranges_in(first..first + cells.len()) {
@@ -128,7 +128,7 @@ impl Doubled {
         self.add_faces(mesh);
     }
 
-    /// Gives the layout of a mesh room for the copies, and the new faces.
+    /// Extends the layout of a mesh by the copies and the new faces.
     pub fn apply_to_layout(&self, layout: &mut Mesh) {
         layout.points = sparse::zeros(self.n_nodes(), [0.0; 3]);
         self.add_copies_to_arrays(layout);

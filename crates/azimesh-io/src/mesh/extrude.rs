@@ -15,7 +15,7 @@ impl MeshView<'_> {
         let size = extent.into_iter().fold(0.0, f64::max);
         let flat = (0..2).find(|i| extent[*i] <= 1e-12 * size);
         flat.map_or_else(String::new, |i| {
-            // Normals along y come to +z by a turn about x, those against x by one about y.
+            // A turn about x takes normals along +y to +z; a turn about y takes normals along -x to +z.
             let is_along = self.areas_along(i).map(|(_, area)| area).sum::<f64>() > 0.0;
             let (axis, is_positive) = [("y", !is_along), ("x", is_along)][i];
             let angle = if is_positive { 90 } else { -90 };
@@ -53,9 +53,9 @@ impl MeshView<'_> {
 const SIDES: [&str; 2] = ["back", "front"];
 
 impl Mesh {
-    /// Makes a layer of cells of this height, in the direction of z, from a mesh in a plane of constant z. Tags and zones
-    /// are those of the sides and cells that come from their edges and cells; the two sides get the tags `back` and
-    /// `front` with the condition `empty`. Node `i` comes back as node `i`, and above it as `i` plus their number.
+    /// Makes a layer of cells of this height, in the direction of z, from a mesh in a plane of constant z. The new
+    /// sides and cells keep the tags and zones of their edges and cells; the two planes get the tags `back` and `front` with
+    /// the condition `empty`. Node `i` stays node `i`; the node above it is `i` plus the number of nodes.
     ///
     /// # Errors
     /// For meshes that are not in such a plane, for curved cells, and where nodes or cells become too many.
@@ -114,7 +114,7 @@ impl Mesh {
         }
     }
 
-    /// The cells of the layer in the order of those of the plane, then its back and its front.
+    /// The cells of the layer in the order of the plane's cells, then its back and its front.
     fn layer(&self, volume: &[usize]) -> Result<Cells> {
         let up = self.points.len() as u32;
         let mut cells = Cells::new();

@@ -1,7 +1,7 @@
 //! Finds the outer faces of a mesh and the boundary cells on them.
 //!
-//! A face that one cell has is an outer face; cells of one dimension less, the boundary cells, lie
-//! on outer faces, between two cells, or on no face at all. Faces are identified by their corners.
+//! A face of only one cell is an outer face. Cells of one dimension less, the boundary cells, are on outer faces, between
+//! two cells, or on no face at all. Faces are identified by their corners.
 
 use super::sides::{for_each_side, side_corners};
 use super::{CellRef, Cells, Mesh, MeshView};
@@ -16,9 +16,9 @@ const CHUNK: usize = 1 << 15;
 pub struct OuterFace {
     /// The cell.
     pub cell: u32,
-    /// Which of its faces.
+    /// Index of its face.
     pub face: u32,
-    /// The first boundary cell that lies on it.
+    /// Its first boundary cell.
     pub boundary: Option<u32>,
 }
 
@@ -29,7 +29,7 @@ pub struct Faces {
     pub outer: Vec<OuterFace>,
     /// Boundary cells between two cells, ascending.
     pub inside: Vec<u32>,
-    /// Boundary cells that lie on no face of a cell, ascending.
+    /// Boundary cells on no face of a cell, ascending.
     pub dangling: Vec<u32>,
     /// Number of non-manifold faces: faces of more than two cells.
     pub n_non_manifold: usize,
@@ -161,8 +161,7 @@ impl Faces {
     /// The faces of those cells of the mesh's dimension that are `wanted`, as if there were no
     /// others. Of a face that three cells have, the third may be called an outer one.
     ///
-    /// Time and memory grow with the number of cells; a mesh whose cells lie in no order takes 24
-    /// bytes a face.
+    /// Time and memory grow with the number of cells; a mesh whose cells are unordered takes 24 bytes per face.
     pub fn of_cells(mesh: &Mesh, wanted: impl Fn(&CellRef<'_>) -> bool + Sync) -> Self {
         Self::of_view(&mesh.view(), wanted)
     }
@@ -200,14 +199,14 @@ impl Faces {
         }
     }
 
-    /// Outer faces on which no boundary cell lies.
+    /// Outer faces without a boundary cell.
     pub fn bare(&self) -> impl Iterator<Item = &OuterFace> {
         self.outer.iter().filter(|face| face.boundary.is_none())
     }
 }
 
-/// Boundary cells and faces of the `wanted` cells, sorted so that those with the same smallest corners are
-/// together. Faces that two cells share may be left out where no boundary cell can lie on them.
+/// Boundary cells and faces of the `wanted` cells, sorted so that entries with the same smallest corners are
+/// adjacent. Faces that two cells share may be left out if they cannot have a boundary cell.
 pub(super) fn entries(
     cells: &Cells,
     n_points: usize,

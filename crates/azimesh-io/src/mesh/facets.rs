@@ -5,8 +5,8 @@ use super::lagrange::{self, LatticePoint};
 
 /// Triangles between the nodes of a face of this kind with `n_nodes` nodes, as indices into its nodes
 /// and turning as the face does; an edge of a plane mesh gives segments with their second node twice.
-/// Empty for cells of other dimensions. A quadrilateral whose orders along its axes differ gives those
-/// of its corners: how many nodes lie along each axis is not known.
+/// Empty for cells of other dimensions. A quadrilateral whose orders along its axes differ gives the
+/// triangles of its corners, because the number of nodes along each axis is not known.
 pub fn facets(kind: CellKind, n_nodes: usize) -> Vec<[usize; 3]> {
     match kind {
         Line => vec![[0, 1, 1]],

@@ -1,7 +1,8 @@
-//! Makes the parts of a mesh from slabs of its nodes and cells, of which each rank reads its own: no rank has the whole mesh.
+//! Makes the parts of a mesh from slabs of its nodes and cells. Each rank reads its own slab; no rank has the whole mesh.
 //!
-//! Every node has an owner, the rank that reads its coordinates. Ranks tell owners at which nodes they have cells, and learn who
-//! else has some there; so each knows which of its cells others need. What a rank holds is as large as its part.
+//! Every node has an owner, the rank that reads its coordinates. Ranks report to owners the nodes at which they have cells, and
+//! learn which other ranks have cells there; so each rank knows which of its cells others need. Memory per rank grows with its
+//! part.
 
 use super::node_bits::NodeBits;
 use super::numbering::Numbering;
@@ -14,11 +15,11 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A mesh of which nodes and cells can be had by ranges.
+/// A mesh whose nodes and cells are available by ranges.
 pub struct MeshByRanges<'a> {
-    /// How many nodes it has.
+    /// Number of nodes.
     pub n_nodes: usize,
-    /// How many cells it has.
+    /// Number of cells.
     pub n_cells: usize,
     /// [`Mesh::space`] of it.
     pub space: Option<u8>,
@@ -88,7 +89,7 @@ fn own_cells(slabs: &MeshByRanges, own: Range<usize>) -> Result<Cells> {
     }
 }
 
-/// The nodes of cells and those of a range, each once, ascending.
+/// The nodes of cells and the nodes of a range, each once, ascending.
 fn nodes_of(cells: &Cells, and: Range<usize>) -> Vec<u32> {
     let listed = cells.connectivity();
     let ends = parallel::map_blocks(listed.len(), SLAB, &|block| {
@@ -207,8 +208,8 @@ impl<'a> Owners<'a> {
         self.ranks.alltoallv(answers).concat()
     }
 
-    /// Gives the coordinates of nodes, ascending, the own ones among them, and whether all nodes of the mesh have the same z.
-    /// `points` are those of the own nodes.
+    /// Returns the coordinates of ascending nodes, own nodes included, and whether all nodes of the mesh have the same z.
+    /// `points` are the coordinates of the own nodes.
     pub fn points(&self, mut points: Vec<[f64; 3]>, nodes: &[u32]) -> (Vec<[f64; 3]>, bool) {
         let own = self.own();
         let is_level = points.windows(2).all(|pair| pair[0][2] == pair[1][2]);

@@ -136,7 +136,7 @@ impl CellSet {
             .flat_map(|range| range.start as usize..range.end as usize)
     }
 
-    /// Those of a range, as ascending disjoint ranges.
+    /// Cells of the set in a range, as ascending disjoint ranges.
     pub fn ranges_in(&self, cells: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let first = self
             .ranges

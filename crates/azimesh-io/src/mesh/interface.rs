@@ -189,7 +189,7 @@ impl<'a> Interface<'a> {
     }
 }
 
-/// The name of the one zone that has marked cells, and that of the one that has none.
+/// The names of the only zone with marked cells and of the only zone without.
 fn names(mesh: &Mesh, marked: &CellSet) -> [String; 2] {
     let is_marked = |group: &&Group| {
         group

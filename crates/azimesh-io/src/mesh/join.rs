@@ -1,11 +1,11 @@
-//! Zones that share no nodes made one mesh, where their faces lie at one place.
+//! Joins zones that share no nodes where their faces coincide.
 
 use super::faces::OuterFace;
 use super::nodes::for_each_shared_place;
 use super::sides::side_corners;
 use super::{Faces, Mesh, Origin};
 
-/// What [`Mesh::join_zones`] has joined.
+/// Counts of [`Mesh::join_zones`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct JoinCounts {
     /// Pairs of faces that are one now.
@@ -20,11 +20,11 @@ impl Mesh {
         self.pairs(&self.places()).len()
     }
 
-    /// Joins cells where an outer face of one lies on an outer face of another: both without a tag, their corners at the
-    /// very same places. Nodes of the two cells that lie at one place become one, the first of them, with its values.
-    /// Boundary cells without a tag on these faces go. Walls of no thickness, which have a tag, stay.
+    /// Joins cells whose outer faces coincide exactly, if neither face has a tag. Coincident nodes of the two cells become one:
+    /// the first, with its values. Boundary cells without a tag on these faces are removed. Walls of no thickness, which have a
+    /// tag, stay.
     ///
-    /// `O(n log n)`; memory: about 40 bytes a node.
+    /// `O(n log n)`; memory: about 40 bytes per node.
     pub fn join_zones(&mut self) -> JoinCounts {
         let places = self.places();
         let pairs = self.pairs(&places);
@@ -76,7 +76,7 @@ impl Mesh {
         places
     }
 
-    /// Outer faces without a tag of two cells that lie at one place.
+    /// Pairs of coincident outer faces without a tag.
     fn pairs(&self, places: &[u32]) -> Vec<[OuterFace; 2]> {
         let mut is_shared = vec![false; places.len()];
         for (node, place) in places.iter().enumerate() {

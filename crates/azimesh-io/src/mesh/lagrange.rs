@@ -1,7 +1,7 @@
-//! Lagrange cells of any order: how many nodes they have and where each lies, in VTK's order.
+//! Lagrange cells of any order: number and positions of their nodes, in VTK's order.
 //!
-//! The nodes lie on a lattice with steps of 1/order along the axes of the reference cell; two
-//! programs' orders of the same cell differ by a permutation that a look at both lattices gives.
+//! The nodes form a lattice with steps of 1/order along the axes of the reference cell. Comparing the
+//! lattices of two programs gives the permutation between their node orders.
 //! Bezier cells have their control points at the same places. VTK has a number but no code for
 //! pyramids of any order; theirs are ordered here as VTK orders the others, and its 19-node pyramid:
 //! corners, edges, base, sides, inside.
@@ -10,8 +10,8 @@ use super::CellKind::{self, *};
 use std::collections::BTreeMap;
 
 /// A node of a cell's lattice: steps along the reference cell's axes. In a simplex their sum is at
-/// most the order; in a wedge that of the first two; in a pyramid the first and the second are each
-/// at most the order less the third.
+/// most the order; in a wedge the sum of the first two is. In a pyramid the first and the second are
+/// each at most the order less the third.
 pub type LatticePoint = [u16; 3];
 
 /// Nodes of a Lagrange or Bezier cell of an order from 1 on; `None` for other kinds, and where there
@@ -46,7 +46,7 @@ pub fn order(kind: CellKind, n: usize) -> Option<usize> {
     (n_nodes(kind, found) == Some(n)).then_some(found)
 }
 
-/// Where each node of a Lagrange or Bezier cell lies, in VTK's order; empty where [`n_nodes`] says
+/// Lattice points of the nodes of a Lagrange or Bezier cell, in VTK's order; empty where [`n_nodes`] is
 /// `None`, and for orders above 65534.
 pub fn lattice(kind: CellKind, order: usize) -> Vec<LatticePoint> {
     let (Ok(p @ ..=65534), Some(_)) = (u16::try_from(order), n_nodes(kind, order)) else {
@@ -84,7 +84,7 @@ pub fn inside_edge(
     (1..order).map(move |step| moved(from, [(to, step)], order))
 }
 
-/// Places inside a face, from those of the face's own lattice: the first coordinate leads from
+/// Lattice points inside a face, from the face's own lattice: the first coordinate leads from
 /// `corner` to `first`, the second to `second`.
 pub fn inside_face(
     [corner, first, second]: [LatticePoint; 3],
@@ -95,7 +95,7 @@ pub fn inside_face(
     places.iter().map(place)
 }
 
-/// `from`, moved by steps towards corners that lie `order` steps or none away along each axis.
+/// `from`, moved by steps towards corners that are 0 or `order` steps away along each axis.
 fn moved<const N: usize>(
     from: LatticePoint,
     towards: [(LatticePoint, u16); N],

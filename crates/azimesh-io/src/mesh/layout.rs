@@ -1,11 +1,11 @@
-//! The layout of a mesh of which each rank has a part: what the first rank writes of it.
+//! The layout of a distributed mesh, which the first rank writes.
 
 use super::{CellKind, Cells, Mesh};
 use azimesh_core::sparse;
 
 impl Mesh {
-    /// The kinds of all cells of the mesh, on the first rank. There is room for its nodes and the nodes of its cells, whose values
-    /// ranks write: it takes no memory. All ranks call it.
+    /// Gathers the kinds of all cells of the mesh on the first rank. Its nodes and the nodes of its cells are sparse arrays, which
+    /// take no memory; ranks write their values. All ranks call it.
     pub(crate) fn layout_of(part: &Self) -> Option<Self> {
         let runs = part.cells.runs_in(part.own_cells());
         let own: Vec<(CellKind, usize, usize)> = runs

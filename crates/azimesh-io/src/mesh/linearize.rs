@@ -36,7 +36,7 @@ impl Mesh {
     }
 }
 
-/// The cells with those of some kinds made linear.
+/// The cells, with some kinds made linear.
 pub fn linear(cells: &Cells, makes: impl Fn(CellKind) -> bool) -> Cells {
     let mut linear = Cells::new();
     linear.reserve(cells.connectivity().len());

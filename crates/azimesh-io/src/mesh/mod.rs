@@ -120,14 +120,13 @@ pub struct Mesh {
     pub cell_arrays: Vec<DataArray>,
     /// Arrays of the mesh as a whole.
     pub field_arrays: Vec<DataArray>,
-    /// The dimension of its space where the file says that it is larger than that of its cells: of a
-    /// surface in 3D whose cells are the boundary faces, and its groups the tags, of a mesh without
-    /// volume cells.
+    /// Dimension of the space, if the file states that it is larger than the dimension of the cells: a
+    /// surface in 3D. Its cells and groups are the boundary faces and tags of a mesh without volume cells.
     pub space: Option<u8>,
-    /// What its reader left for a writer of the same format.
+    /// Data from its reader for a writer of the same format.
     #[serde(skip)]
     pub origin: Origin,
-    /// What it knows of the whole mesh, where it is a part of one.
+    /// Data about the whole mesh, if it is a part of one.
     #[doc(hidden)]
     #[serde(skip)]
     pub part: Option<Arc<RankPart>>,
@@ -140,8 +139,7 @@ impl Mesh {
         volume_dimension(&self.cells, self.space)
     }
 
-    /// Dimension of the space that it lies in: 3 where it has solid cells or leaves a plane of constant
-    /// z, else 2.
+    /// Dimension of its space: 3 if it has solid cells or is not in a plane of constant z, else 2.
     pub fn space_dimension(&self) -> u8 {
         match self.dimension() {
             3 => 3,
@@ -299,13 +297,13 @@ fn bounds(points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
     (!points.is_empty()).then_some([bounds.low, bounds.high])
 }
 
-/// Refuses more nodes or cells than indices of 32 bits can tell apart.
+/// Message for more nodes or cells than 32-bit indices can address.
 pub(crate) fn too_many(what: &str) -> String {
     let most = u32::MAX - 1;
     format!("there are more than {most} {what}, the most that a mesh can have")
 }
 
-/// Extent in z, relative to the diagonal, above which nodes do not lie in a plane.
+/// Extent in z, relative to the diagonal, above which a mesh is not plane.
 const FLAT: f64 = 1e-6;
 
 /// Returns true if nodes with these bounds are in a plane of constant z.

@@ -1,4 +1,4 @@
-//! Which nodes of a mesh are among some: a bit for each, set by several threads.
+//! A set of nodes: one bit per node, set by several threads.
 
 use super::Cells;
 use super::part::SLAB;
@@ -94,7 +94,7 @@ impl NodeBits {
         }
     }
 
-    /// Takes nodes at the end in, of which none were.
+    /// Extends the range at its end and adds the new nodes.
     pub fn extend(&mut self, nodes: Range<usize>) {
         let n_words = nodes.end.saturating_sub(self.first).div_ceil(WORD);
         self.words.resize_with(n_words, AtomicU64::default);
@@ -132,13 +132,13 @@ impl NodeBits {
         self.words[at / WORD].fetch_and(!(1 << (at % WORD)), Relaxed);
     }
 
-    /// How many are among them.
+    /// Number of nodes in the set.
     pub fn count(&self) -> usize {
         let ones = |word: &AtomicU64| word.load(Relaxed).count_ones() as usize;
         self.words.iter().map(ones).sum()
     }
 
-    /// Returns whether a node is among them.
+    /// Returns whether a node is in the set.
     #[inline]
     pub fn has(&self, node: u32) -> bool {
         let at = (node as usize).wrapping_sub(self.first);
@@ -146,7 +146,7 @@ impl NodeBits {
         word.is_some_and(|word| word.load(Relaxed) & (1 << (at % WORD)) != 0)
     }
 
-    /// Those that are among them, ascending; none is after that.
+    /// Returns the nodes, ascending, and empties the set.
     pub fn take(&self) -> Vec<u32> {
         parallel::concat_blocks(self.words.len(), BLOCK, &|words| {
             let mut nodes = Vec::new();

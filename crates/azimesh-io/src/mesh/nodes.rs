@@ -41,7 +41,7 @@ impl Mesh {
         Ok(nodes)
     }
 
-    /// For each node, whether a cell has it.
+    /// Marks the nodes that a cell has.
     pub fn nodes_of_cells(&self) -> Vec<bool> {
         self.cells.used_nodes(self.points.len())
     }

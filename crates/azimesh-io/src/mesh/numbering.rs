@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Those of ascending numbers that are in a range.
+/// The part of ascending numbers that is in a range.
 pub(crate) fn among<'a>(numbers: &'a [u32], range: &Range<usize>) -> &'a [u32] {
     among_by(numbers, |&number| number, range)
 }
 
-/// Those of items whose numbers ascend that have theirs in a range.
+/// The part of items with ascending numbers whose numbers are in a range.
 pub(crate) fn among_by<'a, T>(
     items: &'a [T],
     number: impl Fn(&T) -> u32,
@@ -22,9 +22,9 @@ pub(crate) fn among_by<'a, T>(
 #[derive(Debug, Clone, Default)]
 pub struct Numbering<'a> {
     sorted: Cow<'a, [u32]>,
-    /// Where the numbers with each of their first bits start.
+    /// Index of the first number with each value of the leading bits.
     starts: Vec<u32>,
-    /// How many bits come after those.
+    /// Number of the remaining bits.
     shift: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Meshes of one layer of cells between two sides that solvers call `empty`: which nodes lie over one another.
+//! Pairs of opposite nodes in a mesh of one layer of cells between two sides that solvers call `empty`.
 
 use super::sides::for_each_side;
 use super::{Boundary, Group, Mesh};
@@ -121,7 +121,7 @@ impl OneLayer {
         }))
     }
 
-    /// Which of so many nodes lie over others.
+    /// Marks the upper nodes of the pairs among `n_nodes` nodes.
     pub fn high_nodes(&self, n_nodes: usize) -> Vec<bool> {
         let mut high = vec![false; n_nodes];
         for pair in &self.pairs {

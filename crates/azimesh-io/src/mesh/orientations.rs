@@ -49,8 +49,7 @@ pub fn orientations(
     found
 }
 
-/// Pairs of cells that share a face, of which the first is in the chunk, and whether both list the face in opposite
-/// directions.
+/// Pairs of cells that share a face, the first one in the chunk, and whether they list the face in opposite directions.
 fn pairs(mesh: &Mesh, adjacency: &Adjacency, chunk: usize) -> Vec<(u32, u32, bool)> {
     let (cells, mut sides) = adjacency.chunk(chunk);
     let mut found = Vec::new();
@@ -68,7 +67,7 @@ fn pairs(mesh: &Mesh, adjacency: &Adjacency, chunk: usize) -> Vec<(u32, u32, boo
     found
 }
 
-/// Tells whether a cell lists a face with these corners in the opposite direction; `None` where it does not have that face.
+/// Returns whether a cell lists a face with these corners in the opposite direction; `None` if it does not have the face.
 fn agrees(mesh: &Mesh, cell: u32, face: &[u32]) -> Option<bool> {
     let cell = mesh.cells.get(cell as usize);
     let mut found = None;
@@ -80,8 +79,7 @@ fn agrees(mesh: &Mesh, cell: u32, face: &[u32]) -> Option<bool> {
     found
 }
 
-/// Tells whether a ring of nodes goes round in the opposite direction to another one. Of an edge the direction is that from its
-/// first node.
+/// Returns whether a ring of nodes runs in the opposite direction to another one. An edge runs from its first node.
 fn is_opposite(ring: &[u32], other: &[u32]) -> bool {
     match ring.len() {
         2 => other[0] != ring[0],
@@ -101,7 +99,7 @@ mod tests {
     use super::super::CellKind;
     use super::*;
 
-    /// A row of hexahedra, of which some are listed in the other orientation, or a row of squares.
+    /// A row of hexahedra or squares, some listed in the other orientation.
     fn row(n: u32, solid: bool, reversed: &[u32]) -> Mesh {
         let mut mesh = Mesh::default();
         for i in 0..n {

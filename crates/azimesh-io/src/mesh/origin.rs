@@ -1,23 +1,23 @@
-//! What a mesh was read from, for a writer of the same format that keeps what a mesh does not hold.
+//! The source of a mesh, from which a writer of the same format keeps data that a mesh does not hold.
 
 use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// What the reader of a format leaves for its writer, such as the files of an OpenFOAM mesh. Copies share it.
+/// Data that the reader of a format leaves for its writer, such as the files of an OpenFOAM mesh. Copies share it.
 ///
-/// It is no part of the mesh: meshes that differ in it alone are equal. It may outlive the cells and groups that it was
-/// read with, so a writer compares it with what it is given.
+/// Meshes that differ in it alone are equal. It may outlive the cells and groups that it was read with, so a writer compares
+/// it with the mesh that it writes.
 #[derive(Clone, Default)]
 pub struct Origin(Option<Arc<dyn Any + Send + Sync>>);
 
 impl Origin {
-    /// What a reader leaves.
+    /// Stores the data of a reader.
     pub fn new(left: impl Any + Send + Sync) -> Self {
         Self(Some(Arc::new(left)))
     }
 
-    /// What a reader left, where it is of this type.
+    /// Returns the data if it has this type.
     pub fn get<T: Any>(&self) -> Option<&T> {
         self.0.as_ref()?.downcast_ref()
     }

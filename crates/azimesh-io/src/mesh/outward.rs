@@ -1,4 +1,4 @@
-//! Which way the faces of a polyhedron turn: their normals point out of it.
+//! Orientation of the faces of a polyhedron: their normals point out of it.
 
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
 
@@ -57,7 +57,7 @@ pub(super) fn turn_alike(sides: &mut [Vec<u32>]) -> bool {
     true
 }
 
-/// Which faces are to be turned over, from those beside each and whether both pass the edge in one direction.
+/// Marks the faces to reverse, from the neighbours of each and whether both run along the shared edge in one direction.
 pub(crate) fn turned(beside: &[Vec<(usize, bool)>]) -> Option<Vec<bool>> {
     let mut turned: Vec<Option<bool>> = vec![None; beside.len()];
     for start in 0..beside.len() {

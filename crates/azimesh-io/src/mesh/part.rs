@@ -1,11 +1,10 @@
-//! A part of a mesh whose other parts lie with other ranks.
+//! One rank's part of a distributed mesh.
 //!
-//! Each rank answers for consecutive cells of the whole mesh, its own. Beside them it holds the cells that share a face
-//! with them and the boundary faces that touch them, so that all that is asked of an own cell can be answered without a
-//! message. Nodes and cells of a part are in the order of the whole mesh: what comes first there comes first here, and ties
-//! that go to the lowest index go the same way.
+//! Each rank owns consecutive cells of the whole mesh. It also holds the cells that share a face with them and the boundary
+//! faces that touch them, so that computations on own cells need no messages. Nodes and cells of a part are in the order of
+//! the whole mesh, so ties that go to the lowest index have the same result.
 //!
-//! Each rank also answers for consecutive nodes of the whole mesh. It holds these whether or not a cell of its part has them.
+//! Each rank also owns consecutive nodes of the whole mesh. It holds them even if no cell of its part has them.
 //!
 //! A part that was read by slabs ([`Mesh::from_slabs`]) has no groups until it gets them by [`Mesh::set_whole_groups`].
 
@@ -21,20 +20,20 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Own cells begin at multiples of this: no block over which sums are taken lies with two ranks.
+/// Own cells begin at multiples of this, so that no block of a sum is divided between ranks.
 pub const SLAB: usize = 1 << 15;
 /// Own nodes begin at multiples of this.
 const NODE_SLAB: usize = 256;
 
-/// What a part of a mesh knows of the whole.
+/// Data of a part about the whole mesh.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct RankPart {
     /// All ranks; each has a part.
     #[serde(skip)]
     pub ranks: Ranks,
-    /// How many nodes the whole mesh has.
+    /// Number of nodes of the whole mesh.
     pub n_nodes: usize,
-    /// How many cells the whole mesh has.
+    /// Number of cells of the whole mesh.
     pub n_cells: usize,
     /// The groups of the whole mesh, with its numbers of cells.
     pub groups: Vec<Group>,
@@ -79,7 +78,7 @@ pub(super) fn owner_of(node: u32, owners: &[Range<usize>]) -> usize {
     owners.partition_point(|own| own.end <= node as usize)
 }
 
-/// Where consecutive nodes of the whole mesh are among `nodes`, which are ascending and have all of them.
+/// Positions of consecutive nodes of the whole mesh among `nodes`, which ascend and contain all of them.
 pub(super) fn places_of(slab: &Range<usize>, nodes: &[u32]) -> Range<usize> {
     let start = nodes.partition_point(|&node| (node as usize) < slab.start);
     start..start + slab.len()
@@ -106,7 +105,7 @@ impl Mesh {
             .map_or_else(Ranks::alone, |part| part.ranks.clone())
     }
 
-    /// Returns whether all nodes have the same z; of a part whether those of the whole mesh have.
+    /// Returns whether all nodes of the whole mesh have the same z.
     pub fn is_level(&self) -> bool {
         let is_here = || self.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
         self.part
@@ -114,7 +113,7 @@ impl Mesh {
             .map_or_else(is_here, |part| part.is_level)
     }
 
-    /// The cells that this rank answers for: all, or those of its part.
+    /// The cells that this rank owns; all if the mesh is not a part.
     pub fn own_cells(&self) -> Range<usize> {
         match &self.part {
             None => 0..self.cells.len(),
@@ -122,7 +121,7 @@ impl Mesh {
         }
     }
 
-    /// How many nodes there are, in the whole mesh where this is a part.
+    /// Number of nodes of the whole mesh.
     pub(crate) fn n_nodes_of_all(&self) -> usize {
         let part = self.part.as_ref();
         part.map_or(self.points.len(), |part| part.n_nodes)
@@ -137,7 +136,7 @@ impl Mesh {
             .map_or(0, |&number| number as usize - first)
     }
 
-    /// How many cells there are, in the whole mesh where this is a part.
+    /// Number of cells of the whole mesh.
     pub fn n_cells_of_all(&self) -> usize {
         let part = self.part.as_ref();
         part.map_or(self.cells.len(), |part| part.n_cells)
@@ -226,7 +225,7 @@ impl Mesh {
     /// Gives each rank a part of the mesh that rank 0 has.
     ///
     /// # Errors
-    /// That of rank 0, on all ranks, where it has none.
+    /// On all ranks, the error of rank 0 if it has no mesh.
     pub fn shared(of_first: Result<Self>, ranks: &Ranks) -> Result<Self> {
         if ranks.n() == 1 {
             return of_first;
@@ -250,7 +249,7 @@ impl Mesh {
     }
 }
 
-/// The place of a number among ascending ones, of which those in `own` have no gaps.
+/// Position of a number among ascending numbers, which have no gaps in the range `own`.
 fn place_in(numbers: &[u32], own: &Range<usize>, number: u32) -> Option<u32> {
     if let Some(first) = numbers[own.clone()].first()
         && let Some(at) = number.checked_sub(*first)
@@ -371,8 +370,8 @@ impl<'a> Cut<'a> {
     }
 }
 
-/// How many nodes of a cell another rank has to have cells at if it is to hold the cell: as many as a face has, or one of a
-/// boundary face. None where other ranks have no use for it.
+/// Number of nodes of a cell at which another rank must own cells in order to hold the cell: enough for a face, or one for a
+/// boundary face. `None` for cells that other ranks do not need.
 pub(super) fn nodes_to_share(kind: CellKind, dimension: u8) -> Option<u32> {
     match kind.dimension() {
         of if of == dimension => Some(u32::from(dimension).max(1)),
@@ -393,7 +392,7 @@ fn zeros<T: Default>(n: usize) -> Vec<T> {
     std::iter::repeat_with(T::default).take(n).collect()
 }
 
-/// Which ranks have own cells at each node.
+/// Ranks with own cells at each node.
 struct Touching {
     /// The first of them.
     first: Vec<u32>,
@@ -470,7 +469,7 @@ impl Touching {
     }
 }
 
-/// A part of a mesh with what it knows of the whole, as it is sent.
+/// Message with a part of a mesh and its data about the whole.
 #[derive(Serialize, Deserialize)]
 struct Parcel {
     mesh: Mesh,

@@ -18,8 +18,8 @@ pub struct Reordering {
 impl Reordering {
     /// Nodes along a Morton curve over their bounding box; cells by the first of their nodes on it. Cells of one kind in
     /// the same groups are put together, in the order in which such cells first come in the file, so that a group is
-    /// not scattered and cells of one kind follow one another. What is equal keeps its order: a mesh in this order
-    /// stays as it is.
+    /// not scattered and cells of one kind follow one another. Equal keys keep their order: a mesh in this order
+    /// does not change.
     pub fn along_curve(mesh: &Mesh) -> Self {
         let nodes: Vec<usize> = curve::order(&mesh.points)
             .into_iter()

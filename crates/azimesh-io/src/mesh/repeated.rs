@@ -108,8 +108,7 @@ impl Mesh {
     }
 }
 
-/// Where a cell that stays has no value, NaN in every component, it takes that of the first cell which it
-/// replaces that has one.
+/// Fills the values of kept cells that have none (NaN in every component) from the first cell replaced by them that has one.
 fn fill_missing<T: Copy>(
     values: &mut [T],
     n_components: usize,

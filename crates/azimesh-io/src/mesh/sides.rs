@@ -32,7 +32,7 @@ pub fn for_each_side(cells: &Cells, cell: &CellRef<'_>, mut visit: impl FnMut(us
     }
 }
 
-/// What `read` makes of the corners of one face of a cell; of none where there is no such face.
+/// Calls `read` with the corners of one face of a cell; with no corners if there is no such face.
 pub(super) fn side_corners<T>(
     cells: &Cells,
     cell: &CellRef<'_>,

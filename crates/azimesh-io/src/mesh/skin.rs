@@ -8,8 +8,8 @@ use azimesh_core::geometry::vector::{add, cross, dot, scale, sub};
 /// The surface of a mesh, and what of the mesh is not in it.
 #[derive(Debug, Clone, Default)]
 pub struct Skin {
-    /// The surface: cells of at most two dimensions, those of fewer first. Its groups are the tags of a solid mesh, all
-    /// groups of a plane one.
+    /// The surface: cells of at most two dimensions, in ascending order of dimension. Its groups are the tags of a solid mesh,
+    /// or all groups of a plane mesh.
     pub mesh: Mesh,
     /// Solid cells.
     pub n_solid: usize,
@@ -17,7 +17,7 @@ pub struct Skin {
     pub n_lower: usize,
     /// Outer faces of solid cells that the mesh has no boundary cell for; they come last.
     pub n_bare: usize,
-    /// Curved cells, of which the corners are left.
+    /// Curved cells, which are reduced to their corners.
     pub n_curved: usize,
 }
 
@@ -120,7 +120,7 @@ impl MeshView<'_> {
         dot(normal, sub(mean(corners), mean(cell.nodes))) >= 0.0
     }
 
-    /// A mesh of these cells, whose values and groups are those of the `sources`; without nodes that no cell has any more.
+    /// A mesh of these cells with the values and groups of the `sources`, without unused nodes.
     fn with_cells(&self, cells: Cells, sources: &[usize], place: &[u32]) -> Mesh {
         let of_group = |group: &&Group| self.dimension() < 3 || group.dimension == 2;
         let groups = self.groups.iter().filter(of_group).map(|group| {

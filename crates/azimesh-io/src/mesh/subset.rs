@@ -5,8 +5,8 @@ use azimesh_core::error::{Error, Result, nearest_name, option};
 use std::collections::BTreeSet;
 
 impl Mesh {
-    /// Removes boundary tags, or zones where no tag has the name, with those of their cells that no other group of their
-    /// kind has, and faces that lie on no cell any more. Returns how many faces and how many cells went.
+    /// Removes boundary tags, or zones if no tag has the name. Their cells go unless another group of the kind has them; so do
+    /// faces that are then on no cell. Returns the number of removed faces and of removed cells.
     ///
     /// # Errors
     /// When there is no such tag or zone, or no cell would be left.
@@ -106,7 +106,7 @@ impl Mesh {
         };
         if let Some((other, _)) = merged().find(|(group, _)| group.dimension != dimension) {
             return Err(Error::input(format!(
-                "\"{}\" is a zone and others are boundary tags, or the other way round; merge tags and zones apart",
+                "\"{}\" is a zone and others are boundary tags, or the other way round; merge tags and zones separately",
                 other.name
             )));
         }
@@ -282,7 +282,12 @@ mod tests {
         mesh.merge_tags("wall", &["low", "high"]).expect("tags");
         assert_eq!(names(&mesh), ["fluid", "wall", "between"]);
         let mixed = two_zones().merge_tags("all", &["a", "low"]);
-        assert!(mixed.expect_err("it is mixed").message.contains("apart"));
+        assert!(
+            mixed
+                .expect_err("it is mixed")
+                .message
+                .contains("separately")
+        );
         assert!(two_zones().merge_tags("b", &["a"]).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! A borrowed view of a mesh for writers, whose node positions and arrays may differ from those of the mesh.
+//! A borrowed view of a mesh for writers, with other node positions and arrays if needed.
 
 use super::{
     Apart, CellRun, Cells, Coordinates, DataArray, Group, Mesh, NodesOfCells, Numbers,
@@ -54,7 +54,7 @@ pub struct ByRanks<'a> {
 }
 
 impl Mesh {
-    /// The mesh as it is, to write.
+    /// A view of the unchanged mesh.
     pub fn view(&self) -> MeshView<'_> {
         MeshView {
             points: &self.points,
@@ -138,10 +138,10 @@ impl<'a> MeshView<'a> {
         })
     }
 
-    /// With an array at the nodes, in the place of that of the same name or after all.
+    /// Replaces the node array of this name, or appends it.
     ///
     /// # Panics
-    /// When it has not one tuple a node.
+    /// When it does not have one tuple per node.
     #[must_use]
     pub fn with_point_array(mut self, array: &'a DataArray) -> Self {
         assert_eq!(array.n_tuples(), self.points.len(), "one tuple a node");
@@ -149,10 +149,10 @@ impl<'a> MeshView<'a> {
         self
     }
 
-    /// With an array at the cells, in the place of that of the same name or after all.
+    /// Replaces the cell array of this name, or appends it.
     ///
     /// # Panics
-    /// When it has not one tuple a cell.
+    /// When it does not have one tuple per cell.
     #[must_use]
     pub fn with_cell_array(mut self, array: &'a DataArray) -> Self {
         assert_eq!(array.n_tuples(), self.cells.len(), "one tuple a cell");

@@ -8,28 +8,27 @@ use azimesh_core::geometry::vector::Vector;
 use azimesh_core::ranks::raw::List;
 use std::ops::Range;
 
-/// What some volume cells of a mesh have.
+/// Nodes and faces of the marked volume cells of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZoneSides {
     /// The nodes of these cells.
     pub nodes: NodeBits,
     /// The box around these.
     pub bounds: Bounds,
-    /// Those of them that other volume cells have as well, ascending.
+    /// Nodes that unmarked volume cells have as well, ascending.
     pub interface_nodes: Vec<u32>,
-    /// Where these are.
+    /// Their positions.
     pub interface_places: Vec<Vector>,
-    /// Linear faces whose nodes are all on the interface and that only one of the cells has, in the order of their nodes.
+    /// Linear faces with all nodes on the interface that only one marked cell has, in the order of their nodes.
     pub interface_faces: Cells,
     /// The marked cell of each of them.
     pub interface_cells: Vec<u32>,
-    /// Boundary faces whose nodes are all on the interface and that lie on marked cells alone, ascending.
+    /// Boundary faces of marked cells alone, with all nodes on the interface, ascending.
     pub rim_faces: Vec<u32>,
 }
 
 impl ZoneSides {
-    /// Finds the sides of the volume cells that are marked. Of a part all numbers are those of the whole mesh, and all ranks call it
-    /// and get the same.
+    /// Finds the sides of the marked volume cells. All numbers refer to the whole mesh. All ranks call it and get the same result.
     pub fn of(mesh: &Mesh, marked: &CellSet) -> Self {
         let first = mesh.own_offset();
         let [nodes, outside] = [true, false].map(|side| {

@@ -31,8 +31,7 @@ pub(super) struct Faces<'a, const N: usize> {
     pub centres: [&'a CentreColumns; 2],
 }
 
-/// Metrics of the faces of a block. All of it is NaN where a cell has another's centre for its face, see
-/// [`Faces::measure`].
+/// Metrics of the faces of a block. They are NaN for a face whose other centre is NaN, see [`Faces::measure`].
 pub(super) struct Measured<'a> {
     /// Owner of each face and the other cell.
     pub cells: [&'a [u32]; 2],
@@ -129,8 +128,7 @@ impl<const N: usize> FaceBlock<N> {
 }
 
 impl<const N: usize> Faces<'_, N> {
-    /// Measures the faces that these cells have. Where there is none, the other centre is not a number, and neither is
-    /// what is measured.
+    /// Measures the faces of these cells. For a face without another cell, its centre is NaN, and so are the metrics.
     pub(super) fn measure(&self, cells: [&[u32]; 2], take: &mut impl FnMut(&Measured<'_>)) {
         let n = cells[0].len();
         let mut found = [[0.0; BLOCK]; 4];

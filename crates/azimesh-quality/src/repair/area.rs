@@ -1,8 +1,8 @@
-//! A part of a mesh whose nodes are moved at many positions of the mesh alike.
+//! A part of a mesh whose nodes are moved in the same way at many positions of the mesh.
 //!
-//! [`untangle`](super::untangle) moves as few nodes as it can, and stops as soon as cells are valid: of two positions that
-//! differ by little, results may differ by much. An area is the same for all positions, and its functional is minimised
-//! until it falls no more: where its nodes go changes as smoothly as the positions do.
+//! [`untangle`](super::untangle) moves as few nodes as possible, and stops as soon as cells are valid: results may differ
+//! strongly for nearly equal positions. An area is the same for all positions, and its functional is minimised to
+//! convergence: its nodes then move as smoothly as the positions do.
 
 use super::nearby::Nearby;
 use super::newton::minimise;
@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 
 /// Newton steps of a region.
 const MOST_STEPS: usize = 200;
-/// A region is at its end when a step lowers the functional by less than this part.
+/// A region has converged when a step lowers the functional by less than this part.
 const SETTLED: f64 = 1e-7;
 
 /// Folded cells of several positions of a mesh.
@@ -45,7 +45,7 @@ impl Count {
 }
 
 impl FoldedCells {
-    /// Adds the cells that are not valid at `points`; gives how many these are.
+    /// Adds the cells that are not valid at `points`; returns their number.
     pub fn add(&mut self, task: Task<'_>, points: &[Vector]) -> Count {
         let found = invalid(task.mesh, points, task.reference);
         self.cells.extend(found.iter().map(|entry| entry.0));
@@ -87,8 +87,8 @@ impl Area {
         }
     }
 
-    /// Takes simplices between their corners into account too for cells that are folded between valid corners at
-    /// `points`; gives whether there were new ones.
+    /// Also uses simplices between the corners for cells that are folded between valid corners at `points`; returns whether
+    /// there were new ones.
     pub fn look_between(&mut self, task: Task<'_>, points: &[Vector]) -> bool {
         let n_before = self.between.len();
         for region in &self.regions {
@@ -98,11 +98,11 @@ impl Area {
         self.between.len() > n_before
     }
 
-    /// Moves the nodes of the area to where its functional is least, which makes its cells valid unless it is too small
-    /// for that. The result is the same on any number of threads.
+    /// Moves the nodes of the area to the minimum of its functional, which makes its cells valid unless the area is too small.
+    /// The result is the same on any number of threads.
     ///
     /// # Errors
-    /// If `stop` was asked for.
+    /// If `stop` was requested.
     pub fn relax(&self, task: Task<'_>, points: &mut [Vector], stop: &Stop) -> Result<Repaired> {
         let relaxed = parallel::try_map(self.regions.len(), &|i| {
             self.relax_region(task, &self.regions[i], points, stop)

@@ -12,9 +12,9 @@ use azimesh_io::mesh::CellRef;
 use azimesh_io::mesh::sides::for_each_side;
 use std::f64::consts::TAU;
 
-/// Pairs of faces that are looked at at most.
+/// Largest number of pairs of faces to check.
 const MOST_PAIRS: usize = 50_000_000;
-/// Rounding of a place, as a part of the largest coordinate.
+/// Rounding of a position, as a part of the largest coordinate.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A winding number farther than this from a whole one decides nothing.
 const WHOLE: f64 = 1e-3;
@@ -260,7 +260,7 @@ mod tests {
             freedom: &freedom,
         };
         let all: Vec<u32> = (0..mesh.cells.len() as u32).collect();
-        let boundary = Boundary::of(task, points).expect("all cells are judged");
+        let boundary = Boundary::of(task, points).expect("all cells are checked");
         boundary.overtaken(task, points, &all, &[])
     }
 
@@ -290,12 +290,12 @@ mod tests {
                     reference: &reference,
                     freedom: &freedom,
                 };
-                let boundary = Boundary::of(task, &mesh.points).expect("all cells are judged");
+                let boundary = Boundary::of(task, &mesh.points).expect("all cells are checked");
                 assert!(boundary.facets.len() >= 3);
                 for facet in &boundary.facets {
                     assert_eq!(boundary.winding(facet), Some(1), "{kind:?} {sign}");
                 }
-                // Mirrored, every face has the outside on its inner side.
+                // In a mirrored mesh, the outside is on the inner side of every face.
                 let mirrored = mesh.points.iter().map(|x| [-x[0], x[1], x[2]]);
                 let mirrored: Vec<Vector> = mirrored.collect();
                 assert!(!proven(&mesh, &mirrored).is_empty(), "{kind:?} {sign}");

@@ -13,7 +13,7 @@ use azimesh_core::geometry::vector::{Vector, distance};
 use azimesh_core::progress::Stop;
 use std::collections::BTreeSet;
 
-/// Rounds at most.
+/// Largest number of rounds.
 const ROUNDS: usize = 8;
 /// Rings of neighbours around low cells.
 const RINGS: usize = 2;
@@ -26,7 +26,7 @@ const LEAST_GAIN: f64 = 0.01;
 /// improved one. The result is the same on any number of threads.
 ///
 /// # Errors
-/// If `stop` was asked for.
+/// If `stop` was requested.
 pub fn improve(
     task: Task<'_>,
     points: &mut [Vector],
@@ -85,7 +85,7 @@ pub fn improve(
     Ok(logs)
 }
 
-/// Puts the nodes of all regions in their new places; gives their old ones.
+/// Puts the nodes of all regions at their new positions; returns their old ones.
 fn place(solved: &[Solved], points: &mut [Vector]) -> Vec<Vec<Vector>> {
     let mut before = Vec::with_capacity(solved.len());
     for solved in solved {

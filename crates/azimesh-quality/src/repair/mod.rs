@@ -1,8 +1,8 @@
 //! Makes folded cells valid by moving nodes near them, where a valid mesh exists.
 //!
-//! Owns patches (folded cells and rings of neighbours), the functional that is minimised over each, and the report
-//! of them. Leaves to others which cells are checked (`quality`), and which nodes are fixed or slide (the caller, by
-//! [`Freedom`]). `docs/method.md` has the equations.
+//! Owns patches (folded cells and rings of neighbours), the functional that is minimised over each, and their report. `quality`
+//! decides which cells are checked, and the caller which nodes are fixed or slide, by [`Freedom`]. `docs/method.md` has the
+//! equations.
 
 mod area;
 mod boundary;
@@ -101,7 +101,7 @@ const MOST_NODES_OF_VALID: usize = 6000;
 /// on any number of threads.
 ///
 /// # Errors
-/// If `stop` was asked for.
+/// If `stop` was requested.
 pub fn untangle(
     task: Task<'_>,
     points: &mut [Vector],
@@ -163,7 +163,7 @@ pub fn untangle(
     Ok(repaired)
 }
 
-/// Why no cell of a mesh can be repaired, where that is so.
+/// Returns the reason why no cell of a mesh can be repaired, if there is one.
 pub fn refused(mesh: &Mesh) -> Option<Reason> {
     if mesh.dimension() < 2 || mesh.dimension() < mesh.space_dimension() {
         return Some(Reason::Surface);
@@ -200,7 +200,7 @@ struct Outcome {
 }
 
 impl Round<'_> {
-    /// Solves the regions around all open seeds; what becomes valid goes to `repaired`, the rest stays open.
+    /// Solves the regions around all open seeds; valid ones are added to `repaired`, the others stay open.
     fn run(
         &self,
         points: &mut [Vector],

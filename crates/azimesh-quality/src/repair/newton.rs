@@ -148,9 +148,9 @@ impl Progress {
     }
 }
 
-/// Moves the nodes of a patch to where its fixed nodes alone would have them: the displacements from `reference`, by
-/// nodes of the patch, are those with the least sum of `|grad u|^2` over the simplices, in units of their targets.
-/// Where no fixed node has been displaced these are the positions themselves. Earlier displacements do not count.
+/// Moves the nodes of a patch to the positions determined by its fixed nodes only: the displacements from `reference`, by
+/// nodes of the patch, minimise the sum of `|grad u|^2` over the simplices, in units of their targets. They are zero if no
+/// fixed node has been displaced. Earlier displacements do not count.
 pub(super) fn relax(patch: &mut Patch, reference: &[Vector]) {
     let is_displaced = (0..reference.len())
         .any(|at| !patch.moves(at) && distance(patch.places[at], reference[at]) > 0.0);

@@ -91,7 +91,7 @@ pub struct PatchLog {
     pub least_before: f64,
     /// And after it.
     pub least: f64,
-    /// The largest way of a node, in mesh units.
+    /// The largest displacement of a node, in mesh units.
     pub largest_move: f64,
 }
 

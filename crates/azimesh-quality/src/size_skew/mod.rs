@@ -90,8 +90,8 @@ pub(super) fn size_skew(size: f64, skew: f64, before: f64) -> f64 {
 /// One over the cube root of a number that is not negative, to a few units in the last place, without branches and
 /// divisions; of no meaning below 1e-290 and for what is not finite.
 ///
-/// The exponent is divided by three. With `h = 1 - x r^3`, `r (1 - h)^(-1/3)` is exact: two steps with four terms of the
-/// series, each of which multiplies the number of correct digits by four.
+/// The exponent is divided by three. With `h = 1 - x r^3`, `r (1 - h)^(-1/3)` is exact. Two steps with four terms of the
+/// series each multiply the number of correct digits by four.
 #[inline(always)]
 pub(super) fn inverse_cube_root(x: f64) -> f64 {
     let high = (x.to_bits() >> 32) as u32;

@@ -1,9 +1,9 @@
 //! Proves that cells are valid everywhere, not only at their corners.
 //!
-//! Owns what is proven: simplices, quadrilaterals and pyramids by their corners (there the Jacobian is linear
-//! between them), wedges by the three quadratics along their upright edges, hexahedra by the Bernstein coefficients
-//! of the Jacobian with subdivision, polyhedra by their tetrahedra of edge, face mean and cell mean. Corners
-//! themselves are checked by `summary`; here only the points between them.
+//! Owns the proofs: simplices, quadrilaterals and pyramids by their corners (there the Jacobian is linear between them),
+//! wedges by the three quadratics along their upright edges, hexahedra by the Bernstein coefficients of the Jacobian with
+//! subdivision, polyhedra by their tetrahedra of edge, face mean and cell mean. `summary` checks the corners; this module only
+//! the points between them.
 //!
 //! Most cells pass a bound that costs little; the full proof is for the others.
 
@@ -63,7 +63,7 @@ pub fn assess(
     find(mesh, points, cells, &sign, &judged)
 }
 
-/// [`assess`] for cells with the orientations `sign`; cells for which `judged` holds are checked.
+/// [`assess`] for cells with the orientations `sign`; cells selected by `judged` are checked.
 pub(super) fn find(
     mesh: &Mesh,
     points: &[Vector],

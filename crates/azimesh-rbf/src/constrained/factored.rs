@@ -10,8 +10,8 @@ use azimesh_core::linear::Cholesky;
 
 /// Base points with the factors of their system.
 ///
-/// With `N` the directions of the constraints, `M = N^T [sum_g phi R_g] N` the matrix and `X` what
-/// gives every image of a base point its turned weight, the weights of values `d (n, 3)` are
+/// With `N` the directions of the constraints, `M = N^T [sum_g phi R_g] N` the matrix and `X` the map from weights to the
+/// turned weights of all images, the weights of values `d (n, 3)` are
 ///
 /// ```text
 /// w = X S d,     S = N M^-1 N^T,     w_(g, j) = R_g (S d)_j
@@ -30,7 +30,7 @@ impl FactoredSystem {
     /// for the m directions of each block.
     ///
     /// # Errors
-    /// Weights as of [`constrained_weights`](super::constrained_weights).
+    /// Like [`constrained_weights`](super::constrained_weights).
     pub fn new(
         basis: Basis,
         base: &[Vector],
@@ -50,15 +50,15 @@ impl FactoredSystem {
         })
     }
 
-    /// Weights of the base points and their images for which the field at every base point has the
-    /// components of `values (n, 3)` along its constraint. `2 m^2` multiply-adds.
+    /// Returns weights of the base points and their images for which the field at every base point has the components of
+    /// `values (n, 3)` along its constraint. `2 m^2` multiply-adds.
     pub fn weights(&self, values: &[Vector]) -> Expanded {
         let own = self.solve(values);
         self.system.expand(own.as_flattened(), 3)
     }
 
-    /// The transpose: what a function of the weights, with derivatives `weights` by those of the base
-    /// points and their images, changes by with the values at the base points.
+    /// Applies the transpose: `weights` are the derivatives of a function with respect to the weights of the base points and
+    /// their images. Returns its derivatives with respect to the values at the base points.
     pub fn transposed(&self, weights: &[Vector]) -> Vec<Vector> {
         let n = self.system.base.len();
         let mut sums = vec![[0.0; 3]; n];

@@ -9,12 +9,11 @@ use azimesh_core::parallel;
 use std::ops::Range;
 
 impl Modes {
-    /// The modes of a surface, some of whose nodes move with rigid bodies, exact to round-off, and
-    /// the others in any way, to `limit`: see [`Modes::of_rigid_bodies`] and
-    /// [`Modes::of_displacements`].
+    /// Computes the modes of a surface some of whose nodes move with rigid bodies, exact to round-off; the others move freely,
+    /// and are within `limit`. See [`Modes::of_rigid_bodies`] and [`Modes::of_displacements`].
     ///
-    /// `displacements(step, nodes, out)` is called for all nodes; what it writes for those of bodies
-    /// is not used, and it may leave them as they are.
+    /// `displacements(step, nodes, out)` is called for all nodes; its results for nodes of bodies are not used, and it need not
+    /// write them.
     pub fn of_mixed(
         surface: RigidSurface<'_>,
         poses: &[Vec<Transform>],
@@ -42,10 +41,9 @@ impl Modes {
         rigid.joined(others, n_steps, form)
     }
 
-    /// Modes of the sum of two motions that no node shares: `D = [U U'] [C; C']`. The columns of `U`
-    /// and `U'` are at right angles, so the singular values are those of `[C; C']` with its rows
-    /// scaled by their lengths; as C C^T = I of the parts, modes that share their course in time
-    /// become one.
+    /// Computes the modes of the sum of two motions that share no node: `D = [U U'] [C; C']`. The columns of `U` and `U'` are
+    /// orthogonal, so the singular values equal the singular values of `[C; C']` with its rows scaled by their lengths. As C C^T = I
+    /// for both parts, modes with the same course in time become one.
     fn joined(self, other: Self, n_steps: usize, form: Form) -> Result<Self> {
         let truncation = self.truncation.max(other.truncation);
         let (lengths, others) = (self.lengths(form), other.lengths(form));

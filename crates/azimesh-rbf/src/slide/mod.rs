@@ -1,11 +1,11 @@
-//! Sliding surfaces: along which normals a sliding point is held, and where it is put.
+//! Sliding surfaces: the constraint of every sliding point, and its projection.
 //!
 //! The surface is cut into smooth patches. A point inside a patch keeps to it, a point where two
 //! patches or two tags meet keeps to their common edge, a point where such edges end or turn by more
 //! than 20 degrees stays. On planes and straight edges between planes that is a linear condition,
 //! kept exactly; elsewhere points are projected to the original surface or edge.
 //!
-//! Leaves to `constrained` and `select` how the conditions enter the interpolation.
+//! `constrained` and `select` apply the constraints in the interpolation.
 
 mod patches;
 mod rims;
@@ -72,9 +72,9 @@ struct Edge {
 }
 
 impl Sliding {
-    /// The sliding points among `points`: those for which `sliding` holds. `facets` are those of all
-    /// sliding tags (triangles; in the plane edges, with the second corner repeated), `tags` a number
-    /// for the tag of each. A sliding point without a facet that has an area stays where it is.
+    /// Finds the sliding points among `points`, for which `sliding` holds. `facets` are the facets of all sliding tags
+    /// (triangles; in the plane edges, with the second corner repeated), `tags` a number for the tag of each. A sliding point
+    /// without a facet of positive area stays at rest.
     ///
     /// `O(n log n)` for n facets.
     pub fn new(points: &[Vector], facets: &[[u32; 3]], tags: &[u32], sliding: &[bool]) -> Self {
@@ -123,9 +123,8 @@ impl Sliding {
             .map_or(Constraint::ALL, |point| point.constraint)
     }
 
-    /// The directions in which the rotation vector of a surface point is held: where it slides on a
-    /// plane it may turn about the normal. In a plane mesh, which turns about nothing but the third
-    /// axis, always all.
+    /// Returns the directions in which the rotation vector of a surface point is held: a point that slides on a plane may turn
+    /// about the normal. In a plane mesh, which only turns about the third axis, always all.
     pub fn rotation_constraint(&self, point: usize) -> Constraint {
         match self.get(point) {
             Some(point) if !self.in_plane && matches!(point.path, Path::Plane) => {
@@ -147,7 +146,7 @@ impl Sliding {
             _ if x == point.reference => x,
             Path::Shape { shape, planes } => {
                 let shape = &self.shapes[shape as usize];
-                // The reference is on the shape, so that nothing farther off is the nearest.
+                // The reference is on the shape, so the nearest point is not farther.
                 let within = 1.001 * distance(x, point.reference);
                 let foot = shape.nearest(&x, within);
                 let on_shape = foot.map_or(point.reference, |foot| shape.point(&foot));
@@ -161,7 +160,7 @@ impl Sliding {
         !self.shapes.is_empty()
     }
 
-    /// Returns whether a point slides and its constraint is all that it keeps to: on planes and straight edges.
+    /// Returns whether a point slides and its constraint is sufficient: on planes and straight edges.
     pub fn is_linear(&self, point: usize) -> bool {
         let point = self.get(point);
         point.is_some_and(|point| matches!(point.path, Path::Plane))

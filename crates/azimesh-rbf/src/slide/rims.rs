@@ -1,4 +1,4 @@
-//! Points at which planes that slide meet what does not.
+//! Points at which sliding planes meet other boundaries.
 
 use super::patches::Patches;
 use azimesh_core::geometry::vector::Vector;

@@ -1,9 +1,9 @@
-//! The rotation of a surface at a point, from the slopes of its place along two directions.
+//! The rotation of a surface at a point, from its slopes along two directions.
 
 use crate::Vector;
 use azimesh_core::geometry::vector::{add, cross, dot, norm, scale, sub, unit};
 
-/// How a vector changes along two directions of a surface.
+/// Slopes of a vector along two directions of a surface.
 pub(super) type Slopes = [Vector; 2];
 
 /// The tangents of a surface at rest, and the orthonormal directions along them.
@@ -15,7 +15,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Of tangents; where the second has no length, as on an edge in the plane, it is z.
+    /// Builds the frame of tangents; if the second is zero, as on an edge in the plane, it is z.
     pub fn new(tangents: Slopes) -> Self {
         let [t1, t2] = tangents;
         let is_edge = dot(t2, t2) == 0.0 || norm(cross(t1, t2)) == 0.0;
@@ -30,7 +30,7 @@ impl Frame {
         }
     }
 
-    /// `(Q - 1) offset`, with the rotation `Q` of the frame by displacements of these slopes.
+    /// Returns `(Q - 1) offset`, with the rotation `Q` of the frame by displacements of these slopes.
     pub fn turned(&self, slopes: Slopes, offset: Vector) -> Vector {
         let slopes = if self.factors[2] == 0.0 {
             [slopes[0], [0.0; 3]]
@@ -46,7 +46,7 @@ impl Frame {
         sub(combined(&moved, parts), at_rest)
     }
 
-    /// What a moment at rest is on the slopes: `moment . rotation = sum_k couple_k . slope_k`.
+    /// Converts a moment at rest to couples on the slopes: `moment . rotation = sum_k couple_k . slope_k`.
     pub fn couple(&self, moment: Vector) -> Slopes {
         let [e1, e2, n] = self.axes;
         let first = sub(scale(e2, dot(moment, n)), scale(n, dot(moment, e2)));

@@ -1,4 +1,4 @@
-//! Displacements that are known at the points of one surface, carried to the points of another.
+//! Transfer of displacements from the points of one surface to the points of another.
 //!
 //! ```text
 //! x_j (n, 3), d_j (n, 3)    given points and their displacements: a structure, another mesh
@@ -84,7 +84,7 @@ impl SurfaceMap {
     /// turns with the facet.
     ///
     /// # Errors
-    /// Of kind `Input` if there is no facet, a facet names a point that there is not, or a coordinate is not finite.
+    /// Of kind `Input` if there is no facet, if a facet names a point that does not exist, or if a coordinate is not finite.
     pub fn plane(given: &[Vector], facets: &[[u32; 3]], wall: &[Vector]) -> Result<Self> {
         check(given, wall)?;
         if facets.is_empty() {
@@ -109,8 +109,8 @@ impl SurfaceMap {
     /// Interpolates by radial basis functions on overlapping patches of about 50 given points.
     ///
     /// # Errors
-    /// Of kind `Input` if there is no point, a coordinate is not finite, or all points lie on a line in space, whose rotation about
-    /// itself they do not tell.
+    /// Of kind `Input` if there is no point, if a coordinate is not finite, or if all points are on a line in space, which do not
+    /// determine a rotation about the line.
     pub fn rbf(given: &[Vector], wall: &[Vector]) -> Result<Self> {
         let feet = feet_on_points(given, wall)?;
         let patches = Patches::new(given, wall)?;
@@ -134,11 +134,11 @@ impl SurfaceMap {
         &self.distances
     }
 
-    /// The displacements (N, 3) of the wall points for displacements (n, 3) of the given ones. Rotations may be large.
+    /// Returns the displacements (N, 3) of the wall points for displacements (n, 3) of the given ones. Rotations may be large.
     ///
     /// # Errors
-    /// Of kind `Input` if the number of displacements is not that of the points, one is not finite, or points at one place have
-    /// different ones.
+    /// Of kind `Input` if the numbers of displacements and points differ, if one is not finite, or if points at one position
+    /// have different ones.
     pub fn displacements(&self, displacements: &[Vector]) -> Result<Vec<Vector>> {
         check_values("displacements", displacements, self.given.len())?;
         Ok(match &self.method {
@@ -154,11 +154,11 @@ impl SurfaceMap {
         })
     }
 
-    /// The forces (n, 3) at the given points that do the same virtual work as forces (N, 3) at the wall points, both at rest.
-    /// Their sum is that of the forces; with `plane` and `rbf` so is that of their moments.
+    /// Returns the forces (n, 3) at the given points that do the same virtual work as forces (N, 3) at the wall points, both at
+    /// rest. The sum of forces is preserved; with `plane` and `rbf` also the sum of moments.
     ///
     /// # Errors
-    /// Of kind `Input` if the number of forces is not that of the wall points, or one is not finite.
+    /// Of kind `Input` if the numbers of forces and wall points differ, or if one is not finite.
     pub fn pull_back(&self, forces: &[Vector]) -> Result<Vec<Vector>> {
         check_values("forces", forces, self.wall.len())?;
         let mut given = vec![[0.0; 3]; self.given.len()];
@@ -180,7 +180,7 @@ impl SurfaceMap {
         Ok(given)
     }
 
-    /// The displacement of a wall point by its foot on a facet.
+    /// Returns the displacement of a wall point by its closest point on a facet.
     fn carried(&self, foot: &ClosestPoint, y: &Vector, displacements: &[Vector]) -> Vector {
         let corners = foot.corners.map(|i| self.given[i as usize]);
         let moved = foot.corners.map(|i| displacements[i as usize]);
@@ -208,12 +208,12 @@ impl SurfaceMap {
     }
 }
 
-/// The differences along two sides of a facet; none along the second side of an edge.
+/// Returns the differences along two sides of a facet; zero along the second side of an edge.
 fn along([a, b, c]: [Vector; 3]) -> Slopes {
     [sub(b, a), sub(c, a)]
 }
 
-/// The nearest given point of each wall point.
+/// Returns the nearest given point of each wall point.
 fn feet_on_points(given: &[Vector], wall: &[Vector]) -> Result<Vec<ClosestPoint>> {
     check(given, wall)?;
     let points: Vec<[u32; 3]> = (0..given.len() as u32).map(|i| [i; 3]).collect();

@@ -7,8 +7,8 @@
 //! (P^T  0) (beta) = (0     )
 //! ```
 //!
-//! Where the points lie near a plane, the polynomial has no term across it: such points do not tell how displacements change across.
-//! The offset of a wall point from the interpolated surface then turns with it.
+//! If the points are close to a plane, the polynomial has no term across it: such points do not determine how displacements
+//! change across. The offset of a wall point from the interpolated surface then turns with it.
 
 use super::frame::{Frame, Slopes};
 use crate::{Basis, Error, Kernel, Result, Vector};
@@ -16,7 +16,7 @@ use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{add, cross, dot, scale, sub, unit};
 use azimesh_core::linear::{Cholesky, Matrix, svd};
 
-/// Part of the longest extent of a patch below which another is none.
+/// Least ratio of an extent of a patch to its longest extent.
 pub(super) const FLAT: f64 = 0.1;
 /// Support radius in radii of a patch.
 const SUPPORT: f64 = 8.0;
@@ -57,8 +57,8 @@ pub(super) struct Solution {
 }
 
 impl Patch {
-    /// Of points in the order of their distance from `centre`. `None` if they extend in one direction only, of which the second
-    /// extent is below the part `line` of the first; in the plane that is enough.
+    /// Builds a patch of points sorted by their distance from `centre`. `None` if they extend in one direction only, that is if
+    /// the second extent is below the part `line` of the first; in the plane one direction is enough.
     pub fn new(
         centre: Vector,
         points: Vec<u32>,
@@ -118,7 +118,7 @@ impl Patch {
         })
     }
 
-    /// The place at which a wall point is interpolated: within the points across a flat patch.
+    /// Returns the position at which a wall point is interpolated: within the points across a flat patch.
     fn place(&self, y: &Vector) -> Vector {
         let from_centre = sub(*y, self.centre);
         let mut local = self.axes.map(|axis| dot(axis, from_centre));
@@ -178,7 +178,7 @@ fn transposed_times(a: &Matrix, b: &Matrix) -> Matrix {
 }
 
 impl System<'_> {
-    /// Solves with `values (n, r)` and `right (m, r)`, that of the polynomial's rows.
+    /// Solves with `values (n, r)` and `right (m, r)`, the right side of the polynomial's rows.
     fn solve(&self, values: Matrix, right: &Matrix) -> Solution {
         let mut weights = values;
         self.kernels.solve(&mut weights);
@@ -194,7 +194,7 @@ impl System<'_> {
         Solution { weights, beta }
     }
 
-    /// The interpolants of the places of the given points, from the centre, and of their displacements.
+    /// Returns the interpolants of the positions of the given points, from the centre, and of their displacements.
     pub fn through(&self, given: &[Vector], displacements: Option<&[Vector]>) -> Solution {
         let Patch { points, centre, .. } = self.patch;
         let n_columns = if displacements.is_some() { 6 } else { 3 };
@@ -208,7 +208,7 @@ impl System<'_> {
         self.solve(values, &Matrix::zeros(self.terms.n_cols(), n_columns))
     }
 
-    /// Factors of the weights at a place, and of their slopes along the first two axes.
+    /// Returns factors of the weights at a position, and of their slopes along the first two axes.
     fn kernels_at(&self, place: &Vector, point: &Vector) -> [f64; 3] {
         let away = sub(*place, *point);
         let radius = self.basis.radius;

@@ -5,8 +5,8 @@
 //! m(y)^2 = max(0, min_p (|y - c_p|^2 - r_p^2 / 4))
 //! ```
 //!
-//! `m` is zero near the given points. Farther away it is the distance that all patches share, so that those below the wall point
-//! count, not those around it.
+//! `m` is zero near the given points. Farther away it is the distance that all patches share, so that patches below the wall
+//! point count, not patches around it.
 
 use super::in_plane;
 use super::patch::{FLAT, Patch};
@@ -17,10 +17,10 @@ use azimesh_core::parallel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// Points of a patch, and how many of them next to the centre need no patch of their own.
+/// Number of points of a patch, and number of them next to the centre that need no patch of their own.
 const POINTS: usize = 48;
 const INNER: usize = 12;
-/// Part of the longest extent of all points below which they lie on a line.
+/// Least ratio of the second extent of all points to the longest; below it they are on a line.
 const LINE: f64 = 1e-6;
 /// Points or patches of a box.
 const BOX: usize = 64;
@@ -62,7 +62,7 @@ impl Patches {
                 }
                 if is_all {
                     return Err(Error::input(
-                        "the given points lie on a line, or are fewer than 3: they do not tell how the surface turns about it",
+                        "the given points are on a line, or fewer than 3: they do not determine a rotation about it",
                     ));
                 }
                 n *= 2;

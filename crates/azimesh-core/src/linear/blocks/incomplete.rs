@@ -13,9 +13,9 @@
 use super::{Block, Blocks, Vector, subtract_times, subtract_transposed_times, times};
 use multiversion::multiversion;
 
-/// Part of the diagonal that is added where a pivot is not positive; four times as much at each try.
+/// Part of the diagonal that is added if a pivot is not positive; four times as much at each attempt.
 const FIRST_SHIFT: f64 = 1e-3;
-/// A pivot below this part of its diagonal entry counts as none.
+/// A pivot below this part of its diagonal entry counts as zero.
 const LEAST_PIVOT: f64 = 1e-10;
 
 /// The factors of a matrix.
@@ -55,7 +55,7 @@ impl Incomplete {
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
 fn factorise(matrix: &Blocks, shift: f64, factors: &mut Incomplete) -> bool {
     let n = matrix.n_rows();
-    // Where the current row has each column.
+    // Index of each column in the current row.
     let mut place = vec![usize::MAX; n];
     let mut row_values: Vec<Block> = Vec::new();
     for row in 0..n {

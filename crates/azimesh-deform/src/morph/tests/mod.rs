@@ -1,4 +1,4 @@
-//! Morphs on plane, solid, sliding and periodic meshes: exact, linear, with the right transpose.
+//! Morphs on plane, solid, sliding and periodic meshes: exactness, linearity, the transpose.
 
 mod refusals;
 
@@ -60,7 +60,7 @@ fn noise(seed: usize, n: usize) -> Vec<Vector> {
         .collect()
 }
 
-/// Displacements of the moving nodes, as rough as can be, that keep to the plane of a plane mesh.
+/// Displacements of the moving nodes, as rough as possible, in the plane of a plane mesh.
 fn rough(morph: &Morph, seed: usize) -> Vec<Vector> {
     let noise = noise(seed, morph.moving().len()).into_iter();
     noise.map(|d| morph.surface.in_mesh(d)).collect()
@@ -281,7 +281,7 @@ fn the_report_names_nodes_where_the_correction_is_steep() {
     assert!(report.largest_slope > STEEP && report.largest_residual > 0.1);
 }
 
-/// Two triangles on a square of nodes; nodes 4 and 5 lie at the places of 1 and 2.
+/// Two triangles on a square of nodes; nodes 4 and 5 are at the positions of 1 and 2.
 fn torn() -> Mesh {
     let mut mesh = Mesh {
         points: vec![
@@ -350,7 +350,7 @@ fn faces_are_found_where_the_mesh_has_no_boundary_cells() {
     assert!(a.iter().zip(&b).all(|(a, b)| distance(*a, *b) < 1e-14));
 }
 
-/// A box of `n` by `n` by `n` hexahedra whose nodes are a little off their places.
+/// A box of `n` by `n` by `n` hexahedra with slightly moved nodes.
 fn shaken(n: u32, seed: usize) -> Mesh {
     let mut mesh = Mesh::default();
     let shakes = noise(seed, (n as usize + 1).pow(3));

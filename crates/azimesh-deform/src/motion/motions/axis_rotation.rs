@@ -6,8 +6,8 @@ use crate::motion::setters::setters;
 use crate::motion::table::Interpolation;
 use azimesh_core::geometry::vector::{Vector, unit};
 
-/// A right-handed rotation about an axis: by an angle that stays, that swings with the azimuth or at a
-/// frequency, or that a table has.
+/// A right-handed rotation about an axis. The angle is constant, oscillates with the azimuth or at a frequency, or
+/// comes from a table.
 ///
 /// ```text
 /// angle = mean + sum over m of [ A_m sin(m psi) + B_m cos(m psi) ] + table
@@ -29,7 +29,7 @@ use azimesh_core::geometry::vector::{Vector, unit};
 /// ```
 #[derive(Debug, Clone)]
 pub struct AxisRotation {
-    /// Unit axis; zero where a direction of no length was given.
+    /// Unit axis; zero for a direction of zero length.
     pub(in crate::motion) axis: Vector,
     /// A point of the axis, in mesh units.
     pub(in crate::motion) origin: Vector,
@@ -37,7 +37,7 @@ pub struct AxisRotation {
 }
 
 impl AxisRotation {
-    /// About an axis through the origin in this direction, of any length; by no angle yet.
+    /// Creates a rotation about an axis through the origin in this direction, of any length; its angle is zero.
     pub fn new(axis: Vector) -> Self {
         Self {
             axis: unit(axis).unwrap_or_default(),
@@ -48,16 +48,16 @@ impl AxisRotation {
 }
 
 setters! { AxisRotation {
-    /// A point of the axis, in mesh units.
+    /// Sets a point of the axis, in mesh units.
     origin(origin: Vector) |self| self.origin = origin;
-    /// The angle, in degrees; that about which it swings where it has harmonics.
+    /// Sets the angle, in degrees; the mean if it has harmonics.
     angle_deg(angle: f64) |self| self.angle.series.mean = angle.to_radians();
-    /// Harmonic `m` of the angle, from 1 on: `sin` and `cos` in degrees.
+    /// Sets harmonic `m` of the angle, from 1: `sin` and `cos` in degrees.
     harmonic_deg(m: usize, sin: f64, cos: f64) |self| self.angle.series.set_deg(m, sin, cos);
-    /// How often the first harmonic swings, in Hz, for steps in time; with the azimuth unless it is set.
+    /// Sets the frequency of the first harmonic in Hz, for steps in time; by default it follows the azimuth.
     frequency_hz(frequency: f64) |self| self.angle.frequency = Some(frequency);
-    /// An angle that is added: a table of `azimuth_deg`, `time_s` or `step`, and `angle_deg` (or `angle_rad`).
+    /// Adds an angle from a table of `azimuth_deg`, `time_s` or `step`, and `angle_deg` (or `angle_rad`).
     table(table: impl Into<TableSource>) |self| self.angle.table = Some(table.into());
-    /// A cubic spline between rows of the table, periodic where the table is.
+    /// Interpolates the table with a cubic spline, which is periodic if the table is.
     cubic() |self| self.angle.interpolation = Interpolation::Cubic;
 } }

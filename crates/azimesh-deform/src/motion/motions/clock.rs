@@ -7,28 +7,28 @@ use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::in_digits;
 use azimesh_core::{Note, note};
 
-/// The error of a table over time in a schedule without times.
+/// Error message for a table over time in a schedule without times.
 pub(super) const NO_TIME: &str = "the table has the column `time_s`, but the steps have no time; give the \
                                   schedule [time], or `rpm` in [rotor]";
 
-/// A range is a small part of another below this.
+/// A range is a small part of another if their ratio is below this.
 const SMALL_PART: f64 = 0.02;
 
-/// What makes values at a step certain.
+/// The promise behind `expect` on values at a step.
 const PROMISE: &str = "the history was checked at every step";
 
-/// The steps of a schedule with what is known of their times.
+/// The steps of a schedule, with their neighbours in time.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::motion) struct Clock<'a> {
     /// The steps.
     pub steps: &'a [Step],
-    /// For each step those next to it in time.
+    /// Neighbours in time of each step.
     pub neighbours: &'a [[u32; 2]],
 }
 
 impl Clock<'_> {
-    /// Where a body with this azimuth offset (radians) is at a step, in the unit of the key. The offset
-    /// is one of azimuth: times and steps are the same for every body.
+    /// Returns the position of a body with this azimuth offset (radians) at a step, in the unit of the key. The
+    /// offset shifts azimuths only: times and steps are the same for every body.
     pub fn place(key: Key, step: &Step, offset: f64) -> Option<f64> {
         let at = key.of_step(step)?;
         Some(match key {
@@ -38,8 +38,8 @@ impl Clock<'_> {
         })
     }
 
-    /// By how much the key of a history grows in a second at a step; 0 where the schedule has no time. Of a linear
-    /// one over steps, whose rates are those after a row, from the step to the next.
+    /// Returns the rate per second of a history's key at a step; 0 if the schedule has no time. For a linear history
+    /// over steps, whose rates follow a row, it is the rate from this step to the next.
     pub fn rate_in(&self, history: &History, step: &Step) -> f64 {
         match history.key() {
             Key::Step if history.is_linear() => {
@@ -55,7 +55,7 @@ impl Clock<'_> {
         }
     }
 
-    /// By how much the key grows in a second at a step; 0 where the schedule has no time.
+    /// Returns the rate per second of the key at a step; 0 if the schedule has no time.
     pub fn rate(&self, key: Key, step: &Step) -> f64 {
         match key {
             Key::AzimuthDeg => step.azimuth_rate.unwrap_or(0.0).to_degrees(),
@@ -65,12 +65,12 @@ impl Clock<'_> {
         }
     }
 
-    /// The steps next to one in time, before and after; the step itself at an end.
+    /// Returns the neighbours of a step in time, before and after; the step itself at an end.
     pub fn beside(&self, step: &Step) -> [usize; 2] {
         self.neighbours[step.index].map(|step| step as usize)
     }
 
-    /// Steps a second, between the neighbours of a step in time; 0 where the schedule has no time.
+    /// Returns steps per second, between the neighbours of a step in time; 0 if the schedule has no time.
     pub fn steps_a_second(&self, step: &Step) -> f64 {
         let [from, to] = self.beside(step);
         self.steps_between(from, to)
@@ -85,15 +85,14 @@ impl Clock<'_> {
         }
     }
 
-    /// The azimuth (radians) by which a body is ahead in a history. A table over azimuth that repeats itself has
-    /// a row for every azimuth of a blade; one that does not is of events in the azimuth of the rotor, and the
-    /// same for every body.
+    /// Returns the azimuth (radians) by which a body is ahead in a history. A periodic table over azimuth has a row for
+    /// every azimuth of a blade. Any other table describes events at azimuths of the rotor, the same for every body.
     pub fn offset(history: &History, on: &OnMesh<'_>) -> f64 {
         if history.repeats() { on.offset } else { 0.0 }
     }
 
-    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule. A note
-    /// where the body has an azimuth offset that the history does not follow, or a step is past its last row.
+    /// Refuses a history without values at some step; `place` is the key of its motion in the schedule. Returns a note
+    /// if the body has an azimuth offset that the history does not follow, or if a step is past its last row.
     pub fn check(&self, history: &History, on: &OnMesh<'_>, place: &str) -> Result<Option<Note>> {
         let key = history.key();
         self.check_azimuth(key, on, place)?;
@@ -134,7 +133,7 @@ impl Clock<'_> {
         Ok(closed.map(file))
     }
 
-    /// Refuses a key of azimuth where steps have none.
+    /// Refuses azimuth as a key where steps have none.
     pub fn check_azimuth(&self, key: Key, on: &OnMesh<'_>, place: &str) -> Result<()> {
         if key.revolution().is_none() || self.steps.iter().all(|step| step.has_azimuth) {
             return Ok(());
@@ -148,7 +147,7 @@ impl Clock<'_> {
     }
 }
 
-/// Where a history has rows, and where steps need it.
+/// Ranges of the rows of a history and of the steps.
 struct Ranges {
     key: Key,
     repeats: bool,
@@ -168,13 +167,13 @@ impl Ranges {
         }
     }
 
-    /// The extent of the first range in parts of that of the second, if it is small.
+    /// Returns the ratio of the first range to the second, if it is small.
     fn part([low, high]: [f64; 2], of: [f64; 2]) -> Option<f64> {
         let part = (high - low) / (of[1] - of[0]);
         (0.0 < part && part < SMALL_PART).then_some(part)
     }
 
-    /// A warning where the steps need a small part of the rows.
+    /// Returns a warning if the steps need a small part of the rows.
     fn small_part(&self, body: &str, place: &str) -> Option<Note> {
         let part = Self::part(self.steps, self.rows).filter(|_| !self.repeats)?;
         let [first, last] = self.rows.map(|at| self.key.place(at));
@@ -187,7 +186,7 @@ impl Ranges {
         ))
     }
 
-    /// Adds to the error of a step without rows that the table covers a small part of the steps.
+    /// Adds a sentence to the error of a step without rows, if the table covers a small part of the steps.
     fn explain(&self, mut error: Error, place: &str) -> Error {
         if let Some(part) = Self::part(self.rows, self.steps) {
             let [from, to] = self.steps.map(|at| self.key.place(at));
@@ -200,7 +199,7 @@ impl Ranges {
         error
     }
 
-    /// What may be wrong where the rows have the larger range, or the steps.
+    /// Returns the likely remedy where the range of the rows is larger, or the range of the steps.
     fn remedy(&self, place: &str, of_rows: bool) -> String {
         let unit = if of_rows { "ms" } else { "min" };
         let motion = place.split('.').next().unwrap_or(place);
@@ -219,7 +218,7 @@ impl Ranges {
     }
 }
 
-/// A note where a body has an azimuth offset that rows over azimuth do not follow, since they do not repeat themselves.
+/// Returns a note if a body has an azimuth offset that its rows over azimuth, not being periodic, do not follow.
 pub(super) fn transient(key: Key, on: &OnMesh<'_>, why: &str) -> Option<Note> {
     let differs = key.revolution().is_some() && on.offset != 0.0;
     differs.then(|| {
@@ -233,17 +232,17 @@ pub(super) fn transient(key: Key, on: &OnMesh<'_>, why: &str) -> Option<Note> {
     })
 }
 
-/// A history that has values at every step, for a body.
+/// The history of a body, with values at every step.
 #[derive(Debug)]
 pub(super) struct StepHistory {
     history: History,
     offset: f64,
-    /// What the user should know of it.
+    /// Note for the user.
     pub note: Option<Note>,
 }
 
 impl StepHistory {
-    /// Refuses a history that has no values at some step; its motion is under `place` in the schedule.
+    /// Refuses a history without values at some step; `place` is the key of its motion in the schedule.
     pub fn new(history: History, on: &OnMesh<'_>, place: &str) -> Result<Self> {
         Ok(Self {
             note: on.clock.check(&history, on, place)?,
@@ -256,12 +255,12 @@ impl StepHistory {
         Clock::place(self.history.key(), step, self.offset).expect(PROMISE)
     }
 
-    /// The values of a step.
+    /// Returns the values at a step.
     pub fn values(&self, step: &Step) -> Vec<f64> {
         self.history.at(self.place(step)).expect(PROMISE)
     }
 
-    /// Their rates in a second; 0 where the schedule has no time.
+    /// Returns the rates of the values per second; 0 if the schedule has no time.
     pub fn rates(&self, at: &At<'_>) -> Vec<f64> {
         let each = at.clock.rate_in(&self.history, at.step);
         let rates = self.history.rates_at(self.place(at.step)).expect(PROMISE);

@@ -57,7 +57,7 @@ pub struct Cyclic {
 }
 
 impl Cyclic {
-    /// No angle at any azimuth.
+    /// Creates a motion with zero angles at every azimuth.
     pub fn new() -> Self {
         Self::default()
     }
@@ -72,31 +72,31 @@ impl Cyclic {
 }
 
 setters! { Cyclic {
-    /// Mean of the pitch angle, in degrees.
+    /// Sets the mean of the pitch angle, in degrees.
     collective_deg(angle: f64) |self| self.pitch.mean = angle.to_radians();
-    /// Harmonic `m` of the pitch angle, from 1 on: `sin` and `cos` in degrees.
+    /// Sets harmonic `m` of the pitch angle, from 1: `sin` and `cos` in degrees.
     pitch_deg(m: usize, sin: f64, cos: f64) |self| self.pitch.set_deg(m, sin, cos);
-    /// Mean of the flap angle, in degrees.
+    /// Sets the mean of the flap angle, in degrees.
     coning_deg(angle: f64) |self| self.flap.mean = angle.to_radians();
-    /// Harmonic `m` of the flap angle, from 1 on: `sin` and `cos` in degrees.
+    /// Sets harmonic `m` of the flap angle, from 1: `sin` and `cos` in degrees.
     flap_deg(m: usize, sin: f64, cos: f64) |self| self.flap.set_deg(m, sin, cos);
-    /// Harmonic `m` of the lag angle, from 1 on: `sin` and `cos` in degrees.
+    /// Sets harmonic `m` of the lag angle, from 1: `sin` and `cos` in degrees.
     lag_deg(m: usize, sin: f64, cos: f64) |self| self.lag.set_deg(m, sin, cos);
-    /// What is added to the argument of every harmonic, in degrees.
+    /// Sets the phase added to the argument of every harmonic, in degrees.
     phase_deg(phase: f64) |self| self.phase = phase.to_radians();
-    /// Where the pitch axis, parallel to the span, passes the hub: chordwise and shaftwise, in mesh units.
+    /// Sets the offset of the pitch axis from the hub, chordwise and shaftwise, in mesh units. The axis is parallel to the span.
     pitch_axis(chordwise: f64, shaftwise: f64) |self| self.pitch_axis = [chordwise, shaftwise];
-    /// Spanwise distance of the flap and lag hinge from the hub, in mesh units.
+    /// Sets the spanwise distance of the flap and lag hinge from the hub, in mesh units.
     flap_hinge(spanwise: f64) |self| self.flap_hinge = spanwise;
-    /// Angles that are added: a table of `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) and some of
-    /// `pitch_deg`, `flap_deg`, `lag_deg` (or `_rad`); what is left out is 0.
+    /// Adds angles from a table of `azimuth_deg` (or `azimuth_rad`, `time_s`, `step`) and any of `pitch_deg`, `flap_deg`,
+    /// `lag_deg` (or `_rad`); missing columns are 0.
     table(table: impl Into<TableSource>) |self| self.table = Some(table.into());
-    /// What the file calls a column, by its name here: `column("pitch_deg", "theta")`. Columns of other names are passed
-    /// over.
+    /// Maps a column's name here to its name in the file: `column("pitch_deg", "theta")`. Columns of other names are
+    /// ignored.
     column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
-    /// The unit of a column, by its name here: `unit("pitch_deg", "rad")`, or a factor.
+    /// Sets the unit of a column, by its name here: `unit("pitch_deg", "rad")`, or a factor.
     unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
-    /// A cubic spline between rows of the table, periodic where the table is.
+    /// Interpolates the table with a cubic spline, which is periodic if the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
 
@@ -195,7 +195,7 @@ impl BodyMotion for Cyclic {
 
 impl Cyclic {
     fn hinges(&self, on: &OnMesh<'_>) -> Result<Hinges> {
-        // Angles about an axis in the plane of a 2D mesh are refused.
+        // Refuses angles about an axis in the plane of a 2D mesh.
         let (allowed, left) = if on.blade.is_upright() {
             (2, "lag_deg")
         } else {
@@ -231,7 +231,7 @@ impl Cyclic {
 #[derive(Debug)]
 struct Blade {
     hinges: Hinges,
-    /// True if the blade is a beam, which turns about its hinges itself.
+    /// True if the blade is a beam; a beam includes the hinge rotations.
     bends: bool,
     notes: Vec<Note>,
 }
@@ -246,13 +246,13 @@ pub(super) struct Hinges {
 }
 
 impl Hinges {
-    /// Those of the blade of a body, where it has a cyclic motion.
+    /// Returns the angles of the blade of a body, if it has a cyclic motion.
     pub fn of(on: &OnMesh<'_>) -> Result<Option<Self>> {
         let cyclic = on.body.motion::<Cyclic>();
         cyclic.map(|cyclic| cyclic.hinges(on)).transpose()
     }
 
-    /// Pitch, flap and lag at a step, without the signs of the rotor.
+    /// Returns pitch, flap and lag at a step, without the signs of the rotor.
     fn angles(&self, step: &Step) -> [f64; 3] {
         let (cyclic, psi) = (&self.cyclic, step.azimuth + self.offset);
         let table = self.table.as_ref();
@@ -261,7 +261,7 @@ impl Hinges {
         std::array::from_fn(|i| series[i].1.at(psi, cyclic.phase) + added[i])
     }
 
-    /// Their rates, in radians a second.
+    /// Returns their rates, in radians per second.
     fn rates(&self, at: &At<'_>) -> [f64; 3] {
         let (cyclic, psi) = (&self.cyclic, at.step.azimuth + self.offset);
         let rate = at.step.azimuth_rate.unwrap_or(0.0);
@@ -271,7 +271,7 @@ impl Hinges {
         std::array::from_fn(|i| series[i].1.slope(psi, cyclic.phase) * rate + added[i])
     }
 
-    /// A note where pitch, flap or lag is more than a turn, which no blade does.
+    /// Returns a note if pitch, flap or lag exceeds one turn, which is not plausible for a blade.
     fn more_than_a_turn(&self, body: &str) -> Option<Note> {
         let added = self.table.as_ref().map_or([0.0; 3], |table| table.bound);
         let sums = self.cyclic.series().into_iter().zip(added);
@@ -292,8 +292,7 @@ impl Hinges {
     /// x'  = O + h e_x + Rz(lag) Ry(-flap) (x_r + x_ref - O - h e_x)
     /// ```
     ///
-    /// Its rotations, pitch first. The pitch axis is parallel to the span, so that turning about it needs
-    /// no station `r`.
+    /// Its rotations, pitch first. The pitch axis is parallel to the span, so the pitch rotation needs no station `r`.
     pub fn rotations(&self, at: &At<'_>) -> [Rotation; 3] {
         let blade = &self.blade;
         let signs = &blade.signs;
@@ -312,7 +311,7 @@ impl Hinges {
         ]
     }
 
-    /// The point of the pitch axis at the hub.
+    /// Returns the point of the pitch axis at the hub.
     fn pitch_centre(&self) -> Vector {
         let [chordwise, shaftwise] = self.cyclic.pitch_axis;
         self.blade.point(0.0, chordwise, shaftwise)

@@ -9,7 +9,7 @@ use azimesh_core::geometry::vector::Vector;
 use std::fmt;
 use std::sync::Arc;
 
-/// For a step and the positions of all nodes of a body in the reference mesh, their displacements.
+/// A function that writes the displacements of all nodes of a body, for a step and the nodes' positions in the reference mesh.
 pub(in crate::motion) type NodeFunction = dyn Fn(&Step, &[Vector], &mut [Vector]) + Send + Sync;
 
 /// A function that displaces the nodes of a body. It is called once for each step, when the schedule is
@@ -17,7 +17,7 @@ pub(in crate::motion) type NodeFunction = dyn Fn(&Step, &[Vector], &mut [Vector]
 #[derive(Clone)]
 pub(in crate::motion) struct Displacements {
     pub function: Arc<NodeFunction>,
-    /// What the caller calls it; who gives another function another name may resume a run.
+    /// Name given by the caller. A run may be resumed if the name is the same.
     pub name: Option<String>,
 }
 

@@ -7,8 +7,8 @@ use azimesh_core::geometry::{Moving, Transform};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What a motion does at a part of a step: for every point `R`, which is rigid, or a map for each section of a
-/// beam, or a displacement for each node.
+/// Effect of a motion at a part of a step. `R` is rigid for every point, a map for each section of a beam, or a
+/// displacement for each node.
 #[derive(Debug, Clone)]
 pub(in crate::motion) enum Link<'a, R = RigidLink> {
     Rigid(R),
@@ -22,7 +22,7 @@ impl<'a> Link<'a> {
         matches!(self, Self::Rigid(link) if link.rotations.is_empty() && link.translation.is_none())
     }
 
-    /// The rotations of what is at `x` of the reference mesh, in their order.
+    /// Returns the rotations at `x` of the reference mesh, in their order.
     pub fn rotations(self, x: Vector) -> Vec<Rotation> {
         match self {
             Self::Rigid(link) => link.rotations,
@@ -31,7 +31,7 @@ impl<'a> Link<'a> {
         }
     }
 
-    /// The link at the start of a motion: the part `reached` of it, which grows by `growth` in a second.
+    /// Returns the link at the start of a motion: the part `reached` of it, which grows by `growth` per second.
     pub fn ramped(self, [reached, growth]: [f64; 2]) -> Self {
         let rotation = |rotation: Rotation| Rotation {
             angle: reached * rotation.angle,
@@ -62,7 +62,7 @@ impl<'a> Link<'a> {
         }
     }
 
-    /// This link with its rigid part converted by `form`.
+    /// Returns this link with its rigid part converted by `form`.
     pub fn with_rigid<R>(self, form: impl FnOnce(&RigidLink) -> R) -> Link<'a, R> {
         match self {
             Self::Rigid(link) => Link::Rigid(form(&link)),
@@ -72,17 +72,17 @@ impl<'a> Link<'a> {
     }
 }
 
-/// Rotations, then a translation. It is at rest where it has neither.
+/// Rotations, then a translation. It is at rest if it has neither.
 #[derive(Debug, Clone, Default)]
 pub(in crate::motion) struct RigidLink {
     /// The rotations, in their order.
     pub rotations: Vec<Rotation>,
-    /// In mesh units, and in mesh units a second, which is 0 where the schedule has no time.
+    /// In mesh units, and in mesh units per second; the rate is 0 if the schedule has no time.
     pub translation: Option<[Vector; 2]>,
 }
 
 impl RigidLink {
-    /// The rigid map.
+    /// Returns the rigid map.
     pub fn map(&self) -> Transform {
         let maps = self.rotations.iter().map(Rotation::map);
         let turned = maps.reduce(|first, next| first.then(&next));
@@ -93,7 +93,7 @@ impl RigidLink {
         }
     }
 
-    /// The map with its velocity.
+    /// Returns the map with its velocity.
     pub fn moving(&self) -> Moving {
         let still = Moving::still(Transform::IDENTITY);
         let turned = (self.rotations.iter()).fold(still, |all, next| all.then(&next.moving()));
@@ -113,12 +113,12 @@ pub struct Rotation {
     pub origin: Vector,
     /// In radians.
     pub angle: f64,
-    /// In radians a second; 0 where the schedule has no time.
+    /// In radians per second; 0 if the schedule has no time.
     pub rate: f64,
 }
 
 impl Rotation {
-    /// The part, from 0 to 1, of the angle.
+    /// Returns the rotation by a part, from 0 to 1, of the angle.
     pub(in crate::motion) fn part(self, part: f64) -> Self {
         Self {
             angle: part * self.angle,
@@ -126,18 +126,18 @@ impl Rotation {
         }
     }
 
-    /// The map.
+    /// Returns the map.
     pub fn map(&self) -> Transform {
         Transform::rotation(self.axis, self.origin, self.angle)
     }
 
-    /// The rotation with its velocity.
+    /// Returns the rotation with its velocity.
     pub fn moving(&self) -> Moving {
         Moving::rotation(self.axis, self.origin, self.angle, self.rate)
     }
 }
 
-/// Displacements that nodes have of their own: the sum of some fields, times a part.
+/// Displacements of individual nodes: the sum of some fields, times a part.
 #[derive(Debug, Clone)]
 pub(in crate::motion) struct NodeLink<'a> {
     pub nodes: Arc<BodyNodes>,
@@ -145,21 +145,21 @@ pub(in crate::motion) struct NodeLink<'a> {
     pub fields: Vec<(NodeField<'a>, Option<NodeField<'a>>)>,
     /// From 0 to 1.
     pub part: f64,
-    /// By how much the part grows in a second.
+    /// Rate of the part, per second.
     pub growth: f64,
 }
 
 /// A vector for each node of a body.
 #[derive(Debug, Clone)]
 pub(in crate::motion) enum NodeField<'a> {
-    /// As they are.
+    /// The vectors themselves.
     Values(Cow<'a, [Vector]>),
     /// Shapes times factors.
     Shapes(Vec<(&'a [Vector], f64)>),
 }
 
 impl<'a> NodeField<'a> {
-    /// Shapes times factors, of which many may be zero.
+    /// Shapes times factors; many factors may be zero.
     pub fn shapes(shapes: &'a [Vec<Vector>], factors: Vec<f64>) -> Self {
         let pairs = shapes.iter().map(Vec::as_slice).zip(factors);
         Self::Shapes(pairs.filter(|(_, factor)| *factor != 0.0).collect())
@@ -176,17 +176,17 @@ impl<'a> NodeField<'a> {
 }
 
 impl<'a> NodeLink<'a> {
-    /// Both at once: displacements are added before they act.
+    /// Combines both: displacements are added before they act.
     pub fn join(&mut self, other: Self) {
         self.fields.extend(other.fields);
     }
 
-    /// The displacement of a node; zero where it is another body's.
+    /// Returns the displacement of a node; zero for nodes of another body.
     pub fn displacement(&self, node: u32) -> Vector {
         scale(self.sum(node, |(field, _)| Some(field)), self.part)
     }
 
-    /// Its rate, in mesh units a second.
+    /// Returns its rate, in mesh units per second.
     pub fn rate(&self, node: u32) -> Vector {
         let rate = scale(self.sum(node, |(_, rate)| rate.as_ref()), self.part);
         match self.growth {

@@ -60,9 +60,9 @@ use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A motion as it is declared.
+/// The declaration of a motion.
 pub(super) trait BodyMotion: Any + Debug + Send + Sync {
-    /// When it acts: those of a smaller number before it.
+    /// Its rank in the order of motions; smaller numbers act first.
     fn order(&self) -> u8;
 
     /// The tables and files it names.
@@ -70,27 +70,27 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Returns whether it needs the azimuth of a step: harmonics do, tables say so by their columns.
+    /// Returns whether it needs the azimuth of a step: harmonics do; tables have it as a column.
     fn has_harmonics(&self) -> bool {
         false
     }
 
-    /// Refuses numbers that mean nothing.
+    /// Refuses invalid numbers.
     fn check(&self, _body: &Body) -> Result<()> {
         Ok(())
     }
 
-    /// Refuses what leaves the plane of a 2D mesh, as far as it is known without files. In it the shaft
-    /// is either in the plane, or `upright`.
+    /// Refuses motion out of the plane of a 2D mesh, if that is known without files. The shaft of a 2D mesh is in the
+    /// plane, unless `upright`.
     fn check_plane(&self, _body: &Body, _upright: bool) -> Result<()> {
         Ok(())
     }
 
-    /// What it is on a mesh; reads its files and holds them against nodes and steps.
+    /// Resolves it on a mesh: reads its files and checks them against nodes and steps.
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>>;
 }
 
-/// Which points of a body share a map of a motion.
+/// Set of points of a body that share a map of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MapScope {
     /// One rigid map for every point.
@@ -103,15 +103,15 @@ pub(super) enum MapScope {
 
 /// A motion on a mesh.
 pub(super) trait ResolvedMotion: Debug + Send + Sync {
-    /// Its map at a part of a step; `None` where another motion includes it.
+    /// Returns its map at a part of a step; `None` if another motion includes it.
     fn link(&self, at: &At<'_>) -> Option<Link<'_>>;
 
-    /// Which points share a map.
+    /// Returns the set of points that share a map.
     fn map_scope(&self) -> MapScope {
         MapScope::Body
     }
 
-    /// The point that it turns about, where it does.
+    /// Returns its centre of rotation, if it has one.
     fn centre(&self) -> Option<Vector> {
         None
     }
@@ -121,28 +121,28 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
         false
     }
 
-    /// Pitch, flap and lag at a step, in radians, without the signs of the rotor.
+    /// Returns pitch, flap and lag at a step, in radians, without the signs of the rotor.
     fn cyclic_angles(&self, _step: &Step) -> Option<[f64; 3]> {
         None
     }
 
-    /// The line that its sections turn about, held within the span of some points.
+    /// Returns the line about which its sections turn, within the span of some points.
     fn centre_line(&self, _points: &[Vector]) -> Option<CentreLine> {
         None
     }
 
-    /// Bytes of the displacements that it holds for the nodes of its body.
+    /// Returns the size in bytes of the displacements that it stores for the nodes of its body.
     fn memory_bytes(&self) -> usize {
         0
     }
 
-    /// What the user should know of its files.
+    /// Notes on its files.
     fn notes(&self) -> &[Note] {
         &[]
     }
 }
 
-/// The step, and the part of it, that a link is for.
+/// The step of a link, and the part of it.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     pub step: &'a Step,
@@ -153,7 +153,7 @@ pub(super) struct At<'a> {
     pub rates: bool,
 }
 
-/// What a motion is resolved on: the boundary of the mesh, the steps, the blade.
+/// Context in which a motion is resolved: the boundary of the mesh, the steps, the blade.
 pub(super) struct OnMesh<'a> {
     /// The boundary of the mesh.
     pub boundary: &'a Boundary,
@@ -161,21 +161,21 @@ pub(super) struct OnMesh<'a> {
     pub faces: &'a SurfaceFaces,
     /// Nodes with a role.
     pub surface_nodes: &'a SurfaceNodes,
-    /// The role of the body's own.
+    /// The role of the body's nodes.
     pub role: Role,
     /// Axes of the blade at its azimuth offset.
     pub blade: RotorAxes,
     /// The azimuth offset in radians.
     pub offset: f64,
     pub clock: Clock<'a>,
-    /// What the mesh unit is called, where the schedule says.
+    /// Name of the mesh unit, if the schedule gives it.
     pub length_unit: Option<&'a str>,
     pub body: &'a Body,
     /// Folder that files are relative to.
     pub folder: PathBuf,
     /// The nodes of the body, found on first use.
     pub nodes: OnceCell<Arc<BodyNodes>>,
-    /// What is probably wrong in the input, once each.
+    /// Warnings about the input, without duplicates.
     pub warnings: RefCell<Vec<Note>>,
 }
 
@@ -199,18 +199,18 @@ impl OnMesh<'_> {
         }
     }
 
-    /// An error at the place of a key of the body.
+    /// Returns an error at the position of a key of the body.
     pub fn error(&self, key: &str, message: impl Into<String>) -> Error {
         self.body.places.error(key, message)
     }
 
-    /// The path of a file that a motion names; an error at its key where there is none.
+    /// Returns the path of a file that a motion names; a missing file is an error at its key.
     pub fn file(&self, file: &str, key: &str) -> Result<PathBuf> {
         file_in(&self.folder, file, |message| self.error(key, message))
     }
 }
 
-/// The path of a file that a schedule names, relative to a folder; `error` makes an error of what is wrong.
+/// Returns the path of a file that a schedule names, relative to a folder; `error` converts a message to an error.
 fn file_in(folder: &Path, file: &str, error: impl Fn(String) -> Error) -> Result<PathBuf> {
     let path = folder.join(file);
     let message = match path.metadata() {
@@ -230,7 +230,7 @@ fn file_in(folder: &Path, file: &str, error: impl Fn(String) -> Error) -> Result
 pub enum TableSource {
     /// A path relative to the schedule's file, or to the working folder.
     File(String),
-    /// One that was read or made before.
+    /// A table that was read or built before.
     Table(Arc<Table>),
 }
 
@@ -247,7 +247,7 @@ impl From<&str> for TableSource {
 }
 
 impl TableSource {
-    /// The path of the file, where it is one.
+    /// Returns the path of the file, if it is one.
     pub(super) fn file(&self) -> Option<&str> {
         match self {
             Self::File(path) => Some(path),
@@ -255,7 +255,7 @@ impl TableSource {
         }
     }
 
-    /// The path of a file that is no table, by its ending.
+    /// Returns the path of a mesh file, recognised by its ending.
     fn mesh_file(&self) -> Option<&str> {
         let path = self.file()?;
         let kind = Path::new(path).extension()?;
@@ -265,12 +265,12 @@ impl TableSource {
         (!is_table).then_some(path)
     }
 
-    /// The table; an error at the key of its motion where there is no file.
+    /// Reads the table; a missing file is an error at the key of its motion.
     fn read(&self, on: &OnMesh<'_>, key: &str) -> Result<Arc<Table>> {
         self.read_in(&on.folder, |message| on.error(key, message))
     }
 
-    /// The table, with files relative to a folder; `error` makes an error of what is wrong with the path.
+    /// Reads the table, with files relative to a folder; `error` converts a message about the path to an error.
     pub(super) fn read_in(
         &self,
         folder: &Path,

@@ -17,7 +17,7 @@ use azimesh_core::geometry::vector::Vector;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What these files have.
+/// Content of these files, in messages.
 const WHAT: &str = "shapes";
 
 /// Displacements as a sum of mode shapes times generalised coordinates:
@@ -46,7 +46,7 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// Shapes and coordinates, linear between rows; every node of the body needs its shapes.
+    /// Creates a motion of shapes and coordinates, linear between rows; every node of the body needs its shapes.
     pub fn new(shapes: impl Into<TableSource>, coordinates: impl Into<TableSource>) -> Self {
         Self {
             shapes: shapes.into(),
@@ -58,11 +58,11 @@ impl Modes {
 }
 
 setters! { Modes {
-    /// A cubic spline between rows, periodic where the table is.
+    /// Interpolates between rows with a cubic spline, which is periodic if the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
-    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
+    /// Sets the largest distance between a node and its position in the file, in mesh units; 1e-9 by default.
     match_tolerance(distance: f64) |self| self.matching.tolerance = distance;
-    /// Nodes that the file does not name stay where they are.
+    /// Keeps nodes that the file does not name at their positions.
     missing_fixed() |self| self.matching.missing_fixed = true;
 } }
 
@@ -123,7 +123,7 @@ impl BodyMotion for Modes {
 /// Shapes, and coordinates over azimuth, time or step.
 #[derive(Debug)]
 pub(super) struct ModeShapes {
-    /// Of every mode the displacement of every node of the body at a coordinate of 1.
+    /// For every mode, the displacement of every node of the body at a coordinate of 1.
     pub shapes: Vec<Vec<Vector>>,
     pub coordinates: StepHistory,
     pub nodes: Arc<BodyNodes>,
@@ -165,10 +165,10 @@ fn read_coordinates(table: &Table, interpolation: Interpolation) -> Result<Histo
     History::from_table(table, key, &coordinates, interpolation)
 }
 
-/// Shapes, and how many rows are for nodes of others.
+/// Shapes, and the number of rows for nodes of other bodies.
 type Shapes = (Vec<Vec<Vector>>, usize);
 
-/// Rows `node, mode, dx, dy, dz`, modes counted from 1.
+/// Reads rows `node, mode, dx, dy, dz`; modes are counted from 1.
 fn of_table(table: &Table, matching: Matching, on: &OnMesh<'_>, n_modes: usize) -> Result<Shapes> {
     let mut columns = table.columns();
     let place = place_columns(&mut columns, on.in_plane())?;
@@ -209,7 +209,7 @@ fn of_table(table: &Table, matching: Matching, on: &OnMesh<'_>, n_modes: usize) 
     filling.finish(which, |_, row, message| table.error_at(row, message))
 }
 
-/// Point arrays of a mesh whose names end in the number of the mode.
+/// Reads the point arrays of a mesh whose names end in the number of the mode.
 fn of_mesh(path: &Path, matching: Matching, on: &OnMesh<'_>, n_modes: usize) -> Result<Shapes> {
     let (mesh, arrays) = arrays_of(path)?;
     let modes = (1..=n_modes).map(|mode| array_of(mode, &arrays));
@@ -239,7 +239,7 @@ fn of_mesh(path: &Path, matching: Matching, on: &OnMesh<'_>, n_modes: usize) -> 
     filling.finish(which, |mode, _, message| wrong(mode, message))
 }
 
-/// The array whose name ends in the number of a mode.
+/// Finds the array whose name ends in the number of a mode.
 fn array_of(mode: usize, arrays: &[NamedVectors]) -> std::result::Result<&NamedVectors, String> {
     let number = |name: &str| {
         let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();

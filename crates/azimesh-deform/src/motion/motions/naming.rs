@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 /// A motion whose table may have other names and units.
 pub(in crate::motion) trait NamedColumns {
-    /// Its columns by their names here, with blanks between them.
+    /// Names of its columns here, separated by blanks.
     const COLUMNS: &'static str;
 
     fn names() -> Vec<&'static str> {
@@ -82,13 +82,14 @@ fn schema(names: Vec<&str>, of: impl Fn(&str) -> Value) -> Value {
     )
 }
 
-/// Refuses names and units that there are not; the motion is under `key`.
+/// Refuses unknown names and units; `key` is the key of the motion.
 pub(super) fn check<M: NamedColumns>(naming: &Naming, body: &Body, key: &str) -> Result<()> {
     let checked = naming.check(&M::names());
     checked.map_err(|(of, message)| body.places.error(&format!("{key}.{of}"), message))
 }
 
-/// The names in a file, and factors of their units; a blade ends at `radius` from the hub. The motion is under `key`.
+/// Returns the names in a file, and factors of their units. A blade ends at `radius` from the hub. `key` is the key of
+/// the motion.
 pub(super) fn resolve(
     naming: &Naming,
     on: &OnMesh<'_>,
@@ -103,7 +104,7 @@ pub(super) fn resolve(
     names.map_err(|message| on.error(&format!("{key}.units"), message))
 }
 
-/// What the user should know: columns that are passed over, and a mesh that is taken to be in m.
+/// Returns notes: ignored columns, and a mesh that is assumed to be in m.
 pub(super) fn notes(
     naming: &Naming,
     names: &ColumnNames,
@@ -136,13 +137,13 @@ pub(super) fn notes(
     notes.into_iter().map(at_file).collect()
 }
 
-/// Values over the steps from columns of a table, 0 for a column that is left out.
+/// Values over the steps from columns of a table, 0 for a missing column.
 #[derive(Debug)]
 pub(super) struct ColumnValues<const N: usize> {
     history: StepHistory,
-    /// Place of each among the values of the history.
+    /// Index of each among the values of the history.
     columns: [Option<usize>; N],
-    /// The largest size of each in a row.
+    /// Largest magnitude of each in any row.
     pub bound: [f64; N],
     /// True if a body turns about z first.
     pub z_first: bool,
@@ -150,7 +151,7 @@ pub(super) struct ColumnValues<const N: usize> {
     pub notes: Vec<Note>,
 }
 
-/// A table as a motion declares it; the motion is under `key` in the schedule, the table under `place`.
+/// A table as a motion declares it; `key` is the key of the motion in the schedule, `place` the key of the table.
 pub(super) struct NamedTable<'a> {
     pub table: &'a TableSource,
     pub interpolation: Interpolation,
@@ -162,8 +163,8 @@ pub(super) struct NamedTable<'a> {
 }
 
 impl<const N: usize> ColumnValues<N> {
-    /// Reads lengths (`dx`) and angles (`rot_x`, a column `rot_x_deg` or `rot_x_rad`) of these names, at least one; there must
-    /// be values at every step. `refused` is an error message for a value other than 0, by the place of the name.
+    /// Reads lengths (`dx`) and angles (`rot_x`, a column `rot_x_deg` or `rot_x_rad`) of these names, at least one; every
+    /// step needs values. `refused` returns an error message for a name that may only be 0, by the index of the name.
     pub fn read(
         source: &NamedTable<'_>,
         names: [&str; N],
@@ -222,12 +223,12 @@ impl<const N: usize> ColumnValues<N> {
         self.columns[column].is_some()
     }
 
-    /// The values at a step.
+    /// Returns the values at a step.
     pub fn at(&self, step: &Step) -> [f64; N] {
         self.each(&self.history.values(step))
     }
 
-    /// Their rates in a second.
+    /// Returns their rates per second.
     pub fn rates(&self, at: &At<'_>) -> [f64; N] {
         self.each(&self.history.rates(at))
     }

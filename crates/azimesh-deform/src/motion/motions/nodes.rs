@@ -1,5 +1,5 @@
-//! The nodes of a body, found by number or by place, and a vector for each of them from a file: a table with a column that
-//! names the node, or arrays of a mesh.
+//! The nodes of a body, found by number or by position, and a vector for each from a file: a table with a column
+//! that names the node, or arrays of a mesh.
 
 use super::OnMesh;
 use crate::motion::keys::Kind;
@@ -14,19 +14,19 @@ use serde_json::json;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Nodes that are named in a message.
+/// Most nodes named in a message.
 const LISTED: usize = 5;
-/// Nodes without a place for which the nearest one is looked for.
+/// Most unmatched nodes for which the nearest position is searched.
 const ASKED: usize = 64;
-/// Part of the extent of a body by which a place may be off a node that it is meant for.
+/// Distance, as a part of the extent of a body, within which a position is assumed to be meant for a node.
 const ALMOST: f64 = 1e-4;
 
-/// How nodes of a file are found among those of a body.
+/// Options for matching nodes of a file with nodes of a body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Matching {
-    /// Distance at which a place is that of a node, in mesh units.
+    /// Largest distance between a node and its position in the file, in mesh units.
     pub tolerance: f64,
-    /// True if nodes that the file does not name stay where they are; else they are an error.
+    /// True if nodes that the file does not name stay at rest; otherwise they are an error.
     pub missing_fixed: bool,
 }
 
@@ -51,34 +51,34 @@ pub(super) const MISSING: Kind<bool> = Kind {
 pub(in crate::motion) struct BodyNodes {
     /// Node numbers in the mesh, ascending.
     pub nodes: Vec<u32>,
-    /// Their places in the reference mesh.
+    /// Their positions in the reference mesh.
     pub places: Vec<Vector>,
     /// Number of nodes of the mesh.
     pub n_mesh: usize,
 }
 
-/// Where a file says that a row belongs.
+/// The node or position to which a row of a file belongs.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum At {
     /// A zero-based node of the mesh.
     Node(u64),
-    /// A place in the reference mesh.
+    /// A position in the reference mesh.
     Place(Vector),
 }
 
-/// Vectors for the nodes of a body, in one field or several, filled row by row of a file.
+/// Vectors for the nodes of a body, in one or several fields, filled row by row from a file.
 pub(super) struct Filling<'a> {
     nodes: &'a BodyNodes,
     body: &'a str,
     in_plane: bool,
-    /// What the file has, in the plural.
+    /// Content of the file, in messages; plural.
     what: &'static str,
     matching: Matching,
-    /// Nodes in cells as large as the tolerance.
+    /// Nodes binned in cells of the size of the tolerance.
     cells: HashMap<[i64; 3], Vec<usize>>,
-    /// Places at which there was no node.
+    /// Positions that match no node.
     strays: Vec<Vector>,
-    /// Rows that are for nodes of others.
+    /// Number of rows for nodes of other bodies.
     others: usize,
     fields: Vec<Field>,
 }
@@ -86,17 +86,17 @@ pub(super) struct Filling<'a> {
 #[derive(Clone)]
 struct Field {
     values: Vec<Vector>,
-    /// The row that gave it, from 1; 0 where none has.
+    /// The row that set it, from 1; 0 if none.
     rows: Vec<u32>,
-    /// The last row that belongs here, of this body or not.
+    /// The last row that names a node, of this body or not.
     last: Option<usize>,
 }
 
 /// Error messages for wrong rows.
 pub(super) struct Wrong<'a> {
-    /// The error at a row.
+    /// Returns the error at a row.
     pub at: &'a dyn Fn(usize, String) -> Error,
-    /// A node that two rows give different vectors: the node, the row before, the row.
+    /// Returns the message for a node with two different vectors: the node, the row before, the row.
     pub twice: &'a dyn Fn(u32, usize, usize) -> String,
 }
 
@@ -113,7 +113,7 @@ impl BodyNodes {
         }
     }
 
-    /// The position of a node of the mesh among these.
+    /// Returns the index of a node of the mesh among these.
     #[inline]
     pub fn find(&self, node: u32) -> Option<usize> {
         self.nodes.binary_search(&node).ok()
@@ -145,8 +145,8 @@ impl<'a> Filling<'a> {
         }
     }
 
-    /// What a row is about, as positions among the body's nodes; none where the mesh has the node and the body
-    /// has not.
+    /// Finds the nodes of a row, as indices into the body's nodes; empty if the mesh has the node and the body
+    /// does not.
     pub fn find(&mut self, at: At) -> std::result::Result<Vec<usize>, String> {
         let found = match at {
             At::Node(node) => match u32::try_from(node) {
@@ -197,7 +197,7 @@ impl<'a> Filling<'a> {
         found
     }
 
-    /// Gives the nodes that a row is about their vectors: `value` of the place of each in the reference mesh.
+    /// Sets the vectors of the nodes of a row: `value` returns the vector at the position in the reference mesh.
     pub fn put(
         &mut self,
         (field, row): (usize, usize),
@@ -231,8 +231,8 @@ impl<'a> Filling<'a> {
         Ok(())
     }
 
-    /// All fields, and how many rows are for nodes of others. Nodes without a vector stay where that is allowed.
-    /// `which` says which field one is, and `wrong` is the error of a field after its last row.
+    /// Returns all fields, and the number of rows for nodes of other bodies. Nodes without a vector stay at rest where
+    /// that is allowed. `which` names a field, and `wrong` returns an error after its last row.
     pub fn finish(
         self,
         which: impl Fn(usize) -> String,
@@ -247,7 +247,7 @@ impl<'a> Filling<'a> {
         Ok((fields.collect(), self.others))
     }
 
-    /// A sentence where nodes have no vector and may not stay.
+    /// Returns a sentence if nodes have no vector and must not stay at rest.
     fn missing(&self, field: &Field, which: &str) -> Option<String> {
         let (nodes, body) = (&self.nodes.nodes, self.body);
         let missing: Vec<usize> = (0..nodes.len()).filter(|&at| field.rows[at] == 0).collect();
@@ -274,8 +274,8 @@ impl<'a> Filling<'a> {
         ))
     }
 
-    /// A sentence on places that some nodes would be at, were the tolerance larger; empty where the file
-    /// has none near them.
+    /// Returns a sentence on positions that would match nodes with a larger tolerance; empty if the file has none
+    /// nearby.
     fn almost(&self, missing: &[usize]) -> String {
         let places = &self.nodes.places;
         let nearest = |at: &usize| {
@@ -295,7 +295,7 @@ impl<'a> Filling<'a> {
     }
 }
 
-/// Columns that say which node a row belongs to: `node`, or `x`, `y`, `z`.
+/// Columns that identify the node of a row: `node`, or `x`, `y`, `z`.
 pub(super) enum PlaceColumns {
     Node(Column),
     Place([Option<Column>; 3]),
@@ -315,7 +315,7 @@ pub(super) fn place_columns(columns: &mut Columns<'_>, in_plane: bool) -> Result
     )?))
 }
 
-/// Three columns, of which the last may be left out in the plane.
+/// Picks three columns; in the plane the last may be missing.
 pub(super) fn three(
     columns: &mut Columns<'_>,
     [x, y, z]: [&str; 3],
@@ -330,7 +330,7 @@ pub(super) fn three(
     Ok([Some(x?), Some(y?), z])
 }
 
-/// The values of three columns in a row; one left out is 0.
+/// Returns the values of three columns in a row; a missing column is 0.
 pub(super) fn vector(table: &Table, row: usize, axes: [Option<Column>; 3]) -> Vector {
     axes.map(|axis| axis.map_or(0.0, |axis| table.value(row, axis)))
 }
@@ -365,7 +365,7 @@ pub(super) fn arrays_of(path: &Path) -> Result<(Mesh, Vec<NamedVectors>)> {
     Ok((mesh, arrays))
 }
 
-/// A note on rows that are for nodes of others.
+/// Returns a note on rows for nodes of other bodies.
 pub(super) fn unused(rows: usize, path: &Path, body: &str) -> Vec<Note> {
     if rows == 0 {
         return Vec::new();

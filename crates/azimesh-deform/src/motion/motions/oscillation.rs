@@ -1,4 +1,4 @@
-//! An angle, or a part of a translation, that swings: harmonics of the azimuth or at a frequency, and a table.
+//! An oscillating angle or factor of a translation: harmonics of the azimuth or at a frequency, and a table.
 
 use super::clock::StepHistory;
 use super::series::Series;
@@ -9,14 +9,14 @@ use azimesh_core::Note;
 use azimesh_core::error::Result;
 use std::f64::consts::TAU;
 
-/// A mean, its harmonics and a table, as they are declared.
+/// The declaration of a mean, its harmonics and a table.
 #[derive(Debug, Clone, Default)]
 pub(in crate::motion) struct Oscillation {
     /// Harmonics of `psi`.
     pub series: Series,
-    /// In Hz, where `psi = 2 pi frequency time` and not the azimuth of the body.
+    /// In Hz; `psi = 2 pi frequency time` then replaces the azimuth of the body.
     pub frequency: Option<f64>,
-    /// What is added: a column `angle_deg` or `angle_rad`.
+    /// Values to add: a column `angle_deg` or `angle_rad`.
     pub table: Option<TableSource>,
     /// Between the rows of the table.
     pub interpolation: Interpolation,
@@ -33,7 +33,7 @@ impl Oscillation {
         self.series.is_zero() && self.table.is_none()
     }
 
-    /// Refuses numbers that mean nothing; it is under `key`.
+    /// Refuses invalid numbers; `key` is its key.
     pub fn check(&self, places: &Places, key: &str) -> Result<()> {
         let Some(frequency) = self.frequency else {
             return Ok(());
@@ -41,14 +41,14 @@ impl Oscillation {
         let key = format!("{key}.frequency");
         places.positive(&key, frequency)?;
         if self.series.harmonics.is_empty() {
-            let message = "`frequency` is that of `harmonics`, which are not given; add for example  harmonics = \
+            let message = "`frequency` belongs to `harmonics`, which are not given; add for example  harmonics = \
                            [ { sin = 10.0 } ]";
             return Err(places.error(&key, message));
         }
         Ok(())
     }
 
-    /// What it is at every step; it is under `key`.
+    /// Evaluates it at every step; `key` is its key in the schedule.
     pub(super) fn resolve(&self, on: &OnMesh<'_>, key: &str) -> Result<Swing> {
         let timed = on.clock.steps.iter().all(|step| step.time_s.is_some());
         if self.frequency.is_some() && !timed {
@@ -85,7 +85,7 @@ pub(super) struct Swing {
 }
 
 impl Swing {
-    /// The value at a step, and its rate in a second:
+    /// Returns the value at a step, and its rate per second:
     ///
     /// ```text
     /// mean + sum_m [ A_m sin(m psi) + B_m cos(m psi) ] + table
@@ -109,7 +109,7 @@ impl Swing {
         [value, rate]
     }
 
-    /// What the user should know of its table.
+    /// Note on its table.
     pub fn note(&self) -> Option<Note> {
         self.table.as_ref().and_then(|table| table.note.clone())
     }

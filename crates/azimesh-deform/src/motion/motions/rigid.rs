@@ -1,4 +1,4 @@
-//! `[body.rigid]`: a rotation, then a translation: constant, swinging, or growing linearly over the steps.
+//! `[body.rigid]`: a rotation, then a translation: constant, oscillating, or growing linearly over the steps.
 
 use super::link::{Link, RigidLink};
 use super::oscillation::{Oscillation, Swing};
@@ -17,7 +17,7 @@ use azimesh_core::geometry::vector::{Vector, scale};
 use serde_json::json;
 use std::sync::Arc;
 
-/// A translation, in mesh units: one that stays, or one that swings along a vector.
+/// A translation, in mesh units: constant, or oscillating along a vector.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -32,19 +32,19 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Translation {
     pub(in crate::motion) by: Vector,
-    /// What the vector is multiplied with; its mean is 1 where it has no harmonics, else 0.
+    /// Factor of the vector; its mean is 1 without harmonics, else 0.
     factor: Oscillation,
 }
 
 impl Translation {
-    /// By a vector, in mesh units.
+    /// Creates a translation by a vector, in mesh units.
     pub fn new(by: Vector) -> Self {
         let mut factor = Oscillation::default();
         factor.series.mean = 1.0;
         Self { by, factor }
     }
 
-    /// The factor is the sum of the harmonics alone.
+    /// The sum of the harmonics is the factor.
     fn swinging(mut self) -> Self {
         if !self.factor.series.harmonics.is_empty() {
             self.factor.series.mean = 0.0;
@@ -54,13 +54,13 @@ impl Translation {
 }
 
 setters! { Translation {
-    /// Harmonic `m`, from 1 on, of the factor that the vector is multiplied with, which is then the sum of its
-    /// harmonics: `sin` and `cos` are parts of the vector.
+    /// Sets harmonic `m`, from 1, of the factor of the vector, which is then the sum of its harmonics: `sin` and `cos`
+    /// are parts of the vector.
     harmonic(m: usize, sin: f64, cos: f64) |self| {
         self.factor.series.set(m, Harmonic { sin, cos });
         self = self.swinging();
     };
-    /// How often the first harmonic swings, in Hz, for steps in time; with the azimuth unless it is set.
+    /// Sets the frequency of the first harmonic in Hz, for steps in time; by default it follows the azimuth.
     frequency_hz(frequency: f64) |self| self.factor.frequency = Some(frequency);
 } }
 
@@ -69,7 +69,7 @@ setters! { Translation {
 pub(in crate::motion) struct Rigid {
     pub rotate: Option<AxisRotation>,
     pub translate: Option<Translation>,
-    /// From nothing at the first step to the whole at the last.
+    /// Grows from zero at the first step to the full motion at the last.
     pub ramp: bool,
 }
 
@@ -210,7 +210,7 @@ impl BodyMotion for Rigid {
 }
 
 impl Rigid {
-    /// What may swing, with its key.
+    /// The oscillations with their keys.
     fn oscillations(&self) -> impl Iterator<Item = (&'static str, &Oscillation)> {
         let rotate = self
             .rotate
@@ -226,7 +226,7 @@ impl Rigid {
 #[derive(Debug)]
 struct RigidMotion {
     rotate: Option<(AxisRotation, Swing)>,
-    /// The vector, and what it is multiplied with.
+    /// The vector, and its factor.
     translate: Option<(Vector, Swing)>,
     ramp: bool,
     notes: Vec<Note>,
@@ -240,7 +240,7 @@ impl ResolvedMotion for RigidMotion {
         } else {
             0.0
         };
-        // A part of the value of a step, and the rate of the whole of it.
+        // Scales the value at a step by `part`; the rate is that of the whole.
         let of = |swing: &Swing| {
             let [value, rate] = swing.at(at);
             [at.part * reached * value, growth * value + reached * rate]
@@ -276,8 +276,8 @@ impl ResolvedMotion for RigidMotion {
 }
 
 impl RigidMotion {
-    /// How much of the motion a step has: a ramp goes from 0 at the first step to 1 at the last. It is 1
-    /// when there is one step.
+    /// Returns the part of the motion at a step: a ramp grows from 0 at the first step to 1 at the last. It is 1
+    /// if there is only one step.
     fn reached(&self, step: &Step, n_steps: usize) -> f64 {
         if self.ramp && n_steps > 1 {
             step.index as f64 / n_intervals(n_steps)

@@ -6,7 +6,7 @@ use crate::motion::reader::Entry;
 use azimesh_core::error::Result;
 use serde_json::{Value, json};
 
-/// Harmonics that a series may have.
+/// Largest number of harmonics of a series.
 pub(super) const MOST_HARMONICS: usize = 1000;
 
 /// A mean and any number of harmonics, in radians.
@@ -16,7 +16,7 @@ pub(in crate::motion) struct Series {
     pub mean: f64,
     /// First, second, ... harmonic.
     pub harmonics: Vec<Harmonic>,
-    /// The number of a harmonic that is none.
+    /// The number of an invalid harmonic.
     pub(super) wrong: Option<usize>,
 }
 
@@ -40,7 +40,7 @@ impl Series {
         sum
     }
 
-    /// The derivative of [`at`](Self::at) by `psi`.
+    /// Returns the derivative of [`at`](Self::at) with respect to `psi`.
     pub fn slope(&self, psi: f64, phase: f64) -> f64 {
         let mut sum = 0.0;
         for (i, harmonic) in self.harmonics.iter().enumerate() {
@@ -51,7 +51,7 @@ impl Series {
         sum
     }
 
-    /// Not below the size of the angle at any azimuth.
+    /// Returns an upper bound of the magnitude of the angle at any azimuth.
     pub fn bound(&self) -> f64 {
         let sizes = (self.harmonics.iter()).map(|harmonic| harmonic.sin.hypot(harmonic.cos));
         self.mean.abs() + sizes.sum::<f64>()
@@ -74,7 +74,7 @@ impl Series {
         self.harmonics[m - 1] = harmonic;
     }
 
-    /// Refuses numbers that mean nothing; `name` is said of it, and it is under `key`.
+    /// Refuses invalid numbers; `name` is its name in messages, `key` its key.
     pub(super) fn check(&self, places: &Places, key: &str, name: &str) -> Result<()> {
         if let Some(m) = self.wrong {
             let message =

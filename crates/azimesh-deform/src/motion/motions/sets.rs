@@ -14,31 +14,31 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Part of the distance to the next set by which a set may be off its step, and of its place by
-/// which one alone may be.
+/// Allowed offset of a set from its step, as a part of the distance to the next set; of a single set, as a part of
+/// its position.
 const SAME: f64 = 1e-4;
-/// Part of a place that is round-off.
+/// Round-off, as a part of a position.
 const ROUND_OFF: f64 = 1e-14;
-/// Part of the largest component by which the last of the sets of whole revolutions may differ from the first.
+/// Allowed difference of the last set of whole revolutions from the first, as a part of the largest component.
 const REPEATED: f64 = 1e-3;
 
 /// A set of displacements of the nodes of a body for every step, or one for all.
 #[derive(Debug)]
 pub(super) struct NodeSets {
-    /// What the sets belong to; `None` is one for all steps.
+    /// Key of the sets; `None` for one set for all steps.
     key: Option<Key>,
-    /// Where the sets are, increasing.
+    /// Positions of the sets, increasing.
     places: Vec<f64>,
     /// Displacements of the body's nodes.
     sets: Vec<Vec<Vector>>,
     /// The last line of each set, in a table.
     lines: Vec<u64>,
-    /// The distance after which they repeat themselves, or the reason why they do not.
+    /// Period of the sets, or the reason why they are not periodic.
     period: std::result::Result<Period, Option<String>>,
-    /// What the user should know.
+    /// Notes for the user.
     notes: Vec<Note>,
     nodes: Arc<BodyNodes>,
-    /// The azimuth (radians) by which the body is ahead among them: 0 where they do not repeat themselves.
+    /// The azimuth (radians) by which the body is ahead among them; 0 if they are not periodic.
     offset: f64,
 }
 
@@ -84,7 +84,7 @@ impl NodeSets {
         }
     }
 
-    /// Sets at increasing places of a key; `lines` are the last ones of each in a table.
+    /// Creates sets at increasing positions of a key; `lines` has the last line of each in a table.
     pub(super) fn at_places(
         (key, places): (Key, Vec<f64>),
         sets: Vec<Vec<Vector>>,
@@ -103,7 +103,7 @@ impl NodeSets {
         }
     }
 
-    /// The sets with values between them: each is a shape, whose coordinate is 1 at its own place and 0 at those of others.
+    /// Interpolates between the sets: each is a shape whose coordinate is 1 at its own position and 0 at the others.
     pub(super) fn interpolated(
         self,
         interpolation: Interpolation,
@@ -136,7 +136,7 @@ impl NodeSets {
         }))
     }
 
-    /// The set of a step.
+    /// Returns the set of a step.
     fn find(&self, step: &Step) -> Option<usize> {
         let Some(key) = self.key else { return Some(0) };
         let at = Clock::place(key, step, self.offset)?;
@@ -144,7 +144,7 @@ impl NodeSets {
         self.nearest(at).or_else(turned)
     }
 
-    /// Refuses steps without a set, and adds a note where the body has an azimuth offset that the sets do not follow.
+    /// Refuses steps without a set; adds a note if the body has an azimuth offset that the sets do not follow.
     pub(super) fn check(&mut self, on: &OnMesh<'_>, path: &Path) -> Result<()> {
         let Some(key) = self.key else { return Ok(()) };
         on.clock.check_azimuth(key, on, "surface")?;
@@ -178,7 +178,7 @@ impl NodeSets {
         Err(Error::input(message).line(line).file(path))
     }
 
-    /// The set nearest to a place, if it is that of the place.
+    /// Returns the set nearest to a position, if it is close enough.
     fn nearest(&self, at: f64) -> Option<usize> {
         let after = self.places.partition_point(|place| *place < at);
         let beside = after.saturating_sub(1)..(after + 1).min(self.places.len());
@@ -187,7 +187,7 @@ impl NodeSets {
         (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
     }
 
-    /// The set nearest to a place or to one a whole number of turns away, if it is that of the place.
+    /// Returns the set nearest to a position, up to whole turns, if it is close enough.
     fn nearest_turned(&self, at: f64, turn: f64) -> Option<usize> {
         let off = |set: &usize| {
             let off = (self.places[*set] - at).rem_euclid(turn);
@@ -197,7 +197,7 @@ impl NodeSets {
         (off(&nearest) <= self.slack(nearest, at)).then_some(nearest)
     }
 
-    /// By how much a set may be off a place.
+    /// Returns the allowed offset of a set from a position.
     fn slack(&self, set: usize, at: f64) -> f64 {
         let place = self.places[set];
         let before = set.checked_sub(1).map(|before| place - self.places[before]);
@@ -206,8 +206,8 @@ impl NodeSets {
         SAME * spacing.unwrap_or(place.abs()) + ROUND_OFF * at.abs()
     }
 
-    /// Velocities at a step: the slope between the sets next to its own, or where sets belong to steps
-    /// between those of the steps next to it in time; to one side at an end.
+    /// Velocities at a step: the slope between the neighbouring sets or, where sets belong to steps, between the sets
+    /// of the neighbouring steps in time; one-sided at an end.
     fn rates(&self, step: &Step, clock: &Clock<'_>) -> Vec<Vector> {
         let (from, to, rate) = self.slope(step, clock).unwrap_or((0, 0, 0.0));
         let pairs = self.sets[from].iter().zip(&self.sets[to]);
@@ -216,7 +216,7 @@ impl NodeSets {
             .collect()
     }
 
-    /// Two sets, and what their difference is to be multiplied with; `None` where there is no other.
+    /// Returns two sets, and the factor of their difference; `None` if there is no other set.
     fn slope(&self, step: &Step, clock: &Clock<'_>) -> Option<(usize, usize, f64)> {
         let key = self.key?;
         if key == Key::Step {
@@ -230,8 +230,8 @@ impl NodeSets {
         (way > 0.0).then(|| (before.0, after.0, clock.rate(key, step) / way))
     }
 
-    /// The sets before and after one with their places, round a revolution where they close it; the set
-    /// itself at an end.
+    /// Returns the sets before and after one, with their positions; across the end of the period if the sets are
+    /// periodic. At an end it is the set itself.
     fn beside(&self, set: usize) -> [(usize, f64); 2] {
         let places = &self.places;
         let last = places.len() - 1;
@@ -250,7 +250,7 @@ impl NodeSets {
     }
 }
 
-/// Tells if the last set is not the first again.
+/// Returns whether the last set differs from the first.
 fn last_differs(sets: &[Vec<Vector>]) -> bool {
     let numbers = |set: usize| sets[set].as_flattened().iter();
     let largest = sets

@@ -1,5 +1,5 @@
-//! `[body.surface]`: displacements of the nodes of a body as another program gives them: a table, a mesh with
-//! an array, or SU2's surface positions.
+//! `[body.surface]`: displacements of the nodes of a body from another program: a table, a mesh with an array, or
+//! SU2's surface positions.
 
 use super::nodes::{
     At as Given, Filling, MISSING, Matching, NamedVectors, PlaceColumns, Wrong, arrays_of,
@@ -19,15 +19,20 @@ use azimesh_io::formats::Source;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The name of an array of displacements, in small letters.
+/// Name of an array of displacements, in lower case.
 const DISPLACEMENT: &str = "displacement";
-/// What these files have.
+/// Content of these files, in messages.
 const WHAT: &str = "displacements";
 
-/// Displacements or new positions of the nodes of a body from another program, the same at every step or one
-/// set for each: a table `node, dx, dy, dz` (or `x, y, z` for `node`, or `x_new, y_new, z_new`), with a column
-/// `azimuth_deg`, `azimuth_rad`, `time_s` or `step` where there is a set for each; a mesh file with a point
-/// array; SU2's surface positions (`.dat`). Lengths are in mesh units.
+/// Displacements or new positions of the nodes of a body from another program, the same at every step or one set
+/// for each. The source is one of:
+///
+/// - a table `node, dx, dy, dz` (or `x, y, z` for `node`, or `x_new, y_new, z_new`), with a column `azimuth_deg`,
+/// `azimuth_rad`, `time_s` or `step` if there are several sets;
+/// - a mesh file with a point array;
+/// - SU2's surface positions (`.dat`).
+///
+/// Lengths are in mesh units.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -45,7 +50,7 @@ pub struct SurfaceMotion {
 }
 
 impl SurfaceMotion {
-    /// The displacements of a file or a table; every node of the body needs one.
+    /// Creates a motion from a file or a table; every node of the body needs a displacement.
     pub fn new(source: impl Into<TableSource>) -> Self {
         Self {
             source: source.into(),
@@ -57,15 +62,15 @@ impl SurfaceMotion {
 }
 
 setters! { SurfaceMotion {
-    /// Distance at which a place in the file is that of a node, in mesh units; 1e-9 unless it is set.
+    /// Sets the largest distance between a node and its position in the file, in mesh units; 1e-9 by default.
     match_tolerance(distance: f64) |self| self.matching.tolerance = distance;
-    /// Nodes that the file does not name stay where they are.
+    /// Keeps nodes that the file does not name at their positions.
     missing_fixed() |self| self.matching.missing_fixed = true;
-    /// The points of the file are not nodes of the body: their displacements are carried to these.
+    /// Transfers displacements to the body from points that are not its nodes.
     map(method: MapMethod) |self| self.map = Some(method);
-    /// Straight lines between the sets of a table; else every step needs a set of its own.
+    /// Interpolates linearly between the sets of a table; otherwise every step needs its own set.
     linear() |self| self.interpolation = Some(Interpolation::Linear);
-    /// A cubic spline between the sets of a table, periodic where they repeat themselves.
+    /// Interpolates between the sets of a table with a cubic spline, which is periodic if the sets are.
     cubic() |self| self.interpolation = Some(Interpolation::Cubic);
 } }
 
@@ -78,7 +83,7 @@ keys! { impl SurfaceMotion "[body.surface]" = Self::new(""), {
     missing => matching.missing_fixed, MISSING, or "none";
     /// the points of the file are not nodes of the body; their displacements are [carried to its nodes](#displacements-at-points-that-are-not-nodes)
     map => map, choice::<MapMethod>(), or "none";
-    /// of the sets of a table between their azimuths, times or steps; without this key every step needs a set of its own
+    /// interpolation between the sets of a table, by azimuth, time or step; without this key every step needs its own set
     interpolation => interpolation, choice::<Interpolation>(), or "none";
 } }
 
@@ -116,7 +121,7 @@ impl BodyMotion for SurfaceMotion {
     }
 }
 
-/// Returns whether a file is of SU2's surface positions.
+/// Returns whether a file has SU2's surface positions.
 fn is_positions(path: &Path) -> bool {
     let kind = path.extension().map(|kind| kind.to_ascii_lowercase());
     kind.is_some_and(|kind| kind == "dat" || kind == "txt")
@@ -157,7 +162,7 @@ impl SurfaceMotion {
         Ok(rows.sets(sets, notes, on))
     }
 
-    /// SU2's surface positions: a line `node x y z` for each node, with its new place.
+    /// Reads SU2's surface positions: a line `node x y z` for each node, with its new position.
     fn of_positions(&self, path: &Path, on: &OnMesh<'_>) -> Result<NodeSets> {
         if self.map.is_some() {
             let message = "surface positions name nodes of the mesh, which a `map` has no use for; leave it out, or give a table \
@@ -204,7 +209,7 @@ impl SurfaceMotion {
         Ok(NodeSets::one(sets, unused(others, path, &on.body.name), on))
     }
 
-    /// The displacement array of a mesh, whose nodes are found by their places.
+    /// Reads the displacement array of a mesh, whose nodes are matched by position.
     fn of_mesh(&self, path: &Path, on: &OnMesh<'_>) -> Result<NodeSets> {
         let (mesh, arrays) = arrays_of(path)?;
         let found = displacements(&arrays);
@@ -239,10 +244,10 @@ pub(super) struct Rows<'a> {
     pub table: &'a Table,
     pub key: Option<(Key, Column)>,
     pub place: PlaceColumns,
-    /// Displacements, or new places.
+    /// Displacements, or new positions.
     axes: [Option<Column>; 3],
     is_new: bool,
-    /// Where there are sets, increasing; 0 alone without a key.
+    /// Positions of the sets, increasing; a single 0 without a key.
     pub places: Vec<f64>,
 }
 
@@ -278,13 +283,13 @@ impl<'a> Rows<'a> {
             .map_or(0.0, |(_, column)| self.table.value(row, column))
     }
 
-    /// The set that a row belongs to.
+    /// Returns the set of a row.
     pub fn set_of(&self, row: usize) -> usize {
         let at = self.at(row);
         self.places.partition_point(|place| *place < at)
     }
 
-    /// The displacement in a row, of what is at `x`.
+    /// Returns the displacement in a row of the node at `x`.
     pub fn displacement(&self, row: usize, x: Vector) -> Vector {
         if !self.is_new {
             return vector(self.table, row, self.axes);
@@ -292,7 +297,7 @@ impl<'a> Rows<'a> {
         std::array::from_fn(|i| self.axes[i].map_or(0.0, |axis| self.table.value(row, axis) - x[i]))
     }
 
-    /// Sets of displacements of the nodes of a body, one for each place.
+    /// Returns sets of displacements of the nodes of a body, one for each position of the key.
     fn sets(&self, sets: Vec<Vec<Vector>>, notes: Vec<Note>, on: &OnMesh<'_>) -> NodeSets {
         let Some((key, _)) = self.key else {
             return NodeSets::one(sets, notes, on);
@@ -305,7 +310,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// A node and its new place; in the plane z may be left out.
+/// Parses a node and its new position; in the plane z may be missing.
 fn new_place(words: &[&str], in_plane: bool) -> Option<(u64, Vector)> {
     let number = |word: &&str| word.parse().ok().filter(|x: &f64| x.is_finite());
     let numbers: Vec<f64> = words.iter().map(number).collect::<Option<_>>()?;
@@ -317,8 +322,8 @@ fn new_place(words: &[&str], in_plane: bool) -> Option<(u64, Vector)> {
     }
 }
 
-/// Of the vectors of a mesh those that are displacements: the only ones, those of this name, or the
-/// only ones with it in their name.
+/// Finds the displacements among the vectors of a mesh: the only vectors, the vectors of this name, or the only
+/// ones with it in their name.
 fn displacements(arrays: &[NamedVectors]) -> std::result::Result<&NamedVectors, String> {
     let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
     let is_named = |name: &str| name.eq_ignore_ascii_case(DISPLACEMENT);

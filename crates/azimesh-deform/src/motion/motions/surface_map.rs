@@ -1,4 +1,4 @@
-//! `map` of `[body.surface]`: displacements at points that are not nodes of the body, carried to its nodes.
+//! `map` of `[body.surface]`: transfer of displacements to a body from points that are not its nodes.
 
 use super::OnMesh;
 use super::nodes::At;
@@ -14,19 +14,20 @@ use azimesh_rbf::SurfaceMap;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Part of the extent of the given points beyond which a node is out of their reach.
+/// Distance from the given points beyond which a node is out of their reach, as a part of their extent.
 const REACH: f64 = 0.1;
-/// The largest displacement of a node over that of a given point: above the first it is reported, above the second refused.
+/// Limits of the largest displacement of a node over the largest displacement of a given point: above the first a
+/// note reports it, above the second it is an error.
 const GROWTH: [f64; 2] = [2.0, 10.0];
 
-/// How displacements at points that are not nodes of the body are carried to its nodes.
+/// Method of transferring displacements from points that are not nodes of the body to its nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapMethod {
     /// Radial basis functions with a linear polynomial on overlapping patches. Exact for rigid motions.
     Rbf,
-    /// That of the nearest point.
+    /// The displacement of the nearest point.
     Nearest,
-    /// That of the nearest point on the faces of a mesh, from which the offset turns with the face. Exact for rigid motions.
+    /// The displacement of the nearest point on the faces of a mesh; the offset turns with the face. Exact for rigid motions.
     Plane,
 }
 
@@ -42,7 +43,7 @@ pub(super) struct GivenPoints {
 }
 
 impl GivenPoints {
-    /// Of a table: every set has a row for every point. `which` names a set in errors.
+    /// Reads a table: every set needs a row for every point. `which` names a set in errors.
     pub fn of_rows(rows: &Rows<'_>, which: impl Fn(usize) -> String) -> Result<Self> {
         let table = rows.table;
         let mut known: HashMap<[u64; 3], usize> = HashMap::new();
@@ -96,7 +97,7 @@ impl GivenPoints {
         })
     }
 
-    /// Of a mesh: the nodes of its faces, or all nodes where it has no faces.
+    /// Reads a mesh: the nodes of its faces, or all nodes if it has no faces.
     pub fn of_mesh(mesh: &Mesh, displacements: &[Vector]) -> Self {
         let dimension = if mesh.space_dimension() == 3 { 2 } else { 1 };
         let mut all = Vec::new();
@@ -129,7 +130,7 @@ impl GivenPoints {
         }
     }
 
-    /// The displacements of the nodes of a body, and what the user should know of the map.
+    /// Returns the displacements of the nodes of a body, and notes on the map.
     pub fn carry(
         mut self,
         method: MapMethod,
@@ -187,7 +188,7 @@ impl GivenPoints {
         Ok((sets, notes))
     }
 
-    /// A note on how far the two surfaces are apart; an error where they cannot be meant for one another.
+    /// Returns a note on the distance between the two surfaces; an error where they cannot match.
     fn distances(&self, map: &SurfaceMap, extent: f64, on: &OnMesh<'_>) -> Result<Note> {
         let distances = map.distances();
         let farthest = distances.iter().copied().fold(0.0, f64::max);

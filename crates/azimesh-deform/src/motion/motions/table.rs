@@ -12,7 +12,7 @@ use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, scale};
 use std::sync::Arc;
 
-/// Axes that a body in the plane cannot be moved along or turned about, as columns.
+/// Columns that would move a plane body out of its plane.
 const OUT_OF_PLANE: [usize; 3] = [2, 3, 4];
 /// Translations and rotations.
 pub(super) const COLUMNS: [&str; 6] = ["dx", "dy", "dz", "rot_x", "rot_y", "rot_z"];
@@ -21,7 +21,7 @@ pub(super) const COLUMNS: [&str; 6] = ["dx", "dy", "dz", "rot_x", "rot_y", "rot_
 /// translation, interpolated between rows.
 ///
 /// Columns, in any order: one of `azimuth_deg`, `azimuth_rad`, `time_s` and `step`; `dx`, `dy`, `dz` in
-/// mesh units; `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`). What is left out is 0.
+/// mesh units; `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`). Missing columns are 0.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -40,7 +40,7 @@ pub struct TableMotion {
 }
 
 impl TableMotion {
-    /// A table that turns about the origin, linear between rows.
+    /// Creates a motion by a table that turns about the origin; linear between rows.
     pub fn new(table: impl Into<TableSource>) -> Self {
         Self {
             table: table.into(),
@@ -52,13 +52,14 @@ impl TableMotion {
 }
 
 setters! { TableMotion {
-    /// What it turns about, in mesh units.
+    /// Sets the centre of rotation, in mesh units.
     origin(origin: Vector) |self| self.origin = origin;
-    /// What the file calls a column, by its name here: `column("dx", "u1")`; `"-u1"` changes the sign. Columns of other names are passed over.
+    /// Maps a column's name here to its name in the file: `column("dx", "u1")`; `"-u1"` changes the sign. Columns of other
+    /// names are ignored.
     column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
-    /// The unit of a column, by its name here: `unit("dx", "mm")`, `unit("rot_x_deg", "rad")`, or a factor.
+    /// Sets the unit of a column, by its name here: `unit("dx", "mm")`, `unit("rot_x_deg", "rad")`, or a factor.
     unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
-    /// A cubic spline between rows, periodic where the table is.
+    /// Interpolates between rows with a cubic spline, which is periodic if the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
 

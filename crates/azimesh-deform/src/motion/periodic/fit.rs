@@ -1,16 +1,15 @@
-//! Rigid maps that may take one side of a periodic pair to the other, from the places of their
-//! nodes alone.
+//! Rigid maps that may take one side of a periodic pair to the other, from the positions of their nodes only.
 
 use super::{Axis, SNAP, Sides, Symmetry};
 use azimesh_core::geometry::vector::{Vector, add, cross, distance, dot, norm, scale, sub, unit};
 
-/// Rotations found from the nodes that are tried.
+/// Largest number of rotations, found from the nodes, that are tried.
 const MOST_TRIED: usize = 64;
-/// An angle this near to a part of a circle is that part; relative.
+/// Relative tolerance within which an angle is a whole part of a circle.
 const PART_OF_CIRCLE: f64 = 1e-6;
 
 impl Sides {
-    /// The maps to try: a translation, and rotations about `axis` and about axes found from the nodes.
+    /// Returns the maps to try: a translation, and rotations about `axis` and about axes found from the nodes.
     pub(super) fn candidates(&self, axis: Option<Axis>) -> Vec<Symmetry> {
         let mut candidates = Vec::new();
         let by = sub(self.b.centre(), self.a.centre());
@@ -24,7 +23,7 @@ impl Sides {
         candidates
     }
 
-    /// The rotation about an axis that brings the centre of one side to that of the other.
+    /// Returns the rotation about an axis that maps the centre of one side to the centre of the other.
     pub(super) fn about(&self, axis: Axis) -> Option<Symmetry> {
         let (a, b) = (self.a.centre(), self.b.centre());
         let near = |x: Vector| norm(from_axis(&axis, x)) <= self.tolerance;
@@ -32,8 +31,8 @@ impl Sides {
         (angle != 0.0 && !near(a) && !near(b)).then_some(Symmetry::Rotation { axis, angle })
     }
 
-    /// Rotations about any axis. Two nodes and the centre of the first side fix a rotation when
-    /// their counterparts are known: nodes of the second side with the same distances.
+    /// Finds rotations about any axis. Two nodes and the centre of the first side determine a rotation when their
+    /// counterparts are known: nodes of the second side with the same distances.
     fn rotations(&self) -> Vec<Symmetry> {
         let (centre_a, centre_b) = (self.a.centre(), self.b.centre());
         let to_a: Vec<Vector> = self.a.at.iter().map(|x| sub(*x, centre_a)).collect();
@@ -47,7 +46,7 @@ impl Sides {
         let counterparts = to_b.iter().filter(|q| near(norm(**q), norm(first)));
         let mut found = Vec::new();
         if norm(cross(along, second)) <= 2.0 * self.tolerance {
-            // A straight side, of a plane mesh: it turns in the plane.
+            // A straight side of a plane mesh turns in the plane.
             let in_plane = |x: &Vector| (x[2] - centre_a[2]).abs() <= self.tolerance;
             if self.a.at.iter().chain(&self.b.at).all(in_plane) {
                 for q in counterparts {
@@ -78,8 +77,8 @@ impl Sides {
         found
     }
 
-    /// The rotation that takes one frame at a centre to another at another centre; `None` where that
-    /// takes a shift along the axis as well.
+    /// Returns the rotation that takes one frame at a centre to another at another centre; `None` if that also needs
+    /// a shift along the axis.
     fn rotation(
         &self,
         from: [Vector; 3],
@@ -87,7 +86,7 @@ impl Sides {
         centre_a: Vector,
         centre_b: Vector,
     ) -> Option<Symmetry> {
-        // Columns of the rotation: what becomes of the axes.
+        // Columns of the rotation: the images of the axes.
         let image = |k: usize| (0..3).fold([0.0; 3], |sum, i| add(sum, scale(to[i], from[i][k])));
         let columns = [image(0), image(1), image(2)];
         let (direction, angle) = axis_and_angle(columns)?;
@@ -111,13 +110,13 @@ impl Sides {
     }
 }
 
-/// The vector from the axis to a point, at a right angle.
+/// Returns the vector from the axis to a point, at a right angle.
 fn from_axis(axis: &Axis, x: Vector) -> Vector {
     let v = sub(x, axis.origin);
     sub(v, scale(axis.direction, dot(axis.direction, v)))
 }
 
-/// The angle about an axis from `a` to `b`, zero for a point on it.
+/// Returns the angle about an axis from `a` to `b`; zero for a point on it.
 pub(super) fn angle_about(axis: &Axis, a: Vector, b: Vector) -> f64 {
     let (a, b) = (from_axis(axis, a), from_axis(axis, b));
     dot(axis.direction, cross(a, b)).atan2(dot(a, b))
@@ -128,14 +127,14 @@ fn farthest(vectors: &[Vector], length: impl Fn(Vector) -> f64) -> Vector {
     vectors.iter().fold([0.0; 3], longer)
 }
 
-/// A right-handed orthonormal frame along `a` and towards `b`.
+/// Returns a right-handed orthonormal frame along `a` and towards `b`.
 fn frame(a: Vector, b: Vector) -> Option<[Vector; 3]> {
     let x = unit(a)?;
     let z = unit(cross(x, b))?;
     Some([x, cross(z, x), z])
 }
 
-/// Unit axis and angle in (0, pi] of the rotation with these columns; `None` for the identity.
+/// Returns the unit axis and the angle in (0, pi] of the rotation with these columns; `None` for the identity.
 fn axis_and_angle(columns: [Vector; 3]) -> Option<(Vector, f64)> {
     let [x, y, z] = columns;
     let twist = [y[2] - z[1], z[0] - x[2], x[1] - y[0]];
@@ -163,7 +162,7 @@ fn axis_and_angle(columns: [Vector; 3]) -> Option<(Vector, f64)> {
     Some((scale(along, sense), angle))
 }
 
-/// The point of the axis halfway between `a` and `b`, where a rotation by `angle` takes `a` to `b`.
+/// Returns the point of the axis halfway between `a` and `b`, where a rotation by `angle` takes `a` to `b`.
 fn fixed_point(direction: Vector, angle: f64, a: Vector, b: Vector) -> Vector {
     let shift = sub(b, a);
     let across = sub(shift, scale(direction, dot(direction, shift)));
@@ -174,7 +173,7 @@ fn fixed_point(direction: Vector, angle: f64, a: Vector, b: Vector) -> Vector {
     )
 }
 
-/// A rotation about z that takes `a` to `b`.
+/// Returns a rotation about z that takes `a` to `b`.
 fn in_the_plane(angle: f64, a: Vector, b: Vector) -> Option<(Axis, f64)> {
     let angle = part_of_circle(angle);
     let direction = [0.0, 0.0, 1.0];
@@ -184,7 +183,7 @@ fn in_the_plane(angle: f64, a: Vector, b: Vector) -> Option<(Axis, f64)> {
     })
 }
 
-/// The angle, exactly a whole part of a circle when it is nearly one.
+/// Rounds an angle to an exact whole part of a circle if it is nearly one.
 pub(super) fn part_of_circle(angle: f64) -> f64 {
     let parts = std::f64::consts::TAU / angle.abs();
     let whole = parts.round();

@@ -1,4 +1,4 @@
-//! Which node leads each paired node, through pairs of pairs.
+//! The leader of each paired node, through chains of pairs.
 
 use super::images::{Distinct, distinct};
 use super::{Periodic, Symmetry};
@@ -6,20 +6,20 @@ use azimesh_core::error::Result;
 use azimesh_core::geometry::{Bounds, Transform};
 use std::collections::{BTreeMap, VecDeque};
 
-/// A node whose displacement is that of another, turned.
+/// A node with the turned displacement of another node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Follower {
     /// The node.
     pub node: u32,
     /// The lowest node that pairs connect it to.
     pub leader: u32,
-    /// Takes the leader to the node; the displacement of the node is that of the leader turned by
-    /// it. Exactly the identity's rotation for a translation.
+    /// Maps the leader to the node. Its rotation applied to the leader's displacement gives the node's displacement.
+    /// Exactly the identity's rotation for a translation.
     pub map: Transform,
 }
 
-/// Every paired node that is not the lowest of those connected to it, ascending, with its leader. A
-/// node on the edge between two periodic sides is connected through both. `bounds` is the mesh's.
+/// Returns every paired node except the lowest of its connected nodes, ascending, with its leader. A node on the
+/// edge between two periodic sides is connected through both. `bounds` is the box of the mesh.
 ///
 /// # Errors
 /// Pairs whose maps do not commute.

@@ -8,23 +8,22 @@ use azimesh_core::numbers::{in_digits, short};
 
 /// More images than this are refused.
 const MOST_IMAGES: usize = 360;
-/// An angle must be this near to a whole part of a circle; relative.
+/// Relative tolerance within which an angle must be a whole part of a circle.
 const PART_OF_CIRCLE: f64 = 1e-6;
-/// Maps of two pairs that differ by this part of the extent are one.
+/// Maps of two pairs that differ by less than this part of the extent are equal.
 const SAME: f64 = 1e-6;
 
-/// Every map but the identity that takes something within `bounds` to within `radius` of something
-/// there: all turns of a rotation, and of a translation by `L` as many as reach, to either side:
+/// Returns every map except the identity whose image of `bounds` is within `radius` of `bounds`: all turns of a
+/// rotation, and as many multiples of a translation by `L` as reach, in both directions:
 ///
 /// ```text
 /// |j| <= ceil((R + extent along L) / |L|)
 /// ```
 ///
-/// Pairs with the same map count once; those with different ones are combined.
+/// Pairs with equal maps count once; different maps are combined.
 ///
 /// # Errors
-/// More than 360 images; an angle that does not divide the circle; maps of several pairs that do not
-/// commute.
+/// More than 360 images; an angle that does not divide the circle; maps of several pairs that do not commute.
 pub fn images(pairs: &[Periodic], radius: f64, bounds: &Bounds) -> Result<Vec<Transform>> {
     let symmetries = distinct(pairs, bounds)?.symmetries;
     let mut group = vec![Transform::IDENTITY];
@@ -54,9 +53,9 @@ fn too_many(n_images: usize, radius: f64) -> Error {
 
 /// The different maps of some pairs.
 pub(super) struct Distinct {
-    /// Those that are not the same as, or the inverse of, one before.
+    /// Maps that are neither equal nor inverse to an earlier one.
     pub symmetries: Vec<Symmetry>,
-    /// Which of them each pair has, and whether forwards (1) or backwards (-1).
+    /// Index of the map of each pair, and its direction: forwards (1) or backwards (-1).
     pub of_pairs: Vec<(usize, i32)>,
 }
 
@@ -91,7 +90,7 @@ pub(super) fn distinct(pairs: &[Periodic], bounds: &Bounds) -> Result<Distinct> 
     })
 }
 
-/// Returns whether two maps put the corners of the box at the same places.
+/// Returns whether two maps move the corners of the box to the same positions.
 fn are_same(a: &Transform, b: &Transform, bounds: &Bounds) -> bool {
     let limit = SAME * bounds.diagonal();
     (0..8).all(|corner| {
@@ -101,7 +100,7 @@ fn are_same(a: &Transform, b: &Transform, bounds: &Bounds) -> bool {
     })
 }
 
-/// Returns whether the products of two maps make a group in which each product is met once.
+/// Returns whether the products of two maps form a group in which each product occurs once.
 fn combine(a: &Symmetry, b: &Symmetry) -> bool {
     let across = |a: &Vector, b: &Vector| norm(cross(*a, *b)) / (norm(*a) * norm(*b));
     match (a, b) {
@@ -114,7 +113,7 @@ fn combine(a: &Symmetry, b: &Symmetry) -> bool {
     }
 }
 
-/// The powers of a map that are needed, the identity left out.
+/// Returns the needed powers of a map, without the identity.
 fn powers(symmetry: &Symmetry, radius: f64, bounds: &Bounds) -> Result<Vec<Transform>> {
     match symmetry {
         Symmetry::Translation(by) => {

@@ -2,8 +2,8 @@
 //! the images that the interpolation needs.
 //!
 //! The map is a rotation about a given axis, a translation, or a rotation about an axis found from the
-//! nodes. It brings every node of the one side to a node of the other, and the normals into the mesh at
-//! the one side to those out of it at the other. Leaves to others to move paired nodes alike.
+//! nodes. It maps every node of one side to a node of the other, and inward normals of one side to outward normals
+//! of the other. Other modules move paired nodes identically.
 
 mod fit;
 mod followers;
@@ -20,7 +20,7 @@ use azimesh_core::numbers::{in_digits, point, short};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Partners may be this part of the extent of both sides apart.
+/// Largest distance of partners, as a part of the extent of both sides.
 const TOLERANCE: f64 = 1e-6;
 /// Components of a translation or an axis below this part are round-off of the file.
 const SNAP: f64 = 1e-7;
@@ -30,13 +30,13 @@ const SNAP: f64 = 1e-7;
 pub struct Side<'a> {
     /// Name of the tag, for messages.
     pub name: &'a str,
-    /// Nodes of the mesh, in any order; one may be named more than once.
+    /// Nodes of the mesh, in any order; duplicates are allowed.
     pub nodes: &'a [u32],
-    /// The direction into the mesh at each of them, normal to the side, of any length; zero where it is not known.
+    /// Inward normal at each of them, of any length; zero if it is unknown.
     pub inward: &'a [Vector],
 }
 
-/// A line about which a side may turn.
+/// An axis of rotation of a side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
     /// A point on it.
@@ -45,7 +45,7 @@ pub struct Axis {
     pub direction: Vector,
 }
 
-/// What takes one side to the other.
+/// Map from one side to the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Symmetry {
     /// A translation by this vector.
@@ -65,7 +65,7 @@ impl Symmetry {
         self.power(1)
     }
 
-    /// The map applied `times` times, backwards when negative. Quarter and half turns about the
+    /// Returns the map applied `times` times, backwards when negative. Quarter and half turns about the
     /// coordinate axes have exact entries.
     pub fn power(&self, times: i32) -> Transform {
         match self {
@@ -98,7 +98,7 @@ impl fmt::Display for Symmetry {
     }
 }
 
-/// An entry of a rotation, with -1, 0 and 1 exact.
+/// Returns an entry of a rotation, with -1, 0 and 1 exact.
 fn snapped(entry: f64) -> f64 {
     let whole = entry.round() + 0.0;
     if (entry - whole).abs() < 1e-14 {
@@ -108,13 +108,13 @@ fn snapped(entry: f64) -> f64 {
     }
 }
 
-/// Two sides that are the same but for a rigid map.
+/// Two sides that a rigid map makes equal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Periodic {
-    /// Nodes of the first side with their partners on the second, ascending. A node on the axis of a
-    /// rotation is its own partner. Of several nodes at one place each is in a pair.
+    /// Nodes of the first side with their partners on the second, ascending. A node on the axis of a rotation is its
+    /// own partner. Of several nodes at one position, each is in a pair.
     pub pairs: Vec<(u32, u32)>,
-    /// What takes the first side to the second.
+    /// Map from the first side to the second.
     pub symmetry: Symmetry,
     /// Its map.
     pub transform: Transform,
@@ -123,12 +123,11 @@ pub struct Periodic {
 }
 
 impl Periodic {
-    /// Pairs the nodes of side `a` with those of side `b`. A rotation about `axis` is preferred.
+    /// Pairs the nodes of side `a` with the nodes of side `b`. A rotation about `axis` is preferred.
     ///
     /// # Errors
-    /// If a side has no nodes, the sides differ in their number or have the same nodes; where no map
-    /// brings every node of `a` within 1e-6 of the extent of a node of `b` with the mesh on the other side
-    /// of it, or several maps do.
+    /// If a side has no nodes, or the sides differ in their number of nodes or share nodes. Also if no map, or more
+    /// than one, brings every node of `a` within 1e-6 of the extent of a node of `b` with the mesh on its other side.
     pub fn find(
         place: &dyn Fn(u32) -> Vector,
         a: Side<'_>,
@@ -176,7 +175,7 @@ impl Periodic {
     }
 }
 
-/// The error of two maps that both bring the one side to the other.
+/// Returns the error of two maps that both take one side to the other.
 fn several(a: &Side<'_>, b: &Side<'_>, maps: [&Symmetry; 2]) -> Error {
     let [first, second] = maps;
     Error::input(format!(
@@ -186,12 +185,12 @@ fn several(a: &Side<'_>, b: &Side<'_>, maps: [&Symmetry; 2]) -> Error {
     ))
 }
 
-/// The distinct places of a side.
+/// The distinct positions of a side.
 struct Places {
     at: Vec<Vector>,
     /// Nodes of each, ascending.
     nodes: Vec<Vec<u32>>,
-    /// The direction into the mesh at each, of any length.
+    /// Inward normal at each, of any length.
     inward: Vec<Vector>,
 }
 
@@ -239,11 +238,11 @@ struct Sides {
     tolerance: f64,
 }
 
-/// How a map brings the places of `a` to those of `b`.
+/// Result of applying a map to the positions of `a`, compared with the positions of `b`.
 struct Match {
-    /// The nearest place of `b` to the image of each of `a`, and how far it is.
+    /// The nearest position of `b` to the image of each position of `a`, and the distance.
     partners: Vec<(u32, f64)>,
-    /// Places without a partner, or with one that is taken.
+    /// Number of positions without a partner, or with a partner that is taken.
     n_apart: usize,
     /// The first of them.
     first_apart: Option<usize>,
@@ -314,8 +313,8 @@ impl Sides {
         found
     }
 
-    /// A map with the median translation or angle of the partners, on which nodes without a partner
-    /// have no influence, if it is no worse than the map itself; and how it pairs the sides.
+    /// Returns a map with the median translation or angle of the partners, if it is at least as good as the map
+    /// itself, and the pairs it gives. Nodes without a partner have no influence on the median.
     fn refined(&self, rough: Symmetry) -> (Match, Symmetry) {
         let first = self.pair(&rough);
         let symmetry = self.median(&first, rough);
@@ -355,7 +354,8 @@ impl Sides {
         }
     }
 
-    /// Tells if a map brings normals into the mesh at the first side to normals out of it at the second. True where none is known.
+    /// Returns whether a map turns normals into the mesh at the first side into normals out of it at the second. True
+    /// if no normals are known.
     fn face_each_other(&self, found: &Match, symmetry: &Symmetry) -> bool {
         let map = symmetry.transform();
         let inward = self.a.inward.iter().zip(&found.partners);

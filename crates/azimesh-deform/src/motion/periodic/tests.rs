@@ -18,7 +18,7 @@ fn side(n: usize, m: usize, low: f64) -> Vec<Vector> {
         .collect()
 }
 
-/// Both sides in one list, those of the second shuffled, and their nodes.
+/// Both sides in one list, the second side shuffled, and their nodes.
 fn joined(a: &[Vector], map: impl Fn(Vector) -> Vector) -> (Vec<Vector>, Vec<u32>, Vec<u32>) {
     let n = a.len();
     let mut order: Vec<usize> = (0..n).collect();

@@ -8,17 +8,17 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     pub(super) index: usize,
-    /// From the file's unit to the program's.
+    /// Factor from the file's unit to the program's.
     pub(super) factor: f64,
 }
 
-/// Picks columns, and refuses in the end those that are not known.
+/// Selection of columns; `done` refuses unknown ones.
 #[derive(Debug)]
 pub struct Columns<'a> {
     table: &'a Table,
-    /// What they are called in the file.
+    /// Their names in the file.
     names: ColumnNames,
-    /// Names that would have been read.
+    /// Known names.
     known: Vec<String>,
     taken: Vec<bool>,
 }
@@ -64,8 +64,7 @@ impl<'a> Columns<'a> {
         found.ok_or_else(|| self.missing(&format!("{stem}_deg")))
     }
 
-    /// The column that says where a row belongs, in its own unit: `azimuth_deg`, `azimuth_rad`,
-    /// `time_s` or `step`.
+    /// Picks the key of a row, in its own unit: `azimuth_deg`, `azimuth_rad`, `time_s` or `step`.
     pub fn optional_key(&mut self) -> Result<Option<(Key, Column)>> {
         let mut found: Option<(Key, Column)> = None;
         for key in Key::ALL {
@@ -98,10 +97,10 @@ impl<'a> Columns<'a> {
         rest
     }
 
-    /// Refuses a column that was not picked; those of a file with names of its own are passed over, and returned.
+    /// Refuses a column that was not picked. In a file with its own names, such columns are ignored and returned.
     ///
     /// # Errors
-    /// If the table has a line of units which nobody reads, too.
+    /// Also if the table has a line of units that no reader has used.
     pub fn done(self) -> Result<Vec<String>> {
         if let Some((line, _)) = self.table.units.as_ref().filter(|_| !self.names.has_units) {
             let message = "this table has no `units`, and so no line of them; remove it, and give lengths in mesh units, times in s";
@@ -160,7 +159,7 @@ impl<'a> Columns<'a> {
         self.table.header_error(message)
     }
 
-    /// The error of two columns that say the same.
+    /// Returns the error of two columns for the same value.
     pub fn both(&self, one: &str, other: &str) -> Error {
         let message =
             format!("columns `{one}` and `{other}` have the same meaning; keep one of them");

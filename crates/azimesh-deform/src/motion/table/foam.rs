@@ -97,7 +97,7 @@ fn read_row<'a>(
     Ok(())
 }
 
-/// Words and parentheses with their lines; comments are passed over.
+/// Words and parentheses with their lines; comments are skipped.
 struct Tokens<'a> {
     bytes: &'a [u8],
     line: u64,

@@ -6,17 +6,16 @@ use azimesh_core::error::{Error, Result};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Part of a component's largest value by which the last row of whole revolutions may differ from
-/// the first.
+/// Allowed difference of the last row of whole revolutions from the first, as a part of a component's largest value.
 const REPEATED: f64 = 1e-3;
-/// Part of the distance between the two rows at an end, or of the place of a single row, by which a step may lie
-/// outside of it: 0.1 is the end of a table to 0.0999999.
+/// Distance by which a step may be outside the rows, as a part of the spacing of the two rows at that end, or of the
+/// position of a single row. A table that ends at 0.0999999 then covers 0.1.
 const ROUNDED: f64 = 1e-4;
 
-/// How values between rows are found.
+/// Interpolation between rows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Straight lines. Rates at a row are those after it.
+    /// Linear. The rate at a row is the slope after it.
     #[default]
     Linear,
     /// A cubic spline: periodic where the table is, else with the ends "not a knot".
@@ -29,9 +28,8 @@ names! {
 
 /// Rows of `n` values over increasing knots.
 ///
-/// Over azimuth it repeats itself where it covers whole revolutions, by the rule of [`Period`].
-/// Elsewhere there are no values outside of its range. One row alone holds everywhere, or at its own
-/// place if it was given one.
+/// Over azimuth it is periodic if it covers whole revolutions, by the rule of [`Period`]. Otherwise it has no values
+/// outside of its range. A single row holds everywhere, or only at its own position if it was given one.
 #[derive(Debug, Clone)]
 pub struct History {
     path: PathBuf,
@@ -44,31 +42,31 @@ pub struct History {
     /// Slopes at the knots of a cubic spline: (knots, n), by rows.
     slopes: Option<Vec<f64>>,
     n_values: usize,
-    /// What it repeats itself after.
+    /// Period, if it is periodic.
     period: Option<f64>,
-    /// True if it has no row at the end of that.
+    /// True if it has no row at the end of the period.
     fills_gap: bool,
-    /// True if there are no values outside of the range when that is one row.
+    /// True if a single row holds only at its own position.
     is_held: bool,
-    /// What the table lacks to repeat itself, in words.
+    /// Reason why the table is not periodic, in words.
     open: Option<String>,
 }
 
-/// A place between two knots.
+/// A position between two knots.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Knots before and after.
     knots: [usize; 2],
-    /// Distance of the knots, and the part of it that is passed.
+    /// Distance of the knots, and the part of it before the position.
     step: f64,
     part: f64,
 }
 
 impl History {
-    /// From knots and rows of values, `(knots, n)`; `path` is the file that errors name.
+    /// Creates a history from knots and rows of values, `(knots, n)`; `path` is the file that errors name.
     ///
     /// # Panics
-    /// When there are no knots, or they do not increase, or have not a row of values each.
+    /// If there are no knots, they do not increase, or the number of rows differs.
     pub fn new(
         path: &Path,
         key: Key,
@@ -103,7 +101,7 @@ impl History {
         history
     }
 
-    /// From columns of a table whose rows are in order.
+    /// Creates a history from columns of a table whose rows are in order.
     pub fn from_table(
         table: &Table,
         (key, place): (Key, Column),
@@ -150,7 +148,7 @@ impl History {
         self
     }
 
-    /// Finds out whether the table repeats itself; a last row that repeats the first goes.
+    /// Finds out whether the table is periodic; removes a last row that repeats the first.
     fn close(&mut self) {
         match Period::of(self.key, &self.knots, || self.last_row_differs()) {
             Ok(period) => {
@@ -163,7 +161,7 @@ impl History {
         }
     }
 
-    /// Returns whether some value of the last row is not that of the first.
+    /// Returns whether some value of the last row differs from the first row.
     fn last_row_differs(&self) -> bool {
         let n = self.n_values;
         let mut largest = vec![0.0; n];
@@ -182,7 +180,7 @@ impl History {
         self.n_values
     }
 
-    /// Number of rows; a last one that repeats the first is not one.
+    /// Number of rows, without a last one that repeats the first.
     pub fn n_rows(&self) -> usize {
         self.knots.len()
     }
@@ -192,34 +190,34 @@ impl History {
         self.values.chunks_exact(self.n_values.max(1))
     }
 
-    /// The place of a row in words.
+    /// Returns the position of a row in words.
     pub fn place_of(&self, row: usize) -> String {
         self.key.place(self.knots[row])
     }
 
-    /// What it repeats itself after, in the unit of its key.
+    /// Period, in the unit of its key.
     #[cfg(test)]
     pub fn period(&self) -> Option<f64> {
         self.period
     }
 
-    /// Returns whether it repeats itself, as one over azimuth of whole revolutions does.
+    /// Returns whether it is periodic.
     pub fn repeats(&self) -> bool {
         self.period.is_some()
     }
 
-    /// Tells if a place is past the last row of a revolution that has no row at its end.
+    /// Returns whether a position is past the last row of a revolution that has no row at its end.
     pub fn is_past_last_row(&self, place: Place) -> bool {
         let inside = ROUNDED..=1.0 - ROUNDED;
         self.fills_gap && place.knots[1] == 0 && inside.contains(&place.part)
     }
 
-    /// Tells if values between rows are on straight lines.
+    /// Returns whether interpolation between rows is linear.
     pub fn is_linear(&self) -> bool {
         self.slopes.is_none()
     }
 
-    /// Why it does not repeat itself, in words.
+    /// Returns the reason why it is not periodic, in words.
     pub fn why_once(&self) -> String {
         why_once(self.open.as_deref())
     }
@@ -229,24 +227,23 @@ impl History {
         &self.path
     }
 
-    /// What its rows belong to.
+    /// The key of its rows.
     pub fn key(&self) -> Key {
         self.key
     }
 
-    /// First and last knot; a last row that repeats the first is not one.
+    /// Returns the first and last knot, without a last row that repeats the first.
     pub fn range(&self) -> (f64, f64) {
         (self.knots[0], self.knots[self.knots.len() - 1])
     }
 
-    /// Gives the place where it begins again, if it repeats itself, else its last knot.
+    /// Returns the end of its first period, or its last knot if it is not periodic.
     pub fn end(&self) -> f64 {
         let (first, last) = self.range();
         self.period.map_or(last, |period| first + period)
     }
 
-    /// Where `at` lies among the knots, in the unit of the key; an error outside of a table that
-    /// does not repeat itself.
+    /// Locates `at`, in the unit of the key, among the knots; an error outside of a table that is not periodic.
     pub fn locate(&self, at: f64) -> Result<Place> {
         let (first, last) = self.range();
         let n = self.knots.len();
@@ -261,7 +258,7 @@ impl History {
         let at = match self.period {
             Some(period) => {
                 let wrapped = at - period * ((at - first) / period).floor();
-                // Round-off may leave it a little outside.
+                // Round-off may place it slightly outside.
                 if wrapped < first + period {
                     wrapped.max(first)
                 } else {
@@ -311,7 +308,7 @@ impl History {
         }
     }
 
-    /// Values of some components at a place, into `out`.
+    /// Evaluates some components at a position, into `out`.
     pub fn values(&self, place: Place, components: Range<usize>, out: &mut [f64]) {
         let Place { step, part: t, .. } = place;
         let [p, q] = self.between(&self.values, place, &components);
@@ -331,7 +328,7 @@ impl History {
         }
     }
 
-    /// Derivatives of some components by the key, in its unit, into `out`.
+    /// Evaluates derivatives of some components with respect to the key, in its unit, into `out`.
     pub fn rates(&self, place: Place, components: Range<usize>, out: &mut [f64]) {
         let Place { step, part: t, .. } = place;
         let [p, q] = self.between(&self.values, place, &components);
@@ -349,14 +346,14 @@ impl History {
         }
     }
 
-    /// All values at a place in the unit of the key.
+    /// Returns all values at a position in the unit of the key.
     pub fn at(&self, at: f64) -> Result<Vec<f64>> {
         let mut values = vec![0.0; self.n_values];
         self.values(self.locate(at)?, 0..self.n_values, &mut values);
         Ok(values)
     }
 
-    /// All derivatives by the key, in its unit.
+    /// Returns all derivatives with respect to the key, in its unit.
     pub fn rates_at(&self, at: f64) -> Result<Vec<f64>> {
         let mut rates = vec![0.0; self.n_values];
         self.rates(self.locate(at)?, 0..self.n_values, &mut rates);

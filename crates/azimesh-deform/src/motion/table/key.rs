@@ -1,10 +1,10 @@
-//! What the rows of a table belong to: azimuths, times or steps.
+//! Keys of the rows of a table: azimuths, times or steps.
 
 use crate::motion::Step;
 use azimesh_core::numbers::in_digits;
 use std::f64::consts::TAU;
 
-/// What the first column of a table over the steps holds.
+/// Quantity in the first column of a table over the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Key {
     /// Azimuth in degrees.
@@ -18,7 +18,7 @@ pub enum Key {
 }
 
 impl Key {
-    /// All of them.
+    /// All keys.
     pub const ALL: [Self; 4] = [Self::AzimuthDeg, Self::AzimuthRad, Self::Time, Self::Step];
 
     /// The column's name.
@@ -31,7 +31,7 @@ impl Key {
         }
     }
 
-    /// One revolution in the column's unit; times and steps have none.
+    /// Returns one revolution in the column's unit; times and steps have none.
     pub fn revolution(self) -> Option<f64> {
         match self {
             Self::AzimuthDeg => Some(360.0),
@@ -40,7 +40,7 @@ impl Key {
         }
     }
 
-    /// Where a step is, in the column's unit; `None` for the time of a step that has none.
+    /// Returns the position of a step in the column's unit; `None` for the time of a step that has none.
     pub fn of_step(self, step: &Step) -> Option<f64> {
         match self {
             Self::AzimuthDeg => Some(step.azimuth_deg),
@@ -50,7 +50,7 @@ impl Key {
         }
     }
 
-    /// A place in words, as in "azimuth 30 deg".
+    /// Formats a position, as in "azimuth 30 deg".
     pub fn place(self, at: f64) -> String {
         match self {
             Self::AzimuthDeg => format!("azimuth {} deg", in_digits(at, 12)),

@@ -1,12 +1,12 @@
-//! Tables that a schedule names: CSV files of numbers, and what is interpolated from them.
+//! Tables that a schedule names: CSV files of numbers, and interpolation between their rows.
 //!
 //! ```text
 //! file ── Table ── Columns: by name ──┬─ History       values over azimuth, time or step
 //!                                     └─ SpanHistory   such values at every station of a blade
 //! ```
 //!
-//! Owns how such a file is read, its errors by line, and interpolation between rows. Leaves to the
-//! motions which columns they want and what the numbers mean.
+//! Owns the file format, its errors by line, and interpolation between rows. The motions choose the columns and the
+//! meaning of the numbers.
 
 mod columns;
 mod foam;
@@ -29,7 +29,7 @@ use azimesh_core::error::{Error, Result};
 use azimesh_io::formats::Source;
 use std::path::{Path, PathBuf};
 
-/// What stands for the path of a table that is no file.
+/// Placeholder for the path of a table in memory.
 const IN_MEMORY: &str = "table in memory";
 
 /// A table of finite numbers under named columns.
@@ -56,7 +56,7 @@ pub struct Table {
     values: Vec<f64>,
     /// Line of each row.
     lines: Vec<u32>,
-    /// A row that cannot be one, with what is wrong; of a table that was made in memory.
+    /// An invalid row of a table in memory, with the error.
     wrong: Option<(usize, String)>,
 }
 
@@ -79,9 +79,8 @@ impl Table {
         table.map_err(|error| error.file(path))
     }
 
-    /// A table from the names of its columns and rows of a number for each. Errors name a row by its number,
-    /// counted from 1. A row of another length or with a number that is not finite is an error when the
-    /// table is used.
+    /// Creates a table from the names of its columns and rows of a number for each. Errors name a row by its number, from 1. A
+    /// row of another length or with a number that is not finite is an error when the table is used.
     pub fn from_rows(
         columns: impl IntoIterator<Item = impl Into<String>>,
         rows: impl IntoIterator<Item = impl AsRef<[f64]>>,
@@ -105,7 +104,7 @@ impl Table {
         table
     }
 
-    /// Refuses a table that was made in memory and is none.
+    /// Refuses an invalid table in memory.
     pub(super) fn check(&self) -> Result<()> {
         match &self.wrong {
             Some((row, message)) => Err(self.error(*row, message)),
@@ -129,7 +128,7 @@ impl Table {
         &self.path
     }
 
-    /// Returns whether a body turns about z, then y, then x, and not the other way round.
+    /// Returns whether a body turns about z, then y, then x, instead of the reverse.
     pub fn turns_z_first(&self) -> bool {
         self.z_first
     }
@@ -139,12 +138,12 @@ impl Table {
         self.lines.len()
     }
 
-    /// The number in a row and column, in radians where the column holds angles.
+    /// Returns the number in a row and column, in radians if the column holds angles.
     pub fn value(&self, row: usize, column: Column) -> f64 {
         column.factor * self.values[row * self.names.len() + column.index]
     }
 
-    /// A number that must be whole and not negative, such as that of a node.
+    /// Reads a number that must be whole and not negative, such as a node number.
     pub fn whole(&self, row: usize, column: Column) -> Result<u64> {
         let value = self.value(row, column);
         // Whole numbers up to here are exact.
@@ -161,12 +160,12 @@ impl Table {
         u64::from(self.lines[row])
     }
 
-    /// An error at a row.
+    /// Returns an error at a row.
     pub fn error(&self, row: usize, message: impl Into<String>) -> Error {
         Error::input(message).line(self.line(row)).file(&self.path)
     }
 
-    /// An error at a row, or at the names of the columns where there is none.
+    /// Returns an error at a row, or at the names of the columns without one.
     pub fn error_at(&self, row: Option<usize>, message: impl Into<String>) -> Error {
         match row {
             Some(row) => self.error(row, message),
@@ -174,7 +173,7 @@ impl Table {
         }
     }
 
-    /// An error at the names of the columns.
+    /// Returns an error at the names of the columns.
     pub fn header_error(&self, message: impl Into<String>) -> Error {
         Error::input(message).line(self.header).file(&self.path)
     }

@@ -1,4 +1,4 @@
-//! Names and units that the columns of a file have in place of the program's own.
+//! Names and units of the columns of a file that differ from the program's own.
 
 use super::Table;
 use azimesh_core::error::{Error, Result, nearest_name};
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 const DEGREE: f64 = PI / 180.0;
-/// Units with their sizes in m, in radians, in s.
+/// Units with their sizes in m, radians or s.
 const LENGTHS: &[(&str, f64)] = &[
     ("m", 1.0),
     ("mm", 1e-3),
@@ -24,7 +24,7 @@ const TIMES: &[(&str, f64)] = &[
     ("min", 60.0),
     ("h", 3600.0),
 ];
-/// Stations in parts of the distance from the hub to the end of the blade.
+/// Stations as parts of the distance from the hub to the end of the blade.
 const RADIUS: &str = "radius";
 
 /// The unit of a column: a known one, or a factor to the unit of the program's own name.
@@ -32,7 +32,7 @@ const RADIUS: &str = "radius";
 pub enum Unit {
     /// Such as "mm".
     Named(String),
-    /// What the numbers of the file are multiplied with.
+    /// Factor applied to the numbers of the file.
     Factor(f64),
 }
 
@@ -54,7 +54,7 @@ impl From<f64> for Unit {
     }
 }
 
-/// What the columns of a file are called, and their units, by the program's own names.
+/// Names and units of the columns of a file, by the program's own names.
 #[derive(Debug, Clone, Default)]
 pub struct Naming {
     /// Names in the file; columns without one have the program's own. A minus before a name changes the sign.
@@ -63,12 +63,12 @@ pub struct Naming {
     pub units: BTreeMap<String, Unit>,
 }
 
-/// What lengths in a file are converted by.
+/// Scales for lengths in a file.
 #[derive(Debug, Clone, Copy)]
 pub struct Scales<'a> {
-    /// What the mesh unit is called, where the schedule says.
+    /// Name of the mesh unit, if the schedule gives it.
     pub length_unit: Option<&'a str>,
-    /// The distance of the end of the blade from the hub, in mesh units, where there is a blade.
+    /// The distance of the end of the blade from the hub, in mesh units, if there is a blade.
     pub radius: Option<f64>,
 }
 
@@ -79,13 +79,13 @@ pub struct ColumnNames {
     pub(super) factors: BTreeMap<String, f64>,
     /// True if units may be given.
     pub(super) has_units: bool,
-    /// True if a length in a unit of its own was taken for one of a mesh in m, since nothing is said of the mesh.
+    /// True if a length was converted for a mesh in m, because the unit of the mesh is not given.
     pub assumes_metres: bool,
 }
 
 impl Naming {
-    /// Refuses names that are not among `known`, a name in the file that is given twice, and units that there are
-    /// not; the message and whether it is of `columns` or of `units`.
+    /// Refuses names that are not in `known`, duplicate names in the file, and unknown units. Returns the message and
+    /// whether it is about `columns` or `units`.
     pub fn check(&self, known: &[&str]) -> std::result::Result<(), (&'static str, String)> {
         let columns = self.columns.keys().map(|name| ("columns", name));
         for (key, name) in columns.chain(self.units.keys().map(|name| ("units", name))) {
@@ -137,10 +137,10 @@ impl Naming {
         Ok(())
     }
 
-    /// The names with the units in a line of the table, for columns among `known` that have none yet.
+    /// Adds the units in a line of the table, for columns in `known` that have none yet.
     ///
     /// # Errors
-    /// When the unit of a column that is read is not one of its kind.
+    /// If the unit of a used column is not of its kind.
     pub fn with_units_of(&self, table: &Table, known: &[&str]) -> Result<Self> {
         let mut all = self.clone();
         let Some((line, units)) = &table.units else {
@@ -164,7 +164,7 @@ impl Naming {
         Ok(all)
     }
 
-    /// The place of a column in the table.
+    /// Returns the index of a column in the table.
     fn place_in(&self, table: &Table, name: &str) -> Option<usize> {
         let place = |name: &str| table.names.iter().position(|other| other == name);
         match self.columns.get(name) {
@@ -180,7 +180,7 @@ impl Naming {
         }
     }
 
-    /// The column of an angle by its name here, and what `columns` has to say for the other sign.
+    /// Returns the column of an angle by its name here, and the entry of `columns` for the other sign.
     pub fn angle_in(&self, table: &Table, stem: &str) -> (String, String) {
         let [deg, rad] = ["deg", "rad"].map(|unit| format!("{stem}_{unit}"));
         let has_rad = self.columns.contains_key(&rad) || table.names.contains(&rad);
@@ -190,7 +190,7 @@ impl Naming {
         (ours, turned)
     }
 
-    /// The names with their factors; an error in words where a length cannot be converted.
+    /// Returns the names with their factors; an error message if a length cannot be converted.
     pub fn resolve(&self, scales: Scales<'_>) -> std::result::Result<ColumnNames, String> {
         let mut names = ColumnNames {
             in_file: self.columns.clone(),
@@ -226,12 +226,12 @@ impl Naming {
 }
 
 impl ColumnNames {
-    /// Returns whether columns that nobody asks for are passed over.
+    /// Returns whether unused columns are ignored.
     pub(super) fn passes_over(&self) -> bool {
         !self.in_file.is_empty()
     }
 
-    /// The name in the file of a column; `None` where the file has this name for another.
+    /// Returns the name in the file of a column; `None` if the file uses this name for another column.
     pub(super) fn of<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         match self.in_file.get(name) {
             Some(theirs) => Some(theirs),
@@ -243,7 +243,7 @@ impl ColumnNames {
     /// Finds the columns of a table; a minus before a name that the table does not have changes the sign.
     ///
     /// # Errors
-    /// When the table lacks a name.
+    /// If the table lacks a name.
     pub(super) fn found_in(mut self, table: &Table) -> Result<Self> {
         let is_there = |name: &str| table.names.iter().any(|other| other == name);
         for (ours, theirs) in &mut self.in_file {
@@ -271,7 +271,7 @@ impl ColumnNames {
     }
 }
 
-/// The name behind a minus.
+/// Returns the name behind a minus.
 fn unsigned(name: &str) -> Option<&str> {
     name.strip_prefix('-').map(str::trim_start)
 }
@@ -280,7 +280,7 @@ fn is_length(name: &str) -> bool {
     ["station", "dx", "dy", "dz"].contains(&name)
 }
 
-/// Units that the column of a name may have.
+/// Returns the units that a column may have.
 pub fn known_units(name: &str) -> Vec<&'static str> {
     let radius = (name == "station").then_some(RADIUS);
     let units = units_of(name).iter().map(|(unit, _)| *unit);
@@ -296,7 +296,7 @@ fn units_of(name: &str) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// The size of the mesh unit in m.
+/// Returns the size of the mesh unit in m.
 fn metres(mesh_unit: &str, name: &str, unit: &str) -> std::result::Result<f64, String> {
     let found = LENGTHS.iter().find(|(other, _)| *other == mesh_unit);
     found.map(|(_, size)| *size).ok_or_else(|| {

@@ -1,27 +1,28 @@
-//! The rule by which rows over azimuth repeat themselves, in all tables and in sets of displacements.
+//! The rule by which rows over azimuth are periodic, in all tables and in sets of displacements.
 
 use super::Key;
 
-/// Part of a revolution by which a last row may miss whole revolutions after the first.
+/// Allowed offset of a last row from whole revolutions after the first, as a part of a revolution.
 const CLOSING: f64 = 1e-4;
-/// Part of the last step by which the way on to the first row may differ from it: places may be printed with one decimal.
+/// Allowed difference of the interval back to the first row from the last interval, relative: positions may be printed
+/// with one decimal.
 const SAME_STEP: f64 = 0.03;
 
-/// The distance after which rows repeat themselves.
+/// The period of rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Period {
     /// Whole revolutions, in the unit of the key.
     pub length: f64,
-    /// Number of rows in it: all, or all but the last where that is the first again.
+    /// Number of rows in it: all, or all but a last row that repeats the first.
     pub n_rows: usize,
 }
 
 impl Period {
-    /// Finds the period of rows at increasing places. They repeat themselves where the last row is whole revolutions after the first
-    /// and has its values, or is one step before that place, as long as the step to it. Two rows need the first again.
+    /// Finds the period of rows at increasing positions. Rows are periodic if the last one is whole revolutions after the
+    /// first and has its values, or is one interval of the same length before that position. Two rows need the first again.
     ///
     /// # Errors
-    /// Why they do not repeat themselves, in words; nothing for one row, and for times and steps.
+    /// The reason why they are not periodic, in words; `None` for one row, and for times and steps.
     pub fn of(
         key: Key,
         places: &[f64],
@@ -62,7 +63,7 @@ impl Period {
     }
 }
 
-/// Gives the reason why rows do not repeat themselves, without the remedy.
+/// Returns the reason why rows are not periodic, without the remedy.
 pub fn why(open: Option<&str>) -> String {
     let why = open.unwrap_or("it has one row");
     why.split(':').next().unwrap_or(why).to_owned()

@@ -5,7 +5,7 @@ use azimesh_core::error::Result;
 use std::cmp::Ordering;
 use std::ops::Range;
 
-/// Values that a table may be brought to when every azimuth has stations of its own.
+/// Largest number of values if every azimuth has its own stations.
 const MOST: usize = 1 << 26;
 
 /// Values over azimuth and station: linear between stations, held past the first and last.
@@ -31,9 +31,9 @@ pub struct SpanValues<'a> {
 }
 
 impl SpanHistory {
-    /// From columns of a table with a row for each azimuth and station, in any order. Stations are
-    /// the same at every azimuth or each azimuth's own; then values are interpolated along the
-    /// stations first. Without a key there is one set of stations, which holds everywhere.
+    /// Creates it from columns of a table with a row for each azimuth and station, in any order. If stations differ
+    /// between azimuths, values are first interpolated along the stations. Without a key there is one set of stations,
+    /// which holds everywhere.
     pub fn from_table(
         table: &Table,
         key: Option<(Key, Column)>,
@@ -87,22 +87,22 @@ impl SpanHistory {
         })
     }
 
-    /// All stations of all azimuths, increasing.
+    /// Returns all stations of all azimuths, increasing.
     pub fn stations(&self) -> &[f64] {
         &self.stations
     }
 
-    /// The first line of the table that has a station, by its place among all.
+    /// Returns the first line of the table that has a station, by its index.
     pub fn line(&self, station: usize) -> u64 {
         self.lines[station]
     }
 
-    /// What is interpolated over azimuth: the values of all stations in one row.
+    /// Interpolation over azimuth: a row holds the values of all stations.
     pub fn history(&self) -> &History {
         &self.history
     }
 
-    /// Values and rates of all stations at a place in the unit of the key.
+    /// Returns values and rates of all stations at a position in the unit of the key.
     pub fn at(&self, at: f64) -> Result<SpanValues<'_>> {
         Ok(SpanValues {
             stations: &self.stations,
@@ -114,13 +114,13 @@ impl SpanHistory {
 }
 
 impl SpanValues<'_> {
-    /// The first `N` values at a station.
+    /// Returns the first `N` values at a station.
     #[inline]
     pub fn values<const N: usize>(&self, station: f64) -> [f64; N] {
         self.between(&self.values, station)
     }
 
-    /// Their derivatives by the key, in its unit.
+    /// Returns their derivatives with respect to the key, in its unit.
     pub fn rates<const N: usize>(&self, station: f64) -> [f64; N] {
         self.between(&self.rates, station)
     }
@@ -138,8 +138,8 @@ impl SpanValues<'_> {
     }
 }
 
-/// The increasing places before and after `at`, and the part of the way between them; the same one
-/// twice past the ends.
+/// Returns the increasing positions before and after `at`, and its fraction between them; the same position twice
+/// beyond the ends.
 #[inline]
 fn between(n: usize, place: impl Fn(usize) -> f64, at: f64) -> (usize, usize, f64) {
     let (mut low, mut high) = (0, n);
@@ -164,7 +164,7 @@ struct Rows<'a> {
     table: &'a Table,
     key: Option<(Key, Column)>,
     station: Column,
-    /// Those that are left out are 0.
+    /// Columns that are left out are 0.
     columns: &'a [Option<Column>],
 }
 
@@ -186,7 +186,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Rows by azimuth and station, and those of each azimuth.
+    /// Sorts rows by azimuth and station; returns the order and the range of each azimuth.
     fn groups(&self) -> Result<(Vec<usize>, Vec<Range<usize>>)> {
         let by_place = |a: &usize, b: &usize| {
             let by_key = self.key(*a).total_cmp(&self.key(*b));
@@ -217,8 +217,7 @@ impl Rows<'_> {
         self.key(pair[0]) == self.key(pair[1]) && self.station(pair[0]) == self.station(pair[1])
     }
 
-    /// Refuses an azimuth that lacks some stations of the one with most, and has no others: rows are
-    /// missing there.
+    /// Refuses an azimuth whose stations are only some of the stations of the azimuth with most: rows are missing there.
     fn check_complete(&self, order: &[usize], groups: &[Range<usize>]) -> Result<()> {
         let largest = groups.iter().map(ExactSizeIterator::len).max();
         let fullest = groups.iter().find(|group| Some(group.len()) == largest);
@@ -252,7 +251,7 @@ impl Rows<'_> {
         Ok(())
     }
 
-    /// The values of one azimuth at all stations, by lines between its own.
+    /// Returns the values of one azimuth at all stations, interpolated linearly.
     fn resample(&self, group: &[usize], stations: &[f64], values: &mut Vec<f64>) {
         for station in stations {
             let (lower, upper, part) = between(group.len(), |i| self.station(group[i]), *station);

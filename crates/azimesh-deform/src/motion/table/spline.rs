@@ -1,13 +1,13 @@
 //! Slopes of cubic splines at their knots.
 //!
-//! Between knots `i` and `i + 1`, `h_i` apart with mean slope `m_i`, a spline is the cubic with the
+//! Between knots `i` and `i + 1`, at distance `h_i` with mean slope `m_i`, a spline is the cubic with the
 //! values and slopes `s` of both. Its second derivative is continuous when
 //!
 //! ```text
 //! h_i s_{i-1} + 2 (h_{i-1} + h_i) s_i + h_{i-1} s_{i+1} = 3 (h_i m_{i-1} + h_{i-1} m_i)
 //! ```
 //!
-//! Values are rows of `n` components, one row a knot. O(knots n); cannot fail for increasing knots.
+//! Values are rows of `n` components, one row per knot. O(knots n); cannot fail for increasing knots.
 
 /// A tridiagonal system with rows of `n` right-hand sides, solved by elimination without pivots: the
 /// diagonals of splines allow it.
@@ -55,8 +55,8 @@ fn intervals(knots: &[f64], values: &[f64], n: usize) -> (Vec<f64>, Vec<f64>) {
     (h, slopes)
 }
 
-/// Slopes of the spline whose third derivative is continuous at the second knot and the last but
-/// one ("not a knot"): a parabola through three points, a line through two.
+/// Returns slopes of the spline whose third derivative is continuous at the second knot and the last but one ("not a
+/// knot"): a parabola through three points, a line through two.
 pub(super) fn not_a_knot(knots: &[f64], values: &[f64], n: usize) -> Vec<f64> {
     let size = knots.len();
     let (h, m) = intervals(knots, values, n);
@@ -109,7 +109,7 @@ fn parabola(h: &[f64], m: &[f64], n: usize) -> Vec<f64> {
     slopes
 }
 
-/// Slopes of the spline that repeats itself after `period`, which the knots do not reach again.
+/// Returns slopes of the spline of this `period`; the last knot is before its end.
 pub(super) fn periodic(knots: &[f64], values: &[f64], n: usize, period: f64) -> Vec<f64> {
     let size = knots.len();
     if size < 2 {
@@ -122,7 +122,7 @@ pub(super) fn periodic(knots: &[f64], values: &[f64], n: usize, period: f64) -> 
     let rise =
         |i: usize, c: usize| 3.0 * (h[i] * m[before(i) * n + c] + h[before(i)] * m[i * n + c]);
     if size == 2 {
-        // Both equations say the same slope.
+        // Both equations give the same slope.
         let slope = |c: usize| rise(0, c) / (3.0 * (h[0] + h[1]));
         return (0..2 * n).map(|at| slope(at % n)).collect();
     }

@@ -34,7 +34,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
     for part in parts {
         let part = part.map_err(at_line(first))?;
         table.values.extend(part.values);
-        // A file of more lines than this is reported at the last that has a number.
+        // A file of more lines than this is an error at the last line with a number.
         let line = |line: u32| u32::try_from(first + u64::from(line)).unwrap_or(u32::MAX);
         table.lines.extend(part.lines.into_iter().map(line));
         first += part.n_lines;
@@ -57,13 +57,13 @@ struct Header {
     /// Lines of the names and of the first row, from 0.
     line: u64,
     rows_line: u64,
-    /// Bytes before the first row.
+    /// Number of bytes before the first row.
     end: usize,
 }
 
 impl Header {
-    /// The first line that is neither blank nor a comment; or, where that is a row of numbers, the
-    /// comment before it, if it has a name for each.
+    /// Finds the first line that is neither blank nor a comment. If that is a row of numbers, the comment before it is
+    /// used if it has a name for each.
     fn find(bytes: &[u8]) -> Located<Self> {
         let mut comment: Option<(u64, &[u8])> = None;
         let mut start = 0;
@@ -149,13 +149,13 @@ impl Header {
 /// Any blanks between the fields of a line.
 const BLANKS: u8 = b' ';
 
-/// What stands between the fields of a line: its first comma, semicolon or tab, else blanks.
+/// Returns the separator of the fields of a line: its first comma, semicolon or tab, else blanks.
 fn delimiter_of(line: &[u8]) -> u8 {
     let found = line.iter().copied().find(|b| b",;\t".contains(b));
     found.unwrap_or(BLANKS)
 }
 
-/// The text in the brackets of a unit.
+/// Returns the text in the brackets of a unit.
 fn in_brackets(unit: &[u8]) -> Option<String> {
     let inside = match unit {
         [b'(', inside @ .., b')'] | [b'[', inside @ .., b']'] => inside.trim_ascii(),
@@ -164,7 +164,7 @@ fn in_brackets(unit: &[u8]) -> Option<String> {
     Some(String::from_utf8_lossy(inside).into_owned())
 }
 
-/// How many numbers a line is, if it is nothing else.
+/// Returns how many numbers a line has, if it has nothing else.
 fn numbers_of(line: &[u8]) -> Option<usize> {
     let mut n = 0;
     for field in Fields::of(line, delimiter_of(line)) {
@@ -174,7 +174,7 @@ fn numbers_of(line: &[u8]) -> Option<usize> {
     Some(n)
 }
 
-/// Pieces of about `CHUNK` bytes that end with their lines.
+/// Splits text into pieces of about `CHUNK` bytes that end with a line.
 fn chunks(mut bytes: &[u8]) -> Vec<&[u8]> {
     let mut chunks = Vec::new();
     while !bytes.is_empty() {
@@ -211,7 +211,7 @@ impl Rows {
         Ok(rows)
     }
 
-    /// Adds the numbers of a line; whether there are any.
+    /// Adds the numbers of a line; returns whether there are any.
     fn add(&mut self, line: &[u8], header: &Header) -> std::result::Result<bool, String> {
         let line = without_comment(line);
         if line.iter().all(u8::is_ascii_whitespace) {
@@ -251,7 +251,7 @@ fn not_a_number(name: &str, field: &[u8]) -> String {
     format!("column `{name}` has \"{shown}\"; it must be a finite number")
 }
 
-/// A finite number; exponents may be Fortran's, as in `1.0D-3`.
+/// Parses a finite number; exponents may be Fortran's, as in `1.0D-3`.
 pub(super) fn number(field: &[u8]) -> Option<f64> {
     let value = fast_float2::parse::<f64, _>(field).ok().or_else(|| {
         let at = field.iter().position(|b| b"dD".contains(b))?;
@@ -259,13 +259,13 @@ pub(super) fn number(field: &[u8]) -> Option<f64> {
         field[at] = b'e';
         fast_float2::parse::<f64, _>(&field).ok()
     });
-    // Adding 0 makes one zero of two.
+    // Adding 0 turns -0 into 0.
     value
         .filter(|value| value.is_finite())
         .map(|value| value + 0.0)
 }
 
-/// What stands before a `#` that is not in quotes.
+/// Returns the line before a `#` that is not in quotes.
 fn without_comment(line: &[u8]) -> &[u8] {
     let mut quoted = false;
     for at in memchr::memchr2_iter(b'#', b'"', line) {
@@ -295,7 +295,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The fields of a line, without quotes and white space around them.
+/// Fields of a line, without quotes and white space around them.
 struct Fields<'a> {
     rest: Option<&'a [u8]>,
     delimiter: u8,
@@ -309,7 +309,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Where the field ends that a text begins with.
+    /// Returns the end of the field at the beginning of a text.
     fn end(&self, text: &[u8]) -> Option<usize> {
         match self.delimiter {
             BLANKS => text.iter().position(u8::is_ascii_whitespace),
@@ -317,7 +317,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// A field in quotes: where it closes, and the text with `""` as one quote.
+    /// Parses a field in quotes: returns its end, and the text with `""` as one quote.
     fn quoted(&mut self, text: &'a [u8]) -> std::result::Result<Cow<'a, [u8]>, String> {
         let mut content = Vec::new();
         let mut at = 1;

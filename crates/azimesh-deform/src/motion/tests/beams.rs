@@ -191,7 +191,7 @@ fn stations_that_are_fractions_of_the_radius_are_refused_with_the_key_that_says_
         (
             0.1,
             0.6,
-            "m.csv:4: station 1 lies far past the end of the blade",
+            "m.csv:4: station 1 is far past the end of the blade",
         ),
     ] {
         let error = blade_with(root, tip, &[0.2, 0.6, 1.0], "").expect_err("they are fractions");

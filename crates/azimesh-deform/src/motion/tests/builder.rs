@@ -1,4 +1,4 @@
-//! Schedules made in memory: the same as those of a file, and held against the same checks.
+//! Schedules built in memory: equal to schedules from a file, with the same checks.
 
 use super::{parse, two_cubes, two_squares};
 use crate::motion::{
@@ -254,7 +254,7 @@ fn what_is_wrong_is_told_by_the_name_of_its_place() {
         ),
         (
             good().method(SelectionMethod::Constant).constant([0.0; 3]),
-            "selection: `constant` is zero, so no base points would be chosen; give a displacement such as [0.0, 0.0, 1.0], or leave the key out to use that of the motion",
+            "selection: `constant` is zero, so no base points would be chosen; give a displacement such as [0.0, 0.0, 1.0], or leave the key out to use the displacement of the motion",
         ),
         (
             good().rotor(Rotor::new().pitch_sign(2.0)),

@@ -207,7 +207,7 @@ fn maps_that_cannot_be_are_refused() {
         (
             rbf,
             "x,y,z,dx,dy,dz\n0,0,0,0,0,0\n1,1,1,0,0,0\n",
-            "s.csv: the given points lie on a line",
+            "s.csv: the given points are on a line",
         ),
         (
             "map = \"plane\"",
@@ -348,7 +348,7 @@ fn vtu(arrays: &[(&str, f64)]) -> Vec<u8> {
     bytes
 }
 
-/// A schedule of one body beside a mesh `m.vtu` with arrays.
+/// A schedule of one body with a mesh `m.vtu` that has arrays.
 fn beside_mesh(body: &str, arrays: &[(&str, f64)], csv: &str) -> Result<Motion> {
     let folder = tempfile::tempdir().expect("a folder");
     let text = format!(

@@ -66,7 +66,7 @@ fn displacements_that_are_no_numbers_name_body_step_and_node() {
     let body = Body::new("blade", ["blade_1"]).displacements(broken);
     let found = schedule(Steps::azimuths_deg([0.0, 30.0]), body).resolve_on(&two_cubes());
     assert_eq!(
-        found.expect_err("it is no number").to_string(),
+        found.expect_err("NaN is refused").to_string(),
         "body \"blade\": the displacement of node 2 at step 1 (azimuth 30 degrees) is [0.0, NaN, 0.0]; displacements must be finite numbers"
     );
     let up = |_: &Step, _: &[Vector], out: &mut [Vector]| out[0] = [0.0, 0.0, 1.0];

@@ -1,4 +1,4 @@
-//! Tests of the whole room: schedules as a user writes them, on small meshes.
+//! Tests of the module: schedules as a user writes them, on small meshes.
 
 mod beams;
 mod bodies;
@@ -35,8 +35,8 @@ fn parse(text: &str) -> Result<Schedule> {
     Schedule::parse(text, Path::new("hover.toml"))
 }
 
-/// A schedule of one body "blade" with tag "blade_1", everything else fixed; `body` goes on in
-/// its `[[body]]`, `head` before it.
+/// A schedule of one body "blade" with tag "blade_1", everything else fixed. `body` continues its `[[body]]`;
+/// `head` precedes it.
 fn one_body(head: &str, body: &str) -> Schedule {
     let azimuth = if head.contains("[azimuth]") || head.contains("[time]") {
         ""

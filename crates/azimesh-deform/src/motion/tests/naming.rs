@@ -159,12 +159,12 @@ fn a_minus_before_a_name_changes_the_sign_and_a_number_is_a_factor() {
     let (plain, named) = (beam("", PLAIN), beam(keys, table));
     let (plain, named) = (plain.expect("it is good"), named.expect("it is good"));
     let expected = place(&plain, 0, X);
-    // A name that the file has is taken as it is.
+    // A name that is in the file is used unchanged.
     assert_near(
         place(&named, 0, X),
         [expected[0], expected[1] + 0.375, expected[2]],
     );
-    // A factor is to the mesh unit, of which nothing is assumed.
+    // A factor converts to the mesh unit; no unit is assumed.
     assert_eq!(notes(&named), notes(&plain));
 }
 
@@ -191,7 +191,7 @@ fn a_rotation_against_the_slope_of_its_displacement_is_warned_of() {
     assert_eq!(
         of("2,0,0.2,11,0"),
         [
-            "body \"blade\": rot_y contradicts the slope of dz: between the stations 0 and 2 the slope of dz is 5.71 deg, so that rot_y should be near -5.71 deg; the table has 5.5 deg. If its sign is that of another convention, write  columns = { rot_y_deg = \"-rot_y_deg\" }"
+            "body \"blade\": rot_y contradicts the slope of dz: between the stations 0 and 2 the slope of dz is 5.71 deg, so that rot_y should be near -5.71 deg; the table has 5.5 deg. If its sign follows another convention, write  columns = { rot_y_deg = \"-rot_y_deg\" }"
         ]
     );
     assert!(of("2,0.2,0,0,-10")[0].contains("rot_z contradicts the slope of dy"));

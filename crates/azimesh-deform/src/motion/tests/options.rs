@@ -1,4 +1,4 @@
-//! Keys of boundaries, interpolation and selection: what they mean and how mistakes are told.
+//! Keys of boundaries, interpolation and selection: their meaning and their error messages.
 
 use super::parse;
 use super::refusals::told;
@@ -214,7 +214,7 @@ fn mistakes_in_these_keys_are_told_what_would_be_right() {
             "selection",
             16,
             "method = \"constant\"\nconstant = [0, 0, 0.0]",
-            "`constant` is zero, so no base points would be chosen; give a displacement such as [0.0, 0.0, 1.0], or leave the key out to use that of the motion",
+            "`constant` is zero, so no base points would be chosen; give a displacement such as [0.0, 0.0, 1.0], or leave the key out to use the displacement of the motion",
         ),
         (
             "selection",

@@ -209,15 +209,15 @@ fn what_is_wrong_with_an_oscillation_is_said_in_one_sentence() {
         ),
         (
             "rigid.rotate = { axis = [0, 0, 1], angle = 1, frequency = 2 }",
-            "hover.toml:6: `frequency` is that of `harmonics`, which are not given; add for example  harmonics = [ { sin = 10.0 } ]",
+            "hover.toml:6: `frequency` belongs to `harmonics`, which are not given; add for example  harmonics = [ { sin = 10.0 } ]",
         ),
         (
             "rigid.rotate = { axis = [0, 0, 1], angle = 1, interpolation = \"cubic\" }",
-            "hover.toml:6: `interpolation` is that of `table`, which is not given",
+            "hover.toml:6: `interpolation` belongs to `table`, which is not given",
         ),
         (
             "cyclic = { collective = 1, interpolation = \"cubic\" }",
-            "hover.toml:6: `interpolation` is that of `table`, which is not given",
+            "hover.toml:6: `interpolation` belongs to `table`, which is not given",
         ),
         (
             "rigid.translate = { vector = [0, 0, 1], cos = 1 }",

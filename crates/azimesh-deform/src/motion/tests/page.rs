@@ -111,7 +111,7 @@ fn page_and_schema_have_the_same_keys() {
     assert_eq!(page, schema);
 }
 
-/// What is wrong with a value by the keywords that the schema uses, with its path.
+/// Checks a value against the keywords that the schema uses; returns the first error with its path.
 fn wrong(value: &Value, schema: &Value, path: &str) -> Option<String> {
     if let Some(branches) = schema["anyOf"].as_array() {
         let fits = |branch: &Value| wrong(value, branch, path).is_none();

@@ -1,4 +1,4 @@
-//! Where points of a body go: closed forms, and the equations evaluated term by term.
+//! Positions of the points of a body: closed forms, and the equations evaluated term by term.
 
 use super::{one_body, two_cubes, two_squares};
 use crate::motion::motions::Series;

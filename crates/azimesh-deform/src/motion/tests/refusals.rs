@@ -1,4 +1,4 @@
-//! What a wrong schedule is told: line, what was found, what would be right.
+//! Errors of a wrong schedule: line, value found, remedy.
 
 use super::parse;
 

@@ -104,7 +104,7 @@ fn what_is_wrong_with_a_table_of_the_azimuth_is_said_in_one_sentence() {
         ),
         (
             "time.values = [0]\nrotor.azimuth_interpolation = \"cubic\"".to_owned(),
-            "hover.toml:3: `azimuth_interpolation` is that of `azimuth_table`, which is not given",
+            "hover.toml:3: `azimuth_interpolation` belongs to `azimuth_table`, which is not given",
         ),
     ];
     for (head, expected) in cases {
@@ -167,7 +167,7 @@ fn a_plane_mesh_turns_about_a_shaft_along_z() {
         assert_near(turn.apply([2.0, 0.0, 0.0]), [1.0, sign, 0.0]);
         assert_near(place(&motion, 1, [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
     }
-    // The second blade stands a quarter of a turn ahead; it lags about its hinge.
+    // The second blade is a quarter of a turn ahead; it lags about its hinge.
     let lag = "azimuth_offset = 90\ncyclic = { flap_hinge = 1, lag = [ { cos = 90 } ] }";
     let motion = resolve(
         true,

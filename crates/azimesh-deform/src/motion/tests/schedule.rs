@@ -1,4 +1,4 @@
-//! What a good schedule says.
+//! Contents of a good schedule.
 
 use super::{one_body, parse};
 use crate::motion::motions::{Harmonic, Rigid};

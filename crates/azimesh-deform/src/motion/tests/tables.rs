@@ -7,7 +7,7 @@ use azimesh_core::geometry::transform::Matrix;
 use azimesh_core::geometry::vector::{Vector, distance, dot};
 use azimesh_io::mesh::Mesh;
 
-/// A schedule of one body beside the files that it names, on a mesh.
+/// A schedule of one body, with the files that it names, on a mesh.
 pub(super) fn resolve(
     plane: bool,
     head: &str,
@@ -46,7 +46,7 @@ fn resolve_on(mesh: &Mesh, head: &str, body: &str, files: &[(&str, &str)]) -> Re
     schedule.resolve_on(mesh)
 }
 
-/// What a wrong table is told, without its folder.
+/// Returns the error of a wrong table, without its folder.
 pub(super) fn told(plane: bool, body: &str, table: &str) -> String {
     let azimuths = "azimuth.values = [0, 30]";
     let found = resolve(plane, azimuths, body, &[("m.csv", table)]);
@@ -110,7 +110,7 @@ fn a_table_turns_about_its_origin_x_first_and_then_translates() {
     assert_near(place(&motion, 0, x), [1.0, 0.0, 1.0]);
     assert_near(place(&motion, 1, x), [2.0, 0.0, 0.0]);
     assert_near(place(&motion, 2, x), [2.0, 3.0, 3.0]);
-    // Its rotations are those of twist, and parts of it have parts of its angles.
+    // Its rotations are those of twist; a part of it has that part of its angles.
     let theta = motion.rotation(0, &motion.steps[0], 0.0, 1.0);
     assert!((theta[0].to_degrees() - 90.0).abs() < 1e-12);
     let half = motion.pose_part(0, &motion.steps[0], 0.5).apply(x);

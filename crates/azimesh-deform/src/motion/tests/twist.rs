@@ -225,7 +225,7 @@ proptest! {
         for i in 1..=200 {
             let part = f64::from(i) / 200.0;
             let theta = motion.rotation(0, &step, 0.0, part);
-            // Beside a whole turn the vector may change fast; the rotation itself does not.
+            // Near a whole turn the vector may change fast; the rotation itself does not.
             if (norm(theta) - 2.0 * std::f64::consts::PI).abs() > 0.6 {
                 prop_assert!(distance(theta, before) < 1.0, "{part}: {before:?} {theta:?}");
             }

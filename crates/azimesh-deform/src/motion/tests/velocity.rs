@@ -9,7 +9,7 @@ const TABLE: &str = "time_s,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,
 const BEAM: &str = "azimuth_deg,station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0,0\n0,1.1,0.1,0.2,0.3,10,20,30\n120,0,0.1,0,0,5,0,0\n120,1.1,-0.2,0.1,0.1,-5,4,3\n240,0,0,0.2,0,0,1,-2\n240,1.1,0,0,-0.3,4,-5,-6\n";
 const CYCLIC: &str = "cyclic = { collective = 5, pitch = [ { sin = 7, cos = 2 }, { cos = 1 } ], coning = 3, flap = [ { sin = 4 } ], lag = [ { cos = 2 } ], phase = 11, flap_hinge = 0.2 }";
 
-/// A motion at three times, `H` apart, after those of `before`.
+/// A motion at three times with spacing `H`, after the times of `before`.
 fn motion_after(before: &str, interpolation: &str, body: &str) -> Motion {
     let head = format!(
         "time.values = [{before}{:?}, 1.3, {:?}]\ntime.frequency = 0.6\nrotor = {{ frame = \"inertial\", hub = [0.1, 0.2, 0.3], flap_sign = -1, azimuth_sign = -1 }}",
@@ -139,7 +139,7 @@ fn a_ramp_grows_over_the_steps() {
     assert_eq!(pace.velocity(0, [1.0, 2.0, 3.0]), [0.0; 3]);
 }
 
-/// Every motion of a body that begins smoothly is that of one without `ramp` times a factor.
+/// A smooth start multiplies every motion of a body by a factor.
 #[test]
 fn motions_begin_smoothly() {
     let surface = "surface = { file = \"s.csv\", INTERPOLATION }".to_owned();

@@ -8,7 +8,7 @@ use azimesh_core::error::{Error, Position};
 struct MotionFile {
     name: &'static str,
     body: &'static str,
-    /// Files beside it.
+    /// Other files in the folder.
     others: &'static [(&'static str, &'static str)],
     good: &'static str,
     /// Columns that cannot be left out.
@@ -242,6 +242,6 @@ fn stations_in_another_unit_are_refused_with_their_line() {
     }
     let error = read(["0", "1000"]).expect_err("the blade ends at 1");
     let start =
-        "m.csv:4: station 1000 lies far past the end of the blade: body \"blade\" goes from 0 to 1";
+        "m.csv:4: station 1000 is far past the end of the blade: body \"blade\" goes from 0 to 1";
     assert!(error.to_string().contains(start), "{error}");
 }

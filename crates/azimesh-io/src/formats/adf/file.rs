@@ -81,7 +81,7 @@ impl File {
             b'L' => false,
             b'C' => {
                 return Err(Error::input(
-                    "the numbers of this ADF file are those of Cray machines, which are not read; convert it with \
+                    "this ADF file has numbers of Cray machines, which are not read; convert it with \
                      adf2hdf, a tool of CGNS",
                 )
                 .byte(100));
@@ -137,7 +137,7 @@ impl File {
             let wanted = self.head.end.map(|end| end.saturating_add(1));
             let wanted = wanted.filter(|wanted| *wanted > length as u64);
             let said = wanted.map_or(String::new(), |n| {
-                format!(" of the {n} that its header tells")
+                format!(" of the {n} that its header states")
             });
             self.refuse(
                 format!("{what} would be here, but the file has {length} bytes{said}"),
@@ -203,8 +203,8 @@ impl File {
         }
     }
 
-    /// Records the owner of a block, and its use. A node has one parent and data one node, so that content that is
-    /// damaged or made on purpose is no larger than the file, and has no loops.
+    /// Records the owner of a block, and its use. Each node has one parent and all data belong to one node. Damaged or
+    /// hostile content is therefore not larger than the file and has no loops.
     pub fn claim(&self, at: u64, owner: (u64, u64)) -> Result<()> {
         let mut owners = self.owners.borrow_mut();
         let first = owners.entry(at).or_insert(owner);

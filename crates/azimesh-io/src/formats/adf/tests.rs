@@ -173,7 +173,7 @@ fn other_machines_and_versions_are_refused_in_words() {
         (
             100,
             b"C",
-            "byte 100: the numbers of this ADF file are those of Cray machines, which are not read; convert it",
+            "byte 100: this ADF file has numbers of Cray machines, which are not read; convert it",
         ),
         (
             100,
@@ -218,7 +218,7 @@ fn what_is_cut_off_is_told_with_its_byte() {
     // The root is there; its table of children is at the end.
     let found = message(root(&good[..n - 300]).and_then(|root| root.children().map(|_| ())));
     let expected = format!(
-        "but the file has {} bytes of the {n} that its header tells",
+        "but the file has {} bytes of the {n} that its header states",
         n - 300
     );
     assert!(

@@ -137,7 +137,7 @@ impl Outward {
     }
 }
 
-/// Checks if a face has these corners of a cell in this order, starting at any of them.
+/// Checks if the corners of a face are these corners of a cell in this order, starting at any of them.
 fn is_turned(face: &[u32], expected: &[u8], nodes: &[u32]) -> bool {
     let n = expected.len();
     let at = |i: usize| nodes[usize::from(expected[i % n])];

@@ -244,7 +244,7 @@ impl Faces {
         &self.nodes[self.starts[face]..self.starts[face + 1]]
     }
 
-    /// Tests if a face has the nodes of a polygon; with fewer than three it has no area.
+    /// Tests if a face has at least three nodes, and so an area.
     fn has_shape(&self, face: usize) -> bool {
         self.get(face).len() >= 3
     }

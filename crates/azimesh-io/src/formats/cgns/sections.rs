@@ -80,7 +80,7 @@ pub(super) fn sections<'a>(zone: &Zone<'a>) -> Result<Vec<Section<'a>>> {
         let (before, after) = (two[0].range(), two[1].range());
         if after.start < before.end && !after.is_empty() {
             return Err(two[1].node.refuse(format!(
-                "its elements have numbers {} to {}, those of \"{}\" have {} to {}; no two elements may share a number",
+                "its elements have numbers {} to {}, and the elements of \"{}\" have {} to {}; no two elements may share a number",
                 after.start,
                 after.end - 1,
                 two[0].node.name(),

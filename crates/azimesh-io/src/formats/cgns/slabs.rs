@@ -236,7 +236,7 @@ fn fixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
 fn mixed(section: &Section, version: f64, n_entries: usize) -> Found<Form> {
     let Some(node) = section.node.child("ElementStartOffset")? else {
         return Err(whole(
-            "a MIXED section does not tell where elements begin (ElementStartOffset)",
+            "a MIXED section does not store where elements begin (ElementStartOffset)",
         ));
     };
     // The reader of the whole file does not look at them.

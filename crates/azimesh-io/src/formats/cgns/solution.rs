@@ -100,7 +100,7 @@ fn read_solution(
             let solution = solution.name();
             found.remarks.push(note!(
                 "array_renamed",
-                "several arrays are called \"{name}\"; that of \"{solution}\" is read as \"{here}\""
+                "several arrays are called \"{name}\"; the array of \"{solution}\" is read as \"{here}\""
             ));
         }
     }

@@ -155,7 +155,7 @@ fn ghost_layers_are_left_out() {
         panic!("pressure is of 64 bits");
     };
     assert_eq!(values[..2], [7.0, 8.0]);
-    // A face has the value of the cell that it bounds.
+    // Faces take the value of the cell that they bound.
     for face in mesh.cells.iter().skip(2) {
         let has = |cell: usize| set(mesh.cells.get(cell).nodes).is_superset(&set(face.nodes));
         let cell = (0..2).find(|&cell| has(cell)).expect("it bounds one");
@@ -371,7 +371,7 @@ fn cells_come_first_in_the_file_and_back_in_the_order_of_the_mesh() {
         group(3, "fluid", 2..3),
     ];
     mesh.groups[0].cells = [1, 4].into_iter().collect();
-    // A face has the value of its cell already, an edge and a point have none.
+    // Faces already have the value of their cell; edges and points have none.
     let nan = f64::NAN;
     let values = vec![nan, 3.0, 3.0, nan, 7.0, 7.0];
     mesh.cell_arrays = vec![DataArray::scalar("p", Values::F64(values))];

@@ -1,4 +1,4 @@
-//! Node sets: where a file has no side sets, tags of the outer faces whose corners are all in a set.
+//! Node sets: in files without side sets, tags of the outer faces whose corners are all in a set.
 
 use super::super::Notes;
 use super::super::exterior::exterior_faces;

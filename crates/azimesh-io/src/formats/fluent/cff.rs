@@ -100,7 +100,7 @@ fn range_of(dataset: &Dataset, path: &str) -> Result<Range<usize>> {
     let n = dataset.n_rows();
     if n != range.len() as u64 {
         let message = format!(
-            "it has {n} rows, but its minId and maxId are those of {}",
+            "it has {n} rows, but its minId and maxId give {}",
             range.len()
         );
         return Err(Error::input(message).dataset(path));
@@ -117,7 +117,7 @@ fn indices(dataset: &Dataset, path: &str) -> Result<Vec<u32>> {
     };
     let values = values.ok_or_else(|| wrong("its values must be integers".to_owned()))?;
     let narrow = |value: &i64| {
-        u32::try_from(*value).map_err(|_| wrong(format!("{value} is no index of 32 bits")))
+        u32::try_from(*value).map_err(|_| wrong(format!("{value} is not a 32-bit index")))
     };
     values.iter().map(narrow).collect()
 }
@@ -160,7 +160,7 @@ fn points(mesh: &Group, dimension: u8) -> Result<Vec<[f64; 3]>> {
         let own = reals.points(row);
         drop(values);
         if let Some(x) = own.as_flattened().iter().find(|x| !x.is_finite()) {
-            let message = format!("a coordinate is {x}, which is no number");
+            let message = format!("a coordinate is {x}, which is not finite");
             return Err(Error::input(message).dataset(&path));
         }
         points.reserve_exact(range.len());

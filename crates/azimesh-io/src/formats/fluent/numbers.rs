@@ -37,7 +37,7 @@ pub(super) fn points(
     let points = reals.of(take(scanner, n, size, "node")?).points(dimension);
     if let Some(value) = first_where(points.as_flattened(), |x| !x.is_finite()) {
         let i = value / 3;
-        let message = format!("a coordinate is {:?}, which is no number", points[i]);
+        let message = format!("a coordinate is {:?}, which is not finite", points[i]);
         return Err(Error::input(message).byte((start + i * size) as u64));
     }
     scanner.close_binary()?;
@@ -553,6 +553,6 @@ mod tests {
             .collect();
         let error =
             points(&mut Scanner::new(&wrong), &binary(8, false), 1, 2).expect_err("no number");
-        assert!(error.to_string().contains("which is no number"), "{error}");
+        assert!(error.to_string().contains("which is not finite"), "{error}");
     }
 }

@@ -146,7 +146,7 @@ impl Tagged {
         Self(sets.collect())
     }
 
-    /// The tags as an array over `n` cells; 0 where a cell has none.
+    /// The tags as an array over `n` cells; 0 for cells without a tag.
     fn array(&self, name: &str, n: usize) -> DataArray {
         let mut values = vec![0; n];
         for (&(_, tag), cells) in &self.0 {

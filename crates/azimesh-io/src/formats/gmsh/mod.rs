@@ -1,7 +1,7 @@
 //! Gmsh MSH: reads versions 1, 2, 4.0 and 4.1, writes 2.2 and 4.1, as text and binary.
 //!
-//! Physical groups are the groups of the mesh. Where a file has no physical group of the boundary's
-//! dimension but elements there, their elementary entities, called by their number, are the tags.
+//! Physical groups are the groups of the mesh. If boundary elements exist but no physical group of their
+//! dimension, their elementary entities become the tags, named by number.
 //! Values at nodes and elements are arrays of the mesh.
 //!
 //! ```

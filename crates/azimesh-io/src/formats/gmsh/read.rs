@@ -224,7 +224,7 @@ fn read_format(stream: &mut Stream) -> Result<()> {
         binary.big_endian = match stream.take(1, 4, "the byte order")? {
             [1, 0, 0, 0] => false,
             [0, 0, 0, 1] => true,
-            _ => return Err(stream.error("the integer 1, which tells the byte order, is missing")),
+            _ => return Err(stream.error("the integer 1, which gives the byte order, is missing")),
         };
         stream.binary = Some(binary);
     }

@@ -122,7 +122,7 @@ fn what_is_left_out_is_said() {
         notes.says("MSH holds no field arrays; left out: \"title\""),
         "{notes:?}"
     );
-    let conditions = "MSH holds no types of boundary conditions; those of 1 tag are left out";
+    let conditions = "MSH holds no types of boundary conditions; the types of 1 tag are left out";
     assert!(notes.says(conditions), "{notes:?}");
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2]);
     for format in [&MSH41, &MSH22] {

@@ -49,7 +49,9 @@ pub(in crate::formats) fn cut_off(bytes: &[u8]) -> Option<Error> {
     let message = match said(&bytes[start(bytes)?..]) {
         None => format!("the HDF5 file is cut off: it ends within its header, after {n} bytes"),
         Some(Some(end)) if end > n as u64 => {
-            format!("the HDF5 file is cut off: it has {n} bytes of the {end} that its header tells")
+            format!(
+                "the HDF5 file is cut off: it has {n} bytes of the {end} that its header states"
+            )
         }
         Some(_) => return None,
     };

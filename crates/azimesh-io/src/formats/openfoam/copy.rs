@@ -41,7 +41,7 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
     let copied = copied(&origin.pieces);
     match copied.iter().find(|name| to.starts_with(from.join(name))) {
         Some(name) => Err(Error::input(format!(
-            "this lies in the folder {} of the case that the mesh is read from, which is copied; give a folder outside it",
+            "this is inside the folder {} of the case that the mesh is read from, which is copied; give a folder outside it",
             name.display()
         ))
         .file(case)),

@@ -203,7 +203,7 @@ fn join(pieces: &[Piece]) -> Result<Lists> {
     let n_internal = neighbour.iter().take_while(|cell| **cell != NONE).count();
     if let Some(face) = (n_internal..neighbour.len()).find(|face| neighbour[*face] != NONE) {
         return Err(pieces[0].refuse(format!(
-            "face {face} of the whole lies between two cells, but face {n_internal} before it does not"
+            "face {face} of the whole mesh is between two cells, but face {n_internal} before it is not"
         )));
     }
     let patches = patches(pieces, n_internal)?;

@@ -308,7 +308,7 @@ fn ends_file(text: &Text, end: usize) -> bool {
 fn wrong_label(text: &Text, start: usize, i: usize, value: i64) -> Error {
     text.error_at(
         start,
-        format!("value {i} of the list is {value}, which is no index"),
+        format!("value {i} of the list is {value}, which is not a valid index"),
     )
 }
 

@@ -41,7 +41,7 @@ pub(crate) struct StoredFile {
 pub(crate) struct StoredPieces {
     /// Its name in the case: `processor0`, `processors4`.
     pub folder: String,
-    /// A file has a block for each piece.
+    /// True if each file has one block per piece.
     pub is_collated: bool,
     /// The files of the topology, and of the numbers in the whole.
     pub files: Vec<StoredFile>,

@@ -99,7 +99,7 @@ impl CaseFiles<'_, '_> {
         if origin.is_some_and(|origin| !origin.pieces.is_empty()) && options.pieces.is_none() {
             notes.push(note!(
                 "as_one",
-                "the mesh is written as one: its cells or tags are not those of the pieces that it was read from; decomposePar cuts it again"
+                "the mesh is written as one: its cells or tags differ from the pieces that it was read from; decomposePar cuts it again"
             ));
         }
         self.of_cells(mesh, origin, &mut notes)?;

@@ -33,7 +33,7 @@
 //! records    binary files, with and without the record marks of Fortran
 //! text       files of text
 //! blocks     blocks -> cells, faces of their sides
-//! neutral    neutral map files (.nmf): which faces are boundaries of which type
+//! neutral    neutral map files (.nmf): boundary faces and their types
 //! read       order of the work
 //! ```
 
@@ -94,7 +94,7 @@ const DETECTED: Format = Format {
     ..Format::NEW
 };
 
-/// Returns whether the counts at the start fit the whole file. Text is read only if its name is that of a grid.
+/// Returns whether the counts at the start fit the whole file. Text is read only if its file name is usual for a grid.
 fn is_grid(source: &Source) -> bool {
     let name = source.path().to_string_lossy().to_ascii_lowercase();
     let is_named = || {

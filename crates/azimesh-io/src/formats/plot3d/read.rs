@@ -124,7 +124,7 @@ fn by_sides(blocks: &[Block], mesh: &mut Mesh, notes: &mut Notes) {
     for (name, faces) in tags {
         add_tag(mesh, name, &faces);
     }
-    let what = "sides of blocks that lie on others in part, without a whole .nmf file,";
+    let what = "sides of blocks that partly coincide with others, without a complete .nmf file,";
     notes.names_not_kept(what, parts);
     say_interfaces(n_interfaces, notes);
 }

@@ -86,7 +86,7 @@ pub(super) fn recognizes(bytes: &[u8]) -> bool {
 
 impl Fit {
     fn binary(&self) -> Binary {
-        self.layout.binary.expect("it is that of a binary file")
+        self.layout.binary.expect("the layout of a binary file")
     }
 
     /// Bytes of a block with its marks.

@@ -256,7 +256,7 @@ fn field_arrays(pieces: &[Piece], notes: &mut Notes) -> Vec<DataArray> {
             let name = &array.name;
             notes.push(note!(
                 "of_first_piece",
-                "the field array \"{name}\" differs between pieces; that of the first is kept"
+                "the field array \"{name}\" differs between pieces; the array of the first piece is kept"
             ));
         }
     }

@@ -78,7 +78,7 @@ fn path(case: &Path) -> PathBuf {
     name.into()
 }
 
-/// The patches in the file that belongs to a mesh; none where there is no file. A file that cannot be
+/// The patches in the companion file of a mesh; none without the file. A file that cannot be
 /// read gives a note only: the mesh is complete without it.
 pub(super) fn companion(mesh: &Path, notes: &mut Notes) -> Result<Vec<Patch>> {
     let path = path(&case(mesh));

@@ -44,7 +44,7 @@ pub fn turn_wedges(mesh: &mut Mesh, is_marked: bool, notes: &mut Notes) {
         let n = wedges.map(|run| run.n_cells()).sum();
         notes.push(note!(
             "wedges_turned",
-            "{} in the node order of VTK 9.7, in which most of them have a positive volume, not in that of VTK up to 9.6",
+            "{} in the node order of VTK 9.7, not of VTK up to 9.6: most have a positive volume in it",
             with_verb(n, "wedge", "is")
         ));
         return;

@@ -1,7 +1,7 @@
 //! Rows of each dataset that belong to a step.
 //!
-//! The parts of a mesh follow one another in every dataset. A file without steps consists of all parts; a step has
-//! some of them, and offsets into the other datasets.
+//! The parts of a mesh are consecutive in every dataset. A file without steps consists of all parts. Each step uses some
+//! of them, and offsets into the other datasets.
 
 use super::super::ReadOptions;
 use super::super::hdf5::{Dataset, Group};
@@ -145,7 +145,7 @@ impl Extent {
         let start = starts.get(step).copied().unwrap_or(0);
         let n = match self.of_steps("", "NumberOfParts")? {
             Some(numbers) => numbers[step],
-            // Without numbers, a step has the parts up to the next one's.
+            // Without counts, the parts of a step end where the next step begins.
             None => {
                 let later = starts.iter().copied().filter(|other| *other > start).min();
                 later.unwrap_or(n_parts as u64).saturating_sub(start)

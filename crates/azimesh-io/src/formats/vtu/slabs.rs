@@ -157,7 +157,7 @@ impl<'a> Values<'a> {
             .zip(place(end))
             .filter(|(first, last)| first <= last);
         let (first, last) = entries.ok_or_else(|| {
-            let message = format!("cells lie from {start} to {end}; there are {n} node indices");
+            let message = format!("cells use entries {start} to {end}; there are {n} node indices");
             Error::input(message).dataset("offsets")
         })?;
         let added = table.append_ends(&types, self.offsets.part(cells), first as u64);
@@ -192,7 +192,7 @@ impl<'a> Values<'a> {
         self.any(|_, types| types.contains(&CellKind::Wedge.vtk()))
     }
 
-    /// Returns whether a cell has a dimension and, where there are tags, one that is not 0.
+    /// Returns whether there is a cell of this dimension, with a tag other than 0 if there are tags.
     fn has_cell(&self, dimension: u8, tags: Option<Chunk>) -> bool {
         let is_of_dimension = |vtk: u8| kind(vtk).map(CellKind::dimension) == Some(dimension);
         self.any(|cells, types| {

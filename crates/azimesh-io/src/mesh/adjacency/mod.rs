@@ -1,7 +1,7 @@
-//! Which cells share each face, for repeated loops over all faces.
+//! Pairs of cells that share a face, for repeated loops over all faces.
 //!
-//! A face belongs to the first cell that has it, its owner, which knows the cell across it. Kept are
-//! four bytes a face and two bits a side of a cell; where the nodes are does not matter.
+//! A face belongs to the first cell that has it, its owner, which stores the cell across it. Memory: four bytes per face
+//! and two bits per side of a cell. Node positions do not matter.
 
 mod pair;
 
@@ -22,8 +22,8 @@ pub struct Adjacency {
     own_chunks: Range<usize>,
 }
 
-/// Where the chunks of the cells of a mesh begin, and the last ends. The cells of a part that lie in one chunk of the whole
-/// mesh make a chunk, so that sides find each other in the same order.
+/// First cells of the chunks of a mesh, and the end of the last. The cells of a part that are in one chunk of the whole
+/// mesh form a chunk, so that sides are paired in the same order.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Cuts(Vec<usize>);
 
@@ -63,7 +63,7 @@ pub enum Across {
     Elsewhere,
     /// A cell further on, which shares the face.
     Cell(u32),
-    /// No cell: an outer face, and the first boundary cell that lies on it.
+    /// No cell: an outer face, with its first boundary cell.
     Outside(Option<u32>),
 }
 
@@ -102,7 +102,7 @@ impl Sides<'_> {
         if code == ELSEWHERE {
             return Across::Elsewhere;
         }
-        let found = *self.across.next().expect("a face has an entry");
+        let found = *self.across.next().expect("one entry per face");
         match code {
             INNER => Across::Cell(found),
             _ => Across::Outside((found != NONE).then_some(found)),
@@ -172,7 +172,7 @@ impl Adjacency {
         }
     }
 
-    /// Faces between two cells, of which the first is an own one.
+    /// Number of faces between two cells whose first cell is an own cell.
     pub fn n_inner(&self) -> usize {
         self.n_inner
     }
@@ -203,7 +203,7 @@ impl Adjacency {
         (self.cuts.range(chunk), sides)
     }
 
-    /// Bytes that those of a mesh will hold, before it is made: outer faces count as half.
+    /// Estimates the bytes of the adjacency of a mesh before it is built. An outer face counts as half.
     pub fn estimate_bytes(mesh: &Mesh) -> usize {
         let n_sides = |run: CellRun<'_>| match run.kind {
             CellKind::Polyhedron => {

@@ -71,7 +71,7 @@ struct Open {
     parts: Vec<u8>,
     /// Cell and face of each, part by part, each in order.
     sides: Vec<[u32; 2]>,
-    /// Where each part begins, and the last ends.
+    /// Starts of the parts, and the end of the last.
     starts: [u32; PARTS + 1],
 }
 
@@ -130,7 +130,7 @@ const NOT_MINE: u32 = u32::MAX - 1;
 const FREE: u32 = u32::MAX;
 const USED: u32 = u32::MAX - 1;
 
-/// What was found for an open side: its code, and what [`Chunk::across`] holds.
+/// The result for an open side: its code, and its entry in [`Chunk::across`].
 type Settled = (u8, u32);
 
 impl Desk {
@@ -175,7 +175,7 @@ impl Desk {
         (chunk, Open::new(&open, n_nodes))
     }
 
-    /// Pairs a part of the open sides of all chunks; on one that is left lies the first boundary cell with its
+    /// Pairs a part of the open sides of all chunks. A side without a partner gets the first boundary cell with its
     /// corners, if any.
     fn settle<'a>(
         &mut self,
@@ -292,7 +292,7 @@ fn finish(draft: Chunk, mut open: impl Iterator<Item = Settled>) -> Chunk {
             }
             ELSEWHERE => done.push(side, ELSEWHERE, NONE),
             code => {
-                let across = across.next().expect("a face has an entry");
+                let across = across.next().expect("one entry per face");
                 done.push(side, code, *across);
             }
         }

@@ -2,7 +2,7 @@ use super::super::Faces;
 use super::super::sides::for_each_side;
 use super::*;
 
-/// Cell, side, what lies across.
+/// Cell, side, and the result across it.
 fn listed(mesh: &Mesh) -> Vec<(usize, usize, Across)> {
     let adjacency = Adjacency::of(mesh);
     let mut found = Vec::new();

@@ -183,8 +183,8 @@ fn number_difference(
     ))
 }
 
-/// A function of two places: how far the values there are apart; 0 for two that are no numbers,
-/// infinite where one is. Integers are compared as such, others as reals.
+/// A function of two indices: the difference of the values there; 0 if both are NaN, infinite if one is.
+/// Integers are compared as such, others as reals.
 fn distances<'a>(x: &'a Values, y: &'a Values) -> Box<dyn Fn(usize, usize) -> f64 + Sync + 'a> {
     if let (Some(x), Some(y)) = (integers(x), integers(y)) {
         return Box::new(move |i, j| x(i).abs_diff(y(j)) as f64);
@@ -202,7 +202,7 @@ fn distances<'a>(x: &'a Values, y: &'a Values) -> Box<dyn Fn(usize, usize) -> f6
     })
 }
 
-/// The values of an array of integers by their place.
+/// The values of an array of integers by index.
 fn integers(values: &Values) -> Option<Box<dyn Fn(usize) -> i128 + Sync + '_>> {
     macro_rules! each {
         ($($variant:ident),*) => {
@@ -215,7 +215,7 @@ fn integers(values: &Values) -> Option<Box<dyn Fn(usize) -> i128 + Sync + '_>> {
     each!(I8, U8, I16, U16, I32, U32, I64, U64)
 }
 
-/// The values of an array of numbers by their place; text is no number.
+/// The values of an array of numbers by index; text gives NaN.
 #[allow(clippy::unnecessary_cast)] // one text for numbers of every type
 fn reals(values: &Values) -> Box<dyn Fn(usize) -> f64 + Sync + '_> {
     with_numbers!(values, v => Box::new(move |i| v[i] as f64), _text => Box::new(|_| f64::NAN))

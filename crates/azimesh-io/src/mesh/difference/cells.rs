@@ -10,7 +10,7 @@ pub struct Compared {
     pub n_changed: usize,
     /// The differences.
     pub sentences: Vec<String>,
-    /// Which cells belong together.
+    /// Pairs of cells.
     pub partners: Partners,
 }
 
@@ -20,7 +20,7 @@ struct Stretch<'a> {
     b: CellRun<'a>,
 }
 
-/// Compares cells in order, those of each dimension by themselves.
+/// Compares cells in order, each dimension separately.
 pub fn compare(a: &Cells, b: &Cells) -> Compared {
     let mut n_changed = 0;
     let mut sentences = Vec::new();
@@ -97,7 +97,7 @@ fn split(run: CellRun<'_>, n: usize) -> (CellRun<'_>, Option<CellRun<'_>>) {
 }
 
 impl Stretch<'_> {
-    /// How many cells differ, and where in the stretch the first does.
+    /// Counts the cells that differ, and gives the position of the first in the stretch.
     fn changed(&self, a: &Cells, b: &Cells) -> (usize, Option<usize>) {
         let n = self.a.n_cells();
         if (self.a.kind, self.a.n_nodes) != (self.b.kind, self.b.n_nodes) {

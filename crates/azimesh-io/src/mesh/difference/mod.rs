@@ -1,4 +1,4 @@
-//! How two meshes differ: node by node, cell by cell, tag by tag, array by array.
+//! Differences of two meshes: node by node, cell by cell, tag by tag, array by array.
 //!
 //! In order, node i belongs to node i; cells are compared in order within each dimension, because
 //! formats may put boundary faces before or after the volume cells. By position, nodes belong
@@ -19,11 +19,10 @@ use azimesh_core::{Note, note};
 use partners::Partners;
 use std::fmt;
 
-/// Nodes at most this fraction of the diagonal apart belong together by position, unless told
-/// otherwise.
+/// Default distance within which nodes are paired by position, as a fraction of the diagonal.
 const MATCHED: f64 = 1e-9;
 
-/// How much two coordinates may differ; by default not at all.
+/// Allowed difference of two coordinates; by default none.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Tolerance {
     /// Largest distance of two nodes, and of two values of an array, that count as the same.
@@ -63,11 +62,11 @@ pub struct NodePair {
 pub struct Difference {
     /// Number of nodes in each.
     pub n_nodes: [usize; 2],
-    /// Nodes, of those that both have, further apart than the tolerance.
+    /// Number of paired nodes whose distance exceeds the tolerance.
     pub moved_nodes: usize,
     /// The first of them.
     pub first_moved: Option<NodePair>,
-    /// The pair that is furthest apart, moved or not.
+    /// The pair with the largest distance, moved or not.
     pub furthest: Option<NodePair>,
     /// Nodes of each with no node of the other at their place; by position only.
     pub unpaired_nodes: [usize; 2],
@@ -87,7 +86,7 @@ pub struct Difference {
     pub notes: Vec<Note>,
 }
 
-/// How two meshes are compared; by default all numbers must be equal and in the same order. See [`diff`].
+/// Options of a comparison; by default all numbers must be equal and in the same order. See [`diff`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DiffOptions {
     /// Largest distance of two nodes, and of two values of an array, that count as the same: in mesh units,
@@ -97,11 +96,11 @@ pub struct DiffOptions {
     pub relative: bool,
     /// True if nodes are paired by their positions rather than by their numbers.
     pub by_position: bool,
-    /// With `by_position`, how far partners may be apart in mesh units; chosen from the meshes when `None`.
+    /// With `by_position`, the largest distance of partners in mesh units; chosen from the meshes when `None`.
     pub match_tolerance: Option<f64>,
 }
 
-/// How two meshes differ: node by node, cell by cell, tag by tag, array by array.
+/// Compares two meshes: node by node, cell by cell, tag by tag, array by array.
 ///
 /// ```
 /// use azimesh_io::{DiffOptions, Difference, Mesh, diff};
@@ -119,7 +118,7 @@ pub struct DiffOptions {
 /// ```
 ///
 /// # Errors
-/// If nodes are paired by position and several lie within the distance that partners may have.
+/// If nodes are paired by position and `match_tolerance` is so large that it does not distinguish them.
 pub fn diff(a: &Mesh, b: &Mesh, options: &DiffOptions) -> Result<Difference> {
     let tolerance = Tolerance {
         value: options.tolerance,
@@ -149,13 +148,12 @@ impl Difference {
         found
     }
 
-    /// Compares `a` with `b` whatever the order of nodes and cells. Nodes belong together that are
-    /// nearest to each other and at most `within` apart (mesh units; by default 1e-9 of the diagonal,
-    /// and no less than the tolerance); cells that have the same nodes. Nodes at one place are told
-    /// apart by their cells. `O(n log n)`; memory: about 60 bytes a node and a cell.
+    /// Compares `a` with `b` in any order of nodes and cells. Two nodes are paired if each is the nearest to the other,
+    /// within `within` (mesh units; by default 1e-9 of the diagonal, and at least the tolerance). Cells are paired if they
+    /// have the same nodes. Cells distinguish nodes at one place. `O(n log n)`; memory: about 60 bytes per node and per cell.
     ///
     /// # Errors
-    /// [`ErrorKind::Input`](azimesh_core::error::ErrorKind::Input) where `within` is so large that it tells nothing.
+    /// [`ErrorKind::Input`](azimesh_core::error::ErrorKind::Input) if `within` is so large that it does not distinguish nodes.
     pub fn by_position(
         a: &Mesh,
         b: &Mesh,
@@ -258,7 +256,7 @@ impl Difference {
         self.furthest.map_or(0.0, |pair| pair.distance)
     }
 
-    /// What differs, in one line; empty where nothing does.
+    /// Lists the differences in one line; empty without any.
     pub fn what_differs(&self) -> String {
         let mut parts = Vec::new();
         let [ours, theirs] = self.n_nodes;

@@ -3,14 +3,14 @@
 use super::NodePair;
 use super::partners::{Partners, in_chunks};
 
-/// Nodes that are further apart than allowed.
+/// Paired nodes whose distance exceeds the tolerance.
 #[derive(Debug, Default)]
 pub struct Moved {
-    /// How many.
+    /// Their number.
     pub n: usize,
     /// The first.
     pub first: Option<NodePair>,
-    /// The pair that is furthest apart, moved or not; of several the first.
+    /// The pair with the largest distance, moved or not; the first of equals.
     pub furthest: Option<NodePair>,
 }
 
@@ -67,7 +67,7 @@ pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let apart = [0, 1, 2].map(|i| (a[i] - b[i]).abs());
     let squared: f64 = apart.iter().map(|x| x * x).sum();
     match squared {
-        // Squares of tiny numbers vanish, those of huge ones overflow.
+        // Squares underflow for tiny numbers and overflow for huge ones.
         x if x < f64::MIN_POSITIVE || x == f64::INFINITY => apart.into_iter().fold(0.0, f64::max),
         x => x.sqrt(),
     }

@@ -1,4 +1,4 @@
-//! Which node or cell of the second mesh belongs to which of the first.
+//! Pairs of nodes or cells of two meshes.
 
 use azimesh_core::parallel::map_blocks;
 use std::ops::Range;

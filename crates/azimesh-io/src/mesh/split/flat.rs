@@ -20,7 +20,7 @@ pub(super) fn split(nodes: &[u32], points: &[Vector]) -> Parts {
     parts
 }
 
-/// Parts of a polygon on the boundary of a solid mesh: those of the face of the cell below it.
+/// Parts of a polygon on the boundary of a solid mesh: the parts of the cell's face behind it.
 pub(super) fn split_face(nodes: &[u32], faces: &FaceNodes) -> Parts {
     let corners = corners(nodes);
     let middle = faces.get(&corners).unwrap_or(MIDDLE);
@@ -48,9 +48,8 @@ pub(super) fn fan(corners: &[u32], middle: u32) -> Vec<[u32; 3]> {
     edges.map(|(&a, &b)| [a, b, middle]).collect()
 }
 
-/// Where the middle of a polygon is, and whether it sees all edges from within: the mean of its corners, else a
-/// point that does. Depends on the corners alone, not on where the polygon begins or how it turns, but for
-/// round-off.
+/// Middle of a polygon, and whether it sees all edges from within: the mean of the corners, else a point that does.
+/// Except for round-off, the first corner and the direction of the polygon do not matter.
 pub(super) fn middle(corners: &[u32], points: &[Vector]) -> (Vector, bool) {
     let at: Vec<Vector> = corners.iter().map(|&node| points[node as usize]).collect();
     let mean = mean(&at);

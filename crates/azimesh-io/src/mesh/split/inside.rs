@@ -33,7 +33,7 @@ fn depth(planes: &[Plane], x: Vector) -> (f64, usize) {
 /// one found by moving onto the plane that is missed most (Agmon, Motzkin and Schoenberg, 1954), for ever
 /// smaller distances from the planes. The first candidate where nothing is found.
 ///
-/// `size` is that of the cell. O(planes) for each move.
+/// `size` is the size of the cell. O(planes) per move.
 pub(super) fn inner_point(planes: &[Plane], candidates: &[Vector], size: f64) -> (Vector, bool) {
     let is_inside = |x: &Vector| depth(planes, *x).0 > ROUND_OFF * size;
     if let Some(found) = candidates.iter().find(|x| is_inside(x)) {

@@ -26,7 +26,7 @@ use azimesh_core::parallel::{SMALL_BLOCK, map_blocks};
 use nodes::{FaceNodes, NewNodes};
 use std::ops::Range;
 
-/// What has been split.
+/// Counts of a split.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SplitCounts {
     /// Cells of the mesh's own dimension.
@@ -35,7 +35,7 @@ pub struct SplitCounts {
     pub n_faces: usize,
     /// New nodes.
     pub n_nodes: usize,
-    /// Cells and faces of fewer than three corners, of which nothing is left.
+    /// Cells and faces of fewer than three corners, which are removed.
     pub n_gone: usize,
     /// Cells with a part whose volume (in 2D: area) is not positive at each of its corners.
     pub n_not_positive: usize,
@@ -53,7 +53,7 @@ struct Parts {
     simplices: Vec<u32>,
     /// Pyramids, in 2D quadrilaterals.
     others: Vec<u32>,
-    /// Where the node in its middle is, if it needs one.
+    /// Position of the node in its middle, if it needs one.
     middle: Option<[f64; 3]>,
     is_positive: bool,
 }

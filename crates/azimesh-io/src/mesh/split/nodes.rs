@@ -1,4 +1,4 @@
-//! New nodes of a mesh that is split: where they are, and of which nodes they are the middle.
+//! New nodes of a mesh that is split, each in the middle of other nodes.
 
 use super::super::sides::for_each_side;
 use super::super::{CellKind, CellRef, Mesh, Values, too_many};
@@ -6,13 +6,13 @@ use super::flat;
 use azimesh_core::error::{Error, Result};
 use std::collections::{HashMap, hash_map::Entry};
 
-/// Nodes after those of the mesh.
+/// New nodes, numbered after the nodes of the mesh.
 pub(super) struct NewNodes {
     first: usize,
     places: Vec<[f64; 3]>,
-    /// Where the nodes of each end in `around`.
+    /// End of the nodes of each in `around`.
     ends: Vec<usize>,
-    /// Nodes of which each is the middle.
+    /// Nodes around each new node.
     around: Vec<u32>,
 }
 
@@ -35,7 +35,7 @@ impl NewNodes {
         &self.places
     }
 
-    /// Of each the nodes of which it is the middle.
+    /// Iterates over the nodes around each new node.
     pub fn nodes(&self) -> impl Iterator<Item = &[u32]> {
         let starts = std::iter::once(&0).chain(&self.ends);
         starts

@@ -56,7 +56,7 @@ const ARMS: [[f64; 2]; 8] = [
     [-0.2, 0.3],
 ];
 
-/// A letter U, of which no point is seen from all others.
+/// A letter U, in which no point sees all others.
 const U: [[f64; 2]; 8] = [
     [0.0, 0.0],
     [3.0, 0.0],
@@ -72,7 +72,7 @@ fn det(a: Vector, b: Vector, c: Vector) -> f64 {
     dot(a, cross(b, c))
 }
 
-/// Six times the volume of each corner of a tetrahedron or pyramid beside its apex.
+/// Six times the volume at each corner of a tetrahedron or pyramid except its apex.
 fn corner_volumes(nodes: &[u32], points: &[Vector]) -> Vec<f64> {
     let at = |i: usize| points[nodes[i] as usize];
     let n = nodes.len() - 1;
@@ -235,7 +235,7 @@ fn a_cell_beside_keeps_its_faces_and_prisms_of_five_and_six_sides_are_split_as_w
         cells: before.cells.select([0, 1, 2]),
         ..before.clone()
     });
-    // Three faces between cells: the hexagon's six triangles and the side beside the hexahedron.
+    // The cells share the hexagon, split into six triangles, and the side at the hexahedron.
     let n_outer = Faces::of(&alone).outer.len();
     assert_eq!(n_outer, 2 * 6 + 12 + 6 - 2);
     assert_positive(&alone);

@@ -1,26 +1,26 @@
-//! Whether the stations of a table are those of the blade: in its unit, and over most of its span.
+//! Checks that the stations of a table match the blade: the unit, and coverage of most of the span.
 
 use crate::motion::table::{SpanHistory, Table};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::short;
 use azimesh_core::{Note, note};
 
-/// A table that covers less of the blade's span than this is refused, unless its ends are held.
+/// A table that covers less than this part of the blade's span is refused, unless its ends are held.
 const LEAST: f64 = 0.9 - 1e-9;
-/// A blade that goes on past the ends of its table by more than this part of its span gives a note.
+/// A blade that extends past the ends of its table by more than this part of its span gives a note.
 const BEYOND: f64 = 0.05;
 /// Stations beyond this many times the farthest end of the blade are refused.
 const FAR: f64 = 3.0;
-/// Fractions of the radius end between these, ...
+/// A last station within these limits may be a fraction of the radius, ...
 const FRACTIONS: [f64; 2] = [0.9, 1.02];
-/// ... and the blade ends at a place that differs from that by more than this factor.
+/// ... if the blade ends further out than the last station by more than this factor.
 const APART: f64 = 1.1;
 
 const IN_MESH_UNITS: &str = "stations are lengths from the hub in mesh units";
 const OF_RADIUS: &str = "fractions of the radius need `units = { station = \"radius\" }`";
 
-/// Refuses stations that are in another unit, and with `hold_ends` false those of a table that covers too little of
-/// the blade, which goes from `low` to `high`; notes of where the values of an end are used past it.
+/// Refuses stations in another unit. With `hold_ends` false, refuses a table that covers too little of the blade,
+/// which extends from `low` to `high`. Notes report where the end values are used beyond the table.
 pub(super) fn check_span(
     span: &SpanHistory,
     table: &Table,
@@ -91,7 +91,7 @@ fn goes(body: &str, [low, high]: [f64; 2]) -> String {
     )
 }
 
-/// What is said of stations that all lie off the blade.
+/// Returns the error message for stations that are all outside the blade.
 pub(super) fn off_blade([first, last]: [f64; 2], body: &str, span: [f64; 2]) -> String {
     let remedy = if are_fractions([first, last]) {
         format!("{IN_MESH_UNITS}; {OF_RADIUS}")
@@ -104,17 +104,17 @@ pub(super) fn off_blade([first, last]: [f64; 2], body: &str, span: [f64; 2]) -> 
     )
 }
 
-/// What is said of a station far past the end of the blade.
+/// Returns the error message for a station far past the end of the blade.
 fn past_end(station: f64, body: &str, span: [f64; 2]) -> String {
     format!(
-        "station {} lies far past the end of the blade: {}; {IN_MESH_UNITS}; {OF_RADIUS}, and a table of this blade ends at \
+        "station {} is far past the end of the blade: {}; {IN_MESH_UNITS}; {OF_RADIUS}, and a table of this blade ends at \
          its tip",
         short(station),
         goes(body, span)
     )
 }
 
-/// What is said of a table that covers too little of the blade.
+/// Returns the error message for a table that covers too little of the blade.
 fn too_short([first, last]: [f64; 2], body: &str, span: [f64; 2], covered: f64) -> String {
     let fractions = if are_of_radius([first, last], span[1]) {
         format!("; {OF_RADIUS}")

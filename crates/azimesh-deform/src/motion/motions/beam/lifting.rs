@@ -1,5 +1,5 @@
-//! The line that the sections of a blade turn about: given as a table, or at a quarter of the chord
-//! of the mesh.
+//! The line about which the sections of a blade turn: given as a table, or measured at a quarter of the chord of
+//! the mesh.
 
 use super::coverage::{are_of_radius, off_blade};
 use crate::motion::motions::OnMesh;
@@ -11,27 +11,26 @@ use azimesh_core::numbers::{self, in_digits, short};
 use azimesh_core::{Note, note};
 use serde::{Deserialize, Serialize};
 
-/// A rounded end of a blade reaches inside by this part of the chord, which is half of what is a thick
-/// section, ...
+/// A rounded end of a blade extends inwards by this part of the chord, half the thickness of a thick section, ...
 const CAP: f64 = 0.1;
-/// ... and by at least this part of the span; the chord is taken that at `NEAR`.
+/// ... and by at least this part of the span; the chord is measured at `NEAR`.
 const INSIDE: f64 = 1e-3;
 const NEAR: f64 = 0.05;
 /// A lifting line whose distance from the blade is more than this fraction of the blade's extent gives a warning.
 const BESIDE: f64 = 0.5;
 /// Extents that differ by less than this part are equally long.
 const AS_LONG: f64 = 1e-6;
-/// Where the line lies between leading and trailing edge.
+/// Chordwise position of the line, from the leading edge, as a fraction of the chord.
 const CHORDWISE: f64 = 0.25;
 
-/// The edges of a body's faces, ends in the frame of its blade: span, chord and shaft coordinates from the hub.
+/// The edges of a body's faces, with ends in the frame of its blade: span, chord and shaft coordinates from the hub.
 pub(super) struct BladeEdges {
     edges: Vec<[Vector; 2]>,
-    /// 1, or -1 where the leading edge is away from `e_y`.
+    /// 1, or -1 if the leading edge is opposite to `e_y`.
     forward: f64,
 }
 
-/// Points in the frame of the blade, from the hub, over increasing stations. Past its ends it goes on
+/// Points in the frame of the blade, from the hub, over increasing stations. Past its ends the line continues
 /// parallel to the span.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct LiftingLine {
@@ -40,7 +39,7 @@ pub(super) struct LiftingLine {
 }
 
 impl LiftingLine {
-    /// From columns `station, x, y, z`; the blade goes from `span[0]` to `span[1]`.
+    /// Reads the columns `station, x, y, z`; the blade extends from `span[0]` to `span[1]`.
     pub fn from_table(table: &Table, body: &str, span: [f64; 2]) -> Result<Self> {
         let mut columns = table.columns();
         let station = columns.require("station")?;
@@ -70,7 +69,7 @@ impl LiftingLine {
         }
         let points = rows.map(|row| axes.map(|axis| table.value(row, axis)));
         let points: Vec<Vector> = points.collect();
-        // A line parallel to the span is the same whatever its stations are.
+        // A line parallel to the span does not depend on its stations.
         let is_bent = points.iter().any(|p| p[1..] != points[0][1..]);
         if is_bent && are_of_radius(ends, span[1]) {
             let message = format!(
@@ -83,10 +82,10 @@ impl LiftingLine {
         Ok(Self { points, stations })
     }
 
-    /// A quarter of the chord behind the leading edge, at some stations and inside the rounded ends of the
-    /// blade, and on straight through these.
-    /// The chord of a section is its longest extent, of several as long the one between them; its leading edge is the end towards
-    /// `e_y`, of a clockwise rotor the other.
+    /// Measures the line a quarter of the chord behind the leading edge, at some stations and inside the rounded ends
+    /// of the blade, and extends it straight through these.
+    /// The chord of a section is its longest extent; of several equally long ones, their mean. The leading edge is the
+    /// end towards `e_y`, or the other end for a clockwise rotor.
     pub fn quarter_chord(blade: &BladeEdges, stations: &[f64], body: &str) -> Result<Self> {
         let [low, high] = blade.span();
         let length = high - low;
@@ -114,7 +113,7 @@ impl LiftingLine {
         };
         let chords = chords(&stations)?;
         let mut points: Vec<Vector> = chords.into_iter().map(quarter).collect();
-        // On in a straight line through the rounded ends, whose sections are no profiles.
+        // Extends straight through the rounded ends, whose sections are not profiles.
         let of = |r: f64| stations.partition_point(|station| *station < r);
         let beyond = |at: usize, inner: usize| -> Vector {
             std::array::from_fn(|i| 2.0 * points[at][i] - points[inner][i])
@@ -130,7 +129,7 @@ impl LiftingLine {
         Ok(Self { stations, points })
     }
 
-    /// A note where a point of the line along the blade, whose box this is, lies far from it.
+    /// Returns a note if a point of the line, within the span of the blade, is far from the blade's box `bounds`.
     pub fn beside(&self, body: &str, bounds: &Bounds) -> Option<Note> {
         let across = (1..3).map(|i| bounds.high[i] - bounds.low[i]);
         let allowed = BESIDE * across.fold(0.0, f64::max);
@@ -145,7 +144,7 @@ impl LiftingLine {
         (distance > allowed).then(|| {
             note!(
                 "line_beside",
-                "body \"{body}\": the lifting line is at {} at station {}, {} from the blade, which lies \
+                "body \"{body}\": the lifting line is at {} at station {}, {} from the blade, which is \
                  between {} and {}; give its points along the blade's axes from the hub",
                 numbers::point(&point),
                 short(station),
@@ -156,12 +155,12 @@ impl LiftingLine {
         })
     }
 
-    /// Its first and last point.
+    /// Returns its first and last point.
     pub fn ends(&self) -> [Vector; 2] {
         [self.points[0], self.points[self.points.len() - 1]]
     }
 
-    /// The point of a station.
+    /// Returns the point of a station.
     #[inline]
     pub fn at(&self, station: f64) -> Vector {
         let after = self.stations.partition_point(|r| *r <= station);
@@ -177,7 +176,7 @@ impl LiftingLine {
     }
 }
 
-/// Where the edges of a blade cross some stations, which increase.
+/// Returns the points where the edges of a blade cross the given increasing stations.
 fn cuts(edges: &[[Vector; 2]], stations: &[f64]) -> Vec<Vec<Vector>> {
     let mut cuts: Vec<Vec<Vector>> = vec![Vec::new(); stations.len()];
     for [a, b] in edges {
@@ -222,12 +221,12 @@ impl BladeEdges {
         }
     }
 
-    /// The box around the blade.
+    /// Returns the box around the blade.
     pub fn bounds(&self) -> Bounds {
         Bounds::around(self.edges.iter().flatten())
     }
 
-    /// Where the blade begins and ends along its span.
+    /// Returns the ends of the blade along its span.
     pub fn span(&self) -> [f64; 2] {
         let ends = self.edges.iter().flatten().map(|x| x[0]);
         ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
@@ -236,14 +235,14 @@ impl BladeEdges {
     }
 }
 
-/// Span, chord and shaft coordinates of a point from the hub.
+/// Returns the span, chord and shaft coordinates of a point from the hub.
 fn in_blade(on: &OnMesh<'_>, x: Vector) -> Vector {
     let from_hub = sub(x, on.blade.hub);
     [on.blade.e_x, on.blade.e_y, on.blade.e_z].map(|axis| dot(axis, from_hub))
 }
 
-/// The ends of the chord of a section, leading edge first, which is towards `e_y` times `sign`: of its longest extent, from one
-/// point to the farthest, and on from there while the distance grows.
+/// Returns the ends of the chord of a section, leading edge (towards `e_y` times `sign`) first. The search for the
+/// longest extent goes from a point to the farthest one, and continues from there while the distance grows.
 fn chord(cut: &[Vector], sign: f64) -> Option<[Vector; 2]> {
     let farthest = |from: &Vector| {
         let others = cut.iter();
@@ -266,7 +265,7 @@ fn chord(cut: &[Vector], sign: f64) -> Option<[Vector; 2]> {
     middles(cut, forward(ends, sign), sign)
 }
 
-/// The ends of an extent, the one towards `e_y` times `sign` first.
+/// Orders the ends of an extent: the one towards `e_y` times `sign` first.
 fn forward([a, b]: [Vector; 2], sign: f64) -> [Vector; 2] {
     if sign * a[1] >= sign * b[1] {
         [a, b]
@@ -275,14 +274,14 @@ fn forward([a, b]: [Vector; 2], sign: f64) -> [Vector; 2] {
     }
 }
 
-/// The ends of the chord of a section of which `ends` are a longest extent. Of a blunt section several are as long, from corner to
-/// corner: the chord is along their mean, between the middles of the edges at both ends.
+/// Returns the ends of the chord of a section; `ends` are a longest extent. A blunt section has several
+/// longest extents, from corner to corner: the chord is along their mean, between the middles of the edges at both ends.
 fn middles(cut: &[Vector], ends: [Vector; 2], sign: f64) -> Option<[Vector; 2]> {
     let least = (1.0 - AS_LONG) * distance(ends[0], ends[1]);
     let middle: Vector = std::array::from_fn(|i| 0.5 * (ends[0][i] + ends[1][i]));
     let from_middle = |x: &Vector| distance(*x, middle);
     let farthest = cut.iter().map(from_middle).fold(0.0, f64::max);
-    // No other point is the end of an extent as long.
+    // Other points are not ends of an equally long extent.
     let mut corners: Vec<Vector> = cut.to_vec();
     corners.retain(|x| from_middle(x) + farthest >= least);
     corners.sort_by(|a, b| a[1].total_cmp(&b[1]).then(a[2].total_cmp(&b[2])));
@@ -290,7 +289,7 @@ fn middles(cut: &[Vector], ends: [Vector; 2], sign: f64) -> Option<[Vector; 2]> 
     let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let pairs = pairs.map(|(i, j)| forward([corners[i], corners[j]], sign));
     let (mut n, mut along) = (0, [0.0; 3]);
-    // A pair straight across has no end that is the nose.
+    // A pair at right angles to the chord has no leading edge.
     let is_end =
         |[a, b]: &[Vector; 2]| distance(*a, *b) >= least && (a[1] - b[1]).abs() > AS_LONG * least;
     for [nose, tail] in pairs.filter(is_end) {
@@ -317,7 +316,7 @@ fn middles(cut: &[Vector], ends: [Vector; 2], sign: f64) -> Option<[Vector; 2]> 
         Some(std::array::from_fn(|i| 0.5 * (a[i] + b[i])))
     };
     let found = [middle_of_edge(1.0)?, middle_of_edge(-1.0)?];
-    // Copies of one point that differ by round-off are no edge.
+    // Copies of one point that differ by round-off do not form an edge.
     let is_same = |i: usize| distance(found[i], ends[i]) <= AS_LONG * least;
     Some(if is_same(0) && is_same(1) {
         ends

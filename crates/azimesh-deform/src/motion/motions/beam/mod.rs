@@ -43,9 +43,9 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Beam {
     table: TableSource,
-    /// Table of the points that sections turn about; the quarter chord of the mesh when `None`.
+    /// Table of the points about which sections turn; the quarter chord of the mesh when `None`.
     lifting_line: Option<TableSource>,
-    /// How values between azimuths are found; along the span it is linear.
+    /// Interpolation between azimuths; along the span it is linear.
     interpolation: Interpolation,
     /// True if the table may cover less than nine tenths of the blade.
     hold_ends: bool,
@@ -53,7 +53,7 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Sections that turn about the quarter chord of the mesh, linear between rows.
+    /// Creates a beam whose sections turn about the quarter chord of the mesh; linear between rows.
     pub fn new(table: impl Into<TableSource>) -> Self {
         Self {
             table: table.into(),
@@ -66,14 +66,14 @@ impl Beam {
 }
 
 setters! { Beam {
-    /// What sections turn about: a table of `station, x, y, z`, points in the axes of the blade from the hub, in mesh
-    /// units.
+    /// Sets the line about which sections turn: a table of `station, x, y, z`, points in the axes of the blade from the hub,
+    /// in mesh units.
     lifting_line(table: impl Into<TableSource>) |self| self.lifting_line = Some(table.into());
-    /// A cubic spline between azimuths, periodic where the table is.
+    /// Interpolates between azimuths with a cubic spline, which is periodic if the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
-    /// What the file calls a column, by its name here: `column("dx", "u1")`. Columns of other names are passed over.
+    /// Maps a column's name here to its name in the file: `column("dx", "u1")`. Columns of other names are ignored.
     column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
-    /// The unit of a column, by its name here: `unit("station", "radius")` for fractions of the radius, `unit("dx", "mm")`,
+    /// Sets the unit of a column, by its name here: `unit("station", "radius")` for fractions of the radius, `unit("dx", "mm")`,
     /// `unit("rot_x_deg", "rad")`, or a factor.
     unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
     /// Allows a table that covers less than nine tenths of the blade: the values of its first and last station hold
@@ -255,7 +255,7 @@ impl ResolvedMotion for BendingBlade {
         Some(CentreLine {
             line: self.line.clone(),
             blade: self.blade,
-            // A body that shares all of its nodes with others has no point of its own.
+            // A body that shares all of its nodes with others has no node of its own.
             span: if span[0] <= span[1] { span } else { [0.0; 2] },
         })
     }
@@ -274,7 +274,7 @@ pub struct CentreLine {
 }
 
 impl CentreLine {
-    /// The point of the line at the station of `x`.
+    /// Returns the point of the line at the station of `x`.
     pub fn at(&self, x: Vector) -> Vector {
         let station = dot(sub(x, self.blade.hub), self.blade.e_x);
         let [x, y, z] = self.line.at(station.clamp(self.span[0], self.span[1]));
@@ -282,7 +282,7 @@ impl CentreLine {
     }
 }
 
-/// The table, and its columns that nothing asks for. What is left out is 0.
+/// Reads the table; also returns its unused columns. Missing columns are 0.
 fn read_span(
     table: &Table,
     names: ColumnNames,
@@ -306,7 +306,7 @@ fn read_span(
     Ok((span, others))
 }
 
-/// A place with so many digits after the point; what rounds to zero has no sign.
+/// Formats a position with this many decimals; a value that rounds to zero has no sign.
 fn rounded(x: Vector, digits: usize) -> String {
     let least = 0.5 * 0.1_f64.powi(digits as i32);
     let numbers = x.map(|x| format!("{:.digits$}", if x.abs() < least { 0.0 } else { x }));

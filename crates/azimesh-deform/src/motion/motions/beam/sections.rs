@@ -1,4 +1,4 @@
-//! The sections of a blade that bends, at a part of a step: a rigid map for each.
+//! The sections of a bending blade at a part of a step: a rigid map for each.
 
 use super::lifting::LiftingLine;
 use crate::motion::motions::Rotation;
@@ -14,17 +14,17 @@ pub(in crate::motion) struct Sections<'a> {
     line: &'a LiftingLine,
     blade: RotorAxes,
     part: f64,
-    /// How much of the values is reached, and by how much that grows in a second.
+    /// Factor of the values, and its rate per second.
     ramp: [f64; 2],
-    /// By how much the key of the table grows in a second.
+    /// Rate of the key of the table, per second.
     key_rate: f64,
-    /// Pitch, flap and lag of the cyclic motion, as a whole.
+    /// Full pitch, flap and lag of the cyclic motion.
     hinges: Option<[Rotation; 3]>,
     /// Flap and lag of this part.
     after: Transform,
 }
 
-/// Two components turned from the first to the second.
+/// Rotates two components from the first to the second.
 #[inline]
 fn turned(a: f64, b: f64, angle: f64) -> (f64, f64) {
     let (sin, cos) = angle.sin_cos();
@@ -54,7 +54,7 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// The sections at the start of a motion, as [`Link::ramped`](crate::motion::motions::Link::ramped).
+    /// Scales the sections for the start of a motion, like [`Link::ramped`](crate::motion::motions::Link::ramped).
     pub(in crate::motion::motions) fn ramped(
         self,
         ramp: [f64; 2],
@@ -66,7 +66,7 @@ impl<'a> Sections<'a> {
         Self { ramp, ..sections }
     }
 
-    /// The values at a station, as far as they are reached.
+    /// Returns the values at a station, times the ramp.
     #[inline]
     fn values_at(&self, station: f64) -> [f64; 6] {
         let mut values: [f64; 6] = self.values.values(station);
@@ -76,7 +76,7 @@ impl<'a> Sections<'a> {
         values
     }
 
-    /// The rigid map of the section that `x` of the reference mesh is in (eq. 2 and 3):
+    /// Returns the rigid map of the section that contains `x` of the reference mesh (eq. 2 and 3):
     ///
     /// ```text
     /// x_r = Rz(rot_z) Ry(rot_y) Rx(rot_x + pitch) (x - x_ref)
@@ -99,8 +99,8 @@ impl<'a> Sections<'a> {
         section.then(&self.after)
     }
 
-    /// The image of `at` under the [`map`](Self::map) of the section that `x` is in, without the map
-    /// itself: this is done for every surface node and step.
+    /// Applies the [`map`](Self::map) of the section that contains `x` to `at`, without building the map: this is
+    /// done for every surface node and step.
     #[inline]
     pub fn place(&self, x: Vector, at: Vector) -> Vector {
         let station = self.station(x);
@@ -116,7 +116,7 @@ impl<'a> Sections<'a> {
         let (y, z) = turned(forward, up, rx + pitch);
         let (z, x) = turned(z, along, ry);
         let (x, y) = turned(x, y, rz);
-        // As a displacement, so that what does not move stays to the last bit.
+        // As a displacement, so that points at rest keep every bit.
         let by = [x - along + dx, y - forward + dy, z - up + dz];
         let mut moved = at;
         for i in 0..3 {
@@ -125,7 +125,7 @@ impl<'a> Sections<'a> {
         self.after.apply(moved)
     }
 
-    /// The whole map with its velocity.
+    /// Returns the whole map with its velocity.
     pub fn moving(&self, x: Vector) -> Moving {
         let station = self.station(x);
         let values = self.values_at(station);
@@ -159,7 +159,7 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// The rotations of the section that `x` is in, in their order.
+    /// Returns the rotations of the section that contains `x`, in their order.
     pub fn rotations(&self, x: Vector) -> Vec<Rotation> {
         let station = self.station(x);
         let [.., rx, ry, rz] = self.values_at(station);
@@ -181,7 +181,7 @@ impl<'a> Sections<'a> {
         section.into_iter().chain(hinged).collect()
     }
 
-    /// The pitch of the cyclic motion.
+    /// Returns the pitch of the cyclic motion.
     #[inline]
     fn pitch(&self) -> f64 {
         self.hinges.map_or(0.0, |[pitch, ..]| pitch.angle)
@@ -192,7 +192,7 @@ impl<'a> Sections<'a> {
         dot(sub(x, self.blade.hub), self.blade.e_x)
     }
 
-    /// The point of the lifting line that a section turns about.
+    /// Returns the point of the lifting line about which a section turns.
     #[inline]
     fn reference(&self, station: f64) -> Vector {
         let [x, y, z] = self.line.at(station);

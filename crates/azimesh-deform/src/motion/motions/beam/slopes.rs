@@ -1,19 +1,19 @@
-//! Whether the rotations in a table are the slopes of its displacements, as those of a bent blade are.
+//! Checks that the rotations in a table are the slopes of its displacements, as in a bent blade.
 
 use super::SIX;
 use crate::motion::table::{Naming, SpanHistory, Table};
 use azimesh_core::numbers::{in_digits, short};
 use azimesh_core::{Note, note};
 
-/// Slopes and rotations below this (radians, root mean square) say nothing of a sign.
+/// Slopes and rotations below this (radians, root mean square) do not determine a sign.
 const LEAST: f64 = 1e-3;
-/// Correlation of rotations and slopes from which they contradict each other, or are alike.
+/// Correlations of rotations and slopes beyond which they contradict or match each other.
 const OPPOSITE: f64 = -0.5;
 const ALIKE: f64 = 0.9;
 /// Rotations that are larger or smaller than the slopes by this factor have another unit.
 const OTHER_UNIT: f64 = 5.0;
 
-/// A displacement, the rotation that follows from it, and the rotation for a slope of one.
+/// A displacement, its rotation, and the rotation for a slope of one.
 const PAIRS: [(usize, usize, f64); 2] = [(2, 4, -1.0), (1, 5, 1.0)];
 
 /// Sums over all intervals between stations, with the steepest one.
@@ -27,7 +27,7 @@ struct Sums {
     steepest: (f64, f64, [f64; 2], usize),
 }
 
-/// Warnings where `rot_y` is not the slope of `dz`, or `rot_z` not that of `dy`.
+/// Warns where `rot_y` is not the slope of `dz`, or `rot_z` not the slope of `dy`.
 pub(super) fn check_slopes(
     span: &SpanHistory,
     table: &Table,
@@ -65,7 +65,7 @@ pub(super) fn check_slopes(
         Some(if is_opposite {
             note!(
                 "slope_sign",
-                "body \"{body}\": {} contradicts the slope of {}: {seen}. If its sign is that of another convention, write  columns = {{ {} = \"{}\" }}",
+                "body \"{body}\": {} contradicts the slope of {}: {seen}. If its sign follows another convention, write  columns = {{ {} = \"{}\" }}",
                 names[1],
                 names[0],
                 column.0,

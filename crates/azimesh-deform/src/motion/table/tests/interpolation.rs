@@ -16,7 +16,7 @@ const VALUES: [[f64; 2]; 7] = [
 /// A place, the values and the rates there.
 type Sample = (f64, [f64; 2], [f64; 2]);
 
-/// The first `n` rows over azimuth or time, with knots `stretch` times as far apart; `closed` adds
+/// Builds the first `n` rows over azimuth or time; `stretch` scales the spacing of the knots. `closed` adds
 /// the first row at 360.
 fn history(n: usize, stretch: f64, key: Key, closed: bool, cubic: bool) -> History {
     let mut knots: Vec<f64> = KNOTS[..n].iter().map(|knot| knot * stretch).collect();
@@ -40,7 +40,7 @@ fn assert_samples(history: &History, samples: &[Sample]) {
     }
 }
 
-// The numbers are those of scipy.interpolate.CubicSpline, SciPy 1.17.1.
+// The numbers are from scipy.interpolate.CubicSpline, SciPy 1.17.1.
 
 #[test]
 fn a_spline_over_time_is_that_of_scipy_with_ends_not_a_knot() {
@@ -261,7 +261,7 @@ fn a_table_repeats_itself_where_it_goes_round() {
         (by(120.0, 3), Some(360.0)),
         (vec![0.0, 100.0, 170.0, 265.0], Some(360.0)),
         (vec![0.0, 360.0], Some(360.0)),
-        // Two rows have one step, and uneven ones none that goes on to the first.
+        // Two rows have one interval; uneven rows have none that leads back to the first.
         (vec![-90.0, 90.0], None),
         (vec![0.0, 170.0, 190.0], None),
         (vec![0.0, 170.0, 340.0], None),

@@ -1,4 +1,4 @@
-//! Tables as people write them, wrong ones, and interpolation beside SciPy's.
+//! Tables as users write them, wrong ones, and interpolation compared with SciPy's.
 
 mod interpolation;
 mod text;

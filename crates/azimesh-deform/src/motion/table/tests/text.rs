@@ -1,4 +1,4 @@
-//! What the text of a table may be, and the one sentence for each that is wrong.
+//! Accepted texts of a table, and one error message for each kind of mistake.
 
 use super::*;
 

@@ -72,7 +72,7 @@ fn regions_of_nodes_or_elements_that_are_not_there_are_refused() {
         ),
         (
             &[First(&[2, 7], &[1, 6])],
-            "/Base/Zone/wall: its elements have numbers 1 to 6, those of \"HEXA_8\" have 1 to 1",
+            "/Base/Zone/wall: its elements have numbers 1 to 6, and the elements of \"HEXA_8\" have 1 to 1",
         ),
     ] {
         let mut bytes = good.clone();

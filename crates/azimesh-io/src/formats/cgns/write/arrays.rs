@@ -224,7 +224,7 @@ pub(super) fn note_boundary_values(mesh: &MeshView, notes: &mut Notes) {
     }
 }
 
-/// Tests if a cell has a value other than none and other than the value of the cell that it bounds.
+/// Tests if the value of a cell differs from the value of the cell that it bounds, and is not missing.
 #[allow(clippy::unnecessary_cast)] // one text for numbers of every type
 fn says_more(
     array: &DataArray,

@@ -1,5 +1,5 @@
-//! Arrays of the steps of a sequence: a node for each step whose arrays are other than those of the
-//! step before, and the list that says which node each step has.
+//! Arrays of the steps of a sequence: a new CGNS node for each step whose arrays changed, and the list
+//! of the node of each step.
 
 use super::LONGEST;
 use super::arrays::{self, Array, Kind};
@@ -14,7 +14,7 @@ const NONE: &str = "Null";
 /// An array in the file, with the hash of its values.
 type Written = Array<(blake3::Hash, Stored)>;
 
-/// Nodes with arrays; a step has a new one unless its arrays equal the arrays of the step before.
+/// Nodes with arrays. A step shares the node of the step before if its arrays are the same.
 pub(super) struct Series {
     kind: Kind,
     /// Name and arrays of the newest.

@@ -211,7 +211,7 @@ fn a_case_is_a_sequence_of_the_times_at_which_its_mesh_is() {
         let files = BINARY.files(&moved(by));
         BINARY.write(&case.path().join(name).join("polyMesh"), &files[..1]);
     }
-    // Fields alone are no mesh; names that are no times are passed over.
+    // A time with fields alone has no mesh; folders whose names are not times are ignored.
     fs::create_dir_all(case.path().join("5")).expect("a folder");
     fs::create_dir_all(case.path().join("0.org/polyMesh")).expect("a folder");
     fs::write(case.path().join("5/U"), "x").expect("a file");

@@ -81,7 +81,7 @@ fn a_sequence_is_gone_on_with_to_the_same_bytes_wherever_it_ended_or_was_damaged
     };
     assert!(check(&wanted, "whole"));
     for end in (first.len()..wanted.len()).step_by(97) {
-        // After a kill: the start is that of the first step.
+        // After a kill: the file begins as after the first step.
         let content = [&first[..48], &wanted[48..end]].concat();
         assert!(!check(&content, &format!("{end} bytes")));
     }

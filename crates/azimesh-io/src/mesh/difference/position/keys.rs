@@ -1,4 +1,4 @@
-//! Things known by a 64-bit key: sorted by it, those of two meshes with one key brought together.
+//! Items with 64-bit keys: sorted by key, and matched between two meshes.
 
 use azimesh_core::parallel::map;
 
@@ -56,7 +56,7 @@ fn merge(a: &[(u64, u32)], b: &[(u64, u32)], mut meet: impl FnMut(&[(u64, u32)],
     }
 }
 
-/// Where entries with another key than `key` begin, from `start` on.
+/// Index of the first entry from `start` on whose key is not `key`.
 fn end(keys: &[(u64, u32)], start: usize, key: u64) -> usize {
     let same = keys[start..].iter().take_while(|(other, _)| *other == key);
     start + same.count()

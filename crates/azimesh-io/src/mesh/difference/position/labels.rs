@@ -1,8 +1,8 @@
 //! Pairs nodes that their positions leave undecided, by means of their cells.
 //!
-//! Every node has a label: that of its pair, or of its place. A node that is undecided takes up the
-//! labels of its cells' nodes into its own, again and again while that tells more nodes apart
-//! (colour refinement; Weisfeiler and Leman, 1968). Nodes with the same label belong together.
+//! Every node has the label of its pair or of its place. An undecided node repeatedly mixes the labels of its cells' nodes
+//! into its own, while this distinguishes more nodes (colour refinement; Weisfeiler and Leman, 1968). Nodes with the same
+//! label are paired.
 
 use super::Pairing;
 use super::keys::mixed;
@@ -12,8 +12,7 @@ use azimesh_core::parallel::{collect, map_blocks};
 
 /// Times that labels are taken up at most.
 const ROUNDS: usize = 8;
-/// What labels of places, of nodes with candidates and of nodes without begin from; below are those
-/// of nodes of the first mesh.
+/// First labels of places, of nodes with candidates and of nodes without. Smaller labels are nodes of the first mesh.
 const PLACES: u64 = 1 << 32;
 const CANDIDATE: u64 = 2 << 32;
 const ALONE: u64 = 3 << 32;
@@ -53,7 +52,7 @@ struct Labels {
     is_undecided: Vec<bool>,
     /// Cells with an undecided node.
     cells: Vec<usize>,
-    /// What the cells of each undecided node come to.
+    /// Sum over the cells of each undecided node.
     sums: Vec<u64>,
 }
 

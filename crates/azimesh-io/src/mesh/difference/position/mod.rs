@@ -18,7 +18,7 @@ use azimesh_core::error::Result;
 use azimesh_core::numbers::point;
 use azimesh_core::{Note, note};
 
-/// How the nodes of two meshes belong together.
+/// Pairs of nodes of two meshes.
 #[derive(Debug)]
 pub struct Paired {
     /// The partner of each node of the first mesh.
@@ -55,7 +55,7 @@ impl Pairing {
     }
 }
 
-/// Pairs the nodes of two meshes that are at most `within` apart.
+/// Pairs the nodes of two meshes within a distance of `within`.
 pub fn nodes(a: &Mesh, b: &Mesh, within: f64) -> Result<Paired> {
     let mut pairing = places::pair(&a.points, &b.points);
     if within > 0.0 {
@@ -65,7 +65,7 @@ pub fn nodes(a: &Mesh, b: &Mesh, within: f64) -> Result<Paired> {
         0 => Vec::new(),
         n => vec![note!(
             "paired_in_order",
-            "nodes at the same place ({n}) that their cells do not tell apart are paired in order"
+            "nodes at the same place ({n}) that their cells do not distinguish are paired in order"
         )],
     };
     let [partners, back] = pairing.partners;

@@ -8,7 +8,7 @@ use azimesh_core::parallel::{block, collect, sort, try_map};
 
 /// Edge of a box of the grid, in distances within which nodes belong together.
 const BOX: f64 = 16.0;
-/// Nodes of the second mesh in the boxes around a node of the first: with more, `within` tells nothing.
+/// Largest number of nodes of the second mesh in the boxes around a node of the first; with more, `within` is too large.
 const MOST: usize = 1000;
 /// Nodes that are looked at in one go.
 const CHUNK: usize = 1 << 14;
@@ -76,7 +76,7 @@ fn too_wide(node: u32, at: [f64; 3], within: f64) -> Error {
 struct Grid {
     edge: f64,
     keys: Keys,
-    /// Where keys begin with these leading bits.
+    /// Index of the first key with each value of the leading bits.
     starts: Vec<u32>,
     shift: u32,
 }

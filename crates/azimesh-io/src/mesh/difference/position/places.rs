@@ -43,7 +43,7 @@ pub fn pair(a: &[[f64; 3]], b: &[[f64; 3]]) -> Pairing {
     pairing
 }
 
-/// The coordinates; those of -0 are those of 0.
+/// The bits of the coordinates; -0 counts as 0.
 fn bits(point: [f64; 3]) -> [u64; 3] {
     point.map(|x| (x + 0.0).to_bits())
 }

@@ -5,7 +5,7 @@ use crate::mesh::{CellKind, Cells, DataArray, Group, Mesh, Values};
 use azimesh_core::error::ErrorKind;
 
 /// A block of `n` hexahedra along each axis with tags "low" and "high" at its ends in x, a zone, and
-/// arrays that tell nodes and cells apart.
+/// arrays that distinguish nodes and cells.
 fn block(n: usize) -> Mesh {
     let m = n + 1;
     let mut mesh = Mesh::default();
@@ -116,7 +116,7 @@ fn renumbered(mesh: &Mesh, seed: u64) -> Mesh {
 }
 
 fn compare(a: &Mesh, b: &Mesh) -> Difference {
-    Difference::by_position(a, b, Tolerance::default(), None).expect("a tolerance that tells")
+    Difference::by_position(a, b, Tolerance::default(), None).expect("a suitable tolerance")
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn in_a_renumbered_mesh_one_node_moved_by_1e_9_is_found() {
         value: 2e-9,
         relative: false,
     };
-    let lenient = Difference::by_position(&a, &b, tolerance, None).expect("it tells");
+    let lenient = Difference::by_position(&a, &b, tolerance, None).expect("a suitable tolerance");
     assert!(lenient.is_same(), "{lenient:?}");
 }
 
@@ -266,7 +266,7 @@ fn nodes_at_one_place_are_told_apart_by_their_cells() {
         value: 1e-9,
         relative: false,
     };
-    let found = Difference::by_position(&a, &b, tolerance, None).expect("it tells");
+    let found = Difference::by_position(&a, &b, tolerance, None).expect("a suitable tolerance");
     assert!(found.is_same(), "{found:?}");
 }
 
@@ -303,10 +303,10 @@ fn rounded_coordinates_match_within_a_tolerance() {
         value: 1e-6,
         relative: true,
     };
-    let found = Difference::by_position(&a, &b, tolerance, None).expect("it tells");
+    let found = Difference::by_position(&a, &b, tolerance, None).expect("a suitable tolerance");
     assert!(found.is_same() && found.max_distance() > 0.0, "{found:?}");
     let strict = Tolerance::default();
-    let found = Difference::by_position(&a, &b, strict, Some(1e-5)).expect("it tells");
+    let found = Difference::by_position(&a, &b, strict, Some(1e-5)).expect("a suitable tolerance");
     assert!(
         found.moved_nodes > 0 && found.unpaired_nodes == [0, 0],
         "{found:?}"

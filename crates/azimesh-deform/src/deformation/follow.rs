@@ -1,13 +1,13 @@
-//! A run on several ranks. The first rank reads the earlier run from the disk and decides what is computed; before each
-//! function that all ranks call, it says which. The others call the same functions in [`Deformation::follow`].
+//! A run on several ranks. The first rank reads the earlier run from the disk and decides what is computed. Before each
+//! collective function it announces the call, and the other ranks make the same call in [`Deformation::follow`].
 
-use super::base::base_points::BasePoints;
-use super::base::choose::from_nodes;
-use super::base::tolerance::BaseOrigin;
-use super::deformation::{Deformation, Evaluated};
-use super::step::evaluator::StepEvaluator;
-use super::step::step_memory::Rounding;
-use super::write::{OwnValues, write_together};
+use super::{Deformation, Evaluated};
+use crate::base::base_points::BasePoints;
+use crate::base::choose::from_nodes;
+use crate::base::tolerance::BaseOrigin;
+use crate::step::evaluator::StepEvaluator;
+use crate::step::step_memory::Rounding;
+use crate::write::{OwnValues, write_together};
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::progress::Silent;
@@ -20,12 +20,12 @@ use std::sync::Arc;
 
 const ENTERED: &str = "an interval is entered before its steps are computed";
 
-/// A function that all ranks call next.
+/// A collective call, announced by the first rank.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) enum Call {
     /// [`Deformation::choose`].
     Choose(Range<usize>),
-    /// [`Deformation::enter`] at the first of some steps, with these base points or those that were chosen last.
+    /// [`Deformation::enter`] at the first of some steps, with these base points or the ones selected last.
     Enter(usize, Option<BasePoints>),
     /// [`Deformation::prepare_measures`].
     Measures,
@@ -37,12 +37,12 @@ pub(super) enum Call {
     Gather,
     /// [`Deformation::write_together`] of the last step, with sync or without.
     Write(bool),
-    /// There is no more to do.
+    /// The end of the run.
     End,
 }
 
 impl Call {
-    /// Label under which messages of the call are counted.
+    /// Returns the label under which messages of the call are counted.
     fn label(&self) -> &'static str {
         match self {
             Self::Choose(_) => "selection",
@@ -55,13 +55,13 @@ impl Call {
 }
 
 impl Deformation {
-    /// Has the other ranks follow the first, which calls this.
+    /// Makes the other ranks follow this one, the first.
     #[doc(hidden)]
     pub fn lead(&mut self) {
         self.is_leading = self.is_on_ranks();
     }
 
-    /// Says on the first rank what all ranks call next, where they follow it.
+    /// Announces the next collective call to following ranks, on the first rank.
     pub(super) fn announce(&self, call: Call) {
         if self.is_leading {
             let ranks = self.part.ranks();
@@ -70,7 +70,7 @@ impl Deformation {
         }
     }
 
-    /// Calls on another rank than the first what that announces, until the run has ended.
+    /// Makes the calls that the first rank announces, until the run has ended; for all other ranks.
     #[doc(hidden)]
     pub fn follow(&self) {
         let ranks = self.part.ranks();
@@ -79,7 +79,7 @@ impl Deformation {
         let mut chosen: Vec<Selection> = Vec::new();
         let mut current: Option<Arc<StepEvaluator>> = None;
         loop {
-            // What fails here fails on the first rank as well, which ends the run.
+            // An error here also occurs on the first rank, which ends the run.
             let call = ranks.broadcast::<Call>(None);
             ranks.set_label(call.label());
             match call {
@@ -132,8 +132,8 @@ impl Deformation {
         self.announce(Call::End);
     }
 
-    /// Gathers the positions and velocities of all nodes on the first rank, which writes them. If all ranks write the mesh together, each
-    /// rank keeps its own.
+    /// Gathers the positions and velocities of all nodes on the first rank for writing. If all ranks write the mesh
+    /// together, each rank keeps its own.
     pub fn positions_to_write<'a>(
         &self,
         points: &'a [Vector],
@@ -156,7 +156,7 @@ impl Deformation {
         )
     }
 
-    /// The nodes of the part of this rank.
+    /// Returns the nodes of the part of this rank.
     pub fn n_nodes_here(&self) -> usize {
         self.part.mesh.points.len()
     }
@@ -166,10 +166,10 @@ impl Deformation {
         self.part.ranks().n() > 1
     }
 
-    /// Has all ranks write a step; `write` gets the numbers of all of them.
+    /// Makes all ranks write a step; `write` receives the numbers of all of them.
     ///
     /// # Errors
-    /// Of `write`, and where a rank cannot write its numbers.
+    /// Of `write`, and if a rank cannot write its numbers.
     pub fn write_together<T>(
         &self,
         points: &[Vector],

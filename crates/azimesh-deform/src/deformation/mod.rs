@@ -1,9 +1,10 @@
 //! The [`Deformation`] of a mesh by a schedule: the public value with positions, velocities and quality.
 
+mod follow;
+
 use super::base::base_points::BasePoints;
 use super::base::choose::{choose, from_nodes};
 use super::base::tolerance::{BaseOrigin, check_tolerance};
-use super::follow::Call;
 use super::part::Part;
 use super::plan::Plan;
 use super::plan::checks::check_length;
@@ -23,20 +24,21 @@ use azimesh_core::progress::{Progress, Silent, Stop};
 use azimesh_io::mesh::{ByRanks, DataArray, Mesh, MeshView};
 use azimesh_quality::{Assessment, Quality};
 use azimesh_rbf::select::Selection;
+use follow::Call;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// A mesh that deforms by a schedule: node positions, velocities and quality at every step.
 ///
-/// Base points are chosen once, and the fields of the motion are evaluated at every node once; a step
-/// then costs a product of small matrices. With method `real` each selection interval does that when a
-/// step of it is first needed, and the last interval is kept.
+/// Base points are selected once, and the fields of the motion are evaluated at every node once. A step then costs a
+/// product of small matrices. With method `real` each selection interval is prepared when one of its steps is first needed,
+/// and the last interval is kept.
 ///
-/// Where cells of a step are folded, it is repaired with the steps around it, unless the schedule says otherwise
-/// ([`OnInverted`](crate::OnInverted)). For that, steps near the one that is asked for are judged too, each once. What comes out depends on the step
-/// alone, not on the order in which steps are asked for.
+/// Folded cells of a step are repaired together with the neighbouring steps, unless the schedule says otherwise
+/// ([`OnInverted`](crate::OnInverted)). For that, the quality of nearby steps is evaluated too, each once. The result depends
+/// only on the step, not on the order of calls.
 ///
-/// It owns what it needs and may be shared between threads. It writes no file.
+/// It owns its data and may be shared between threads. It creates no file; on several ranks it writes nodes into an open one.
 ///
 /// ```
 /// # use azimesh_deform as azimesh;
@@ -67,9 +69,9 @@ pub struct Deformation {
     pub(super) is_leading: bool,
     measures: OnceLock<Measures>,
     base: Option<BasePoints>,
-    /// The interval that was entered last.
+    /// The interval entered last.
     current: Mutex<Option<Arc<StepEvaluator>>>,
-    /// Results of steps, without rounding of coordinates and with it.
+    /// Results of steps, without and with rounding of coordinates.
     known: [StepMemory; 2],
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
@@ -102,7 +104,7 @@ pub struct DeformationBuilder {
     layout: Option<Mesh>,
 }
 
-/// Gives the base points of each layer for some steps, and where they are from.
+/// A function that returns the base points of each layer for some steps, and their origin.
 type Select<'a> = dyn FnMut(&Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> + 'a;
 
 impl DeformationBuilder {
@@ -145,8 +147,8 @@ impl DeformationBuilder {
         self
     }
 
-    /// Has the first of several ranks, each with a part of the mesh, read the whole of it by `read` when it is needed. Where all ranks
-    /// write one file together, it is written as `layout` says: the kinds of all cells, the groups and the arrays of the mesh.
+    /// Makes the first of several ranks read the whole mesh by `read` when it is needed; each rank has a part. If all
+    /// ranks write one file together, `layout` has the kinds of all cells, the groups and the arrays of the mesh.
     #[doc(hidden)]
     #[must_use]
     pub fn on_ranks(mut self, read: Option<ReadWhole>, layout: Option<Mesh>) -> Self {
@@ -157,7 +159,7 @@ impl DeformationBuilder {
     /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
     ///
     /// # Errors
-    /// As [`Deformation::new`].
+    /// Like [`Deformation::new`].
     pub fn build(self) -> Result<Deformation> {
         self.mesh.validate()?;
         let deformation = self.plan()?;
@@ -171,8 +173,7 @@ impl DeformationBuilder {
         Ok(deformation)
     }
 
-    /// Resolves the schedule on a mesh that is valid, as readers give it; base points are chosen when they
-    /// are needed.
+    /// Resolves the schedule on a valid mesh, as readers return it; base points are selected when they are needed.
     #[doc(hidden)]
     pub fn plan(self) -> Result<Deformation> {
         let (mut plan, part) = Plan::new(self.mesh, self.schedule)?;
@@ -203,14 +204,14 @@ impl Deformation {
     /// Checks mesh and schedule, chooses base points, and evaluates the motion at every node.
     ///
     /// # Errors
-    /// Of kind `Input` where the mesh is none (an index out of range, a coordinate that is no number) or
-    /// the schedule does not fit it; of kind `Check` where no base points meet the tolerance.
+    /// Of kind `Input` if the mesh is invalid (an index out of range, a coordinate that is not finite) or the schedule does
+    /// not fit it; of kind `Check` if no base points meet the tolerance.
     pub fn new(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> Result<Self> {
         Self::builder(mesh, schedule).build()
     }
 
-    /// A deformation with options: given base points, a progress, a stop. [`build`](DeformationBuilder::build)
-    /// makes it.
+    /// Starts a deformation with options: given base points, progress, a stop request.
+    /// [`build`](DeformationBuilder::build) completes it.
     pub fn builder(mesh: impl Into<Arc<Mesh>>, schedule: Schedule) -> DeformationBuilder {
         DeformationBuilder {
             mesh: mesh.into(),
@@ -223,8 +224,8 @@ impl Deformation {
         }
     }
 
-    /// The mesh before it deforms, in its final order: where a zone turns, nodes of its interface are
-    /// there twice. On one of several ranks, its part of the mesh.
+    /// The mesh before it deforms, in its final order: interface nodes of a turning zone are duplicated. On one of
+    /// several ranks, its part of the mesh.
     pub fn mesh(&self) -> &Arc<Mesh> {
         &self.part.mesh
     }
@@ -234,11 +235,11 @@ impl Deformation {
         &self.plan.motion.steps
     }
 
-    /// The positions (n, 3) of all nodes at a step, in mesh units, in the order of [`mesh`](Self::mesh).
+    /// Returns the positions (n, 3) of all nodes at a step, in mesh units, in the order of [`mesh`](Self::mesh).
     ///
     /// # Errors
-    /// If the step is none of this schedule, where an interval of method `real` misses the
-    /// tolerance, and with `on_inverted = "stop"` where a cell is inverted.
+    /// If the step is not one of this schedule, if an interval of method `real` misses the tolerance, and with
+    /// `on_inverted = "stop"` if a cell is inverted.
     pub fn points_at(&self, step: &Step) -> Result<Vec<Vector>> {
         let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
         self.points_into(step, &mut points)?;
@@ -249,7 +250,7 @@ impl Deformation {
     /// [`mesh`](Self::mesh).
     ///
     /// # Errors
-    /// As [`points_at`](Self::points_at), and where `points` has another length than the mesh has nodes.
+    /// Like [`points_at`](Self::points_at), and if `points` does not have the length of the mesh's nodes.
     pub fn points_into(&self, step: &Step, points: &mut [Vector]) -> Result<()> {
         self.check_length(points)?;
         self.check_step(step)?;
@@ -267,10 +268,10 @@ impl Deformation {
         }
     }
 
-    /// The velocities (n, 3) of all nodes at a step, in mesh units a second.
+    /// Returns the velocities (n, 3) of all nodes at a step, in mesh units per second.
     ///
     /// # Errors
-    /// As [`points_at`](Self::points_at), and where the schedule does not ask for velocities.
+    /// Like [`points_at`](Self::points_at), and if the schedule does not ask for velocities.
     pub fn velocities_at(&self, step: &Step) -> Result<Vec<Vector>> {
         if self.plan.velocity.is_none() {
             return Err(Error::input(
@@ -287,23 +288,23 @@ impl Deformation {
         Ok(velocities.expect("the schedule asks for them"))
     }
 
-    /// The quality of the mesh with its nodes at `points`, relative to the mesh before it deforms.
+    /// Evaluates the quality of the mesh with its nodes at `points`, relative to the mesh before it deforms.
     ///
     /// # Errors
-    /// If `points` has another length than the mesh has nodes.
+    /// If `points` does not have the length of the mesh's nodes.
     pub fn quality_of(&self, points: &[Vector]) -> Result<Quality> {
         self.check_length(points)?;
         Ok(self.measures().quality(&self.part, points))
     }
 
-    /// The base points of the interval that was entered last; none before the first.
+    /// Returns the base points of the interval entered last; `None` before the first.
     pub fn base_points(&self) -> BasePoints {
         let current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
         let bases = current.as_ref().map(|interval| &interval.bases[..]);
         self.base_nodes(bases.unwrap_or_default())
     }
 
-    /// Base points of each layer, by their mesh nodes.
+    /// Returns the base points of each layer, by mesh node.
     fn base_nodes(&self, bases: &[Vec<usize>]) -> BasePoints {
         let mut base = BasePoints::default();
         for (layer, points) in self.plan.layers.iter().zip(bases) {
@@ -346,14 +347,14 @@ impl Deformation {
     }
 }
 
-/// Functions for runs. On several ranks, all of them call each.
+/// Functions for runs. On several ranks, all ranks call each of them.
 impl Deformation {
-    /// Everything that was decided before base points are chosen.
+    /// Returns the decisions made before base points are selected.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The mesh that is written: of several ranks on the first, where all write it together only its layout.
+    /// Returns the mesh to write: on the first of several ranks, or only its layout if all ranks write it together.
     ///
     /// # Errors
     /// If the first rank cannot read it.
@@ -364,10 +365,10 @@ impl Deformation {
         }
     }
 
-    /// The same, to be looked at.
+    /// Returns a view of the mesh to write.
     ///
     /// # Errors
-    /// As of [`mesh_to_write`](Self::mesh_to_write).
+    /// Like [`mesh_to_write`](Self::mesh_to_write).
     pub fn view_to_write(&self) -> Result<MeshView<'_>> {
         let view = self.mesh_to_write()?.view();
         if self.layout.is_none() {
@@ -380,18 +381,18 @@ impl Deformation {
         }))
     }
 
-    /// Why the first rank has read the whole mesh, where all ranks write it together.
+    /// Returns the reason why the first rank has read the whole mesh, if all ranks write it together.
     pub fn why_whole(&self) -> Option<String> {
         let is_read = self.layout.is_some() && self.whole.is_read();
         is_read.then(|| "folded cells are repaired".to_owned())
     }
 
-    /// True if all ranks write the mesh together.
+    /// Returns whether all ranks write the mesh together.
     pub fn is_written_together(&self) -> bool {
         self.layout.is_some()
     }
 
-    /// Quality measures of the reference mesh, made on first use.
+    /// Returns quality measures of the reference mesh, computed on first use.
     pub(crate) fn measures(&self) -> &Measures {
         debug_assert!(
             !self.is_leading || self.measures.get().is_some(),
@@ -401,7 +402,7 @@ impl Deformation {
         self.measures.get_or_init(made)
     }
 
-    /// Makes the quality measures, where there are none yet.
+    /// Computes the quality measures, if there are none yet.
     pub fn prepare_measures(&self) {
         if self.measures.get().is_none() {
             self.announce(Call::Measures);
@@ -410,7 +411,7 @@ impl Deformation {
         }
     }
 
-    /// The same where they are needed for positions.
+    /// Returns the quality measures if positions depend on them.
     fn repairs(&self) -> Option<&Measures> {
         let output = &self.plan.schedule.output;
         let repairs =
@@ -418,30 +419,30 @@ impl Deformation {
         repairs.then(|| self.measures())
     }
 
-    /// Every metric as a cell array of the mesh that is written.
+    /// Returns every metric as a cell array of the mesh that is written.
     pub fn cell_arrays(&self, points: &[Vector]) -> Result<Vec<DataArray>> {
         self.prepare_measures();
         let judge = self.whole.judge(&self.part, &self.measures().judge)?;
         Ok(judge.arrays(self.whole.mesh(&self.part)?, points))
     }
 
-    /// Its stop request.
+    /// Returns its stop request.
     pub fn stop(&self) -> &Arc<Stop> {
         &self.stop
     }
 
-    /// Its progress reports.
+    /// Returns its progress reports.
     pub fn progress(&self) -> &dyn Progress {
         &*self.progress
     }
 
-    /// Chooses the base points of every layer for the steps of an interval.
+    /// Selects the base points of every layer for the steps of an interval.
     pub fn choose(&self, steps: &Range<usize>, progress: &dyn Progress) -> Result<Vec<Selection>> {
         self.announce(Call::Choose(steps.clone()));
         choose(&self.plan, steps, &self.part.ranks(), progress)
     }
 
-    /// The interval of a step, with base points by `select` where it is entered.
+    /// Returns the interval of a step; when the interval is entered, `select` gives its base points.
     pub fn enter(
         &self,
         step: &Step,
@@ -454,7 +455,7 @@ impl Deformation {
         {
             return Ok(Arc::clone(interval));
         }
-        // Its fields go before those of the next are made.
+        // Drops its fields before the next interval builds its own.
         *current = None;
         let mut intervals = self.plan.selection_intervals().into_iter();
         let steps = intervals.find(|steps| steps.contains(&step.index));
@@ -467,7 +468,7 @@ impl Deformation {
         Ok(Arc::clone(current.insert(Arc::new(interval))))
     }
 
-    /// Forgets the interval that was entered last.
+    /// Drops the interval entered last.
     pub(super) fn leave(&self) {
         *self.current.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
@@ -491,7 +492,7 @@ impl Deformation {
         }
     }
 
-    /// Positions of a step, with folded cells repaired.
+    /// Computes positions of a step, with folded cells repaired.
     fn position(
         &self,
         interval: &StepEvaluator,
@@ -502,7 +503,7 @@ impl Deformation {
         stepper.at(step, points)
     }
 
-    /// Writes to `points` the positions that the motion gives the nodes at a step, without a repair; returns the velocities.
+    /// Writes the positions of the nodes at a step to `points`, without a repair; returns the velocities.
     pub fn place(
         &self,
         interval: &StepEvaluator,
@@ -518,7 +519,7 @@ impl Deformation {
         })
     }
 
-    /// Everything about a step but its arrays at cells; positions go to `points`.
+    /// Evaluates a step, without its cell arrays; writes positions to `points`.
     pub fn evaluate(
         &self,
         interval: &StepEvaluator,
@@ -548,31 +549,31 @@ impl Deformation {
     }
 }
 
-/// Everything about a step but its positions.
+/// The results of a step except its positions.
 #[derive(Default)]
 pub struct Evaluated {
-    /// Where the schedule asks for quality.
+    /// If the schedule asks for quality.
     pub quality: Option<Assessment>,
     /// Largest change of the angle between a moving wall and its first cell, in degrees.
     pub normal_change: Option<f64>,
-    /// Smallest ratio of a first-cell height to that of the reference mesh.
+    /// Smallest ratio of a first-cell height to its height in the reference mesh.
     pub first_cell_ratio: Option<f64>,
     /// Largest displacement error before the correction.
     pub selection_error: f64,
-    /// Largest and root-mean-square distance of surface nodes from their place.
+    /// Largest and root-mean-square distance of surface nodes from their prescribed positions.
     pub surface_error: (f64, f64),
     /// Largest prescribed displacement.
     pub largest_displacement: f64,
-    /// Where the schedule asks for them.
+    /// If the schedule asks for velocities.
     pub velocities: Option<Vec<Vector>>,
-    /// Distinct base points.
+    /// Number of distinct base points.
     pub n_base: usize,
-    /// What was done about folded cells, where something was.
+    /// The repair of folded cells, if there was one.
     pub repair: Option<Repair>,
 }
 
 impl Evaluated {
-    /// The first inverted cell, where there is one.
+    /// Returns the first inverted cell, if there is one.
     pub fn first_inverted(&self) -> Option<usize> {
         let cells = self.quality.as_ref().map(|quality| &quality.cells);
         let inverted = cells.filter(|cells| cells.inverted > 0);
