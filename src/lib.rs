@@ -66,8 +66,8 @@ pub use azimesh_core::{Error, ErrorKind, Note, Progress, Result, Stop};
 pub use azimesh_deform::{
     AxisRotation, BasePoints, Beam, Body, Cyclic, Deformation, DeformationBuilder, Interpolate,
     Kernel, MapMethod, Modes, Morph, MorphOptions, MorphReport, Nodes, OnInverted, Others,
-    Polynomial, QualityOutput, Rotor, Schedule, SelectionCriterion, SelectionMethod, Step, Steps,
-    SurfaceMotion, SurfaceOutput, Table, TableMotion, Translation,
+    Polynomial, QualityOutput, RotationForm, Rotor, Schedule, SelectionCriterion, SelectionMethod,
+    Step, Steps, SurfaceMotion, SurfaceOutput, Table, TableMotion, Translation,
 };
 #[doc(inline)]
 pub use azimesh_io::{

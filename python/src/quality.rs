@@ -19,13 +19,17 @@ pub fn quality<'py>(
     reference: Option<&PyMesh>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mesh = Arc::clone(&mesh.mesh);
+    let is_own = reference.is_none();
     let reference = reference.map_or(&mesh, |reference| &reference.mesh);
     if reference.cells != mesh.cells || reference.points.len() != mesh.points.len() {
         return Err(input(py, "the reference has other cells than the mesh"));
     }
     let reference = Arc::clone(reference);
     let (cells, summary) = done(py, None, move || {
-        let evaluator = QualityEvaluator::new(&reference);
+        let mut evaluator = QualityEvaluator::new(&reference);
+        if is_own {
+            evaluator = evaluator.upright(&mesh, false);
+        }
         let all = evaluator.assess(&mesh, &mesh.points);
         let cells = evaluator.arrays(&mesh, &mesh.points);
         Ok::<_, Error>((cells, Quality::from(&all)))

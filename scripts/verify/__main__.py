@@ -11,7 +11,7 @@ from importlib import import_module
 # The longest first.
 CHECKS = [
     "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "split", "ended", "quality", "faces", "selection", "morph",
-    "surfaces", "motions", "keys", "surface", "su2_surface", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "repair", "schema", "notes", "pages",
+    "surfaces", "motions", "keys", "damaged", "surface", "su2_surface", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "repair", "schema", "notes", "pages",
 ]
 # These use all processors, time what they do, or open windows.
 ALONE = ["paraview", "interrupted", "power_cut", "full_disk", "report", "terminal", "mpi", "mixtures"]

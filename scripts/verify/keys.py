@@ -8,6 +8,7 @@ that turn.
 import numpy as np
 import pyvista
 from scipy.interpolate import CubicSpline, interp1d
+from scipy.spatial.transform import Rotation
 
 import meshes
 import outputs
@@ -177,7 +178,54 @@ def rounded(folder):
     return text, lambda x, time: x + [float(over(time - 1e-10 * (time > 0.09))), 0, 0]
 
 
-SPHERE = [swinging, with_azimuth, angle_tables, linear_angle_tables, trim, transient, spin_up, linear_spin_up, rounded]
+def turned_by_table(folder, form, columns, numbers, angles):
+    """A table of rotations in a form; `angles` are what is interpolated, `numbers` what is written."""
+    t = np.array([0, 0.03, 0.1])
+    csv(folder, "turns.csv", f"time_s,{columns}", t, *np.transpose(numbers))
+    text = f'table = {{ file = "turns.csv", origin = [0.1, 0, 0.2], rotation = "{form}" }}'
+    over = interp1d(t, angles, axis=0, fill_value="extrapolate")
+    # scipy's capital letters are intrinsic.
+    order = form[6:].upper()
+
+    def at(x, time):
+        values = over(time)
+        rotation = Rotation.from_rotvec(values)
+        if order in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"):
+            rotation = Rotation.from_euler(order, [values["XYZ".index(axis)] for axis in order])
+        return np.array([0.1, 0, 0.2]) + rotation.apply(x - [0.1, 0, 0.2])
+
+    return text, at
+
+
+def angles_in_order(folder):
+    """Three angles about y, then z of the body, then its x."""
+    angles = np.array([[0.1, 0.2, -0.3], [0.4, -0.2, 0.1], [-0.2, 0.5, 0.3]])
+    return turned_by_table(folder, "euler_yzx", "rot_x_rad,rot_y_rad,rot_z_rad", angles, angles)
+
+
+VECTORS = np.array([[0.1, 0.2, -0.3], [0.5, 1.4, 0.3], [0.2, 3.5, 0.9]])  # the last is more than half a turn
+
+
+def vectors(folder):
+    """Rotation vectors, straight between rows."""
+    return turned_by_table(folder, "vector", "rot_x_rad,rot_y_rad,rot_z_rad", VECTORS, VECTORS)
+
+
+def quaternions(folder):
+    """Quaternions, of which one has the other sign."""
+    numbers = Rotation.from_rotvec(VECTORS).as_quat()[:, [3, 0, 1, 2]] * [[1], [-1], [1]]
+    return turned_by_table(folder, "quaternion", "quat_w,quat_x,quat_y,quat_z", numbers, VECTORS)
+
+
+def parameters(folder):
+    """Wiener-Milenkovic parameters of at most half a turn."""
+    short = Rotation.from_rotvec(VECTORS).as_rotvec()
+    angle = np.linalg.norm(short, axis=1, keepdims=True)
+    return turned_by_table(folder, "wiener_milenkovic", "wm_x,wm_y,wm_z", 4 * np.tan(angle / 4) * short / angle, VECTORS)
+
+
+TURNS = [angles_in_order, vectors, quaternions, parameters]
+SPHERE = [*TURNS, swinging, with_azimuth, angle_tables, linear_angle_tables, trim, transient, spin_up, linear_spin_up, rounded]
 
 
 def bending(folder):

@@ -345,11 +345,10 @@ def check_area(driver):
         const done = arguments[arguments.length - 1];
         cutOf(JSON.parse(document.getElementById("cut-data").textContent)).then((cut) => {
             const twice = (line) => line.reduce((sum, x, i) => i % 2 ? sum : sum + x * line[(i + 3) % line.length] - line[(i + 2) % line.length] * line[i + 1], 0);
-            const ends = ({ line: [a, b, c, d] }) => a * d - c * b;
-            const sum = (values) => Math.abs(values.reduce((all, value) => all + value, 0));
+            const sum = (lines) => lines.reduce((all, { line }) => all + Math.abs(twice(line)), 0);
             done(cut.frames.map((_, frame) => {
                 const { cells, walls } = stateOf(cut, frame);
-                return [cells.map(({ line }) => Math.abs(twice(line))).reduce((a, b) => a + b), ...walls.map((wall) => sum(wall.map(ends)))];
+                return [cells, ...walls].map(sum);
             }));
         });""")
     for cells, blade, outer in found:

@@ -10,7 +10,7 @@ use azimesh_core::error::{Result, counted, one_line};
 use azimesh_core::numbers::{amount, in_digits, short};
 use azimesh_core::parallel;
 use azimesh_deform::Plan;
-use azimesh_deform::motion::{Frame, Role, Schedule, Step, TagRole};
+use azimesh_deform::motion::{Role, Schedule, Step, TagRole, TurningRotor};
 use serde::Serialize;
 use std::fmt::{Display, Write};
 use std::path::PathBuf;
@@ -88,7 +88,7 @@ pub(super) struct Checked {
     memory_bytes: u64,
     /// Bytes of the input that are mapped in addition.
     mapped_bytes: u64,
-    /// Frame, axes and signs, as sentences.
+    /// Frame, axes and signs, as sentences; for several rotors one each.
     conventions: Vec<String>,
     /// Estimated time of the run, s.
     seconds: f64,
@@ -237,7 +237,7 @@ fn as_json(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> Checke
         smallest_first_cell: plan.smallest_first_cell,
         memory_bytes: bytes.memory,
         mapped_bytes: bytes.mapped,
-        conventions: plan.motion.rotor.conventions(),
+        conventions: conventions(plan),
         seconds: seconds(plan, bytes.output),
         output_bytes: bytes.output,
         max_displacement,
@@ -274,8 +274,12 @@ fn as_text(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> String
     };
     lines.push("time", time);
     if has_rotor(plan) {
-        for convention in plan.motion.rotor.conventions() {
-            lines.push("convention", convention);
+        let name = match plan.motion.rotors.len() {
+            1 => "convention",
+            _ => "rotor",
+        };
+        for convention in conventions(plan) {
+            lines.push(name, convention);
         }
     }
     let steps = listed(plan);
@@ -283,12 +287,37 @@ fn as_text(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> String
     lines.0 + &bodies_as_text(plan, &steps)
 }
 
+/// Returns frame, axes and senses of angles; for several rotors one sentence each, with the azimuths.
+fn conventions(plan: &Plan) -> Vec<String> {
+    let of_rotor = |rotor: &TurningRotor| {
+        let azimuth = |step: &Step| rotor.step(step).azimuth_deg();
+        let steps = &plan.motion.steps;
+        let [first, last] = [steps.first(), steps.last()].map(|step| step.and_then(azimuth));
+        let azimuths = first.zip(last).map(|(first, last)| {
+            format!("azimuth from {} to {} degrees", short(first), short(last))
+        });
+        let sentences: Vec<String> = rotor
+            .axes
+            .conventions()
+            .into_iter()
+            .chain(azimuths)
+            .collect();
+        let name = rotor.name.as_deref().unwrap_or_default();
+        format!("{name}: {}", sentences.join("; "))
+    };
+    match &plan.motion.rotors[..] {
+        [only] => only.axes.conventions(),
+        several => several.iter().map(of_rotor).collect(),
+    }
+}
+
 /// Returns whether hub, axes and senses of angles are relevant for the motion.
 fn has_rotor(plan: &Plan) -> bool {
     let motion = &plan.motion;
     let mut bodies = 0..motion.bodies.len();
-    let is_turned = motion.rotor.frame == Frame::Inertial;
-    motion.rotor.has_span || is_turned || bodies.any(|body| motion.is_of_blade(body))
+    let is_told = |rotor: &TurningRotor| rotor.axes.has_span || rotor.is_inertial();
+    let told = motion.rotors.len() > 1 || motion.rotors.iter().any(is_told);
+    told || bodies.any(|body| motion.is_of_blade(body))
 }
 
 /// Lines of a name and a value.

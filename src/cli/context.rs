@@ -31,6 +31,8 @@ pub struct Context {
     n_on_node: usize,
     /// Notes and warnings, for JSON; also those that are not printed.
     told: RefCell<Vec<Diagnostic>>,
+    /// Errors that were printed, for JSON.
+    errors: RefCell<Vec<Failed>>,
     /// True if JSON has been printed.
     is_json_printed: Cell<bool>,
 }
@@ -44,6 +46,7 @@ impl Context {
             arguments: Vec::new(),
             n_on_node: 1,
             told: RefCell::default(),
+            errors: RefCell::default(),
             is_json_printed: Cell::default(),
         }
     }
@@ -197,14 +200,15 @@ impl Context {
     /// Prints an error on stderr, always.
     pub fn error(&self, error: &Error) {
         self.to_stderr(&format!("error: {error}"));
+        self.errors.borrow_mut().push(error.into());
     }
 
     /// Prints the error that ended the command as JSON, if JSON was requested and no result has been printed.
     pub fn print_json_of(&self, error: &Error) {
         if self.common.json && !self.is_json_printed.get() {
-            let error = error.into();
+            let (error, errors) = (error.into(), self.errors.take());
             // The exit code belongs to the first error.
-            let _ = self.print_json(&FailedCommand { error });
+            let _ = self.print_json(&FailedCommand { error, errors });
         }
     }
 
@@ -220,8 +224,10 @@ impl Context {
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct FailedCommand {
-    /// The error.
+    /// The error that ended the command.
     error: Failed,
+    /// All errors that were printed, in order; empty where the arguments are wrong.
+    errors: Vec<Failed>,
 }
 
 /// Entries of a JSON object whose keys are names, in their order.

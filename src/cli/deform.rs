@@ -124,7 +124,7 @@ pub(super) fn run_command(args: &DeformArgs, context: &Context) -> Result<Outcom
     let kept = formats::KeptInputs::begin();
     let mut schedule = ranks.all_ok(context.read_schedule(&args.schedule))?;
     check_same_on_ranks(&kept, ranks)?;
-    if let Some(name) = &context.common.format {
+    if let Some(name) = context.common.one_format()? {
         let format = formats::to_write(formats::by_name(name)?)?;
         schedule.output.format = Some(format.name.to_owned());
     }

@@ -1,7 +1,7 @@
 //! The input of a command: a mesh, or the meshes of a sequence one after another.
 
 use super::Context;
-use super::unfinished::unfinished;
+use super::unfinished::{is_of_run, unfinished};
 use crate::alloc::limit;
 use azimesh_core::error::{Error, Position, Result};
 use azimesh_core::numbers::short;
@@ -11,6 +11,7 @@ use azimesh_io::formats::{
     self, Format, Listed, Loaded, Location, ReadOptions, Shared, SharedFile,
 };
 use azimesh_io::mesh::Mesh;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Opening meshes with the common options.
@@ -28,7 +29,7 @@ impl Context {
 
     /// Returns the format of `--format`, if it is given.
     pub fn input_format(&self) -> Result<Option<&'static Format>> {
-        let name = self.common.format.as_deref();
+        let name = self.common.one_format()?;
         name.map(formats::by_name).transpose()
     }
 
@@ -146,6 +147,28 @@ impl Input {
             path: path.to_path_buf(),
             meshes: Meshes::Elsewhere(times),
         }))
+    }
+
+    /// Opens an input, or each mesh and sequence of a folder that is no mesh itself and no folder of a run.
+    pub fn open_all(path: &Path, context: &Context) -> Vec<Result<Self>> {
+        let is_group = path.is_dir()
+            && !is_of_run(path)
+            && context
+                .open(path)
+                .is_ok_and(|location| formats::recognize(&location).is_none());
+        let members = if is_group {
+            members(path)
+        } else {
+            Ok(Vec::new())
+        };
+        match members {
+            Ok(members) if members.is_empty() => vec![Self::open(path, None, context)],
+            Ok(members) => members
+                .iter()
+                .map(|member| Self::open(member, None, context))
+                .collect(),
+            Err(error) => vec![Err(error)],
+        }
     }
 
     /// Opens the sequence of a folder; reports how to continue a run that is not finished.
@@ -353,13 +376,52 @@ fn whole_of(part: &Path) -> Option<PathBuf> {
     (is_number(first) && is_number(end)).then(|| part.with_file_name(name))
 }
 
+/// Returns the contents of a folder, by name.
+fn paths_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder);
+    let paths = entries.and_then(|all| all.map(|entry| Ok(entry?.path())).collect());
+    let mut paths: Vec<PathBuf> = paths.map_err(|error| Error::io(folder, &error))?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// The meshes and lists of a folder that are not hidden, without those that a list or a .pvtu of it names.
+fn members(folder: &Path) -> Result<Vec<PathBuf>> {
+    let is_mesh = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let inside = path.with_file_name(formats::without_compression(&name));
+        let is_named = formats::is_series(path)
+            || formats::is_only_read(&inside)
+            || formats::by_extension(&inside).is_ok();
+        is_named && !name.starts_with('.')
+    };
+    let mut meshes: Vec<PathBuf> = paths_in(folder)?.into_iter().filter(is_mesh).collect();
+    // Two lists of the same files are one sequence: the first stands for it.
+    let mut named = BTreeSet::new();
+    meshes.retain(|path| {
+        let files = if formats::is_series(path) {
+            let list = formats::read_series(path).unwrap_or_default();
+            list.into_iter().map(|entry| entry.path).collect::<Vec<_>>()
+        } else {
+            let pieces = formats::pvtu::pieces_of(path).unwrap_or_default();
+            pieces
+                .iter()
+                .map(|name| path.with_file_name(name))
+                .collect::<Vec<_>>()
+        };
+        let n_files = files.len();
+        let n_known = named.len();
+        named.extend(files);
+        n_files == 0 || named.len() > n_known
+    });
+    meshes.retain(|path| !named.contains(path));
+    Ok(meshes)
+}
+
 /// Returns the file that is or lists the sequence of a folder, as `deform` writes it: a .pvd, or a .vtkhdf or .cgns with
 /// all steps.
 fn sequence_in(folder: &Path) -> Result<PathBuf> {
-    let entries = std::fs::read_dir(folder);
-    let paths = entries.and_then(|all| all.map(|entry| Ok(entry?.path())).collect());
-    let mut files: Vec<PathBuf> = paths.map_err(|error| Error::io(folder, &error))?;
-    files.sort();
+    let files = paths_in(folder)?;
     let is_mesh = |path: &&PathBuf| {
         let is_folder = || formats::by_extension(path).is_ok_and(|format| format.is_folder());
         path.is_file() || path.is_dir() && is_folder()

@@ -64,9 +64,9 @@ pub struct Common {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// Format of the mesh, whatever the file name says
-    #[arg(long, global = true, value_name = "F")]
-    pub format: Option<String>,
+    /// Format of the mesh, whatever the file name says; convert -o DIR takes several, as cgns,su2
+    #[arg(long, global = true, value_name = "F", value_delimiter = ',')]
+    pub format: Vec<String>,
     /// VTK cell array that holds the boundary tags
     #[arg(long, global = true, value_name = "NAME")]
     pub tag_array: Option<String>,
@@ -75,6 +75,20 @@ pub struct Common {
     /// of the free memory
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory::parse)]
     pub max_memory: Option<u64>,
+}
+
+impl Common {
+    /// The format of `--format`, where it is given; refuses several.
+    pub fn one_format(&self) -> Result<Option<&str>> {
+        match &self.format[..] {
+            [] => Ok(None),
+            [name] => Ok(Some(name)),
+            several => Err(Error::input(format!(
+                "--format {}: one file has one format; convert -o DIR writes each mesh in several",
+                several.join(",")
+            ))),
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -124,12 +138,13 @@ impl Command {
                 "steps are joined as they were written; `azimesh convert` gives a sequence another format"
             }
             Self::Report(_) => "the files of a sequence say what they are",
-            _ => return Ok(()),
+            Self::Convert(_) => return Ok(()),
+            _ => return common.one_format().map(|_| ()),
         };
-        match common.format {
-            Some(_) => Err(Error::input(format!("--format does nothing here: {why}"))),
-            None => Ok(()),
+        if common.format.is_empty() {
+            return Ok(());
         }
+        Err(Error::input(format!("--format does nothing here: {why}")))
     }
 }
 

@@ -13,7 +13,7 @@ use azimesh_io::mesh::{Adjacency, Mesh, in_32_bits};
 use azimesh_quality::repair::{
     CrossedFace, Freedom, Limits, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
 };
-use azimesh_quality::{Reference, assess};
+use azimesh_quality::{Flaws, QualityEvaluator};
 use azimesh_rbf::slide::Sliding;
 use serde::Serialize;
 use std::fmt::Write;
@@ -51,8 +51,12 @@ pub struct RepairArgs {
 
 /// The results.
 struct Findings {
-    n_before: usize,
+    before: Flaws,
+    after: Flaws,
     n_reversed: usize,
+    n_nodes: usize,
+    n_moved: usize,
+    largest_move: f64,
     repaired: Repaired,
     improved: Vec<PatchLog>,
     scaled_before: Option<f64>,
@@ -84,17 +88,22 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
     };
     let adjacency = Adjacency::of(&mesh);
     let freedom = freedom(&mesh, &adjacency, &given.points, &args.slide)?;
-    let reference = context.stage("reference", || {
-        let is_given = args.reference.is_some();
-        Ok(Reference::upright(&given, &adjacency, is_given))
-    })?;
+    let evaluator = context.stage("reference", || Ok(QualityEvaluator::new(&given)))?;
+    let evaluator = evaluator.upright(&given, args.reference.is_some());
     let task = Task {
         mesh: &given,
-        reference: &reference,
+        reference: &evaluator.reference,
         freedom: &freedom,
     };
     let is_rounded = formats.output.rounds(args.write.precision);
-    let findings = repair(args, context, task, is_rounded, &mut mesh.points)?;
+    let findings = repair(
+        args,
+        context,
+        task,
+        &evaluator,
+        is_rounded,
+        &mut mesh.points,
+    )?;
     args.write
         .save(&mesh, &args.output, formats.output, context)?;
     findings.tell(context, args)?;
@@ -109,31 +118,38 @@ fn repair(
     args: &RepairArgs,
     context: &Context,
     task: Task<'_>,
+    evaluator: &QualityEvaluator,
     is_rounded: bool,
     points: &mut [[f64; 3]],
 ) -> Result<Findings> {
-    let (_, sizes) = Reference::with_sizes(task.mesh);
     let scaled = |points: &[[f64; 3]]| {
-        let summary = assess(task.mesh, points, task.reference, &sizes);
+        let summary = evaluator.cells(task.mesh, points);
         summary.min_scaled_jacobian.map(|extreme| extreme.value)
     };
-    let scaled_before = scaled(points);
+    let flaws = |points: &[[f64; 3]]| Flaws::of(task.mesh, points, task.reference);
+    let (before, scaled_before, original) = (flaws(points), scaled(points), points.to_vec());
     let (limits, stop) = (Limits::default(), Stop::default());
     let untangled = || untangle(task, points, limits, &stop);
     let mut repaired = context.stage("repair", untangled)?;
-    let n_before = repaired.n_before();
     let improved = match args.improve {
         Some(wanted) => {
             context.stage("improve", || improve(task, points, wanted, limits, &stop))?
         }
         None => Vec::new(),
     };
+    let moves = points.iter().zip(&original).map(|(a, b)| distance(*a, *b));
+    let n_moved = moves.clone().filter(|way| *way > 0.0).count();
+    let largest_move = moves.fold(0.0, f64::max);
     if is_rounded {
         points.iter_mut().for_each(|x| *x = in_32_bits(*x));
         repaired.judge_rounded(task, points);
     }
     Ok(Findings {
-        n_before,
+        before,
+        after: flaws(points),
+        n_nodes: points.len(),
+        n_moved,
+        largest_move,
         n_reversed: task.reference.n_reversed(),
         repaired,
         improved,
@@ -271,24 +287,20 @@ impl Findings {
         };
         let value = |value: Option<f64>| value.map_or_else(|| "-".into(), short);
         let patches = &self.repaired.patches;
-        row("invalid cells before", self.n_before.to_string());
-        row(
-            "invalid cells after",
-            self.repaired.unrepaired.len().to_string(),
-        );
+        let mut before_after = |name: &str, of: fn(&Flaws) -> usize| {
+            row(&format!("{name} before"), of(&self.before).to_string());
+            row(&format!("{name} after"), of(&self.after).to_string());
+        };
+        before_after("invalid cells", |flaws| flaws.n_invalid);
+        before_after("negative volume", |flaws| flaws.negative.n);
         row("patches", patches.len().to_string());
         if !self.improved.is_empty() {
             row("patches improved", self.improved.len().to_string());
         }
-        let all = || patches.iter().chain(&self.improved);
-        row(
-            "nodes of patches",
-            all().map(|log| log.n_nodes).sum::<usize>().to_string(),
-        );
-        row(
-            "largest move",
-            short(all().map(|log| log.largest_move).fold(0.0, f64::max)),
-        );
+        let (n, all) = (self.n_moved, self.n_nodes);
+        let share = 100.0 * n as f64 / all.max(1) as f64;
+        row("nodes moved", format!("{n} of {all} ({share:.1} %)"));
+        row("largest move", short(self.largest_move));
         row("min_scaled_jacobian before", value(self.scaled_before));
         row("min_scaled_jacobian after", value(self.scaled));
         text
@@ -297,8 +309,13 @@ impl Findings {
     fn as_json(&self) -> RepairResult {
         let (unrepaired, overtaken) = (&self.repaired.unrepaired, &self.repaired.overtaken);
         RepairResult {
-            invalid_before: self.n_before,
-            invalid: unrepaired.len(),
+            invalid_before: self.before.n_invalid,
+            invalid: self.after.n_invalid,
+            negative_cells_before: self.before.negative.n,
+            negative_cells: self.after.negative.n,
+            nodes: self.n_nodes,
+            nodes_moved: self.n_moved,
+            largest_move: self.largest_move,
             min_scaled_jacobian_before: self.scaled_before,
             min_scaled_jacobian: self.scaled,
             patches: self.repaired.patches.iter().map(Patch::of).collect(),
@@ -329,6 +346,16 @@ pub(super) struct RepairResult {
     invalid_before: usize,
     /// Cells that are not valid now.
     invalid: usize,
+    /// Cells that had a negative volume, as in `info`.
+    negative_cells_before: usize,
+    /// Cells of negative volume now: those whose nodes are in reverse order stay so.
+    negative_cells: usize,
+    /// Nodes of the mesh.
+    nodes: usize,
+    /// Nodes that have moved.
+    nodes_moved: usize,
+    /// Largest displacement of a node, mesh units.
+    largest_move: f64,
     /// Smallest scaled Jacobian before; null where no cell has one.
     min_scaled_jacobian_before: Option<f64>,
     /// Smallest scaled Jacobian now; null where no cell has one.

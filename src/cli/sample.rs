@@ -105,7 +105,7 @@ pub(super) fn run(args: &SampleArgs, context: &Context) -> Result<Outcome> {
     let output = args.name.output()?;
     let path = &output.output;
     context.check_json_beside(path)?;
-    let format = match &context.common.format {
+    let format = match context.common.one_format()? {
         Some(name) => formats::to_write(formats::by_name(name)?)?,
         None if is_stdout(path) => {
             return Err(Error::input("standard output needs --format"));

@@ -9,10 +9,18 @@ use std::path::{Path, PathBuf};
 
 /// Returns a note on a folder whose run is not finished, or whose parts are not joined.
 pub fn unfinished(folder: &Path) -> Option<Note> {
-    // The record of a case is in a folder of its own.
+    records(folder).flatten()
+}
+
+/// Returns whether a run has left its records in a folder.
+pub fn is_of_run(folder: &Path) -> bool {
+    records(folder).is_some()
+}
+
+/// As [`of_records`]; the records of a case are in a folder of its own.
+fn records(folder: &Path) -> Option<Option<Note>> {
     let places = [folder.to_path_buf(), folder.join("azimesh")];
-    let found = places.iter().find_map(|place| of_records(place, folder));
-    found.flatten()
+    places.iter().find_map(|place| of_records(place, folder))
 }
 
 /// `None` where there are no records, `Some(None)` where all is finished.

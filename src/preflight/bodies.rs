@@ -22,12 +22,12 @@ const SAFE: f64 = 1.1;
 /// Returns a warning for each body whose nodes are all around the hub, but whose motion is about the axes of one blade.
 pub(super) fn of_several_blades(plan: &Plan) -> Vec<Note> {
     let motion = &plan.motion;
-    let rotor = &motion.rotor;
-    let first = motion.steps.first().filter(|_| !rotor.in_plane);
+    let first = motion.steps.first().filter(|_| !motion.in_plane());
     let bodies = motion.bodies.iter().enumerate();
     let about_a_span = bodies
         .filter(|(at, _)| first.is_some_and(|step| motion.cyclic_angles(*at, step).is_some()));
     let notes = about_a_span.filter_map(|(at, body)| {
+        let rotor = motion.axes(at);
         let turned = rotor.turn(body.azimuth_offset);
         let [span, beside] = [rotor.e_x, rotor.e_y].map(|axis| turned.turn(axis));
         let from_hub = points_of(plan, at).into_iter();

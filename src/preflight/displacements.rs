@@ -84,6 +84,7 @@ impl LargestDisplacements {
             in_digits(distance, 3),
             in_digits(plan.boundary.extent.diagonal(), 3),
         ))
+        .at(motion.bodies[body].place.clone())
         .file(&plan.schedule.path))
     }
 

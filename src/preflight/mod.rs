@@ -26,7 +26,7 @@ pub use surface_files::check_surface_files;
 pub use words::motion_in_words;
 
 use azimesh_core::{Note, note};
-use azimesh_deform::motion::{Frame, Step};
+use azimesh_deform::motion::{Step, TurningRotor};
 use azimesh_deform::{Layer, Plan};
 
 /// Number of steps at which surfaces are checked for intersections.
@@ -45,7 +45,7 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Note> {
     warnings.extend(surface_files::begins_moved(plan));
     warnings.extend(bodies::of_several_blades(plan));
     // A rotating mesh has that velocity too.
-    let is_carried = plan.motion.rotor.frame == Frame::Inertial;
+    let is_carried = plan.motion.rotors.iter().any(TurningRotor::is_inertial);
     let no_velocity = |layer: &Layer| layer.modes.n_modes == 0 && !is_carried;
     if plan.velocity.as_ref().is_some_and(no_velocity) {
         warnings.push(note!(

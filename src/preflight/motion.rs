@@ -5,7 +5,7 @@ use crate::record::{BodyRecord, MotionRecord};
 use azimesh_core::geometry::vector::{Vector, distance, dot, norm, scale, sub};
 use azimesh_core::parallel;
 use azimesh_deform::Plan;
-use azimesh_deform::motion::{Frame, Role, Step};
+use azimesh_deform::motion::{Role, Step, TurningRotor};
 
 /// Largest number of points of a body for the largest displacement in run.json: an even selection of so many is
 /// accurate enough for a plot, and a surface of a million nodes costs no more than a small one.
@@ -21,7 +21,7 @@ pub(super) fn points_of(plan: &Plan, body: usize) -> Vec<usize> {
 /// Returns the outermost of some points along the span of a body's blade; `None` in 2D, and if neither the rotor nor the
 /// motion of the body defines the span.
 pub(super) fn tip_of(plan: &Plan, body: usize, points: &[usize]) -> Option<usize> {
-    let rotor = &plan.motion.rotor;
+    let rotor = plan.motion.axes(body);
     if rotor.in_plane || !(rotor.has_span || plan.motion.is_of_blade(body)) {
         return None;
     }
@@ -118,10 +118,11 @@ pub(crate) fn body_motion(plan: &Plan) -> MotionRecord {
     let steps: Vec<Vec<BodyAtStep>> = parallel::map(motion.steps.len(), &|step| {
         at_step(plan, &bodies, &motion.steps[step])
     });
-    let rotor = &motion.rotor;
-    let frame = match rotor.frame {
-        Frame::Rotating => "rotating",
-        Frame::Inertial => "inertial",
+    let rotor = &motion.rotors[0].axes;
+    let frame = match &motion.rotors[..] {
+        [only] if only.is_inertial() => "inertial",
+        rotors if rotors.iter().any(TurningRotor::is_inertial) => "several",
+        _ => "rotating",
     };
     let records = (0..bodies.len()).map(|body| body_record(plan, body, &steps));
     MotionRecord {

@@ -1,7 +1,7 @@
 //! The motion of each body in words: its angles and translations at the extreme steps, and the positions of its points.
 
 use super::motion::points_of;
-use azimesh_core::geometry::vector::{Vector, cross, norm, sub};
+use azimesh_core::geometry::vector::{Vector, cross, dot, norm, sub};
 use azimesh_core::numbers::{in_digits, point, short};
 use azimesh_core::parallel;
 use azimesh_deform::Plan;
@@ -9,6 +9,8 @@ use azimesh_deform::motion::{RigidAt, Rotation, Step};
 
 /// Angles (radians) and lengths (parts of the largest) below this count as zero.
 const NOTHING: f64 = 1e-12;
+/// Axes whose directions differ by less (radians) are one.
+const ONE_AXIS: f64 = 1e-9;
 
 /// Returns sentences for each body.
 pub fn motion_in_words(plan: &Plan) -> Vec<Vec<String>> {
@@ -77,7 +79,7 @@ fn degrees(angle: f64) -> String {
 
 /// Describes pitch, flap and lag by their effect on the blade.
 fn cyclic(plan: &Plan, body: usize) -> Vec<String> {
-    let (motion, signs) = (&plan.motion, &plan.motion.rotor.signs);
+    let (motion, signs) = (&plan.motion, &plan.motion.axes(body).signs);
     let names = [
         (
             "pitch",
@@ -114,8 +116,35 @@ fn cyclic(plan: &Plan, body: usize) -> Vec<String> {
 
 /// Describes the angle about an axis, and the extreme positions of the point of the body that is farthest from the axis.
 fn rotation(plan: &Plan, body: usize, at: &[RigidAt], i: usize) -> Option<String> {
-    let ends = extremes(at.iter().map(|at| at.rotations[i].angle))?;
-    let Rotation { axis, origin, .. } = at[0].rotations[i];
+    let turns: Vec<&Rotation> = at.iter().map(|at| &at.rotations[i]).collect();
+    let largest = |most: usize, step: usize| match turns[step].angle.abs() > turns[most].angle.abs()
+    {
+        true => step,
+        false => most,
+    };
+    let most = (0..turns.len()).fold(0, largest);
+    let Rotation {
+        axis,
+        origin,
+        angle,
+        ..
+    } = *turns[most];
+    let is_about =
+        |turn: &&Rotation| turn.angle.abs() <= NOTHING || norm(cross(turn.axis, axis)) <= ONE_AXIS;
+    if !turns.iter().all(is_about) {
+        return Some(format!(
+            "turns through {} about changing axes, farthest by {} about {} at {}",
+            point(&origin),
+            degrees(angle),
+            point(&axis),
+            place(&plan.motion.steps[most])
+        ));
+    }
+    let ends = extremes(
+        turns
+            .iter()
+            .map(|turn| turn.angle * dot(turn.axis, axis).signum()),
+    )?;
     let range = range(&plan.motion.steps, ends, degrees);
     let sentence = format!(
         "turns about {} through {}: {range}",
@@ -197,6 +226,25 @@ mod tests {
             told("steps = 2", "rigid.translate = [0, -0.1, 0]"),
             ["moves along y: -0.1 at every step"]
         );
+    }
+
+    #[test]
+    fn a_rotation_vector_is_told_as_the_angle_about_its_axis() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("m.csv");
+        std::fs::write(&file, "time_s,rot_z_deg\n0,5\n1,-10\n2,2\n").expect("it can be written");
+        let of = |form: &str| {
+            let motion = format!("table = {{ file = {file:?}, rotation = \"{form}\" }}");
+            told("time = { stop = 2, step = 1 }", &motion)
+        };
+        let expected = of("euler_zyx")[0].clone();
+        assert!(
+            expected.contains("from -10 deg at step 1 (1 s) to 5 deg at step 0"),
+            "{expected}"
+        );
+        let found = of("vector").remove(0);
+        let from_5 = "turns about (0, 0, -1) through (0, 0, 0): from -5 deg at step 0 (0 s) to 10 deg at step 1 (1 s); this moves the point at (0.75, 0, 0) by";
+        assert!(found.starts_with(from_5), "{found}");
     }
 
     #[test]

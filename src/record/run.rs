@@ -158,10 +158,10 @@ pub struct OptionsRecord {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct MotionRecord {
-    /// Frame.
-    #[cfg_attr(test, schemars(extend("enum" = ["rotating", "inertial"])))]
+    /// Frame; `several` where each of several rotors turns its own zones.
+    #[cfg_attr(test, schemars(extend("enum" = ["rotating", "inertial", "several"])))]
     pub frame: String,
-    /// Hub centre.
+    /// Hub centre, of the first rotor.
     pub hub: Vector,
     /// Axis about which the azimuth turns, right-handed.
     pub turn_axis: Vector,

@@ -63,12 +63,29 @@ function linesOf(cut, group, places) {
         end = a === end ? b : a;
       }
       lines.push({ member, line: edges.flatMap((edge) => {
-        const a = node(edge >> 16), b = node(edge & 65535), part = places[2 * n + a] / (places[2 * n + a] - places[2 * n + b]);
+        const [a, b] = [node(edge >> 16), node(edge & 65535)].sort((one, other) => one - other), part = places[2 * n + a] / (places[2 * n + a] - places[2 * n + b]);
         return [0, n].map((axis) => places[axis + a] + part * (places[axis + b] - places[axis + a]));
       }) });
     }
   });
   return lines;
+}
+
+// Lines joined where they meet, so that dashes go on.
+function joined(lines) {
+  const touching = new Map(), key = (line, at) => `${line.at(at)},${line.at(at + 1)}`, used = new Set();
+  for (const { line } of lines) for (const end of [key(line, 0), key(line, -2)]) touching.set(end, [...(touching.get(end) ?? []), line]);
+  return lines.flatMap(({ line }) => {
+    if (used.has(line)) return [];
+    const chain = [...line];
+    for (let next = line; next;) {
+      used.add(next);
+      const end = key(chain, -2);
+      next = touching.get(end).find((other) => !used.has(other));
+      if (next) chain.push(...(key(next, 0) === end ? next.slice(2) : next.slice(0, 2)));
+    }
+    return [{ line: chain }];
+  });
 }
 
 // The lines at a frame: cells, boundaries, and bodies in the reference mesh. The last frames are kept.
@@ -77,7 +94,7 @@ function stateOf(cut, frame) {
   if (!cut.states.has(frame)) {
     if (cut.states.size > 7) cut.states.delete(cut.states.keys().next().value);
     const places = placesOf(cut, frame);
-    cut.states.set(frame, { cells: linesOf(cut, cut.cells, places), walls: cut.walls.map((wall) => linesOf(cut, wall, places)) });
+    cut.states.set(frame, { cells: linesOf(cut, cut.cells, places), walls: cut.walls.map((wall) => joined(linesOf(cut, wall, places))) });
   }
   return cut.states.get(frame);
 }
@@ -91,8 +108,8 @@ function drawCut(u, cut, frame) {
   const ctx = cut.canvas.getContext("2d", { willReadFrequently: true });
   const scale = bbox.width / (u.scales.x.max - u.scales.x.min);
   const x0 = (cut.centre[0] - u.scales.x.min) * scale, y0 = (u.scales.y.max - cut.centre[1]) * scale;
-  const trace = (path, line, isNext) => {
-    for (let i = 0; i < line.length; i += 2) path[i || isNext ? "lineTo" : "moveTo"](x0 + line[i] * scale, y0 - line[i + 1] * scale);
+  const trace = (path, line) => {
+    for (let i = 0; i < line.length; i += 2) path[i ? "lineTo" : "moveTo"](x0 + line[i] * scale, y0 - line[i + 1] * scale);
   };
   const kinds = [], seen = new Set();
   for (const { member, line } of state.cells) {
@@ -124,13 +141,8 @@ function drawCut(u, cut, frame) {
   });
   const draw = (lines, style, width, dash) => {
     const path = new Path2D();
-    let [x, y] = [];
-    for (const { line } of lines) {
-      const isNext = line[0] === x && line[1] === y;
-      [x, y] = line.slice(-2);
-      trace(path, line, isNext);
-    }
-    Object.assign(ctx, { strokeStyle: style, lineWidth: width * dot, lineCap: "round" });
+    for (const { line } of lines) trace(path, line);
+    Object.assign(ctx, { strokeStyle: style, lineWidth: width * dot });
     ctx.setLineDash(dash.map((length) => length * dot));
     ctx.stroke(path);
   };

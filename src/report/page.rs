@@ -83,8 +83,9 @@ pub fn html(sequence: &Sequence, gallery: &Gallery) -> String {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
-         <title>{title}: azimesh report</title>\n\
-         <noscript><style>.slider, .views, .figures, section:has(.figures):not(:has(table)), section:has(.values) {{ display: none; }}</style></noscript>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}</main>\n{}\
+         <title>{title}: azimesh report</title>\n<style>\n{STYLE}</style>\n\
+         <noscript><style>.slider, .views, p:has(+ .views), .figures, #copy, section:has(.figures):not(:has(table)), section:has(.values) {{ display: none; }}\
+         </style></noscript>\n</head>\n<body>\n{body}</main>\n{}\
          <script type=\"application/json\" id=\"data\">{data}</script>\n{scripts}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         footer(used),
     )

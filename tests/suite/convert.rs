@@ -121,7 +121,127 @@ fn many_meshes_go_into_a_folder_under_their_names() {
     ];
     let run = azimesh(folder.path(), &twice);
     assert_eq!(run.code, 2, "{run:?}");
-    assert_says(&run.err, &["input", " n"]);
+    assert_says(&run.err, &["o2/n.vtu", "n.vtu and out/n.su2"]);
+}
+
+#[test]
+fn a_folder_goes_into_several_formats_and_each_loss_names_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::create_dir(path.join("in")).unwrap();
+    for name in [
+        "block.vtu",
+        "mixed_cells.su2",
+        "curved_plate_complete_v41.msh",
+    ] {
+        std::fs::copy(testdata(name), path.join("in").join(name)).unwrap();
+    }
+    std::fs::write(path.join("in/notes.txt"), "no mesh").unwrap();
+    std::fs::write(
+        path.join("in/two.pvd"),
+        "<VTKFile><Collection><DataSet timestep=\"0\" file=\"block.vtu\"/></Collection></VTKFile>",
+    )
+    .unwrap();
+    let into = ["convert", "in", "-o", "out", "--format", "cgns,ugrid"];
+    let refused = azimesh(path, &into);
+    assert_eq!(refused.code, 2, "{refused:?}");
+    let lines: Vec<_> = refused
+        .err
+        .lines()
+        .filter(|line| line.starts_with("error"))
+        .collect();
+    assert_eq!(lines.len(), 2, "{refused:?}");
+    assert_says(lines[0], &["curved_plate_complete_v41.ugrid"]);
+    assert_says(lines[1], &["two_0000.ugrid"]);
+    assert!(!path.join("out").exists());
+
+    let run = azimesh(path, &[&into[..], &["--keep-going"]].concat());
+    assert_eq!(run.code, 1, "{run:?}");
+    let out = names(&path.join("out"));
+    let written = [
+        "curved_plate_complete_v41.cgns",
+        "mixed_cells.cgns",
+        "two.cgns.pvd",
+        "two_0000.cgns",
+    ];
+    assert!(
+        written.iter().all(|name| out.contains(&(*name).to_owned())),
+        "{out:?}"
+    );
+    let row = |name: &str| run.out.lines().find(|line| line.contains(name)).unwrap();
+    assert_says(row("two.ugrid.pvd"), &["not written"]);
+    assert_says(row("mixed_cells.cgns"), &["nothing"]);
+}
+
+#[test]
+fn losses_of_several_outputs_are_in_the_json_of_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let [ugrid, blade] = ["mixed_cells.ugrid", "hart_ii.vtu"].map(mesh_of_testdata);
+    let into = [
+        "convert", &ugrid, &blade, "-o", "out", "--format", "su2,cgns",
+    ];
+    let found = json(path, &into);
+    let outputs = found["outputs"].as_array().unwrap();
+    let told = outputs.iter().map(|one| (&one["input"], &one["output"]));
+    let [a, b] = [value!(ugrid), value!(blade)];
+    let written = [
+        "mixed_cells.su2",
+        "mixed_cells.cgns",
+        "hart_ii.su2",
+        "hart_ii.cgns",
+    ];
+    let written = written.map(|name| value!(format!("out/{name}")));
+    let wanted = [&a, &a, &b, &b].into_iter().zip(&written);
+    assert!(told.eq(wanted), "{found}");
+    assert_eq!(
+        outputs[0]["lost"],
+        value!(["arrays_left_out", "conditions_left_out"])
+    );
+    assert_eq!(outputs[2]["lost"], value!([]));
+    let notes = outputs[0]["notes"].as_array().unwrap();
+    assert_eq!(notes.len(), 2);
+    assert!(notes.iter().all(|note| note["path"] == written[0]));
+    assert_eq!(outputs[2]["notes"], value!([]));
+    let two = azimesh(path, &["info", &ugrid, "--format", "su2,cgns"]);
+    assert_eq!(two.code, 2, "{two:?}");
+}
+
+#[test]
+fn every_refusal_of_a_batch_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let inside = |name: &str| path.join("in").join(name);
+    std::fs::create_dir(path.join("in")).unwrap();
+    for (name, copy) in [
+        ("block.vtu", "a.vtu"),
+        ("mixed_cells_v22.msh", "a.msh"),
+        ("block.vtu", "b.vtu"),
+        ("moving_by_vtk.vtkhdf", "s.vtkhdf"),
+        ("block.vtu", "s_0001.vtu"),
+    ] {
+        std::fs::copy(testdata(name), inside(copy)).unwrap();
+    }
+    std::fs::write(inside("d.msh"), "no mesh").unwrap();
+    std::fs::create_dir(path.join("out")).unwrap();
+    std::fs::write(path.join("out/b.cgns"), "mine").unwrap();
+    let into = ["convert", "in", "-o", "out", "--format", "cgns", "--json"];
+    let refused = azimesh(path, &into);
+    assert_eq!(refused.code, 2, "{refused:?}");
+    let found: serde_json::Value = serde_json::from_str(&refused.out).unwrap();
+    let errors = found["errors"].as_array().unwrap();
+    let paths = errors.iter().map(|error| error["path"].as_str().unwrap());
+    let wanted = ["in/d.msh", "out/a.cgns", "out/s_0001.cgns", "out/b.cgns"];
+    assert!(paths.eq(wanted), "{found}");
+    assert_eq!(errors[3], found["error"]);
+    assert_eq!(names(&path.join("out")), ["b.cgns"]);
+
+    let run = azimesh(path, &[&into[..], &["--keep-going"]].concat());
+    assert_eq!(run.code, 1, "{run:?}");
+    let found: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(found["failed"], value!(errors));
+    assert_eq!(found["outputs"].as_array().unwrap().len(), 4);
+    assert_eq!(std::fs::read(path.join("out/b.cgns")).unwrap(), b"mine");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The inertial frame: a zone that is carried round with the azimuth, cut from the rest of the mesh.
 
 use crate::support::{rewrite, succeed};
-use azimesh_io::mesh::Mesh;
+use azimesh_io::mesh::{CellKind, Group, Mesh, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use tempfile::TempDir;
@@ -138,5 +138,189 @@ fn cutting_a_zone_out_keeps_cells_tags_and_zones_and_tags_both_sides() {
         nodes
             .into_iter()
             .all(|&node| zone.contains(&(node as usize)))
+    );
+}
+
+/// Rings of cells around z: zone `front` from radius 1 to 2, `rear` to 4, `rest` to 5, with the tags `hub` and `far` on both ends.
+fn rings() -> Mesh {
+    const AROUND: u32 = 16;
+    let mut mesh = Mesh::default();
+    for radius in 1..=5 {
+        for around in 0..AROUND {
+            let angle = std::f64::consts::TAU * f64::from(around) / f64::from(AROUND);
+            let (sin, cos) = angle.sin_cos();
+            let r = f64::from(radius);
+            mesh.points
+                .extend([0.0, 1.0].map(|z| [r * cos, r * sin, z]));
+        }
+    }
+    let node = |ring: u32, around: u32, up: u32| 2 * (ring * AROUND + around % AROUND) + up;
+    for ring in 0..4 {
+        for at in 0..AROUND {
+            let corners = [0, 1].map(|up| {
+                let next = at + 1;
+                [(ring, at), (ring + 1, at), (ring + 1, next), (ring, next)]
+                    .map(|(ring, at)| node(ring, at, up))
+            });
+            mesh.cells.push(CellKind::Hexahedron, &corners.concat());
+        }
+    }
+    for (ring, at) in [0, 4]
+        .into_iter()
+        .flat_map(|r| (0..AROUND).map(move |at| (r, at)))
+    {
+        let face = [(at, 0), (at + 1, 0), (at + 1, 1), (at, 1)];
+        let face = face.map(|(at, up)| node(ring, at, up));
+        mesh.cells.push(CellKind::Quadrilateral, &face);
+    }
+    let group = |dimension, name: &str, cells: std::ops::Range<usize>| Group {
+        dimension,
+        name: name.into(),
+        number: None,
+        condition: None,
+        cells: cells.collect(),
+    };
+    mesh.groups = vec![
+        group(3, "front", 0..16),
+        group(3, "rear", 16..48),
+        group(3, "rest", 48..64),
+        group(2, "hub", 64..80),
+        group(2, "far", 80..96),
+    ];
+    mesh
+}
+
+/// Two rotors that turn against each other, one inside the other; the hub pitches in the frame of the inner one.
+const COUNTER_ROTATING: &str = "azimuth = { stop = 60, step = 20 }\nboundaries.fixed = ['far']\noutput.velocity = true\n\
+    [[rotor]]\nname = 'front'\nframe = 'inertial'\nrpm = 60\nzones = ['front']\n\
+    [[rotor]]\nname = 'rear'\nframe = 'inertial'\nrpm = 90\nzones = ['rear']\nazimuth_sign = -1\n\
+    [[body]]\nname = 'hub'\ntags = ['hub']\nrotor = 'front'\n\
+    rigid.rotate = { axis = [0, 0, 1], origin = [0.5, 0, 0], angle = 1.0, harmonics = [ { sin = 4.0, cos = 2.0 } ] }\n";
+
+/// Position and velocity turned about z through `origin` by an angle that grows at a rate.
+fn turned(x: [f64; 3], v: [f64; 3], origin: f64, angle: f64, rate: f64) -> [[f64; 3]; 2] {
+    let (sin, cos) = angle.sin_cos();
+    let turn = |x: [f64; 3]| [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1], x[2]];
+    let [px, py, pz] = turn([x[0] - origin, x[1], x[2]]);
+    let [vx, vy, vz] = turn(v);
+    [[px + origin, py, pz], [vx - rate * py, vy + rate * px, vz]]
+}
+
+#[test]
+fn two_rotors_turn_their_zones_against_each_other_to_a_closed_form() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let mesh = rings();
+    std::fs::write(path.join("s.toml"), COUNTER_ROTATING).unwrap();
+    mesh.write(path.join("m.vtu")).unwrap();
+    succeed(path, &["-q", "deform", "m.vtu", "s.toml", "-o", "out"]);
+    let n = mesh.points.len();
+    let tau = std::f64::consts::TAU;
+    for step in 0..4 {
+        let found = read(&path.join(format!("out/m_000{step}.vtu")));
+        assert_eq!(
+            found.points.len(),
+            n + 2 * 32,
+            "each interface has two sides"
+        );
+        let velocity = found
+            .point_arrays
+            .iter()
+            .find(|array| array.name == "Velocity");
+        let Values::F64(velocity) = &velocity.unwrap().values else {
+            panic!("64 bits")
+        };
+        let time = f64::from(step) * 20.0 / 360.0;
+        let (front, rear) = (tau * time, -1.5 * tau * time);
+        let (sin, cos) = front.sin_cos();
+        let pitch = (1.0 + 4.0 * sin + 2.0 * cos).to_radians();
+        let pitch_rate = tau * (4.0 * cos - 2.0 * sin).to_radians();
+        let expected = |zone: &str, x: [f64; 3]| {
+            let on_hub = x[0].hypot(x[1]) < 1.5;
+            match zone {
+                "rest" => [x, [0.0; 3]],
+                "front" if on_hub => {
+                    let [x, v] = turned(x, [0.0; 3], 0.5, pitch, pitch_rate);
+                    turned(x, v, 0.0, front, tau)
+                }
+                "front" => turned(x, [0.0; 3], 0.0, front, tau),
+                _ => turned(x, [0.0; 3], 0.0, rear, -1.5 * tau),
+            }
+        };
+        for zone in ["front", "rear", "rest"] {
+            let cells = found.zones().find(|group| group.name == zone).unwrap();
+            for cell in cells.cells.iter() {
+                let nodes = found
+                    .cells
+                    .get(cell)
+                    .nodes
+                    .iter()
+                    .zip(mesh.cells.get(cell).nodes);
+                for (&node, &original) in nodes {
+                    let x = mesh.points[original as usize];
+                    // The nodes in the middle of the rear zone are interpolated.
+                    if (x[0].hypot(x[1]) - 3.0).abs() < 0.5 {
+                        continue;
+                    }
+                    let node = node as usize;
+                    let [place, rate] = expected(zone, x);
+                    for k in 0..3 {
+                        assert!(
+                            (found.points[node][k] - place[k]).abs() < 1e-12,
+                            "{zone} {step}"
+                        );
+                        assert!(
+                            (velocity[3 * node + k] - rate[k]).abs() < 1e-12,
+                            "{zone} {step}"
+                        );
+                    }
+                }
+            }
+        }
+        for (tag, zone) in [
+            ("inner_interface", "front"),
+            ("outer_interface", "rear"),
+            ("inner_interface_2", "rear"),
+            ("outer_interface_2", "rest"),
+        ] {
+            let group = found
+                .boundary_tags()
+                .find(|group| group.name == tag)
+                .unwrap();
+            let zone = nodes_of(&found, zone);
+            let faces = group.cells.iter().map(|cell| found.cells.get(cell));
+            let mut nodes = faces.flat_map(|face| face.nodes);
+            assert_eq!(group.cells.len(), 16);
+            assert!(nodes.all(|&node| zone.contains(&(node as usize))), "{tag}");
+        }
+    }
+    // Resumed, the steps are the same bytes.
+    let last = path.join("out/m_0003.vtu");
+    let bytes = std::fs::read(&last).unwrap();
+    std::fs::remove_file(&last).unwrap();
+    succeed(
+        path,
+        &["-q", "deform", "m.vtu", "s.toml", "-o", "out", "--resume"],
+    );
+    assert!(std::fs::read(&last).unwrap() == bytes);
+}
+
+#[test]
+fn check_has_a_row_for_each_rotor() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    rings().write(path.join("m.vtu")).unwrap();
+    std::fs::write(path.join("s.toml"), COUNTER_ROTATING).unwrap();
+    let told = succeed(path, &["check", "m.vtu", "s.toml"]).out;
+    let rows = told.lines().filter(|line| line.starts_with("rotor "));
+    let rows: Vec<&str> = rows.collect();
+    assert_eq!(rows.len(), 2, "{told}");
+    assert!(
+        rows[0].contains("front: inertial frame")
+            && rows[0].ends_with("azimuth from 0 to 60 degrees")
+    );
+    assert!(
+        rows[1].contains("rear: inertial frame")
+            && rows[1].ends_with("azimuth from 0 to 90 degrees")
     );
 }

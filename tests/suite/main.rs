@@ -56,6 +56,7 @@ mod streams;
 mod support;
 mod surfaces;
 mod system;
+mod table_forms;
 mod told;
 mod twist;
 mod vtk_files;

@@ -256,7 +256,7 @@ fn what_a_case_cannot_take_is_refused() {
     );
     refused(
         &["deform", "in", "s.toml", "-o", "in/constant/out"],
-        &["lies in the folder constant"],
+        &["is inside the folder constant"],
     );
     refused(
         &["convert", "in", "in", "--format", "openfoam"],

@@ -433,7 +433,7 @@ fn a_body_that_leaves_the_mesh_is_refused_unless_it_is_allowed_and_warned_of_bef
     std::fs::write(path.join("far.toml"), schedule).unwrap();
     let args = ["-q", "deform", "n.vtu", "far.toml", "-o", "out"];
     let parts = [
-        "far.toml: body \"a\" leaves the bounding box of the mesh at 1 of the 2 steps",
+        "far.toml:4: body \"a\" leaves the bounding box of the mesh at 1 of the 2 steps",
         "moves by up to 300",
         "--allow-outside",
     ];

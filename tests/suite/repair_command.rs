@@ -1,6 +1,6 @@
 //! `azimesh repair`: what it tells, and what it refuses.
 
-use crate::support::sequence::{read, write};
+use crate::support::sequence::{read, testdata, write};
 use crate::support::{assert_says, azimesh, json};
 use azimesh_io::mesh::{CellKind, CellSet, Group, Mesh};
 use std::path::Path;
@@ -191,6 +191,99 @@ fn improvement_that_falls_short_says_so() {
     let refused = improved("1.5");
     assert_eq!(refused.code, 2);
     assert_says(&refused.err, &["--improve 1.5", "between 0 and 1"]);
+}
+
+/// A mesh of tetrahedra in which a node inside has moved past its neighbours, and so some cells have turned over.
+fn turned_over() -> Mesh {
+    let mut mesh = Mesh::read(testdata("sphere_in_box_raw.vtu")).unwrap();
+    let boundary: Vec<u32> = mesh
+        .boundary_tags()
+        .flat_map(|tag| mesh.tag_nodes(&tag.name).unwrap())
+        .collect();
+    let inside = (0..mesh.points.len() as u32).find(|node| !boundary.contains(node));
+    let [low, high] = mesh.bounds().unwrap();
+    mesh.points[inside.unwrap() as usize][0] += 0.3 * (high[0] - low[0]);
+    mesh
+}
+
+/// Squares of which one is listed in the other orientation, and one has a corner folded.
+fn reversed_and_folded() -> Mesh {
+    let mut mesh = squares(6);
+    mesh.points[24] = [0.35, 0.6, 0.0];
+    let mut cells = azimesh_io::mesh::Cells::default();
+    for run in mesh.cells.runs() {
+        for cell in run.cell_refs() {
+            let mut nodes = cell.nodes.to_vec();
+            if cell.index == 3 {
+                nodes.reverse();
+            }
+            cells.push(cell.kind, &nodes);
+        }
+    }
+    mesh.cells = cells;
+    mesh
+}
+
+#[test]
+fn info_quality_and_repair_count_and_measure_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(&turned_over(), &path.join("turned_over.vtu"));
+    write(
+        &reversed_and_folded(),
+        &path.join("reversed_and_folded.vtu"),
+    );
+    // At its axis hexahedra that list two nodes twice.
+    let wedge = "NDIME= 3\nNELEM= 1\n12 0 1 2 0 3 4 5 3 0\nNPOIN= 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 1\n0 1 1\nNMARK= 0\n";
+    std::fs::write(path.join("collapsed.su2"), wedge).unwrap();
+    let polyhedra = testdata("polyhedra_ascii.vtu");
+    let curved = testdata("curved_solids_complete_v22.msh");
+    for (mesh, negative, reversed, some) in [
+        ("turned_over.vtu", true, false, true),
+        ("reversed_and_folded.vtu", true, true, true),
+        ("collapsed.su2", false, false, false),
+        (polyhedra.to_str().unwrap(), false, false, false),
+        (curved.to_str().unwrap(), false, false, false),
+    ] {
+        let info = json(path, &["info", mesh]);
+        let quality = json(path, &["quality", mesh]);
+        let arguments = ["repair", mesh, "-o", "o.vtu", "--force"];
+        let repair = azimesh(path, &[&arguments[..], &["--json"]].concat());
+        let repair: serde_json::Value = serde_json::from_str(&repair.out).unwrap();
+        let n = |found: &serde_json::Value, key: &str| found[key].as_u64().unwrap();
+        let cells = n(&info, "negative_cells");
+        assert_eq!(cells > 0, negative, "{mesh}: {info}");
+        assert_eq!(n(&info, "reversed_cells") > 0, reversed, "{mesh}: {info}");
+        assert_eq!(n(&quality, "negative_cells"), cells, "{mesh}");
+        assert_eq!(n(&repair, "negative_cells_before"), cells, "{mesh}");
+        let invalid = n(&info, "invalid_cells");
+        assert_eq!(invalid > 0, some, "{mesh}: {info}");
+        let parts = n(&info, "degenerate_cells") + n(&info, "folded_cells") + cells;
+        assert_eq!(invalid, parts - n(&info, "reversed_cells"), "{mesh}");
+        let counted = n(&quality, "inverted") + n(&quality, "unproven");
+        assert_eq!(counted, invalid, "{mesh}");
+        assert_eq!(n(&repair, "invalid_before"), invalid, "{mesh}");
+        assert_eq!(
+            quality["min_scaled_jacobian"], repair["min_scaled_jacobian_before"],
+            "{mesh}"
+        );
+        assert_eq!(n(&repair, "nodes_moved") > 0, some, "{mesh}: {repair}");
+    }
+}
+
+#[test]
+fn a_repair_says_what_share_of_the_mesh_it_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    fold(folder.path(), squares(40), 840, [0.519, 0.519, 0.0]);
+    let improved = [&REPAIR[..], &["--improve", "0.8"]].concat();
+    let run = azimesh(folder.path(), &improved);
+    let found = json(folder.path(), &improved);
+    let moved = found["nodes_moved"].as_u64().unwrap();
+    assert!(moved > 0 && moved < 400, "{found}");
+    assert_says(&run.out, &[&format!("{moved} of 1681 (")]);
+    let [before, after] = ["folded.vtu", "out.vtu"].map(|name| read(&folder.path().join(name)));
+    let pairs = before.points.iter().zip(&after.points);
+    assert_eq!(pairs.filter(|(a, b)| a != b).count() as u64, moved);
 }
 
 #[test]

@@ -117,6 +117,20 @@ fn a_wall_that_is_called_fixed_and_moves_is_told_of_in_check_and_deform() {
 }
 
 #[test]
+fn optional_tags_that_the_mesh_lacks_are_noted() {
+    let folder = airfoil();
+    let tags = (
+        "tags = [\"airfoil\"]",
+        "tags = [\"airfoil\"]\noptional_tags = [\"flap_*\", \"air*\"]",
+    );
+    rewrite(folder.path(), "n.toml", "few.toml", &[PITCH, tags]);
+    let run = succeed(folder.path(), &["check", "n.vtu", "few.toml"]);
+    let told = format!("{}{}", run.out, run.err);
+    let note = "no tag of the mesh matches \"flap_*\" in `optional_tags` of body \"airfoil\"";
+    assert!(told.contains(note) && !told.contains("air*"), "{told}");
+}
+
+#[test]
 fn portable_files_leave_out_what_their_readers_do_not_take() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = "NDIME= 2\nNELEM= 2\n9 0 1 2 3\n9 1 4 5 2\nNPOIN= 6\n0 0\n1 0\n1 1\n0 1\n2 0\n2 1\nNMARK= 2\nMARKER_TAG= wall\n\

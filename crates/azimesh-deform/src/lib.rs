@@ -62,8 +62,9 @@ pub use deformation::{Deformation, DeformationBuilder};
 pub use morph::{Morph, MorphOptions, MorphReport, Nodes};
 pub use motion::{
     AxisRotation, Beam, Body, Cyclic, Interpolate, KernelName as Kernel, MapMethod, Modes,
-    OnInverted, Others, Polynomial, QualityOutput, Rotor, Schedule, SelectionCriterion,
-    SelectionMethod, Step, Steps, SurfaceMotion, SurfaceOutput, Table, TableMotion, Translation,
+    OnInverted, Others, Polynomial, QualityOutput, RotationForm, Rotor, Schedule,
+    SelectionCriterion, SelectionMethod, Step, Steps, SurfaceMotion, SurfaceOutput, Table,
+    TableMotion, Translation,
 };
 pub use part::Part;
 pub use plan::Plan;

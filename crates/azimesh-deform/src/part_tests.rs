@@ -142,6 +142,63 @@ fn two_zones_turn_in_opposite_directions_in_a_mesh_at_rest() {
     assert_eq!(names[6..], sides);
 }
 
+/// Two rotors that turn touching zones in opposite directions, the second half as fast again, inside a mesh at rest.
+const ROTORS: &str = "time.values = [0, 0.25]\noutput.velocity = true\n\
+    [[rotor]]\nname = \"front\"\nrpm = 60\nframe = \"inertial\"\nzones = [\"rest\"]\nhub = [0, 0.5, 0.5]\nshaft_axis = [1, 0, 0]\n\
+    span_axis = [0, 1, 0]\n\
+    [[rotor]]\nname = \"rear\"\nrpm = 90\nframe = \"inertial\"\nzones = [\"a\", \"b\"]\nazimuth_sign = -1\nhub = [1.5, 0.5, 0]\n\
+    [boundaries]\nothers = \"fixed\"\n";
+
+#[test]
+fn touching_zones_turn_with_their_own_rotors() {
+    let moved = moved(ROTORS).expect("it moves");
+    // Between outer and rest 4 nodes are doubled, between rest, a and b 16.
+    assert_eq!(moved.mesh.points.len(), 28 + 20);
+    let tags = moved.mesh.groups[6..].iter();
+    let tags: Vec<_> = tags
+        .map(|tag| (tag.name.as_str(), tag.cells.len()))
+        .collect();
+    // The sides of the mesh between two interfaces have no boundary faces that tell them apart.
+    let sides = [
+        ("inner_interface", 1 + 8),
+        ("outer_interface", 1 + 8),
+        ("inner_interface_2", 4),
+        ("outer_interface_2", 4),
+    ];
+    assert_eq!(tags, sides, "one pair for each neighbour");
+    for (step, [front, rear]) in [(0, [0.0; 2]), (1, [90.0, -135.0])] {
+        for cell in [0, 2, 4] {
+            check(&moved, step, cell, |[x, y, z]| {
+                let [y, z, _] = about_z([y, z, 0.0], [0.5, 0.5], front);
+                [x, y, z]
+            });
+        }
+        for cell in [1, 3] {
+            check(&moved, step, cell, |x| about_z(x, [1.5, 0.5], rear));
+        }
+        check(&moved, step, 5, |x| x);
+    }
+    let (points, velocities) = &moved.steps[1];
+    let velocities = velocities.as_ref().expect("they are asked for");
+    let [front, rear] = [360_f64, -540.0].map(f64::to_radians);
+    for (cell, velocity) in [
+        (
+            0,
+            &(|[_, y, z]: Vector| [0.0, -front * (z - 0.5), front * (y - 0.5)])
+                as &dyn Fn(Vector) -> Vector,
+        ),
+        (3, &|[x, y, _]: Vector| {
+            [-rear * (y - 0.5), rear * (x - 1.5), 0.0]
+        }),
+        (5, &|_: Vector| [0.0; 3]),
+    ] {
+        for &node in moved.mesh.cells.get(cell).nodes {
+            let node = node as usize;
+            assert!(distance(velocities[node], velocity(points[node])) < 1e-12);
+        }
+    }
+}
+
 #[test]
 fn a_rigid_zone_moves_in_a_turning_zone_inside_a_fixed_one() {
     let text = "azimuth.values = [0, 30]\nrotor.frame = \"inertial\"\nboundaries.zones = [\"rest\", \"b\"]\n\
@@ -175,10 +232,19 @@ fn a_zone_is_rigid_next_to_one_that_deforms() {
 
 #[test]
 fn ranks_move_rigid_zones_as_one_process_does() {
-    let alone = moved(TWO).expect("it moves").steps;
+    ranks_move_alike(TWO);
+}
+
+#[test]
+fn ranks_turn_the_zones_of_rotors_as_one_process_does() {
+    ranks_move_alike(ROTORS);
+}
+
+fn ranks_move_alike(text: &str) {
+    let alone = moved(text).expect("it moves").steps;
     for n in [2, 3] {
         let found = on_threads(n, |ranks| {
-            let moved = moved_on(TWO, &ranks).expect("it moves");
+            let moved = moved_on(text, &ranks).expect("it moves");
             let own = moved.mesh.own_nodes();
             let gather = |values: &[Vector]| moved.mesh.gather_nodes(&values[own.clone()]);
             let steps = moved.steps.iter().map(|(points, velocities)| {

@@ -58,6 +58,13 @@ impl QualityEvaluator {
         }
     }
 
+    /// Has every cell checked, in the orientation of the cells around it ([`Reference::upright`]).
+    #[must_use]
+    pub fn upright(self, mesh: &Mesh, is_reference: bool) -> Self {
+        let reference = self.reference.upright(mesh, &self.adjacency, is_reference);
+        Self { reference, ..self }
+    }
+
     /// Quality of `mesh` with nodes at `points`, relative to the reference mesh.
     ///
     /// # Panics

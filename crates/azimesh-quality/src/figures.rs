@@ -101,6 +101,8 @@ impl From<&Assessment> for Quality {
 /// ```
 pub fn quality(mesh: &Mesh) -> Result<Quality> {
     mesh.validate()?;
-    let all = QualityEvaluator::new(mesh).assess(mesh, &mesh.points);
+    let all = QualityEvaluator::new(mesh)
+        .upright(mesh, false)
+        .assess(mesh, &mesh.points);
     Ok(Quality::from(&all))
 }

@@ -23,6 +23,8 @@ pub struct Reference {
     facing: Facing,
     n_inverted: usize,
     n_reversed: usize,
+    /// True if all cells are valid and have the same orientation.
+    is_uniform: bool,
     /// Cells that are valid at their corners but not proven to be so between them, ascending.
     doubtful: Vec<u32>,
 }
@@ -55,7 +57,9 @@ impl Reference {
                     let valid = block.get(i).orientation();
                     let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
                     signs[start + i - first] = match valid {
-                        0 if has_volume(mesh, start + i, block.volume[i]) => BY_VOLUME * sign,
+                        0 if has_volume(mesh, &mesh.points, start + i, block.volume[i]) => {
+                            BY_VOLUME * sign
+                        }
                         0 => INVALID * sign,
                         valid => valid,
                     };
@@ -100,20 +104,32 @@ impl Reference {
             facing,
             n_inverted: n_invalid + n_reversed,
             n_reversed,
+            is_uniform: n_invalid == 0 && n_positive.min(n_negative) == 0,
             doubtful: Vec::new(),
         };
         let all = 0..n_cells;
         let validity = validity::assess(mesh, &mesh.points, &reference, all);
         reference.doubtful = [validity.inside, validity.unproven].concat();
         reference.doubtful.sort_unstable();
+        let sure = reference.doubtful.is_empty();
+        let all_sure = mesh
+            .ranks()
+            .ordered_fold(true, sure, |all, own| *all &= own);
+        reference.is_uniform &= all_sure;
         (reference, ReferenceSizes(sizes))
     }
 
     /// For cells that are to be made valid: all are checked. Cells that are valid in `mesh` keep their orientation there if
     /// it `is_reference`; else all have that in which they are listed like most valid cells of their part of the mesh.
     /// Of cells with a node twice the volume is checked.
-    pub fn upright(mesh: &Mesh, adjacency: &Adjacency, is_reference: bool) -> Self {
-        let mut reference = Self::new(mesh);
+    ///
+    /// `self` is made from the whole `mesh`, which no other rank shares.
+    #[must_use]
+    pub fn upright(self, mesh: &Mesh, adjacency: &Adjacency, is_reference: bool) -> Self {
+        if self.is_uniform {
+            return self;
+        }
+        let mut reference = self;
         let known = |cell: usize| {
             if reference.is_valid(cell) {
                 reference.sign(cell)
@@ -134,12 +150,19 @@ impl Reference {
             if !(is_reference && reference.is_valid(index)) {
                 let corners = &cell.nodes[..cell.kind.n_corners(cell.nodes.len())];
                 let is_double = (1..corners.len()).any(|i| corners[..i].contains(&corners[i]));
-                let by = if is_double { BY_VOLUME } else { 1 };
+                let has_map = reference.signs[index] == upright[index] * BY_MAP;
+                let by = match (is_double, has_map) {
+                    (true, _) => BY_VOLUME,
+                    (false, true) => BY_MAP,
+                    (false, false) => 1,
+                };
                 reference.signs[index] = upright[index] * by;
             }
             reference.n_reversed += usize::from(is_solid && reference.sign(index) < 0);
         }
         reference.doubtful = doubtful;
+        let invalid = validity::invalid(mesh, &mesh.points, &reference);
+        reference.n_inverted = invalid.len() + reference.n_reversed;
         reference
     }
 
@@ -148,6 +171,11 @@ impl Reference {
     /// their mirror images; of the others only volumes are checked later, where they are positive in the reference.
     pub fn n_inverted(&self) -> usize {
         self.n_inverted
+    }
+
+    /// Returns whether all cells are valid and have the same orientation.
+    pub fn is_uniform(&self) -> bool {
+        self.is_uniform
     }
 
     /// Number of solid cells that are evaluated as mirror images, since their nodes are in reverse order.

@@ -293,7 +293,7 @@ fn split(mesh: &mut Mesh) -> Result<Vec<Note>> {
     if let Some(first) = counts.first_not_positive {
         remarks.push(note!(
             "no_kernel",
-            "--split-polyhedra: {} no point that sees all of its faces from within (the first is cell {first});              parts of such a cell have no or a negative volume",
+            "--split-polyhedra: {} no point that sees all of its faces from within (the first is cell {first}); parts of such a cell have no or a negative volume",
             with_verb(counts.n_not_positive, "cell", "has"),
         ));
     }

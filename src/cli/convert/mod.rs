@@ -7,6 +7,7 @@ mod target;
 use super::input::Input;
 use super::output::OutputArgs;
 use super::{Context, Outcome};
+use crate::record::{Diagnostic, Level};
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
 use azimesh_core::{Note, note};
 use azimesh_io::formats::{self, Loaded, Staged};
@@ -14,11 +15,11 @@ use azimesh_io::mesh::{Mesh, Reordering};
 use changes::Changes;
 pub(super) use changes::patch_type;
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 pub use target::Outputs;
-use target::{Place, Written};
+use target::{Done, Place, Row, Written};
 
 /// Arguments of `azimesh convert`.
 #[derive(Debug, clap::Args)]
@@ -26,10 +27,13 @@ use target::{Place, Written};
     override_usage = "azimesh convert [OPTIONS] IN OUT\n       \
 azimesh convert [OPTIONS] IN... OUT.vtkhdf|OUT.cgns|OUT.pvd\n       \
 azimesh convert [OPTIONS] IN... -o OUT\n       \
-azimesh convert [OPTIONS] IN... -o DIR --format F",
+azimesh convert [OPTIONS] IN... -o DIR --format F[,F...]",
     after_help = "The format of the input is recognised by its content; --format gives that of the output if \
 its ending does not. A .pvd, a .vtk.series and a file of several steps are sequences: they are written to one \
 file of a format that holds sequences, or to numbered files with a list, OUT.pvd or a .pvd in DIR.\n\n\
+With -o DIR an input may be a folder: each mesh and sequence in it is converted. Of several outputs a table on standard \
+output says what each does not hold. If an input is refused, all refusals are listed and nothing is written, or with \
+--keep-going the others (exit code 1).\n\n\
 ParaView opens .vtkhdf from 5.12 on, earlier versions one mesh in a file that ends in .hdf."
 )]
 pub struct ConvertArgs {
@@ -40,6 +44,9 @@ pub struct ConvertArgs {
     /// under its own name in the format of --format
     #[arg(short, long, value_name = "OUT|DIR")]
     output: Option<PathBuf>,
+    /// Write what can be written of several outputs where others fail; exit code 1 then
+    #[arg(long)]
+    keep_going: bool,
     /// Read only this step of a sequence, counted from 0
     #[arg(long, value_name = "I")]
     step: Option<usize>,
@@ -61,16 +68,30 @@ pub struct ConvertArgs {
     write: OutputArgs,
 }
 
+/// A mesh or a sequence, and where it goes.
+struct Job<'i> {
+    input: &'i Input,
+    place: Place,
+    is_sequence: bool,
+    /// Why it is not done, where that is known before.
+    refused: Option<Error>,
+}
+
 /// What one run does.
 struct Run<'a> {
     args: &'a ConvertArgs,
     context: &'a Context,
-    /// Remarks that have been made: one on every mesh of a sequence is made once.
+    /// Remarks that have been printed: one on every mesh of a sequence, or on an input of several outputs, is printed once.
     told: RefCell<BTreeSet<String>>,
+    /// Remarks on the job.
+    notes: RefCell<Vec<Note>>,
+    /// Codes of notes on what is lost in the job.
+    lost: RefCell<BTreeSet<String>>,
     /// True if it has told of cells that become flat in 32 bits.
     is_flat_told: Cell<bool>,
+    /// Files of the job.
     written: RefCell<Vec<Written>>,
-    /// Files that get their names when all are whole.
+    /// Files of the job that get their names when all are whole.
     waiting: RefCell<Vec<Staged>>,
     /// The order of `--reorder`, once the first mesh has been read.
     order: RefCell<Option<Reordering>>,
@@ -92,6 +113,8 @@ fn run_first(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         args,
         context,
         told: RefCell::default(),
+        notes: RefCell::default(),
+        lost: RefCell::default(),
         is_flat_told: Cell::default(),
         written: RefCell::default(),
         waiting: RefCell::default(),
@@ -106,20 +129,20 @@ fn run_first(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     };
     formats::guard_inputs(inputs);
     context.keep_in_files(output);
-    let (new_folder, done) = match target {
-        Target::Folder(folder) => (
-            Some(folder).filter(|folder| !folder.exists()),
-            run.write_folder(folder),
-        ),
-        Target::File(out, inputs) => (None, run.write_file(out, inputs)),
+    let new_folder = match target {
+        Target::Folder(folder) => Some(folder).filter(|folder| !folder.exists()),
+        Target::File(..) => None,
     };
-    run.keep(done).inspect_err(|_| {
+    let done = match target {
+        Target::Folder(folder) => run.write_folder(folder),
+        Target::File(out, inputs) => run.write_file(out, inputs),
+    };
+    let done = done.inspect_err(|_| {
         // Removed unless it holds something; the first error is the one to report.
         let _ = new_folder.map(std::fs::remove_dir);
     })?;
     context.tell_of_files();
-    run.report()?;
-    Ok(Outcome::Fine)
+    run.report(done)
 }
 
 /// What the arguments say is written.
@@ -184,20 +207,91 @@ impl Run<'_> {
         }
     }
 
-    /// Gives the files their names. After wrong input there are none; after a failure of the system those
-    /// that are whole stay.
-    fn keep(&self, done: Result<()>) -> Result<()> {
-        let files = self.waiting.take();
-        match done {
-            Err(error) if error.kind != ErrorKind::System => return Err(error),
-            _ => {}
+    /// Writes the jobs. All wrong inputs are reported, those that were found before (`failed`) too; then no file gets its
+    /// name, or with `--keep-going` those of the other jobs. After a failure of the system files that are whole stay.
+    fn write(&self, jobs: Vec<Job<'_>>, failed: Vec<Error>) -> Result<Done> {
+        let keeps_going = self.args.keep_going;
+        let mut done = Done {
+            failed,
+            ..Done::default()
+        };
+        let mut is_over = false;
+        let mut whole = Vec::new();
+        for mut job in jobs {
+            let wrote = match job.refused.take() {
+                Some(error) => Err(error),
+                None => self.write_job(&job),
+            };
+            let files = self.waiting.take();
+            let (output, format) = job.place.named();
+            let mut lost = Some(self.lost.take());
+            if let Err(error) = wrote {
+                lost = None;
+                is_over = error.kind != ErrorKind::Input;
+                done.fail(error.file(job.input.path()));
+            } else {
+                done.written.extend(self.written_by(&job, &lost));
+            }
+            if lost.is_some() || is_over {
+                whole.extend(files);
+            }
+            done.rows.push(Row {
+                output,
+                format: format.name,
+                lost,
+            });
+            if keeps_going {
+                Staged::keep_all(std::mem::take(&mut whole))?;
+            }
+            if is_over {
+                break;
+            }
         }
-        let kept = Staged::keep_all(files);
-        done.and(kept)
+        let is_kept = done.failed.is_empty() || is_over;
+        if is_kept {
+            Staged::keep_all(whole)?;
+        }
+        if done.failed.is_empty() || keeps_going && !is_over && !done.written.is_empty() {
+            return Ok(done);
+        }
+        let last = done.failed.pop().expect("it is not empty");
+        done.failed
+            .iter()
+            .for_each(|error| self.context.error(error));
+        Err(last)
+    }
+
+    fn write_job(&self, job: &Job<'_>) -> Result<()> {
+        self.order.take();
+        self.notes.take();
+        self.lost.take();
+        self.written.take();
+        self.is_flat_told.set(false);
+        let (input, place) = (job.input, &job.place);
+        match place {
+            Place::File { path, format } if !job.is_sequence => self.one_mesh(input, path, format),
+            _ => self.sequence(input, &input.times().unwrap_or(vec![0.0]), place),
+        }
+    }
+
+    /// The files of the job.
+    fn written_by(&self, job: &Job<'_>, lost: &Option<BTreeSet<String>>) -> Vec<Written> {
+        let notes = self.notes.take();
+        let notes = notes.iter().map(|note| Diagnostic::new(Level::Note, note));
+        let notes: Vec<_> = notes.collect();
+        let mut written = self.written.take();
+        for file in &mut written {
+            file.notes.clone_from(&notes);
+            file.lost = lost.clone().unwrap_or_default();
+            if file.input.is_empty() {
+                file.input = job.input.path().display().to_string();
+            }
+        }
+        written
     }
 
     /// `IN OUT`, or the files of a sequence and `OUT`.
-    fn write_file(&self, out: &Path, inputs: &[PathBuf]) -> Result<()> {
+    fn write_file(&self, out: &Path, inputs: &[PathBuf]) -> Result<Done> {
         self.context.check_json_beside(out)?;
         let input = match inputs {
             [] => {
@@ -209,8 +303,8 @@ impl Run<'_> {
                 let place = self.place(out)?;
                 self.args.write.check(out)?;
                 let input = Input::open(one, None, self.context)?;
-                if place.is_one_mesh() {
-                    return self.one_mesh(&input, &place);
+                if !place.is_one_mesh() {
+                    input.check_files()?;
                 }
                 input
             }
@@ -224,78 +318,113 @@ impl Run<'_> {
                     .file(out));
                 }
                 self.args.write.check(out)?;
-                Input::of_parts(several)?
+                let input = Input::of_parts(several)?;
+                input.check_files()?;
+                input
             }
         };
-        input.check_files()?;
-        match (self.place(out)?, input.times()) {
-            (place @ Place::File { .. }, None) => self.one_mesh(&input, &place),
-            (place, times) => self.sequence(&input, &times.unwrap_or(vec![0.0]), &place),
-        }
+        let place = self.place(out)?;
+        let is_list = matches!(place, Place::Listed { .. });
+        let job = Job {
+            is_sequence: is_list || input.times().is_some() && !place.is_one_mesh(),
+            input: &input,
+            place,
+            refused: None,
+        };
+        self.write(vec![job], Vec::new())
     }
 
-    /// Each input into a folder.
-    fn write_folder(&self, folder: &Path) -> Result<()> {
-        let format = self.output_format(None)?;
+    /// Each input, or each mesh and sequence of an input that is a folder, into a folder, in each format.
+    fn write_folder(&self, folder: &Path) -> Result<Done> {
+        let formats = self.output_formats()?;
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
-        let is_case = format.case.is_some() && self.args.paths.len() == 1;
-        let open = |path: &PathBuf| Input::open(path, None, self.context);
-        let inputs = self.args.paths.iter().map(open);
-        let inputs = inputs.collect::<Result<Vec<_>>>()?;
-        if self.args.step.is_none() {
-            inputs.iter().try_for_each(Input::check_files)?;
+        let mut refused = Vec::new();
+        let mut inputs = Vec::new();
+        let paths = self.args.paths.iter();
+        for opened in paths.flat_map(|path| Input::open_all(path, self.context)) {
+            let checked = opened.and_then(|input| {
+                match self.args.step {
+                    None => input.check_files()?,
+                    step => input.check_step(step)?,
+                }
+                Ok(input)
+            });
+            match checked {
+                Ok(input) => inputs.push(input),
+                Err(error) => refused.push(error),
+            }
         }
-        let mut names = BTreeSet::new();
+        formats::guard_inputs(inputs.iter().map(Input::path));
+        let is_case = formats.len() == 1
+            && formats[0].case.is_some()
+            && self.args.paths.len() == 1
+            && inputs.len() <= 1;
+        let mut taken = BTreeMap::new();
+        let mut jobs = Vec::new();
         for input in &inputs {
-            if !names.insert(input.stem()) {
-                return Err(Error::input(format!(
-                    "another input is also called {}; both would be written to the same file",
-                    input.stem()
-                ))
-                .file(input.path()));
+            for format in &formats {
+                // One mesh, or one sequence, makes the folder itself the case.
+                let stem = if is_case {
+                    folder.to_path_buf()
+                } else {
+                    folder.join(input.stem())
+                };
+                let mut job = self.job(input, stem, format, formats.len() > 1);
+                match clash(&job, &mut taken) {
+                    Some(error) => refused.push(error),
+                    None => {
+                        job.refused = self.check_outputs(&job, is_case).err();
+                        jobs.push(job);
+                    }
+                }
             }
         }
         if !is_case {
             std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
         }
-        for input in &inputs {
-            self.order.take();
-            // One mesh, or one sequence, makes the folder itself the case.
-            let stem = if is_case {
-                folder.to_path_buf()
-            } else {
-                folder.join(input.stem())
-            };
-            match (input.times(), self.args.step) {
-                (Some(times), None) if format.case.is_some() => {
-                    let path = stem;
-                    self.sequence(input, &times, &Place::File { path, format })?;
-                }
-                (Some(times), None) => {
-                    let place = Place::listed(&stem, format);
-                    self.sequence(input, &times, &place)?;
-                }
-                _ => {
-                    let path = match format.case {
-                        Some(_) => stem,
-                        None => target::with_ending(&stem, self.ending(format)),
-                    };
-                    if !is_case {
-                        self.args.write.check(&path)?;
-                    }
-                    self.one_mesh(input, &Place::File { path, format })?;
-                }
-            }
-        }
-        Ok(())
+        self.write(jobs, refused)
     }
 
-    fn one_mesh(&self, input: &Input, place: &Place) -> Result<()> {
-        let Place::File { path, format } = place else {
-            return self.sequence(input, &[0.0], place);
+    /// An input into a file or case of this stem, or into files and their lists.
+    fn job<'i>(
+        &self,
+        input: &'i Input,
+        stem: PathBuf,
+        format: &'static formats::Format,
+        is_one_of_several: bool,
+    ) -> Job<'i> {
+        let is_sequence = input.times().is_some() && self.args.step.is_none();
+        let place = match (format.case, is_sequence) {
+            (None, true) => Place::listed(&stem, format, is_one_of_several),
+            (None, false) => Place::File {
+                path: target::with_ending(&stem, self.ending(format)),
+                format,
+            },
+            (Some(_), _) => Place::File { path: stem, format },
         };
+        Job {
+            input,
+            place,
+            is_sequence,
+            refused: None,
+        }
+    }
+
+    /// Refuses to replace the files of a job. A file that takes a whole sequence is checked where it is opened.
+    fn check_outputs(&self, job: &Job<'_>, is_case: bool) -> Result<()> {
+        let is_joined = matches!(job.place, Place::File { .. }) && job.is_sequence;
+        if is_joined || is_case {
+            return Ok(());
+        }
+        let files = job.place.files(job.input);
+        files
+            .iter()
+            .try_for_each(|path| self.args.write.check(path))
+    }
+
+    fn one_mesh(&self, input: &Input, path: &Path, format: &'static formats::Format) -> Result<()> {
         input.check_step(self.args.step)?;
         if let (Some(times), None) = (input.times(), self.args.step) {
             let note = note!(
@@ -319,27 +448,28 @@ impl Run<'_> {
         let mut mesh = loaded.mesh;
         let remarks = self.args.changes.apply(&mut mesh);
         for remark in remarks.map_err(|error| error.file(input.path()))? {
-            self.tell(remark);
+            self.tell(remark.file(input.path()));
         }
         if self.args.reorder {
-            self.reorder(&mut mesh);
+            self.reorder(&mut mesh, input);
         }
         Ok(mesh)
     }
 
     /// Puts nodes and cells along a curve; those of later steps of a sequence in the order of the first, by which a step
     /// differs from the next as it did before. A step with another number of nodes or cells has an order of its own.
-    fn reorder(&self, mesh: &mut Mesh) {
+    fn reorder(&self, mesh: &mut Mesh, input: &Input) {
         let mut order = self.order.borrow_mut();
         let known = order.take().filter(|order| order.fits(mesh));
         let order = order.insert(known.unwrap_or_else(|| Reordering::along_curve(mesh)));
         mesh.reorder(order);
-        self.tell(note!(
+        let note = note!(
             "reordered",
             "--reorder: {} and {} along a space-filling curve",
             counted(mesh.points.len(), "node"),
             counted(mesh.cells.len(), "cell")
-        ));
+        );
+        self.tell(note.file(input.path()));
     }
 
     /// Tells what the reader of an input remarks.
@@ -349,36 +479,85 @@ impl Run<'_> {
             if note.code == "last_of_steps" {
                 continue;
             }
+            if ["not_kept", "left_out"]
+                .iter()
+                .any(|end| note.code.ends_with(end))
+            {
+                self.lost.borrow_mut().insert(note.code.to_string());
+            }
             self.tell(note.clone().file(input.path()));
         }
     }
 
-    /// Makes a remark, once.
+    /// Makes a remark on the job.
     fn tell(&self, remark: Note) {
-        if self.told.borrow_mut().insert(remark.to_string()) {
-            self.context.note(remark);
+        let mut notes = self.notes.borrow_mut();
+        if notes.contains(&remark) {
+            return;
         }
+        if self.told.borrow_mut().insert(remark.to_string()) {
+            self.context.note(remark.clone());
+        }
+        notes.push(remark);
     }
 
-    fn report(&self) -> Result<()> {
-        let written = self.written.take();
-        if self.context.common.json {
-            return self.context.print_json(&Outputs::of(written));
+    /// Prints what was written, of several outputs also what each lost, and what failed.
+    fn report(&self, done: Done) -> Result<Outcome> {
+        let context = self.context;
+        done.failed.iter().for_each(|error| context.error(error));
+        let outcome = match done.failed[..] {
+            [] => Outcome::Fine,
+            _ => Outcome::CheckFailed,
+        };
+        if context.common.json {
+            context.print_json(&Outputs::of(done))?;
+            return Ok(outcome);
         }
-        for file in &written {
-            self.context.detail(&file.to_string());
+        for file in &done.written {
+            context.detail(&file.to_string());
         }
-        Ok(())
+        if done.rows.len() > 1 {
+            context.print_result(&target::table(&done.rows))?;
+        }
+        Ok(outcome)
     }
 
     /// The format that `--format` or, without it, the name of the output gives.
     fn output_format(&self, path: Option<&Path>) -> Result<&'static formats::Format> {
-        match (&self.context.common.format, path) {
+        match (self.context.common.one_format()?, path) {
             (Some(name), _) => formats::to_write(formats::by_name(name)?),
             (None, Some(path)) => formats::by_extension(path),
             (None, None) => Err(Error::input("-o DIR needs --format")),
         }
     }
+
+    /// The formats of a folder, each once.
+    fn output_formats(&self) -> Result<Vec<&'static formats::Format>> {
+        let names = &self.context.common.format;
+        if names.is_empty() {
+            return Ok(vec![self.output_format(None)?]);
+        }
+        let mut known = BTreeSet::new();
+        let names = names.iter().filter(|name| known.insert(*name));
+        names
+            .map(|name| formats::to_write(formats::by_name(name)?))
+            .collect()
+    }
+}
+
+/// Refuses a job that writes a file which is `taken` by another.
+fn clash(job: &Job<'_>, taken: &mut BTreeMap<PathBuf, PathBuf>) -> Option<Error> {
+    let input = job.input.path();
+    job.place.files(job.input).into_iter().find_map(|path| {
+        let other = taken.insert(path.clone(), input.to_path_buf())?;
+        let message = if other == input {
+            "two of the formats would be written to this file; convert to one of them at a time".to_owned()
+        } else {
+            let [other, input] = [&other, input].map(Path::display);
+            format!("{other} and {input} would both be written to this file; convert them into different folders")
+        };
+        Some(Error::input(message).file(&path))
+    })
 }
 
 /// Reads `--pieces`.

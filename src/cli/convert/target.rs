@@ -1,6 +1,7 @@
 //! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
 
 use super::{Input, Run};
+use crate::record::{Diagnostic, Failed};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::numbers::short;
 use azimesh_core::{Note, note};
@@ -11,6 +12,7 @@ use azimesh_io::formats::{
 use azimesh_io::mesh::{ByRanks, Mesh};
 use serde::Serialize;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -33,6 +35,8 @@ pub enum Place {
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Written {
+    /// Path of the mesh that was read.
+    pub input: String,
     /// Path of the file.
     output: String,
     /// Name of its format, as `--format` takes it.
@@ -44,6 +48,41 @@ pub struct Written {
     /// Time of the step; only where the mesh is a step of a sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<f64>,
+    /// Notes on the input and on the file; of a sequence those of all its steps.
+    pub notes: Vec<Diagnostic>,
+    /// Codes of those notes that say what the file does not hold.
+    pub lost: BTreeSet<String>,
+}
+
+/// What was done.
+#[derive(Default)]
+pub struct Done {
+    /// Files that were written.
+    pub written: Vec<Written>,
+    /// Each output, with what it lost.
+    pub rows: Vec<Row>,
+    /// Reasons for outputs that were not written, each once.
+    pub failed: Vec<Error>,
+}
+
+impl Done {
+    /// Adds a reason; that an input cannot be read is the same for each of its outputs.
+    pub fn fail(&mut self, error: Error) {
+        let text = error.to_string();
+        if !self.failed.iter().any(|known| known.to_string() == text) {
+            self.failed.push(error);
+        }
+    }
+}
+
+/// An output in the table of losses.
+pub struct Row {
+    /// Path of the file, or of the list of the files.
+    pub output: String,
+    /// Name of its format.
+    pub format: &'static str,
+    /// Codes of notes; `None` where it was not written.
+    pub lost: Option<BTreeSet<String>>,
 }
 
 /// The files that were written: one at the top, several in `outputs`.
@@ -57,13 +96,20 @@ pub enum Outputs {
     Several {
         /// The files, in order.
         outputs: Vec<Written>,
+        /// Why others were not written; only with `--keep-going`.
+        failed: Vec<Failed>,
     },
 }
 
 impl Place {
     /// Numbered files with a .pvd, and with a .vtk.series where they are legacy VTK files.
-    pub fn listed(stem: &Path, format: &'static Format) -> Self {
-        let mut lists = vec![with_ending(stem, "pvd")];
+    /// Where they are written in several formats, the list has the ending of its own before `.pvd`.
+    pub fn listed(stem: &Path, format: &'static Format, is_one_of_several: bool) -> Self {
+        let ending = match is_one_of_several {
+            true => format!("{}.pvd", format.extensions[0]),
+            false => "pvd".to_owned(),
+        };
+        let mut lists = vec![with_ending(stem, &ending)];
         lists.extend(format.list_ending.map(|ending| with_ending(stem, ending)));
         Place::Listed {
             stem: stem.to_path_buf(),
@@ -72,10 +118,42 @@ impl Place {
         }
     }
 
+    /// Path of the file, or of the first list of the files, and their format.
+    pub fn named(&self) -> (String, &'static Format) {
+        let (path, format) = match self {
+            Place::File { path, format } => (path, format),
+            Place::Listed { lists, format, .. } => (&lists[0], format),
+        };
+        (path.display().to_string(), format)
+    }
+
+    /// The files that an input gets here.
+    pub fn files(&self, input: &Input) -> Vec<PathBuf> {
+        match self {
+            Place::File { path, .. } => vec![path.clone()],
+            Place::Listed {
+                stem,
+                format,
+                lists,
+            } => {
+                let n = input.times().map_or(1, |times| times.len());
+                let files = (0..n).map(|i| stem.with_file_name(step_name(stem, format, n, i)));
+                files.chain(lists.iter().cloned()).collect()
+            }
+        }
+    }
+
     /// Returns whether it takes one mesh only.
     pub fn is_one_mesh(&self) -> bool {
         matches!(self, Place::File { format, .. } if format.sequence.is_none())
     }
+}
+
+/// The name of the file of one of `n` steps.
+fn step_name(stem: &Path, format: &Format, n: usize, step: usize) -> String {
+    let digits = n.saturating_sub(1).to_string().len().max(4);
+    let name = stem.file_name().unwrap_or_default().to_string_lossy();
+    format!("{name}_{step:0digits$}.{}", format.extensions[0])
 }
 
 /// A path with an ending behind its last name, which may have dots of its own.
@@ -101,7 +179,7 @@ impl Run<'_> {
             Some(inner) => inner.file_stem().unwrap_or_default().to_os_string(),
             None => path.file_stem().unwrap_or_default().to_os_string(),
         };
-        let format = match (of_format, &self.context.common.format) {
+        let format = match (of_format, self.context.common.one_format()?) {
             (Some(inner), _) => formats::by_extension(inner)?,
             (None, Some(name)) => formats::to_write(formats::by_name(name)?)?,
             (None, None) => formats::by_name("vtu")?,
@@ -179,28 +257,30 @@ impl Run<'_> {
     ) -> Result<()> {
         for (step, time) in steps {
             let mesh = self.read(input, step)?;
-            let mesh = self.portable(&mesh, format)?;
+            let mesh = self.portable(&mesh, path, format)?;
             let append = || file.push(time, &mesh.view());
             self.context.stage("writing", append)?;
-            self.note_written(&mesh, path, format, Some(time));
+            self.note_written(&mesh, path, format);
+            self.note_step(input, step, time);
         }
-        self.remark_on_options(format);
-        self.tell_dropped(file.notes(), format);
+        self.remark_on_options(path, format);
+        self.tell_dropped(path, file.notes());
         Ok(())
     }
 
-    /// Tells what a format cannot hold; of cells that become flat once for all meshes of a sequence.
-    fn tell_dropped(&self, notes: &Notes, format: &Format) {
+    /// Tells what an output cannot hold; of cells that become flat once for all meshes of a sequence.
+    fn tell_dropped(&self, output: &Path, notes: &Notes) {
         for dropped in notes.iter() {
             if !is_flattened(dropped) || !self.is_flat_told.replace(true) {
-                self.tell(of_format(dropped, format));
+                self.tell(dropped.clone().file(output));
             }
+            self.lost.borrow_mut().insert(dropped.code.to_string());
         }
     }
 
-    fn remark_on_options(&self, format: &Format) {
+    fn remark_on_options(&self, output: &Path, format: &Format) {
         for remark in self.args.write.remarks(format) {
-            self.tell(remark);
+            self.tell(remark.file(output));
         }
     }
 
@@ -212,9 +292,9 @@ impl Run<'_> {
         format: &'static Format,
         lists: &[PathBuf],
     ) -> Result<()> {
-        let digits = steps.len().saturating_sub(1).to_string().len().max(4);
+        let n = steps.len();
+        let file = |i| step_name(stem, format, n, i);
         let name = stem.file_name().unwrap_or_default().to_string_lossy();
-        let file = |i| format!("{name}_{i:0digits$}.{}", format.extensions[0]);
         if lists.iter().any(|list| is_pvd(list)) {
             check_listed(&name).map_err(|error| error.file(stem))?;
         }
@@ -227,10 +307,8 @@ impl Run<'_> {
         for ((step, time), file) in &steps {
             let mesh = self.read(input, *step)?;
             let path = stem.with_file_name(file);
-            self.save(&mesh, None, &path, format)?;
-            if let Some(last) = self.written.borrow_mut().last_mut() {
-                last.time = Some(*time);
-            }
+            self.save_as(&mesh, None, &path, &lists[0], format)?;
+            self.note_step(input, *step, *time);
         }
         let entries = || steps.iter().map(|((_, time), file)| (*time, file.as_str()));
         for list in lists {
@@ -253,8 +331,20 @@ impl Run<'_> {
         path: &Path,
         format: &'static Format,
     ) -> Result<()> {
-        self.remark_on_options(format);
-        let mesh = &*self.portable(mesh, format)?;
+        self.save_as(mesh, by_ranks, path, path, format)
+    }
+
+    /// As [`save`](Self::save), for a file of an output that remarks name: the list of a sequence, or the file itself.
+    fn save_as(
+        &self,
+        mesh: &Mesh,
+        by_ranks: Option<ByRanks<'_>>,
+        path: &Path,
+        output: &Path,
+        format: &'static Format,
+    ) -> Result<()> {
+        self.remark_on_options(output, format);
+        let mesh = &*self.portable(mesh, output, format)?;
         let options = self.options();
         let written_as = match options.pieces {
             Some(_) if format.case.is_none() => formats::in_pieces(),
@@ -266,14 +356,14 @@ impl Run<'_> {
         let write = || formats::stage(&view, path, written_as, &options, commit);
         let (notes, files) = self.context.stage("writing", write)?;
         self.wait(files);
-        self.tell_dropped(&notes, format);
-        self.tell_of_zones_apart(mesh, &notes);
-        self.note_written(mesh, path, format, None);
+        self.tell_dropped(output, &notes);
+        self.tell_of_zones_apart(output, mesh, &notes);
+        self.note_written(mesh, path, format);
         Ok(())
     }
 
     /// Where some of the notes are on outer faces without a tag, says that zones which share no nodes have left them.
-    fn tell_of_zones_apart(&self, mesh: &Mesh, notes: &Notes) {
+    fn tell_of_zones_apart(&self, output: &Path, mesh: &Mesh, notes: &Notes) {
         let is_on_bare_faces =
             |note: &Note| ["bare_faces", "untagged_patch"].contains(&&*note.code);
         if !notes.iter().any(is_on_bare_faces) {
@@ -281,18 +371,24 @@ impl Run<'_> {
         }
         let n = mesh.n_joinable_faces();
         if n > 0 {
-            self.tell(note!(
+            let note = note!(
                 "zones_apart",
                 "of the outer faces without a tag, {} lie on one another: they are interfaces of zones that share no nodes \
                  (`repeated` in azimesh info); --join makes these one mesh",
                 2 * n
-            ));
+            );
+            self.tell(note.file(output));
         }
     }
 
     /// The mesh without what readers of the format do not take, where that is asked for; its surface for a format of surfaces,
     /// without the faces of tags that were removed.
-    fn portable<'m>(&self, mesh: &'m Mesh, format: &Format) -> Result<Cow<'m, Mesh>> {
+    fn portable<'m>(
+        &self,
+        mesh: &'m Mesh,
+        output: &Path,
+        format: &Format,
+    ) -> Result<Cow<'m, Mesh>> {
         let outer = if self.args.changes.removes_tags() {
             OuterFaces::Listed
         } else {
@@ -305,10 +401,8 @@ impl Run<'_> {
                     "no boundary face is left after --keep-tag or --drop-tag",
                 ));
             }
-            for note in notes.iter() {
-                self.tell(of_format(note, format));
-            }
-            self.tell_of_zones_apart(mesh, &notes);
+            self.tell_dropped(output, &notes);
+            self.tell_of_zones_apart(output, mesh, &notes);
             return Ok(Cow::Owned(surface));
         }
         if !self.args.portable {
@@ -317,7 +411,7 @@ impl Run<'_> {
         let mut portable = mesh.clone();
         Ok(match make_portable(&mut portable, format.name) {
             Some(remark) => {
-                self.tell(remark);
+                self.tell(remark.file(output));
                 Cow::Owned(portable)
             }
             None => Cow::Borrowed(mesh),
@@ -336,14 +430,25 @@ impl Run<'_> {
         self.waiting.borrow_mut().push(files);
     }
 
-    fn note_written(&self, mesh: &Mesh, path: &Path, format: &Format, time: Option<f64>) {
+    /// Adds the file of the step and its time to what was written last.
+    fn note_step(&self, input: &Input, step: Option<usize>, time: f64) {
+        if let Some(last) = self.written.borrow_mut().last_mut() {
+            last.time = Some(time);
+            last.input = input.path_of(step.unwrap_or(0)).display().to_string();
+        }
+    }
+
+    fn note_written(&self, mesh: &Mesh, path: &Path, format: &Format) {
         if path.as_os_str() != "-" {
             self.written.borrow_mut().push(Written {
+                input: String::new(),
+                notes: Vec::new(),
                 output: path.display().to_string(),
                 format: format.name,
                 nodes: mesh.points.len(),
                 cells: mesh.cells.len(),
-                time,
+                time: None,
+                lost: BTreeSet::new(),
             });
         }
     }
@@ -365,19 +470,40 @@ impl fmt::Display for Written {
 
 impl Outputs {
     /// Files in their order.
-    pub fn of(written: Vec<Written>) -> Self {
-        match <[Written; 1]>::try_from(written) {
-            Ok([one]) => Self::One(one),
-            Err(outputs) => Self::Several { outputs },
+    pub fn of(done: Done) -> Self {
+        let failed: Vec<Failed> = done.failed.iter().map(Failed::from).collect();
+        match <[Written; 1]>::try_from(done.written) {
+            Ok([one]) if failed.is_empty() => Self::One(one),
+            Ok(one) => Self::Several {
+                outputs: one.into(),
+                failed,
+            },
+            Err(outputs) => Self::Several { outputs, failed },
         }
     }
 }
 
-/// A note of a writer, which says what its format is.
-fn of_format(note: &Note, format: &Format) -> Note {
-    let note = note.clone();
-    Note {
-        text: format!("{}: {}", format.title, note.text),
-        ..note
+/// A line for each output: the file, its format, and what it lost, each kind once.
+pub fn table(rows: &[Row]) -> String {
+    let width = |of: fn(&Row) -> usize, title: &str| {
+        let widths = rows.iter().map(of);
+        widths.fold(title.len(), usize::max)
+    };
+    let file = width(|row| row.output.chars().count(), "file");
+    let format = width(|row| row.format.len(), "format");
+    let line = |a: &str, b: &str, c: &str| format!("{a:file$}  {b:format$}  {c}\n");
+    let mut text = line("file", "format", "lost");
+    for row in rows {
+        let words = |codes: &BTreeSet<String>| {
+            let words: Vec<_> = codes.iter().map(|code| code.replace('_', " ")).collect();
+            words.join(", ")
+        };
+        let lost = match &row.lost {
+            None => "not written".to_owned(),
+            Some(codes) if codes.is_empty() => "nothing".to_owned(),
+            Some(codes) => words(codes),
+        };
+        text += &line(&row.output, row.format, &lost);
     }
+    text
 }

@@ -56,14 +56,16 @@ pub struct MeshInfo {
     cells_by_kind: Entries<usize>,
     /// Cells with nodes in addition to their corners.
     curved_cells: usize,
-    /// Cells of negative volume; of a mesh of faces, turned against most of them.
+    /// Cells of negative volume in the order of their nodes; of a mesh of faces, turned against most of them.
     negative_cells: usize,
-    /// Cells of `negative_cells` that are valid as mirror images: their nodes are in reverse order.
+    /// Cells of `negative_cells` that are valid: their nodes are in reverse order, against those of the cells around them.
     reversed_cells: usize,
     /// Cells of no volume.
     degenerate_cells: usize,
-    /// Cells of positive volume that are folded at a corner.
+    /// Cells of positive volume that are not valid: folded at a corner or between corners.
     folded_cells: usize,
+    /// All cells that are not valid: `folded_cells`, `degenerate_cells`, and `negative_cells` without `reversed_cells`.
+    invalid_cells: usize,
     /// Named groups of cells of the mesh's own dimension.
     zones: Vec<CellGroup>,
     /// Named groups of boundary faces.
@@ -151,6 +153,7 @@ impl MeshInfo {
             reversed_cells: facts.flaws.reversed.n,
             degenerate_cells: facts.flaws.degenerate.n,
             folded_cells: facts.flaws.folded.n,
+            invalid_cells: facts.flaws.n_invalid,
             zones: mesh.zones().map(CellGroup::of).collect(),
             boundary_tags: mesh.boundary_tags().map(FaceGroup::of).collect(),
             other_groups: facts.other_groups().map(CellGroup::of).collect(),

@@ -41,7 +41,7 @@ impl Rows {
         for (name, flawed, what) in [
             ("negative", found.negative, " of negative volume"),
             ("degenerate", found.degenerate, " of no volume"),
-            ("folded", found.folded, " folded at a corner"),
+            ("folded", found.folded, " folded"),
         ] {
             let first = flawed.first.unwrap_or_default();
             let told = format!(
@@ -53,6 +53,9 @@ impl Rows {
                 self.reversed(found);
             }
         }
+        let told =
+            counted(found.n_invalid, "cell") + " not valid; azimesh repair moves their nodes";
+        self.push_some("invalid", found.n_invalid, told);
     }
 
     /// Adds the cells of negative volume that are valid with reversed nodes.

@@ -24,6 +24,8 @@ pub enum QualityResult {
 pub struct OneMesh {
     #[serde(flatten)]
     quality: MeshQuality,
+    /// Cells of negative volume in the order of their nodes, as in `info`.
+    negative_cells: usize,
     /// Every metric by name.
     metrics: Entries<Metric>,
     #[serde(flatten)]
@@ -66,7 +68,7 @@ struct MeshQuality {
     inner_faces: usize,
     /// Faces of one cell.
     outer_faces: usize,
-    /// Cells valid in the reference and inverted here.
+    /// Cells valid in the reference and inverted here; of one mesh without a reference, cells that are not valid.
     inverted: usize,
     /// Cells that are not valid in the reference (only their volume is checked), and solid cells with reversed nodes
     /// (checked as mirror images).
@@ -206,6 +208,7 @@ impl QualityResult {
                 .map(|metric| (metric.name, Metric::of(metric)));
             return Self::Mesh(Box::new(OneMesh {
                 quality: MeshQuality::of(quality),
+                negative_cells: findings.flaws.negative.n,
                 metrics: metrics.collect(),
                 checks,
             }));

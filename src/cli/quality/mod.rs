@@ -13,7 +13,9 @@ use azimesh_core::numbers::with_verb;
 use azimesh_core::{Note, note};
 use azimesh_io::formats::{Format, SharedFile, guard_inputs};
 use azimesh_io::mesh::{Cells, Mesh, RankPart, in_32_bits};
-use azimesh_quality::{Assessment, QualityEvaluator, Reference, Statistic, remarks, statistics};
+use azimesh_quality::{
+    Assessment, Flaws, QualityEvaluator, Reference, Statistic, remarks, statistics,
+};
 pub use json::QualityResult;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -27,9 +29,10 @@ const MOST_NAMED: usize = 12;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "A cell is inverted if it is valid in the reference mesh and one of its corners has turned over \
-or become flat, or if it is not valid there and its positive volume has become zero or negative. Without --reference one mesh is its own reference: no cell is inverted then, and cells that are \
-invalid count as inverted_reference. Solid cells whose nodes are in reverse order, which have a negative volume, are \
-counted there too and judged as their mirror images. The reference of a sequence is its first mesh.\n\n\
+or become flat, or if it is not valid there and its positive volume has become zero or negative. Without --reference a cell of one mesh is inverted if it is not valid in \
+the orientation of the cells around it; it counts as inverted_reference too. Solid cells whose nodes are in reverse order \
+count as inverted_reference, and are judged as mirror images. negative_cells have a negative volume in the order of their \
+nodes, as in azimesh info. The reference of a sequence is its first mesh.\n\n\
 For one mesh the smallest, mean and largest value of every metric are printed too; for a sequence, one row per step: those with \
 the smallest scaled Jacobian, the worst first, and a line on the worst of all."
 )]
@@ -82,6 +85,7 @@ struct Findings<'a> {
     meshes: Vec<Judged>,
     /// For a single mesh only.
     metrics: Option<Vec<Statistic>>,
+    flaws: Flaws,
     worst: WorstCells,
     /// Number of listed cells.
     n_listed: usize,
@@ -148,8 +152,6 @@ fn judge_mesh<'a>(
     (of_input, of_output): Formats,
 ) -> Result<Findings<'a>> {
     let mut mesh = read(args, &input, None, context, &mut BTreeSet::new())?;
-    // A mapped file would count as memory of the program until its end.
-    drop(input);
     let given = given_reference(args, context, of_input)?;
     if let Some(given) = &given {
         let checked = context.ranks.all_ok(given.check(&mut mesh));
@@ -157,8 +159,22 @@ fn judge_mesh<'a>(
     }
     let judge = match given {
         Some(given) => given.judge,
-        None => context.stage("reference", || Ok(QualityEvaluator::new(&mesh)))?,
+        None => {
+            let own = || Ok(QualityEvaluator::new(&mesh));
+            let mut judge = context.stage("reference", own)?;
+            if context.ranks.n() > 1 && !judge.reference.is_uniform() {
+                context.tell_why_whole(input.path(), "cells that are not valid, or reversed");
+                if !context.ranks.is_first() {
+                    return Ok(Findings::new(args));
+                }
+                mesh = input.read(None, context)?.mesh;
+                judge = QualityEvaluator::new(&mesh);
+            }
+            judge.upright(&mesh, false)
+        }
     };
+    // A mapped file would count as memory of the program until its end.
+    drop(input);
     for remark in remarks(&mesh) {
         context.note(remark);
     }
@@ -168,6 +184,7 @@ fn judge_mesh<'a>(
     }
     let mut findings = Findings::new(args);
     findings.take(None, &mesh, &judge, context)?;
+    findings.flaws = Flaws::of(&mesh, &mesh.points, &judge.reference);
     if args.reference.is_none() {
         complain_of_reference(&judge.reference, context);
     }
@@ -187,7 +204,8 @@ fn complain_of_reference(reference: &Reference, context: &Context) {
     if n_folded > 0 {
         context.complain(note!(
             "not_valid",
-            "{} not valid in the mesh itself, counted as inverted_reference; --reference MESH gives a reference mesh",
+            "{} not valid in the mesh itself, counted as inverted and inverted_reference; azimesh repair moves their nodes, \
+             --reference MESH compares with another mesh",
             with_verb(n_folded, "cell", "is")
         ));
     }
@@ -310,6 +328,7 @@ impl<'a> Findings<'a> {
         Self {
             meshes: Vec::new(),
             metrics: None,
+            flaws: Flaws::default(),
             worst: WorstCells::new(args.worst),
             n_listed: args.worst,
             all: args.all,

@@ -4,7 +4,7 @@ use super::worst::WorstCell;
 use super::{Findings, Judged};
 use azimesh_core::error::one_line;
 use azimesh_core::numbers::{point, short};
-use azimesh_quality::{Assessment, Extreme, Statistic};
+use azimesh_quality::{Assessment, Extreme, Flawed, Statistic};
 use std::fmt::Write;
 
 /// Number of rows of a sequence printed by default.
@@ -21,7 +21,7 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
                 quality,
                 ..
             },
-        ] => of_mesh(quality),
+        ] => of_mesh(quality, findings.flaws.negative),
         meshes => of_sequence(meshes, findings),
     };
     if let Some(metrics) = &findings.metrics {
@@ -33,7 +33,7 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
     text
 }
 
-fn of_mesh(quality: &Assessment) -> String {
+fn of_mesh(quality: &Assessment, negative: Flawed) -> String {
     let summary = &quality.cells;
     let mut text = String::new();
     let mut row = |name: &str, value: String| {
@@ -44,6 +44,9 @@ fn of_mesh(quality: &Assessment) -> String {
         "faces",
         (quality.faces.n_inner + quality.faces.n_outer).to_string(),
     );
+    let first = |cell| format!("  (cell {cell})");
+    let first = negative.first.map_or_else(String::new, first);
+    row("negative_cells", format!("{}{first}", negative.n));
     for (name, value) in quality.columns() {
         let at =
             extreme(quality, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));

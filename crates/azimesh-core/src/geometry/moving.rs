@@ -34,9 +34,14 @@ impl Moving {
     /// A rotation by `angle` radians about the unit vector `axis` through `origin`, which grows by
     /// `rate` radians a second.
     pub fn rotation(axis: Vector, origin: Vector, angle: f64, rate: f64) -> Self {
-        let omega = scale(axis, rate);
+        let map = Transform::rotation(axis, origin, angle);
+        Self::turning(map, origin, scale(axis, rate))
+    }
+
+    /// A transform that leaves `origin` where it is, and turns by `omega` radians a second.
+    pub fn turning(map: Transform, origin: Vector, omega: Vector) -> Self {
         Self {
-            map: Transform::rotation(axis, origin, angle),
+            map,
             omega,
             shift: cross(origin, omega),
         }

@@ -45,13 +45,7 @@ pub fn rotation_vector(rotation: &Matrix) -> Vector {
 /// Of all rotation vectors of a rotation matrix, which differ by turns about its axis, the one nearest
 /// to `previous`.
 pub fn rotation_vector_near(rotation: &Matrix, previous: Vector) -> Vector {
-    let q = Quaternion::of_matrix(rotation);
-    let [a, b] = [q, q.negative()].map(|q| q.rotation_vector_near(previous));
-    if norm(sub(a, previous)) <= norm(sub(b, previous)) {
-        a
-    } else {
-        b
-    }
+    Quaternion::of_matrix(rotation).nearest_vector(previous)
 }
 
 /// A unit quaternion `w + v`: a rotation by `theta` has `w = cos(|theta|/2)` and
@@ -143,6 +137,17 @@ impl Quaternion {
         Self {
             w: -self.w,
             v: scale(self.v, -1.0),
+        }
+    }
+
+    /// Of all rotation vectors of this quaternion and its negative, which are one rotation and differ by turns about
+    /// its axis, the one nearest to `previous`.
+    pub fn nearest_vector(self, previous: Vector) -> Vector {
+        let [a, b] = [self, self.negative()].map(|q| q.rotation_vector_near(previous));
+        if norm(sub(a, previous)) <= norm(sub(b, previous)) {
+            a
+        } else {
+            b
         }
     }
 

@@ -114,7 +114,7 @@ impl Velocities {
             });
         }
         plan.periodic.follow_directions(&part.mesh, out);
-        if plan.motion.rotor.in_plane {
+        if plan.motion.in_plane() {
             parallel::update(out, |_, v| v[2] = 0.0);
         }
         if let Some(layer) = &plan.one_layer {
@@ -146,10 +146,9 @@ impl IntoInertial {
         let Some(to) = plan.motion.to_inertial_moving(step) else {
             return;
         };
-        let by = Self::new(to);
+        let by = to.map(|to| Self::new(*to));
         parallel::update(out, |at, v| {
-            let number = part.mesh.number_of_node(at as u32);
-            if plan.is_in_zone(number) || plan.motion.body_of_node(number).is_some() {
+            if let Some(by) = by.of_node(part.mesh.number_of_node(at as u32)) {
                 *v = by.at(points[at], *v);
             }
         });

@@ -44,6 +44,8 @@ pub struct Body {
     pub(super) optional_tags: Vec<Pattern>,
     /// Zones that move rigidly with it; it has these or tags.
     pub(super) zones: Vec<Pattern>,
+    /// Its rotor; the parent's rotor, or the only one, when `None`.
+    pub(super) rotor: Option<String>,
     /// Azimuth of its blade at rotor azimuth zero, in radians; the parent's offset when `None`.
     pub(super) azimuth_offset: Option<f64>,
     /// The body it moves with, which is declared earlier.
@@ -93,6 +95,8 @@ setters! { Body {
     ramp_steps(steps: usize) |self| self.ramp = Some(Ramp::of_steps(steps));
     /// Sets the body that it moves with, which must be added to the schedule before it.
     parent(name: impl Into<String>) |self| self.parent = Some(name.into());
+    /// Sets its rotor, if the schedule has several.
+    rotor(name: impl Into<String>) |self| self.rotor = Some(name.into());
     /// Azimuth of its blade at rotor azimuth zero, in degrees. The default is the parent's offset, or 0 without a parent.
     azimuth_offset_deg(azimuth: f64) |self| self.azimuth_offset = Some(azimuth.to_radians());
 } }
@@ -124,6 +128,8 @@ keys! { impl Body "[[body]]" = Self::new("", [""; 0]), {
     optional_tags => optional_tags, patterns(), or "none";
     /// zones (globs as in `tags`) whose nodes all [move rigidly](#zones-that-move-rigidly) with it
     zones => zones, patterns(), or "this or `tags`";
+    /// name of its rotor, which gives its motions their axes and azimuth
+    rotor => rotor, string::<String>(), or "that of its parent, or the only one";
     /// azimuth of this blade when the rotor's azimuth is zero; 90 for the second of four blades. [What it turns](#what-azimuth_offset-turns)
     azimuth_offset => azimuth_offset, angle(), or "0, or the offset of its parent";
     /// the body that it moves with, which must come earlier in the schedule
@@ -154,6 +160,7 @@ impl Body {
             optional_tags: Vec::new(),
             zones: Vec::new(),
             name,
+            rotor: None,
             azimuth_offset: None,
             parent: None,
             ramp: None,
@@ -218,16 +225,22 @@ impl Body {
         if let Some(ramp) = &self.ramp {
             ramp.check(places)?;
         }
-        if self.motions.is_empty() && self.parent.is_none() {
-            let message = format!(
-                "body \"{name}\" has no motion; give it [body.cyclic], [body.rigid] or another one, or list its tags \
-                 as `fixed`"
-            );
-            return Err(places.error("", message));
-        }
         self.motions
             .iter()
             .try_for_each(|motion| motion.check(self))
+    }
+
+    /// Refuses a body without a motion that does not turn with its rotor either.
+    pub(super) fn check_moves(&self, turns: bool) -> Result<()> {
+        if turns || !self.motions.is_empty() || self.parent.is_some() {
+            return Ok(());
+        }
+        let message = format!(
+            "body \"{}\" has no motion; give it [body.cyclic], [body.rigid] or another one, or list its tags \
+             as `fixed`",
+            self.name
+        );
+        Err(self.places.error("", message))
     }
 
     /// Refuses a body without tags or zones, or with both, and zones that would not stay rigid.

@@ -24,7 +24,7 @@ impl Schedule {
             path: PathBuf::new(),
             text: String::new(),
             steps,
-            rotor: Rotor::default(),
+            rotors: vec![Rotor::default()],
             bodies: Vec::new(),
             boundaries: Boundaries::default(),
             rbf: RbfOptions::default(),
@@ -46,8 +46,11 @@ impl Schedule {
 }
 
 setters! { Schedule {
-    /// The rotor.
-    rotor(rotor: Rotor) |self| self.rotor = rotor;
+    /// Sets the rotor, or adds one of several, each with a [name](Rotor::name). The azimuth of the steps is that of the first.
+    rotor(rotor: Rotor) |self| {
+        self.rotors.retain(|other| other.name.is_some());
+        self.rotors.push(rotor);
+    };
     /// Adds a moving body; parents come before their children.
     body(body: Body) |self| self.bodies.push(body);
     /// Selects zones that deform; their interfaces to other zones stay fixed. All zones deform by default.

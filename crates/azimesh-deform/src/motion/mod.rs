@@ -47,12 +47,12 @@ pub use options::{
 pub use output::{OnInverted, QualityOutput, SurfaceOutput};
 pub use pose::RigidAt;
 pub use resolved::Motion;
-pub use rotor::{Frame, Rotor};
+pub use rotor::{Frame, Rotor, RotorAxes, ToInertial, TurningRotor};
 pub use schedule::Schedule;
 pub use steps::{Step, Steps};
 pub use surface::{Role, Surface, SurfaceFaces, SurfaceNodes, TagRole};
-pub use table::Table;
-pub use zones::{DeformingZone, RigidPart};
+pub use table::{RotationForm, Table};
+pub use zones::{DeformingZone, RigidPart, ZonePart};
 
 #[cfg(test)]
 mod tests;

@@ -34,6 +34,24 @@ impl Places {
         self.lines.insert(key, line);
     }
 
+    /// Returns the places of the options under a key, without that prefix; `item` names their owner.
+    pub fn within(&self, key: &str, item: String) -> Self {
+        let lines = self.lines.iter().filter_map(|(name, line)| {
+            let name = name.strip_prefix(key)?;
+            let name = name.strip_prefix('.').or(name.is_empty().then_some(""))?;
+            Some((name.to_owned(), *line))
+        });
+        Self {
+            lines: lines.collect(),
+            item,
+        }
+    }
+
+    /// Returns whether a file has this key.
+    pub fn of_given(&self, key: &str) -> bool {
+        self.lines.contains_key(key)
+    }
+
     /// Returns the position of a key such as `rbf.substeps`, or of the table that would contain it.
     pub fn of(&self, key: &str) -> Option<Position> {
         let above = key.rfind('.').map_or("", |dot| &key[..dot]);

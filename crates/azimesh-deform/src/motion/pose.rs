@@ -9,10 +9,8 @@
 use super::body_map::{BodyMap, BodyVelocity};
 use super::motions::{At, CentreLine, Clock, Link, MapScope, ResolvedMotion, Rotation};
 use super::resolved::{Motion, MovingBody};
-use super::rotor::Frame;
 use super::steps::Step;
 use azimesh_core::geometry::vector::{Vector, add, scale};
-use azimesh_core::geometry::{Moving, Transform};
 use std::sync::Arc;
 
 /// The rigid motions of a body at a step.
@@ -41,7 +39,7 @@ impl Motion {
     /// If there is no such body.
     pub fn pose_part(&self, body: usize, step: &Step, part: f64) -> BodyMap<'_> {
         let mut map = BodyMap::default();
-        for link in self.own_links(body, &self.at(step, part)) {
+        for link in self.own_links(body, &self.at(body, step, part)) {
             map.push(link.with_rigid(|rigid| rigid.map()));
         }
         match self.bodies[body].parent {
@@ -58,14 +56,30 @@ impl Motion {
             .collect()
     }
 
+    /// Returns the exact map of every body at a step, with the rotation to the inertial frame if its rotor has that frame.
+    pub fn poses_in_place(&self, step: &Step) -> Vec<BodyMap<'_>> {
+        let to_inertial = self.to_inertial(step);
+        let to_inertial = |body| to_inertial.as_ref()?.of_body(body);
+        let poses = self.poses(step, 1.0).into_iter().enumerate();
+        poses
+            .map(|(body, pose)| match to_inertial(body) {
+                Some(to_inertial) => pose.then(to_inertial),
+                None => pose,
+            })
+            .collect()
+    }
+
     /// Velocities of the points of every body at a step. Linear tables give the slope after a row; a ramp gives the slope
     /// between the neighbouring steps.
     pub fn velocities(&self, step: &Step) -> Vec<BodyVelocity<'_>> {
-        let at = At {
-            rates: true,
-            ..self.at(step, 1.0)
+        let links = |body| {
+            let at = At {
+                rates: true,
+                ..self.at(body, step, 1.0)
+            };
+            self.family(body)
+                .flat_map(move |body| self.own_links(body, &at))
         };
-        let links = |body| self.family(body).flat_map(|body| self.own_links(body, &at));
         let velocity = |body| BodyVelocity {
             links: links(body)
                 .filter(|link| !link.is_rest())
@@ -78,7 +92,7 @@ impl Motion {
     /// Rotations of a body at a step, in their order, followed by the rotations of its parent. Beams give the rotations of
     /// the sections that contain `x` of the reference mesh.
     pub(super) fn rotations(&self, body: usize, step: &Step, x: Vector) -> Vec<Rotation> {
-        let at = self.at(step, 1.0);
+        let at = self.at(body, step, 1.0);
         let links = self.family(body).flat_map(|body| self.own_links(body, &at));
         links.flat_map(|link| link.rotations(x)).collect()
     }
@@ -86,7 +100,7 @@ impl Motion {
     /// Rotations of a body's own rigid motions at a step, in their order, and the sum of their translations. Cyclic
     /// motion (see [`cyclic_angles`](Self::cyclic_angles)), beams and displacements of nodes are left out.
     pub fn rigid_parts(&self, body: usize, step: &Step) -> RigidAt {
-        let at = self.at(step, 1.0);
+        let at = self.at(body, step, 1.0);
         let MovingBody { motions, ramp, .. } = &self.bodies[body];
         let ramp = ramp
             .as_ref()
@@ -160,11 +174,13 @@ impl Motion {
     /// the signs of the rotor; `None` if it has none.
     pub fn cyclic_angles(&self, body: usize, step: &Step) -> Option<[f64; 3]> {
         let MovingBody { motions, ramp, .. } = &self.bodies[body];
+        let at = self.at(body, step, 1.0);
         let angles = motions
             .iter()
-            .find_map(|motion| motion.cyclic_angles(step))?;
-        let clock = self.at(step, 1.0).clock;
-        let reached = ramp.as_ref().map_or(1.0, |ramp| ramp.at(step, &clock)[0]);
+            .find_map(|motion| motion.cyclic_angles(at.step))?;
+        let reached = ramp
+            .as_ref()
+            .map_or(1.0, |ramp| ramp.at(step, &at.clock)[0]);
         Some(scale(angles, reached))
     }
 
@@ -175,9 +191,10 @@ impl Motion {
         own || body.parent.is_some_and(|parent| self.is_of_blade(parent))
     }
 
-    fn at<'a>(&'a self, step: &'a Step, part: f64) -> At<'a> {
+    /// Returns a part of a step at the azimuth of the body's rotor.
+    fn at<'a>(&'a self, body: usize, step: &'a Step, part: f64) -> At<'a> {
         At {
-            step,
+            step: self.rotors[self.bodies[body].rotor].step(step),
             part,
             clock: Clock {
                 steps: &self.steps,
@@ -185,21 +202,5 @@ impl Motion {
             },
             rates: false,
         }
-    }
-
-    /// Returns the azimuth rotation `Rz(psi)` from the rotating frame, in which the mesh deforms, to the inertial
-    /// frame; `None` if meshes are written in the rotating frame.
-    pub fn to_inertial(&self, step: &Step) -> Option<Transform> {
-        (self.rotor.frame == Frame::Inertial).then(|| self.rotor.turn(step.azimuth))
-    }
-
-    /// Returns the rotation of [`to_inertial`](Self::to_inertial) with its velocity.
-    pub fn to_inertial_moving(&self, step: &Step) -> Option<Moving> {
-        let rate = step.azimuth_rate.unwrap_or(0.0);
-        let rotor = &self.rotor;
-        (rotor.frame == Frame::Inertial).then(|| {
-            let sign = rotor.signs.azimuth;
-            Moving::rotation(rotor.e_z, rotor.hub, sign * step.azimuth, sign * rate)
-        })
     }
 }

@@ -133,8 +133,18 @@ impl<'a> Section<'a> {
     fn add_places(&self, before: &str, table: &DeTable<'_>, places: &mut Places) {
         for (key, value) in table {
             let name = format!("{before}{}", key.get_ref());
-            if let DeValue::Table(inner) = value.get_ref() {
-                self.add_places(&format!("{name}."), inner, places);
+            match value.get_ref() {
+                DeValue::Table(inner) => self.add_places(&format!("{name}."), inner, places),
+                DeValue::Array(array) => {
+                    for (at, element) in array.iter().enumerate() {
+                        if let DeValue::Table(inner) = element.get_ref() {
+                            self.add_places(&format!("{name}.{at}."), inner, places);
+                            let line = self.lines.at(element.span().start);
+                            places.add(format!("{name}.{at}"), line);
+                        }
+                    }
+                }
+                _ => {}
             }
             places.add(name, self.lines.at(key.span().start));
         }
@@ -290,6 +300,11 @@ impl<'a> Entry<'a> {
     /// Returns whether it is a table, and not a single value or an array.
     pub(super) fn is_table(&self) -> bool {
         matches!(self.value, DeValue::Table(_))
+    }
+
+    /// Returns whether it is an array.
+    pub(super) fn is_array(&self) -> bool {
+        matches!(self.value, DeValue::Array(_))
     }
 
     /// `true` or `false`.

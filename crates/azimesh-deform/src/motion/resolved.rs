@@ -5,7 +5,7 @@ use super::motions::{
     At, Clock, Displacements, Link, MapScope, OnMesh, ResolvedMotion, Rigid, RigidLink,
 };
 use super::ramp::Ramp;
-use super::rotor::RotorAxes;
+use super::rotor::{RotorAxes, TurningRotor};
 use super::schedule::Schedule;
 use super::steps::{Step, neighbours};
 use super::surface::{Role, Surface, TagRole, nodes_of_tags};
@@ -22,8 +22,8 @@ use std::sync::Arc;
 pub struct Motion {
     /// The steps, at least one.
     pub steps: Vec<Step>,
-    /// The rotor's axes.
-    pub rotor: RotorAxes,
+    /// The rotors, in the order of the schedule, at least one.
+    pub rotors: Vec<TurningRotor>,
     /// The moving bodies, in the order of the schedule.
     pub bodies: Vec<MovingBody>,
     /// The surface nodes with their roles, and the faces between them.
@@ -43,6 +43,8 @@ pub struct Motion {
 pub struct MovingBody {
     /// Its name, unique among the bodies.
     pub name: String,
+    /// Its rotor.
+    pub rotor: usize,
     /// Azimuth of its blade at rotor azimuth zero, in radians.
     pub azimuth_offset: f64,
     /// The body it moves with, which is declared earlier.
@@ -52,7 +54,7 @@ pub struct MovingBody {
     /// Sorted by the order in which they act; a rigid map is always among them.
     pub(super) motions: Vec<Arc<dyn ResolvedMotion>>,
     /// Position in the schedule.
-    pub(crate) place: Option<Position>,
+    pub place: Option<Position>,
     /// Warnings about the input of its motions.
     pub(super) warnings: Vec<Note>,
 }
@@ -83,21 +85,29 @@ impl Motion {
         // A mesh of one layer in the plane of x and y moves like a mesh in that plane.
         let is_plane = dimension == 2 || OneLayer::axis_of(boundary)? == Some(2);
         if is_plane {
-            check_plane(&schedule.bodies, schedule.rotor.is_upright())?;
+            check_plane(schedule)?;
         }
-        let rotor = schedule
-            .rotor
-            .axes(if is_plane { 2 } else { dimension }, &schedule.places)?;
+        let steps = schedule.steps()?;
+        let rotor = |at: usize| {
+            let rotor = schedule.rotor_in_time(at)?;
+            let dimension = if is_plane { 2 } else { dimension };
+            Ok(TurningRotor {
+                name: rotor.rotor.name.clone(),
+                axes: rotor.rotor.axes(dimension, &rotor.places)?,
+                steps: if at == 0 { None } else { rotor.steps(&steps)? },
+            })
+        };
+        let rotors: Result<Vec<_>> = (0..schedule.rotors.len()).map(rotor).collect();
+        let rotors = rotors?;
         let parts = RigidPart::find_all(schedule, boundary, sides_of)?;
         let zone = DeformingZone::find(schedule, &parts, boundary, sides_of)?;
         let tags: Vec<&Group> = boundary.boundary_tags().collect();
         let named = TagRoles::find(&tags, schedule, zone.as_ref(), boundary)?;
         check_sliding(&tags, &named.tags, dimension)?;
-        let steps = schedule.steps()?;
         let mut motion = Self {
             neighbours: neighbours(&steps),
             steps,
-            rotor,
+            rotors,
             bodies: Vec::new(),
             surface: Surface::find(&tags, named.tags, zone.as_ref(), boundary),
             periodic: named.periodic,
@@ -116,6 +126,7 @@ impl Motion {
     fn resolve(&self, body: &Body, schedule: &Schedule, boundary: &Boundary) -> Result<MovingBody> {
         let is_parent = |other: &MovingBody| Some(&other.name) == body.parent.as_ref();
         let parent = self.bodies.iter().position(is_parent);
+        let rotor = schedule.rotor_of(body)?;
         let inherited = parent.map_or(0.0, |parent| self.bodies[parent].azimuth_offset);
         let azimuth_offset = body.azimuth_offset.unwrap_or(inherited);
         let on = OnMesh {
@@ -123,10 +134,10 @@ impl Motion {
             faces: &self.surface.faces,
             surface_nodes: &self.surface.nodes,
             role: Role::Moving(self.bodies.len() as u16),
-            blade: self.rotor.blade(azimuth_offset),
+            blade: self.rotors[rotor].axes.blade(azimuth_offset),
             offset: azimuth_offset,
             clock: Clock {
-                steps: &self.steps,
+                steps: self.rotors[rotor].steps.as_ref().unwrap_or(&self.steps),
                 neighbours: &self.neighbours,
             },
             length_unit: schedule.output.length_unit.as_deref(),
@@ -150,6 +161,7 @@ impl Motion {
         }
         Ok(MovingBody {
             name: body.name.clone(),
+            rotor,
             azimuth_offset,
             parent,
             ramp: body.ramp.clone(),
@@ -208,6 +220,25 @@ impl Motion {
             .map(|part| part.body)
     }
 
+    /// Returns the rotor of a node, by its number in the whole mesh; `None` if it is in no zone of a rotor.
+    pub fn rotor_of_node(&self, node: u32) -> Option<usize> {
+        match (self.body_of_node(node), &self.zone) {
+            (Some(body), _) => Some(self.bodies[body].rotor),
+            (None, Some(zone)) => zone.part_of(node)?.rotor,
+            (None, None) => Some(0),
+        }
+    }
+
+    /// Returns the axes of the rotor of a body.
+    pub fn axes(&self, body: usize) -> &RotorAxes {
+        &self.rotors[self.bodies[body].rotor].axes
+    }
+
+    /// Returns whether the mesh is plane, in x and y.
+    pub fn in_plane(&self) -> bool {
+        self.rotors[0].axes.in_plane
+    }
+
     /// Returns the nodes of both sides of a periodic pair, ascending; with zones, only nodes in the zones.
     pub fn periodic_nodes(&self, pair: &PeriodicTags, boundary: &Boundary) -> [Vec<u32>; 2] {
         [&pair.a, &pair.b].map(|tags| nodes_of_tags(tags, self.zone.as_ref(), boundary))
@@ -239,9 +270,11 @@ fn check_sliding(tags: &[&Group], roles: &[TagRole], space: u8) -> Result<()> {
 }
 
 /// Refuses motion out of the plane of a 2D mesh.
-fn check_plane(bodies: &[Body], upright: bool) -> Result<()> {
-    let mut motions = bodies
-        .iter()
-        .flat_map(|body| body.motions.iter().rev().map(move |motion| (body, motion)));
-    motions.try_for_each(|(body, motion)| motion.check_plane(body, upright))
+fn check_plane(schedule: &Schedule) -> Result<()> {
+    for body in &schedule.bodies {
+        let upright = schedule.rotors[schedule.rotor_of(body)?].is_upright();
+        let mut motions = body.motions.iter().rev();
+        motions.try_for_each(|motion| motion.check_plane(body, upright))?;
+    }
+    Ok(())
 }

@@ -1,13 +1,16 @@
 //! The rotor: hub and axes, the frame of the mesh, and signs.
 
-use super::keys::{choice, direction, keys, names, numbers, positive, sign, string};
+use super::keys::{choice, direction, keys, names, numbers, patterns, positive, sign, string};
 use super::motions::TableSource;
+use super::names::Pattern;
 use super::places::Places;
+use super::resolved::Motion;
 use super::setters::setters;
+use super::steps::Step;
 use super::table::{Column, History, Interpolation, Key};
 use azimesh_core::error::Result;
-use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, unit};
+use azimesh_core::geometry::{Moving, Transform};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -52,6 +55,8 @@ keys! {
     /// ```
     #[derive(Debug, Clone)]
     pub struct Rotor "[rotor]" {
+        /// unique among the rotors; bodies name it
+        pub(super) name: Option<String>, string::<String>(), or "none; needed with several rotors";
         /// hub centre O
         pub(super) hub: Vector, numbers::<3>("3 lengths"), default [0, 0, 0];
         /// direction of the blade at zero azimuth, outward
@@ -62,8 +67,11 @@ keys! {
         /// are duplicated, with a [tag on each side](tasks/rotor.md). That interface must be a surface of revolution
         /// about the shaft; otherwise a warning says so
         pub(crate) frame: Frame, choice::<Frame>(), default "rotating";
-        /// greater than 0; gives each step its time in s; not together with `[time]`
-        pub(super) rpm: Option<f64>, positive("1/min"), or "none";
+        /// zones (globs) that deform and turn with this rotor, with `frame = "inertial"`
+        pub(super) zones: Vec<Pattern>, patterns(), or "of an only rotor `zones` of `[boundaries]`, or all";
+        /// greater than 0. With `[azimuth]`, `rpm` of the first rotor gives each step its time in s. Otherwise `rpm` gives
+        /// the azimuth: 6 `rpm` x time in degrees, not together with `frequency`
+        pub(super) rpm: Option<f64>, positive("1/min"), or "none; that of the first rotor";
         /// a table `time_s,azimuth_deg` (or `azimuth_rad`) that gives each step of `[time]` its azimuth, in place of
         /// `frequency`: a rotor that speeds up. It must cover all times
         pub(super) azimuth_table: Option<TableSource>, string::<TableSource>(), or "none";
@@ -90,26 +98,35 @@ impl Rotor {
 
     /// Refuses invalid numbers.
     pub(super) fn check(&self, places: &Places) -> Result<()> {
-        places.finite("rotor.hub", &self.hub)?;
+        if self.frame == Frame::Rotating && !self.zones.is_empty() {
+            let message = "`zones` of a rotor turn with it in the inertial frame only; set frame = \"inertial\", or name them under `zones` of [boundaries]";
+            return Err(places.error("zones", message));
+        }
+        places.finite("hub", &self.hub)?;
         let axes = [
-            ("rotor.span_axis", self.span_axis),
-            ("rotor.shaft_axis", self.shaft_axis),
+            ("span_axis", self.span_axis),
+            ("shaft_axis", self.shaft_axis),
         ];
         for (key, axis) in axes {
             axis.map_or(Ok(()), |axis| places.direction(key, axis))?;
         }
         if let Some(rpm) = self.rpm {
-            places.positive("rotor.rpm", rpm)?;
+            places.positive("rpm", rpm)?;
         }
         for (key, sign) in [
-            ("rotor.azimuth_sign", self.azimuth_sign),
-            ("rotor.pitch_sign", self.pitch_sign),
-            ("rotor.flap_sign", self.flap_sign),
-            ("rotor.lag_sign", self.lag_sign),
+            ("azimuth_sign", self.azimuth_sign),
+            ("pitch_sign", self.pitch_sign),
+            ("flap_sign", self.flap_sign),
+            ("lag_sign", self.lag_sign),
         ] {
             places.check(sign.abs() == 1.0, key, &sign.to_string(), "1 or -1")?;
         }
         Ok(())
+    }
+
+    /// Returns whether the time of a step gives its azimuth.
+    pub(super) fn turns_in_time(&self) -> bool {
+        self.azimuth_table.is_some() || self.rpm.is_some()
     }
 
     /// Reads the azimuth over time, if a table gives it: `azimuth_deg` or `azimuth_rad` (the first of the values) over
@@ -122,9 +139,7 @@ impl Rotor {
         let Some(source) = &self.azimuth_table else {
             return Ok(None);
         };
-        let table = source.read_in(folder, |message| {
-            places.error("rotor.azimuth_table", message)
-        })?;
+        let table = source.read_in(folder, |message| places.error("azimuth_table", message))?;
         let mut columns = table.columns();
         let time = columns.require("time_s")?;
         let degrees = columns.optional("azimuth_deg");
@@ -156,8 +171,8 @@ impl Rotor {
     /// Returns the axes for a mesh of this dimension. The shaft is kept, the span made perpendicular to it.
     pub(super) fn axes(&self, dimension: u8, places: &Places) -> Result<RotorAxes> {
         let key = match self.shaft_axis {
-            Some(_) => "rotor.shaft_axis",
-            None => "rotor.span_axis",
+            Some(_) => "shaft_axis",
+            None => "span_axis",
         };
         let error = |message: &str| places.error(key, message);
         let upright = dimension == 2 && self.is_upright();
@@ -181,7 +196,7 @@ impl Rotor {
         if dimension == 2 && !upright {
             if self.frame == Frame::Inertial {
                 let message = "`frame` = \"inertial\" turns a 2D mesh in its plane: `shaft_axis` must be along z";
-                return Err(places.error("rotor.frame", message));
+                return Err(places.error("frame", message));
             }
             if e_x[0].hypot(e_x[1]) > PARALLEL {
                 return Err(error(
@@ -207,6 +222,74 @@ impl Rotor {
     }
 }
 
+/// A rotor and its azimuth over time.
+pub(super) struct RotorInTime<'a> {
+    pub rotor: &'a Rotor,
+    /// The places of its keys.
+    pub places: Places,
+    /// Its table, if it has one that was read.
+    pub table: Option<AzimuthHistory>,
+}
+
+impl RotorInTime<'_> {
+    /// Returns the azimuth at a time in degrees and in radians, and its rate in radians per second; `None` without `rpm` and
+    /// table.
+    pub fn azimuth_at(&self, time: f64) -> Result<Option<[f64; 3]>> {
+        if let Some(table) = &self.table {
+            return table.at(time).map(Some);
+        }
+        Ok(self.rotor.rpm.map(|rpm| {
+            let degrees = 6.0 * rpm * time;
+            [degrees, degrees.to_radians(), (6.0 * rpm).to_radians()]
+        }))
+    }
+
+    /// Returns the steps at the azimuths of this rotor, which is not the first; `None` if they equal those of the first.
+    pub fn steps(&self, of_first: &[Step]) -> Result<Option<Vec<Step>>> {
+        if !self.rotor.turns_in_time() {
+            return Ok(None);
+        }
+        let key = match self.rotor.azimuth_table {
+            Some(_) if self.rotor.rpm.is_some() => {
+                let message = "`rpm` and `azimuth_table` both define the azimuth; keep one of them";
+                return Err(self.places.error("rpm", message));
+            }
+            Some(_) => "azimuth_table",
+            None => "rpm",
+        };
+        let at_own_azimuth = |step: &Step| {
+            let Some(time) = step.time_s else {
+                let message = format!(
+                    "`{key}` needs the time of every step; give the first rotor its `rpm`, or give the steps as [time]"
+                );
+                return Err(self.places.error(key, message));
+            };
+            let Some([azimuth_deg, azimuth, rate]) = self.azimuth_at(time)? else {
+                return Ok(*step);
+            };
+            if !azimuth.is_finite() {
+                let message = format!(
+                    "`{key}` gives step {} an azimuth that is not finite",
+                    step.index
+                );
+                return Err(self.places.error(key, message));
+            }
+            Ok(Step {
+                azimuth_deg,
+                azimuth,
+                azimuth_rate: Some(rate),
+                has_azimuth: true,
+                ..*step
+            })
+        };
+        of_first
+            .iter()
+            .map(at_own_azimuth)
+            .collect::<Result<_>>()
+            .map(Some)
+    }
+}
+
 /// The azimuth over time.
 #[derive(Debug)]
 pub(super) struct AzimuthHistory {
@@ -229,6 +312,11 @@ impl AzimuthHistory {
 }
 
 setters! { Rotor {
+    /// Sets its name, unique among the rotors; bodies name it.
+    name(name: impl Into<String>) |self| self.name = Some(name.into());
+    /// Adds zones that deform and turn with it, in the inertial frame.
+    zones(zones: impl IntoIterator<Item = impl Into<String>>) |self|
+        self.zones.extend(Pattern::all(zones, &Places::of_item("rotor".into()), "zones"));
     /// Sets the hub centre, in mesh units.
     hub(hub: Vector) |self| self.hub = hub;
     /// Sets the direction, of any length, of the span of the blade at zero azimuth.
@@ -255,6 +343,96 @@ setters! { Rotor {
     /// Sets the sign of the lag angle: 1, or -1 for the other convention.
     lag_sign(sign: f64) |self| self.lag_sign = sign;
 } }
+
+/// A rotor on a mesh.
+#[derive(Debug, Clone)]
+pub struct TurningRotor {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Its axes.
+    pub axes: RotorAxes,
+    /// The steps at its azimuths; `None` if they equal those of the schedule.
+    pub(super) steps: Option<Vec<Step>>,
+}
+
+impl TurningRotor {
+    /// Returns a step of the schedule at the azimuth of this rotor.
+    pub fn step<'a>(&'a self, step: &'a Step) -> &'a Step {
+        self.steps.as_ref().map_or(step, |steps| &steps[step.index])
+    }
+
+    /// Returns whether the mesh turns with it.
+    pub fn is_inertial(&self) -> bool {
+        self.axes.frame == Frame::Inertial
+    }
+
+    /// Returns the rotation to the inertial frame at a step; `None` if the mesh does not turn with it.
+    fn to_inertial(&self, step: &Step) -> Option<Transform> {
+        let turn = || self.axes.turn(self.step(step).azimuth);
+        self.is_inertial().then(turn)
+    }
+
+    /// Returns the rotation to the inertial frame with its velocity.
+    fn to_inertial_moving(&self, step: &Step) -> Option<Moving> {
+        let (axes, step) = (&self.axes, self.step(step));
+        let [angle, rate] = [step.azimuth, step.azimuth_rate.unwrap_or(0.0)];
+        let sign = axes.signs.azimuth;
+        let turn = || Moving::rotation(axes.e_z, axes.hub, sign * angle, sign * rate);
+        self.is_inertial().then(turn)
+    }
+}
+
+/// The rotations of each rotor from its frame, in which its zones deform, to the inertial frame.
+pub struct ToInertial<'a, T = Transform> {
+    motion: &'a Motion,
+    /// By rotor; `None` if the mesh does not turn with it.
+    of_rotors: Vec<Option<T>>,
+}
+
+impl<T> ToInertial<'_, T> {
+    /// Returns the rotation of a node of the mesh; `None` if it does not turn.
+    pub fn of_node(&self, node: u32) -> Option<&T> {
+        let rotor = self.motion.rotor_of_node(node)?;
+        self.of_rotors[rotor].as_ref()
+    }
+
+    /// Returns the rotation of a body; `None` if it does not turn.
+    pub fn of_body(&self, body: usize) -> Option<&T> {
+        self.of_rotors[self.motion.bodies[body].rotor].as_ref()
+    }
+
+    /// Converts each of them.
+    #[must_use]
+    pub fn map<U>(&self, change: impl Fn(&T) -> U) -> ToInertial<'_, U> {
+        let of_rotors = self.of_rotors.iter();
+        ToInertial {
+            motion: self.motion,
+            of_rotors: of_rotors.map(|of| of.as_ref().map(&change)).collect(),
+        }
+    }
+}
+
+impl Motion {
+    /// Returns the azimuth rotations `Rz(psi)` from the frames of the rotors to the inertial frame at a step; `None` if no
+    /// rotor has that frame.
+    pub fn to_inertial(&self, step: &Step) -> Option<ToInertial<'_>> {
+        self.turns(|rotor| rotor.to_inertial(step))
+    }
+
+    /// Returns the rotations of [`to_inertial`](Self::to_inertial) with their velocities.
+    pub fn to_inertial_moving(&self, step: &Step) -> Option<ToInertial<'_, Moving>> {
+        self.turns(|rotor| rotor.to_inertial_moving(step))
+    }
+
+    fn turns<T>(&self, of: impl Fn(&TurningRotor) -> Option<T>) -> Option<ToInertial<'_, T>> {
+        let of_rotors: Vec<Option<T>> = self.rotors.iter().map(of).collect();
+        let turns = of_rotors.iter().any(Option::is_some);
+        turns.then_some(ToInertial {
+            motion: self,
+            of_rotors,
+        })
+    }
+}
 
 /// The rotor's axes at zero azimuth: right-handed and orthonormal.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

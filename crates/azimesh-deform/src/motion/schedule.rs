@@ -3,12 +3,13 @@
 use super::body::Body;
 use super::boundaries::Boundaries;
 use super::keys::{Keys, Kind, choice, count, keys, names, table};
-use super::motions::{Displacements, TableSource};
+use super::motions::{Displacements, TableSource, paths};
+use super::names::list;
 use super::options::{Interpolate, RbfOptions, SelectionOptions};
 use super::output::{OnInverted, OutputOptions};
 use super::places::Places;
 use super::reader::{AngleUnit, Lines, Section};
-use super::rotor::{Frame, Rotor};
+use super::rotor::{Frame, Rotor, RotorInTime};
 use super::steps::{Azimuths, Step, Steps, Times};
 use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
@@ -39,8 +40,9 @@ pub struct Schedule {
     #[doc(hidden)]
     pub text: String,
     pub(super) steps: Steps,
-    pub(crate) rotor: Rotor,
-    /// The moving bodies, at least one.
+    /// The rotors, at least one.
+    pub(super) rotors: Vec<Rotor>,
+    /// The moving bodies, at least one unless a rotor turns zones.
     pub(super) bodies: Vec<Body>,
     /// Zones that deform, and boundaries that do not move with a body.
     pub(super) boundaries: Boundaries,
@@ -125,7 +127,6 @@ impl Schedule {
         let mut schema = <Self as Keys>::schema();
         schema["$schema"] = "http://json-schema.org/draft-07/schema#".into();
         schema["title"] = "Motion schedule of azimesh".into();
-        schema["required"] = json!(["body"]);
         schema
     }
 
@@ -134,10 +135,98 @@ impl Schedule {
     /// # Errors
     /// If there are none or more than a million, if a number is not finite, or if the table of the azimuth is wrong.
     pub fn steps(&self) -> Result<Vec<Step>> {
+        self.steps.steps(&self.rotor_in_time(0)?, &self.places)
+    }
+
+    /// Returns a rotor with the table of its azimuth.
+    pub(super) fn rotor_in_time(&self, at: usize) -> Result<RotorInTime<'_>> {
+        let (rotor, places) = (&self.rotors[at], self.rotor_places(at));
         let folder = self.path.with_file_name("");
-        let azimuth = self.rotor.azimuth_history(&folder, &self.places)?;
-        self.steps
-            .steps(&self.rotor, &self.places, azimuth.as_ref())
+        let table = rotor.azimuth_history(&folder, &places)?;
+        Ok(RotorInTime {
+            rotor,
+            places,
+            table,
+        })
+    }
+
+    /// Returns the places of the keys of a rotor.
+    pub(super) fn rotor_places(&self, at: usize) -> Places {
+        let key = format!("rotor.{at}");
+        match (&self.rotors[at].name, self.places.of_given(&key)) {
+            (_, true) => self.places.within(&key, String::new()),
+            (Some(name), _) if self.rotors.len() > 1 => {
+                self.places.within("rotor", format!("rotor \"{name}\""))
+            }
+            _ => self.places.within("rotor", "rotor".to_owned()),
+        }
+    }
+
+    /// Returns the rotor that a body names, else the parent's rotor, else the only one.
+    pub(super) fn rotor_of(&self, body: &Body) -> Result<usize> {
+        let parent = body
+            .parent
+            .as_ref()
+            .and_then(|parent| self.bodies.iter().find(|body| body.name == *parent));
+        let inherited = parent.map(|parent| self.rotor_of(parent)).transpose()?;
+        let names = || {
+            let names = self.rotors.iter().filter_map(|rotor| rotor.name.as_deref());
+            match names.clone().next() {
+                Some(_) => format!("the schedule has the rotors {}", list(names)),
+                None => "no rotor of the schedule has a name".to_owned(),
+            }
+        };
+        let Some(name) = &body.rotor else {
+            return match (inherited, self.rotors.len()) {
+                (Some(rotor), _) => Ok(rotor),
+                (None, 1) => Ok(0),
+                (None, _) => {
+                    let message = format!("body \"{}\" names no `rotor`; {}", body.name, names());
+                    Err(body.places.error("", message))
+                }
+            };
+        };
+        let mut rotors = self.rotors.iter();
+        let Some(rotor) = rotors.position(|rotor| rotor.name.as_ref() == Some(name)) else {
+            let message = format!("`rotor` = \"{name}\" is not a rotor; {}", names());
+            return Err(body.places.error("rotor", message));
+        };
+        if let (Some(other), Some(parent)) = (inherited.filter(|other| *other != rotor), parent) {
+            let message = format!(
+                "`rotor` = \"{name}\", and body \"{}\" moves with \"{}\" of the rotor \"{}\"; a body has the rotor of its parent",
+                body.name,
+                parent.name,
+                self.rotors[other].name.as_deref().unwrap_or_default()
+            );
+            return Err(body.places.error("rotor", message));
+        }
+        Ok(rotor)
+    }
+
+    /// Refuses several rotors without unique names.
+    fn check_rotors(&self) -> Result<()> {
+        for (at, rotor) in self.rotors.iter().enumerate() {
+            let places = self.rotor_places(at);
+            rotor.check(&places)?;
+            let same = |other: &Rotor| other.name.is_some() && other.name == rotor.name;
+            match &rotor.name {
+                None if self.rotors.len() > 1 => {
+                    let message = format!(
+                        "rotor {} of {} has no `name`; of several rotors each needs one, which bodies name",
+                        at + 1,
+                        self.rotors.len()
+                    );
+                    return Err(places.error("", message));
+                }
+                Some(name) if self.rotors[..at].iter().any(same) => {
+                    let message =
+                        format!("there are two rotors \"{name}\"; each needs a name of its own");
+                    return Err(places.error("name", message));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// Returns a note if the last step is not at the stop of the schedule.
@@ -148,15 +237,27 @@ impl Schedule {
     /// Refuses values out of range and options that cannot be combined.
     pub(super) fn check(&self) -> Result<()> {
         let places = &self.places;
-        self.rotor.check(places)?;
-        let steps = self.steps.steps(&self.rotor, &self.places, None)?;
-        if self.bodies.is_empty() {
+        self.check_rotors()?;
+        let rotors = (0..self.rotors.len()).map(|at| RotorInTime {
+            rotor: &self.rotors[at],
+            places: self.rotor_places(at),
+            table: None,
+        });
+        let rotors: Vec<_> = rotors.collect();
+        let steps = self.steps.steps(&rotors[0], places)?;
+        for rotor in &rotors[1..] {
+            rotor.steps(&steps)?;
+        }
+        let turns = |rotor: &Rotor| rotor.frame == Frame::Inertial;
+        if self.bodies.is_empty() && !self.rotors.iter().any(turns) {
             return Err(Error::input(
                 "the schedule has no [[body]], so nothing would move; add one with name, tags and a motion",
             ));
         }
         for (at, body) in self.bodies.iter().enumerate() {
             body.check(&self.bodies[..at])?;
+            let rotor = &self.rotors[self.rotor_of(body)?];
+            body.check_moves(rotor.frame == Frame::Inertial)?;
         }
         self.rbf.check(places)?;
         self.selection.check(places)?;
@@ -167,12 +268,20 @@ impl Schedule {
 
     /// Refuses times without a frequency if something depends on the azimuth.
     fn check_azimuth(&self) -> Result<()> {
-        let turning = self.bodies.iter().find(|body| body.has_harmonics());
-        let what = match turning {
-            _ if !self.steps.has_no_azimuth(&self.rotor) => return Ok(()),
+        let has_none = |rotor: &Rotor| {
+            self.steps.has_no_azimuth(rotor) && self.steps.has_no_azimuth(&self.rotors[0])
+        };
+        let needs = |body: &&Body| {
+            let rotor = self.rotor_of(body);
+            body.has_harmonics() && rotor.is_ok_and(|rotor| has_none(&self.rotors[rotor]))
+        };
+        let inertial = |rotor: &Rotor| rotor.frame == Frame::Inertial && has_none(rotor);
+        let what = match self.bodies.iter().find(needs) {
             Some(body) => format!("the harmonics of body \"{}\" need", body.name),
-            None if self.selection.refresh.is_some() => "`refresh` in [selection] needs".to_owned(),
-            None if self.rotor.frame == Frame::Inertial => "frame = \"inertial\" needs".to_owned(),
+            None if self.selection.refresh.is_some() && has_none(&self.rotors[0]) => {
+                "`refresh` in [selection] needs".to_owned()
+            }
+            None if self.rotors.iter().any(inertial) => "frame = \"inertial\" needs".to_owned(),
             None => return Ok(()),
         };
         let section = self.steps.section();
@@ -212,11 +321,14 @@ impl Schedule {
     /// Returns the files that the rotor and the motions name, without duplicates, in their order.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
-        let azimuth = self.rotor.azimuth_table.iter();
+        let azimuth = self.rotors.iter().flat_map(|rotor| &rotor.azimuth_table);
         let motions = self.bodies.iter().flat_map(|body| &body.motions);
         let sources = azimuth.chain(motions.flat_map(|motion| motion.files()));
-        for file in sources.filter_map(TableSource::file) {
-            let path = self.path.with_file_name("").join(file);
+        let folder = self.path.with_file_name("");
+        for path in sources
+            .filter_map(TableSource::file)
+            .flat_map(|file| paths(&folder, file))
+        {
             if !files.contains(&path) {
                 files.push(path);
             }
@@ -249,6 +361,26 @@ const VERSION: Kind<usize> = Kind {
     ..count("integer")
 };
 
+const ROTORS: Kind<Vec<Rotor>> = Kind {
+    words: "a table, or tables, below",
+    read: |entry| {
+        if !entry.is_array() {
+            return Ok(vec![Rotor::read(entry)?]);
+        }
+        let elements = entry.elements("tables")?;
+        if elements.is_empty() {
+            return Err(
+                entry.error("is empty; write [[rotor]] for each rotor, or leave the key out")
+            );
+        }
+        elements.iter().map(Rotor::read).collect()
+    },
+    schema: || {
+        let rotors = json!({ "type": "array", "items": Rotor::schema(), "minItems": 1 });
+        json!({ "anyOf": [Rotor::schema(), rotors] })
+    },
+};
+
 const BODIES: Kind<Vec<Body>> = Kind {
     words: "tables, below",
     read: |entry| {
@@ -269,10 +401,10 @@ keys! { impl Schedule "the schedule" = Self::new(Steps::azimuths_deg([])), {
     time, table::<Times>(), or "this, `azimuth` or `steps`";
     /// the steps 0 to this one, without azimuths and times
     steps, count("integer"), or "this, `azimuth` or `time`";
-    /// hub, axes, frame and signs
-    rotor => rotor, table::<Rotor>(), or "none";
+    /// hub, axes, frame and signs; [several](#several-rotors) as `[[rotor]]`
+    rotor => rotors, ROTORS, or "none";
     /// what moves
-    body => bodies, BODIES, or "required";
+    body => bodies, BODIES, or "this, or zones that turn with a rotor";
     /// what does not move, and which zones deform
     boundaries => boundaries, table::<Boundaries>(), or "none";
     /// the interpolation

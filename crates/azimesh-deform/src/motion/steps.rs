@@ -3,7 +3,7 @@
 use super::keys::{Keys, Kind, keys, number, positive};
 use super::places::Places;
 use super::reader::{AngleUnit, Entry, Section};
-use super::rotor::{AzimuthHistory, Rotor};
+use super::rotor::{Rotor, RotorInTime};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::numbers::{named_step, short};
 use azimesh_core::{Note, note};
@@ -197,28 +197,20 @@ impl Steps {
 
     /// Returns whether they are times without an azimuth.
     pub(super) fn has_no_azimuth(&self, rotor: &Rotor) -> bool {
-        let has_none = self.frequency.is_none() && rotor.azimuth_table.is_none();
+        let has_none = self.frequency.is_none() && !rotor.turns_in_time();
         self.of == Of::Number || self.of == Of::Time && has_none
     }
 
-    /// Returns the steps, at least one. `rpm` of the rotor gives azimuths their times, and its table gives times their
-    /// azimuths; these are 0 without `azimuth`.
-    pub(super) fn steps(
-        &self,
-        rotor: &Rotor,
-        places: &Places,
-        azimuth: Option<&AzimuthHistory>,
-    ) -> Result<Vec<Step>> {
+    /// Returns the steps, at least one. `rpm` of the first rotor gives azimuths their times; `rpm` or the table gives times
+    /// their azimuths, which are 0 without either.
+    pub(super) fn steps(&self, first: &RotorInTime<'_>, places: &Places) -> Result<Vec<Step>> {
         let section = self.section();
+        let rotor = first.rotor;
         let values = self.values.all(section, places)?;
-        if let (Of::Time, Some(_)) = (self.of, rotor.rpm) {
-            let message = "`rpm` and [time] both define the times of the steps; keep one of them";
-            return Err(places.error("rotor.rpm", message));
-        }
         if let (Of::Number, Some(_)) = (self.of, rotor.rpm) {
             let message =
                 "`rpm` gives azimuths their times; give the steps as [azimuth], not as `steps`";
-            return Err(places.error("rotor.rpm", message));
+            return Err(first.places.error("rpm", message));
         }
         if let (Of::Azimuth(_) | Of::Number, Some(_)) = (self.of, self.frequency) {
             let message = "`frequency` is for steps in time; for azimuths give `rpm` in [rotor]";
@@ -227,8 +219,8 @@ impl Steps {
         if let Some(frequency) = self.frequency {
             places.positive("time.frequency", frequency)?;
         }
-        self.check_azimuth_table(rotor, places)?;
-        let step = |(index, value)| self.step(index, value, rotor, azimuth);
+        self.check_azimuth(first)?;
+        let step = |(index, value)| self.step(index, value, first);
         let steps: Result<Vec<Step>> = values.into_iter().enumerate().map(step).collect();
         let steps = steps?;
         let no_time = |step: &&Step| step.time_s.is_some_and(|time| !time.is_finite());
@@ -249,54 +241,57 @@ impl Steps {
         Ok(steps)
     }
 
-    /// Refuses a table of the azimuth if something else gives the azimuth.
-    fn check_azimuth_table(&self, rotor: &Rotor, places: &Places) -> Result<()> {
-        let message = match (self.of, self.frequency) {
-            _ if rotor.azimuth_table.is_none() => return Ok(()),
-            (Of::Azimuth(_) | Of::Number, _) => {
-                "`azimuth_table` gives times their azimuths; give the steps as [time], not as [azimuth]"
-            }
-            (Of::Time, Some(_)) => {
-                "`azimuth_table` and `frequency` in [time] both define the azimuth; keep one of them"
-            }
-            (Of::Time, None) => return Ok(()),
+    /// Refuses a second definition of the azimuth.
+    fn check_azimuth(&self, first: &RotorInTime<'_>) -> Result<()> {
+        let has_table = first.rotor.azimuth_table.is_some();
+        let (key, message) = match (self.of, self.frequency, first.rotor.rpm) {
+            (Of::Azimuth(_) | Of::Number, _, _) if has_table => (
+                "azimuth_table",
+                "`azimuth_table` gives times their azimuths; give the steps as [time], not as [azimuth]",
+            ),
+            (Of::Time, Some(_), _) if has_table => (
+                "azimuth_table",
+                "`azimuth_table` and `frequency` in [time] both define the azimuth; keep one of them",
+            ),
+            (Of::Time, _, Some(_)) if has_table => (
+                "rpm",
+                "`rpm` and `azimuth_table` both define the azimuth; keep one of them",
+            ),
+            (Of::Time, Some(_), Some(_)) => (
+                "rpm",
+                "`rpm` and `frequency` in [time] both define the azimuth; keep one of them",
+            ),
+            _ => return Ok(()),
         };
-        Err(places.error("rotor.azimuth_table", message))
+        Err(first.places.error(key, message))
     }
 
-    fn step(
-        &self,
-        index: usize,
-        value: f64,
-        rotor: &Rotor,
-        table: Option<&AzimuthHistory>,
-    ) -> Result<Step> {
-        let (azimuth_deg, azimuth, azimuth_rate, time_s) = match (self.of, table) {
-            (Of::Azimuth(unit), _) => {
+    fn step(&self, index: usize, value: f64, first: &RotorInTime<'_>) -> Result<Step> {
+        let rpm = first.rotor.rpm;
+        let (azimuth_deg, azimuth, azimuth_rate, time_s) = match self.of {
+            Of::Azimuth(unit) => {
                 let degrees = unit.to_degrees(value);
-                let time = rotor.rpm.map(|rpm| degrees / (6.0 * rpm));
-                let rate = rotor.rpm.map(|rpm| (6.0 * rpm).to_radians());
+                let time = rpm.map(|rpm| degrees / (6.0 * rpm));
+                let rate = rpm.map(|rpm| (6.0 * rpm).to_radians());
                 (degrees, unit.to_radians(value), rate, time)
             }
-            (Of::Number, _) => (0.0, 0.0, None, None),
-            (Of::Time, Some(table)) => {
-                let [degrees, radians, rate] = table.at(value)?;
-                (degrees, radians, Some(rate), Some(value))
-            }
-            (Of::Time, None) => {
-                let degrees = self
-                    .frequency
-                    .map_or(0.0, |frequency| 360.0 * frequency * value);
-                let rate = self.frequency.map(|frequency| TAU * frequency);
-                (degrees, degrees.to_radians(), rate, Some(value))
-            }
+            Of::Number => (0.0, 0.0, None, None),
+            Of::Time => match (first.azimuth_at(value)?, self.frequency) {
+                (Some([degrees, radians, rate]), _) => (degrees, radians, Some(rate), Some(value)),
+                (None, Some(frequency)) => {
+                    let degrees = 360.0 * frequency * value;
+                    let rate = TAU * frequency;
+                    (degrees, degrees.to_radians(), Some(rate), Some(value))
+                }
+                (None, None) => (0.0, 0.0, None, Some(value)),
+            },
         };
         Ok(Step {
             index,
             azimuth_deg,
             azimuth,
             time_s,
-            has_azimuth: !self.has_no_azimuth(rotor),
+            has_azimuth: !self.has_no_azimuth(first.rotor),
             azimuth_rate,
         })
     }
@@ -346,7 +341,7 @@ keys! { impl Times "[time]" = Self, {
     step, number("s"), or "required";
     /// in place of these three
     values, listed("array of s");
-    /// greater than 0; the azimuth is 360 degrees x frequency x time. This or `azimuth_table` in `[rotor]` is needed if anything depends on the azimuth: harmonics without their own frequency, tables over azimuth, the inertial frame
+    /// greater than 0; the azimuth is 360 degrees x frequency x time. This, or `rpm` or `azimuth_table` in `[rotor]`, is needed if anything depends on the azimuth: harmonics without their own frequency, tables over azimuth, the inertial frame
     frequency, positive("Hz"), or "none";
 } }
 

@@ -3,10 +3,12 @@
 use super::body::Body;
 use super::boundaries::{Boundaries, Others};
 use super::names::{Pattern, list};
+use super::rotor::Frame;
 use super::schedule::Schedule;
 use super::surface::{Role, TagRole};
 use super::zones::DeformingZone;
 use azimesh_core::error::{Error, Position, Result, option};
+use azimesh_core::{Note, note};
 use azimesh_io::formats::openfoam::neighbour_patch;
 use azimesh_io::mesh::{Boundary, EMPTY, Group};
 
@@ -101,7 +103,7 @@ impl TagRoles {
             periodic: matches!(named[i], Some(Named::Periodic(..))),
         });
         let roles: Vec<TagRole> = roles.collect();
-        check_bodies(tags, &roles, bodies, zone, boundary)?;
+        check_bodies(tags, &roles, schedule, zone, boundary)?;
         Ok(Self {
             tags: roles,
             periodic: periodic_tags(&named, boundaries),
@@ -136,6 +138,28 @@ fn named_tags(
         }
     }
     Ok(named)
+}
+
+impl Schedule {
+    /// A note for each of the `optional_tags` that no tag of the mesh matches.
+    pub(crate) fn unmatched(&self, tags: &[TagRole]) -> impl Iterator<Item = Note> {
+        let all = self.bodies.iter().flat_map(|body| {
+            let patterns = body.optional_tags.iter();
+            patterns.map(move |pattern| (body, pattern))
+        });
+        let unmatched =
+            all.filter(|(_, pattern)| !tags.iter().any(|tag| pattern.matches(&tag.tag)));
+        unmatched.map(|(body, pattern)| Note {
+            position: pattern.place.clone(),
+            ..note!(
+                "no_optional_tag",
+                "no tag of the mesh matches \"{}\" in `optional_tags` of body \"{}\"",
+                pattern.text,
+                body.name
+            )
+            .file(&self.path)
+        })
+    }
 }
 
 /// Tags of bodies that the mesh may lack.
@@ -340,11 +364,11 @@ fn touches(tag: &Group, zone: Option<&DeformingZone>, boundary: &Boundary) -> bo
 fn check_bodies(
     tags: &[&Group],
     roles: &[TagRole],
-    bodies: &[Body],
+    schedule: &Schedule,
     zone: Option<&DeformingZone>,
     boundary: &Boundary,
 ) -> Result<()> {
-    let with_tags = bodies.iter().enumerate();
+    let with_tags = schedule.bodies.iter().enumerate();
     for (i, body) in with_tags.filter(|(_, body)| body.zones.is_empty()) {
         let role = Some(Role::Moving(i as u16));
         let own = || (0..tags.len()).filter(|&tag| roles[tag].role == role);
@@ -356,16 +380,24 @@ fn check_bodies(
             .at(body.places.of("name")));
         }
         let Some(zone) = zone else { continue };
+        let rotor = schedule.rotor_of(body)?;
+        let turning = (schedule.rotors[rotor].frame == Frame::Inertial).then_some(rotor);
+        let turns = |node: u32| zone.part_of(node).and_then(|part| part.rotor) == turning;
         for tag in own() {
-            let free_to_move = |node: u32| zone.sides.nodes.has(node) && !zone.is_interface(node);
+            let free_to_move =
+                |node: u32| zone.sides.nodes.has(node) && !zone.is_interface(node) && turns(node);
             if let Some(node) = boundary
                 .nodes_of(tags[tag])
                 .find(|&node| !free_to_move(node))
             {
-                let place = if zone.sides.nodes.has(node) {
-                    "on the interface to the other zones, which stays fixed; name those zones as well"
-                } else {
+                let place = if !zone.sides.nodes.has(node) {
                     "outside the zones that deform; name its zone as well"
+                } else if zone.is_interface(node) {
+                    "on the interface to the other zones, which stays fixed; name those zones as well"
+                } else if turning.is_some() {
+                    "in no zone that turns with its rotor; name its zone under `zones` of that rotor"
+                } else {
+                    "in a zone that turns with another rotor; give the body that rotor"
                 };
                 return Err(Error::input(format!(
                     "tag \"{}\" moves with body \"{}\", but its node {node} is {place}",

@@ -32,7 +32,7 @@ impl Motion {
         let own = motions.filter_map(|motion| motion.centre()).next();
         let centre = own.unwrap_or_else(|| match bounds.low[0] > bounds.high[0] {
             // A body that shares all of its nodes with others has no node of its own.
-            true => self.rotor.hub,
+            true => self.axes(body).hub,
             false => bounds.centre(),
         });
         bounds.nearest(&centre)

@@ -8,8 +8,8 @@ use crate::motion::{
     Step,
 };
 use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{distance, norm, sub};
-use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_core::numbers::{in_digits, short};
 use azimesh_core::{Note, note};
 use azimesh_io::mesh::{Boundary, Mesh, OneLayer};
@@ -99,12 +99,7 @@ pub(crate) fn check_one_layer(
         .filter(|(_, bodies)| bodies.iter().any(Option::is_some))
         .collect();
     for step in &motion.steps {
-        let to_inertial = motion.to_inertial(step).unwrap_or(Transform::IDENTITY);
-        let poses: Vec<_> = motion
-            .poses(step, 1.0)
-            .into_iter()
-            .map(|pose| pose.then(&to_inertial))
-            .collect();
+        let poses = motion.poses_in_place(step);
         for (pair, bodies) in &moving {
             let moved = [0, 1].map(|side| {
                 let (node, x) = (pair[side], mesh.points[pair[side] as usize]);

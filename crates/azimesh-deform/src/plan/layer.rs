@@ -155,7 +155,7 @@ pub fn layers(
         SurfaceDisplacements::Free(free) => return Ok(vec![free.layer(surface.points, method)?]),
     };
     let turns: Option<Vec<&Turns>> = paths.iter().map(|path| path.turns.as_ref()).collect();
-    let Some(turns) = turns else {
+    let Some(turns) = turns.filter(|turns| !turns.is_empty()) else {
         let poses: Vec<_> = paths.iter().map(|path| path.poses.clone()).collect();
         let modes = Modes::of_rigid_bodies(surface, &poses, method.form)?;
         return Ok(vec![Layer::new(

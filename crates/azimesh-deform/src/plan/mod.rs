@@ -16,8 +16,8 @@ use self::layer::{Layer, Method};
 use self::periodic::PeriodicNodes;
 use self::surface::SurfacePoints;
 use crate::motion::{BodyMap, Motion, QualityOutput, Schedule, SelectionMethod, Step};
+use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
-use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_core::{Note, parallel};
 use azimesh_io::mesh::{Boundary, OneLayer};
 use azimesh_rbf::Basis;
@@ -127,9 +127,7 @@ impl Plan {
 
     /// Returns the exact map of every body at a step, with the rotation to the inertial frame.
     pub fn poses_at(&self, step: &Step) -> Vec<BodyMap<'_>> {
-        let to_inertial = self.motion.to_inertial(step).unwrap_or(Transform::IDENTITY);
-        let poses = self.motion.poses(step, 1.0).into_iter();
-        poses.map(|pose| pose.then(&to_inertial)).collect()
+        self.motion.poses_in_place(step)
     }
 
     /// Returns the largest prescribed displacement of a surface node or of a rigid part at a step, in the rotating frame.

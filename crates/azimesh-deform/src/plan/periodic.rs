@@ -4,7 +4,7 @@
 use super::Plan;
 use super::surface::SurfacePoints;
 use crate::motion::periodic::{Axis, Follower, Periodic, Side, followers, images};
-use crate::motion::{Motion, Role};
+use crate::motion::{Motion, Role, ToInertial};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, add, cross, distance, dot, scale, sub, unit};
@@ -44,9 +44,10 @@ impl PeriodicNodes {
             return Ok(Self::default());
         }
         let bounds = boundary.extent;
+        let axes = &motion.rotors[0].axes;
         let axis = Axis {
-            origin: motion.rotor.hub,
-            direction: motion.rotor.axis_of_sectors(),
+            origin: axes.hub,
+            direction: axes.axis_of_sectors(),
         };
         let mut pairs = Vec::new();
         let mut found = Vec::new();
@@ -134,17 +135,18 @@ impl PeriodicNodes {
         &self,
         plan: &Plan,
         mesh: &Mesh,
-        to_inertial: Option<&Transform>,
+        to_inertial: Option<&ToInertial<'_>>,
         out: &mut [Vector],
     ) {
-        let back = to_inertial.map(Transform::inverse);
+        let to_inertial = |node: u32| to_inertial.and_then(|to| to.of_node(node));
         let place = |follower: &Follower, x: Vector| {
             let pair = [follower.leader, follower.node];
             let [at_leader, at_rest] = pair.map(|node| plan.boundary.position(node));
             let offset = sub(at_rest, follower.map.apply(at_leader));
-            let x = back.map_or(x, |back| back.apply(x));
+            let [of_leader, own] = pair.map(to_inertial);
+            let x = of_leader.map_or(x, |to_inertial| to_inertial.inverse().apply(x));
             let x = add(follower.map.apply(x), offset);
-            to_inertial.map_or(x, |to_inertial| to_inertial.apply(x))
+            own.map_or(x, |to_inertial| to_inertial.apply(x))
         };
         let moves = |follower: &&Follower| role(&plan.motion, follower.node) != Some(Role::Fixed);
         self.set_followers(mesh, moves, place, out);

@@ -66,6 +66,7 @@ impl Plan {
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
         choices.extend(schedule.note());
+        choices.extend(schedule.unmatched(&motion.surface.tags));
         choices.extend(remarks(&mesh));
         choices.extend(format);
         choices.extend(joined);

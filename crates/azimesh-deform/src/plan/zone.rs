@@ -3,7 +3,7 @@
 
 use crate::motion::{Motion, Role, TagRole};
 use azimesh_core::error::{Result, counted};
-use azimesh_io::mesh::{Boundary, CellSet, Doubled, Mesh, ZoneSides};
+use azimesh_io::mesh::{Boundary, CellSet, Doubled, Mesh, Neighbour, ZoneSides};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -37,17 +37,11 @@ impl Cuts {
         for part in (0..motion.parts.len()).rev() {
             let cells = motion.parts[part].cells.clone();
             let sides = ZoneSides::of(mesh, &cells);
-            cuts.cut(mesh, boundary, motion, &cells, &sides)?;
+            cuts.cut(mesh, boundary, motion, (&cells, &sides), [part, 0])?;
         }
-        let turns = motion.to_inertial(&motion.steps[0]).is_some();
-        if let Some(zone) = motion.zone.as_ref().filter(|_| turns) {
-            let cells = zone.cells.clone();
-            let sides = match motion.parts.is_empty() {
-                true => zone.sides.clone(),
-                false => ZoneSides::of(mesh, &cells),
-            };
-            cuts.cut(mesh, boundary, motion, &cells, &sides)?;
-            cuts.rename(motion);
+        let mut of_parts: Vec<Option<usize>> = Vec::new();
+        for part in 0..motion.zone.as_ref().map_or(0, |zone| zone.parts.len()) {
+            of_parts.push(cuts.cut_turning(mesh, boundary, motion, part)?);
         }
         if cuts.doubled.is_empty() {
             return Ok(cuts);
@@ -56,22 +50,53 @@ impl Cuts {
         for part in &mut motion.parts {
             part.sides = ZoneSides::of(mesh, &part.cells);
         }
-        if let Some(zone) = &mut motion.zone {
-            zone.sides.nodes = ZoneSides::of(mesh, &zone.cells).nodes;
-        }
+        cuts.rename(mesh, motion, &of_parts);
         cuts.name_tags(boundary, motion, &names);
         Ok(cuts)
     }
 
+    /// Cuts a part of the deforming zone from the rest if it turns; returns the index of its copies.
+    fn cut_turning(
+        &mut self,
+        mesh: &mut Arc<Mesh>,
+        boundary: &mut Boundary,
+        motion: &mut Motion,
+        part: usize,
+    ) -> Result<Option<usize>> {
+        let turning = motion.zone.as_ref().map(|zone| &zone.parts[part]);
+        let Some(turning) = turning.filter(|part| part.rotor.is_some()) else {
+            return Ok(None);
+        };
+        let cells = turning.cells.clone();
+        let sides = match self.doubled.is_empty() {
+            true => turning.sides.clone(),
+            false => ZoneSides::of(mesh, &cells),
+        };
+        self.cut(mesh, boundary, motion, (&cells, &sides), [0, part + 1])?;
+        Ok(Some(self.doubled.len() - 1))
+    }
+
+    /// Cuts these cells from the rest. Not cut yet are the rigid parts before the first index, and the parts of the deforming
+    /// zone from the second index on.
     fn cut(
         &mut self,
         mesh: &mut Arc<Mesh>,
         boundary: &mut Boundary,
         motion: &mut Motion,
-        cells: &CellSet,
-        sides: &ZoneSides,
+        (cells, sides): (&CellSet, &ZoneSides),
+        [n_rigid, first]: [usize; 2],
     ) -> Result<()> {
-        let doubled = Doubled::between(mesh, cells, sides)?;
+        let rigid = motion.parts[..n_rigid].iter();
+        let rigid = rigid.map(|part| (&part.cells, &part.sides));
+        let deforming = motion.zone.iter().flat_map(|zone| &zone.parts[first..]);
+        let turning = deforming.filter(|part| part.rotor.is_some());
+        let others = rigid.chain(turning.map(|part| (&part.cells, &part.sides)));
+        let neighbours = others.map(|(cells, sides)| Neighbour {
+            cells,
+            faces: &sides.interface_faces,
+        });
+        let neighbours: Vec<_> = neighbours.collect();
+        let doubled = Doubled::between(mesh, cells, sides, &neighbours)?;
         doubled.apply(Arc::make_mut(mesh));
         *boundary = Boundary::of(mesh);
         self.is_joined |= !sides.interface_faces.is_empty();
@@ -91,26 +116,35 @@ impl Cuts {
         Ok(())
     }
 
-    /// Makes the deforming zone use the copies of the last cut.
-    fn rename(&self, motion: &mut Motion) {
-        let (Some(zone), Some(doubled)) = (&mut motion.zone, self.doubled.last()) else {
+    /// Makes the parts of the deforming zone use their copies.
+    fn rename(&self, mesh: &Mesh, motion: &mut Motion, of_parts: &[Option<usize>]) {
+        let Some(zone) = &mut motion.zone else {
             return;
         };
-        let copy = doubled.copies();
-        let sides = &mut zone.sides;
-        sides.interface_faces.renumber_nodes_by(&copy);
-        let nodes = sides.interface_nodes.iter().map(|&node| copy(node));
-        let places: BTreeMap<u32, _> = nodes.zip(sides.interface_places.clone()).collect();
-        (sides.interface_nodes, sides.interface_places) = places.into_iter().unzip();
         let surface = &mut motion.surface.nodes;
-        let mut roles: Vec<_> = surface
-            .nodes
-            .iter()
-            .map(|&node| copy(node))
-            .zip(surface.roles.clone())
-            .collect();
-        roles.sort_unstable_by_key(|entry| entry.0);
-        (surface.nodes, surface.roles) = roles.into_iter().unzip();
+        let before: Vec<_> = surface.nodes.iter().zip(&surface.roles).collect();
+        let mut after = Vec::new();
+        for (part, doubled) in zone.parts.iter_mut().zip(of_parts) {
+            let copies = doubled.map(|at| self.doubled[at].copies());
+            let copy = |node: u32| copies.as_ref().map_or(node, |copy| copy(node));
+            let nodes = ZoneSides::of(mesh, &part.cells).nodes;
+            let sides = &mut part.sides;
+            sides.nodes = nodes;
+            sides.interface_faces.renumber_nodes_by(copy);
+            let interface = sides.interface_nodes.iter().map(|&node| copy(node));
+            let places: BTreeMap<u32, _> = interface.zip(sides.interface_places.clone()).collect();
+            (sides.interface_nodes, sides.interface_places) = places.into_iter().unzip();
+            let own = before.iter().map(|&(&node, &role)| (copy(node), role));
+            after.extend(own.filter(|(node, _)| sides.nodes.has(*node)));
+        }
+        after.sort_unstable_by_key(|entry| entry.0);
+        after.dedup();
+        (surface.nodes, surface.roles) = after.into_iter().unzip();
+        zone.sides.nodes = match &zone.parts[..] {
+            [one] => one.sides.nodes.clone(),
+            _ => ZoneSides::of(mesh, &zone.cells).nodes,
+        };
+        zone.unite_interfaces();
     }
 
     /// Records the tags that the cuts renamed or added; `names` are the old names. Tags in a rigid part move with its body.

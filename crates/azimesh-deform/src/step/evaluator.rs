@@ -7,7 +7,7 @@ use crate::base::round_off;
 use crate::fields::sliding;
 use crate::fields::velocity::{IntoInertial, Velocities};
 use crate::fields::{Chosen, Fields, MeshState};
-use crate::motion::{BodyMap, Role, Step};
+use crate::motion::{BodyMap, Role, Step, ToInertial};
 use crate::part::Part;
 use crate::plan::Plan;
 use crate::plan::layer::Layer;
@@ -214,8 +214,8 @@ impl StepEvaluator {
         let to_inertial = plan.motion.to_inertial(step);
         if let Some(to_inertial) = &to_inertial {
             parallel::update(out, |node, x| {
-                if plan.is_in_zone(mesh.number_of_node(node as u32)) {
-                    *x = to_inertial.apply(*x);
+                if let Some(turn) = to_inertial.of_node(mesh.number_of_node(node as u32)) {
+                    *x = turn.apply(*x);
                 }
             });
             if plan.schedule.selection.correction {
@@ -236,7 +236,7 @@ impl StepEvaluator {
             });
         }
         plan.periodic.follow(plan, mesh, to_inertial.as_ref(), out);
-        if plan.motion.rotor.in_plane {
+        if plan.motion.in_plane() {
             // Removes round-off out of the plane.
             parallel::update(out, |node, x| x[2] = mesh.points[node][2]);
         }
@@ -302,24 +302,25 @@ impl StepEvaluator {
     pub(crate) fn off_place(
         &self,
         poses: &[BodyMap<'_>],
-        to_inertial: Option<&Transform>,
+        to_inertial: Option<&ToInertial<'_>>,
         points: &[Vector],
     ) -> (f64, f64) {
         let (plan, part) = (&*self.plan, &*self.part);
         let surface = &plan.motion.surface.nodes;
-        let back = to_inertial.map(Transform::inverse);
         let errors = part.surface_values(|node, at| {
             let x = part.mesh.points[node];
-            let exact = match (surface.roles[at], to_inertial) {
+            let turn = to_inertial.and_then(|to| to.of_node(surface.nodes[at]));
+            let exact = match (surface.roles[at], turn) {
                 (Role::Sliding, _) => {
                     let sliding = plan.surface.sliding.as_ref();
                     let point = plan.surface.point_of[at] as usize;
+                    let back = turn.map(Transform::inverse);
                     return sliding.map_or(0.0, |sliding| {
                         sliding::off_boundary(sliding, point, back.as_ref(), points[node])
                     });
                 }
                 (Role::Moving(body), _) => poses[usize::from(body)].place(surface.nodes[at], x),
-                (Role::Fixed, Some(to_inertial)) => to_inertial.apply(x),
+                (Role::Fixed, Some(turn)) => turn.apply(x),
                 (Role::Fixed, None) => x,
             };
             distance(points[node], exact)

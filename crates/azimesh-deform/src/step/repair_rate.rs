@@ -42,8 +42,9 @@ impl Stepper<'_> {
             };
             parallel::update(&mut out, |node, v| {
                 let mut rate = added[node];
-                if let Some(to_inertial) = &to_inertial {
-                    rate = to_inertial.turn(rate);
+                let number = self.part.mesh.number_of_node(node as u32);
+                if let Some(turn) = to_inertial.as_ref().and_then(|to| to.of_node(number)) {
+                    rate = turn.turn(rate);
                 }
                 *v = add(*v, rate.map(|x| factor * x));
             });
@@ -71,9 +72,11 @@ impl Stepper<'_> {
         self.interval.points_at(step, &mut plain)?;
         self.rounding.apply(&mut plain);
         let back = self.plan.motion.to_inertial(step);
-        let back = back.as_ref().map(Transform::inverse);
+        let back = back.as_ref().map(|to| to.map(Transform::inverse));
         parallel::update(&mut points, |node, x| {
             let added = sub(*x, plain[node]);
+            let number = self.part.mesh.number_of_node(node as u32);
+            let back = back.as_ref().and_then(|back| back.of_node(number));
             *x = back.map_or(added, |back| back.turn(added));
         });
         Ok(Some(points))

@@ -2,7 +2,8 @@
 //!
 //! The result depends only on the positions of the step. Knows the freedom of every node at a step; `repair` does the rest.
 
-use crate::motion::{Role, Step};
+use crate::motion::periodic::Follower;
+use crate::motion::{Role, Step, ToInertial};
 use crate::plan::Plan;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::Transform;
@@ -19,7 +20,7 @@ pub(crate) struct StepFreedom<'a> {
     plan: &'a Plan,
     mesh: &'a Mesh,
     judge: &'a QualityEvaluator,
-    to_inertial: Option<Transform>,
+    to_inertial: Option<ToInertial<'a>>,
     freedom: Freedom,
 }
 
@@ -75,15 +76,18 @@ impl<'a> StepFreedom<'a> {
         if let Some(sliding) = &self.plan.surface.sliding
             && sliding.has_curved()
         {
-            let back = self.to_inertial.as_ref().map(Transform::inverse);
             let surface = &self.plan.motion.surface.nodes;
             let nodes = surface.nodes.iter().zip(&surface.roles);
             for ((&node, role), &point) in nodes.zip(&self.plan.surface.point_of) {
                 let (node, point) = (node as usize, point as usize);
                 if *role == Role::Sliding && !sliding.is_linear(point) {
-                    let x = back.map_or(points[node], |back| back.apply(points[node]));
+                    let turn = self
+                        .to_inertial
+                        .as_ref()
+                        .and_then(|to| to.of_node(node as u32));
+                    let x = turn.map_or(points[node], |turn| turn.inverse().apply(points[node]));
                     let x = sliding.place(point, x);
-                    points[node] = self.to_inertial.as_ref().map_or(x, |to| to.apply(x));
+                    points[node] = turn.map_or(x, |turn| turn.apply(x));
                 }
             }
         }
@@ -96,7 +100,7 @@ impl<'a> StepFreedom<'a> {
         let reference = &self.mesh.points;
         let to_inertial = self.to_inertial.as_ref();
         plan.periodic.follow(plan, self.mesh, to_inertial, points);
-        if plan.motion.rotor.in_plane {
+        if plan.motion.in_plane() {
             parallel::update(points, |node, x| x[2] = reference[node][2]);
         }
         if let Some(layer) = &plan.one_layer {
@@ -111,7 +115,7 @@ fn freedom(
     plan: &Plan,
     mesh: &Mesh,
     judge: &QualityEvaluator,
-    to_inertial: Option<&Transform>,
+    to_inertial: Option<&ToInertial<'_>>,
 ) -> Freedom {
     let is_alike = plan.periodic.followers().is_empty();
     let layer = plan.one_layer.as_ref().filter(|_| is_alike);
@@ -127,13 +131,13 @@ fn freedom(
             Freedom::inside(mesh, &judge.adjacency, &is_upright)
         }
     };
-    let turned = |constraint: Constraint| match to_inertial {
-        None => constraint,
-        Some(to_inertial) => {
-            let normals = constraint.columns().iter();
-            let normals: Vec<Vector> = normals.map(|normal| to_inertial.turn(*normal)).collect();
-            Constraint::of_normals(&normals)
-        }
+    let turned = |node: u32, constraint: Constraint| {
+        let Some(turn) = to_inertial.and_then(|to| to.of_node(node)) else {
+            return constraint;
+        };
+        let normals = constraint.columns().iter();
+        let normals: Vec<Vector> = normals.map(|normal| turn.turn(*normal)).collect();
+        Constraint::of_normals(&normals)
     };
     let partners = plan.periodic.partners(to_inertial);
     for partner in &partners {
@@ -154,7 +158,7 @@ fn freedom(
             sliding.filter(|sliding| sliding.is_linear(point as usize)),
         ) {
             (Role::Sliding, Some(sliding)) => {
-                freedom.hold(node, turned(sliding.constraint(point as usize)));
+                freedom.hold(node, turned(node, sliding.constraint(point as usize)));
             }
             _ => freedom.fix(node),
         }
@@ -194,17 +198,19 @@ fn pair_sides(layer: &OneLayer, freedom: &mut Freedom) {
 
 impl crate::plan::periodic::PeriodicNodes {
     /// Returns the followers, with the maps from their leaders in the frame reached by `to_inertial`.
-    fn partners(&self, to_inertial: Option<&Transform>) -> Vec<Partner> {
-        let map = |map: Transform| match to_inertial {
-            None => map,
-            Some(to_inertial) => to_inertial.inverse().then(&map).then(to_inertial),
+    fn partners(&self, to_inertial: Option<&ToInertial<'_>>) -> Vec<Partner> {
+        let turn = |node: u32| to_inertial.and_then(|to| to.of_node(node));
+        let map = |follower: &Follower| {
+            let back = turn(follower.leader).map(Transform::inverse);
+            let map = back.map_or(follower.map, |back| back.then(&follower.map));
+            turn(follower.node).map_or(map, |turn| map.then(turn))
         };
         let followers = self.followers().iter();
         followers
             .map(|follower| Partner {
                 node: follower.node,
                 leader: follower.leader,
-                map: map(follower.map),
+                map: map(follower),
             })
             .collect()
     }

@@ -286,12 +286,12 @@ mod tests {
         for (mesh, ranks) in meshes() {
             for (cells, ranks) in marked(&mesh).into_iter().zip([ranks, &[3]]) {
                 let sides = ZoneSides::of(&mesh, &cells);
-                let wanted = Doubled::between(&mesh, &cells, &sides).expect("there is room");
+                let wanted = Doubled::between(&mesh, &cells, &sides, &[]).expect("there is room");
                 let mut whole = mesh.clone();
                 wanted.apply(&mut whole);
                 for &n in ranks {
                     let parts = on_parts(&mesh, n, |mut part| {
-                        let doubled = Doubled::between(&part, &cells, &sides);
+                        let doubled = Doubled::between(&part, &cells, &sides, &[]);
                         let doubled = doubled.expect("there is room");
                         assert!(doubled == wanted);
                         doubled.apply(&mut part);

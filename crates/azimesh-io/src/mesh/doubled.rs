@@ -2,7 +2,7 @@
 //! them. Both sides of the interface get boundary faces with tags of their own.
 
 use super::from_slabs::{Owners, mesh_of};
-use super::interface::{Interface, NewFaces};
+use super::interface::{Interface, Neighbour, NewFaces};
 use super::numbering::Numbering;
 use super::zone_sides::ZoneSides;
 use super::{CellRef, CellSet, Cells, Group, Mesh, RankPart};
@@ -39,7 +39,12 @@ impl Doubled {
     ///
     /// # Errors
     /// If there would be too many nodes.
-    pub fn between(mesh: &Mesh, marked: &CellSet, sides: &ZoneSides) -> Result<Self> {
+    pub fn between(
+        mesh: &Mesh,
+        marked: &CellSet,
+        sides: &ZoneSides,
+        neighbours: &[Neighbour<'_>],
+    ) -> Result<Self> {
         let n_nodes = mesh.n_nodes_of_all();
         if n_nodes + sides.interface_nodes.len() > u32::MAX as usize {
             return Err(Error::input(
@@ -83,7 +88,7 @@ impl Doubled {
             faces: NewFaces::default(),
             groups: Vec::new(),
         };
-        let interface = Interface::of(mesh, marked, sides);
+        let interface = Interface::of(mesh, marked, sides, neighbours);
         (doubled.faces, doubled.groups) = interface.tagged(doubled.copies());
         Ok(doubled)
     }
@@ -244,7 +249,7 @@ mod tests {
     fn doubled(mut mesh: Mesh) -> Mesh {
         let marked = [0].into_iter().collect();
         let sides = ZoneSides::of(&mesh, &marked);
-        let doubled = Doubled::between(&mesh, &marked, &sides).expect("there is room");
+        let doubled = Doubled::between(&mesh, &marked, &sides, &[]).expect("there is room");
         doubled.apply(&mut mesh);
         assert_eq!(mesh.cells.len(), doubled.n_cells());
         assert_eq!(mesh.points.len(), doubled.n_nodes());

@@ -10,6 +10,15 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Names of both sides of an interface: for faces without a tag, and for sides of several zones.
 const SIDES: [&str; 2] = ["inner", "outer"];
 
+/// Cells next to the marked cells that move differently from the rest of the mesh.
+#[derive(Clone, Copy)]
+pub struct Neighbour<'a> {
+    /// The cells.
+    pub cells: &'a CellSet,
+    /// Their interface faces, also those away from the marked cells.
+    pub faces: &'a Cells,
+}
+
 /// Boundary faces that are added to a mesh.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct NewFaces {
@@ -26,14 +35,21 @@ pub(super) struct Interface<'a> {
     faces: Vec<usize>,
     /// The boundary face of the mesh at each of them.
     there: Vec<Option<u32>>,
-    /// Names of the marked cells and of the others.
-    names: [String; 2],
+    /// The side across each of them: 0 is the rest of the mesh, 1, 2, ... are the neighbours.
+    across: Vec<usize>,
+    /// For each of these sides the names of the marked cells and of the cells across.
+    names: Vec<[String; 2]>,
 }
 
 impl<'a> Interface<'a> {
     /// Of the marked volume cells, which have these sides. Curved cells have no faces here: a face of corners would not be a side of
     /// them.
-    pub fn of(mesh: &'a Mesh, marked: &CellSet, sides: &'a ZoneSides) -> Self {
+    pub fn of(
+        mesh: &'a Mesh,
+        marked: &CellSet,
+        sides: &'a ZoneSides,
+        neighbours: &[Neighbour<'_>],
+    ) -> Self {
         let ranks = mesh.ranks();
         let is_curved = mesh.volume_runs().any(|run| run.kind.is_curved());
         let is_curved = ranks.allgather(is_curved).contains(&true);
@@ -60,27 +76,37 @@ impl<'a> Interface<'a> {
         let is_inner = |face: &Option<u32>| {
             face.is_none_or(|face| sides.rim_faces.binary_search(&face).is_err())
         };
-        let all = (0..sides.interface_faces.len()).filter(|_| !is_curved);
-        let found = all.map(|at| {
-            (
-                at,
-                there
-                    .get(&key(sides.interface_faces.get(at).nodes.to_vec()))
-                    .copied(),
-            )
-        });
-        let (faces, there) = found.filter(|(_, face)| is_inner(face)).unzip();
+        let keys = |faces: &Cells| -> Vec<Vec<u32>> {
+            let faces = faces.iter();
+            faces.map(|face| key(face.nodes.to_vec())).collect()
+        };
+        let mut side_of: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
+        for (neighbour, side) in neighbours.iter().zip(1..) {
+            let keys = keys(neighbour.faces).into_iter();
+            side_of.extend(keys.map(|key| (key, side)));
+        }
+        let (mut faces, mut at_faces, mut across) = (Vec::new(), Vec::new(), Vec::new());
+        let all = keys(&sides.interface_faces).into_iter().enumerate();
+        for (at, key) in all.filter(|_| !is_curved) {
+            let face = there.get(&key).copied();
+            if is_inner(&face) {
+                faces.push(at);
+                at_faces.push(face);
+                across.push(side_of.get(&key).copied().unwrap_or(0));
+            }
+        }
         Self {
-            names: names(mesh, marked),
+            names: names(mesh, marked, neighbours),
             mesh,
             sides,
             faces,
-            there,
+            there: at_faces,
+            across,
         }
     }
 
     /// The faces to add, with `copy` of the nodes on the side of the marked cells, and the groups that change or are added: a tag on the
-    /// interface becomes two, and faces without a tag get two.
+    /// interface becomes two, and faces without a tag get two; two for each neighbour.
     pub fn tagged(&self, copy: impl Fn(u32) -> u32) -> (NewFaces, Vec<(Option<usize>, Group)>) {
         let mut new = NewFaces::default();
         let first = self.mesh.n_cells_of_all();
@@ -125,87 +151,94 @@ impl<'a> Interface<'a> {
         let (mut changed, mut added) = (Vec::new(), Vec::new());
         let groups = self.mesh.groups_of_all().iter().enumerate();
         for (at, group) in groups.filter(|(_, group)| group.dimension == dimension) {
-            let own = (0..outer.len())
-                .filter(|&face| self.there[face].is_some() && group.cells.contains(outer[face]));
-            let own: Vec<usize> = own.collect();
-            if own.is_empty() {
+            let mut outsides: Vec<Group> = Vec::new();
+            for (side, names) in self.names.iter().enumerate() {
+                let own = (0..outer.len()).filter(|&face| {
+                    self.across[face] == side
+                        && self.there[face].is_some()
+                        && group.cells.contains(outer[face])
+                });
+                let own: Vec<usize> = own.collect();
+                if own.is_empty() {
+                    continue;
+                }
+                own.iter().for_each(|&face| is_tagged[face] = true);
+                let [inside, outside] =
+                    [(&names[0], inner), (&names[1], outer)].map(|(name, cells)| Group {
+                        name: free_name(&format!("{}_{name}", group.name), &mut taken),
+                        number: None,
+                        cells: own.iter().map(|&face| cells[face]).collect(),
+                        ..group.clone()
+                    });
+                added.push((None, inside));
+                outsides.push(outside);
+            }
+            if outsides.is_empty() {
                 continue;
             }
-            own.iter().for_each(|&face| is_tagged[face] = true);
-            let of = |name: &str, cells: &[usize], taken: &mut BTreeSet<String>| Group {
-                name: free_name(&format!("{}_{name}", group.name), taken),
-                number: None,
-                cells: own.iter().map(|&face| cells[face]).collect(),
-                ..group.clone()
-            };
-            let sides = [
-                of(&self.names[0], inner, &mut taken),
-                of(&self.names[1], outer, &mut taken),
-            ];
-            let [inside, outside] = sides;
-            added.push((None, inside));
-            if outside.cells.len() == group.cells.len() {
-                changed.push((
-                    Some(at),
-                    Group {
-                        number: group.number,
-                        ..outside
-                    },
-                ));
-            } else {
-                let rest = group
-                    .cells
-                    .iter()
-                    .filter(|cell| !outside.cells.contains(*cell))
-                    .collect();
-                changed.push((
-                    Some(at),
+            let is_outside = |cell: usize| outsides.iter().any(|group| group.cells.contains(cell));
+            let rest: CellSet = group
+                .cells
+                .iter()
+                .filter(|cell| !is_outside(*cell))
+                .collect();
+            let (number, kept) = match rest.is_empty() {
+                true => (group.number, outsides.remove(0)),
+                false => (
+                    group.number,
                     Group {
                         cells: rest,
                         ..group.clone()
                     },
-                ));
-                added.push((None, outside));
-            }
+                ),
+            };
+            changed.push((Some(at), Group { number, ..kept }));
+            added.extend(outsides.into_iter().map(|group| (None, group)));
         }
-        for (side, cells) in SIDES.iter().zip([inner, outer]) {
-            let untagged = (0..outer.len()).filter(|&face| !is_tagged[face]);
-            let cells: CellSet = untagged.map(|face| cells[face]).collect();
-            if !cells.is_empty() {
-                let name = free_name(&format!("{side}_interface"), &mut taken);
-                added.push((
-                    None,
-                    Group {
-                        dimension,
-                        name,
-                        number: None,
-                        condition: None,
-                        cells,
-                    },
-                ));
+        for side in 0..self.names.len() {
+            for (name, cells) in SIDES.iter().zip([inner, outer]) {
+                let untagged =
+                    (0..outer.len()).filter(|&face| self.across[face] == side && !is_tagged[face]);
+                let cells: CellSet = untagged.map(|face| cells[face]).collect();
+                if !cells.is_empty() {
+                    let name = free_name(&format!("{name}_interface"), &mut taken);
+                    added.push((
+                        None,
+                        Group {
+                            dimension,
+                            name,
+                            number: None,
+                            condition: None,
+                            cells,
+                        },
+                    ));
+                }
             }
         }
         changed.into_iter().chain(added).collect()
     }
 }
 
-/// The names of the only zone with marked cells and of the only zone without.
-fn names(mesh: &Mesh, marked: &CellSet) -> [String; 2] {
-    let is_marked = |group: &&Group| {
-        group
-            .cells
-            .iter()
-            .next()
-            .is_some_and(|cell| marked.contains(cell))
-    };
-    [true, false].map(|side| {
-        let mut zones = zones(mesh.groups_of_all(), mesh.dimension())
-            .filter(|group| !group.cells.is_empty() && is_marked(group) == side);
+/// Returns the names of the only zone with marked cells and of the only zone across: in the rest of the mesh, then in each neighbour.
+fn names(mesh: &Mesh, marked: &CellSet, neighbours: &[Neighbour<'_>]) -> Vec<[String; 2]> {
+    let name = |side: usize, is_in: &dyn Fn(usize) -> bool| {
+        let is_in = |group: &&Group| group.cells.iter().next().is_some_and(is_in);
+        let mut zones = zones(mesh.groups_of_all(), mesh.dimension()).filter(is_in);
         match (zones.next(), zones.next()) {
             (Some(one), None) => one.name.clone(),
-            _ => SIDES[usize::from(!side)].to_owned(),
+            _ => SIDES[side].to_owned(),
         }
-    })
+    };
+    let inner = name(0, &|cell| marked.contains(cell));
+    let is_rest = |cell: usize| {
+        !marked.contains(cell) && !neighbours.iter().any(|other| other.cells.contains(cell))
+    };
+    let rest = name(1, &is_rest);
+    let across = neighbours
+        .iter()
+        .map(|other| name(1, &|cell| other.cells.contains(cell)));
+    let across = std::iter::once(rest).chain(across);
+    across.map(|across| [inner.clone(), across]).collect()
 }
 
 /// A name that no group has, which is taken from then on.

@@ -61,6 +61,7 @@ pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use doubled::Doubled;
 pub use faces::Faces;
 pub use groups::{CellSet, Group};
+pub use interface::Neighbour;
 pub use kind::CellKind;
 pub use linearize::linear;
 pub use node_bits::NodeBits;

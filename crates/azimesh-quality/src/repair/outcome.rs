@@ -107,13 +107,6 @@ pub struct Repaired {
 }
 
 impl Repaired {
-    /// Cells that were not valid before.
-    pub fn n_before(&self) -> usize {
-        let repaired: usize = self.patches.iter().map(|log| log.invalid_before).sum();
-        let left_out: usize = self.patches.iter().map(|log| log.invalid).sum();
-        repaired + self.unrepaired.len() - left_out.min(self.unrepaired.len())
-    }
-
     pub(super) fn give_up(&mut self, cells: Vec<u32>, reason: Reason) {
         let cells = cells.into_iter().map(|cell| cell as usize);
         self.unrepaired

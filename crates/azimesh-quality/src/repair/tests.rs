@@ -190,7 +190,8 @@ fn periodic_partners_move_together() {
             points[pushed as usize + 8][axis] += map.turn(by)[axis];
         }
         let found = repaired_with(&mesh, &mut points, &freedom);
-        assert!(found.n_before() > 4, "{found:?}");
+        let invalid_before = found.patches.iter().map(|log| log.invalid_before);
+        assert!(invalid_before.sum::<usize>() > 4, "{found:?}");
         assert_eq!(found.unrepaired, []);
         for partner in partners {
             let wanted = map.apply(points[partner.leader as usize]);
@@ -221,10 +222,8 @@ fn polyhedra_that_are_only_unproven_become_proven() {
     assert!(!before.is_empty());
     assert!(before.iter().all(|(_, proof)| *proof == Proof::Unproven));
     let found = repaired(&mesh, &mut points);
-    assert_eq!(
-        (found.n_before(), found.unrepaired.len()),
-        (before.len(), 0)
-    );
+    assert_eq!(found.patches[0].invalid_before, before.len());
+    assert_eq!(found.unrepaired, []);
     assert_ne!(points[62], mesh.points[62].map(|x| x + 0.75 * 0.25));
 }
 

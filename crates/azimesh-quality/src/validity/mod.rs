@@ -58,7 +58,13 @@ pub fn assess(
     reference: &Reference,
     cells: Range<usize>,
 ) -> Validity {
-    let judged = |cell: usize| reference.is_valid(cell) && !reference.is_doubtful(cell);
+    // These proofs do not look at the corners or the volume, by which the cell may be counted as inverted.
+    let is_counted = |cell: usize| {
+        let kind = mesh.cells.get(cell).kind;
+        (kind.is_curved() || has_faces(kind)) && !corners_are_good(mesh, points, reference, cell)
+    };
+    let judged =
+        |cell: usize| reference.is_valid(cell) && !reference.is_doubtful(cell) && !is_counted(cell);
     let sign = |cell: usize| reference.sign(cell);
     find(mesh, points, cells, &sign, &judged)
 }
@@ -149,7 +155,7 @@ fn doubtful<'a>(
     match run.kind.linear() {
         CellKind::Hexahedron => bound::hexahedra(run, points, visit),
         CellKind::Wedge => bound::wedges(run, points, visit),
-        CellKind::Polyhedron | CellKind::PentagonalPrism | CellKind::HexagonalPrism => {
+        kind if has_faces(kind) => {
             for cell in run.cell_refs() {
                 // Faces may be listed inward.
                 let (least, most) = least_tetrahedron(mesh, &cell, points);
@@ -176,7 +182,7 @@ pub fn prove(
     match cell.kind.linear() {
         CellKind::Hexahedron => hexahedron(&corners(cell, points), f64::from(sign)),
         CellKind::Wedge => wedge(&corners(cell, points), f64::from(sign)),
-        CellKind::Polyhedron | CellKind::PentagonalPrism | CellKind::HexagonalPrism => {
+        kind if has_faces(kind) => {
             let (least, most) = least_tetrahedron(mesh, cell, points);
             let least = if sign < 0 { -most } else { least };
             if least > 0.0 {
@@ -189,6 +195,24 @@ pub fn prove(
     }
 }
 
+/// Kinds that are checked by the tetrahedra between their faces and their centre.
+fn has_faces(kind: CellKind) -> bool {
+    matches!(
+        kind,
+        CellKind::Polyhedron | CellKind::PentagonalPrism | CellKind::HexagonalPrism
+    )
+}
+
+/// Returns whether a cell is not inverted at its corners, or by its volume.
+fn corners_are_good(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> bool {
+    let mut are_good = true;
+    let one = cell..cell + 1;
+    visit::volume_cells(mesh, points, reference.facing(), one, |_, block| {
+        are_good = !reference.is_inverted(cell, &block.get(0));
+    });
+    are_good
+}
+
 /// The places of the corners of a cell.
 fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N] {
     std::array::from_fn(|i| points[cell.nodes[i] as usize])
@@ -197,17 +221,7 @@ fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N]
 /// Checks whether a cell is valid with its nodes at `points`; one that is not checked counts as valid. Curved cells
 /// are taken by their corners.
 pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
-    let mut corners_are_good = true;
-    visit::volume_cells(
-        mesh,
-        points,
-        reference.facing(),
-        cell..cell + 1,
-        |_, block| {
-            corners_are_good = !reference.is_inverted(cell, &block.get(0));
-        },
-    );
-    match corners_are_good {
+    match corners_are_good(mesh, points, reference, cell) {
         false => Proof::Corner,
         true if reference.is_doubtful(cell) || !reference.is_valid(cell) => Proof::Valid,
         true => prove(

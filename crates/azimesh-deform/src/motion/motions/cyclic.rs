@@ -201,7 +201,7 @@ impl Cyclic {
         } else {
             (0, "pitch_deg")
         };
-        let refused = |i: usize| {
+        let refused = |i: usize, _: &str| {
             let body = &on.body.name;
             (on.blade.in_plane && i != allowed).then(|| {
                 format!("body \"{body}\" would leave the plane of the 2D mesh; use only {left}")
@@ -212,6 +212,7 @@ impl Cyclic {
                 table,
                 interpolation: self.interpolation,
                 naming: &self.naming,
+                rotation: None,
                 known: Self::names(),
                 key: "cyclic",
                 place: "cyclic.table",
@@ -298,11 +299,8 @@ impl Hinges {
         let signs = &blade.signs;
         let hinge = blade.point(self.cyclic.flap_hinge, 0.0, 0.0);
         let (angles, rates) = (self.angles(at.step), self.rates(at));
-        let rotation = |axis, origin, i: usize, sign: f64| Rotation {
-            axis,
-            origin,
-            angle: sign * angles[i],
-            rate: sign * rates[i],
+        let rotation = |axis, origin, i: usize, sign: f64| {
+            Rotation::about(axis, origin, [sign * angles[i], sign * rates[i]])
         };
         [
             rotation(blade.e_x, self.pitch_centre(), 0, signs.pitch),

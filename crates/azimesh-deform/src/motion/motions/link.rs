@@ -2,10 +2,13 @@
 
 use super::beam::sections::Sections;
 use super::nodes::BodyNodes;
-use azimesh_core::geometry::vector::{Vector, add, scale};
+use azimesh_core::geometry::vector::{Vector, add, cross, dot, norm, scale, sub, unit};
 use azimesh_core::geometry::{Moving, Transform};
 use std::borrow::Cow;
 use std::sync::Arc;
+
+/// A rotation vector (radians) shorter than this has no axis.
+const NO_AXIS: f64 = 1e-150;
 
 /// Effect of a motion at a part of a step. `R` is rigid for every point, a map for each section of a beam, or a
 /// displacement for each node.
@@ -115,9 +118,35 @@ pub struct Rotation {
     pub angle: f64,
     /// In radians per second; 0 if the schedule has no time.
     pub rate: f64,
+    /// Rate of change of the axis per second.
+    pub axis_rate: Vector,
 }
 
 impl Rotation {
+    /// Returns the rotation about a fixed axis by an angle, which has a rate.
+    pub(in crate::motion) fn about(axis: Vector, origin: Vector, [angle, rate]: [f64; 2]) -> Self {
+        Self {
+            axis,
+            origin,
+            angle,
+            rate,
+            axis_rate: [0.0; 3],
+        }
+    }
+
+    /// Returns the rotation by a rotation vector, which has a rate.
+    pub(in crate::motion) fn by([theta, rate]: [Vector; 2], origin: Vector) -> Self {
+        let angle = norm(theta);
+        let direction = unit(theta).filter(|_| angle > NO_AXIS);
+        let axis = direction.or_else(|| unit(rate)).unwrap_or([1.0, 0.0, 0.0]);
+        let along = dot(axis, rate);
+        let across = sub(rate, scale(axis, along));
+        Self {
+            axis_rate: direction.map_or([0.0; 3], |_| scale(across, 1.0 / angle)),
+            ..Self::about(axis, origin, [angle, along])
+        }
+    }
+
     /// Returns the rotation by a part, from 0 to 1, of the angle.
     pub(in crate::motion) fn part(self, part: f64) -> Self {
         Self {
@@ -131,9 +160,17 @@ impl Rotation {
         Transform::rotation(self.axis, self.origin, self.angle)
     }
 
-    /// Returns the rotation with its velocity.
+    /// Returns the rotation with its velocity. The angular velocity of an angle `t` about an axis `a`, both of some rate, is
+    ///
+    /// ```text
+    /// omega = t' a + sin(t) a' + (1 - cos(t)) a x a'
+    /// ```
     pub fn moving(&self) -> Moving {
-        Moving::rotation(self.axis, self.origin, self.angle, self.rate)
+        let (sin, cos) = self.angle.sin_cos();
+        let across = scale(cross(self.axis, self.axis_rate), 1.0 - cos);
+        let across = add(scale(self.axis_rate, sin), across);
+        let omega = add(scale(self.axis, self.rate), across);
+        Moving::turning(self.map(), self.origin, omega)
     }
 }
 

@@ -22,6 +22,7 @@ mod oscillation;
 mod rigid;
 mod series;
 mod sets;
+mod step_files;
 mod surface;
 mod surface_map;
 mod table;
@@ -40,6 +41,7 @@ pub(super) use rigid::Rigid;
 pub use rigid::Translation;
 #[cfg(test)]
 pub(super) use series::{Harmonic, Series};
+pub(super) use step_files::paths;
 pub use surface::SurfaceMotion;
 pub use surface_map::MapMethod;
 pub use table::TableMotion;

@@ -7,7 +7,8 @@ use crate::motion::keys::{Kind, object};
 use crate::motion::reader::Entry;
 use crate::motion::steps::Step;
 use crate::motion::table::{
-    Column, ColumnNames, History, Interpolation, Naming, Scales, Table, Unit, known_units,
+    Column, ColumnNames, History, Interpolation, Naming, RotationForm, Scales, Table, Unit,
+    is_length, known_units,
 };
 use azimesh_core::error::{Result, counted};
 use azimesh_core::{Note, note};
@@ -88,6 +89,39 @@ pub(super) fn check<M: NamedColumns>(naming: &Naming, body: &Body, key: &str) ->
     checked.map_err(|(of, message)| body.places.error(&format!("{key}.{of}"), message))
 }
 
+/// Refuses names and units of columns that rotations in this form do not have.
+pub(super) fn check_rotation(
+    naming: &Naming,
+    form: Option<RotationForm>,
+    body: &Body,
+    key: &str,
+) -> Result<()> {
+    let names = naming.columns.keys().map(|name| ("columns", name));
+    for (of, name) in names.chain(naming.units.keys().map(|name| ("units", name))) {
+        if let Some(needed) = form.unwrap_or_default().needed_for(name) {
+            let message = format!("`{name}` needs {needed}");
+            return Err(body.places.error(&format!("{key}.{of}"), message));
+        }
+    }
+    Ok(())
+}
+
+/// The form of the rotations in a table: what the schedule gives, or the format of the file.
+pub(super) fn rotation_of(
+    table: &Table,
+    given: Option<RotationForm>,
+    on: &OnMesh<'_>,
+    key: &str,
+) -> Result<RotationForm> {
+    match (given, table.rotation()) {
+        (Some(given), Some(own)) if given != own => Err(on.error(
+            &format!("{key}.rotation"),
+            "the angles of OpenFOAM's table are \"euler_xyz\"; leave `rotation` out",
+        )),
+        (given, own) => Ok(given.or(own).unwrap_or_default()),
+    }
+}
+
 /// Returns the names in a file, and factors of their units. A blade ends at `radius` from the hub. `key` is the key of
 /// the motion.
 pub(super) fn resolve(
@@ -122,8 +156,8 @@ pub(super) fn notes(
         ));
     }
     if names.assumes_metres {
-        let lengths = ["station", "dx", "dy", "dz"].into_iter();
-        let lengths = lengths.filter_map(|name| match naming.units.get(name)? {
+        let lengths = naming.units.iter().filter(|(name, _)| is_length(name));
+        let lengths = lengths.filter_map(|(name, unit)| match unit {
             Unit::Named(unit) if unit != "radius" => Some(format!("{name} in {unit}")),
             _ => None,
         });
@@ -145,8 +179,8 @@ pub(super) struct ColumnValues<const N: usize> {
     columns: [Option<usize>; N],
     /// Largest magnitude of each in any row.
     pub bound: [f64; N],
-    /// True if a body turns about z first.
-    pub z_first: bool,
+    /// The form of the rotations, as they are interpolated.
+    pub rotation: RotationForm,
     /// Notes on the table.
     pub notes: Vec<Note>,
 }
@@ -156,6 +190,7 @@ pub(super) struct NamedTable<'a> {
     pub table: &'a TableSource,
     pub interpolation: Interpolation,
     pub naming: &'a Naming,
+    pub rotation: Option<RotationForm>,
     /// Columns that it may have.
     pub known: Vec<&'static str>,
     pub key: &'a str,
@@ -164,31 +199,46 @@ pub(super) struct NamedTable<'a> {
 
 impl<const N: usize> ColumnValues<N> {
     /// Reads lengths (`dx`) and angles (`rot_x`, a column `rot_x_deg` or `rot_x_rad`) of these names, at least one; every
-    /// step needs values. `refused` returns an error message for a name that may only be 0, by the index of the name.
+    /// step needs values. The last three may be rotations in another form. `refused` returns an error message for a name that may
+    /// only be 0, by the index of the name and the column.
     pub fn read(
         source: &NamedTable<'_>,
         names: [&str; N],
         on: &OnMesh<'_>,
-        refused: impl Fn(usize) -> Option<String>,
+        refused: impl Fn(usize, &str) -> Option<String>,
     ) -> Result<Self> {
         let table = source.table.read(on, source.place)?;
         let naming = source.naming.with_units_of(&table, &source.known)?;
+        let rotation = rotation_of(&table, source.rotation, on, source.key)?;
         let in_file = resolve(&naming, on, None, source.key)?;
         let mut columns = table.columns_as(in_file.clone())?;
         let key = columns.require_key()?;
-        let is_length = |name: &str| name.starts_with('d');
         let mut found = [None; N];
+        let mut turns = Vec::new();
         for (column, name) in found.iter_mut().zip(names) {
-            *column = if is_length(name) {
-                columns.optional(name)
-            } else {
-                columns.optional_angle(name)?
-            };
+            match name {
+                "rot_x" => turns = rotation.pick(&mut columns)?,
+                "rot_y" | "rot_z" => {}
+                name if is_length(name) => *column = columns.optional(name),
+                name => *column = columns.optional_angle(name)?,
+            }
         }
         let others = columns.done()?;
+        let mut of_turns = rotation.columns().into_iter();
+        let names = names.map(|name| match name {
+            name if is_length(name) => name.to_owned(),
+            name if name.starts_with("rot_") => of_turns.next().unwrap_or(name).to_owned(),
+            name => format!("{name}_deg"),
+        });
+        let (table, vectors) = match turns[..] {
+            [] => (table, [None; 3]),
+            _ => rotation.vectors(table, &turns, true)?,
+        };
+        if !turns.is_empty() {
+            found[N - 3..].copy_from_slice(&vectors);
+        }
         if found.iter().all(Option::is_none) {
-            let unit = |name: &str| if is_length(name) { "" } else { "_deg" };
-            let names = names.map(|name| format!("{name}{}", unit(name))).join(", ");
+            let names = names.join(", ");
             return Err(table.header_error(format!("the table has none of the columns {names}")));
         }
         let rows = |column: Column| {
@@ -196,7 +246,7 @@ impl<const N: usize> ColumnValues<N> {
             (0..table.n_rows()).map(move |row| table.value(row, column).abs())
         };
         for (i, column) in found.iter().enumerate() {
-            if let (Some(column), Some(message)) = (*column, refused(i))
+            if let (Some(column), Some(message)) = (*column, refused(i, &names[i]))
                 && let Some(row) = rows(column).position(|size| size != 0.0)
             {
                 return Err(table.error(row, message));
@@ -211,7 +261,7 @@ impl<const N: usize> ColumnValues<N> {
         Ok(Self {
             history,
             notes,
-            z_first: table.turns_z_first(),
+            rotation,
             bound: found
                 .map(|column| column.map_or(0.0, |column| rows(column).fold(0.0, f64::max))),
             columns: found.map(|column| column.and_then(|_| next.next())),

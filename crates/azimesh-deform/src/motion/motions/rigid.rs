@@ -245,15 +245,10 @@ impl ResolvedMotion for RigidMotion {
             let [value, rate] = swing.at(at);
             [at.part * reached * value, growth * value + reached * rate]
         };
-        let rotation = self.rotate.as_ref().map(|(rotation, swing)| {
-            let [angle, rate] = of(swing);
-            Rotation {
-                axis: rotation.axis,
-                origin: rotation.origin,
-                angle,
-                rate,
-            }
-        });
+        let rotation = self
+            .rotate
+            .as_ref()
+            .map(|(rotation, swing)| Rotation::about(rotation.axis, rotation.origin, of(swing)));
         let translation = self.translate.as_ref();
         let by = translation.map_or([[0.0; 3]; 2], |(by, swing)| {
             of(swing).map(|factor| scale(*by, factor))

@@ -103,6 +103,11 @@ impl NodeSets {
         }
     }
 
+    /// The set that holds at every step with its notes, where it is one.
+    pub(super) fn single(mut self) -> Option<(Vec<Vector>, Vec<Note>)> {
+        (self.key.is_none()).then(|| (self.sets.remove(0), self.notes))
+    }
+
     /// Interpolates between the sets: each is a shape whose coordinate is 1 at its own position and 0 at the others.
     pub(super) fn interpolated(
         self,

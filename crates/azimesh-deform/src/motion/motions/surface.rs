@@ -1,22 +1,23 @@
 //! `[body.surface]`: displacements of the nodes of a body from another program: a table, a mesh with an array, or
 //! SU2's surface positions.
 
+use super::naming::{self, NamedColumns};
 use super::nodes::{
     At as Given, Filling, MISSING, Matching, NamedVectors, PlaceColumns, Wrong, arrays_of,
     place_columns, three, unused, vector,
 };
 use super::sets::NodeSets;
 use super::surface_map::{GivenPoints, MapMethod};
-use super::{BodyMotion, OnMesh, ResolvedMotion, TableSource};
+use super::{BodyMotion, OnMesh, ResolvedMotion, TableSource, step_files};
 use crate::motion::body::Body;
 use crate::motion::keys::{choice, keys, positive, string};
 use crate::motion::setters::setters;
-use crate::motion::table::{Column, Interpolation, Key, Table};
+use crate::motion::table::{Column, ColumnNames, Interpolation, Key, Naming, Table, Unit};
 use azimesh_core::Note;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, sub};
 use azimesh_io::formats::Source;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Name of an array of displacements, in lower case.
@@ -28,9 +29,10 @@ const WHAT: &str = "displacements";
 /// for each. The source is one of:
 ///
 /// - a table `node, dx, dy, dz` (or `x, y, z` for `node`, or `x_new, y_new, z_new`), with a column `azimuth_deg`,
-/// `azimuth_rad`, `time_s` or `step` if there are several sets;
+///   `azimuth_rad`, `time_s` or `step` if there are several sets;
 /// - a mesh file with a point array;
-/// - SU2's surface positions (`.dat`).
+/// - SU2's surface positions (`.dat`);
+/// - a file for each step, with its number for the `*` in `surface_*.dat`.
 ///
 /// Lengths are in mesh units.
 ///
@@ -47,6 +49,7 @@ pub struct SurfaceMotion {
     matching: Matching,
     map: Option<MapMethod>,
     interpolation: Option<Interpolation>,
+    naming: Naming,
 }
 
 impl SurfaceMotion {
@@ -57,6 +60,7 @@ impl SurfaceMotion {
             matching: Matching::default(),
             map: None,
             interpolation: None,
+            naming: Naming::default(),
         }
     }
 }
@@ -68,6 +72,10 @@ setters! { SurfaceMotion {
     missing_fixed() |self| self.matching.missing_fixed = true;
     /// Transfers displacements to the body from points that are not its nodes.
     map(method: MapMethod) |self| self.map = Some(method);
+    /// Maps a column's name here to its name in a table: `column("dx", "DisplacementX")`. Columns of other names are ignored.
+    column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
+    /// Sets the unit of a column of a table, by its name here: `unit("dx", "mm")`, or a factor.
+    unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
     /// Interpolates linearly between the sets of a table; otherwise every step needs its own set.
     linear() |self| self.interpolation = Some(Interpolation::Linear);
     /// Interpolates between the sets of a table with a cubic spline, which is periodic if the sets are.
@@ -75,7 +83,7 @@ setters! { SurfaceMotion {
 } }
 
 keys! { impl SurfaceMotion "[body.surface]" = Self::new(""), {
-    /// relative to the schedule; a table (`.csv`), SU2's surface positions (`.dat`), or a mesh, by its ending
+    /// relative to the schedule; a table (`.csv`), SU2's surface positions (`.dat`), or a mesh, by its ending. With a `*` in the name: a file for every step, whose number stands for it
     file => source, string::<TableSource>(), needed "file = \"surface.csv\"";
     /// distance within which a position in the file matches a node
     match_tolerance => matching.tolerance, positive("length"), default 1e-9;
@@ -85,7 +93,16 @@ keys! { impl SurfaceMotion "[body.surface]" = Self::new(""), {
     map => map, choice::<MapMethod>(), or "none";
     /// interpolation between the sets of a table, by azimuth, time or step; without this key every step needs its own set
     interpolation => interpolation, choice::<Interpolation>(), or "none";
+    /// [names in a table](#names-and-units-of-columns)
+    columns => naming.columns, naming::columns::<Self>(), or "none";
+    /// [units in a table](#names-and-units-of-columns)
+    units => naming.units, naming::units::<Self>(), or "none";
 } }
+
+impl NamedColumns for SurfaceMotion {
+    const COLUMNS: &'static str =
+        "azimuth_deg azimuth_rad time_s step node x y z dx dy dz x_new y_new z_new";
+}
 
 impl BodyMotion for SurfaceMotion {
     fn order(&self) -> u8 {
@@ -97,21 +114,18 @@ impl BodyMotion for SurfaceMotion {
     }
 
     fn check(&self, body: &Body) -> Result<()> {
+        naming::check::<Self>(&self.naming, body, "surface")?;
         body.places
             .positive("surface.match_tolerance", self.matching.tolerance)
     }
 
     /// Reads the file; there must be a set for every step.
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
-        let file = self.source.mesh_file();
-        let path = file.map(|file| on.file(file, "surface")).transpose()?;
-        let (mut sets, path) = match path {
-            Some(path) if is_positions(&path) => (self.of_positions(&path, on)?, path),
-            Some(path) => (self.of_mesh(&path, on)?, path),
-            None => {
-                let table = self.source.read(on, "surface")?;
-                (self.of_table(&table, on)?, table.path().to_path_buf())
-            }
+        let file = self.source.file();
+        let pattern = file.filter(|file| step_files::is_pattern(&on.folder, file));
+        let (mut sets, path) = match pattern {
+            Some(pattern) => self.of_series(pattern, on)?,
+            None => self.of_source(&self.source, on)?,
         };
         if let Some(interpolation) = self.interpolation {
             return sets.interpolated(interpolation, on, &path);
@@ -128,8 +142,73 @@ fn is_positions(path: &Path) -> bool {
 }
 
 impl SurfaceMotion {
+    /// Reads the sets of one file or table; also returns its path.
+    fn of_source(&self, source: &TableSource, on: &OnMesh<'_>) -> Result<(NodeSets, PathBuf)> {
+        let file = source.mesh_file();
+        let path = file.map(|file| on.file(file, "surface")).transpose()?;
+        let Some(path) = path else {
+            let table = source.read(on, "surface")?;
+            return Ok((self.of_table(&table, on)?, table.path().to_path_buf()));
+        };
+        for (key, is_empty) in [
+            ("columns", self.naming.columns.is_empty()),
+            ("units", self.naming.units.is_empty()),
+        ] {
+            if !is_empty {
+                let message = format!(
+                    "`{key}` is for tables (.csv); {} is none: leave it out",
+                    path.display()
+                );
+                return Err(on.error(&format!("surface.{key}"), message));
+            }
+        }
+        let sets = match is_positions(&path) {
+            true => self.of_positions(&path, on)?,
+            false => self.of_mesh(&path, on)?,
+        };
+        Ok((sets, path))
+    }
+
+    /// Reads the sets of a file for each step; also returns the path of the last file.
+    fn of_series(&self, pattern: &str, on: &OnMesh<'_>) -> Result<(NodeSets, PathBuf)> {
+        let files = step_files::files(&on.folder, pattern);
+        let files = files.map_err(|message| on.error("surface.file", message))?;
+        let steps = on.clock.steps.iter().map(|step| step.index as u64);
+        let mut missing = steps.filter(|step| !files.iter().any(|(number, _)| number == step));
+        if let Some(step) = missing.next().filter(|_| self.interpolation.is_none()) {
+            let message = format!(
+                "no file {pattern} has the number {step}; every step needs the file of its number, the first that of 0, or \
+                 `interpolation`"
+            );
+            return Err(on.error("surface.file", message));
+        }
+        let (mut sets, mut notes, mut last) = (Vec::new(), Vec::new(), PathBuf::new());
+        for (_, file) in &files {
+            let (of_file, path) = self.of_source(&TableSource::File(file.clone()), on)?;
+            let (set, of_file) = of_file.single().ok_or_else(|| {
+                let message =
+                    "a file of one step has no column of azimuth, time or step; leave it out";
+                Error::input(message).line(1).file(&path)
+            })?;
+            sets.push(set);
+            if notes.is_empty() {
+                notes = of_file;
+            }
+            last = path;
+        }
+        let places = files.iter().map(|(number, _)| *number as f64).collect();
+        let lines = vec![1; files.len()];
+        Ok((
+            NodeSets::at_places((Key::Step, places), sets, lines, notes, on),
+            last,
+        ))
+    }
+
     fn of_table(&self, table: &Table, on: &OnMesh<'_>) -> Result<NodeSets> {
-        let rows = Rows::of(table, on.in_plane())?;
+        let naming = self.naming.with_units_of(table, &Self::names())?;
+        let names = naming::resolve(&naming, on, None, "surface")?;
+        let (rows, others) = Rows::of(table, names.clone(), on.in_plane())?;
+        let told = naming::notes(&naming, &names, &others, table, &on.body.name);
         let (places, key) = (&rows.places, rows.key.map(|(key, _)| key));
         let which = |set: usize| {
             key.map_or(String::new(), |key| {
@@ -139,7 +218,7 @@ impl SurfaceMotion {
         if let Some(method) = self.map {
             let given = GivenPoints::of_rows(&rows, which)?;
             let (sets, notes) = given.carry(method, table.path(), on)?;
-            return Ok(rows.sets(sets, notes, on));
+            return Ok(rows.sets(sets, [told, notes].concat(), on));
         }
         let nodes = on.nodes();
         let mut filling = Filling::new(on, &nodes, (WHAT, self.matching), places.len());
@@ -159,7 +238,7 @@ impl SurfaceMotion {
         let (sets, others) =
             filling.finish(which, |_, row, message| table.error_at(row, message))?;
         let notes = unused(others, table.path(), &on.body.name);
-        Ok(rows.sets(sets, notes, on))
+        Ok(rows.sets(sets, [told, notes].concat(), on))
     }
 
     /// Reads SU2's surface positions: a line `node x y z` for each node, with its new position.
@@ -252,8 +331,9 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn of(table: &'a Table, in_plane: bool) -> Result<Self> {
-        let mut columns = table.columns();
+    /// The rows, and columns that are passed over.
+    fn of(table: &'a Table, names: ColumnNames, in_plane: bool) -> Result<(Self, Vec<String>)> {
+        let mut columns = table.columns_as(names)?;
         let key = columns.optional_key()?;
         let place = place_columns(&mut columns, in_plane)?;
         let is_new = columns.has("x_new");
@@ -263,7 +343,7 @@ impl<'a> Rows<'a> {
             ["dx", "dy", "dz"]
         };
         let axes = three(&mut columns, names, in_plane)?;
-        columns.done()?;
+        let others = columns.done()?;
         let mut rows = Self {
             table,
             key,
@@ -275,7 +355,7 @@ impl<'a> Rows<'a> {
         rows.places = (0..table.n_rows()).map(|row| rows.at(row)).collect();
         rows.places.sort_by(f64::total_cmp);
         rows.places.dedup();
-        Ok(rows)
+        Ok((rows, others))
     }
 
     fn at(&self, row: usize) -> f64 {

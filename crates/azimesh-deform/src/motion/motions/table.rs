@@ -6,7 +6,7 @@ use super::{At, BodyMotion, OnMesh, ResolvedMotion, Rotation, TableSource};
 use crate::motion::body::Body;
 use crate::motion::keys::{choice, keys, numbers, string};
 use crate::motion::setters::setters;
-use crate::motion::table::{Interpolation, Naming, Table, Unit};
+use crate::motion::table::{Interpolation, Naming, RotationForm, Table, Unit};
 use azimesh_core::Note;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, scale};
@@ -17,8 +17,8 @@ const OUT_OF_PLANE: [usize; 3] = [2, 3, 4];
 /// Translations and rotations.
 pub(super) const COLUMNS: [&str; 6] = ["dx", "dy", "dz", "rot_x", "rot_y", "rot_z"];
 
-/// Six degrees of freedom from a [`Table`]: rotations about x, y, then z through an origin, then a
-/// translation, interpolated between rows.
+/// Six degrees of freedom from a [`Table`]: rotations about x, y, then z through an origin (or in another
+/// [form](RotationForm)), then a translation, interpolated between rows.
 ///
 /// Columns, in any order: one of `azimuth_deg`, `azimuth_rad`, `time_s` and `step`; `dx`, `dy`, `dz` in
 /// mesh units; `rot_x_deg`, `rot_y_deg`, `rot_z_deg` (or `_rad`). Missing columns are 0.
@@ -36,6 +36,7 @@ pub struct TableMotion {
     table: TableSource,
     origin: Vector,
     interpolation: Interpolation,
+    rotation: Option<RotationForm>,
     naming: Naming,
 }
 
@@ -46,6 +47,7 @@ impl TableMotion {
             table: table.into(),
             origin: [0.0; 3],
             interpolation: Interpolation::Linear,
+            rotation: None,
             naming: Naming::default(),
         }
     }
@@ -59,6 +61,8 @@ setters! { TableMotion {
     column(name: impl Into<String>, in_file: impl Into<String>) |self| self.naming.columns.insert(name.into(), in_file.into());
     /// Sets the unit of a column, by its name here: `unit("dx", "mm")`, `unit("rot_x_deg", "rad")`, or a factor.
     unit(name: impl Into<String>, unit: impl Into<Unit>) |self| self.naming.units.insert(name.into(), unit.into());
+    /// Sets the form of its rotations.
+    rotation(form: RotationForm) |self| self.rotation = Some(form);
     /// Interpolates between rows with a cubic spline, which is periodic if the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
 } }
@@ -76,6 +80,8 @@ keys! { impl TableMotion "[body.table]" = Self::new(""), {
     origin => origin, numbers::<3>("3 lengths"), default [0, 0, 0];
     /// between rows
     interpolation => interpolation, choice::<Interpolation>(), default "linear";
+    /// how [rotations](#rotations-in-a-table) are written
+    rotation => rotation, choice::<RotationForm>(), or "`\"euler_zyx\"`";
     /// [names in the file](#names-and-units-of-columns)
     columns => naming.columns, naming::columns::<Self>(), or "none";
     /// [units in the file](#names-and-units-of-columns)
@@ -84,7 +90,7 @@ keys! { impl TableMotion "[body.table]" = Self::new(""), {
 
 impl NamedColumns for TableMotion {
     const COLUMNS: &'static str = "azimuth_deg azimuth_rad time_s step dx dy dz rot_x_deg rot_x_rad \
-                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad";
+                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad quat_w quat_x quat_y quat_z wm_x wm_y wm_z";
 }
 
 impl BodyMotion for TableMotion {
@@ -98,6 +104,7 @@ impl BodyMotion for TableMotion {
 
     fn check(&self, body: &Body) -> Result<()> {
         naming::check::<Self>(&self.naming, body, "table")?;
+        naming::check_rotation(&self.naming, self.rotation, body, "table")?;
         body.places.finite("table.origin", &self.origin)
     }
 
@@ -107,15 +114,17 @@ impl BodyMotion for TableMotion {
             table: &self.table,
             interpolation: self.interpolation,
             naming: &self.naming,
+            rotation: self.rotation,
             known: Self::names(),
             key: "table",
             place: "table",
         };
-        let refused = |i: usize| {
+        let refused = |i: usize, name: &str| {
             (on.in_plane() && OUT_OF_PLANE.contains(&i)).then(|| {
+                let name = name.trim_end_matches("_deg");
                 format!(
-                    "`{}` is not 0, so body \"{}\" would leave the plane of the 2D mesh; use only dx, dy and rot_z_deg",
-                    COLUMNS[i], on.body.name
+                    "`{name}` is not 0, so body \"{}\" would leave the plane of the 2D mesh; use only dx, dy and rotations about z",
+                    on.body.name
                 )
             })
         };
@@ -137,19 +146,21 @@ impl ResolvedMotion for SixDegrees {
     fn link(&self, at: &At<'_>) -> Option<Link<'_>> {
         let [dx, dy, dz, values @ ..] = self.values.at(at.step);
         let [x_rate, y_rate, z_rate, rates @ ..] = self.values.rates(at);
-        let rotation = |axis: usize| Rotation {
-            axis: std::array::from_fn(|i| f64::from(u8::from(i == axis))),
-            origin: self.origin,
-            angle: at.part * values[axis],
-            rate: rates[axis],
+        let turns = |axis: &usize| self.values.has(3 + axis);
+        let rotation = |axis: usize| {
+            let direction = std::array::from_fn(|i| f64::from(u8::from(i == axis)));
+            Rotation::about(direction, self.origin, [values[axis], rates[axis]])
         };
-        let turning = (0..3).filter(|axis| self.values.has(3 + axis));
-        let mut rotations: Vec<Rotation> = turning.map(rotation).collect();
-        if self.values.z_first {
-            rotations.reverse();
-        }
+        let rotations: Vec<Rotation> = match self.values.rotation.order() {
+            Some(order) => order.into_iter().filter(turns).map(rotation).collect(),
+            None if (0..3).any(|axis| turns(&axis)) => {
+                vec![Rotation::by([values, rates], self.origin)]
+            }
+            None => Vec::new(),
+        };
+        let rotations = rotations.into_iter().map(|rotation| rotation.part(at.part));
         Some(Link::Rigid(RigidLink {
-            rotations,
+            rotations: rotations.collect(),
             translation: Some([scale([dx, dy, dz], at.part), [x_rate, y_rate, z_rate]]),
         }))
     }

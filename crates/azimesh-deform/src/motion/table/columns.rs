@@ -1,6 +1,6 @@
 //! Columns of a table, picked by name in any order.
 
-use super::{ColumnNames, Key, Table};
+use super::{ColumnNames, Key, RotationForm, Table, is_length};
 use azimesh_core::error::{Error, Result, nearest_name};
 use std::f64::consts::PI;
 
@@ -35,7 +35,8 @@ impl<'a> Columns<'a> {
 
     /// Returns whether the table has a column of this name.
     pub fn has(&self, name: &str) -> bool {
-        self.table.names.iter().any(|other| other == name)
+        let in_file = self.names.of(name);
+        in_file.is_some_and(|name| self.table.names.iter().any(|other| other == name))
     }
 
     /// A column that may be left out.
@@ -118,7 +119,9 @@ impl<'a> Columns<'a> {
         let known = || self.known.iter().map(String::as_str);
         let free = known().filter(|known| !self.has(known));
         let units = ["deg", "rad"].map(|unit| format!("{name}_{unit}"));
+        let needed = RotationForm::default().needed_for(name);
         let meant = match nearest_name(name, free) {
+            _ if needed.is_some() => format!("; it needs {};", needed.unwrap_or_default()),
             _ if units.iter().all(|unit| self.known.contains(unit)) => {
                 format!("; did you mean `{}` or `{}`?", units[0], units[1])
             }
@@ -145,17 +148,31 @@ impl<'a> Columns<'a> {
 
     fn missing(&self, name: &str) -> Error {
         let found = self.table.names.join(", ");
-        let message = match name {
-            "azimuth_deg" => format!(
-                "the table has no column `azimuth_deg`, `azimuth_rad`, `time_s` or `step`; found: {found}"
+        let (wanted, missing) = match name {
+            "azimuth_deg" => (
+                Key::ALL.map(Key::name).to_vec(),
+                "`azimuth_deg`, `azimuth_rad`, `time_s` or `step`".to_owned(),
             ),
             name => match name.strip_suffix("_deg") {
-                Some(stem) => {
-                    format!("the table has no column `{name}` or `{stem}_rad`; found: {found}")
-                }
-                None => format!("the table has no column `{name}`; found: {found}"),
+                Some(stem) => (vec![name], format!("`{name}` or `{stem}_rad`")),
+                None => (vec![name], format!("`{name}`")),
             },
         };
+        let others = || {
+            self.table
+                .names
+                .iter()
+                .map(String::as_str)
+                .filter(|name| !is_ours(name))
+        };
+        let meant = wanted
+            .iter()
+            .find_map(|name| Some((name, nearest_name(name, others())?)));
+        let meant = meant.map_or(String::new(), |(name, theirs)| match self.names.has_units {
+            true => format!(" if it is `{theirs}`, write  columns = {{ {name} = \"{theirs}\" }};"),
+            false => format!(" if it is `{theirs}`, call it `{name}`;"),
+        });
+        let message = format!("the table has no column {missing};{meant} found: {found}");
         self.table.header_error(message)
     }
 
@@ -165,4 +182,17 @@ impl<'a> Columns<'a> {
             format!("columns `{one}` and `{other}` have the same meaning; keep one of them");
         self.table.header_error(message)
     }
+}
+
+/// Returns whether a name has a meaning of its own in some table.
+fn is_ours(name: &str) -> bool {
+    let stem = name.trim_end_matches("_deg").trim_end_matches("_rad");
+    let angles = [
+        "azimuth", "rot_x", "rot_y", "rot_z", "pitch", "flap", "lag", "angle",
+    ];
+    let others = ["time_s", "step", "node", "mode"];
+    is_length(name)
+        || (stem != name && angles.contains(&stem))
+        || others.contains(&name)
+        || ["quat_", "wm_"].iter().any(|start| name.starts_with(start))
 }

@@ -1,6 +1,6 @@
 //! The table of OpenFOAM's `tabulated6DoFMotion`: a list of `(time ((x y z) (rotations in degrees)))`.
 
-use super::Table;
+use super::{RotationForm, Table};
 use azimesh_core::error::{Error, Result, counted};
 use std::path::Path;
 
@@ -32,7 +32,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
         path: path.to_path_buf(),
         names: NAMES.map(str::to_owned).to_vec(),
         header: 1,
-        z_first: true,
+        rotation: Some(RotationForm::EulerXyz),
         ..Table::default()
     };
     let count = tokens.next().filter(|(_, word)| *word != b"(");

@@ -1,6 +1,6 @@
 //! Values over azimuth, time or step, interpolated between the rows of a table.
 
-use super::{Column, Key, Period, Table, spline, why_once};
+use super::{ADD, Column, Key, Period, Table, spline, why_once};
 use crate::motion::keys::names;
 use azimesh_core::error::{Error, Result};
 use std::ops::Range;
@@ -298,7 +298,10 @@ impl History {
         let (first, last) = (self.key.place(first), self.key.place(last));
         let at = self.key.place(at);
         let open = self.open.iter().map(|open| format!("; {open}"));
-        let open: String = open.collect();
+        let mut open: String = open.collect();
+        if !open.contains(ADD) {
+            open += &format!("; {ADD}");
+        }
         let message =
             format!("the motion needs {at}, but the table goes from {first} to {last}{open}");
         let error = Error::input(message).file(&self.path);

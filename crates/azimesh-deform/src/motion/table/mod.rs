@@ -14,6 +14,7 @@ mod history;
 mod key;
 mod naming;
 mod period;
+mod rotation;
 mod span;
 mod spline;
 mod text;
@@ -21,8 +22,9 @@ mod text;
 pub use columns::{Column, Columns};
 pub use history::{History, Interpolation};
 pub use key::Key;
-pub use naming::{ColumnNames, Naming, Scales, Unit, known_units};
-pub use period::{Period, why as why_once};
+pub use naming::{ColumnNames, Naming, Scales, Unit, is_length, known_units};
+pub use period::{ADD, Period, why as why_once};
+pub use rotation::RotationForm;
 pub use span::{SpanHistory, SpanValues};
 
 use azimesh_core::error::{Error, Result};
@@ -48,8 +50,8 @@ pub struct Table {
     names: Vec<String>,
     /// Units in a line below the names, which may be empty, with the number of that line.
     units: Option<(u64, Vec<String>)>,
-    /// True if a body turns about z, then y, then x.
-    z_first: bool,
+    /// The form of its rotations, where the format of the file says.
+    rotation: Option<RotationForm>,
     /// Line of the names.
     header: u64,
     /// By rows.
@@ -128,9 +130,36 @@ impl Table {
         &self.path
     }
 
-    /// Returns whether a body turns about z, then y, then x, instead of the reverse.
-    pub fn turns_z_first(&self) -> bool {
-        self.z_first
+    /// The form of its rotations, where the format of the file says.
+    pub fn rotation(&self) -> Option<RotationForm> {
+        self.rotation
+    }
+
+    /// Returns the table with three more columns of radians.
+    fn with_angles(&self, names: [&str; 3], angles: &[[f64; 3]]) -> (Self, [Column; 3]) {
+        let width = self.names.len();
+        let rows = self.values.chunks_exact(width).zip(angles);
+        let values = rows.flat_map(|(row, angles)| row.iter().chain(angles));
+        let table = Self {
+            path: self.path.clone(),
+            names: self
+                .names
+                .iter()
+                .cloned()
+                .chain(names.map(str::to_owned))
+                .collect(),
+            values: values.copied().collect(),
+            header: self.header,
+            lines: self.lines.clone(),
+            ..Self::default()
+        };
+        (
+            table,
+            std::array::from_fn(|i| Column {
+                index: width + i,
+                factor: 1.0,
+            }),
+        )
     }
 
     /// Number of rows, at least one.

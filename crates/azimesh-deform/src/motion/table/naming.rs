@@ -152,6 +152,9 @@ impl Naming {
                 continue;
             };
             let known = known_units(name);
+            if known.is_empty() {
+                continue;
+            }
             if !known.contains(&unit) {
                 let message = format!(
                     "unit \"{unit}\" of `{name}` is not known; known: {}; `units` can give a factor",
@@ -180,11 +183,11 @@ impl Naming {
         }
     }
 
-    /// Returns the column of an angle by its name here, and the entry of `columns` for the other sign.
-    pub fn angle_in(&self, table: &Table, stem: &str) -> (String, String) {
-        let [deg, rad] = ["deg", "rad"].map(|unit| format!("{stem}_{unit}"));
+    /// Returns the column of a rotation by its name here, and the entry of `columns` for the other sign.
+    pub fn angle_in(&self, table: &Table, name: &str) -> (String, String) {
+        let rad = name.replace("_deg", "_rad");
         let has_rad = self.columns.contains_key(&rad) || table.names.contains(&rad);
-        let ours = if has_rad { rad } else { deg };
+        let ours = if has_rad { rad } else { name.to_owned() };
         let theirs = self.columns.get(&ours).unwrap_or(&ours);
         let turned = unsigned(theirs).map_or_else(|| format!("-{theirs}"), str::to_owned);
         (ours, turned)
@@ -276,8 +279,12 @@ fn unsigned(name: &str) -> Option<&str> {
     name.strip_prefix('-').map(str::trim_start)
 }
 
-fn is_length(name: &str) -> bool {
-    ["station", "dx", "dy", "dz"].contains(&name)
+/// Returns whether the column of a name has lengths.
+pub fn is_length(name: &str) -> bool {
+    let names = [
+        "station", "dx", "dy", "dz", "x", "y", "z", "x_new", "y_new", "z_new",
+    ];
+    names.contains(&name)
 }
 
 /// Returns the units that a column may have.
@@ -290,9 +297,9 @@ pub fn known_units(name: &str) -> Vec<&'static str> {
 fn units_of(name: &str) -> &'static [(&'static str, f64)] {
     match name {
         "time_s" => TIMES,
-        "step" => &[],
         _ if is_length(name) => LENGTHS,
-        _ => ANGLES,
+        _ if name.ends_with("_deg") || name.ends_with("_rad") => ANGLES,
+        _ => &[],
     }
 }
 

@@ -8,6 +8,9 @@ const CLOSING: f64 = 1e-4;
 /// with one decimal.
 const SAME_STEP: f64 = 0.03;
 
+/// The remedy for a table that ends too early.
+pub const ADD: &str = "add the missing rows";
+
 /// The period of rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Period {
@@ -55,10 +58,8 @@ impl Period {
         }
         let end = key.place(end);
         Err(Some(match n_rows {
-            2 => format!("it has two rows, and the last is not at {end}: add the missing rows"),
-            _ => format!(
-                "its last row is neither at {end} nor one step before it: add the missing rows"
-            ),
+            2 => format!("it has two rows, and the last is not at {end}: {ADD}"),
+            _ => format!("its last row is neither at {end} nor one step before it: {ADD}"),
         }))
     }
 }

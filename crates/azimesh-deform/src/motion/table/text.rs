@@ -21,6 +21,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Table> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut header = Header::find(bytes).map_err(at_line(1))?;
     let units = header.take_units(bytes);
+    header.check_first_row(bytes).map_err(at_line(1))?;
     let rest = &bytes[header.end..];
     let parts = parallel::map_items(chunks(rest), &|_, chunk| Rows::parse(chunk, &header));
     let mut table = Table {
@@ -62,12 +63,12 @@ struct Header {
 }
 
 impl Header {
-    /// Finds the first line that is neither blank nor a comment. If that is a row of numbers, the comment before it is
-    /// used if it has a name for each.
+    /// Finds the line above a line of units, otherwise the first line that is neither blank nor a comment. If that is a row of
+    /// numbers, the comment before it is used if it has a name for each.
     fn find(bytes: &[u8]) -> Located<Self> {
         let mut comment: Option<(u64, &[u8])> = None;
-        let mut start = 0;
-        for (line, text) in (0..).zip(Lines(bytes)) {
+        let (first, mut start) = above_units(bytes).unwrap_or((0, 0));
+        for (line, text) in (first..).zip(Lines(&bytes[start..])) {
             let end = (start + text.len() + 1).min(bytes.len());
             let content = without_comment(text).trim_ascii();
             if let Some(names) = text.trim_ascii().strip_prefix(b"#") {
@@ -106,14 +107,42 @@ impl Header {
             if content.is_empty() {
                 continue;
             }
-            let units = Fields::of(content, self.delimiter);
-            let units: Option<Vec<String>> = units.map(|unit| in_brackets(&unit.ok()?)).collect();
+            let units = units_of(content, self.delimiter);
             let units = units.filter(|units| units.len() == self.names.len())?;
             self.end = end;
             self.rows_line += n;
             return Some((self.rows_line, units));
         }
         None
+    }
+
+    /// Refuses text in place of the first row: the names are then not where they seem to be, or not between what they seem to be.
+    fn check_first_row(&self, bytes: &[u8]) -> Located<()> {
+        let mut lines = (self.rows_line..).zip(Lines(&bytes[self.end..]));
+        let Some((line, text)) =
+            lines.find(|(_, text)| !without_comment(text).trim_ascii().is_empty())
+        else {
+            return Ok(());
+        };
+        let text = without_comment(text).trim_ascii();
+        let mut fields = Fields::of(text, self.delimiter);
+        let number = |field: Cow<'_, [u8]>| number_between(&field, self.delimiter).is_some();
+        // The error of a wrong quote names its column.
+        if fields.any(|field| field.map_or(true, number)) {
+            return Ok(());
+        }
+        let between = match self.delimiter {
+            b',' => "commas",
+            b';' => "semicolons",
+            b'\t' => "tabs",
+            _ => "blanks",
+        };
+        let message = format!(
+            "found \"{}\" below the names of the columns; a row is a number for each column between {between}. Text above the names \
+             needs a line of units in brackets below them",
+            shown(text)
+        );
+        Err((line, message))
     }
 
     fn of_line(text: &[u8], line: u64, end: usize) -> Located<Self> {
@@ -155,6 +184,38 @@ fn delimiter_of(line: &[u8]) -> u8 {
     found.unwrap_or(BLANKS)
 }
 
+/// The line above the first one of as many units in brackets, and where it begins: what comes before it in a file of OpenFAST is
+/// no table.
+fn above_units(bytes: &[u8]) -> Option<(u64, usize)> {
+    let mut start = 0;
+    let mut above: Option<(u64, usize, &[u8])> = None;
+    for (line, text) in (0..).zip(Lines(bytes)) {
+        let content = without_comment(text).trim_ascii();
+        if let Some((at, from, names)) = above
+            && let Some(units) = units_of(content, delimiter_of(names))
+            && units.len() == Fields::of(names, delimiter_of(names)).count()
+        {
+            return Some((at, from));
+        }
+        if numbers_of(content).is_some_and(|n| n > 0) {
+            return None;
+        }
+        if !content.is_empty() {
+            above = Some((line, start, content));
+        }
+        start += text.len() + 1;
+    }
+    None
+}
+
+/// The units of a line that has nothing else.
+fn units_of(line: &[u8], delimiter: u8) -> Option<Vec<String>> {
+    let units = Fields::of(line, delimiter).map(|unit| in_brackets(&unit.ok()?));
+    units
+        .collect::<Option<Vec<String>>>()
+        .filter(|units| !units.is_empty())
+}
+
 /// Returns the text in the brackets of a unit.
 fn in_brackets(unit: &[u8]) -> Option<String> {
     let inside = match unit {
@@ -167,8 +228,9 @@ fn in_brackets(unit: &[u8]) -> Option<String> {
 /// Returns how many numbers a line has, if it has nothing else.
 fn numbers_of(line: &[u8]) -> Option<usize> {
     let mut n = 0;
-    for field in Fields::of(line, delimiter_of(line)) {
-        number(&field.ok()?)?;
+    let delimiter = delimiter_of(line);
+    for field in Fields::of(line, delimiter) {
+        number_between(&field.ok()?, delimiter)?;
         n += 1;
     }
     Some(n)
@@ -222,15 +284,22 @@ impl Rows {
         for field in Fields::of(line, header.delimiter) {
             let field = field?;
             if let Some(name) = names.get(n) {
-                let value = number(&field).ok_or_else(|| not_a_number(name, &field))?;
+                let value = number_between(&field, header.delimiter);
+                let value = value.ok_or_else(|| not_a_number(name, &field))?;
                 self.values.push(value);
             }
             n += 1;
         }
         if n != names.len() {
             let fields = if n == 1 { "field" } else { "fields" };
+            let remedy = match header.delimiter {
+                b',' if n > names.len() => {
+                    "; if commas are decimal, put semicolons between the columns"
+                }
+                _ => "",
+            };
             return Err(format!(
-                "the row has {n} {fields}; it must have {}, one for each column",
+                "the row has {n} {fields}; it must have {}, one for each column{remedy}",
                 names.len()
             ));
         }
@@ -242,13 +311,31 @@ fn not_a_number(name: &str, field: &[u8]) -> String {
     if field.is_empty() {
         return format!("column `{name}` is empty; it must be a finite number");
     }
-    let shown = String::from_utf8_lossy(field);
-    let shown: String = shown
-        .chars()
-        .take(40)
-        .flat_map(char::escape_debug)
-        .collect();
-    format!("column `{name}` has \"{shown}\"; it must be a finite number")
+    let shown = shown(field);
+    let remedy = match with_point(field) {
+        Some(_) => "; write decimals with a point, or put semicolons between the columns",
+        None => "",
+    };
+    format!("column `{name}` has \"{shown}\"; it must be a finite number{remedy}")
+}
+
+/// The start of a text, for a message.
+fn shown(text: &[u8]) -> String {
+    let text = String::from_utf8_lossy(text);
+    text.chars().take(40).flat_map(char::escape_debug).collect()
+}
+
+/// Reads a number; between semicolons it may have a decimal comma.
+fn number_between(field: &[u8], delimiter: u8) -> Option<f64> {
+    number(field).or_else(|| with_point(field).filter(|_| delimiter == b';'))
+}
+
+/// The number that a field with a decimal comma is.
+fn with_point(field: &[u8]) -> Option<f64> {
+    let at = memchr::memchr(b',', field).filter(|_| !field.contains(&b'.'))?;
+    let mut field = field.to_vec();
+    field[at] = b'.';
+    number(&field)
 }
 
 /// Parses a finite number; exponents may be Fortran's, as in `1.0D-3`.

@@ -15,7 +15,7 @@ fn surface(plane: bool, head: &str, body: &str, file: &str) -> Result<Motion> {
 }
 
 fn place(motion: &Motion, step: usize, node: u32) -> Vector {
-    let x = if motion.rotor.e_x[0] == 0.0 {
+    let x = if motion.rotors[0].axes.e_x[0] == 0.0 {
         two_squares().points[node as usize]
     } else {
         two_cubes().points[node as usize]
@@ -281,7 +281,7 @@ fn wrong_surface_files_are_told_their_line() {
         (
             false,
             "nod,dx,dy,dz\n0,0,0,0\n",
-            "s.csv:1: the table has no column `node`; found: nod, dx, dy, dz",
+            "s.csv:1: the table has no column `node`; if it is `nod`, write  columns = { node = \"nod\" }; found: nod, dx, dy, dz",
         ),
         (
             false,
@@ -542,4 +542,86 @@ fn a_set_may_be_off_its_step_by_rounding_and_a_turn_away() {
     for (step, x) in [(0, 0.25), (1, 0.25), (2, 0.0)] {
         assert_near(place(&motion, step, 0), [x, 0.0, 0.0]);
     }
+}
+
+#[test]
+fn every_step_has_the_file_of_its_number() {
+    let positions = |by: f64| {
+        let rows = (0..4).map(|node| {
+            let [x, y, z] = two_cubes().points[node];
+            format!("{node} {x} {y} {:?}\n", z + by)
+        });
+        rows.collect::<String>()
+    };
+    let [first, second, third] = [0.0, 0.1, 0.4].map(positions);
+    let files = [
+        ("s_00000.dat", first.as_str()),
+        ("s_1.dat", &second),
+        ("s_00003.dat", &third),
+        ("s_x.dat", "not a number"),
+    ];
+    let at = |head: &str, more: &str, files: &[(&str, &str)]| {
+        let body = format!("surface = {{ file = \"s_*.dat\"{more} }}");
+        resolve(false, head, &body, files)
+    };
+    let motion = at("azimuth.values = [0, 30]", "", &files).expect("it is good");
+    for (step, by) in [0.0, 0.1].into_iter().enumerate() {
+        assert_near(place(&motion, step, 1), [1.0, 0.0, by]);
+    }
+    let between = at("steps = 3", ", interpolation = \"linear\"", &files).expect("it is good");
+    assert_near(place(&between, 2, 1), [1.0, 0.0, 0.25]);
+    let told = |head: &str, more: &str, files: &[(&str, &str)]| {
+        let error = at(head, more, files).expect_err("it is wrong").to_string();
+        let at = error.rfind("hover.toml").or_else(|| error.rfind("s_"));
+        error[at.expect("a file")..].to_owned()
+    };
+    assert_eq!(
+        told("steps = 3", "", &files),
+        "hover.toml:6: no file s_*.dat has the number 2; every step needs the file of its number, the first that of 0, or \
+         `interpolation`"
+    );
+    assert_eq!(
+        told("steps = 4", ", interpolation = \"linear\"", &files),
+        "s_00003.dat:1: the motion needs step 4, but the table goes from step 0 to step 3; add the missing rows"
+    );
+    assert_eq!(
+        told("steps = 1", "", &[]),
+        "hover.toml:6: there is no file s_*.dat with the number of a step for `*`"
+    );
+    let twice = [files[1], ("s_01.dat", second.as_str())];
+    assert_eq!(
+        told("steps = 1", "", &twice),
+        "hover.toml:6: s_01.dat and s_1.dat have the same number; keep one of them"
+    );
+    assert_eq!(
+        told("steps = 1", ", columns = { dx = \"u\" }", &files)
+            .split(" is for")
+            .next(),
+        Some("hover.toml:6: `columns`")
+    );
+}
+
+#[test]
+fn exports_of_other_programs_have_names_and_units_of_their_own() {
+    let rows = "0;0;0;0;0;0;0\n1000,0;0;0;0;100;0;0\n1000;1000;0;1;0;200;0\n0;1000;0;1;0;0;300\n";
+    let table = format!("PosX;PosY;PosZ;Rank;DisplacementX;DisplacementY;DisplacementZ\n{rows}");
+    let names = "x = \"PosX\", y = \"PosY\", z = \"PosZ\", dx = \"DisplacementX\", dy = \"DisplacementY\", dz = \"DisplacementZ\"";
+    let units = "x = 0.001, y = \"mm\", z = \"mm\", dx = \"mm\", dy = \"mm\", dz = \"mm\"";
+    let body =
+        format!("surface = {{ file = \"s.csv\", columns = {{ {names} }}, units = {{ {units} }} }}");
+    let motion = surface(false, "azimuth.values = [0]", &body, &table).expect("it is good");
+    for (node, moved) in (0..).zip(MOVED) {
+        let x = two_cubes().points[node as usize];
+        assert_near(place(&motion, 0, node), add(x, moved));
+    }
+    assert!(
+        motion
+            .notes()
+            .iter()
+            .any(|note| note.text.ends_with(": Rank"))
+    );
+    assert_eq!(
+        told(false, SURFACE, &table),
+        "s.csv:1: the table has no column `node`; found: PosX, PosY, PosZ, Rank, DisplacementX, DisplacementY, DisplacementZ"
+    );
 }

@@ -108,7 +108,7 @@ fn what_is_wrong_with_names_and_units_is_said_in_one_sentence() {
         ),
         (
             ", columns = { dq = \"u9\" }",
-            "hover.toml:7: unknown key `dq` in columns = { name = \"name in the file\" }; known: azimuth_deg, azimuth_rad, time_s, step, station, dx, dy, dz, rot_x_deg, rot_x_rad, rot_y_deg, rot_y_rad, rot_z_deg, rot_z_rad",
+            "hover.toml:7: unknown key `dq` in columns = { name = \"name in the file\" }; known: azimuth_deg, azimuth_rad, time_s, step, station, dx, dy, dz, rot_x_deg, rot_x_rad, rot_y_deg, rot_y_rad, rot_z_deg, rot_z_rad, quat_w, quat_x, quat_y, quat_z, wm_x, wm_y, wm_z",
         ),
         (
             ", columns = { dx = \"dz\", dz = \"dz\" }",
@@ -221,7 +221,7 @@ fn a_table_and_steps_of_different_extent_are_warned_of() {
     assert!(warned(&found).is_empty());
     let error = of("time_s,dz\n0,0\n0.004,0.1\n0.00833333,0\n", "").expect_err("it is short");
     let error = error.to_string();
-    let told = "the motion needs time 0.1 s, but the table goes from time 0 s to time 0.00833333 s; it covers 1.7% of the steps, which go from time 0 s to time 0.5 s; if its times are not in s, write for example  units = { time_s = \"min\" }";
+    let told = "the motion needs time 0.1 s, but the table goes from time 0 s to time 0.00833333 s; add the missing rows; it covers 1.7% of the steps, which go from time 0 s to time 0.5 s; if its times are not in s, write for example  units = { time_s = \"min\" }";
     assert!(error.ends_with(told), "{error}");
 }
 

@@ -194,7 +194,7 @@ fn a_step_that_rounding_puts_beside_the_end_of_a_table_is_its_end() {
     let told = far.expect_err("it is past the end").to_string();
     assert!(
         told.ends_with(
-            "the motion needs time 0.1001 s, but the table goes from time 0 s to time 0.0999999 s"
+            "the motion needs time 0.1001 s, but the table goes from time 0 s to time 0.0999999 s; add the missing rows"
         ),
         "{told}"
     );

@@ -103,7 +103,7 @@ fn page_and_schema_have_the_same_keys() {
     let mut schema = BTreeSet::new();
     collect(&Schedule::schema(), &mut schema);
     // Keys of harmonics, of pairs and of `columns` have no rows.
-    let columns = [Beam::names(), Cyclic::names()].concat();
+    let columns = [Beam::names(), Cyclic::names(), SurfaceMotion::names()].concat();
     schema.retain(|key| {
         !["sin", "cos", "pair"].contains(&key.as_str())
             && (key == "step" || !columns.contains(&key.as_str()))
@@ -181,12 +181,15 @@ fn schedules_fit_the_schema_as_the_reader_takes_them() {
         ("rbf.kernel = 'x'", ".rbf.kernel: \"x\""),
         ("rbf.substeps = 1001", ".rbf.substeps: 1001"),
         ("rbf.support_radius = 0", ".rbf.support_radius: 0"),
-        ("rotor.hub = [0, 0]", ".rotor.hub: [0,0]"),
+        ("rotor.hub = [0, 0]", ".rotor: no branch"),
         ("output.title = ''", ".output.title: \"\""),
     ] {
         assert_eq!(told(&format!("{body}{text}")).as_deref(), Some(expected));
     }
-    assert_eq!(told("").as_deref(), Some(": no \"body\""));
+    assert_eq!(
+        told("body = [ { tags = ['a'] } ]").as_deref(),
+        Some(".body[]: no \"name\"")
+    );
 }
 
 /// Reads `T` from the examples of its required keys and `more`.

@@ -72,12 +72,12 @@ fn conventions_say_where_the_leading_edge_and_the_tip_go() {
         let motion = cubes(&head, "cyclic = {}");
         // A blade goes round towards its leading edge.
         let tip = [1.0, 0.0, 0.0];
-        let ahead = sub(motion.rotor.turn(0.1).apply(tip), tip);
-        let nose = motion.rotor.leading_edge();
+        let ahead = sub(motion.rotors[0].axes.turn(0.1).apply(tip), tip);
+        let nose = motion.rotors[0].axes.leading_edge();
         assert!(dot(ahead, nose) > 0.0);
         let way =
             |up: f64, plus: &'static str, minus: &'static str| if up > 0.0 { plus } else { minus };
-        let told = motion.rotor.conventions();
+        let told = motion.rotors[0].axes.conventions();
         assert!(
             told[1].contains(&format!("chord (leading edge) {nose:?}")),
             "{told:?}"
@@ -268,11 +268,13 @@ fn a_clockwise_rotor_is_carried_the_other_way() {
         motion
             .to_inertial(&at(90.0))
             .expect("inertial")
+            .of_body(0)
+            .expect("it turns")
             .apply([1.0, 0.0, 0.0])
     };
     assert_near(in_inertial(&ccw), [0.0, 1.0, 0.0]);
     assert_near(in_inertial(&cw), [0.0, -1.0, 0.0]);
-    assert_eq!(cubes("", cyclic).to_inertial(&at(90.0)), None);
+    assert!(cubes("", cyclic).to_inertial(&at(90.0)).is_none());
 }
 
 #[test]
@@ -420,7 +422,9 @@ proptest! {
         let step = case.step();
         let pose = rigid(&motion, &step);
         prop_assert!(distance(pose.apply(x), case.expected(x, case.offset)) < 1e-12);
-        let in_inertial = pose.then(&motion.to_inertial(&step).expect("inertial")).apply(x);
+        let to_inertial = motion.to_inertial(&step).expect("inertial");
+        let to_inertial = to_inertial.of_body(0).expect("it turns");
+        let in_inertial = pose.then(to_inertial).apply(x);
         let expected = case.expected(x, step.azimuth + case.offset);
         prop_assert!(distance(in_inertial, expected) < 1e-12);
     }
@@ -430,7 +434,7 @@ proptest! {
         let motion = case.motion();
         let step = case.step();
         let pose = rigid(&motion, &step);
-        for rotation in [pose.rotation, pose.then(&motion.to_inertial(&step).expect("inertial")).rotation] {
+        for rotation in [pose.rotation, pose.then(motion.to_inertial(&step).expect("inertial").of_body(0).expect("it turns")).rotation] {
             for i in 0..3 {
                 for j in 0..3 {
                     let expected = if i == j { 1.0 } else { 0.0 };

@@ -76,7 +76,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "rotor:shaft_axes = [0, 0, 1]",
-            "3: unknown key `shaft_axes` in [rotor]; did you mean `shaft_axis`? known: hub, span_axis, shaft_axis, frame, rpm, azimuth_table, azimuth_interpolation, azimuth_sign, pitch_sign, flap_sign, lag_sign",
+            "3: unknown key `shaft_axes` in [rotor]; did you mean `shaft_axis`? known: name, hub, span_axis, shaft_axis, frame, zones, rpm, azimuth_table, azimuth_interpolation, azimuth_sign, pitch_sign, flap_sign, lag_sign",
         ),
         (
             "cyclic:colective = 1.0",
@@ -88,7 +88,7 @@ fn unknown_keys_and_names_get_the_nearest_known_one() {
         ),
         (
             "body:cyclik = {}",
-            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, optional_tags, zones, azimuth_offset, parent, ramp, cyclic, rigid, table, beam, modes, surface",
+            "7: unknown key `cyclik` in [[body]]; did you mean `cyclic`? known: name, tags, optional_tags, zones, rotor, azimuth_offset, parent, ramp, cyclic, rigid, table, beam, modes, surface",
         ),
         (
             "rbf:zzz = 1",
@@ -284,7 +284,7 @@ fn a_schedule_without_steps_is_told_why() {
         ),
         (
             "[rotor]\nrpm = 3\n[time]\nstop = 1\nstep = 0.1\nfrequency = 1",
-            "hover.toml:2: `rpm` and [time] both define the times of the steps; keep one of them",
+            "hover.toml:2: `rpm` and `frequency` in [time] both define the azimuth; keep one of them",
         ),
         (
             "steps = 4\n[time]\nvalues = [1]",

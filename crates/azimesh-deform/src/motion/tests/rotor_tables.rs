@@ -39,13 +39,19 @@ fn a_rotor_speeds_up_by_a_table() {
         .to_inertial(&motion.steps[1])
         .expect("it is inertial");
     let (sin, cos) = 75f64.to_radians().sin_cos();
-    assert_near(turn.apply([1.0, 0.0, 0.0]), [cos, sin, 0.0]);
+    assert_near(
+        turn.of_body(0).expect("it turns").apply([1.0, 0.0, 0.0]),
+        [cos, sin, 0.0],
+    );
     // 75 degrees at 90 degrees a second, at a radius of 2.
     let moving = motion
         .to_inertial_moving(&motion.steps[1])
         .expect("it is inertial");
     let speed = 2.0 * 90f64.to_radians();
-    let found = moving.velocity([2.0, 0.0, 0.0], [0.0; 3]);
+    let found = moving
+        .of_body(0)
+        .expect("it turns")
+        .velocity([2.0, 0.0, 0.0], [0.0; 3]);
     assert_near(found, [-speed * sin, speed * cos, 0.0]);
 }
 
@@ -96,11 +102,11 @@ fn what_is_wrong_with_a_table_of_the_azimuth_is_said_in_one_sentence() {
         ),
         (
             format!("time.values = [0, 2]\n{rotor}"),
-            "a.csv:3: the motion needs time 2 s, but the table goes from time 0 s to time 1 s",
+            "a.csv:3: the motion needs time 2 s, but the table goes from time 0 s to time 1 s; add the missing rows",
         ),
         (
             format!("time.values = [0]\n{rotor}\nrotor.rpm = 300"),
-            "hover.toml:4: `rpm` and [time] both define the times of the steps; keep one of them",
+            "hover.toml:4: `rpm` and `azimuth_table` both define the azimuth; keep one of them",
         ),
         (
             "time.values = [0]\nrotor.azimuth_interpolation = \"cubic\"".to_owned(),
@@ -164,7 +170,10 @@ fn a_plane_mesh_turns_about_a_shaft_along_z() {
         let turn = motion
             .to_inertial(&motion.steps[1])
             .expect("it is inertial");
-        assert_near(turn.apply([2.0, 0.0, 0.0]), [1.0, sign, 0.0]);
+        assert_near(
+            turn.of_body(0).expect("it turns").apply([2.0, 0.0, 0.0]),
+            [1.0, sign, 0.0],
+        );
         assert_near(place(&motion, 1, [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
     }
     // The second blade is a quarter of a turn ahead; it lags about its hinge.

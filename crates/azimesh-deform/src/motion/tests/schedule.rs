@@ -80,7 +80,7 @@ fn every_key_of_this_version_is_read() {
     let schedule = parse(FULL).expect("a good schedule");
     assert_eq!(schedule.path, Path::new("hover.toml"));
     assert_eq!(schedule.steps().expect("steps").len(), 37);
-    let rotor = &schedule.rotor;
+    let rotor = &schedule.rotors[0];
     assert_eq!(rotor.hub, [1.0, 2.0, 3.0]);
     assert_eq!(rotor.span_axis, Some([1.0, 0.0, 0.0]));
     assert_eq!(rotor.shaft_axis, Some([0.0, 0.0, 1.0]));
@@ -181,7 +181,7 @@ fn what_is_left_out_has_its_default() {
     assert_eq!(schedule.selection.max_points, 5000);
     assert!(schedule.selection.correction);
     assert_eq!(schedule.output.format(), "vtu");
-    assert_eq!(schedule.rotor.frame, Frame::Rotating);
+    assert_eq!(schedule.rotors[0].frame, Frame::Rotating);
     assert!(
         schedule
             .steps()

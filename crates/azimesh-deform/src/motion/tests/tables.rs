@@ -239,7 +239,7 @@ fn a_wrong_table_is_told_its_line() {
             true,
             TABLE,
             "azimuth_deg,dx,dz\n0,1,0\n90,2,0.5\n",
-            "m.csv:3: `dz` is not 0, so body \"blade\" would leave the plane of the 2D mesh; use only dx, dy and rot_z_deg",
+            "m.csv:3: `dz` is not 0, so body \"blade\" would leave the plane of the 2D mesh; use only dx, dy and rotations about z",
         ),
         (
             true,
@@ -285,7 +285,7 @@ fn a_table_of_one_row_is_not_held_at_other_times() {
         .expect_err("it has no row")
         .to_string();
     assert!(
-        told.ends_with("the motion needs time 1 s, but the table goes from time 0 s to time 0 s"),
+        told.ends_with("the motion needs time 1 s, but the table goes from time 0 s to time 0 s; add the missing rows"),
         "{told}"
     );
 }

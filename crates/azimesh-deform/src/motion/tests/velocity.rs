@@ -57,15 +57,18 @@ fn assert_differentiated(motion: &Motion) {
         };
         let difference = scale(
             sub(
-                to_inertial(2).apply(place(2)),
-                to_inertial(0).apply(place(0)),
+                to_inertial(2).of_body(0).expect("it turns").apply(place(2)),
+                to_inertial(0).of_body(0).expect("it turns").apply(place(0)),
             ),
             0.5 / H,
         );
         let to_inertial = motion
             .to_inertial_moving(&motion.steps[first + 1])
             .expect("inertial");
-        let found = to_inertial.velocity(place(1), found);
+        let found = to_inertial
+            .of_body(0)
+            .expect("it turns")
+            .velocity(place(1), found);
         let off = distance(found, difference) / norm(difference);
         assert!(off < 1e-7, "{found:?} {difference:?}");
     }
@@ -95,9 +98,13 @@ fn oscillations_and_tables_of_angles_are_differentiated() {
 fn harmonics_and_tables_are_differentiated() {
     for interpolation in ["linear", "cubic"] {
         assert_differentiated(&motion(interpolation, CYCLIC));
-        let table = "table = { file = \"m.csv\", origin = [0.3, 0.1, 0], INTERPOLATION }";
-        assert_differentiated(&motion(interpolation, table));
-        assert_differentiated(&motion(interpolation, &format!("{table}\n{CYCLIC}")));
+        for rotation in ["euler_zyx", "euler_yzx", "vector"] {
+            let table = format!(
+                "table = {{ file = \"m.csv\", origin = [0.3, 0.1, 0], INTERPOLATION, rotation = \"{rotation}\" }}"
+            );
+            assert_differentiated(&motion(interpolation, &table));
+            assert_differentiated(&motion(interpolation, &format!("{table}\n{CYCLIC}")));
+        }
     }
 }
 
@@ -109,6 +116,11 @@ fn bending_blades_are_differentiated() {
         assert_differentiated(&motion(interpolation, beam));
         let all = format!("{beam}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]");
         assert_differentiated(&motion(interpolation, &all));
+        for rotation in ["euler_yzx", "vector"] {
+            let turned = format!("INTERPOLATION, rotation = \"{rotation}\"");
+            let all = all.replace("INTERPOLATION", &turned);
+            assert_differentiated(&motion(interpolation, &all));
+        }
     }
 }
 
@@ -146,6 +158,8 @@ fn motions_begin_smoothly() {
     for body in [
         CYCLIC.to_owned(),
         format!("table.file = \"m.csv\"\n{CYCLIC}"),
+        "table = { file = \"m.csv\", rotation = \"vector\" }".to_owned(),
+        "beam = { table = \"beam.csv\", hold_ends = true, rotation = \"vector\" }".to_owned(),
         "rigid.rotate = { axis = [1, 2, 3], angle = 20, harmonics = [ { sin = 5 } ] }".to_owned(),
         format!(
             "beam = {{ table = \"beam.csv\", hold_ends = true }}\n{CYCLIC}\nrigid.translate = [0.1, 0, 0]"

@@ -26,13 +26,23 @@ const BENT: &str =
     "station,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n0,0,0,0,0,0,0\n1,0,0,0.1,0,0,0\n";
 const SHAPES: &str = "node,mode,dx,dy,dz\n0,1,0,0,0\n1,1,0,0,0.1\n2,1,0,0,0.2\n3,1,0,0,0\n";
 
-const MOTION_FILES: [MotionFile; 8] = [
+const MOTION_FILES: [MotionFile; 9] = [
     MotionFile {
         name: "six degrees of freedom",
         body: "table = { file = \"m.csv\" }",
         others: &[],
         good: "azimuth_deg,dx,rot_z_deg\n0,0,1\n30,0.1,2\n60,0,3\n",
         required: &["azimuth_deg"],
+        ordered: true,
+        unique: true,
+        complete: false,
+    },
+    MotionFile {
+        name: "quaternions",
+        body: "table = { file = \"m.csv\", rotation = \"quaternion\" }",
+        others: &[],
+        good: "azimuth_deg,quat_w,quat_x,quat_y,quat_z\n0,1,0,0,0\n30,0.8,0,0,0.6\n60,-1,0,0,0\n",
+        required: &["azimuth_deg", "quat_w", "quat_x", "quat_y", "quat_z"],
         ordered: true,
         unique: true,
         complete: false,

@@ -49,7 +49,7 @@ const NODE_IDS: &str = "GlobalNodeIds";
 const CELL_IDS: &str = "GlobalCellIds";
 
 /// The names of the pieces that a file lists, from its folder; none where it is no list of pieces.
-pub(super) fn pieces_of(path: &Path) -> std::io::Result<Vec<String>> {
+pub fn pieces_of(path: &Path) -> std::io::Result<Vec<String>> {
     let mut head = Vec::new();
     File::open(path)?.take(HEAD as u64).read_to_end(&mut head)?;
     if !is_list(&head) {

@@ -14,7 +14,9 @@ use crate::motion::body::Body;
 use crate::motion::keys::{Kind, boolean, choice, keys, string};
 use crate::motion::rotor::RotorAxes;
 use crate::motion::setters::setters;
-use crate::motion::table::{Column, ColumnNames, Interpolation, Naming, SpanHistory, Table, Unit};
+use crate::motion::table::{
+    Column, ColumnNames, Interpolation, Naming, RotationForm, SpanHistory, Table, Unit,
+};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, distance, dot, sub};
 use azimesh_core::{Note, note};
@@ -49,6 +51,7 @@ pub struct Beam {
     interpolation: Interpolation,
     /// True if the table may cover less than nine tenths of the blade.
     hold_ends: bool,
+    rotation: Option<RotationForm>,
     naming: Naming,
 }
 
@@ -60,6 +63,7 @@ impl Beam {
             lifting_line: None,
             interpolation: Interpolation::Linear,
             hold_ends: false,
+            rotation: None,
             naming: Naming::default(),
         }
     }
@@ -69,6 +73,8 @@ setters! { Beam {
     /// Sets the line about which sections turn: a table of `station, x, y, z`, points in the axes of the blade from the hub,
     /// in mesh units.
     lifting_line(table: impl Into<TableSource>) |self| self.lifting_line = Some(table.into());
+    /// Sets the form of its rotations, which are about the axes of the blade.
+    rotation(form: RotationForm) |self| self.rotation = Some(form);
     /// Interpolates between azimuths with a cubic spline, which is periodic if the table is.
     cubic() |self| self.interpolation = Interpolation::Cubic;
     /// Maps a column's name here to its name in the file: `column("dx", "u1")`. Columns of other names are ignored.
@@ -90,6 +96,8 @@ keys! { impl Beam "[body.beam]" = Self::new(""), {
     interpolation => interpolation, choice::<Interpolation>(), default "linear";
     /// allows a table that covers less than nine tenths of the blade
     hold_ends => hold_ends, boolean(), default false;
+    /// how [rotations](#rotations-in-a-table) are written, about the axes of the blade
+    rotation => rotation, choice::<RotationForm>(), or "`\"euler_zyx\"`";
     /// [names in the file](#names-and-units-of-columns)
     columns => naming.columns, naming::columns::<Self>(), or "none";
     /// [units in the file](#names-and-units-of-columns)
@@ -107,7 +115,7 @@ const LINE: Kind<Option<TableSource>> = Kind {
 
 impl NamedColumns for Beam {
     const COLUMNS: &'static str = "azimuth_deg azimuth_rad time_s step station dx dy dz rot_x_deg rot_x_rad \
-                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad";
+                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad quat_w quat_x quat_y quat_z wm_x wm_y wm_z";
 }
 
 impl BodyMotion for Beam {
@@ -124,6 +132,7 @@ impl BodyMotion for Beam {
 
     fn check(&self, body: &Body) -> Result<()> {
         naming::check::<Self>(&self.naming, body, "beam")?;
+        naming::check_rotation(&self.naming, self.rotation, body, "beam")?;
         match body.motion::<Cyclic>() {
             Some(cyclic) if cyclic.pitch_axis != [0.0; 2] => Err(body.places.error(
                 "beam",
@@ -152,12 +161,13 @@ impl BodyMotion for Beam {
         let radius = low.abs().max(high.abs());
         let naming = self.naming.with_units_of(&table, &Self::names())?;
         let names = naming::resolve(&naming, on, Some(radius), "beam")?;
-        let (span, others) = read_span(&table, names.clone(), self.interpolation)?;
+        let rotation = naming::rotation_of(&table, self.rotation, on, "beam")?;
+        let (span, others) = read_span(&table, names.clone(), rotation, self.interpolation)?;
         let note = on.clock.check(span.history(), on, "beam")?;
         let mut notes = check_span(&span, &table, body, edges.span(), self.hold_ends)?;
         notes.extend(note);
         notes.extend(naming::notes(&naming, &names, &others, &table, body));
-        let told = check_slopes(&span, &table, &self.naming, body);
+        let told = check_slopes(&span, &table, (&self.naming, rotation), body);
         told.into_iter().for_each(|note| on.warn(note));
         let (line, name) = match line {
             Some(line) => (
@@ -185,6 +195,7 @@ impl BodyMotion for Beam {
         Ok(Arc::new(BendingBlade {
             offset: Clock::offset(span.history(), on),
             span,
+            rotation,
             line,
             notes,
             blade: on.blade,
@@ -215,6 +226,7 @@ impl Beam {
 #[derive(Debug)]
 struct BendingBlade {
     span: SpanHistory,
+    rotation: RotationForm,
     line: LiftingLine,
     blade: RotorAxes,
     offset: f64,
@@ -233,7 +245,7 @@ impl ResolvedMotion for BendingBlade {
         let place = Clock::place(key, at.step, self.offset).expect(promise);
         let hinges = self.hinges.as_ref().map(|hinges| hinges.rotations(at));
         Some(Link::Sections(Box::new(Sections::new(
-            self.span.at(place).expect(promise),
+            (self.span.at(place).expect(promise), self.rotation),
             (&self.line, self.blade),
             at.part,
             at.clock.rate_in(self.span.history(), at.step),
@@ -284,8 +296,9 @@ impl CentreLine {
 
 /// Reads the table; also returns its unused columns. Missing columns are 0.
 fn read_span(
-    table: &Table,
+    table: &Arc<Table>,
     names: ColumnNames,
+    rotation: RotationForm,
     interpolation: Interpolation,
 ) -> Result<(SpanHistory, Vec<String>)> {
     let mut columns = table.columns_as(names)?;
@@ -293,16 +306,16 @@ fn read_span(
     let station = columns.require("station")?;
     let mut six: Vec<Option<Column>> = Vec::new();
     six.extend(SIX[..3].iter().map(|name| columns.optional(name)));
-    for name in &SIX[3..] {
-        six.push(columns.optional_angle(name)?);
-    }
+    let turns = rotation.pick(&mut columns)?;
     let others = columns.done()?;
+    let (table, turns) = rotation.vectors(Arc::clone(table), &turns, false)?;
+    six.extend(turns);
     if six.iter().all(Option::is_none) {
-        let message =
-            "the table has none of the columns dx, dy, dz, rot_x_deg, rot_y_deg, rot_z_deg";
+        let names = rotation.columns().join(", ");
+        let message = format!("the table has none of the columns dx, dy, dz, {names}");
         return Err(table.header_error(message));
     }
-    let span = SpanHistory::from_table(table, key, station, &six, interpolation)?;
+    let span = SpanHistory::from_table(&table, key, station, &six, interpolation)?;
     Ok((span, others))
 }
 

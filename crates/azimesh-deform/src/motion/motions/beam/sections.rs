@@ -3,7 +3,8 @@
 use super::lifting::LiftingLine;
 use crate::motion::motions::Rotation;
 use crate::motion::rotor::RotorAxes;
-use crate::motion::table::SpanValues;
+use crate::motion::table::{RotationForm, SpanValues};
+use azimesh_core::geometry::rotation::rotate_by;
 use azimesh_core::geometry::vector::{Vector, add, dot, scale, sub};
 use azimesh_core::geometry::{Moving, Transform};
 
@@ -11,6 +12,7 @@ use azimesh_core::geometry::{Moving, Transform};
 #[derive(Debug, Clone)]
 pub(in crate::motion) struct Sections<'a> {
     values: SpanValues<'a>,
+    form: RotationForm,
     line: &'a LiftingLine,
     blade: RotorAxes,
     part: f64,
@@ -33,7 +35,7 @@ fn turned(a: f64, b: f64, angle: f64) -> (f64, f64) {
 
 impl<'a> Sections<'a> {
     pub(super) fn new(
-        values: SpanValues<'a>,
+        (values, form): (SpanValues<'a>, RotationForm),
         (line, blade): (&'a LiftingLine, RotorAxes),
         part: f64,
         key_rate: f64,
@@ -44,6 +46,7 @@ impl<'a> Sections<'a> {
         });
         Self {
             values,
+            form,
             line,
             blade,
             part,
@@ -62,7 +65,13 @@ impl<'a> Sections<'a> {
     ) -> Self {
         let hinges = self.hinges.map(|hinges| hinges.map(rotation));
         let of = (self.line, self.blade);
-        let sections = Self::new(self.values, of, self.part, self.key_rate, hinges);
+        let sections = Self::new(
+            (self.values, self.form),
+            of,
+            self.part,
+            self.key_rate,
+            hinges,
+        );
         Self { ramp, ..sections }
     }
 
@@ -82,21 +91,46 @@ impl<'a> Sections<'a> {
     /// x_r = Rz(rot_z) Ry(rot_y) Rx(rot_x + pitch) (x - x_ref)
     /// x'  = O + h e_x + Rz(lag) Ry(-flap) (x_r + x_ref - O - h e_x + (dx, dy, dz))
     /// ```
+    ///
+    /// with rotations in another form in place of `Rz Ry Rx`, and the pitch before them.
     pub fn map(&self, x: Vector) -> Transform {
         let station = self.station(x);
-        let [dx, dy, dz, rx, ry, rz] = self.values_at(station).map(|v| self.part * v);
-        let pitch = self.part * self.pitch();
-        let origin = self.reference(station);
-        let RotorAxes { e_x, e_y, e_z, .. } = self.blade;
-        let turn = Transform::rotation(e_x, [0.0; 3], rx + pitch)
-            .then(&Transform::rotation(e_y, [0.0; 3], ry))
-            .then(&Transform::rotation(e_z, [0.0; 3], rz));
-        let shift = add(scale(e_x, dx), add(scale(e_y, dy), scale(e_z, dz)));
-        let section = Transform {
-            translation: add(sub(origin, turn.turn(origin)), shift),
-            ..turn
-        };
+        let [dx, dy, dz, turns @ ..] = self.values_at(station);
+        let turns = self.turns(self.reference(station), [turns, [0.0; 3]]);
+        let turns = turns.into_iter().map(|turn| turn.part(self.part).map());
+        let turned = turns.fold(Transform::IDENTITY, |all, next| all.then(&next));
+        let shift = scale(self.along([dx, dy, dz]), self.part);
+        let section = turned.then(&Transform::translation(shift));
         section.then(&self.after)
+    }
+
+    /// Converts a vector from the axes of the blade.
+    fn along(&self, [x, y, z]: Vector) -> Vector {
+        let RotorAxes { e_x, e_y, e_z, .. } = self.blade;
+        add(scale(e_x, x), add(scale(e_y, y), scale(e_z, z)))
+    }
+
+    /// Returns the pitch and the table's rotations of a section about its reference point, with rates.
+    fn turns(&self, origin: Vector, [values, rates]: [Vector; 2]) -> Vec<Rotation> {
+        let pitch = self
+            .hinges
+            .map_or([0.0; 2], |[pitch, ..]| [pitch.angle, pitch.rate]);
+        let axes = [self.blade.e_x, self.blade.e_y, self.blade.e_z];
+        let about = |axis: usize, by| Rotation::about(axes[axis], origin, by);
+        let mut turns = vec![about(0, pitch)];
+        match self.form.order() {
+            Some(order) => turns.extend(order.map(|axis| about(axis, [values[axis], rates[axis]]))),
+            None => turns.push(Rotation::by(
+                [self.along(values), self.along(rates)],
+                origin,
+            )),
+        }
+        if self.form.order().is_some_and(|order| order[0] == 0) {
+            let first = turns.remove(0);
+            turns[0].angle += first.angle;
+            turns[0].rate += first.rate;
+        }
+        turns
     }
 
     /// Applies the [`map`](Self::map) of the section that contains `x` to `at`, without building the map: this is
@@ -108,14 +142,12 @@ impl<'a> Sections<'a> {
         for value in &mut values {
             *value *= self.part;
         }
-        let [dx, dy, dz, rx, ry, rz] = values;
+        let [dx, dy, dz, turns @ ..] = values;
         let pitch = self.part * self.pitch();
         let RotorAxes { e_x, e_y, e_z, .. } = self.blade;
         let arm = sub(at, self.reference(station));
         let (along, forward, up) = (dot(e_x, arm), dot(e_y, arm), dot(e_z, arm));
-        let (y, z) = turned(forward, up, rx + pitch);
-        let (z, x) = turned(z, along, ry);
-        let (x, y) = turned(x, y, rz);
+        let [x, y, z] = self.turned([along, forward, up], turns, pitch);
         // As a displacement, so that points at rest keep every bit.
         let by = [x - along + dx, y - forward + dy, z - up + dz];
         let mut moved = at;
@@ -123,6 +155,26 @@ impl<'a> Sections<'a> {
             moved[i] += e_x[i] * by[0] + e_y[i] * by[1] + e_z[i] * by[2];
         }
         self.after.apply(moved)
+    }
+
+    /// Turns a vector in the axes of the blade by the pitch and the rotations of a section.
+    #[inline]
+    fn turned(&self, mut arm: Vector, mut turns: Vector, pitch: f64) -> Vector {
+        let about = |arm: &mut Vector, axis: usize, angle: f64| {
+            let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+            (arm[a], arm[b]) = turned(arm[a], arm[b], angle);
+        };
+        match self.form.order() {
+            Some([0, ..]) => turns[0] += pitch,
+            _ => about(&mut arm, 0, pitch),
+        }
+        match self.form.order() {
+            Some(order) => order
+                .into_iter()
+                .for_each(|axis| about(&mut arm, axis, turns[axis])),
+            None => arm = rotate_by(turns, arm),
+        }
+        arm
     }
 
     /// Returns the whole map with its velocity.
@@ -136,23 +188,16 @@ impl<'a> Sections<'a> {
             *rate = reached * self.key_rate * *rate + growth * value;
         }
         let origin = self.reference(station);
-        let blade = &self.blade;
-        let along = |v: &[f64; 6]| {
-            let [x, y, z] = [v[0], v[1], v[2]];
-            add(
-                scale(blade.e_x, x),
-                add(scale(blade.e_y, y), scale(blade.e_z, z)),
-            )
-        };
-        let pitch = self.hinges.map(|[pitch, ..]| (pitch.angle, pitch.rate));
-        let (pitch, pitch_rate) = pitch.unwrap_or((0.0, 0.0));
-        let turn = |axis, i: usize, angle: f64, rate: f64| {
-            Moving::rotation(axis, origin, values[i] + angle, rates[i] + rate)
-        };
-        let section = turn(blade.e_x, 3, pitch, pitch_rate)
-            .then(&turn(blade.e_y, 4, 0.0, 0.0))
-            .then(&turn(blade.e_z, 5, 0.0, 0.0))
-            .then(&Moving::translation(along(&values), along(&rates)));
+        let [[shift, turns], [shift_rate, turn_rates]] =
+            [values, rates].map(|[a, b, c, d, e, f]| [[a, b, c], [d, e, f]]);
+        let still = Moving::still(Transform::IDENTITY);
+        let turns = self.turns(origin, [turns, turn_rates]).into_iter();
+        let section = turns
+            .fold(still, |all, next| all.then(&next.moving()))
+            .then(&Moving::translation(
+                self.along(shift),
+                self.along(shift_rate),
+            ));
         match self.hinges {
             Some([_, flap, lag]) => section.then(&flap.moving()).then(&lag.moving()),
             None => section,
@@ -162,21 +207,8 @@ impl<'a> Sections<'a> {
     /// Returns the rotations of the section that contains `x`, in their order.
     pub fn rotations(&self, x: Vector) -> Vec<Rotation> {
         let station = self.station(x);
-        let [.., rx, ry, rz] = self.values_at(station);
-        let origin = self.reference(station);
-        let turn = |axis, angle| Rotation {
-            axis,
-            origin,
-            angle,
-            rate: 0.0,
-        };
-        let blade = &self.blade;
-        let pitch = self.pitch();
-        let section = [
-            turn(blade.e_x, rx + pitch),
-            turn(blade.e_y, ry),
-            turn(blade.e_z, rz),
-        ];
+        let [_, _, _, turns @ ..] = self.values_at(station);
+        let section = self.turns(self.reference(station), [turns, [0.0; 3]]);
         let hinged = (self.hinges.into_iter()).flat_map(|[_, flap, lag]| [flap, lag]);
         section.into_iter().chain(hinged).collect()
     }

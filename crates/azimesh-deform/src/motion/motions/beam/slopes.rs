@@ -1,7 +1,7 @@
 //! Checks that the rotations in a table are the slopes of its displacements, as in a bent blade.
 
 use super::SIX;
-use crate::motion::table::{Naming, SpanHistory, Table};
+use crate::motion::table::{Naming, RotationForm, SpanHistory, Table};
 use azimesh_core::numbers::{in_digits, short};
 use azimesh_core::{Note, note};
 
@@ -31,7 +31,7 @@ struct Sums {
 pub(super) fn check_slopes(
     span: &SpanHistory,
     table: &Table,
-    naming: &Naming,
+    (naming, form): (&Naming, RotationForm),
     body: &str,
 ) -> Vec<Note> {
     let found = PAIRS.iter().filter_map(|&(shift, turn, sign)| {
@@ -61,7 +61,7 @@ pub(super) fn check_slopes(
             degrees(slope),
             degrees(rotation)
         );
-        let column = naming.angle_in(table, names[1]);
+        let column = naming.angle_in(table, form.columns()[turn - 3]);
         Some(if is_opposite {
             note!(
                 "slope_sign",

@@ -286,12 +286,12 @@ fn a_place_outside_of_a_table_is_refused_with_its_range() {
     let changed = azimuths(&[0.0, 90.0, 180.0, 270.0, 360.0], 1.5);
     assert_eq!(
         refusal(changed.at(-1.0)),
-        "q.csv: the motion needs azimuth -1 deg, but the table goes from azimuth 0 deg to azimuth 360 deg; its values at azimuth 360 deg differ from those at azimuth 0 deg, so it is not periodic"
+        "q.csv: the motion needs azimuth -1 deg, but the table goes from azimuth 0 deg to azimuth 360 deg; its values at azimuth 360 deg differ from those at azimuth 0 deg, so it is not periodic; add the missing rows"
     );
     let time = history(7, 0.001, Key::Time, false, true);
     assert_eq!(
         refusal(time.at(0.3)),
-        "beam.csv: the motion needs time 0.3 s, but the table goes from time 0 s to time 0.25 s"
+        "beam.csv: the motion needs time 0.3 s, but the table goes from time 0 s to time 0.25 s; add the missing rows"
     );
     assert!(time.at(0.25 * (1.0 + 1e-12)).is_ok(), "round-off is none");
     let one = History::new(

@@ -30,6 +30,8 @@ fn a_table_is_read_as_spreadsheets_and_programs_write_it() {
         "azimuth_deg dx\n0 1.5\n10 -2e-3\n",
         "  azimuth_deg   \"dx\" \r\n  0   1.5\r\n 10  -2e-3  # last\r\n",
         "# azimuth_deg dx\n0 1.5\n10 -2e-3\n",
+        "azimuth_deg;dx\n0;1,5\n10,0;-2e-3\n",
+        "\nPredictions, of a; program\nlinked with 2 others\n\n azimuth_deg \t dx \n (deg) \t (m) \n 0.0\t 1.5\n10.0\t-2e-3\n",
     ] {
         assert_eq!(numbers(text), expected, "{text}");
     }
@@ -110,11 +112,15 @@ fn every_wrong_table_is_refused_in_a_sentence_with_its_line() {
         ),
         (
             "a,b\n1,2,3\n",
-            "2: the row has 3 fields; it must have 2, one for each column",
+            "2: the row has 3 fields; it must have 2, one for each column; if commas are decimal, put semicolons between the columns",
         ),
         (
-            "a;b\n1,5;2\n",
-            "2: column `a` has \"1,5\"; it must be a finite number",
+            "a\tb\n1,5\t2\n",
+            "2: column `a` has \"1,5\"; it must be a finite number; write decimals with a point, or put semicolons between the columns",
+        ),
+        (
+            "a;b\n1,5,5;2\n",
+            "2: column `a` has \"1,5,5\"; it must be a finite number",
         ),
         ("a,b\n1,\"2\n", "2: a quote is not closed on its line"),
         (
@@ -221,7 +227,8 @@ fn the_table_of_a_solver_with_six_degrees_of_freedom_is_read() {
     let values = [time, dy, rot_z].map(|column| read.value(1, column));
     assert_eq!(values, [1.5, 2.0, 30f64.to_radians()]);
     assert_eq!((read.line(0), read.line(1)), (4, 5));
-    assert!(read.turns_z_first() && !table("time_s\n1\n").turns_z_first());
+    assert_eq!(read.rotation(), Some(RotationForm::EulerXyz));
+    assert_eq!(table("time_s\n1\n").rotation(), None);
     let row = "a row of OpenFOAM's table is (time ((x y z) (rot_x rot_y rot_z))) with angles in degrees; found";
     for (text, expected) in [
         (
