@@ -48,7 +48,7 @@ pub fn warn<'n>(py: Python<'_>, notes: impl IntoIterator<Item = &'n Note>) -> Py
     for note in notes {
         let arguments = PyTuple::new(py, [note.to_string()])?;
         let warning = class.call1(arguments)?;
-        warnings.call_method1("warn", (warning, class, 2))?;
+        warnings.call_method1("warn", (warning, class, 1))?;
     }
     Ok(())
 }

@@ -491,8 +491,11 @@ fn summary(folder: &Path, finished: &Finished) -> String {
         n if n == finished.n_steps => {
             format!("complete already: the files of all {n} steps were verified\n")
         }
-        1 => "1 step was finished before and verified\n".to_owned(),
-        n => format!("{n} steps were finished before and verified\n"),
+        n => {
+            let were = if n == 1 { "step was" } else { "steps were" };
+            let added = finished.n_steps.saturating_sub(n);
+            format!("{n} {were} finished before and verified, {added} added\n")
+        }
     };
     let jacobian = finished.min_scaled_jacobian.map_or(String::new(), |value| {
         format!(", smallest scaled Jacobian {}", in_digits(value, 4))

@@ -100,6 +100,8 @@ enum Meshes {
     },
     /// A list of files with their times.
     Listed(Vec<Listed>),
+    /// Inputs of which each step is one mesh.
+    Merged(Vec<Input>),
     /// An input that another rank has opened, with its times.
     Elsewhere(Option<Vec<f64>>),
 }
@@ -204,12 +206,41 @@ impl Input {
         })
     }
 
+    /// Opens inputs that are merged, step by step.
+    pub fn merged(paths: &[PathBuf], context: &Context) -> Result<Self> {
+        let opened = paths.iter().map(|path| Self::open(path, None, context));
+        let parts = opened.collect::<Result<Vec<_>>>()?;
+        let mut sequences = parts.iter().filter(|part| part.times().is_some());
+        if let Some(first) = sequences.next()
+            && let Some(other) = sequences.find(|other| other.times() != first.times())
+        {
+            return Err(Error::input(format!(
+                "its steps or times differ from {}; merged sequences have the same times (--step I merges one step)",
+                first.path.display()
+            ))
+            .file(&other.path));
+        }
+        Ok(Self {
+            path: paths[0].clone(),
+            meshes: Meshes::Merged(parts),
+        })
+    }
+
+    /// Returns the merged inputs; none for a single input.
+    pub fn parts(&self) -> &[Self] {
+        match &self.meshes {
+            Meshes::Merged(parts) => parts,
+            _ => &[],
+        }
+    }
+
     /// Refuses a list of files if one of them is missing.
     pub fn check_files(&self) -> Result<()> {
-        let Meshes::Listed(list) = &self.meshes else {
-            return Ok(());
-        };
-        list.iter().try_for_each(|entry| self.check_file(entry))
+        match &self.meshes {
+            Meshes::Listed(list) => list.iter().try_for_each(|entry| self.check_file(entry)),
+            Meshes::Merged(parts) => parts.iter().try_for_each(Self::check_files),
+            Meshes::File { .. } | Meshes::Elsewhere(_) => Ok(()),
+        }
     }
 
     fn check_file(&self, entry: &Listed) -> Result<()> {
@@ -248,7 +279,7 @@ impl Input {
     /// Returns the file with the mesh of a step.
     pub fn path_of(&self, step: usize) -> &Path {
         match &self.meshes {
-            Meshes::File { .. } | Meshes::Elsewhere(_) => &self.path,
+            Meshes::File { .. } | Meshes::Merged(_) | Meshes::Elsewhere(_) => &self.path,
             Meshes::Listed(list) => list.get(step).map_or(&self.path, |entry| &entry.path),
         }
     }
@@ -258,7 +289,7 @@ impl Input {
             Meshes::File {
                 location, format, ..
             } => Some((location, format)),
-            Meshes::Listed(_) | Meshes::Elsewhere(_) => None,
+            Meshes::Listed(_) | Meshes::Merged(_) | Meshes::Elsewhere(_) => None,
         }
     }
 
@@ -279,6 +310,7 @@ impl Input {
         match &self.meshes {
             Meshes::File { times, .. } => (times.len() > 1).then(|| times.clone()),
             Meshes::Listed(list) => Some(list.iter().map(|entry| entry.time).collect()),
+            Meshes::Merged(parts) => parts.iter().find_map(Self::times),
             Meshes::Elsewhere(times) => times.clone(),
         }
     }
@@ -332,6 +364,7 @@ impl Input {
                 let last = list.len().saturating_sub(1);
                 SharedFile::new(self.path_of(step.unwrap_or(last)), None, &options)
             }
+            Meshes::Merged(_) => Err("one rank merges meshes".to_owned()),
             Meshes::Elsewhere(_) => Err("another rank has it".to_owned()),
         }
     }
@@ -361,7 +394,9 @@ impl Input {
                     }
                     formats::read(&location, &options)
                 }
-                Meshes::Elsewhere(_) => Err(Error::system("another rank reads this file")),
+                Meshes::Merged(_) | Meshes::Elsewhere(_) => {
+                    Err(Error::system("its parts are read elsewhere"))
+                }
             }
         })
     }

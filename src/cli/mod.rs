@@ -96,7 +96,7 @@ enum Command {
     /// Show what is in a mesh: nodes, cells by type, zones, boundary tags, bounds
     Info(info::InfoArgs),
     /// Convert a mesh or a sequence to another format, with its tags
-    Convert(convert::ConvertArgs),
+    Convert(Box<convert::ConvertArgs>),
     /// Show the quality of the cells, also against a reference mesh
     Quality(quality::QualityArgs),
     /// Make the folded cells of a mesh valid
@@ -178,7 +178,8 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     });
     #[cfg(not(feature = "mpi"))]
     let (ranks, n_on_node) = (Ranks::alone(), 1);
-    let arguments: Vec<_> = arguments.into_iter().collect();
+    let mut arguments: Vec<_> = arguments.into_iter().collect();
+    convert::bind_distance(&mut arguments);
     let shown = arguments.iter().skip(1);
     let shown = shown.map(|argument| argument.to_string_lossy().into_owned());
     let shown: Vec<String> = shown.collect();

@@ -132,9 +132,7 @@ fn repair(
     let untangled = || untangle(task, points, limits, &stop);
     let mut repaired = context.stage("repair", untangled)?;
     let improved = match args.improve {
-        Some(wanted) => {
-            context.stage("improve", || improve(task, points, wanted, limits, &stop))?
-        }
+        Some(wanted) => context.stage("improve", || improve(task, points, wanted, &stop))?,
         None => Vec::new(),
     };
     let moves = points.iter().zip(&original).map(|(a, b)| distance(*a, *b));

@@ -255,6 +255,9 @@ pub struct RepairRecord {
     /// Unproven cells without them; only where there are some.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unproven_before: Option<usize>,
+    /// Cells below `improve`; only where there are some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low_before: Option<usize>,
     /// The steps that were repaired together: the first, and the one after the last; only with `"repair"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[usize; 2]>,
@@ -521,9 +524,15 @@ impl RepairRecord {
     /// Describes the cells before the repair, and the repair.
     fn told(&self) -> String {
         let before = (self.inverted_before, self.unproven_before.unwrap_or(0));
+        if let (Some(low), (0, 0)) = (self.low_before, before) {
+            let cells = counted(low, "cell");
+            let nodes = self.patches.iter().flatten().map(|patch| patch.nodes);
+            let nodes = counted(nodes.sum(), "node");
+            return format!("had {cells} below `improve`: {nodes} could move");
+        }
         if let (Some(weight), (0, 0)) = (self.weight, before) {
             let percent = (100.0 * weight).round();
-            return format!("takes {percent}% of the repair of folded steps near it");
+            return format!("takes {percent}% of the repair of steps near it");
         }
         let cells = match before {
             (0, n) if n > 0 => counted(n, "unproven cell"),

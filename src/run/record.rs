@@ -271,6 +271,7 @@ pub(super) fn repair_record(repair: &Repair, step: &Step) -> RepairRecord {
         inverted_before: repair.before.inverted,
         inverted: repair.after.inverted,
         unproven_before: (repair.before.unproven > 0).then_some(repair.before.unproven),
+        low_before: (repair.low > 0).then_some(repair.low),
         window: window.map(|part| [part.steps.start, part.steps.end]),
         weight: window.map(|part| part.weight),
         patches: untangled.map(|untangled| untangled.patches.iter().map(patch).collect()),

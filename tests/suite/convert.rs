@@ -488,3 +488,134 @@ fn cells_that_become_flat_in_32_bits_are_counted_in_every_format() {
         assert!(!run.err.contains("become flat"), "{run:?}");
     }
 }
+
+#[test]
+fn a_layer_becomes_plane_again_and_a_half_and_a_sector_whole_in_every_step() {
+    let folder = airfoil();
+    let path = folder.path();
+    succeed(path, &["convert", "n.vtu", "layer.vtu", "--extrude", "0.1"]);
+    let run = succeed(path, &["convert", "layer.vtu", "flat.vtu", "--flatten"]);
+    assert_says(&run.err, &["one layer along z", "back, front"]);
+    succeed(path, &["diff", "n.vtu", "flat.vtu"]);
+    let sector = mesh_of_testdata("rotor_sector.vtu");
+    for (step, by) in [("0", "1"), ("1", "2")] {
+        let name = format!("s_{step}.vtu");
+        succeed(path, &["convert", &sector, &name, "--scale", by]);
+    }
+    succeed(path, &["convert", "s_0.vtu", "s_1.vtu", "s.vtkhdf"]);
+    let whole = ["--repeat", "4", "--axis", "z"];
+    succeed(
+        path,
+        &[&["convert", "s.vtkhdf", "r.vtkhdf"], &whole[..]].concat(),
+    );
+    succeed(
+        path,
+        &[&["convert", "s_1.vtu", "r_1.vtu"], &whole[..]].concat(),
+    );
+    let step = ["convert", "r.vtkhdf", "step.vtu", "--step", "1"];
+    succeed(path, &step);
+    succeed(path, &["diff", "step.vtu", "r_1.vtu"]);
+    let volume = |mesh: &str| {
+        json(path, &["quality", mesh])["total_volume"]
+            .as_f64()
+            .unwrap()
+    };
+    let (of_sector, of_rotor) = (volume("s_1.vtu"), volume("r_1.vtu"));
+    assert!((of_rotor - 4.0 * of_sector).abs() < 1e-12 * of_rotor);
+    for wrong in ["x", "z,91", "z,0"] {
+        let run = azimesh(
+            path,
+            &[
+                "convert", "s_0.vtu", "w.vtu", "--repeat", "4", "--axis", wrong,
+            ],
+        );
+        assert_eq!(
+            (run.code, path.join("w.vtu").exists()),
+            (2, false),
+            "{wrong}"
+        );
+    }
+    let half = mesh_of_testdata("wing_on_plane.vtu");
+    let run = succeed(
+        path,
+        &[
+            "convert",
+            &half,
+            "wings.vtu",
+            "--mirror",
+            "z",
+            "--mirror-suffix",
+            "_left",
+        ],
+    );
+    assert_says(
+        &run.err,
+        &["221 nodes are joined", "tags that are gone: symmetry"],
+    );
+    let found = json(path, &["info", "wings.vtu"]);
+    let tags = found["boundary_tags"].as_array().unwrap().iter();
+    let tags: Vec<_> = tags.map(|tag| tag["name"].as_str().unwrap()).collect();
+    assert_eq!(tags, ["wing", "farfield", "wing_left", "farfield_left"]);
+    let quality = json(path, &["quality", "wings.vtu"]);
+    assert_eq!(quality["inverted_reference"], 0);
+}
+
+#[test]
+fn meshes_are_merged_with_their_names_and_joined_within_a_distance_on_request() {
+    let folder = bare();
+    let path = folder.path();
+    let tagged = BARE.replace(
+        "NMARK= 0",
+        "NMARK= 1\nMARKER_TAG= edge\nMARKER_ELEMS= 2\n3 1 2\n3 0 3",
+    );
+    std::fs::write(path.join("a.su2"), &tagged).unwrap();
+    succeed(
+        path,
+        &["convert", "a.su2", "b.su2", "--translate", "1.0001,0,0"],
+    );
+    let run = succeed(
+        path,
+        &["convert", "--merge", "a.su2", "b.su2", "-o", "m.su2"],
+    );
+    assert_says(&run.err, &["that became one each: edge"]);
+    let found = json(path, &["info", "m.su2"]);
+    assert_eq!(
+        (&found["nodes"], &found["boundary_tags"][0]["faces"]),
+        (&value!(18), &value!(4))
+    );
+    let apart = azimesh(
+        path,
+        &["convert", "--merge", "a.su2", "b.su2", "j.su2", "--join"],
+    );
+    assert_eq!(apart.code, 2);
+    assert_says(&apart.err, &["no face of a mesh lies on a face of another"]);
+    let merge = [
+        "convert",
+        "--merge",
+        "a.su2",
+        "b.su2",
+        "j.su2",
+        "--prefix-tags",
+    ];
+    let run = succeed(path, &[&merge[..], &["--join", "1e-3"]].concat());
+    assert_says(
+        &run.err,
+        &["nodes are joined", "tags with fewer faces: a_edge, b_edge"],
+    );
+    let found = json(path, &["info", "j.su2"]);
+    assert_eq!(found["nodes"], 14);
+    let found = json(path, &["info", "j.su2"]);
+    let tags = found["boundary_tags"].as_array().unwrap().len();
+    assert_eq!(tags, 2);
+    for wrong in [
+        &["convert", "--merge", "a.su2", "-o", "w.su2"][..],
+        &[
+            "convert", "--merge", "a.su2", "b.su2", "-o", "folder", "--format", "su2",
+        ],
+        &["convert", "a.su2", "w.su2", "--prefix-tags"],
+        &["convert", "a.su2", "w.su2", "--translate", "1,2"],
+        &["convert", "a.su2", "w.su2", "--mirror", "w"],
+    ] {
+        assert_eq!(azimesh(path, wrong).code, 2, "{wrong:?}");
+    }
+}

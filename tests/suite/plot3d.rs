@@ -67,7 +67,7 @@ fn sides_that_meet_in_part_are_no_tags_and_are_told() {
     // The second block of this grid in a plane is one cell high, the first two.
     std::fs::write(folder.path().join("grid.p3d"), file(TEXT, true, 2)).unwrap();
     let run = succeed(folder.path(), &["info", "grid.p3d"]);
-    assert_says(&run.err, &["block1_imax", "in part"]);
+    assert_says(&run.err, &["block1_imax", "partly"]);
     let info = json(folder.path(), &["info", "grid.p3d"]);
     let tags = info["boundary_tags"].as_array().unwrap();
     assert!(

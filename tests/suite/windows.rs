@@ -110,6 +110,73 @@ fn repaired_steps_are_the_same_on_any_threads_in_parts_and_when_resumed() {
     assert_same(folder, "one_after", "one");
 }
 
+#[test]
+fn a_step_below_improve_is_raised_and_steps_far_from_it_keep_their_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let sample = ["-q", "sample", "naca0012", "--nodes", "1200", "-o", "b.vtu"];
+    succeed(folder, &sample);
+    let schedule = |output: &str| {
+        let text = format!(
+            "azimuth = {{ stop = 55, step = 5 }}\nboundaries.fixed = [\"farfield\"]\n{output}\n\
+             [[body]]\nname = \"airfoil\"\ntags = [\"airfoil\"]\n\
+             rigid = {{ ramp = true, rotate = {{ axis = [0, 0, 1], angle = 55 }} }}\n"
+        );
+        std::fs::write(folder.join("b.toml"), text).unwrap();
+    };
+    let least = |of: &str| -> Vec<f64> {
+        let table = std::fs::read_to_string(folder.join(of).join("steps.csv")).unwrap();
+        let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+        let at = names.iter().position(|name| *name == "min_scaled_jacobian");
+        let rows = table.lines().skip(1);
+        rows.map(|row| row.split(',').nth(at.unwrap()).unwrap().parse().unwrap())
+            .collect()
+    };
+    schedule("");
+    deform(folder, "plain", &[]);
+    let before = least("plain");
+    // The last two steps are low.
+    let wanted = 0.5 * (before[9] + before[10]);
+    assert!(before[9] > wanted && before[10] > before[11] && before[11] > 0.0);
+    schedule(&format!("output.improve = {wanted}"));
+    deform(folder, "improved", &["--threads", "1"]);
+    let after = least("improved");
+    assert!(
+        after[10] > before[10] && after[11] > 1.05 * before[11],
+        "{after:?}"
+    );
+    let (plain, improved) = (
+        outcome(&folder.join("plain")),
+        outcome(&folder.join("improved")),
+    );
+    for step in 0..=11 {
+        let name = format!("b_{step:04}.vtu");
+        assert_eq!(plain[&name] == improved[&name], step < 5, "{name}");
+    }
+    let repairs = record(&folder.join("improved"))["repairs"].clone();
+    assert_eq!(repairs[0]["step"], 5);
+    assert!(repairs[6]["low_before"].as_u64() > Some(0));
+    assert_eq!(repairs[0]["low_before"], serde_json::Value::Null);
+    deform(folder, "three", &["--threads", "3"]);
+    assert_same(folder, "three", "improved");
+    interrupt(folder, "improved", "after", 8);
+    deform(folder, "after", &["--resume"]);
+    assert_same(folder, "after", "improved");
+    // On the way the nodes make no jump.
+    let step =
+        |index: usize| azimesh::Mesh::read(folder.join(format!("improved/b_{index:04}.vtu")));
+    let meshes: Vec<Mesh> = (0..=11).map(|index| step(index).unwrap()).collect();
+    let jump = |k: usize| {
+        let nodes = 0..meshes[k].points.len();
+        largest(nodes.map(|node| {
+            let at = |k: usize| meshes[k].points[node];
+            [0, 1, 2].map(|axis| at(k + 1)[axis] - 2.0 * at(k)[axis] + at(k - 1)[axis])
+        }))
+    };
+    let jumps: Vec<f64> = (1..11).map(jump).collect();
+    assert!(jumps.iter().all(|jump| *jump < 0.1), "{jumps:?}");
+}
+
 fn deformation(folder: &Path) -> Deformation {
     let mesh = Mesh::read(folder.join("b.vtu")).unwrap();
     Deformation::new(mesh, Schedule::read(folder.join("b.toml")).unwrap()).unwrap()

@@ -121,7 +121,7 @@ impl Reference {
 
     /// For cells that are to be made valid: all are checked. Cells that are valid in `mesh` keep their orientation there if
     /// it `is_reference`; else all have that in which they are listed like most valid cells of their part of the mesh.
-    /// Of cells with a node twice the volume is checked.
+    /// Of cells with a node twice of which nothing is left that has corners the volume is checked.
     ///
     /// `self` is made from the whole `mesh`, which no other rank shares.
     #[must_use]
@@ -150,6 +150,7 @@ impl Reference {
             if !(is_reference && reference.is_valid(index)) {
                 let corners = &cell.nodes[..cell.kind.n_corners(cell.nodes.len())];
                 let is_double = (1..corners.len()).any(|i| corners[..i].contains(&corners[i]));
+                let is_double = is_double && cell.uncollapsed().is_none();
                 let has_map = reference.signs[index] == upright[index] * BY_MAP;
                 let by = match (is_double, has_map) {
                     (true, _) => BY_VOLUME,

@@ -242,34 +242,59 @@ fn a_cell_that_is_bad_in_the_reference_never_counts_as_inverted() {
 }
 
 #[test]
-fn a_collapsed_cell_is_inverted_once_its_volume_is_negative() {
-    let hexahedron = ideal(CellKind::Hexahedron);
-    // A wedge that is listed as a hexahedron: the edge of nodes 3 and 7 coincides with the edge of nodes 0 and 4.
-    let mut mesh = Mesh {
-        points: hexahedron,
-        ..Mesh::default()
+fn a_cell_with_nodes_twice_has_the_metrics_of_the_cell_that_it_is() {
+    let corners = ideal(CellKind::Hexahedron);
+    let through = |points: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        points.iter().map(|p| [p[0], p[1], -p[2]]).collect()
     };
-    for listed in [[0, 1, 2, 0, 4, 5, 6, 4], [4, 5, 6, 4, 0, 1, 2, 0]] {
-        mesh.cells = azimesh_io::mesh::Cells::default();
-        mesh.cells.push(CellKind::Hexahedron, &listed);
-        let reference = Reference::new(&mesh);
-        let at_rest = assess(&mesh, &mesh.points, &reference);
-        assert_eq!((at_rest.inverted, at_rest.inverted_reference), (0, 1));
-        let pushed: Vec<_> = mesh
-            .points
-            .iter()
-            .map(|p| [p[0], p[1], p[2] * 0.5])
-            .collect();
-        assert_eq!(assess(&mesh, &pushed, &reference).inverted, 0);
-        let through: Vec<_> = mesh.points.iter().map(|p| [p[0], p[1], -p[2]]).collect();
-        for points in [through, vec![[0.0; 3]; 8]] {
-            let found = assess(&mesh, &points, &reference);
-            assert_eq!((found.inverted, found.inverted_cells), (1, vec![0]));
-            assert!(per_cell(&mesh, &points, &reference).inverted[0]);
-            let proof = (0, validity::Proof::Corner);
-            assert_eq!(validity::invalid(&mesh, &points, &reference), [proof]);
-            assert_eq!(validity::state(&mesh, &points, &reference, 0), proof.1);
+    for (listed, kind, nodes) in [
+        // The edge of nodes 3 and 7 coincides with the edge of nodes 0 and 4.
+        (
+            [0, 1, 2, 0, 4, 5, 6, 4],
+            CellKind::Wedge,
+            &[0, 1, 2, 4, 5, 6][..],
+        ),
+        (
+            [4, 5, 6, 4, 0, 1, 2, 0],
+            CellKind::Wedge,
+            &[4, 5, 6, 0, 1, 2],
+        ),
+        (
+            [0, 1, 2, 3, 6, 6, 6, 6],
+            CellKind::Pyramid,
+            &[0, 1, 2, 3, 6],
+        ),
+        (
+            [0, 1, 2, 2, 4, 4, 4, 4],
+            CellKind::Tetrahedron,
+            &[0, 1, 2, 4],
+        ),
+    ] {
+        let mesh = |kind, nodes: &[u32]| {
+            let mut mesh = Mesh {
+                points: corners.clone(),
+                ..Mesh::default()
+            };
+            mesh.cells.push(kind, nodes);
+            mesh
+        };
+        let [listed, known] = [mesh(CellKind::Hexahedron, &listed), mesh(kind, nodes)];
+        let references = [&listed, &known].map(Reference::new);
+        for points in [corners.clone(), through(&corners), vec![[0.0; 3]; 8]] {
+            let [found, expected] = [(&listed, &references[0]), (&known, &references[1])]
+                .map(|(mesh, reference)| assess(mesh, &points, reference));
+            assert_eq!(found, expected, "{kind:?}");
+            let [found, expected] = [(&listed, &references[0]), (&known, &references[1])]
+                .map(|(mesh, reference)| statistics(mesh, &points, reference));
+            assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{kind:?}");
+            let [found, expected] = [(&listed, &references[0]), (&known, &references[1])]
+                .map(|(mesh, reference)| validity::invalid(mesh, &points, reference));
+            assert_eq!(found, expected, "{kind:?}");
         }
+        assert_eq!(
+            assess(&listed, &through(&corners), &references[0]).inverted,
+            1
+        );
     }
 }
 

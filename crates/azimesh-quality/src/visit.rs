@@ -1,11 +1,12 @@
-//! Walks over volume cells and measures them block by block, each of one kind.
+//! Walks over volume cells and measures them block by block, each of one kind. Cells that list a node twice are measured as what
+//! they are, such as hexahedra with an edge of no length as wedges.
 
 use super::block::{BLOCK, Block, Corners, Shape, measure};
 use super::facing::Facing;
 use super::metrics::Metrics;
 use super::{plane, solid};
 use azimesh_core::geometry::vector::Vector;
-use azimesh_io::mesh::{CellKind, CellRun, Mesh};
+use azimesh_io::mesh::{CellKind, CellRef, CellRun, Cells, Mesh};
 use std::ops::Range;
 
 /// Cells in a chunk: sums are folded chunk by chunk, on any number of threads.
@@ -95,35 +96,67 @@ impl Walk<'_> {
                 &mut corners,
                 &mut self.block,
             );
+            // An edge between a node and itself has no length.
+            if self.block.edge.low[..self.block.n].contains(&0.0) {
+                self.measure_collapsed(run, first);
+            }
             visit(first, &self.block);
             first += self.block.n;
         }
     }
 
-    /// Polygons, polyhedra, and prisms on five or six corners, which are measured as polyhedra.
-    fn one_by_one(&mut self, run: &CellRun, visit: &mut impl FnMut(usize, &Block)) {
-        let points = self.points;
-        for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
-            let origin = points[nodes[0] as usize];
-            let metrics = match run.kind.linear() {
-                CellKind::Polygon => {
-                    let corner = |k: usize| points[nodes[k] as usize];
-                    let n_corners = run.kind.n_corners(nodes.len());
-                    plane::polygon(n_corners, corner, self.facing.of(cell))
-                }
-                CellKind::Polyhedron => {
-                    let faces = self.mesh.cells.polyhedron_faces(cell);
-                    solid::polyhedron(faces.map(|face| face.iter().copied()), points, origin)
-                }
-                prism => {
-                    let faces = prism.faces().iter();
-                    let faces = faces.map(|face| face.iter().map(|&k| nodes[usize::from(k)]));
-                    solid::polyhedron(faces, points, origin)
-                }
+    /// Measures the cells of a block again that list a node twice.
+    #[cold]
+    fn measure_collapsed(&mut self, run: &CellRun, first: usize) {
+        for i in 0..self.block.n {
+            if self.block.edge.low[i] != 0.0 {
+                continue;
+            }
+            let cell = first + i;
+            let at = (cell - run.first_cell) * run.n_nodes;
+            let listed = CellRef {
+                index: cell,
+                kind: run.kind,
+                nodes: &run.connectivity[at..at + run.n_nodes],
             };
+            if let Some(one) = listed.uncollapsed() {
+                let metrics = metrics(&one, &one.get(0), self.points, self.facing.of(cell));
+                self.block.set(i, &metrics);
+            }
+        }
+    }
+
+    fn one_by_one(&mut self, run: &CellRun, visit: &mut impl FnMut(usize, &Block)) {
+        for cell in run.cell_refs() {
+            let facing = self.facing.of(cell.index);
+            let metrics = metrics(&self.mesh.cells, &cell, self.points, facing);
             self.block.n = 1;
             self.block.set(0, &metrics);
-            visit(cell, &self.block);
+            visit(cell.index, &self.block);
+        }
+    }
+}
+
+/// Metrics of one of these cells. Prisms on five or six corners are measured as polyhedra.
+fn metrics(cells: &Cells, cell: &CellRef<'_>, points: &[Vector], facing: Vector) -> Metrics {
+    let corner = |k: usize| points[cell.nodes[k] as usize];
+    match cell.kind.linear() {
+        CellKind::Triangle => plane::triangle(&std::array::from_fn(corner), facing),
+        CellKind::Tetrahedron => solid::tetrahedron(&std::array::from_fn(corner)),
+        CellKind::Pyramid => solid::pyramid(&std::array::from_fn(corner)),
+        CellKind::Wedge => solid::wedge(&std::array::from_fn(corner)),
+        CellKind::Polygon => {
+            let n_corners = cell.kind.n_corners(cell.nodes.len());
+            plane::polygon(n_corners, corner, facing)
+        }
+        CellKind::Polyhedron => {
+            let faces = cells.polyhedron_faces(cell.index);
+            solid::polyhedron(faces.map(|face| face.iter().copied()), points, corner(0))
+        }
+        prism => {
+            let faces = prism.faces().iter();
+            let faces = faces.map(|face| face.iter().map(|&k| cell.nodes[usize::from(k)]));
+            solid::polyhedron(faces, points, corner(0))
         }
     }
 }

@@ -2,39 +2,72 @@
 
 use azimesh_core::error::{Error, Result, counted, nearest_name};
 use azimesh_core::geometry::transform::Transform;
-use azimesh_core::numbers::with_verb;
+use azimesh_core::numbers::{short, with_verb};
 use azimesh_core::{Note, note};
 use azimesh_io::formats::openfoam::set_patch_types;
 use azimesh_io::formats::su2;
-use azimesh_io::mesh::{DataArray, Mesh, Values};
+use azimesh_io::mesh::join::JoinCounts;
+use azimesh_io::mesh::{Mesh, Plane, Turned};
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
+use std::path::Path;
 
-/// Changes of the mesh, made in this order: scale, rotate, linearize, split, extrude, join, tag, merge, drop, rename, types
-/// of patches, boundary or volume only; `--reorder` comes last.
+/// Changes of the mesh, made in this order: scale, rotate, translate, linearize, uncollapse, split, flatten, extrude, mirror, repeat, join, tag,
+/// merge, drop, rename, types of patches, boundary or volume only; `--reorder` comes last.
 #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub struct Changes {
     /// Multiply all coordinates by this, as 0.001 for millimetres to metres
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f64>,
     /// Rotate by an angle in degrees: x,90 or 0,0,1,90; about a point with three more numbers:
-    /// x,90,0.5,0,0. Arrays are not rotated
+    /// x,90,0.5,0,0. Arrays of three and nine real components turn as vectors and tensors
     #[arg(long, value_name = "AXIS,ANGLE", value_parser = rotation, allow_hyphen_values = true)]
     rotate: Option<Transform>,
+    /// Move by this
+    #[arg(long, value_name = "X,Y,Z", value_parser = translation, allow_hyphen_values = true)]
+    translate: Option<[f64; 3]>,
     /// Keep corner nodes only: curved cells become linear
     #[arg(long)]
     linearize: bool,
+    /// List cells with a node twice as what they are, such as hexahedra with an edge of no length as wedges
+    #[arg(long)]
+    uncollapse: bool,
     /// Split polyhedra into tetrahedra and pyramids, polygons into triangles and quadrilaterals: for SU2,
     /// Gmsh and UGRID, which have neither
     #[arg(long)]
     split_polyhedra: bool,
+    /// Make a plane mesh of one layer of solid cells, as --extrude backwards; the tags of its two sides go
+    #[arg(long, conflicts_with = "extrude")]
+    flatten: bool,
     /// Make one layer of cells of this height, along z, from a mesh in a plane; its two sides get the
     /// tags back and front, which OpenFOAM takes as empty
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     extrude: Option<f64>,
-    /// Make one mesh of zones that share no nodes: where two outer faces without a tag lie at the very same place, their
-    /// nodes become one
-    #[arg(long)]
-    join: bool,
+    /// Make a whole of a half: add its mirror image across the plane x = 0, y = 0 or z = 0, or one at another position: y,0.5. Nodes
+    /// on the plane are joined, the tag of the symmetry plane goes
+    #[arg(long, value_name = "AXIS[,POSITION]", value_parser = plane, allow_hyphen_values = true)]
+    mirror: Option<Plane>,
+    /// Add this to the names of the boundary tags of the mirrored half
+    #[arg(
+        long,
+        value_name = "S",
+        requires = "mirror",
+        allow_hyphen_values = true
+    )]
+    mirror_suffix: Option<String>,
+    /// Make a whole of a sector: N copies around --axis. Periodic sides are joined and their tags go; the other tags are
+    /// numbered: blade_1, blade_2
+    #[arg(long, value_name = "N", requires = "axis", value_parser = clap::value_parser!(u32).range(2..))]
+    repeat: Option<u32>,
+    /// Axis of --repeat: x or 0,0,1; with the angle in degrees between copies, if it is not 360/N: x,30; then X,Y,Z of a
+    /// point on the axis, if it is not the origin
+    #[arg(long, value_name = "AXIS[,ANGLE]", requires = "repeat", value_parser = axis, allow_hyphen_values = true)]
+    axis: Option<Axis>,
+    /// Make one mesh of zones that share no nodes: where two outer faces without a tag lie at the very same place, or
+    /// with nodes at most D apart, their nodes become one. With --merge, --mirror and --repeat D is the distance
+    /// within which nodes are joined
+    #[arg(long, value_name = "D", num_args = 0..=1, require_equals = true, default_missing_value = "0", value_parser = distance)]
+    join: Option<f64>,
     /// Give outer faces without a tag the tags boundary_1, boundary_2, ..., the largest connected part
     /// first
     #[arg(long, value_name = "HOW")]
@@ -100,33 +133,102 @@ pub fn patch_type(text: &str) -> std::result::Result<(String, String), String> {
     pair(text, "write TAG=TYPE, such as wing=wall")
 }
 
-/// Reads `x,90`, `0,0,1,90`, and both with a point behind.
-fn rotation(text: &str) -> std::result::Result<Transform, String> {
+/// An axis, and the angle in degrees where it is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Axis {
+    direction: [f64; 3],
+    angle: Option<f64>,
+    origin: [f64; 3],
+}
+
+impl Axis {
+    /// The rotation by so many degrees.
+    fn turn(&self, angle: f64) -> Transform {
+        let mut turn = Transform::rotation(self.direction, self.origin, angle.to_radians());
+        if angle % 90.0 == 0.0 && self.direction.iter().filter(|x| **x != 0.0).count() == 1 {
+            // Quarter turns about an axis of coordinates are exact.
+            turn.rotation = turn.rotation.map(|row| row.map(f64::round));
+            let moved = turn.turn(self.origin);
+            turn.translation = [0, 1, 2].map(|i| self.origin[i] - moved[i]);
+        }
+        turn
+    }
+}
+
+/// Reads `x`, `0,0,1`, both with an angle behind, and all with a point behind.
+fn axis(text: &str) -> std::result::Result<Axis, String> {
     let form = "write AXIS,ANGLE, such as x,90 or 0,0,1,90; then X,Y,Z of a point on the axis, if it is not the origin";
     let words: Vec<&str> = text.split(',').map(str::trim).collect();
-    let (axis, rest) = match words[0] {
+    let (direction, rest) = match words[0] {
         "x" => ([1.0, 0.0, 0.0], &words[1..]),
         "y" => ([0.0, 1.0, 0.0], &words[1..]),
         "z" => ([0.0, 0.0, 1.0], &words[1..]),
-        _ if words.len() < 4 => return Err(form.into()),
+        _ if words.len() < 3 => return Err(form.into()),
         _ => (vector(&words[..3])?, &words[3..]),
     };
-    let (angle, origin) = match rest {
-        [angle] => (number(angle)?, [0.0; 3]),
-        [angle, point @ ..] if point.len() == 3 => (number(angle)?, vector(point)?),
-        _ => return Err(form.into()),
-    };
-    if axis == [0.0; 3] {
+    if direction == [0.0; 3] {
         return Err("the axis must have a length".into());
     }
-    let mut turn = Transform::rotation(axis, origin, angle.to_radians());
-    if angle % 90.0 == 0.0 && axis.iter().filter(|x| **x != 0.0).count() == 1 {
-        // Quarter turns about an axis of coordinates are exact.
-        turn.rotation = turn.rotation.map(|row| row.map(f64::round));
-        let moved = turn.turn(origin);
-        turn.translation = [0, 1, 2].map(|i| origin[i] - moved[i]);
+    let (angle, point) = match rest.len() {
+        1 | 4 => (Some(number(rest[0])?), &rest[1..]),
+        0 | 3 => (None, rest),
+        _ => return Err(form.into()),
+    };
+    let origin = if point.is_empty() {
+        [0.0; 3]
+    } else {
+        vector(point)?
+    };
+    Ok(Axis {
+        direction,
+        angle,
+        origin,
+    })
+}
+
+/// Reads `x,90`, `0,0,1,90`, and both with a point behind.
+fn rotation(text: &str) -> std::result::Result<Transform, String> {
+    let axis = axis(text)?;
+    let angle = axis
+        .angle
+        .ok_or("the angle is missing: write AXIS,ANGLE, such as x,90 or 0,0,1,90")?;
+    Ok(axis.turn(angle))
+}
+
+fn translation(text: &str) -> std::result::Result<[f64; 3], String> {
+    let words: Vec<&str> = text.split(',').map(str::trim).collect();
+    match words.len() {
+        3 => vector(&words),
+        _ => Err("write X,Y,Z".into()),
     }
-    Ok(turn)
+}
+
+/// Reads `y` and `y,0.5`.
+fn plane(text: &str) -> std::result::Result<Plane, String> {
+    let (axis, at) = text.split_once(',').unwrap_or((text, "0"));
+    let axis = ["x", "y", "z"].iter().position(|name| *name == axis.trim());
+    let axis = axis.ok_or("write x, y or z, or with the position of the plane: y,0.5")?;
+    let at = number(at.trim())?;
+    Ok(Plane { axis, at })
+}
+
+fn distance(text: &str) -> std::result::Result<f64, String> {
+    let found = number(text)?;
+    let wanted = || format!("{text}: a distance is not negative");
+    (found >= 0.0).then_some(found).ok_or_else(wanted)
+}
+
+/// Writes `--join D` as `--join=D`, the form that cannot be taken for a mesh. A file of that name stays a mesh.
+pub fn bind_distance(arguments: &mut Vec<OsString>) {
+    let is_number = |text: &OsString| text.to_str().is_some_and(|text| distance(text).is_ok());
+    let found = arguments
+        .windows(2)
+        .position(|two| two[0] == "--join" && is_number(&two[1]) && !Path::new(&two[1]).exists());
+    if let Some(at) = found {
+        let distance = arguments.remove(at + 1);
+        arguments[at].push("=");
+        arguments[at].push(distance);
+    }
 }
 
 fn number(text: &str) -> std::result::Result<f64, String> {
@@ -142,6 +244,15 @@ impl Changes {
     /// Refuses what no mesh can be changed by.
     pub fn check(&self) -> Result<()> {
         let hint = " (a negative one would invert every cell)";
+        if let (Some(n), Some(angle)) = (self.repeat, self.axis.and_then(|axis| axis.angle)) {
+            let all = f64::from(n) * angle.abs();
+            if angle == 0.0 || all > 360.0 * (1.0 + 1e-9) {
+                return Err(Error::input(format!(
+                    "--repeat {n}: {n} copies {} degrees apart must not be more than a turn, and not at one place",
+                    short(angle)
+                )));
+            }
+        }
         for (option, value, hint) in [("scale", self.scale, hint), ("extrude", self.extrude, "")] {
             if let Some(value) = value.filter(|x| !x.is_finite() || *x <= 0.0) {
                 return Err(Error::input(format!(
@@ -152,8 +263,19 @@ impl Changes {
         Ok(())
     }
 
-    /// Changes the mesh; gives remarks on it.
-    pub fn apply(&self, mesh: &mut Mesh) -> Result<Vec<Note>> {
+    /// The distance within which nodes are joined by options that copy or merge meshes.
+    pub fn join_distance(&self, mesh: &Mesh) -> f64 {
+        let given = self.join.filter(|distance| *distance > 0.0);
+        given.unwrap_or_else(|| mesh.join_distance())
+    }
+
+    /// Returns whether `--join` is given.
+    pub fn joins(&self) -> bool {
+        self.join.is_some()
+    }
+
+    /// Changes the mesh, which may be one of several that were merged; gives remarks on it.
+    pub fn apply(&self, mesh: &mut Mesh, is_merged: bool) -> Result<Vec<Note>> {
         let mut remarks = Vec::new();
         if let Some(factor) = self.scale {
             for point in &mut mesh.points {
@@ -161,12 +283,12 @@ impl Changes {
             }
         }
         if let Some(turn) = &self.rotate {
-            for point in &mut mesh.points {
-                *point = turn.apply(*point);
-            }
-            remarks.extend(vectors(mesh));
+            remarks.extend(turned("--rotate", &mesh.transform(turn)));
         }
-        if self.scale.is_some() || self.rotate.is_some() {
+        if let Some(by) = self.translate {
+            mesh.transform(&Transform::translation(by));
+        }
+        if self.scale.is_some() || self.rotate.is_some() || self.translate.is_some() {
             // Coordinates that overflow are found before anything is written.
             mesh.validate()?;
             remarks.extend(places(mesh));
@@ -182,14 +304,43 @@ impl Changes {
                 ));
             }
         }
+        if self.uncollapse {
+            remarks.push(uncollapse(mesh));
+        }
         if self.split_polyhedra {
             remarks.extend(split(mesh)?);
+        }
+        if self.flatten {
+            remarks.extend(flatten(mesh)?);
         }
         if let Some(height) = self.extrude {
             mesh.extrude(height)?;
         }
-        if self.join {
-            remarks.push(join(mesh));
+        if let Some(plane) = self.mirror {
+            let distance = self.join_distance(mesh);
+            let (counts, names) = mesh.mirror(plane, self.mirror_suffix.as_deref(), distance)?;
+            remarks.push(joined("--mirror", &counts, distance));
+            remarks.extend(turned("--mirror", &names));
+        }
+        if let (Some(n), Some(axis)) = (self.repeat, &self.axis) {
+            let (distance, angle) = (
+                self.join_distance(mesh),
+                axis.angle.unwrap_or(360.0 / f64::from(n)),
+            );
+            let turn = |copy| axis.turn(copy as f64 * angle);
+            let (counts, names) = mesh.repeat(n as usize, turn, distance)?;
+            remarks.push(joined("--repeat", &counts, distance));
+            remarks.extend(turned("--repeat", &names));
+        }
+        if self.mirror.is_some() || self.repeat.is_some() {
+            mesh.validate()?;
+            remarks.extend(places(mesh));
+        }
+        match self.join {
+            Some(distance) if !is_merged && self.mirror.is_none() && self.repeat.is_none() => {
+                remarks.push(join(mesh, distance)?);
+            }
+            _ => {}
         }
         if self.tag_boundary.is_some() {
             let (n_faces, n_tags) = mesh.tag_connected_boundary()?;
@@ -262,9 +413,12 @@ fn of_option(option: &str, error: Error) -> Error {
 }
 
 /// Joins zones; a remark on what was joined.
-fn join(mesh: &mut Mesh) -> Note {
-    let counts = mesh.join_zones();
-    match counts.n_faces {
+fn join(mesh: &mut Mesh, distance: f64) -> Result<Note> {
+    let counts = match distance {
+        0.0 => mesh.join_zones(),
+        distance => mesh.join_within(distance)?,
+    };
+    Ok(match counts.n_faces {
         0 => note!(
             "joined",
             "--join: no two outer faces without a tag lie at the same place"
@@ -274,7 +428,69 @@ fn join(mesh: &mut Mesh) -> Note {
             "--join: faces that lay on one another are joined, pair by pair ({n}); {} removed",
             with_verb(counts.n_nodes, "node", "is")
         ),
+    })
+}
+
+/// A remark on the parts that an option has joined.
+pub fn joined(option: &str, counts: &JoinCounts, distance: f64) -> Note {
+    let list = |is_listed: fn(usize) -> bool| {
+        let tags = counts.tags.iter().filter(|(_, _, left)| is_listed(*left));
+        let names: Vec<&str> = tags.map(|(name, _, _)| &**name).collect();
+        names.join(", ")
+    };
+    let mut text = format!(
+        "{option}: {} joined, at most {} apart",
+        with_verb(counts.n_nodes, "node", "is"),
+        short(distance)
+    );
+    for (words, names) in [
+        ("tags that are gone", list(|left| left == 0)),
+        ("tags with fewer faces", list(|left| left > 0)),
+    ] {
+        if !names.is_empty() {
+            text += &format!("; {words}: {names}");
+        }
     }
+    Note::new("parts_joined", text)
+}
+
+/// Lists cells with a node twice as what they are; remarks on how many.
+fn uncollapse(mesh: &mut Mesh) -> Note {
+    let counts = mesh.uncollapse();
+    let mut text = format!(
+        "--uncollapse: {} listed with each node once",
+        with_verb(counts.n_cells, "cell", "is")
+    );
+    for (n, words) in [
+        (counts.n_gone, "boundary faces that were lines are removed"),
+        (counts.n_left, "cells of no volume stay"),
+    ] {
+        if n > 0 {
+            text += &format!("; {words}: {n}");
+        }
+    }
+    Note::new("uncollapsed", text)
+}
+
+/// Makes the mesh plane; remarks on how.
+fn flatten(mesh: &mut Mesh) -> Result<Vec<Note>> {
+    let found = mesh.flatten()?;
+    let mut remarks = vec![note!(
+        "layer_flattened",
+        "--flatten: one layer along {}{}; tags of the sides, which are gone: {}",
+        ["x", "y", "z"][found.axis],
+        ["; y is x now and z is y", "; z is y now", ""][found.axis],
+        found.sides.join(", ")
+    )];
+    remarks.extend(turned("--flatten", &found.turned));
+    if !found.differ.is_empty() {
+        remarks.push(note!(
+            "sides_differ",
+            "--flatten: arrays whose values at the two sides differ have those of the lower one: {}",
+            found.differ.join(", ")
+        ));
+    }
+    Ok(remarks)
 }
 
 /// Splits polyhedra and polygons; remarks on what has been split, and on cells that it has not done good.
@@ -333,23 +549,28 @@ fn places(mesh: &mut Mesh) -> Option<Note> {
     })
 }
 
-/// A remark on arrays that look like vectors.
-fn vectors(mesh: &Mesh) -> Option<Note> {
-    let is_vector = |array: &&DataArray| {
-        array.n_components == 3 && matches!(array.values, Values::F32(_) | Values::F64(_))
+/// Remarks on arrays that turned with the mesh, and on those that may hold vectors and did not.
+fn turned(option: &str, names: &Turned) -> Vec<Note> {
+    let axial = match option {
+        "--mirror" => " (a pseudovector, such as a vorticity, then has the wrong sign)",
+        _ => "",
     };
-    let arrays = mesh.point_arrays.iter().chain(&mesh.cell_arrays);
-    let names: Vec<&str> = arrays
-        .filter(is_vector)
-        .map(|array| array.name.as_str())
-        .collect();
-    (!names.is_empty()).then(|| {
-        note!(
+    let mut remarks = Vec::new();
+    if !names.turned.is_empty() {
+        remarks.push(note!(
+            "vectors_turned",
+            "{option}: arrays turned as vectors and tensors: {}{axial}",
+            names.turned.join(", ")
+        ));
+    }
+    if !names.kept.is_empty() {
+        remarks.push(note!(
             "not_rotated",
-            "--rotate: arrays of three components are not rotated: {}",
-            names.join(", ")
-        )
-    })
+            "{option}: arrays that may hold components of vectors or tensors keep them: {}",
+            names.kept.join(", ")
+        ));
+    }
+    remarks
 }
 
 /// Renames all at once, so that two tags can swap their names.

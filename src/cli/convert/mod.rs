@@ -2,6 +2,7 @@
 
 mod by_ranks;
 mod changes;
+mod merge;
 mod target;
 
 use super::input::Input;
@@ -13,7 +14,7 @@ use azimesh_core::{Note, note};
 use azimesh_io::formats::{self, Loaded, Staged};
 use azimesh_io::mesh::{Mesh, Reordering};
 use changes::Changes;
-pub(super) use changes::patch_type;
+pub(super) use changes::{bind_distance, patch_type};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
@@ -27,6 +28,7 @@ use target::{Done, Place, Row, Written};
     override_usage = "azimesh convert [OPTIONS] IN OUT\n       \
 azimesh convert [OPTIONS] IN... OUT.vtkhdf|OUT.cgns|OUT.pvd\n       \
 azimesh convert [OPTIONS] IN... -o OUT\n       \
+azimesh convert [OPTIONS] --merge IN IN... -o OUT\n       \
 azimesh convert [OPTIONS] IN... -o DIR --format F[,F...]",
     after_help = "The format of the input is recognised by its content; --format gives that of the output if \
 its ending does not. A .pvd, a .vtk.series and a file of several steps are sequences: they are written to one \
@@ -47,6 +49,13 @@ pub struct ConvertArgs {
     /// Write what can be written of several outputs where others fail; exit code 1 then
     #[arg(long)]
     keep_going: bool,
+    /// Make one mesh of all inputs: tags and zones of one name become one. Of sequences with the same times each step is
+    /// merged, with a single mesh at every step; --join joins them where faces lie on one another
+    #[arg(long)]
+    merge: bool,
+    /// Put the name of its file before each tag and zone of an input of --merge: rotor_wall; cells in no zone get the zone rotor
+    #[arg(long, requires = "merge")]
+    prefix_tags: bool,
     /// Read only this step of a sequence, counted from 0
     #[arg(long, value_name = "I")]
     step: Option<usize>,
@@ -299,10 +308,16 @@ impl Run<'_> {
                     "convert needs a mesh to read and one to write, or -o DIR",
                 ));
             }
-            [one] => {
+            [_] if self.args.merge => {
+                return Err(Error::input("--merge is for two meshes or more"));
+            }
+            [one, others @ ..] if others.is_empty() || self.args.merge => {
                 let place = self.place(out)?;
                 self.args.write.check(out)?;
-                let input = Input::open(one, None, self.context)?;
+                let input = match others {
+                    [] => Input::open(one, None, self.context)?,
+                    _ => Input::merged(inputs, self.context)?,
+                };
                 if !place.is_one_mesh() {
                     input.check_files()?;
                 }
@@ -313,7 +328,7 @@ impl Run<'_> {
                 if place.is_one_mesh() {
                     return Err(Error::input(
                         "several meshes are written to one file as a sequence, .pvd, .vtkhdf or .cgns; -o DIR \
-                         converts each of them",
+                         converts each of them, --merge makes one mesh of them",
                     )
                     .file(out));
                 }
@@ -336,6 +351,10 @@ impl Run<'_> {
 
     /// Each input, or each mesh and sequence of an input that is a folder, into a folder, in each format.
     fn write_folder(&self, folder: &Path) -> Result<Done> {
+        if self.args.merge {
+            let message = "--merge writes one mesh: give a file with the ending of a format";
+            return Err(Error::input(message).file(folder));
+        }
         let formats = self.output_formats()?;
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
@@ -443,10 +462,11 @@ impl Run<'_> {
 
     /// The mesh of a step, changed as asked.
     fn read(&self, input: &Input, step: Option<usize>) -> Result<Mesh> {
-        let loaded = input.read(step, self.context)?;
-        self.tell_notes(input, &loaded);
-        let mut mesh = loaded.mesh;
-        let remarks = self.args.changes.apply(&mut mesh);
+        let mut mesh = match input.parts() {
+            [] => self.read_one(input, step)?,
+            parts => self.merged(parts, step)?,
+        };
+        let remarks = self.args.changes.apply(&mut mesh, self.args.merge);
         for remark in remarks.map_err(|error| error.file(input.path()))? {
             self.tell(remark.file(input.path()));
         }
@@ -454,6 +474,12 @@ impl Run<'_> {
             self.reorder(&mut mesh, input);
         }
         Ok(mesh)
+    }
+
+    fn read_one(&self, input: &Input, step: Option<usize>) -> Result<Mesh> {
+        let loaded = input.read(step, self.context)?;
+        self.tell_notes(input, &loaded);
+        Ok(loaded.mesh)
     }
 
     /// Puts nodes and cells along a curve; those of later steps of a sequence in the order of the first, by which a step

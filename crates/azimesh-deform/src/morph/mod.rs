@@ -83,7 +83,7 @@ const STEEP: f64 = 0.1;
 /// assert_eq!(points[3], [0.1, 1.2, 0.0]);
 /// assert_eq!(points[5], [2.0, 1.0, 0.0]);
 ///
-/// Derivative of the height of the middle node with respect to the displacements of the moving ones.
+/// // Derivative of the height of the middle node with respect to the displacements of the moving ones.
 /// let mut gradient = vec![[0.0; 3]; 9];
 /// gradient[4][1] = 1.0;
 /// let by_moving = morph.pull_back(&gradient)?;

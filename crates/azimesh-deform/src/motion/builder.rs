@@ -107,6 +107,8 @@ setters! { Schedule {
     compression(compression: Compression) |self| self.output.compression = compression;
     /// Sets the reaction to inverted cells; a warning by default.
     on_inverted(on_inverted: OnInverted) |self| self.output.on_inverted = on_inverted;
+    /// Sets the scaled Jacobian below which cells of a step are improved; none by default.
+    improve(wanted: f64) |self| self.output.improve = Some(wanted);
     /// Sets the files of the moving surfaces, written alongside the meshes; none by default.
     surface(surface: SurfaceOutput) |self| self.output.surface = surface;
     /// Sets the title of the report; by default the name of the mesh.

@@ -1,6 +1,6 @@
 //! `[output]`: options of the files that are written.
 
-use super::keys::{Kind, boolean, choice, keys, names, string};
+use super::keys::{Kind, boolean, choice, keys, names, positive, string};
 use super::places::Places;
 use azimesh_core::error::Result;
 use azimesh_io::formats::{self, Compression, Encoding, Precision, WriteOptions};
@@ -111,6 +111,9 @@ keys! {
         /// `"stop"`: stop (`--keep-going` skips the step); `"substeps"`: compute it again in substeps only, not with
         /// `velocity`, nor with `interpolate = "twist"` on a beam. No effect with `quality = "none"`
         pub on_inverted: OnInverted, choice::<OnInverted>(), default "repair";
+        /// scaled Jacobian, at most 1: cells below it are [improved](batches.md#cells-of-low-quality), with neighbours, towards their
+        /// shape and size in the reference mesh. Not cells of higher order. Needs `on_inverted = "repair"` and `quality`
+        pub improve: Option<f64>, positive("scaled Jacobian"), or "none";
         /// `"su2"` adds a file of the moving surfaces per step for [SU2](tasks/su2.md). The mesh is a `.su2` file, or
         /// `format` is `"su2"`; steps are evenly spaced
         pub surface: SurfaceOutput, choice::<SurfaceOutput>(), default "none";
@@ -157,6 +160,15 @@ impl OutputOptions {
                     format!("should be one line of 1 to {most} characters, found {label:?}");
                 return Err(places.error(key, message));
             }
+        }
+        let alone = self.on_inverted != OnInverted::Repair || self.quality == QualityOutput::None;
+        if let Some(wanted) = self.improve.filter(|q| *q > 1.0 || *q <= 0.0 || alone) {
+            let message = match alone {
+                true => "needs `on_inverted` = \"repair\" and a `quality` other than \"none\""
+                    .to_owned(),
+                false => format!("should be greater than 0 and at most 1, found {wanted}"),
+            };
+            return Err(places.error("output.improve", message));
         }
         let known = formats::by_name(self.format()).and_then(formats::to_write);
         let known = known.map(|_| ());

@@ -6,7 +6,7 @@
 
 use super::evaluator::StepEvaluator;
 use super::measures::Measures;
-use super::repair::{self, Repair, n_not_valid};
+use super::repair::{self, Repair, Wanting, n_not_valid};
 use super::step_memory::{RepairedStep, Rounding, StepMemory};
 use super::substeps::Parts;
 use super::untangle::StepFreedom;
@@ -20,7 +20,7 @@ use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
 use azimesh_core::progress::{Progress, Stop};
 use azimesh_quality::Summary;
-use azimesh_quality::repair::{Area, FoldedCells, Limits, PatchLog, refused};
+use azimesh_quality::repair::{Area, FoldedCells, Limits, PatchLog, low_cells, refused};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
@@ -184,15 +184,19 @@ impl<'a> Stepper<'a> {
             return Ok(Some(window));
         }
         let folded = folded_around(step, self.interval.steps(), &mut |step| {
-            if let Some(n) = self.memory.folded(step) {
-                return Ok(n > 0);
+            if let Some(wanting) = self.memory.wanting(step) {
+                return Ok(wanting != Wanting::default());
             }
             self.check_stop()?;
             let at = &self.plan.motion.steps[step];
             self.plain(at, points)?;
             let cells = self.cells(points);
-            self.memory.keep_verdict(step, &cells);
-            Ok(n_not_valid(&cells) > 0)
+            let wanting = Wanting {
+                not_valid: n_not_valid(&cells),
+                low: self.n_low(points),
+            };
+            self.memory.keep_verdict(step, &cells, wanting);
+            Ok(wanting != Wanting::default())
         })?;
         if folded.is_empty() {
             return Ok(None);
@@ -206,12 +210,12 @@ impl<'a> Stepper<'a> {
     /// cells that are still folded at any step, with as many rings as the hardest step needs.
     fn find(&self, folded: Vec<usize>, points: &mut [Vector]) -> Result<Window> {
         let steps = &self.plan.motion.steps;
-        let n_folded = |step: usize| self.memory.folded(step).unwrap_or(0);
+        let wanting = |step: usize| self.memory.wanting(step).unwrap_or_default();
         let worst = folded
             .iter()
             .copied()
             .rev()
-            .max_by_key(|&step| n_folded(step));
+            .max_by_key(|&step| wanting(step));
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.cells(points);
@@ -229,7 +233,7 @@ impl<'a> Stepper<'a> {
                 self.memory.keep_start(step, n_nodes, points, error);
             }
             let n = self.on_first(&freedom, points, |freedom, points| {
-                Ok(all.add(freedom.task(), points).all())
+                Ok(freedom.add(&mut all, points))
             })?;
             if n > hardest.0 {
                 hardest = (n, &steps[step]);
@@ -242,9 +246,12 @@ impl<'a> Stepper<'a> {
             self.say_moves(hardest.1);
             rings = rings_of(&self.untangle(&freedom, points)?).max(rings);
         }
-        let around = |freedom: &StepFreedom<'_>| Area::around(freedom.task(), &all, rings);
-        let mut area = freedom.as_ref().map(around);
-        if hardest.0 > 0 {
+        let mut area = None;
+        self.on_first(&freedom, points, |freedom, points| {
+            area = Some(freedom.area(&all, rings, points, self.stop)?);
+            Ok(())
+        })?;
+        if hardest.0 > 0 && wanting(hardest.1.index).not_valid > 0 {
             self.look_between(&mut area, hardest.1, substeps, points)?;
         }
         Ok(Window {
@@ -319,7 +326,12 @@ impl<'a> Stepper<'a> {
             }
         }
         found.repair = Some(Repair::of_window(
-            window, taken, &before, after, repaired, &cells,
+            window,
+            taken,
+            (&before, self.memory.wanting(step.index).unwrap_or_default()),
+            after,
+            repaired,
+            &cells,
         ));
         found.cells = Some(cells);
         Ok(())
@@ -409,6 +421,16 @@ impl<'a> Stepper<'a> {
         self.measures
             .expect(MEASURED)
             .cells(&self.part.mesh, points)
+    }
+
+    /// Cells below the scaled Jacobian that the schedule wants, on all ranks.
+    fn n_low(&self, points: &[Vector]) -> usize {
+        let Some(wanted) = self.plan.schedule.output.improve else {
+            return 0;
+        };
+        let reference = &self.measures.expect(MEASURED).judge.reference;
+        let own = low_cells(&self.part.mesh, reference, points, wanted).len();
+        self.part.ranks().allgather(own).into_iter().sum()
     }
 
     /// Returns an error if the user of any rank has requested a stop.

@@ -32,6 +32,17 @@ pub struct Repair {
     pub untangled: Option<Untangled>,
     /// Its part in the repair of a window.
     pub window: Option<WindowPart>,
+    /// Cells below the scaled Jacobian that the schedule wants, before all that.
+    pub low: usize,
+}
+
+/// Cells of a step that need a repair.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Wanting {
+    /// Not valid, or not proven to be so.
+    pub not_valid: usize,
+    /// Below the scaled Jacobian that the schedule wants.
+    pub low: usize,
 }
 
 /// The cells of a step that were untangled.
@@ -127,6 +138,7 @@ pub(crate) fn try_substeps(
         after: count(summary),
         untangled: None,
         window: None,
+        low: 0,
     })
 }
 
@@ -136,14 +148,15 @@ impl Repair {
     pub(crate) fn of_window(
         window: &Window,
         weight: f64,
-        before: &Summary,
+        before: (&Summary, Wanting),
         after: Count,
         patches: Vec<PatchLog>,
         cells: &Summary,
     ) -> Self {
         Self {
             substeps: window.substeps,
-            before: count(before),
+            before: count(before.0),
+            low: before.1.low,
             after,
             untangled: Some(Untangled {
                 patches,

@@ -5,7 +5,7 @@
 //! All of it can be recomputed: it saves time and never changes a result. No lock is held during computations.
 
 use super::positions::Positions;
-use super::repair::n_not_valid;
+use super::repair::Wanting;
 use super::window::Window;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
@@ -55,7 +55,7 @@ pub(crate) struct Start {
 /// Stored results of the steps for one rounding of their coordinates.
 #[derive(Default)]
 pub(crate) struct StepMemory {
-    verdicts: Mutex<BTreeMap<usize, Summary>>,
+    verdicts: Mutex<BTreeMap<usize, (Summary, Wanting)>>,
     windows: Mutex<Vec<Arc<Window>>>,
     repaired: Mutex<VecDeque<Arc<RepairedStep>>>,
     starts: Mutex<BTreeMap<usize, Start>>,
@@ -68,17 +68,17 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 impl StepMemory {
     /// Returns the quality of a step before any repair.
     pub fn verdict(&self, step: usize) -> Option<Summary> {
-        lock(&self.verdicts).get(&step).cloned()
-    }
-
-    /// Returns the number of cells of a step that are not valid, or not proven valid, before any repair.
-    pub fn folded(&self, step: usize) -> Option<usize> {
         let verdicts = lock(&self.verdicts);
-        verdicts.get(&step).map(n_not_valid)
+        verdicts.get(&step).map(|verdict| verdict.0.clone())
     }
 
-    pub fn keep_verdict(&self, step: usize, cells: &Summary) {
-        lock(&self.verdicts).insert(step, cells.clone());
+    /// Which cells of a step need a repair.
+    pub fn wanting(&self, step: usize) -> Option<Wanting> {
+        lock(&self.verdicts).get(&step).map(|verdict| verdict.1)
+    }
+
+    pub fn keep_verdict(&self, step: usize, cells: &Summary, wanting: Wanting) {
+        lock(&self.verdicts).insert(step, (cells.clone(), wanting));
     }
 
     /// Returns the window of a step, if one was found.

@@ -12,7 +12,9 @@ use azimesh_core::parallel;
 use azimesh_core::progress::Stop;
 use azimesh_io::mesh::{Mesh, OneLayer};
 use azimesh_quality::QualityEvaluator;
-use azimesh_quality::repair::{Area, Freedom, Limits, Partner, PatchLog, Task, untangle};
+use azimesh_quality::repair::{
+    Area, FoldedCells, Freedom, Limits, Partner, PatchLog, Task, low_cells, untangle,
+};
 use azimesh_rbf::constraint::Constraint;
 
 /// The directions in which the nodes of the whole mesh may move at a step.
@@ -59,6 +61,34 @@ impl<'a> StepFreedom<'a> {
         let repaired = untangle(self.task(), points, limits, stop)?;
         self.keep_alike(points);
         Ok(repaired.patches)
+    }
+
+    /// Adds the cells at `points` that need a repair to `all`; gives how many these are.
+    pub fn add(&self, all: &mut FoldedCells, points: &[Vector]) -> usize {
+        let n_folded = all.add(self.task(), points).all();
+        let Some(wanted) = self.plan.schedule.output.improve else {
+            return n_folded;
+        };
+        let low = low_cells(self.mesh, &self.judge.reference, points, wanted);
+        all.extend(&low);
+        n_folded + low.len()
+    }
+
+    /// The area around these cells, with `rings` rings or, where cells at `points` are to be improved, as many as that takes.
+    ///
+    /// # Errors
+    /// If `stop` was asked for.
+    pub fn area(
+        &self,
+        cells: &FoldedCells,
+        rings: usize,
+        points: &mut [Vector],
+        stop: &Stop,
+    ) -> Result<Area> {
+        match self.plan.schedule.output.improve {
+            Some(wanted) => Area::lifting(self.task(), cells, rings, points, wanted, stop),
+            None => Ok(Area::around(self.task(), cells, rings)),
+        }
     }
 
     /// Moves the nodes of an area to the minimum of its functional.

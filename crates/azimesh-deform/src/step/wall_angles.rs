@@ -57,7 +57,9 @@ impl WallAngles {
         reference: &[Vector],
     ) -> Option<f64> {
         let change = |&(face, cell): &(u32, u32)| {
-            let [face, cell] = [face, cell].map(|index| mesh.cells.get(index as usize));
+            let [face, listed] = [face, cell].map(|index| mesh.cells.get(index as usize));
+            let one = listed.uncollapsed();
+            let cell = one.as_ref().map_or(listed, |one| one.get(0));
             let (now, before) = (lean(&face, &cell, points), lean(&face, &cell, reference));
             let side = 1f64.copysign(before.along);
             (now.angle(side) - before.angle(side)).abs().to_degrees()

@@ -1,23 +1,39 @@
-//! Joins zones that share no nodes where their faces coincide.
+//! Joins parts that share no nodes where their faces coincide, or are within a distance.
 
+use super::connected::UnionFind;
 use super::faces::OuterFace;
+use super::near::Grid;
 use super::nodes::for_each_shared_place;
 use super::sides::side_corners;
 use super::{Faces, Mesh, Origin};
+use azimesh_core::error::{Error, Result, option};
+use azimesh_core::numbers::short;
+use azimesh_core::parallel::{collect, concat_blocks};
+use std::collections::BTreeSet;
 
-/// Counts of [`Mesh::join_zones`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// Counts of [`Mesh::join_zones`] and of joins within a distance.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct JoinCounts {
     /// Pairs of faces that are one now.
     pub n_faces: usize,
     /// Nodes that are gone.
     pub n_nodes: usize,
+    /// Groups that lost faces: the name, how many faces went and how many are left. Groups without any left are gone.
+    pub tags: Vec<(String, usize, usize)>,
 }
+
+/// Edge of a box of the grid, in distances of a join.
+const BOX: f64 = 4.0;
+/// Nodes that are looked at in one go.
+const CHUNK: usize = 1 << 14;
+
+/// Joining distance where none is given, relative to the diagonal of the mesh.
+pub(super) const RELATIVE_DISTANCE: f64 = 1e-6;
 
 impl Mesh {
     /// Number of pairs of faces that [`join_zones`](Self::join_zones) joins.
     pub fn n_joinable_faces(&self) -> usize {
-        self.pairs(&self.places()).len()
+        self.pairs(&self.places(), &Faces::of(self), |_| 0).len()
     }
 
     /// Joins cells whose outer faces coincide exactly, if neither face has a tag. Coincident nodes of the two cells become one:
@@ -26,42 +42,102 @@ impl Mesh {
     ///
     /// `O(n log n)`; memory: about 40 bytes per node.
     pub fn join_zones(&mut self) -> JoinCounts {
-        let places = self.places();
-        let pairs = self.pairs(&places);
+        self.join(&self.places(), |_| 0)
+    }
+
+    /// As [`join_zones`](Self::join_zones), with corners at most `distance` apart: nodes of two parts that share no nodes are at one place
+    /// if each is the nearest of its part to the other.
+    ///
+    /// # Errors
+    /// If two nodes of one part would be one.
+    pub fn join_within(&mut self, distance: f64) -> Result<JoinCounts> {
+        self.join_parts(distance, |_| 0)
+    }
+
+    /// As [`join_within`](Self::join_within); faces of two parts, of which each node has the number, are joined with their tags
+    /// unless one is a wall.
+    ///
+    /// # Errors
+    /// If two nodes of one part would be one.
+    pub fn join_parts(&mut self, distance: f64, part: impl Fn(u32) -> u32) -> Result<JoinCounts> {
+        let places = self.places_within(distance)?;
+        Ok(self.join(&places, part))
+    }
+
+    fn join(&mut self, places: &[u32], part: impl Fn(u32) -> u32) -> JoinCounts {
+        let faces = Faces::of(self);
+        let pairs = self.pairs(places, &faces, part);
         if pairs.is_empty() {
             return JoinCounts::default();
         }
-        let mut first: Vec<u32> = (0..self.points.len() as u32).collect();
+        let mut first = UnionFind::new(self.points.len());
         for [one, other] in &pairs {
             let nodes_of = |face: &OuterFace| self.cells.get(face.cell as usize).nodes;
             for &node in nodes_of(one) {
                 let at_place = |twin: &&u32| places[**twin as usize] == places[node as usize];
                 if let Some(&twin) = nodes_of(other).iter().find(at_place) {
-                    let [a, b] = [root(&mut first, node), root(&mut first, twin)];
-                    first[a.max(b) as usize] = a.min(b);
+                    first.join(&[node, twin]);
                 }
             }
         }
-        for node in 0..first.len() as u32 {
-            root(&mut first, node);
+        let first = (0..self.points.len() as u32).map(|node| first.of(node));
+        JoinCounts {
+            n_faces: pairs.len(),
+            ..self.unite(&first.collect::<Vec<_>>(), &faces.inside)
         }
-        self.cells.renumber_nodes(&first);
+    }
+
+    /// Gives each node the number `first`, which is that of a node before it or its own. Boundary cells that were on one side each, not
+    /// `inside`, and lie between two cells then, go.
+    pub(super) fn unite(&mut self, first: &[u32], inside: &[u32]) -> JoinCounts {
+        self.cells.renumber_nodes(first);
         let is_kept = |node: &usize| first[*node] as usize == *node;
         let nodes: Vec<usize> = (0..first.len()).filter(is_kept).collect();
         let n_nodes = self.points.len() - nodes.len();
-        self.keep_nodes(&nodes);
-        let mut gone = vec![false; self.cells.len()];
-        for face in pairs.iter().flatten() {
-            if let Some(cell) = face.boundary {
-                gone[cell as usize] = true;
-            }
+        let mut is_united = vec![false; self.points.len()];
+        for (node, first) in first.iter().enumerate() {
+            is_united[*first as usize] |= *first as usize != node;
         }
+        let mut gone = vec![false; self.cells.len()];
+        for cell in Faces::of(self).inside {
+            gone[cell as usize] = inside.binary_search(&cell).is_err();
+        }
+        self.mark_repeated(&is_united, &mut gone);
+        let before: Vec<usize> = self.groups.iter().map(|group| group.cells.len()).collect();
+        self.keep_nodes(&nodes);
         let cells: Vec<usize> = (0..gone.len()).filter(|cell| !gone[*cell]).collect();
         self.keep_cells(&cells);
         self.origin = Origin::default();
+        let groups = self.groups.iter().zip(&before);
+        let lost = groups.filter(|(group, n)| group.cells.len() < **n);
+        let lost = lost.map(|(group, n)| {
+            let left = group.cells.len();
+            (group.name.clone(), n - left, left)
+        });
+        let tags = lost.collect();
+        let mut before = before.into_iter();
+        self.groups
+            .retain(|group| before.next() == Some(0) || !group.cells.is_empty());
         JoinCounts {
-            n_faces: pairs.len(),
+            n_faces: 0,
             n_nodes,
+            tags,
+        }
+    }
+
+    /// Marks edges and points below the boundary that are the same as ones before them, all of their nodes united.
+    fn mark_repeated(&self, is_united: &[bool], gone: &mut [bool]) {
+        let dimension = self.dimension();
+        let mut known = BTreeSet::new();
+        let runs = self.cells.runs();
+        for run in runs.filter(|run| run.kind.dimension() + 1 < dimension) {
+            for cell in run.cell_refs() {
+                if cell.nodes.iter().all(|node| is_united[*node as usize]) {
+                    let mut nodes = cell.nodes.to_vec();
+                    nodes.sort_unstable();
+                    gone[cell.index] = !known.insert((cell.kind, nodes));
+                }
+            }
         }
     }
 
@@ -76,8 +152,104 @@ impl Mesh {
         places
     }
 
-    /// Pairs of coincident outer faces without a tag.
-    fn pairs(&self, places: &[u32]) -> Vec<[OuterFace; 2]> {
+    /// Returns the representative of the position of each node: nodes of two parts that share no nodes are at one place if each is the nearest
+    /// of its part to the other, at most `distance` from it.
+    fn places_within(&self, distance: f64) -> Result<Vec<u32>> {
+        let mut places = self.places();
+        if distance == 0.0 {
+            return Ok(places);
+        }
+        let mut parts = UnionFind::new(places.len());
+        self.cells.iter().for_each(|cell| parts.join(cell.nodes));
+        let mut is_outer = vec![false; places.len()];
+        for face in Faces::of(self).outer {
+            for node in self.cells.get(face.cell as usize).nodes {
+                is_outer[*node as usize] = true;
+            }
+        }
+        // A node stands for all of its part at its place: (part, place, node).
+        let outer = (0..places.len() as u32).filter(|node| is_outer[*node as usize]);
+        let mut nodes: Vec<(u32, u32, u32)> = outer
+            .map(|node| (parts.of(node), places[node as usize], node))
+            .collect();
+        nodes.sort_unstable();
+        let all = nodes.clone();
+        nodes.dedup_by_key(|(part, place, _)| (*part, *place));
+        let mut joined = UnionFind::new(places.len());
+        for [a, b] in self.nearest_pairs(&nodes, distance) {
+            joined.join(&[a, b]);
+        }
+        let mut clusters: Vec<(u32, u32, u32)> = nodes
+            .iter()
+            .map(|(part, _, node)| (joined.of(*node), *part, *node))
+            .collect();
+        clusters.sort_unstable();
+        let twice = clusters
+            .windows(2)
+            .find(|two| (two[0].0, two[0].1) == (two[1].0, two[1].1));
+        if let Some([(_, _, a), (_, _, b)]) = twice.and_then(|two| two.first_chunk()) {
+            return Err(Error::input(format!(
+                "nodes {a} and {b} of one part would become one node within {}; use a smaller {}",
+                short(distance),
+                option("join")
+            )));
+        }
+        for (part, place, node) in all {
+            let at = nodes.partition_point(|other| (other.0, other.1) < (part, place));
+            places[node as usize] = joined.of(nodes[at].2);
+        }
+        Ok(places)
+    }
+
+    /// Pairs of nodes of different parts, each the nearest of its part to the other, at most `distance` apart; of several as near the
+    /// first.
+    fn nearest_pairs(&self, nodes: &[(u32, u32, u32)], distance: f64) -> Vec<[u32; 2]> {
+        let numbers = collect(nodes.len(), |i| nodes[i].2);
+        let grid = Grid::of(&self.points, &numbers, distance, BOX, usize::MAX);
+        let mut part_of = vec![u32::MAX; self.points.len()];
+        nodes
+            .iter()
+            .for_each(|(part, _, node)| part_of[*node as usize] = *part);
+        // (node, part of the other, squared distance, the other), of each node and part the nearest.
+        let mut near = concat_blocks(nodes.len(), CHUNK, &|range| {
+            let mut near: Vec<(u32, u32, f64, u32)> = Vec::new();
+            for (part, _, node) in &nodes[range] {
+                let at = self.points[*node as usize];
+                let from = near.len();
+                grid.visit(at, |other| {
+                    let there = self.points[other as usize];
+                    let squared = (0..3).map(|k| (at[k] - there[k]).powi(2)).sum::<f64>();
+                    let its_part = part_of[other as usize];
+                    if its_part != *part && squared <= distance * distance {
+                        near.push((*node, its_part, squared, other));
+                    }
+                });
+                near[from..].sort_unstable_by(|a, b| {
+                    (a.1.cmp(&b.1))
+                        .then(a.2.total_cmp(&b.2))
+                        .then(a.3.cmp(&b.3))
+                });
+            }
+            near.dedup_by_key(|(node, part, _, _)| (*node, *part));
+            near
+        });
+        near.sort_unstable_by_key(|(node, part, _, _)| (*node, *part));
+        let is_mutual = |&&(node, part, _, other): &&(u32, u32, f64, u32)| {
+            let own = part_of[node as usize];
+            let back = near.binary_search_by_key(&(other, own), |entry| (entry.0, entry.1));
+            own < part && back.is_ok_and(|at| near[at].3 == node)
+        };
+        let mutual = near.iter().filter(is_mutual);
+        mutual.map(|&(node, _, _, other)| [node, other]).collect()
+    }
+
+    /// Returns pairs of coincident outer faces: both without a tag, or of two parts and no walls.
+    fn pairs(
+        &self,
+        places: &[u32],
+        faces: &Faces,
+        part: impl Fn(u32) -> u32,
+    ) -> Vec<[OuterFace; 2]> {
         let mut is_shared = vec![false; places.len()];
         for (node, place) in places.iter().enumerate() {
             if *place as usize != node {
@@ -85,9 +257,12 @@ impl Mesh {
             }
         }
         let tagged = self.in_a_boundary_tag();
-        let mut found: Vec<(Vec<u32>, OuterFace)> = Vec::new();
-        for face in Faces::of(self).outer {
-            if face.boundary.is_some_and(|cell| tagged[cell as usize]) {
+        let walls = self.walls();
+        // Corners by their places, the part, whether there is a tag, the face.
+        type Found = (Vec<u32>, u32, bool, OuterFace);
+        let mut found: Vec<Found> = Vec::new();
+        for face in &faces.outer {
+            if face.boundary.is_some_and(|cell| walls[cell as usize]) {
                 continue;
             }
             let cell = self.cells.get(face.cell as usize);
@@ -95,28 +270,34 @@ impl Mesh {
                 let mut key: Vec<u32> = corners.iter().map(|node| places[*node as usize]).collect();
                 if key.iter().all(|place| is_shared[*place as usize]) {
                     key.sort_unstable();
-                    found.push((key, face));
+                    let has_tag = face.boundary.is_some_and(|cell| tagged[cell as usize]);
+                    found.push((key, part(cell.nodes[0]), has_tag, *face));
                 }
             });
         }
         found.sort_unstable();
-        let pairs = found.chunk_by(|a, b| a.0 == b.0);
-        let pairs = pairs.filter_map(|same| match same {
-            [(_, one), (_, other)] if one.cell != other.cell => Some([*one, *other]),
-            _ => None,
+        let pairs = found.chunk_by(|a, b| a.0 == b.0).flat_map(|same| {
+            let bare = same.iter().filter(|face| !face.2).collect::<Vec<_>>();
+            let of_two_parts = |two: &[Found]| matches!(two, [a, b] if a.1 != b.1);
+            match (same, &bare[..]) {
+                ([a, b], _) if of_two_parts(same) => Some([a.3, b.3]),
+                (_, [a, b]) if a.3.cell != b.3.cell => Some([a.3, b.3]),
+                _ => None,
+            }
         });
         pairs.collect()
     }
-}
 
-/// The first node of those that are joined with this one; the way there is made short.
-fn root(first: &mut [u32], node: u32) -> u32 {
-    let mut at = node;
-    while first[at as usize] != at {
-        at = first[at as usize];
+    /// For each cell, whether it is in a boundary tag with the condition of a wall, by the words of OpenFOAM and CGNS.
+    fn walls(&self) -> Vec<bool> {
+        let mut walls = vec![false; self.cells.len()];
+        let is_wall = |condition: &str| condition == "wall" || condition.starts_with("BCWall");
+        let tags = self.boundary_tags();
+        for tag in tags.filter(|tag| tag.condition.as_deref().is_some_and(is_wall)) {
+            tag.cells.ranges().for_each(|range| walls[range].fill(true));
+        }
+        walls
     }
-    first[node as usize] = at;
-    at
 }
 
 #[cfg(test)]
@@ -149,6 +330,7 @@ mod tests {
         let expected = JoinCounts {
             n_faces: 4,
             n_nodes: 7,
+            tags: Vec::new(),
         };
         assert_eq!(counts, expected);
         mesh.validate().expect("it is a mesh");

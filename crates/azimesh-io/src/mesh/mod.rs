@@ -5,13 +5,16 @@
 
 pub mod adjacency;
 mod apart;
+mod append;
 pub mod arrays;
 mod boundary;
 mod bounded;
 mod build;
 pub mod cells;
+mod collapsed;
 mod collective;
 mod connected;
+mod copies;
 pub mod corners;
 #[doc(hidden)]
 pub mod cubes;
@@ -20,6 +23,7 @@ mod doubled;
 mod extrude;
 pub mod faces;
 pub mod facets;
+mod flatten;
 pub mod from_slabs;
 pub mod groups;
 mod interface;
@@ -28,6 +32,8 @@ mod kind;
 pub mod lagrange;
 mod layout;
 mod linearize;
+mod mirrored;
+mod near;
 mod node_bits;
 mod nodes;
 mod numbering;
@@ -43,6 +49,7 @@ mod skin;
 mod split;
 mod streams;
 mod subset;
+mod transform;
 mod view;
 mod zone_sides;
 
@@ -51,12 +58,15 @@ pub(crate) use apart::reverse_each;
 pub use apart::{
     Apart, Coordinates, Listing, NodesOfCells, Numbers, NumbersApart, check_in_32_bits, in_32_bits,
 };
+pub use append::Merged;
 pub use arrays::{DataArray, Values};
 pub use boundary::Boundary;
 pub use bounded::{BoundedCells, faces_on_no_cell, inner_faces};
 pub(crate) use cells::mirror_wedges;
 pub use cells::{CellRef, CellRun, Cells};
+pub use collapsed::Uncollapsed;
 pub(crate) use connected::UnionFind;
+pub use copies::Plane;
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use doubled::Doubled;
 pub use faces::Faces;
@@ -76,6 +86,7 @@ pub use part::RankPart;
 pub use reorder::Reordering;
 pub use skin::Skin;
 pub use split::SplitCounts;
+pub use transform::Turned;
 pub use view::{ByRanks, MeshView};
 pub use zone_sides::ZoneSides;
 

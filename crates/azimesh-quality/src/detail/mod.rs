@@ -123,16 +123,16 @@ pub(super) fn each(
     let facing = reference.facing();
     visit::volume_cells(mesh, points, facing, range, |first, block| {
         let runs = mesh.cells.runs_in(first..first + block.n);
-        let cells = runs.flat_map(|run| run.cells().map(move |nodes| (run.kind, nodes)));
-        for (i, (kind, nodes)) in cells.enumerate() {
+        for (i, listed) in runs.flat_map(|run| run.cell_refs()).enumerate() {
             let (cell, metrics) = (first + i, block.get(i));
-            let facing = facing.of(cell);
+            let one = listed.uncollapsed();
+            let shape = one.as_ref().map_or(listed, |one| one.get(0));
             let placed = Placed {
-                nodes,
+                nodes: shape.nodes,
                 points,
-                facing,
+                facing: facing.of(cell),
             };
-            let detail = Detail::of(kind, &placed, reference.sign(cell), &metrics.angles);
+            let detail = Detail::of(shape.kind, &placed, reference.sign(cell), &metrics.angles);
             visit(cell, &metrics, &detail);
         }
     });

@@ -21,11 +21,13 @@ use std::collections::BTreeSet;
 const MOST_STEPS: usize = 200;
 /// A region has converged when a step lowers the functional by less than this part.
 const SETTLED: f64 = 1e-7;
+/// Weight of thin cells at fixed nodes against others where valid cells are improved: first cells keep their heights.
+const WEIGHT_AT_WALLS: f64 = 10.0;
 
-/// Folded cells of several positions of a mesh.
+/// Folded or low cells of several positions of a mesh.
 #[derive(Debug, Clone, Default)]
 pub struct FoldedCells {
-    cells: BTreeSet<u32>,
+    pub(super) cells: BTreeSet<u32>,
 }
 
 /// Number of cells that are not valid at some positions.
@@ -57,18 +59,22 @@ impl FoldedCells {
         }
     }
 
-    /// Returns whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.cells.is_empty()
+    /// Adds cells.
+    pub fn extend(&mut self, cells: &BTreeSet<u32>) {
+        self.cells.extend(cells);
     }
 }
 
 /// Regions that are the same at all positions.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Area {
-    regions: Vec<Region>,
+    pub(super) regions: Vec<Region>,
     /// Cells with simplices between their corners: whichever was folded.
     between: BTreeSet<u32>,
+    /// Cells that become regular, whatever the reference.
+    regular: BTreeSet<u32>,
+    /// True if cells are to be improved that are valid.
+    improves: bool,
     rings: usize,
 }
 
@@ -84,7 +90,25 @@ impl Area {
             regions,
             between: folded.cells.clone(),
             rings,
+            ..Self::default()
         }
+    }
+
+    /// To improve valid cells, and make some regular.
+    pub(super) fn improving(mut self, regular: &BTreeSet<u32>) -> Self {
+        (self.regular, self.improves) = (regular.clone(), true);
+        self
+    }
+
+    /// Nodes that may move.
+    pub(super) fn n_nodes(&self) -> usize {
+        self.regions.iter().map(|region| region.moving.len()).sum()
+    }
+
+    /// Returns whether the nodes of each region are all in one region of another area.
+    pub(super) fn covers_no_more_than(&self, other: &Self) -> bool {
+        let has = |region: &Region| other.regions.iter().any(|of| of.moving == region.moving);
+        self.regions.iter().all(has)
     }
 
     /// Also uses simplices between the corners for cells that are folded between valid corners at `points`; returns whether
@@ -137,11 +161,10 @@ impl Area {
         points: &[Vector],
         stop: &Stop,
     ) -> Result<(PatchLog, Vec<(u32, Vector)>)> {
-        let low = &BTreeSet::new();
         let wishes = PatchTargets {
             between: &self.between,
-            low,
-            weight: 1.0,
+            regular: &self.regular,
+            weight_at_walls: if self.improves { WEIGHT_AT_WALLS } else { 1.0 },
         };
         let found = still_invalid(task, &region.cells, points);
         let first = found.first().map(|entry| entry.0);

@@ -1,127 +1,131 @@
-//! Moves nodes until the least scaled Jacobian has the wanted value, or cannot be raised.
-//!
-//! Cells below are given regular targets, with a weight that grows from round to round; a patch in which the least scaled
-//! Jacobian does not rise, or a cell becomes invalid, is put back.
+//! Raises the least scaled Jacobian: cells below a value are given the shapes and sizes of the reference mesh, together with
+//! as many rings of neighbours as that takes.
 
-use super::nearby::Nearby;
-use super::regions::{self, Region};
-use super::solve::{PatchTargets, Solved, solve};
-use super::{Limits, PatchLog, Task, still_invalid};
-use crate::scaled_jacobians;
+use super::area::{Area, FoldedCells};
+use super::regions::Region;
+use super::{PatchLog, Task};
+use crate::{Reference, scaled_jacobians};
 use azimesh_core::error::Result;
-use azimesh_core::geometry::vector::{Vector, distance};
+use azimesh_core::geometry::vector::Vector;
 use azimesh_core::progress::Stop;
+use azimesh_io::mesh::Mesh;
 use std::collections::BTreeSet;
 
-/// Largest number of rounds.
-const ROUNDS: usize = 8;
-/// Rings of neighbours around low cells.
-const RINGS: usize = 2;
-/// The weight of low cells grows by this factor.
-const GROWTH: f64 = 3.0;
-/// A round that lifts the least value by less than this part of what is missing is the last.
-const LEAST_GAIN: f64 = 0.01;
+/// Rings of neighbours around low cells at first; they are doubled as long as cells are low.
+const RINGS: usize = 4;
+/// Nodes that may move at most.
+const MOST_NODES: usize = 500_000;
+/// A cell that has kept this part of its scaled Jacobian in the reference mesh is not low.
+const KEPT: f64 = 0.8;
 
 /// Improves the checked cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that
-/// improved one. The result is the same on any number of threads.
+/// improved one. Cells that are low in the reference mesh become regular. A patch whose least scaled Jacobian does not
+/// rise is put back. The result is the same on any number of threads.
 ///
 /// # Errors
-/// If `stop` was requested.
+/// If `stop` was asked for.
 pub fn improve(
     task: Task<'_>,
     points: &mut [Vector],
     wanted: f64,
-    limits: Limits,
     stop: &Stop,
 ) -> Result<Vec<PatchLog>> {
     let mut logs = Vec::new();
     if super::refused(task.mesh).is_some() {
         return Ok(logs);
     }
-    let nearby = Nearby::new(task.mesh);
-    let mut weight = 1.0;
-    let mut last = f64::NEG_INFINITY;
-    for round in 0..ROUNDS {
-        let values = scaled_jacobians(task.mesh, points, task.reference);
-        let low: Vec<u32> = (0..)
-            .zip(&values)
-            .filter(|(_, value)| **value < wanted)
-            .map(|(cell, _)| cell)
-            .collect();
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        if low.is_empty() || least - last < LEAST_GAIN * (wanted - least) {
+    let at = |points: &[Vector]| scaled_jacobians(task.mesh, points, task.reference);
+    let regular = below(&at(&task.mesh.points), wanted);
+    let mut values = at(points);
+    let mut last = Area::default();
+    for rings in (0..).map(|n| RINGS << n) {
+        let cells = below(&values, wanted);
+        let area = Area::around(task, &FoldedCells { cells }, rings).improving(&regular);
+        if area.n_nodes() == 0 || area.n_nodes() > MOST_NODES || area.covers_no_more_than(&last) {
             break;
         }
-        last = if round == 0 { last } else { least };
-        let set: BTreeSet<u32> = low.iter().copied().collect();
-        let (regions, _) = regions::around(&nearby, task.freedom, &low, RINGS + round);
-        let solved = azimesh_core::parallel::try_map(regions.len(), &|i| {
-            let between = low.iter().copied().collect();
-            let wishes = PatchTargets {
-                between: &between,
-                low: &set,
-                weight,
-            };
-            solve(task, &regions[i], points, wishes, limits.most_steps, stop)
-        })?;
-        let before = place(&solved, points);
-        let now = scaled_jacobians(task.mesh, points, task.reference);
+        let before = points.to_vec();
+        let repaired = area.relax(task, points, stop)?;
+        let now = at(points);
         let mut accepted = Vec::new();
-        for ((region, solved), before) in regions.iter().zip(&solved).zip(before) {
-            let rises = least_of(region, &now) > least_of(region, &values);
-            if rises && still_invalid(task, &region.cells, points).is_empty() {
-                accepted.push(log(region, solved, &before, RINGS + round));
+        for (region, log) in area.regions.iter().zip(repaired.patches) {
+            if log.invalid == 0 && least_of(region, &now) > least_of(region, &values) {
+                accepted.push(log);
                 continue;
             }
-            for (&(node, _), place) in solved.moved.iter().zip(before) {
-                points[node as usize] = place;
+            for &node in &region.moving {
+                points[node as usize] = before[node as usize];
             }
         }
         if !accepted.is_empty() {
             logs = accepted;
+            values = at(points);
         }
-        weight *= GROWTH;
+        last = area;
     }
     Ok(logs)
 }
 
-/// Puts the nodes of all regions at their new positions; returns their old ones.
-fn place(solved: &[Solved], points: &mut [Vector]) -> Vec<Vec<Vector>> {
-    let mut before = Vec::with_capacity(solved.len());
-    for solved in solved {
-        let moved = solved.moved.iter();
-        before.push(
-            moved
-                .map(|&(node, place)| std::mem::replace(&mut points[node as usize], place))
-                .collect(),
-        );
+/// The cells at `points` whose scaled Jacobian is below `wanted`, and has become less than in the reference mesh.
+pub fn low_cells(
+    mesh: &Mesh,
+    reference: &Reference,
+    points: &[Vector],
+    wanted: f64,
+) -> BTreeSet<u32> {
+    let values = scaled_jacobians(mesh, points, reference);
+    let mut low = below(&values, wanted);
+    if !low.is_empty() {
+        let at_rest = scaled_jacobians(mesh, &mesh.points, reference);
+        low.retain(|&cell| values[cell as usize] < KEPT * at_rest[cell as usize]);
     }
-    before
+    low
+}
+
+impl Area {
+    /// An area around cells that leaves no cell low at `points`, with `rings` rings or more; or else the one with the largest
+    /// least scaled Jacobian.
+    ///
+    /// # Errors
+    /// If `stop` was asked for.
+    pub fn lifting(
+        task: Task<'_>,
+        cells: &FoldedCells,
+        rings: usize,
+        points: &mut [Vector],
+        wanted: f64,
+        stop: &Stop,
+    ) -> Result<Self> {
+        let mut best = (f64::NEG_INFINITY, Self::default());
+        let mut last = Self::default();
+        for rings in (0..).map(|n| rings << n) {
+            let area = Self::around(task, cells, rings).improving(&BTreeSet::new());
+            let is_first = last.regions.is_empty();
+            if !is_first && (area.n_nodes() > MOST_NODES || area.covers_no_more_than(&last)) {
+                break;
+            }
+            area.relax(task, points, stop)?;
+            let values = scaled_jacobians(task.mesh, points, task.reference);
+            let least = values.into_iter().fold(f64::INFINITY, f64::min);
+            last = area;
+            if least > best.0 {
+                best = (least, last.clone());
+            }
+            if low_cells(task.mesh, task.reference, points, wanted).is_empty() {
+                break;
+            }
+        }
+        Ok(best.1)
+    }
+}
+
+fn below(values: &[f64], wanted: f64) -> BTreeSet<u32> {
+    let low = (0..).zip(values).filter(|(_, value)| **value < wanted);
+    low.map(|(cell, _)| cell).collect()
 }
 
 /// The least scaled Jacobian of a region.
 fn least_of(region: &Region, values: &[f64]) -> f64 {
     let own = region.cells.iter().map(|&cell| values[cell as usize]);
-    own.filter(|value| !value.is_nan())
-        .fold(f64::INFINITY, f64::min)
-}
-
-fn log(region: &Region, solved: &Solved, before: &[Vector], rings: usize) -> PatchLog {
-    let moves = solved
-        .moved
-        .iter()
-        .zip(before)
-        .map(|((_, place), before)| distance(*place, *before));
-    PatchLog {
-        first_cell: region.seeds.first().map_or(0, |&cell| cell as usize),
-        n_cells: region.cells.len(),
-        n_nodes: region.moving.len(),
-        rings,
-        steps: solved.course.steps,
-        iterations: solved.course.iterations,
-        least_before: solved.least_before,
-        least: solved.course.state.least,
-        largest_move: moves.fold(0.0, f64::max),
-        ..PatchLog::default()
-    }
+    own.fold(f64::INFINITY, f64::min)
 }

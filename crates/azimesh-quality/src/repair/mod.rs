@@ -28,7 +28,7 @@ mod tests;
 pub use area::{Area, Count, FoldedCells};
 pub use boundary::CrossedFace;
 pub use freedom::{Freedom, Partner};
-pub use improve::improve;
+pub use improve::{improve, low_cells};
 pub use outcome::{PatchLog, Reason, Repaired, Unrepaired};
 
 use crate::Reference;

@@ -5,7 +5,7 @@
 //! triangles of edge and mean of polygons; tetrahedra of edge, face mean and cell mean of polyhedra. Where corners do
 //! not prove a hexahedron or a wedge, the middles of its edges and faces and its own middle are added.
 
-use azimesh_io::mesh::{CellKind, CellRef, Mesh, corners};
+use azimesh_io::mesh::{CellKind, CellRef, Cells, corners};
 
 /// Cells of more nodes are left as they are: work grows with the square.
 const MOST_NODES: usize = 500;
@@ -24,7 +24,7 @@ pub(super) struct Simplices {
 
 impl Simplices {
     /// Simplices of a cell; with `between` also those between corners. None for a cell of very many nodes.
-    pub(super) fn of(mesh: &Mesh, cell: &CellRef<'_>, between: bool) -> Self {
+    pub(super) fn of(cells: &Cells, cell: &CellRef<'_>, between: bool) -> Self {
         let mut all = Self::default();
         if cell.nodes.len() > MOST_NODES {
             return all;
@@ -37,7 +37,7 @@ impl Simplices {
         match kind {
             CellKind::Polygon => all.add_polygon(cell.kind.n_corners(cell.nodes.len())),
             CellKind::Polyhedron | CellKind::PentagonalPrism | CellKind::HexagonalPrism => {
-                all.add_polyhedron(mesh, cell);
+                all.add_polyhedron(cells, cell);
             }
             CellKind::Wedge if between => all.add_within_wedge(),
             CellKind::Hexahedron if between => all.add_within_hexahedron(),
@@ -54,7 +54,7 @@ impl Simplices {
         }
     }
 
-    fn add_polyhedron(&mut self, mesh: &Mesh, cell: &CellRef<'_>) {
+    fn add_polyhedron(&mut self, cells: &Cells, cell: &CellRef<'_>) {
         let n = cell.nodes.len();
         let mut places: Vec<(u32, u16)> = cell.nodes.iter().copied().zip(0..).collect();
         places.sort_unstable();
@@ -63,7 +63,7 @@ impl Simplices {
             at.map_or(0, |at| places[at].1)
         };
         let mut faces: Vec<Vec<u16>> = Vec::new();
-        for face in mesh.cells.polyhedron_faces(cell.index) {
+        for face in cells.polyhedron_faces(cell.index) {
             faces.push(face.iter().map(|&node| place(node)).collect());
         }
         for face in cell.kind.faces() {
@@ -142,6 +142,7 @@ mod tests {
     use super::*;
     use crate::repair::shape::regular;
     use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
+    use azimesh_io::mesh::Mesh;
 
     fn determinants(mesh: &Mesh, all: &Simplices) -> Vec<f64> {
         let cell = mesh.cells.get(0);
@@ -187,7 +188,7 @@ mod tests {
                 ..Mesh::default()
             };
             mesh.cells.push(kind, &(0..n as u32).collect::<Vec<_>>());
-            let all = Simplices::of(&mesh, &mesh.cells.get(0), true);
+            let all = Simplices::of(&mesh.cells, &mesh.cells.get(0), true);
             assert_eq!(all.edges.len(), n_simplices, "{kind:?}");
             let found = determinants(&mesh, &all);
             assert!(found.iter().all(|d| *d > 0.4), "{kind:?} {found:?}");
@@ -204,7 +205,10 @@ mod tests {
             ..Mesh::default()
         };
         mesh.cells.push(CellKind::Polygon, &[0, 1, 2, 3, 4]);
-        let found = determinants(&mesh, &Simplices::of(&mesh, &mesh.cells.get(0), false));
+        let found = determinants(
+            &mesh,
+            &Simplices::of(&mesh.cells, &mesh.cells.get(0), false),
+        );
         assert!(found.len() == 5 && found.iter().all(|d| *d > 0.9));
         let cube = regular(CellKind::Hexahedron, &[[0.0; 3]; 8], 1.0, 1.0).expect("a cube");
         let mut mesh = Mesh {
@@ -218,7 +222,10 @@ mod tests {
             stream.extend(face.iter().map(|&corner| u32::from(corner)));
         }
         mesh.cells.push_polyhedron(&stream).expect("a good stream");
-        let found = determinants(&mesh, &Simplices::of(&mesh, &mesh.cells.get(0), false));
+        let found = determinants(
+            &mesh,
+            &Simplices::of(&mesh.cells, &mesh.cells.get(0), false),
+        );
         assert!(
             found.len() == 24 && found.iter().all(|d| (d - 0.25).abs() < 1e-12),
             "{found:?}"

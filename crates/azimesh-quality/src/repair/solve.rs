@@ -31,6 +31,17 @@ pub(super) struct Solved {
     pub course: SolveStats,
 }
 
+/// Targets of single cells.
+#[derive(Clone, Copy)]
+pub(super) struct PatchTargets<'a> {
+    /// Cells with simplices between their corners.
+    pub between: &'a BTreeSet<u32>,
+    /// Cells that are to become regular, whatever the reference.
+    pub regular: &'a BTreeSet<u32>,
+    /// Weight of thin cells that have a fixed node.
+    pub weight_at_walls: f64,
+}
+
 /// Solves a region from `points`. Cells of `between` have simplices between their corners too.
 pub(super) fn region(
     task: Task<'_>,
@@ -40,35 +51,11 @@ pub(super) fn region(
     most_steps: usize,
     stop: &Stop,
 ) -> Result<Solved> {
-    let low = &BTreeSet::new();
     let wishes = PatchTargets {
         between,
-        low,
-        weight: 1.0,
+        regular: &BTreeSet::new(),
+        weight_at_walls: 1.0,
     };
-    solve(task, region, points, wishes, most_steps, stop)
-}
-
-/// Targets of single cells.
-#[derive(Clone, Copy)]
-pub(super) struct PatchTargets<'a> {
-    /// Cells with simplices between their corners.
-    pub between: &'a BTreeSet<u32>,
-    /// Cells that are to become regular, whatever the reference.
-    pub low: &'a BTreeSet<u32>,
-    /// The weight of these against the others.
-    pub weight: f64,
-}
-
-/// [`region`] with wishes.
-pub(super) fn solve(
-    task: Task<'_>,
-    region: &Region,
-    points: &[Vector],
-    wishes: PatchTargets<'_>,
-    most_steps: usize,
-    stop: &Stop,
-) -> Result<Solved> {
     let (mut patch, stuck) = patch(task, region, points, wishes);
     let before = patch.state(1e-9, &patch.places);
     let mut course = if before.least < GROSS {
@@ -141,7 +128,10 @@ pub(super) fn patch(
     let size = typical_size(cells().take(1000), &mesh.points);
     let mut elements = Elements::new(space);
     let mut stuck = Vec::new();
-    for cell in cells() {
+    for listed in cells() {
+        let one = listed.uncollapsed();
+        let of = one.as_ref().unwrap_or(&mesh.cells);
+        let cell = one.as_ref().map_or(listed, |one| one.get(0));
         let own = corners(&cell);
         let local: Vec<u32> = own
             .iter()
@@ -149,27 +139,32 @@ pub(super) fn patch(
             .collect();
         let places =
             |of: &[Vector]| -> Vec<Vector> { own.iter().map(|&node| of[node as usize]).collect() };
-        let is_between = wishes.between.contains(&(cell.index as u32));
-        let is_low = wishes.low.contains(&(cell.index as u32));
+        let is_between = wishes.between.contains(&(listed.index as u32));
         let can_move = own
             .iter()
             .map(|node| region.moving.binary_search(node).is_ok());
         let can_move: Vec<bool> = can_move.collect();
         let reference = task.reference;
-        let is_seed = || region.seeds.binary_search(&(cell.index as u32)).is_ok();
+        let is_seed = || region.seeds.binary_search(&(listed.index as u32)).is_ok();
         let target = Target {
             reference: &places(&mesh.points),
-            sign: f64::from(reference.sign(cell.index)),
-            whole: if reference.is_judged_by_volume(cell.index) {
+            sign: f64::from(reference.sign(listed.index)),
+            whole: if reference.is_judged_by_volume(listed.index) {
                 is_seed()
             } else {
-                reference.is_valid(cell.index) && !reference.is_doubtful(cell.index)
+                reference.is_valid(listed.index) && !reference.is_doubtful(listed.index)
             },
             size,
-            regular: is_low,
-            weight: if is_low { wishes.weight } else { 1.0 },
+            regular: wishes.regular.contains(&(listed.index as u32)),
+            weight: if own.iter().any(|&node| task.freedom.is_fixed(node))
+                && is_thin(&places(&mesh.points))
+            {
+                wishes.weight_at_walls
+            } else {
+                1.0
+            },
         };
-        let simplices = Simplices::of(mesh, &cell, is_between);
+        let simplices = Simplices::of(of, &cell, is_between);
         let whole = target.whole;
         let new = NewCell {
             kind: cell.kind,
@@ -179,7 +174,7 @@ pub(super) fn patch(
             target,
         };
         if elements.push(&new, simplices) > 0 && whole {
-            stuck.push(cell.index as u32);
+            stuck.push(listed.index as u32);
         }
     }
     let places = nodes.iter().map(|&node| points[node as usize]).collect();
@@ -205,6 +200,16 @@ fn nodes_of<'a>(
     nodes.sort_unstable();
     nodes.dedup();
     nodes
+}
+
+/// Returns whether some corner of a cell is ten times as far from the next one as another.
+fn is_thin(corners: &[Vector]) -> bool {
+    let n = corners.len();
+    let lengths = (0..n).map(|i| distance(corners[i], corners[(i + 1) % n]));
+    let (least, most) = lengths.fold((f64::INFINITY, 0.0f64), |(least, most), length| {
+        (least.min(length), most.max(length))
+    });
+    most > 10.0 * least
 }
 
 /// The middle length of the first edges of some cells.

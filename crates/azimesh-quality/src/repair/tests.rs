@@ -255,14 +255,7 @@ fn improvement_reaches_what_is_wanted_or_makes_nothing_worse() {
         assert!((0.05..0.8).contains(&before), "{before}");
         for (wanted, is_possible) in [(0.85, true), (1.0, false)] {
             let mut points = shaken.clone();
-            improve(
-                task,
-                &mut points,
-                wanted,
-                Limits::default(),
-                &Stop::default(),
-            )
-            .expect("nobody stops it");
+            improve(task, &mut points, wanted, &Stop::default()).expect("nobody stops it");
             let after = least(&points);
             assert_eq!(after >= wanted, is_possible, "{kind:?} {after}");
             assert!(after > before && invalid(&mesh, &points, &reference).is_empty());

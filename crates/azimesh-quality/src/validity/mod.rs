@@ -24,7 +24,7 @@ use super::reference::Reference;
 use super::visit::{self, CHUNK};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
-use azimesh_io::mesh::{CellKind, CellRef, CellRun, Mesh};
+use azimesh_io::mesh::{CellKind, CellRef, CellRun, Cells, Mesh};
 use std::ops::Range;
 
 /// Verdict on a cell.
@@ -88,7 +88,7 @@ pub(super) fn find(
                 if !judged(cell.index) {
                     return;
                 }
-                match prove(mesh, &cell, points, sign(cell.index), &curved) {
+                match prove(&mesh.cells, &cell, points, sign(cell.index), &curved) {
                     Proof::Inside => found.inside.push(cell.index as u32),
                     Proof::Unproven => found.unproven.push(cell.index as u32),
                     Proof::Valid | Proof::Corner => {}
@@ -158,7 +158,7 @@ fn doubtful<'a>(
         kind if has_faces(kind) => {
             for cell in run.cell_refs() {
                 // Faces may be listed inward.
-                let (least, most) = least_tetrahedron(mesh, &cell, points);
+                let (least, most) = least_tetrahedron(&mesh.cells, &cell, points);
                 if least <= 0.0 && most >= 0.0 {
                     visit(cell);
                 }
@@ -168,9 +168,9 @@ fn doubtful<'a>(
     }
 }
 
-/// The proof for one cell of orientation `sign`.
+/// The proof for one of these cells, of orientation `sign`.
 pub fn prove(
-    mesh: &Mesh,
+    cells: &Cells,
     cell: &CellRef<'_>,
     points: &[Vector],
     sign: i8,
@@ -179,11 +179,14 @@ pub fn prove(
     if let Some(map) = curved.of(cell.kind, cell.nodes.len()) {
         return map.prove(cell.nodes, points, sign);
     }
+    if let Some(one) = cell.uncollapsed() {
+        return prove(&one, &one.get(0), points, sign, curved);
+    }
     match cell.kind.linear() {
         CellKind::Hexahedron => hexahedron(&corners(cell, points), f64::from(sign)),
         CellKind::Wedge => wedge(&corners(cell, points), f64::from(sign)),
         kind if has_faces(kind) => {
-            let (least, most) = least_tetrahedron(mesh, cell, points);
+            let (least, most) = least_tetrahedron(cells, cell, points);
             let least = if sign < 0 { -most } else { least };
             if least > 0.0 {
                 Proof::Valid
@@ -225,7 +228,7 @@ pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize)
         false => Proof::Corner,
         true if reference.is_doubtful(cell) || !reference.is_valid(cell) => Proof::Valid,
         true => prove(
-            mesh,
+            &mesh.cells,
             &mesh.cells.get(cell),
             points,
             reference.sign(cell),

@@ -1,11 +1,11 @@
 //! Polyhedra, and prisms on five or six corners: cut into tetrahedra of edge, face mean and cell mean.
 
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
-use azimesh_io::mesh::{CellRef, Mesh};
+use azimesh_io::mesh::{CellRef, Cells};
 
 /// The least and the largest of six times the volumes of the tetrahedra, positive where faces are listed outward.
 /// A triangular face makes one of them. No faces give zeros.
-pub fn least_tetrahedron(mesh: &Mesh, cell: &CellRef<'_>, points: &[Vector]) -> (f64, f64) {
+pub fn least_tetrahedron(cells: &Cells, cell: &CellRef<'_>, points: &[Vector]) -> (f64, f64) {
     let centre = mean(cell.nodes.iter().copied(), points);
     let at = |node: u32| sub(points[node as usize], centre);
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -28,7 +28,7 @@ pub fn least_tetrahedron(mesh: &Mesh, cell: &CellRef<'_>, points: &[Vector]) -> 
             include(middle, at(face[i]), at(face[(i + 1) % n]));
         }
     };
-    for_each_face(mesh, cell, &mut add_face);
+    for_each_face(cells, cell, &mut add_face);
     if least <= most {
         (least, most)
     } else {
@@ -37,8 +37,8 @@ pub fn least_tetrahedron(mesh: &Mesh, cell: &CellRef<'_>, points: &[Vector]) -> 
 }
 
 /// Calls `visit` with the corners of each face of a polyhedron or a prism.
-fn for_each_face(mesh: &Mesh, cell: &CellRef<'_>, visit: &mut dyn FnMut(&[u32])) {
-    for face in mesh.cells.polyhedron_faces(cell.index) {
+fn for_each_face(cells: &Cells, cell: &CellRef<'_>, visit: &mut dyn FnMut(&[u32])) {
+    for face in cells.polyhedron_faces(cell.index) {
         visit(face);
     }
     for corners in cell.kind.faces() {

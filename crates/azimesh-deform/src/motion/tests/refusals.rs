@@ -59,6 +59,12 @@ fn features_of_later_versions_are_refused_in_one_sentence() {
             "on_inverted = \"untangle\"",
             "unknown on_inverted \"untangle\"; known: warn, stop, substeps, repair",
         ),
+        (
+            "output",
+            17,
+            "improve = 1.5",
+            "should be greater than 0 and at most 1, found 1.5",
+        ),
     ] {
         assert_eq!(
             told(section, wrong),

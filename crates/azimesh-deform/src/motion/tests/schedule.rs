@@ -143,6 +143,7 @@ fn every_key_of_this_version_is_read() {
             encoding: Encoding::Ascii,
             compression: Compression::Zlib,
             on_inverted: OnInverted::Stop,
+            improve: None,
             surface: SurfaceOutput::Su2,
             title: Some("M427, \u{3bc} = 0.15".into()),
             length_unit: Some("m".into()),

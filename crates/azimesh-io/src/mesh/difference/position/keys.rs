@@ -1,20 +1,10 @@
 //! Items with 64-bit keys: sorted by key, and matched between two meshes.
 
+pub use crate::mesh::near::{Keys, mixed};
 use azimesh_core::parallel::map;
-
-/// Keys with the index of what they stand for.
-pub type Keys = Vec<(u64, u32)>;
 
 /// Keys of one mesh that are looked at in one go.
 const CHUNK: usize = 1 << 15;
-
-/// A well-mixed number for each number: the finalizer of SplitMix64 (Steele, Lea and Flood, 2014).
-pub fn mixed(x: u64) -> u64 {
-    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
-}
 
 /// Calls `meet` with the entries of both that have one key, for each key, on all threads; gives what
 /// comes of each chunk, in order. Both are sorted.
