@@ -20,10 +20,9 @@ AZIMESH = os.environ.get("AZIMESH", "target/release/azimesh")
 ETC = Path("/usr/share/openfoam/etc/bashrc")
 GMSH = "import gmsh, sys; gmsh.initialize(); gmsh.option.setNumber('General.Terminal', 0); gmsh.open(sys.argv[1]); gmsh.write(sys.argv[2])"
 PYTHON = {
-    "gmsh": GMSH,
-    "meshio": "import meshio, sys; meshio.read(sys.argv[1]).write(sys.argv[2])",
+    "gmsh": GMSH, "meshio": "import meshio, sys; meshio.read(sys.argv[1]).write(sys.argv[2])",
     "pyvista": "import pyvista, sys; pyvista.save_meshio(sys.argv[2], pyvista.read(sys.argv[1]))",
-}
+}  # fmt: skip
 VTK_QUALITY = """
 import sys, vtk
 reader = vtk.vtkXMLUnstructuredGridReader(); reader.SetFileName(sys.argv[1])

@@ -34,24 +34,16 @@ MOTIONS |= {f"rotation, {by} degrees": f"rigid = {{ rotate = {{ axis = [1.0, 0.0
 ONE_STEP_TOLERANCE = 5e-4
 TIP, M427_TIP = 6.0, 5.625
 SCHEDULE = """
+boundaries.fixed = ["outer"]
+rbf.support_radius = {radius!r}
+selection = {{ method = "{method}", tolerance = {tolerance!r}, max_points = 10000, correction = {correction} }}
+output = {{ quality = "{quality}", on_inverted = "warn" }}
 [azimuth]
 {azimuth}
 [[body]]
 name = "blade"
 tags = ["blade"]
 {motion}
-[boundaries]
-fixed = ["outer"]
-[rbf]
-support_radius = {radius!r}
-[selection]
-method = "{method}"
-tolerance = {tolerance!r}
-max_points = 10000
-correction = {correction}
-[output]
-quality = "{quality}"
-on_inverted = "warn"
 """
 COLUMNS = {
     "azimuth": "azimuth_deg", "base_points": "base_points", "error": "selection_error", "inverted": "inverted", "min_jacobian": "min_scaled_jacobian",
@@ -178,9 +170,6 @@ def cost(folder, nodes):
     return runs
 
 
-# ---------------------------------------------------------------- the paper's greedy in numpy
-
-
 def surface(mesh):
     """Positions of the surface points (N, 3), coincident nodes once, and which of them are on the blade (N)."""
     grid = pyvista.read(mesh)
@@ -228,8 +217,7 @@ def greedy(folder, _):
 
     def compare(name, tolerance, fields, hardest, ours):
         real, _ = chosen(points, fields[hardest], tolerance)
-        target = moving[:, None] * np.abs(np.stack(fields)).max(axis=(0, 1))
-        n, left = chosen(points, target, tolerance, fields)
+        n, left = chosen(points, moving[:, None] * np.abs(np.stack(fields)).max(axis=(0, 1)), tolerance, fields)
         rows.append([name, tolerance, span([max(ours["real"]["base_points"])]), real, span(ours["constant"]["base_points"]), n,
                      f"{max(ours['constant']['error']) / tolerance:.0f}", f"{left / tolerance:.0f}"])  # fmt: skip
 
@@ -241,9 +229,6 @@ def greedy(folder, _):
         compare("cyclic pitch", float(tolerance), fields, int(np.argmax(ours["real"]["base_points"])), ours)
     table(["motion", "tolerance", "Algorithm 1", "in numpy", "Algorithm 2", "in numpy", "error of Algorithm 2 / tolerance", "in numpy"], *rows)
     return rows
-
-
-# ---------------------------------------------------------------- pictures
 
 
 def draw_residuals(runs):

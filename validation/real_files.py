@@ -72,9 +72,6 @@ def dimension_of(kind):
     return 0 if kind == 1 else 1 if kind in LINES else 2 if kind in PLANE else 3
 
 
-# ---------------------------------------------------------------- readers
-
-
 def by_vtk(path, ours=False):
     """Through the reader that pyvista has for the ending; blocks of a file follow one another, and name groups."""
     import pyvista
@@ -185,9 +182,6 @@ def by_gmsh(path):
 
 
 READERS = {"vtk": by_vtk, "meshio": by_meshio, "gmsh": by_gmsh}
-
-
-# ---------------------------------------------------------------- comparison
 
 
 def cells_of(mesh, place, least, is_ordered):

@@ -67,8 +67,7 @@ def motion_of(schedule, mesh, folder):
     """The motion as `reference` has it, about the lifting line found here."""
     motion = reference.Motion(schedule, mesh)
     beam = motion.schedule["body"][0]["beam"]
-    stations = np.unique(reference.read_table(motion.folder / beam["table"])["station"])
-    rows = quarter_chord(mesh.points, mesh.tags["blade"], stations)
+    rows = quarter_chord(mesh.points, mesh.tags["blade"], np.unique(reference.read_table(motion.folder / beam["table"])["station"]))
     line = folder / "quarter_chord.csv"
     with open(line, "w", newline="") as file:
         csv.writer(file).writerows([["station", "x", "y", "z"], *[map(repr, map(float, row)) for row in rows]])

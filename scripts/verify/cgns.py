@@ -20,11 +20,10 @@ from vtk.util.numpy_support import vtk_to_numpy
 # CGNS's number of an element type: VTK's, nodes, position in the file of each of VTK's nodes (SIDS 3.3)
 QUADRATIC = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
 TYPES = {
-    2: (1, 1, None), 3: (3, 2, None), 4: (21, 3, None), 5: (5, 3, None), 6: (22, 6, None),
-    7: (9, 4, None), 8: (23, 8, None), 9: (28, 9, None), 10: (10, 4, None), 11: (24, 10, None),
-    12: (14, 5, None), 14: (13, 6, None), 15: (26, 15, [*range(9), 12, 13, 14, 9, 10, 11]),
-    16: (32, 18, [*range(9), 12, 13, 14, 9, 10, 11, 15, 16, 17]), 17: (12, 8, None),
-    18: (25, 20, QUADRATIC), 19: (29, 27, [*QUADRATIC, 24, 22, 21, 23, 20, 25, 26]), 21: (27, 13, None),
+    2: (1, 1, None), 3: (3, 2, None), 4: (21, 3, None), 5: (5, 3, None), 6: (22, 6, None), 7: (9, 4, None), 8: (23, 8, None), 9: (28, 9, None),
+    10: (10, 4, None), 11: (24, 10, None), 12: (14, 5, None), 14: (13, 6, None), 15: (26, 15, [*range(9), 12, 13, 14, 9, 10, 11]),
+    16: (32, 18, [*range(9), 12, 13, 14, 9, 10, 11, 15, 16, 17]), 17: (12, 8, None), 18: (25, 20, QUADRATIC),
+    19: (29, 27, [*QUADRATIC, 24, 22, 21, 23, 20, 25, 26]), 21: (27, 13, None),
 }  # fmt: skip
 MIXED = 20
 # What cgnscheck says of arrays whose names are the user's own, or have units of their own.

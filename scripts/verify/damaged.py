@@ -89,8 +89,7 @@ def in_table(rng, text):
 def in_schedule(rng, text):
     """A schedule with one thing wrong, most of the time."""
     change = rng.randrange(5)
-    keys = list(re.finditer(r"\b[a-z_]+(?= ?=)", text))
-    key = rng.choice(keys)
+    key = rng.choice(list(re.finditer(r"\b[a-z_]+(?= ?=)", text)))
     value = rng.choice(list(re.finditer(r'"[^"]*"|(?<![\w.])-?\d[\d.]*|true', text)))
     if change == 0:
         name = key.group()

@@ -10,8 +10,7 @@ import pyvista
 from program import TESTDATA, azimesh, report, scratch
 
 MESHES = [
-    "mixed_cells_inline.vtu", "sphere_in_box_raw.vtu", "polyhedra_ascii.vtu", "hart_ii.vtu",
-    "airfoil_hybrid_ascii.vtu", "naca0012.vtu",
+    "mixed_cells_inline.vtu", "sphere_in_box_raw.vtu", "polyhedra_ascii.vtu", "hart_ii.vtu", "airfoil_hybrid_ascii.vtu", "naca0012.vtu",
 ]  # fmt: skip
 ARRAYS = ["NonOrthogonality", "FaceSkewness", "VolumeRatio"]
 SHAKEN = 0.15
@@ -85,8 +84,7 @@ def extents(points, faces, centre, direction, least):
     """How far each face reaches from its centre along a direction."""
     length = np.linalg.norm(direction, axis=1)
     unit = direction / np.where(length > 0, length, 1)[:, None]
-    reach = [np.abs((points[list(nodes)] - c) @ u).max() for nodes, c, u in zip(faces.nodes, centre, unit)]
-    return np.maximum(reach, least)
+    return np.maximum([np.abs((points[list(nodes)] - c) @ u).max() for nodes, c, u in zip(faces.nodes, centre, unit)], least)
 
 
 def metrics(points, faces):
@@ -108,19 +106,17 @@ def metrics(points, faces):
     least = np.concatenate([0.2 * length, 0.4 * np.abs(height)])
     before, after = np.abs(dot(area[:n], to_face[:n])), np.abs(dot(area[:n], cells[other] - centre[:n]))
     return {
-        "cosine": cosine,
-        "skewness": np.linalg.norm(off, axis=1) / extents(points, faces, centre, off, least),
+        "cosine": cosine, "skewness": np.linalg.norm(off, axis=1) / extents(points, faces, centre, off, least),
         "ratio": np.minimum(volume[own], volume[other]) / np.maximum(volume[own], volume[other]),
         "weight": np.minimum(before, after) / (before + after),
-    }
+    }  # fmt: skip
 
 
 def worst_of_cells(faces, values, worst, start):
     """Of each cell over its faces; `worst` is np.maximum or np.minimum."""
     found = np.full(len(faces.cells), start)
     worst.at(found, faces.owner[: len(values)], values)
-    inner = values[: len(faces.neighbour)]
-    worst.at(found, faces.neighbour, inner)
+    worst.at(found, faces.neighbour, values[: len(faces.neighbour)])
     return found
 
 
@@ -131,8 +127,7 @@ def shaken(grid, seed=1):
     reach = np.full(len(points), np.inf)
     for nodes in faces.nodes:
         for a, b in zip(nodes, nodes[1:] + nodes[:1]):
-            length = np.linalg.norm(points[a] - points[b])
-            reach[[a, b]] = np.minimum(reach[[a, b]], length)
+            reach[[a, b]] = np.minimum(reach[[a, b]], np.linalg.norm(points[a] - points[b]))
     for nodes in faces.nodes[len(faces.neighbour) :]:
         reach[list(nodes)] = 0.0
     step = np.random.default_rng(seed).uniform(-1, 1, points.shape)
@@ -177,12 +172,9 @@ def compare(path):
     results, out = judged(grid, points)
     ours = metrics(points, faces)
     wanted = {
-        "max_non_orthogonality": angle(ours["cosine"].min()),
-        "mean_non_orthogonality": angle(ours["cosine"].mean()),
-        "max_face_skewness": ours["skewness"].max(),
-        "min_volume_ratio": ours["ratio"].min(),
-        "min_face_weight": ours["weight"].min(),
-    }
+        "max_non_orthogonality": angle(ours["cosine"].min()), "mean_non_orthogonality": angle(ours["cosine"].mean()),
+        "max_face_skewness": ours["skewness"].max(), "min_volume_ratio": ours["ratio"].min(), "min_face_weight": ours["weight"].min(),
+    }  # fmt: skip
     differences = [abs(results[name] - value) for name, value in wanted.items()]
     assert results["inner_faces"] == len(faces.neighbour) and results["outer_faces"] == len(faces.owner) - len(
         faces.neighbour

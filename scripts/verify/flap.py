@@ -27,7 +27,6 @@ output.on_inverted = "warn"
 {rest}
 """
 
-
 # What is said under [rbf], and an angle that it reaches.
 WAYS = {
     "default": ("", 60),
@@ -54,8 +53,7 @@ def prepare(folder):
 def turn(folder, mesh, flap, rest, angle, step, name="run"):
     """The flap turned down by `step`, 2 `step`, ... up to `angle`: rows of steps.csv and the folder."""
     schedule = folder / f"{name}.toml"
-    text = SCHEDULE.format(angle=angle, step=step, flap=flap, hinge=HINGE, down=-angle, rest=rest)
-    schedule.write_text(text)
+    schedule.write_text(SCHEDULE.format(angle=angle, step=step, flap=flap, hinge=HINGE, down=-angle, rest=rest))
     return outputs.deform(mesh, schedule, folder / name, expect=(0, 1)), folder / name
 
 

@@ -90,8 +90,7 @@ def check_source(source, folder):
 def check_meshio(source, wanted, names, folder):
     """meshio on our MSH files and on VTU without string arrays; tags are numbers there.
 
-    It refuses MSH 4.1 where some cells are in a group and others are not, and knows too little
-    of second-order wedges.
+    It refuses MSH 4.1 where some cells are in a group and others are not, and knows too little of second-order wedges.
     """
     if {kind for kind, _ in wanted.volume_cells} & {26, 32, 42}:
         return 0

@@ -1,6 +1,5 @@
-"""A disk that is too small, and one that fills up half way: `deform` refuses the first with both figures
-and ends with exit code 3 on the second, whole files left, which --resume completes when there is room. However small the
-mesh, run.json says how a run on a full disk ended.
+"""A disk that is too small, and one that fills up half way: `deform` refuses the first with both figures and ends with exit code 3 on the second,
+whole files left, which --resume completes when there is room. However small the mesh, run.json says how a run on a full disk ended.
 
 Needs a file system of its own, a small tmpfs, which only root can mount; says so where it cannot.
 """

@@ -1,8 +1,7 @@
 """Keys of the schedule against formulas written anew here: positions to 1e-12, velocities by differences in time.
 
-Nothing of reference.py is used: each case says where a node is at a time t by matrices of its own, and numpy differentiates that.
-Oscillations about any axis, tables of angles, pitch and azimuth, names and units of columns, transient tables, plane zones
-that turn.
+Nothing of reference.py is used: each case says where a node is at a time t by matrices of its own, and numpy differentiates that. Oscillations about
+any axis, tables of angles, pitch and azimuth, names and units of columns, transient tables, plane zones that turn.
 """
 
 import numpy as np
@@ -61,8 +60,7 @@ translate = { vector = [0, 0.03, 0.1], harmonics = [ { cos = 1 }, { sin = -0.3 }
 """
 
     def at(x, t):
-        angle = 2.0 + waves(t, 5, [(10, 1), (0, 0), (0, 0.5)])
-        moved = about(x, [1, 2, -1], [0.1, 0, 0.2], angle)
+        moved = about(x, [1, 2, -1], [0.1, 0, 0.2], 2.0 + waves(t, 5, [(10, 1), (0, 0), (0, 0.5)]))
         return moved + waves(t, 7.5, [(0, 1), (-0.3, 0)]) * np.array([0, 0.03, 0.1])
 
     return text, at
@@ -247,8 +245,7 @@ units = { station = "radius", dz = "mm", rot_x_deg = "rad" }
         place = (360 * 3.0 * t) % 360 / 90
         row, part = int(place), place % 1
         def over(table):
-            values = (1 - part) * table[row] + part * table[(row + 1) % 4]
-            return np.interp(x[:, 0] / radius, r, values)
+            return np.interp(x[:, 0] / radius, r, (1 - part) * table[row] + part * table[(row + 1) % 4])
         moved = np.array([about(p, [1, 0, 0], [p[0], 0.01, 0], np.degrees(a)) for p, a in zip(x, over(twist))])
         moved[:, 2] += 1e-3 * over(lift)
         return moved

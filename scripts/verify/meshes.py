@@ -16,27 +16,21 @@ import pyvista
 
 # VTK cell type: (dimension, name in meshio).
 KINDS = {
-    1: (0, "vertex"), 3: (1, "line"), 5: (2, "triangle"), 7: (2, "polygon"), 9: (2, "quad"),
-    10: (3, "tetra"), 12: (3, "hexahedron"), 13: (3, "wedge"), 14: (3, "pyramid"),
-    21: (1, "line3"), 22: (2, "triangle6"), 23: (2, "quad8"), 28: (2, "quad9"),
-    24: (3, "tetra10"), 25: (3, "hexahedron20"), 29: (3, "hexahedron27"),
-    26: (3, "wedge15"), 32: (3, "wedge18"), 27: (3, "pyramid13"), 42: (3, "polyhedron"),
+    1: (0, "vertex"), 3: (1, "line"), 5: (2, "triangle"), 7: (2, "polygon"), 9: (2, "quad"), 10: (3, "tetra"), 12: (3, "hexahedron"),
+    13: (3, "wedge"), 14: (3, "pyramid"), 21: (1, "line3"), 22: (2, "triangle6"), 23: (2, "quad8"), 28: (2, "quad9"), 24: (3, "tetra10"),
+    25: (3, "hexahedron20"), 29: (3, "hexahedron27"), 26: (3, "wedge15"), 32: (3, "wedge18"), 27: (3, "pyramid13"), 42: (3, "polyhedron"),
 }  # fmt: skip
 VTK_OF_MESHIO = {name: kind for kind, (_, name) in KINDS.items()}
 # Gmsh element type: VTK cell type.
 VTK_OF_GMSH = {
-    15: 1, 1: 3, 2: 5, 3: 9, 4: 10, 5: 12, 6: 13, 7: 14,
-    8: 21, 9: 22, 16: 23, 10: 28, 11: 24, 17: 25, 12: 29, 18: 26, 13: 32, 19: 27,
+    15: 1, 1: 3, 2: 5, 3: 9, 4: 10, 5: 12, 6: 13, 7: 14, 8: 21, 9: 22, 16: 23, 10: 28, 11: 24, 17: 25, 12: 29, 18: 26, 13: 32, 19: 27,
 }  # fmt: skip
 # Gmsh's node order within second-order cells, as positions in VTK's; from Gmsh's manual
 # ("Node ordering") and VTK's cell classes. Others are the same in both.
 GMSH_IN_VTK_ORDER = {
-    24: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
-    25: [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15],
-    29: [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15,
-         22, 23, 21, 24, 20, 25, 26],
-    26: [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11],
-    32: [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
+    24: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], 25: [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15],
+    29: [0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, 22, 23, 21, 24, 20, 25, 26],
+    26: [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11], 32: [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
     27: [0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
 }  # fmt: skip
 # Nodes of a wedge in the order of VTK up to 9.6, as positions in Gmsh's order, which is that of VTK 9.7.
@@ -47,8 +41,7 @@ OUTWARD_WEDGE = [0, 2, 1, 3, 5, 4]
 class Mesh:
     """Nodes, cells as (VTK type, nodes) by dimension in file order, and groups by name.
 
-    A group of cells below the mesh's dimension is a set of sorted node tuples; a zone is a set of
-    positions among the cells of the mesh's dimension.
+    A group of cells below the mesh's dimension is a set of sorted node tuples; a zone is a set of positions among the cells of the mesh's dimension.
     """
 
     points: np.ndarray
@@ -70,9 +63,6 @@ class Mesh:
 def face_key(nodes):
     """What makes two faces the same: their nodes, in any order."""
     return tuple(sorted(int(n) for n in nodes))
-
-
-# ---------------------------------------------------------------- readers
 
 
 def by_pyvista(path):
@@ -189,8 +179,7 @@ def by_meshio(path):
         # meshio takes the wedges of every VTU to be in the order of VTK up to 9.6.
         turned = block.type == "wedge" and Path(path).suffix == ".vtu" and not has_outward_wedges(path)
         data = block.data[:, OUTWARD_WEDGE] if turned else block.data
-        rows = [(kind, tuple(int(n) for n in row)) for row in data]
-        mesh.cells[KINDS[kind][0]].extend(rows)
+        mesh.cells[KINDS[kind][0]].extend([(kind, tuple(int(n) for n in row)) for row in data])
     if Path(path).suffix == ".su2":
         su2_markers(path, read, mesh)
     elif "BoundaryTag" in read.cell_data:
@@ -235,9 +224,6 @@ def write_su2(path, points, cells, tags, dimension=2):
         lines += [f"MARKER_TAG= {name}", f"MARKER_ELEMS= {len(faces)}"]
         lines += [" ".join(map(str, ({2: 3, 3: 5, 4: 9}[len(face)], *face))) for face in faces]
     path.write_text("\n".join(lines) + "\n")
-
-
-# ---------------------------------------------------------------- comparison
 
 
 def assert_same_points(found, wanted, what):

@@ -48,10 +48,8 @@ CASES = [
     Case("naca0012.vtu", "airfoil", ("farfield",), max_points=40),
     Case("sphere_in_box_raw.vtu", "sphere", ("inlet", "outlet")),
     Case("wing_on_plane.vtu", "wing", ("farfield",), "symmetry", (0.0, 0.0, 1.0)),
-    Case(
-        "rotor_sector.vtu", "blade", ("hub_wall", "outer", "bottom", "top"), radius=3.0,
-        periodic=("side_a", "side_b"), angles=(0.0, 90.0, 180.0, 270.0),
-    ),
+    Case("rotor_sector.vtu", "blade", ("hub_wall", "outer", "bottom", "top"), radius=3.0,
+         periodic=("side_a", "side_b"), angles=(0.0, 90.0, 180.0, 270.0)),
 ]  # fmt: skip
 
 
@@ -209,8 +207,7 @@ def closest(x, points, facets):
     area = np.where(solid, area, 1.0)
     s = (vv * (w * u).sum(1) - uv * (w * v).sum(1)) / area
     t = (uu * (w * v).sum(1) - uv * (w * u).sum(1)) / area
-    inside = solid & (s >= 0) & (t >= 0) & (s + t <= 1)
-    away = np.where(inside, np.linalg.norm(w - s[:, None] * u - t[:, None] * v, axis=1), np.inf)
+    away = np.where(solid & (s >= 0) & (t >= 0) & (s + t <= 1), np.linalg.norm(w - s[:, None] * u - t[:, None] * v, axis=1), np.inf)
     best.append((away, np.stack([1 - s - t, s, t], axis=1)))
     distances = np.stack([away for away, _ in best])
     how, facet = np.unravel_index(distances.argmin(), distances.shape)
@@ -233,10 +230,9 @@ def check(case, folder):
     dense = Dense(case, mesh, np.fromfile(folder / "base_points.u32", "<u4").astype(int))
     wanted, back = dense.a @ d.ravel(), dense.a.T @ g.ravel()
     difference = max(
-        np.abs(found["moved"] - wanted).max() / np.abs(wanted).max(),
-        np.abs(found["pulled_back"] - back).max() / np.abs(back).max(),
+        np.abs(found["moved"] - wanted).max() / np.abs(wanted).max(), np.abs(found["pulled_back"] - back).max() / np.abs(back).max(),
         np.abs(found["points"] - mesh.points.ravel() - wanted).max() / np.abs(wanted).max(),
-    )
+    )  # fmt: skip
     exact = found["points"].reshape(-1, 3)
     assert (exact[moving] == mesh.points[moving] + d).all(), f"{case.mesh}: moving nodes are not exact"
     assert (exact[dense.fixed] == mesh.points[dense.fixed]).all(), f"{case.mesh}: fixed nodes have moved"

@@ -55,9 +55,7 @@ def ball(random, folder, _mesh):
     outputs.write_table(folder / "free.csv", {"azimuth_deg": azimuths} | columns)
     return f"""
 azimuth.values = [0.0, 33.0, 350.0, 725.5]
-[rotor]
-frame = "inertial"
-hub = {numbers(random, 0.3, 3)}
+rotor = {{ frame = "inertial", hub = {numbers(random, 0.3, 3)} }}
 [[body]]
 name = "ball"
 tags = ["sphere"]
@@ -87,8 +85,7 @@ def blade(random, folder, _mesh):
     offset = numbers(random, 15, 1)[0]
     return f"""
 azimuth.values = [0.0, 95.0, 250.0, 400.0]
-[rotor]
-flap_sign = -1
+rotor.flap_sign = -1
 [[body]]
 name = "hub"
 tags = ["hub_wall"]
@@ -147,12 +144,9 @@ cyclic = {{ collective = 3.0, pitch = {harmonic(random, 4.0)}, coning = 2.0 }}
 
 
 CASES = [
-    (nodal, "sphere_in_box_raw.vtu", "fixed", 3.0),
-    (airfoil, "naca0012.vtu", "fixed", 6.0),
-    (ball, "sphere_in_box_raw.vtu", "fixed", 3.0),
-    (blade, "rotor_sector.vtu", "free", 3.0),
-    (wing, "wing_on_plane.vtu", "fixed", 4.0),
-]
+    (nodal, "sphere_in_box_raw.vtu", "fixed", 3.0), (airfoil, "naca0012.vtu", "fixed", 6.0), (ball, "sphere_in_box_raw.vtu", "fixed", 3.0),
+    (blade, "rotor_sector.vtu", "free", 3.0), (wing, "wing_on_plane.vtu", "fixed", 4.0),
+]  # fmt: skip
 
 
 def check(make, name, others, radius, seed):

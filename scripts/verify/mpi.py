@@ -77,10 +77,8 @@ def check_large(folder):
     assert ranks(4, "quality", mesh, "--worst", 7).stdout == alone.stdout, "quality"
     narrow = ("support_radius = 5.625", "support_radius = 0.35")
     for name, output, change, n in [
-        ("vtu", "", None, 4),
-        ("vtkhdf", 'format = "vtkhdf"', None, 7),
-        ("repaired", 'format = "vtkhdf"', narrow, 3),
-    ]:
+        ("vtu", "", None, 4), ("vtkhdf", 'format = "vtkhdf"', None, 7), ("repaired", 'format = "vtkhdf"', narrow, 3),
+    ]:  # fmt: skip
         text = schedule.read_text().replace("[rbf]", f"[output]\n{output}\n[rbf]").replace(*change or ("", ""))
         of_case, out = folder / f"large_{name}.toml", folder / f"large_{name}"
         of_case.write_text(text)
@@ -164,8 +162,7 @@ def check_script(folder):
     for _ in range(2):
         subprocess.run(script, check=True, capture_output=True, env=os.environ | ALLOWED | variables)
     azimesh("deform", mesh, schedule, "-o", folder / "no_script")
-    n_files = same(content(folder / "script"), content(folder / "no_script"), "slurm_mpi.sh")
-    report("mpi: script", n_files, 0, "files")
+    report("mpi: script", same(content(folder / "script"), content(folder / "no_script"), "slurm_mpi.sh"), 0, "files")
 
 
 def kill_one(process, delay, chance):

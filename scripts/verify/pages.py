@@ -101,8 +101,6 @@ def try_page(path, update):
     return n_commands
 
 
-# ---------------------------------------------------------------- links
-
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 SKIPPED = ("http://", "https://", "mailto:")
 
@@ -142,5 +140,4 @@ def check_links():
 def main(update=UPDATE):
     """Runs every page, then follows every link."""
     pages = [page for page in sorted(DOCS.rglob("*.md")) if "```console" in page.read_text()]
-    n_commands = sum(try_page(page, update) for page in pages)
-    report("pages", n_commands, 0, "commands", f"{len(pages)} pages, {check_links()} links")
+    report("pages", sum(try_page(page, update) for page in pages), 0, "commands", f"{len(pages)} pages, {check_links()} links")

@@ -151,8 +151,7 @@ class Disk:
         if self.is_ours(target):
             assert source.rsplit("/", 1)[0] == target.rsplit("/", 1)[0], f"from one folder to another: {source}"
             # One change: no disk has a file under both names, or under none.
-            node = self.nodes[source]
-            self.change(target, node, call)
+            self.change(target, self.nodes[source], call)
             folder = self.folders[target.rsplit("/", 1)[0]]
             folder[-1] += (source.rsplit("/", 1)[1],)
             self.nodes[source] = None
@@ -272,8 +271,7 @@ def cut(mesh, name, n_cuts, chance, folder):
         disk = Disk(root, traced([*command(mesh, root / "out", name), *options], folder))
         for _ in range(n_cuts):
             moment = chance.choice(disk.ends)
-            files = disk.left(moment, chance if chance.random() < 0.7 else None)
-            out = put(files, folder / "cut")
+            out = put(disk.left(moment, chance if chance.random() < 0.7 else None), folder / "cut")
             wrong = short(out, name, whole, wanted)
             if option:
                 n_short += bool(wrong)

@@ -32,48 +32,28 @@ PLANE = (TRIANGLE, QUAD)
 SOLID = (TET, HEX, WEDGE, PYRAMID)
 # Cell array: kinds for which VTK has the metric; "Volume" is its "Area" in 2D.
 METRICS = {
-    "Volume": PLANE + SOLID,
-    "ScaledJacobian": PLANE + SOLID,
-    "EdgeRatio": (TRIANGLE, QUAD, TET, HEX, WEDGE),
-    "EquiangleSkew": PLANE + SOLID,
-    "Jacobian": (QUAD, *SOLID),
-    "AspectRatio": (TRIANGLE, QUAD, TET),
-    "Condition": (TRIANGLE, QUAD, TET, HEX, WEDGE),
-    "Shape": PLANE + SOLID,
-    "MinAngle": (TRIANGLE, QUAD, TET),
-    "MaxAngle": (TRIANGLE, QUAD),
-    "Skew": (QUAD, HEX),
-}
+    "Volume": PLANE + SOLID, "ScaledJacobian": PLANE + SOLID, "EdgeRatio": (TRIANGLE, QUAD, TET, HEX, WEDGE), "EquiangleSkew": PLANE + SOLID,
+    "Jacobian": (QUAD, *SOLID), "AspectRatio": (TRIANGLE, QUAD, TET), "Condition": (TRIANGLE, QUAD, TET, HEX, WEDGE), "Shape": PLANE + SOLID,
+    "MinAngle": (TRIANGLE, QUAD, TET), "MaxAngle": (TRIANGLE, QUAD), "Skew": (QUAD, HEX),
+}  # fmt: skip
 WITH_SIZE = ("Volume", "Jacobian")
 HEX_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 PYRAMID_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)]
 # Meshes by others with cells of all kinds: boundary layers, surfaces in space, flat and tangled cells among them.
 REAL = [
     "su2code__TestCases/hom_navierstokes/SphereViscous/nPoly1/SphereViscous_Linear.su2.gz",
-    "su2code__TestCases/incomp_navierstokes/sphere/slice_2syms.su2",
-    "su2code__TestCases/deformation/brick_hex/mesh_brick_hex_ffd.su2",
-    "su2code__TestCases/actuator_disk/ActuatorDisk_I.su2",
-    "su2code__TestCases/navierstokes/naca0012/mesh_NACA0012_lam_hybrid_v1.su2",
-    "su2code__TestCases/aeroelastic/mesh_NACA64A010_hybrid_inv.su2",
-    "su2code__TestCases/fea_fsi/Airfoil_RBF/mesh.su2",
-    "gen_openfoam1912/wingMotion2D/wingMotion2D_tagged.vtu",
-    "gen_openfoam1912/wingMotion2D/internal_with_polyhedra.vtu",
-    "gen_openfoam1912/naca0012_adjoint/naca0012_tagged.vtu",
-    "gen_gmsh4.15/wing_fuselage_12k.cgns",
-    "gen_gmsh4.15/naca12BL_v41_bin.msh",
-    "gen_adf2hdf_libcgns3.4/FVENS_n0012_113-33_hex.h5.cgns",
-    "gen_adf2hdf_libcgns3.4/SU2_mesh_bend_coarse.h5.cgns",
-    "gen_adf2hdf_libcgns3.4/mdolab_717_wl_L2_structured.h5.cgns",
-    "pyvista__vtk-data/Data/AngularSector.vtk",
-    "Slaedr__FVENS/testcases/visc-cylinder/grids/2dcylinderhybrid3.msh",
-    "Slaedr__amovemesh/input/qin-mesh.msh",
-    "dealii__dealii/examples/step-97/sphere_r6.msh",
-    "dealii__dealii/examples/step-70/impeller.vtk",
-    "dealii__dealii/tests/mesquite/mesh/3d/hex_5_tangled.vtk",
-    "dealii__dealii/tests/mesquite/mesh/2d/hole_in_square_tanglap.vtk",
-    "debian_gmsh-4.8.4/benchmarks/3d/discrete.msh",
-    "mfem__mfem/data/sphere.msh",
-]
+    "su2code__TestCases/incomp_navierstokes/sphere/slice_2syms.su2", "su2code__TestCases/deformation/brick_hex/mesh_brick_hex_ffd.su2",
+    "su2code__TestCases/actuator_disk/ActuatorDisk_I.su2", "su2code__TestCases/navierstokes/naca0012/mesh_NACA0012_lam_hybrid_v1.su2",
+    "su2code__TestCases/aeroelastic/mesh_NACA64A010_hybrid_inv.su2", "su2code__TestCases/fea_fsi/Airfoil_RBF/mesh.su2",
+    "gen_openfoam1912/wingMotion2D/wingMotion2D_tagged.vtu", "gen_openfoam1912/wingMotion2D/internal_with_polyhedra.vtu",
+    "gen_openfoam1912/naca0012_adjoint/naca0012_tagged.vtu", "gen_gmsh4.15/wing_fuselage_12k.cgns", "gen_gmsh4.15/naca12BL_v41_bin.msh",
+    "gen_adf2hdf_libcgns3.4/FVENS_n0012_113-33_hex.h5.cgns", "gen_adf2hdf_libcgns3.4/SU2_mesh_bend_coarse.h5.cgns",
+    "gen_adf2hdf_libcgns3.4/mdolab_717_wl_L2_structured.h5.cgns", "pyvista__vtk-data/Data/AngularSector.vtk",
+    "Slaedr__FVENS/testcases/visc-cylinder/grids/2dcylinderhybrid3.msh", "Slaedr__amovemesh/input/qin-mesh.msh",
+    "dealii__dealii/examples/step-97/sphere_r6.msh", "dealii__dealii/examples/step-70/impeller.vtk",
+    "dealii__dealii/tests/mesquite/mesh/3d/hex_5_tangled.vtk", "dealii__dealii/tests/mesquite/mesh/2d/hole_in_square_tanglap.vtk",
+    "debian_gmsh-4.8.4/benchmarks/3d/discrete.msh", "mfem__mfem/data/sphere.msh",
+]  # fmt: skip
 
 
 def by_vtk(grid, metric):
@@ -138,8 +118,7 @@ def hex_skew(points):
         axis = sum(corners[end] - corners[start] for end, start in zip(ends, starts))
         axes.append(axis / np.sqrt((axis * axis).sum(axis=1))[:, None])
     x, y, z = axes
-    cosines = [abs((a * b).sum(axis=1)) for a, b in ((x, y), (x, z), (y, z))]
-    return np.max(cosines, axis=0).astype(float)
+    return np.max([abs((a * b).sum(axis=1)) for a, b in ((x, y), (x, z), (y, z))], axis=0).astype(float)
 
 
 EXACT = {("EdgeRatio", HEX): hex_edge_ratio, ("MinAngle", TET): tet_min_angle, ("Shape", PYRAMID): pyramid_shape, ("Skew", HEX): hex_skew}
@@ -156,8 +135,7 @@ def difference(metric, ours, theirs, size):
             turned = np.pi / 2 * (1 + ours), np.pi / 2 * (1 + theirs)
             if metric.endswith("Angle"):
                 turned = np.radians(ours), np.radians(theirs)
-            blunt = abs(np.cos(turned[0]) - np.cos(turned[1]))
-            apart = np.minimum(apart, np.where(apart < 1e-5, blunt, apart))
+            apart = np.minimum(apart, np.where(apart < 1e-5, abs(np.cos(turned[0]) - np.cos(turned[1])), apart))
     return np.where(same, 0, np.where(np.isnan(apart), np.inf, apart))
 
 
@@ -182,11 +160,14 @@ def compare(path, folder):
     mirrored = grid.copy()
     mirrored.points = grid.points * [-1, 1, 1]
     flipped = np.isin(kinds, SOLID) & (by_vtk(grid, "Volume") < 0)
+    # A plane cell that faces the other way than its neighbours is inverted; VTK gives it the values of its own side.
+    backwards = np.isin(kinds, PLANE) & (found["Volume"] < 0)
     size, results = extent(grid) ** dimension, {}
     for metric, known in METRICS.items():
         theirs = np.where(flipped, by_vtk(mirrored, metric), by_vtk(grid, metric))
         for kind in known:
-            chosen = np.flatnonzero(is_volume & (kinds == kind))
+            skipped = backwards & (metric not in ("Volume", "ScaledJacobian"))
+            chosen = np.flatnonzero(is_volume & (kinds == kind) & ~skipped)
             if len(chosen) == 0:
                 continue
             a, b = found[metric][chosen], theirs[chosen]

@@ -14,11 +14,10 @@ from scipy.interpolate import CubicSpline
 
 # Table 1 of the paper, normalised to phi(0) = 1; 0 <= xi <= 1.
 KERNELS = {
-    "wendland-c0": lambda xi: (1 - xi) ** 2,
-    "wendland-c2": lambda xi: (1 - xi) ** 4 * (4 * xi + 1),
+    "wendland-c0": lambda xi: (1 - xi) ** 2, "wendland-c2": lambda xi: (1 - xi) ** 4 * (4 * xi + 1),
     "wendland-c4": lambda xi: (1 - xi) ** 6 * (35 * xi**2 + 18 * xi + 3) / 3,
     "wendland-c6": lambda xi: (1 - xi) ** 8 * (32 * xi**3 + 25 * xi**2 + 8 * xi + 1),
-}
+}  # fmt: skip
 
 
 def rotation(axis, angle):
@@ -131,8 +130,7 @@ class Motion:
         """Displacements of the rows of this step, by node."""
         columns = read_table(self.folder / body["surface"]["file"])
         key = next(iter(columns))
-        here = np.isclose(columns[key], self.key(key, k, offset_of(self.schedule, body)))
-        return by_node(columns, here, nodes)
+        return by_node(columns, np.isclose(columns[key], self.key(key, k, offset_of(self.schedule, body))), nodes)
 
     def modes(self, body, nodes, k):
         """The sum of coordinates times shapes."""
@@ -143,8 +141,7 @@ class Motion:
         at = self.key(key, k, offset_of(self.schedule, body))
         moved = np.zeros((len(nodes), 3))
         for j in range(1, len(columns)):
-            kind = motion.get("interpolation", "linear")
-            q = over(columns[key], columns[f"q{j}"], at, kind, key == "azimuth_deg")
+            q = over(columns[key], columns[f"q{j}"], at, motion.get("interpolation", "linear"), key == "azimuth_deg")
             moved += q * by_node(shapes, shapes["mode"] == j, nodes)
         return moved
 
@@ -206,8 +203,7 @@ class Motion:
                 order = np.argsort(columns[key][here])
                 keys, values = columns[key][here][order], columns[name][here][order]
                 at = self.key(key, k, offset)
-                kind = motion.get("interpolation", "linear")
-                at_stations.append(over(keys, values, at, kind, key == "azimuth_deg"))
+                at_stations.append(over(keys, values, at, motion.get("interpolation", "linear"), key == "azimuth_deg"))
             six.append(np.interp(station, stations, at_stations))
         line = read_table(self.folder / motion["lifting_line"])
         axis = np.stack([np.interp(station, line["station"], line[name]) for name in "xyz"], axis=1)

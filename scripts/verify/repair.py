@@ -33,21 +33,13 @@ def jacobians(points, cells, n):
         found.append(np.einsum("mx,mx->m", columns[0], np.cross(columns[1], columns[2])))
     return np.array(found)
 TURNED = """
-[azimuth]
-values = [0.0, 1.0]
+azimuth.values = [0.0, 1.0]
+boundaries.fixed = ["outer"]
+rbf = { support_radius = 5.625, rotation_radius = 5.625, interpolate = "twist", substeps = 8 }
 [[body]]
 name = "blade"
 tags = ["blade"]
-[body.rigid]
-rotate = { axis = [1.0, 0.0, 0.0], origin = [0.0, 0.0, 0.0], angle = 180.0 }
-ramp = true
-[boundaries]
-fixed = ["outer"]
-[rbf]
-support_radius = 5.625
-rotation_radius = 5.625
-interpolate = "twist"
-substeps = 8
+rigid = { rotate = { axis = [1.0, 0.0, 0.0], origin = [0.0, 0.0, 0.0], angle = 180.0 }, ramp = true }
 """
 
 # Steps stay as they fold.

@@ -1,7 +1,6 @@
 """`azimesh report` in headless Chromium: the slider shows the values of steps.csv, pictures and plots follow it; the cut has every cell.
 
-A plane airfoil, and a blade in space that turns with the azimuth. Where there
-is no Chromium the check says SKIPPED.
+A plane airfoil, and a blade in space that turns with the azimuth. Where there is no Chromium the check says SKIPPED.
 """
 
 import base64
@@ -134,8 +133,7 @@ def check_slider(page, rows):
             compared, difference = check_step(driver, rows[step])
             n, largest = n + compared, max(largest, difference)
         driver.find_element("css selector", "[data-stop]").click()
-        worst = min(rows, key=lambda row: float(row["min_scaled_jacobian"]))
-        check_step(driver, worst)
+        check_step(driver, min(rows, key=lambda row: float(row["min_scaled_jacobian"])))
         assert len(driver.find_elements("css selector", "figure.chosen-step")) == 1, "its still picture is not marked"
         check_cut(driver, rows)
         cells = json.loads(azimesh("info", TESTDATA / "naca0012.vtu", "--json"))["cells_by_kind"]

@@ -47,8 +47,7 @@ def main():
         mesh, grid = bending.read(path)
         rows = outputs.deform(path, schedule, folder / "out")
         motion = reference.Motion(schedule, mesh)
-        tolerance = motion.schedule["selection"]["tolerance"]
-        bending.check_steps(rows, tolerance)
+        bending.check_steps(rows, motion.schedule["selection"]["tolerance"])
         nodes, found, worst, least = blades(mesh), [], 0.0, 1.0
         points = [outputs.points(folder / "out", row) for row in rows]
         quarter = (len(rows) - 1) // 4

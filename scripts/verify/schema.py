@@ -3,24 +3,13 @@
 import json
 from pathlib import Path
 
+import meshes
 from jsonschema import Draft202012Validator
 from program import TESTDATA, azimesh, report, scratch
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "schema"
 # Three triangles, the last one folded over another; all nodes are on the boundary, so that no repair is possible.
-BENT = """NDIME= 2
-NELEM= 3
-5 0 1 2 0
-5 0 2 3 1
-5 1 4 2 2
-NPOIN= 5
-0 0 0
-1 0 1
-1 1 2
-0 1 3
-0.8 0.5 4
-NMARK= 0
-"""
+BENT = [(0, 0), (1, 0), (1, 1), (0, 1), (0.8, 0.5)], [(0, 1, 2), (0, 2, 3), (1, 4, 2)]
 
 
 def runs(folder):
@@ -87,7 +76,7 @@ def folding(folder, told, record):
     yield told("select", folder / "block.vtu", folder / "twist.toml", "-o", folder / "twist_base.toml")
     folded = sorted((folder / "warn").glob("*.vtu"))[-1]
     yield told("repair", folded, "-o", folder / "untangled.vtu", "--reference", folder / "block.vtu", "--improve", "0.2")
-    (folder / "bent.su2").write_text(BENT)
+    meshes.write_su2(folder / "bent.su2", *BENT, {})
     yield told("repair", folder / "bent.su2", "-o", folder / "stuck.vtu", expect=1)
 
 

@@ -16,42 +16,27 @@ import reference
 from program import TESTDATA, report, scratch
 
 AIRFOIL = """
-[azimuth]
-start = 0.0
-stop = 360.0
-step = 60.0
+azimuth = { start = 0.0, stop = 360.0, step = 60.0 }
+boundaries.fixed = ["farfield"]
+rbf = { kernel = "wendland-c2", support_radius = 4.0 }
 
 [[body]]
 name = "airfoil"
 tags = ["airfoil"]
 cyclic = { collective = 4.0, pitch = [{ sin = -7.65, cos = -0.96 }, { sin = 1.5, cos = 0.5 }], pitch_axis = [-0.25, 0.01], phase = 12.0 }
-
-[boundaries]
-fixed = ["farfield"]
-
-[rbf]
-kernel = "wendland-c2"
-support_radius = 4.0
 """
 
 SPHERE = """
-[azimuth]
-values = [0.0, 45.0, 170.0, 290.5]
-
-[rotor]
-hub = [-0.7, 0.1, 0.05]
-frame = "inertial"
-flap_sign = -1
+azimuth.values = [0.0, 45.0, 170.0, 290.5]
+rotor = { hub = [-0.7, 0.1, 0.05], frame = "inertial", flap_sign = -1 }
+boundaries = { fixed = ["inlet", "outlet"], others = "fixed" }
+rbf = { kernel = "wendland-c4", support_radius = 2.5 }
 
 [[body]]
 name = "ball"
 tags = ["sph*"]
 azimuth_offset = 90.0
-
-[body.rigid]
-ramp = true
-rotate = { axis = [0.0, 1.0, 1.0], origin = [0.1, 0.0, 0.0], angle = 25.0 }
-translate = [0.05, -0.02, 0.1]
+rigid = { ramp = true, rotate = { axis = [0.0, 1.0, 1.0], origin = [0.1, 0.0, 0.0], angle = 25.0 }, translate = [0.05, -0.02, 0.1] }
 
 [body.cyclic]
 collective = 6.0
@@ -61,37 +46,18 @@ flap = [{ sin = 3.0, cos = -0.4 }, { sin = 0.5, cos = 0.25 }]
 lag = [{ sin = 1.0, cos = 0.3 }]
 pitch_axis = [0.1, -0.05]
 flap_hinge = 0.2
-
-[boundaries]
-fixed = ["inlet", "outlet"]
-others = "fixed"
-
-[rbf]
-kernel = "wendland-c4"
-support_radius = 2.5
 """
 
 MIXED = """
-[azimuth]
-start = 0.0
-stop = 270.0
-step = 90.0
-
-[rotor]
-hub = [0.0, 0.5, 0.0]
+azimuth = { start = 0.0, stop = 270.0, step = 90.0 }
+rotor.hub = [0.0, 0.5, 0.0]
+boundaries = { fixed = ["roof"], others = "free" }
+rbf = { kernel = "wendland-c0", support_radius = 3.0 }
 
 [[body]]
 name = "floor"
 tags = ["floor"]
 cyclic = { collective = 3.0, pitch = [{ sin = 4.0, cos = 1.0 }], coning = 1.0, flap = [{ sin = 1.5, cos = 0.5 }] }
-
-[boundaries]
-fixed = ["roof"]
-others = "free"
-
-[rbf]
-kernel = "wendland-c0"
-support_radius = 3.0
 """
 
 SELECTION = """
@@ -120,10 +86,9 @@ class Case:
 
 
 CASES = [
-    Case("airfoil", TESTDATA / "airfoil_hybrid_raw_lz4.vtu", AIRFOIL, 1e-3),
-    Case("sphere", TESTDATA / "sphere_in_box_raw.vtu", SPHERE, 5e-3),
+    Case("airfoil", TESTDATA / "airfoil_hybrid_raw_lz4.vtu", AIRFOIL, 1e-3), Case("sphere", TESTDATA / "sphere_in_box_raw.vtu", SPHERE, 5e-3),
     Case("mixed", TESTDATA / "mixed_cells_inline.vtu", MIXED, 5e-3),
-]
+]  # fmt: skip
 
 
 def base_nodes(folder, mesh):

@@ -25,13 +25,10 @@ PRISM = np.array([[1, 0.5, 0], [0, HEIGHT, 0], [0, 0, 1]])
 PYRAMID = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, np.sqrt(0.5)]])
 RING = [[1, 3], [2, 0], [3, 1], [0, 2]]
 CORNERS = {
-    5: ([[1, 2]], TRIANGLE),
-    9: (RING, SQUARE),
-    10: ([[1, 2, 3]], TETRAHEDRON),
-    14: ([[a, b, 4] for a, b in RING], PYRAMID),
+    5: ([[1, 2]], TRIANGLE), 9: (RING, SQUARE), 10: ([[1, 2, 3]], TETRAHEDRON), 14: ([[a, b, 4] for a, b in RING], PYRAMID),
     13: ([[1, 2, 3], [2, 0, 4], [0, 1, 5], [5, 4, 0], [3, 5, 1], [4, 3, 2]], PRISM),
     12: ([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]], CUBE),
-}
+}  # fmt: skip
 
 
 def matrices(kind, points, cells):
@@ -39,8 +36,7 @@ def matrices(kind, points, cells):
     neighbours, ideal = CORNERS[kind]
     d = len(ideal)
     x = points[cells][..., :d]
-    edges = [[x[:, n] - x[:, k] for n in around] for k, around in enumerate(neighbours)]
-    return np.array(edges).transpose(0, 2, 3, 1)
+    return np.array([[x[:, n] - x[:, k] for n in around] for k, around in enumerate(neighbours)]).transpose(0, 2, 3, 1)
 
 
 def skew(kind, at):
@@ -78,8 +74,7 @@ def of_grid(grid, reference, points):
     found = np.full(grid.n_cells, np.nan)
     for kind in CORNERS:
         if len(CORNERS[kind][1]) == 2 + solid and kind in grid.cells_dict:
-            cells = grid.cells_dict[kind]
-            found[grid.celltypes == kind] = size_skew(kind, cells, reference, points)
+            found[grid.celltypes == kind] = size_skew(kind, grid.cells_dict[kind], reference, points)
     return found
 
 
@@ -95,10 +90,9 @@ def compare_cells(name):
     assert (np.isnan(wanted) == np.isnan(found)).all(), f"{name}: not defined for the same cells"
     known = ~np.isnan(wanted)
     differences = [
-        np.abs(wanted - found)[known].max(),
-        abs(results["min_size_skew"] - wanted[known].min()),
+        np.abs(wanted - found)[known].max(), abs(results["min_size_skew"] - wanted[known].min()),
         abs(results["mean_size_skew"] - wanted[known].mean()),
-    ]
+    ]  # fmt: skip
     return known.sum() + 2, max(differences)
 
 
@@ -124,8 +118,7 @@ def lean(points, wall, side=None):
     lines = np.array([points[cell].mean(axis=0) - points[face].mean(axis=0) for face, cell in wall])
     along = (normals * lines).sum(axis=1)
     side = np.sign(along) if side is None else side
-    cosine = side * along / np.linalg.norm(normals, axis=1) / np.linalg.norm(lines, axis=1)
-    return faces.angle(cosine), side
+    return faces.angle(side * along / np.linalg.norm(normals, axis=1) / np.linalg.norm(lines, axis=1)), side
 
 
 def compare_run(name):

@@ -17,9 +17,8 @@ N_POINTS = 60
 POLYHEDRON, POLYGON, TETRAHEDRON, PYRAMID, TRIANGLE, QUADRILATERAL = 42, 7, 10, 14, 5, 9
 # Corners of the faces of tetrahedra and pyramids.
 FACES = {
-    TETRAHEDRON: [(0, 1, 3), (1, 2, 3), (2, 0, 3), (0, 2, 1)],
-    PYRAMID: [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
-}
+    TETRAHEDRON: [(0, 1, 3), (1, 2, 3), (2, 0, 3), (0, 2, 1)], PYRAMID: [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
+}  # fmt: skip
 
 
 def voronoi(dimension, seed=3):

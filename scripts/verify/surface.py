@@ -57,8 +57,7 @@ def dense(name, tag, radius):
     target = mesh.points.copy()
     target[nodes] += moved
     interpolant = reference.Interpolant(motion, motion.distinct_surface_nodes())
-    everywhere = np.arange(len(mesh.points))
-    wanted = mesh.points + interpolant.displacements(everywhere, target)
+    wanted = mesh.points + interpolant.displacements(np.arange(len(mesh.points)), target)
     bound = max(1e-10, 100 * np.finfo(float).eps * interpolant.condition())
     return len(found), np.abs(found - wanted).max(), bound
 
@@ -68,8 +67,7 @@ def velocities(name, tag, radius):
     plane = meshes.by_pyvista(TESTDATA / name).dimension == 2
     with scratch() as folder:
         schedule = folder / "velocity.toml"
-        frame = "" if plane else ', frame = "inertial"'
-        text = VELOCITY.format(before=0.4 - H, after=0.4 + H, frame=frame, radius=radius, tag=tag)
+        text = VELOCITY.format(before=0.4 - H, after=0.4 + H, frame="" if plane else ', frame = "inertial"', radius=radius, tag=tag)
         schedule.write_text(text)
         (folder / "heave.csv").write_text("time_s,dy,rot_z_deg\n0,0,0\n0.3,0.1,5\n0.7,-0.1,2\n1,0.05,-4\n")
         rows = outputs.deform(TESTDATA / name, schedule, folder / "out", expect=(0, 1))

@@ -9,12 +9,9 @@ import termios
 
 from program import AZIMESH, TESTDATA, report, scratch
 
-COMMANDS = [
-    "info", "convert", "quality", "check", "select", "deform", "finish", "diff", "report", "sample", "completions", "man",
-]
+COMMANDS = ["info", "convert", "quality", "check", "select", "deform", "finish", "diff", "report", "sample", "completions", "man"]
 MESH = TESTDATA / "naca0012.vtu"
-# Variables that decide about colours and widths; of these only a test's own are set. (`CI` stands for a terminal in
-# colours, whatever TERM says.)
+# Variables that decide about colours and widths; of these only a test's own are set. (`CI` stands for a terminal in colours, whatever TERM says.)
 OURS = {"NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "CI", "COLUMNS", "LINES"}
 
 

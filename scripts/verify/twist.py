@@ -15,36 +15,26 @@ FIRST, GROWTH, LARGEST = 1e-5, 1.2, 0.03  # heights of the cells, in chords
 ANGLES = [20, 40, 60, 90, 120, 180, 270]
 
 SCHEDULE = """
-[azimuth]
-start = 0.0
-stop = 270.0
-step = 10.0
-
-[[body]]
-name = "airfoil"
-tags = ["airfoil"]
-rigid = {{ rotate = {{ axis = [0.0, 0.0, 1.0], origin = [0.25, 0.0, 0.0], angle = 270.0 }}, ramp = true }}
-
-[boundaries]
-fixed = ["farfield"]
+azimuth = {{ start = 0.0, stop = 270.0, step = 10.0 }}
+boundaries.fixed = ["farfield"]
+selection.tolerance = 1e-4
+output.on_inverted = "warn"
 
 [rbf]
 support_radius = 10.0
 {keys}
 
-[selection]
-tolerance = 1e-4
-
-[output]
-on_inverted = "warn"
+[[body]]
+name = "airfoil"
+tags = ["airfoil"]
+rigid = {{ rotate = {{ axis = [0.0, 0.0, 1.0], origin = [0.25, 0.0, 0.0], angle = 270.0 }}, ramp = true }}
 """
 
 # In the ring between airfoil and circle a rotation is not interpolated, unless it has a radius of its own.
 WAYS = {
-    "displacement": 'interpolate = "displacement"',
-    "interpolated": 'interpolate = "twist"\nrotation_radius = 10.0',
+    "displacement": 'interpolate = "displacement"', "interpolated": 'interpolate = "twist"\nrotation_radius = 10.0',
     "twist": 'interpolate = "twist"',
-}
+}  # fmt: skip
 
 
 def heights():

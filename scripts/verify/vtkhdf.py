@@ -15,23 +15,13 @@ from program import AZIMESH, TESTDATA, azimesh, report, scratch
 ARRAYS = '\n[output]\nquality = "cells"\ndisplacement = true\n'
 POLYHEDRA = """
 version = 1
-[azimuth]
-values = [0, 10, 20, 30]
-[[body]]
-name = "roof"
-tags = ["roof"]
-[body.rigid]
-translate = [0.01, 0.0, 0.005]
-ramp = true
-[boundaries]
-others = "fixed"
+azimuth.values = [0, 10, 20, 30]
+boundaries.others = "fixed"
+body = [ { name = "roof", tags = ["roof"], rigid = { translate = [0.01, 0.0, 0.005], ramp = true } } ]
 """
 RUNS = [
-    ("naca0012", None, ""),
-    ("wing_on_plane", None, ""),
-    ("body_in_duct", None, ARRAYS),
-    ("polyhedra_ascii", POLYHEDRA, ARRAYS),
-]
+    ("naca0012", None, ""), ("wing_on_plane", None, ""), ("body_in_duct", None, ARRAYS), ("polyhedra_ascii", POLYHEDRA, ARRAYS),
+]  # fmt: skip
 DATA = ("GetPointData", "GetCellData", "GetFieldData")
 
 
@@ -84,12 +74,9 @@ def parts_of(grid):
     """All that a grid consists of."""
     cells = grid.GetCells()
     parts = {
-        "points": values(grid.GetPoints().GetData()),
-        "types": values(grid.GetCellTypes()),
-        "connectivity": values(cells.GetConnectivityArray()),
-        "offsets": values(cells.GetOffsetsArray()),
-        "faces": face_streams(grid),
-    }
+        "points": values(grid.GetPoints().GetData()), "types": values(grid.GetCellTypes()), "connectivity": values(cells.GetConnectivityArray()),
+        "offsets": values(cells.GetOffsetsArray()), "faces": face_streams(grid),
+    }  # fmt: skip
     for kind in DATA:
         parts |= {f"{kind[3:]} {name}": found for name, found in arrays(getattr(grid, kind)()).items()}
     return parts

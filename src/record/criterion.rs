@@ -49,7 +49,14 @@ impl Criterion {
         if known.contains(&self.column.as_str()) {
             return Ok(());
         }
-        let hint = nearest_name(&self.column, known.iter().copied())
+        let is_extreme = |name: &&str| {
+            ["min_", "max_"]
+                .map(|of| name.strip_prefix(of))
+                .contains(&Some(&self.column))
+        };
+        let extreme = known.iter().copied().find(is_extreme);
+        let hint = extreme
+            .or_else(|| nearest_name(&self.column, known.iter().copied()))
             .map_or_else(String::new, |name| format!(" (did you mean {name}?)"));
         Err(Error::input(format!(
             "\"{self}\": there is no column \"{}\"{hint}; the columns are: {}",
@@ -169,8 +176,13 @@ mod tests {
         assert_eq!(met(" inverted >= 1.0 ").expect("it has a value"), Some(1.0));
         assert_eq!(met("inverted<1").expect("it has a value"), None);
         assert!(met("min_volume<0").is_err());
-        let error = met("invertd>0").expect_err("no such column").to_string();
-        assert!(error.contains("did you mean inverted?"), "{error}");
+        for (text, meant) in [
+            ("invertd>0", "inverted"),
+            ("scaled_jacobian<1", "min_scaled_jacobian"),
+        ] {
+            let error = met(text).expect_err("no such column").to_string();
+            assert!(error.contains(&format!("did you mean {meant}?")), "{error}");
+        }
         assert!(met("file>0").is_err());
         for bad in ["inverted", "inverted=0", ">0", "inverted>", "inverted>nan"] {
             assert!(bad.parse::<Criterion>().is_err(), "{bad}");

@@ -12,8 +12,7 @@ def model(name):
 
 def group(dimension, entities, name):
     """A physical group with a name."""
-    number = gmsh.model.addPhysicalGroup(dimension, entities)
-    gmsh.model.setPhysicalName(dimension, number, name)
+    gmsh.model.setPhysicalName(dimension, gmsh.model.addPhysicalGroup(dimension, entities), name)
 
 
 def naca0012(x):
@@ -79,8 +78,7 @@ def sphere_in_box(size=1.0):
         group(2, faces, name)
     group(3, [volume], "fluid")
     gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-    poles = gmsh.model.getBoundary([(2, face) for face in named["sphere"]], recursive=True)
-    gmsh.model.mesh.setSize(poles, 0.4 * size)
+    gmsh.model.mesh.setSize(gmsh.model.getBoundary([(2, face) for face in named["sphere"]], recursive=True), 0.4 * size)
     gmsh.model.mesh.generate(3)
 
 

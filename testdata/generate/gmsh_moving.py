@@ -110,8 +110,7 @@ def body_in_duct():
     wall = [occ.addPoint(a, 1.0 + 0.25 * np.cos(0.25 * np.pi * a) ** 2, 0.0) for a in x]
     ends = [occ.addPoint(a, 0.0, 0.0) for a in (-2.0, 2.0)]
     outline = [
-        occ.addLine(ends[0], wall[0]), occ.addSpline(wall),
-        occ.addLine(wall[-1], ends[1]), occ.addLine(ends[1], ends[0]),
+        occ.addLine(ends[0], wall[0]), occ.addSpline(wall), occ.addLine(wall[-1], ends[1]), occ.addLine(ends[1], ends[0]),
     ]  # fmt: skip
     half = [(2, occ.addPlaneSurface([occ.addCurveLoop(outline)]))]
     duct, = (tag for dim, tag in occ.revolve(half, 0, 0, 0, 1, 0, 0, 2 * np.pi) if dim == 3)

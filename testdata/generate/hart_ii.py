@@ -128,10 +128,7 @@ def write(folder, step=15.0, nodes=None):
     write_mesh(folder / "hart_ii.vtu", small if nodes is None else ["--nodes", nodes])
     write_table(folder / "hart_ii_beam.csv", step)
     values = {
-        "step": step,
-        "rpm": OMEGA * 30.0 / np.pi,
-        "precone": PRECONE,
-        "radius": RADIUS,
+        "step": step, "rpm": OMEGA * 30.0 / np.pi, "precone": PRECONE, "radius": RADIUS,
         "tolerance": 1e-3 * CHORD if nodes is None else 1e-4 * CHORD,
-    }
+    }  # fmt: skip
     (folder / "hart_ii.toml").write_text(SCHEDULE.format(**values))

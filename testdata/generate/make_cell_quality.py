@@ -1,8 +1,7 @@
 """Writes testdata/cell_quality.csv: random cells of each kind and what VTK's vtkMeshQuality says.
 
-Needs pyvista (written with pyvista 0.49.1 and VTK 9.7.2). Columns: VTK cell type, the metrics, then the
-coordinates. Empty where VTK does not have the metric, or has it wrong (see scripts/verify/quality.py).
-Seeded: the same file every time.
+Needs pyvista (written with pyvista 0.49.1 and VTK 9.7.2). Columns: VTK cell type, the metrics, then the coordinates. Empty where VTK does not have
+the metric, or has it wrong (see scripts/verify/quality.py). Seeded: the same file every time.
 """
 
 import numpy as np
@@ -12,29 +11,19 @@ from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 from place import FOLDER
 
 IDEAL = {
-    5: [[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0]],
-    9: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+    5: [[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0]], 9: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
     10: [[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0], [0.5, 0.75**0.5 / 3, (2 / 3) ** 0.5]],
     14: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0.5**0.5]],
     13: [[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0], [0, 0, 1], [1, 0, 1], [0.5, 0.75**0.5, 1]],
     12: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
-}
+}  # fmt: skip
 
 
 NAMES = {5: "Triangle", 9: "Quad", 10: "Tet", 14: "Pyramid", 13: "Wedge", 12: "Hex"}
 MEASURES = {
-    "size": "Volume",
-    "scaled_jacobian": "ScaledJacobian",
-    "equiangle_skew": "EquiangleSkew",
-    "edge_ratio": "EdgeRatio",
-    "jacobian": "Jacobian",
-    "aspect_ratio": "AspectRatio",
-    "condition": "Condition",
-    "shape": "Shape",
-    "min_angle": "MinAngle",
-    "max_angle": "MaxAngle",
-    "skew": "Skew",
-}
+    "size": "Volume", "scaled_jacobian": "ScaledJacobian", "equiangle_skew": "EquiangleSkew", "edge_ratio": "EdgeRatio", "jacobian": "Jacobian",
+    "aspect_ratio": "AspectRatio", "condition": "Condition", "shape": "Shape", "min_angle": "MinAngle", "max_angle": "MaxAngle", "skew": "Skew",
+}  # fmt: skip
 WRONG = {("EdgeRatio", 12), ("MinAngle", 10), ("Shape", 14)}
 
 

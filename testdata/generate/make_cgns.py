@@ -17,8 +17,7 @@ Z = np.array([k for k in range(2) for j in range(2) for i in range(3)], float)
 HEXAHEDRA = [[1, 2, 5, 4, 7, 8, 11, 10], [2, 3, 6, 5, 8, 9, 12, 11]]
 LOW, HIGH, MIDDLE = [1, 7, 10, 4], [3, 6, 12, 9], [2, 5, 11, 8]
 SIDES = [
-    [1, 2, 8, 7], [2, 3, 9, 8], [4, 10, 11, 5], [5, 11, 12, 6],
-    [1, 4, 5, 2], [2, 5, 6, 3], [7, 8, 11, 10], [8, 9, 12, 11],
+    [1, 2, 8, 7], [2, 3, 9, 8], [4, 10, 11, 5], [5, 11, 12, 6], [1, 4, 5, 2], [2, 5, 6, 3], [7, 8, 11, 10], [8, 9, 12, 11],
 ]  # fmt: skip
 
 
@@ -47,8 +46,7 @@ class Writer:
         group.attrs["flags"] = np.array([1], "i4")
         if data is not None:
             data = data.astype(data.dtype.newbyteorder(self.order))
-            options = {"chunks": data.shape, "compression": "gzip"} if self.packed else {}
-            group.create_dataset(" data", data=data, **options)
+            group.create_dataset(" data", data=data, **{"chunks": data.shape, "compression": "gzip"} if self.packed else {})
         return group
 
     def ints(self, parent, name, label, numbers, shape=None):
@@ -78,14 +76,12 @@ class Writer:
             flat = [number for element in elements for number in [len(element), *element]]
         self.ints(section, "ElementConnectivity", "DataArray_t", flat)
         if offsets:
-            starts = np.cumsum([0] + [len(element) for element in elements])
-            self.ints(section, "ElementStartOffset", "DataArray_t", starts)
+            self.ints(section, "ElementStartOffset", "DataArray_t", np.cumsum([0] + [len(element) for element in elements]))
         return section
 
     def condition(self, parent, name, points, kind="BCWall", location=None, family=None, how="PointList"):
         node = self.add(parent, name, "BC_t", kind)
-        label = "IndexRange_t" if how.endswith("Range") else "IndexArray_t"
-        self.ints(node, how, label, points, (-1, 1))
+        self.ints(node, how, "IndexRange_t" if how.endswith("Range") else "IndexArray_t", points, (-1, 1))
         if location:
             self.add(node, "GridLocation", "GridLocation_t", location)
         if family:
@@ -105,8 +101,7 @@ def polyhedra(name, version, offsets):
     zone = writer.zone(writer.base())
     writer.coordinates(zone)
     writer.section(zone, "Faces", 22, 1, [LOW, HIGH, *SIDES, MIDDLE], offsets)
-    cells = [[1, 11, 3, 5, 7, 9], [2, -11, 4, 6, 8, 10]]
-    writer.section(zone, "Cells", 23, 12, cells, offsets)
+    writer.section(zone, "Cells", 23, 12, [[1, 11, 3, 5, 7, 9], [2, -11, 4, 6, 8, 10]], offsets)
     writer.faces(zone, 1)
 
 
@@ -158,16 +153,14 @@ def linked_families():
     base = writer.base()
     zone = writer.zone(base)
     link_zone(zone, "linked_grid.cgns")
-    faces = [[7, *face] for face in (LOW, HIGH, *SIDES)]
-    writer.section(zone, "Faces", 20, 3, faces)
+    writer.section(zone, "Faces", 20, 3, [[7, *face] for face in (LOW, HIGH, *SIDES)])
     conditions = writer.add(zone, "ZoneBC", "ZoneBC_t")
     writer.condition(conditions, "BC1", [3, 3], "FamilySpecified", family="in", how="ElementRange")
     writer.condition(conditions, "BC2", [4], "FamilySpecified", family="/Base/out", how="ElementList")
     writer.condition(conditions, "BC3", [5, 6, 7, 8], "FamilySpecified", "FaceCenter", "wall_1")
     writer.condition(conditions, "BC4", [9, 10, 11, 12], "FamilySpecified", "CellCenter", "wall_2")
     for family, kind, within in (
-        ("in", "BCInflow", "low"), ("out", "BCOutflow", "high"),
-        ("wall_1", "BCWallViscous", "sides"), ("wall_2", "BCWallViscous", "sides"),
+        ("in", "BCInflow", "low"), ("out", "BCOutflow", "high"), ("wall_1", "BCWallViscous", "sides"), ("wall_2", "BCWallViscous", "sides"),
     ):  # fmt: skip
         node = writer.add(base, family, "Family_t")
         writer.add(node, "FamilyBC", "FamilyBC_t", kind)
@@ -177,8 +170,7 @@ def linked_families():
 def structured():
     """Structured, with a layer of ghost nodes at each end of the first index and ghost cells."""
     writer = Writer("structured_rind.cgns", 3.3)
-    base = writer.base()
-    zone = writer.ints(base, "Block", "Zone_t", [[3, 2, 2], [2, 1, 1], [0, 0, 0]])
+    zone = writer.ints(writer.base(), "Block", "Zone_t", [[3, 2, 2], [2, 1, 1], [0, 0, 0]])
     writer.add(zone, "ZoneType", "ZoneType_t", "Structured")
 
     def ghosted(values):
@@ -216,8 +208,7 @@ def sequence():
     writer.section(zone, "Hexahedra", 17, 1, HEXAHEDRA)
     writer.section(zone, "low", 7, 3, [LOW])
     for step in range(3):
-        solution = writer.add(zone, f"Solution{step}", "FlowSolution_t")
-        writer.add(solution, "Pressure", "DataArray_t", np.full(12, float(step)))
+        writer.add(writer.add(zone, f"Solution{step}", "FlowSolution_t"), "Pressure", "DataArray_t", np.full(12, float(step)))
     data = writer.add(zone, "ZoneIterativeData", "ZoneIterativeData_t")
     for name, words in (
         ("GridCoordinatesPointers", ["GridCoordinates", "Moved", "GridCoordinates"]),
@@ -237,8 +228,7 @@ def two_zones():
         writer.coordinates(zone, x=X + shift)
         writer.section(zone, "Elem", 17, 1, [cell])
         writer.section(zone, "wall", 7, 2, [LOW])
-        conditions = writer.add(zone, "ZoneBC", "ZoneBC_t")
-        writer.condition(conditions, "wall", [2, 2], "BCWall", "FaceCenter", how="PointRange")
+        writer.condition(writer.add(zone, "ZoneBC", "ZoneBC_t"), "wall", [2, 2], "BCWall", "FaceCenter", how="PointRange")
 
 
 def odd():
@@ -246,8 +236,7 @@ def odd():
     with the name of the section of cells, a polygon of two nodes, a link into a file that is not there."""
     writer = Writer("odd_parts.cgns", 3.4)
     base = writer.base()
-    orphan = writer.add(base, "ORPHAN", "Family_t")
-    writer.add(orphan, "FamilyBC", "FamilyBC_t")
+    writer.add(writer.add(base, "ORPHAN", "Family_t"), "FamilyBC", "FamilyBC_t")
     base["Notes"] = h5py.ExternalLink("nowhere.cgns", "/Base/Notes")
     zone = writer.add(base, "Zone", "Zone_t", np.array([[12], [2], [0]], "i4"))
     writer.add(zone, "ZoneType", "ZoneType_t", "U")
@@ -255,8 +244,7 @@ def odd():
     writer.coordinates(zone)
     writer.section(zone, "Air", 17, 1, HEXAHEDRA)
     writer.section(zone, "low", 7, 3, [LOW])
-    conditions = writer.add(zone, "ZoneBC", "ZoneBC_t")
-    writer.condition(conditions, "Air", [1, 12], "Null", "Vertex", how="PointRange")
+    writer.condition(writer.add(zone, "ZoneBC", "ZoneBC_t"), "Air", [1, 12], "Null", "Vertex", how="PointRange")
     flat = writer.add(base, "Flat", "Zone_t", np.array([[12], [0], [0]], "i4"))
     writer.add(flat, "ZoneType", "ZoneType_t", "Unstructured")
     writer.coordinates(flat)

@@ -1,5 +1,4 @@
-"""Writes testdata/exodus_hdf5.exo and exodus_cdf5.exo with netCDF's own library: the small mesh of
-tests/suite/support/exodus.rs, in HDF5 compressed.
+"""Writes testdata/exodus_hdf5.exo and exodus_cdf5.exo with netCDF's own library: the small mesh of tests/suite/support/exodus.rs, in HDF5 compressed.
 """
 
 import netCDF4

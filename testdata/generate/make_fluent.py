@@ -29,9 +29,8 @@ HOUSE = {
     "more": "",
 }
 POLYHEDRA = HOUSE | {
-    "faces": [(zone, kind, [(nodes, (1, 0)) for nodes, _ in faces]) for zone, kind, faces in HOUSE["faces"][1:]],
-    "cells": [(1, 1, 1, 1)],
-}
+    "faces": [(zone, kind, [(nodes, (1, 0)) for nodes, _ in faces]) for zone, kind, faces in HOUSE["faces"][1:]], "cells": [(1, 1, 1, 1)],
+}  # fmt: skip
 REFINED = {
     "dimension": 2,
     "points": [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0), (2, 1), (1, 0.5), (2, 0.5)],

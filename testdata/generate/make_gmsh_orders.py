@@ -1,8 +1,7 @@
 """testdata/gmsh_orders.txt: where Gmsh puts the nodes of its complete elements of every order.
 
-A line is the element type, the family, the order, and i,j,k of each node in steps of 1/order along the axes of
-VTK's reference cell. Gmsh gives local coordinates of all types but prisms above second order; of these a straight
-prism is meshed and raised to each order.
+A line is the element type, the family, the order, and i,j,k of each node in steps of 1/order along the axes of VTK's reference cell. Gmsh gives local
+coordinates of all types but prisms above second order; of these a straight prism is meshed and raised to each order.
 """
 
 import gmsh
@@ -51,8 +50,7 @@ def prism(order):
     n = (order + 1) ** 2 * (order + 2) // 2
     points = np.array([gmsh.model.mesh.getNode(tag)[0] for tag in nodes[0][:n]])
     corner = points[0]
-    axes = np.array([points[1] - corner, points[2] - corner, points[3] - corner]).T
-    places = np.linalg.solve(axes, (points - corner).T).T
+    places = np.linalg.solve(np.array([points[1] - corner, points[2] - corner, points[3] - corner]).T, (points - corner).T).T
     places[:, 2] = 2 * places[:, 2] - 1
     return kinds[0], places
 

@@ -9,12 +9,9 @@ FOLDER = place.FOLDER / "gmsh"
 CELLS = {
     4: [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
     5: [(0, 0, 2), (1, 0, 2), (1.2, 1, 2), (0, 1, 2), (0, 0, 3), (1, 0, 3), (1, 1, 3.1), (0, 1, 3)],
-    6: [(0, 0, 4), (1, 0, 4), (0, 1, 4), (0, 0, 5), (1.1, 0, 5), (0, 1, 5)],
-    7: [(0, 0, 6), (1, 0, 6), (1, 1, 6), (0, 1, 6), (0.5, 0.4, 7)],
-    2: [(3, 0, 0), (4, 0, 0), (3, 1, 0)],
-    3: [(3, 0, 2), (4, 0, 2), (4.2, 1, 2), (3, 1, 2)],
-    1: [(5, 0, 0), (6, 0, 0)],
-}
+    6: [(0, 0, 4), (1, 0, 4), (0, 1, 4), (0, 0, 5), (1.1, 0, 5), (0, 1, 5)], 7: [(0, 0, 6), (1, 0, 6), (1, 1, 6), (0, 1, 6), (0.5, 0.4, 7)],
+    2: [(3, 0, 0), (4, 0, 0), (3, 1, 0)], 3: [(3, 0, 2), (4, 0, 2), (4.2, 1, 2), (3, 1, 2)], 1: [(5, 0, 0), (6, 0, 0)],
+}  # fmt: skip
 
 
 def write(name, version, binary=False, parametric=False):
@@ -26,8 +23,7 @@ def write(name, version, binary=False, parametric=False):
 
 
 def cylinder():
-    """A cylinder whose side is in two groups, one with spaces, whose ends have a number only, and whose volume has
-    the number of its side."""
+    """A cylinder whose side is in two groups, one with spaces, whose ends have a number only, and whose volume has the number of its side."""
     gmsh.clear()
     gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 1, 0.5)
     gmsh.model.occ.synchronize()
@@ -65,8 +61,7 @@ def data():
     model = gmsh.model.getCurrent()
     height = gmsh.view.add("height")
     for step in (0, 1):
-        values = [[(step + 1) * z] for z in xyz[2::3]]
-        gmsh.view.addModelData(height, step, model, "NodeData", nodes, values, time=0.5 * step)
+        gmsh.view.addModelData(height, step, model, "NodeData", nodes, [[(step + 1) * z] for z in xyz[2::3]], time=0.5 * step)
     velocity = gmsh.view.add("velocity")
     gmsh.view.addModelData(velocity, 0, model, "ElementData", elements, [[e, 0.25, -1.0] for e in elements])
     gmsh.option.setNumber("PostProcessing.SaveMesh", 0)

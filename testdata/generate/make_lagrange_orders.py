@@ -1,8 +1,7 @@
 """testdata/lagrange_orders.txt: where VTK puts the nodes of its Lagrange cells.
 
-A line is the cell type, the order, and i,j,k of each node in steps of 1/order. VTK's shape functions must be
-one at their own node there and zero at all others. VTK has a number for Lagrange pyramids but no class, so
-there are none here.
+A line is the cell type, the order, and i,j,k of each node in steps of 1/order. VTK's shape functions must be one at their own node there and zero at
+all others. VTK has a number for Lagrange pyramids but no class, so there are none here.
 """
 
 import vtk
@@ -10,13 +9,9 @@ import vtk
 from place import FOLDER
 
 KINDS = {
-    "Curve": lambda p: p + 1,
-    "Triangle": lambda p: (p + 1) * (p + 2) // 2,
-    "Quadrilateral": lambda p: (p + 1) ** 2,
-    "Tetra": lambda p: (p + 1) * (p + 2) * (p + 3) // 6,
-    "Hexahedron": lambda p: (p + 1) ** 3,
-    "Wedge": lambda p: (p + 1) ** 2 * (p + 2) // 2,
-}
+    "Curve": lambda p: p + 1, "Triangle": lambda p: (p + 1) * (p + 2) // 2, "Quadrilateral": lambda p: (p + 1) ** 2,
+    "Tetra": lambda p: (p + 1) * (p + 2) * (p + 3) // 6, "Hexahedron": lambda p: (p + 1) ** 3, "Wedge": lambda p: (p + 1) ** 2 * (p + 2) // 2,
+}  # fmt: skip
 
 
 def places(name, order, n):

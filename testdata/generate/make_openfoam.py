@@ -55,12 +55,9 @@ def new_case(folder, form="ascii", compression="off"):
     """A case with a mesh of hexahedra and wedges in two zones."""
     (folder / "system").mkdir(parents=True)
     for name, text in [
-        ("controlDict", CONTROL.format(form, compression)),
-        ("blockMeshDict", BLOCKS),
-        ("decomposeParDict", DECOMPOSE),
-        ("fvSchemes", "divSchemes {} gradSchemes {} laplacianSchemes {}\n"),
-        ("fvSolution", "\n"),
-    ]:
+        ("controlDict", CONTROL.format(form, compression)), ("blockMeshDict", BLOCKS), ("decomposeParDict", DECOMPOSE),
+        ("fvSchemes", "divSchemes {} gradSchemes {} laplacianSchemes {}\n"), ("fvSolution", "\n"),
+    ]:  # fmt: skip
         (folder / "system" / name).write_text(HEADER.format(name) + text)
     run(folder, "blockMesh")
     return folder
@@ -115,8 +112,7 @@ def main():
         moved(case, "0.5", "(1 1 2)")
         moved(case, "1", "(1 2 1)")
         keep(case, "ascii", mesh, "0.5", "1")
-        packed = new_case(scratch / "packed", "ascii", "on")
-        keep(packed, "packed", mesh)
+        keep(new_case(scratch / "packed", "ascii", "on"), "packed", mesh)
         binary = new_case(scratch / "binary", "binary")
         keep(binary, "binary", mesh)
         wide_labels(binary / mesh)

@@ -15,8 +15,6 @@ from ugrid_file import Ugrid
 from ugrid_file import write as write_ugrid
 from vtk_fixtures import grid_of, named, strings, write_xml
 
-# ---------------------------------------------------------------- MSH, by gmsh
-
 
 def write_msh(name, version=4.1, binary=False):
     """Writes the current model as MSH."""
@@ -58,8 +56,6 @@ def gmsh_files():
         yield make.__name__, current_grid()
     gmsh.finalize()
 
-
-# ---------------------------------------------------------------- VTU, by VTK
 
 VTK_TYPES = {1: 3, 2: 5, 3: 9, 4: 10, 5: 12, 6: 13, 7: 14}
 
@@ -125,13 +121,10 @@ VTU = [
     ("airfoil_hybrid_ascii", "airfoil_hybrid", dict(mode="ascii")),
     ("airfoil_hybrid_inline_zlib", "airfoil_hybrid", dict(mode="inline", compressor="zlib")),
     ("airfoil_hybrid_raw_lz4", "airfoil_hybrid", dict(compressor="lz4", header=64)),
-    ("airfoil_hybrid_inline_big_endian", "airfoil_hybrid", dict(mode="inline", order=0)),
-    ("sphere_in_box_raw", "sphere_in_box", dict(header=64)),
+    ("airfoil_hybrid_inline_big_endian", "airfoil_hybrid", dict(mode="inline", order=0)), ("sphere_in_box_raw", "sphere_in_box", dict(header=64)),
     ("sphere_in_box_base64_lzma", "sphere_in_box", dict(mode="appended base64", compressor="lzma")),
-    ("sphere_in_box_raw_zlib", "sphere_in_box", dict(compressor="zlib", header=64)),
-    ("mixed_cells_inline", "mixed_cells", dict(mode="inline")),
-    ("mixed_cells_raw_big_endian", "mixed_cells", dict(order=0)),
-    ("mixed_cells_base64", "mixed_cells", dict(mode="appended base64", header=64)),
+    ("sphere_in_box_raw_zlib", "sphere_in_box", dict(compressor="zlib", header=64)), ("mixed_cells_inline", "mixed_cells", dict(mode="inline")),
+    ("mixed_cells_raw_big_endian", "mixed_cells", dict(order=0)), ("mixed_cells_base64", "mixed_cells", dict(mode="appended base64", header=64)),
     ("mixed_cells_two_pieces", "mixed_cells", dict(pieces=2)),
 ]  # fmt: skip
 
@@ -147,9 +140,6 @@ def vtk_files(grids):
     write_vtu("polyhedra_ascii", poly, mode="ascii")
     for make in (wing_on_plane, rotor_sector, body_in_duct):
         write_vtu(make.__name__, unstructured(*grids[make.__name__], arrays=False), compressor="zlib")
-
-
-# ---------------------------------------------------------------- azimesh's own
 
 
 def own_files():

@@ -47,11 +47,9 @@ def surface():
     vtk_points.SetData(named(points, "points"))
     data.SetPoints(vtk_points)
     for what, cells in (
-        ("Verts", [[0], [3, 4]]),
-        ("Lines", [[0, 1, 2]]),
-        ("Polys", [[0, 1, 4, 3], [9, 10, 13], [9, 10, 11, 14, 13]]),
+        ("Verts", [[0], [3, 4]]), ("Lines", [[0, 1, 2]]), ("Polys", [[0, 1, 4, 3], [9, 10, 13], [9, 10, 11, 14, 13]]),
         ("Strips", [[18, 19, 21, 22, 24]]),
-    ):
+    ):  # fmt: skip
         array = vtk.vtkCellArray()
         for nodes in cells:
             array.InsertNextCell(len(nodes), nodes)

@@ -129,15 +129,13 @@ def by_h5py():
         both = np.concatenate([twice(some) for some in steps_of]).astype(">f8")
         root.create_dataset("Points", data=both, chunks=(37, 3), **packed)
         root.create_dataset("Connectivity", data=twice(entries), chunks=(100,), **packed)
-        offsets = vtk_to_numpy(cells.GetOffsetsArray()).astype(">i4")
-        root.create_dataset("Offsets", data=twice(offsets), **packed)
+        root.create_dataset("Offsets", data=twice(vtk_to_numpy(cells.GetOffsetsArray()).astype(">i4")), **packed)
         root.create_dataset("Types", data=twice(vtk_to_numpy(grid.GetCellTypes())), **packed)
         radius = vtk_to_numpy(grid.GetPointData().GetArray("radius"))
         data = np.concatenate([twice(radius) + k for k in range(3)]).astype(">f4")
         root.create_dataset("PointData/radius", data=data, chunks=(64,), **packed)
         for name in ("BoundaryTag", "Zone"):
-            values = twice(vtk_to_numpy(grid.GetCellData().GetArray(name)))
-            root.create_dataset(f"CellData/{name}", data=values, **packed)
+            root.create_dataset(f"CellData/{name}", data=twice(vtk_to_numpy(grid.GetCellData().GetArray(name))), **packed)
             names = grid.GetFieldData().GetAbstractArray(f"{name}Names")
             names = [names.GetValue(i) for i in range(names.GetNumberOfValues())]
             root.create_dataset(f"FieldData/{name}Names", data=names, dtype=h5py.string_dtype("ascii"))

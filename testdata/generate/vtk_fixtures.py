@@ -1,8 +1,7 @@
 """Files in every mode that VTK can write, for scripts/verify/fixtures.py and make_vtk_files.py.
 
-Four grids (tetrahedra with arrays of every type; linear cells of all kinds; quadratic ones;
-polyhedra) as legacy files of six versions, text and binary, with and without field data before the
-points, and as .vtu in every mode: text, base64 inside or appended, appended raw; four compressors;
+Four grids (tetrahedra with arrays of every type; linear cells of all kinds; quadratic ones; polyhedra) as legacy files of six versions, text and
+binary, with and without field data before the points, and as .vtu in every mode: text, base64 inside or appended, appended raw; four compressors;
 headers of 32 and 64 bits; both byte orders; node indices of 32 and 64 bits.
 """
 
@@ -15,9 +14,6 @@ from vtk.util.numpy_support import numpy_to_vtk
 
 OLD_VERSIONS = ["2.0", "3.0", "4.0", "4.1", "4.2"]
 COMPRESSORS = {"none": "None", "zlib": "ZLib", "lz4": "LZ4", "lzma": "LZMA"}
-
-
-# ---------------------------------------------------------------- grids
 
 
 def named(values, name, components=()):
@@ -104,22 +100,11 @@ def mixed():
     points, cubes = block(4, np.float32)
     pixel = [0, 1, 3, 2]
     makers = [
-        (vtk.VTK_HEXAHEDRON, range(8)),
-        (vtk.VTK_VOXEL, pixel + [node + 4 for node in pixel]),
-        (vtk.VTK_WEDGE, [0, 3, 1, 4, 7, 5]),
-        (vtk.VTK_PYRAMID, [0, 1, 2, 3, 4]),
-        (vtk.VTK_TETRA, [0, 1, 3, 4]),
-        (vtk.VTK_QUAD, [0, 1, 2, 3]),
-        (vtk.VTK_PIXEL, pixel),
-        (vtk.VTK_TRIANGLE, [4, 5, 6]),
-        (vtk.VTK_POLYGON, [0, 1, 2, 6, 7]),
-        (vtk.VTK_LINE, [0, 6]),
-        (vtk.VTK_VERTEX, [5]),
-        (vtk.VTK_POLY_VERTEX, [1, 2, 3]),
-        (vtk.VTK_POLY_LINE, [0, 1, 2, 3]),
-        (vtk.VTK_TRIANGLE_STRIP, [0, 1, 3, 2, 7]),
-        (vtk.VTK_EMPTY_CELL, []),
-    ]
+        (vtk.VTK_HEXAHEDRON, range(8)), (vtk.VTK_VOXEL, pixel + [node + 4 for node in pixel]), (vtk.VTK_WEDGE, [0, 3, 1, 4, 7, 5]),
+        (vtk.VTK_PYRAMID, [0, 1, 2, 3, 4]), (vtk.VTK_TETRA, [0, 1, 3, 4]), (vtk.VTK_QUAD, [0, 1, 2, 3]), (vtk.VTK_PIXEL, pixel),
+        (vtk.VTK_TRIANGLE, [4, 5, 6]), (vtk.VTK_POLYGON, [0, 1, 2, 6, 7]), (vtk.VTK_LINE, [0, 6]), (vtk.VTK_VERTEX, [5]),
+        (vtk.VTK_POLY_VERTEX, [1, 2, 3]), (vtk.VTK_POLY_LINE, [0, 1, 2, 3]), (vtk.VTK_TRIANGLE_STRIP, [0, 1, 3, 2, 7]), (vtk.VTK_EMPTY_CELL, []),
+    ]  # fmt: skip
     cells = [
         (kind, [cube[i] for i in nodes])
         for cube, (kind, nodes) in zip(cubes, itertools.cycle(makers))
@@ -133,25 +118,21 @@ def mixed():
 def quadratic():
     """Every kind of quadratic cell, and cells of the third order, on nodes of their own."""
     kinds = [
-        (vtk.VTK_QUADRATIC_EDGE, 3), (vtk.VTK_QUADRATIC_TRIANGLE, 6), (vtk.VTK_QUADRATIC_QUAD, 8),
-        (vtk.VTK_QUADRATIC_POLYGON, 10), (vtk.VTK_QUADRATIC_TETRA, 10), (vtk.VTK_QUADRATIC_HEXAHEDRON, 20),
-        (vtk.VTK_QUADRATIC_WEDGE, 15), (vtk.VTK_QUADRATIC_PYRAMID, 13), (vtk.VTK_BIQUADRATIC_QUAD, 9),
-        (vtk.VTK_TRIQUADRATIC_HEXAHEDRON, 27), (vtk.VTK_TRIQUADRATIC_PYRAMID, 19),
-        (vtk.VTK_QUADRATIC_LINEAR_QUAD, 6), (vtk.VTK_QUADRATIC_LINEAR_WEDGE, 12),
-        (vtk.VTK_BIQUADRATIC_QUADRATIC_WEDGE, 18), (vtk.VTK_BIQUADRATIC_QUADRATIC_HEXAHEDRON, 24),
-        (vtk.VTK_BIQUADRATIC_TRIANGLE, 7), (vtk.VTK_CUBIC_LINE, 4),
-        (vtk.VTK_LAGRANGE_CURVE, 4), (vtk.VTK_LAGRANGE_TRIANGLE, 10), (vtk.VTK_LAGRANGE_QUADRILATERAL, 16),
-        (vtk.VTK_LAGRANGE_TETRAHEDRON, 20), (vtk.VTK_LAGRANGE_HEXAHEDRON, 64), (vtk.VTK_LAGRANGE_WEDGE, 40),
-        (vtk.VTK_BEZIER_CURVE, 4), (vtk.VTK_BEZIER_TRIANGLE, 10), (vtk.VTK_BEZIER_QUADRILATERAL, 16),
-        (vtk.VTK_BEZIER_TETRAHEDRON, 20), (vtk.VTK_BEZIER_HEXAHEDRON, 64), (vtk.VTK_BEZIER_WEDGE, 40),
+        (vtk.VTK_QUADRATIC_EDGE, 3), (vtk.VTK_QUADRATIC_TRIANGLE, 6), (vtk.VTK_QUADRATIC_QUAD, 8), (vtk.VTK_QUADRATIC_POLYGON, 10),
+        (vtk.VTK_QUADRATIC_TETRA, 10), (vtk.VTK_QUADRATIC_HEXAHEDRON, 20), (vtk.VTK_QUADRATIC_WEDGE, 15), (vtk.VTK_QUADRATIC_PYRAMID, 13),
+        (vtk.VTK_BIQUADRATIC_QUAD, 9), (vtk.VTK_TRIQUADRATIC_HEXAHEDRON, 27), (vtk.VTK_TRIQUADRATIC_PYRAMID, 19),
+        (vtk.VTK_QUADRATIC_LINEAR_QUAD, 6), (vtk.VTK_QUADRATIC_LINEAR_WEDGE, 12), (vtk.VTK_BIQUADRATIC_QUADRATIC_WEDGE, 18),
+        (vtk.VTK_BIQUADRATIC_QUADRATIC_HEXAHEDRON, 24), (vtk.VTK_BIQUADRATIC_TRIANGLE, 7), (vtk.VTK_CUBIC_LINE, 4), (vtk.VTK_LAGRANGE_CURVE, 4),
+        (vtk.VTK_LAGRANGE_TRIANGLE, 10), (vtk.VTK_LAGRANGE_QUADRILATERAL, 16), (vtk.VTK_LAGRANGE_TETRAHEDRON, 20),
+        (vtk.VTK_LAGRANGE_HEXAHEDRON, 64), (vtk.VTK_LAGRANGE_WEDGE, 40), (vtk.VTK_BEZIER_CURVE, 4), (vtk.VTK_BEZIER_TRIANGLE, 10),
+        (vtk.VTK_BEZIER_QUADRILATERAL, 16), (vtk.VTK_BEZIER_TETRAHEDRON, 20), (vtk.VTK_BEZIER_HEXAHEDRON, 64), (vtk.VTK_BEZIER_WEDGE, 40),
         (vtk.VTK_PENTAGONAL_PRISM, 10), (vtk.VTK_HEXAGONAL_PRISM, 12),
-    ]
+    ]  # fmt: skip
     cells, first = [], 0
     for kind, n in kinds * 2:
         cells.append((kind, range(first, first + n)))
         first += n
-    points = np.cumsum(np.sin(np.arange(3 * first)).reshape(-1, 3), axis=0)
-    grid = grid_of(points, cells)
+    grid = grid_of(np.cumsum(np.sin(np.arange(3 * first)).reshape(-1, 3), axis=0), cells)
     grid.GetPointData().AddArray(named(np.arange(first, dtype=np.float32), "height"))
     return grid
 
@@ -188,9 +169,6 @@ def with_fields(grid):
     fields.AddArray(named(np.arange(12, dtype=np.int32).reshape(4, 3), "a table"))
     copy.SetFieldData(fields)
     return copy
-
-
-# ---------------------------------------------------------------- files
 
 
 def write_legacy(grid, path, version, binary):
