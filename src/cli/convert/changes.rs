@@ -1,4 +1,4 @@
-//! What `azimesh convert` does to a mesh on the way.
+//! Changes of a mesh by `azimesh convert`.
 
 use azimesh_core::error::{Error, Result, counted, nearest_name};
 use azimesh_core::geometry::transform::Transform;
@@ -97,7 +97,7 @@ pub struct Changes {
     volume_only: bool,
 }
 
-/// How faces are gathered into tags.
+/// Rule that gathers faces into tags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum TagBoundary {
     /// Faces that share a node get the same tag
@@ -133,7 +133,7 @@ pub fn patch_type(text: &str) -> std::result::Result<(String, String), String> {
     pair(text, "write TAG=TYPE, such as wing=wall")
 }
 
-/// An axis, and the angle in degrees where it is given.
+/// An axis, with an optional angle in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Axis {
     direction: [f64; 3],
@@ -142,7 +142,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// The rotation by so many degrees.
+    /// Returns the rotation by an angle in degrees.
     fn turn(&self, angle: f64) -> Transform {
         let mut turn = Transform::rotation(self.direction, self.origin, angle.to_radians());
         if angle % 90.0 == 0.0 && self.direction.iter().filter(|x| **x != 0.0).count() == 1 {
@@ -241,7 +241,7 @@ fn vector(words: &[&str]) -> std::result::Result<[f64; 3], String> {
 }
 
 impl Changes {
-    /// Refuses what no mesh can be changed by.
+    /// Refuses options that are wrong for every mesh.
     pub fn check(&self) -> Result<()> {
         let hint = " (a negative one would invert every cell)";
         if let (Some(n), Some(angle)) = (self.repeat, self.axis.and_then(|axis| axis.angle)) {
@@ -263,7 +263,7 @@ impl Changes {
         Ok(())
     }
 
-    /// The distance within which nodes are joined by options that copy or merge meshes.
+    /// Returns the joining distance of options that copy or merge meshes.
     pub fn join_distance(&self, mesh: &Mesh) -> f64 {
         let given = self.join.filter(|distance| *distance > 0.0);
         given.unwrap_or_else(|| mesh.join_distance())
@@ -274,7 +274,7 @@ impl Changes {
         self.join.is_some()
     }
 
-    /// Changes the mesh, which may be one of several that were merged; gives remarks on it.
+    /// Changes the mesh, which may be a merged one; returns remarks.
     pub fn apply(&self, mesh: &mut Mesh, is_merged: bool) -> Result<Vec<Note>> {
         let mut remarks = Vec::new();
         if let Some(factor) = self.scale {
@@ -378,7 +378,7 @@ impl Changes {
         !self.drop_tag.is_empty() || !self.keep_tag.is_empty()
     }
 
-    /// Removes tags as `--drop-tag` and `--keep-tag` say.
+    /// Removes tags by `--drop-tag` and `--keep-tag`.
     fn drop_tags(&self, mesh: &mut Mesh) -> Result<Option<Note>> {
         if !self.removes_tags() {
             return Ok(None);
@@ -412,7 +412,7 @@ fn of_option(option: &str, error: Error) -> Error {
     }
 }
 
-/// Joins zones; a remark on what was joined.
+/// Joins zones; returns a remark.
 fn join(mesh: &mut Mesh, distance: f64) -> Result<Note> {
     let counts = match distance {
         0.0 => mesh.join_zones(),
@@ -431,7 +431,7 @@ fn join(mesh: &mut Mesh, distance: f64) -> Result<Note> {
     })
 }
 
-/// A remark on the parts that an option has joined.
+/// Returns a remark on joined parts.
 pub fn joined(option: &str, counts: &JoinCounts, distance: f64) -> Note {
     let list = |is_listed: fn(usize) -> bool| {
         let tags = counts.tags.iter().filter(|(_, _, left)| is_listed(*left));
@@ -454,7 +454,7 @@ pub fn joined(option: &str, counts: &JoinCounts, distance: f64) -> Note {
     Note::new("parts_joined", text)
 }
 
-/// Lists cells with a node twice as what they are; remarks on how many.
+/// Replaces collapsed cells; returns remarks.
 fn uncollapse(mesh: &mut Mesh) -> Note {
     let counts = mesh.uncollapse();
     let mut text = format!(
@@ -472,7 +472,7 @@ fn uncollapse(mesh: &mut Mesh) -> Note {
     Note::new("uncollapsed", text)
 }
 
-/// Makes the mesh plane; remarks on how.
+/// Flattens the mesh; returns remarks.
 fn flatten(mesh: &mut Mesh) -> Result<Vec<Note>> {
     let found = mesh.flatten()?;
     let mut remarks = vec![note!(
@@ -493,7 +493,7 @@ fn flatten(mesh: &mut Mesh) -> Result<Vec<Note>> {
     Ok(remarks)
 }
 
-/// Splits polyhedra and polygons; remarks on what has been split, and on cells that it has not done good.
+/// Splits polyhedra and polygons; returns remarks on the counts and on cells with bad parts.
 fn split(mesh: &mut Mesh) -> Result<Vec<Note>> {
     let counts = mesh.split_polyhedra()?;
     let mut remarks = Vec::new();
@@ -523,7 +523,7 @@ fn split(mesh: &mut Mesh) -> Result<Vec<Note>> {
     Ok(remarks)
 }
 
-/// A remark on cells of a mesh at one z whose nodes turn clockwise.
+/// Returns a remark on clockwise cells of a plane mesh.
 fn negative_areas(mesh: &Mesh) -> Option<Note> {
     if mesh.dimension() != 2 || mesh.space_dimension() != 2 {
         return None;
@@ -537,7 +537,7 @@ fn negative_areas(mesh: &Mesh) -> Option<Note> {
     ))
 }
 
-/// Takes away what holds places as text, which would be wrong now.
+/// Removes arrays that hold positions as text, which would be wrong now.
 fn places(mesh: &mut Mesh) -> Option<Note> {
     let removed = mesh.remove_field_arrays(&[su2::BOXES, su2::PERIODIC]);
     (!removed.is_empty()).then(|| {
@@ -549,7 +549,7 @@ fn places(mesh: &mut Mesh) -> Option<Note> {
     })
 }
 
-/// Remarks on arrays that turned with the mesh, and on those that may hold vectors and did not.
+/// Returns remarks on rotated arrays, and on arrays that may hold vectors and were not rotated.
 fn turned(option: &str, names: &Turned) -> Vec<Note> {
     let axial = match option {
         "--mirror" => " (a pseudovector, such as a vorticity, then has the wrong sign)",

@@ -77,16 +77,16 @@ pub struct ConvertArgs {
     write: OutputArgs,
 }
 
-/// A mesh or a sequence, and where it goes.
+/// A mesh or a sequence, with its output.
 struct Job<'i> {
     input: &'i Input,
     place: Place,
     is_sequence: bool,
-    /// Why it is not done, where that is known before.
+    /// Reason for a refusal before the job begins.
     refused: Option<Error>,
 }
 
-/// What one run does.
+/// One run of the command.
 struct Run<'a> {
     args: &'a ConvertArgs,
     context: &'a Context,
@@ -94,13 +94,13 @@ struct Run<'a> {
     told: RefCell<BTreeSet<String>>,
     /// Remarks on the job.
     notes: RefCell<Vec<Note>>,
-    /// Codes of notes on what is lost in the job.
+    /// Codes of notes on losses of the job.
     lost: RefCell<BTreeSet<String>>,
-    /// True if it has told of cells that become flat in 32 bits.
+    /// True after a remark on cells that become flat in 32 bits.
     is_flat_told: Cell<bool>,
     /// Files of the job.
     written: RefCell<Vec<Written>>,
-    /// Files of the job that get their names when all are whole.
+    /// Files of the job that are renamed when all are complete.
     waiting: RefCell<Vec<Staged>>,
     /// The order of `--reorder`, once the first mesh has been read.
     order: RefCell<Option<Reordering>>,
@@ -154,7 +154,7 @@ fn run_first(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     run.report(done)
 }
 
-/// What the arguments say is written.
+/// Output of the arguments.
 #[derive(Clone, Copy)]
 enum Target<'a> {
     /// A file, a list or a case, from these inputs.
@@ -183,7 +183,7 @@ impl ConvertArgs {
 }
 
 impl Run<'_> {
-    /// Refuses `--pieces` for what is not written in pieces, unless it joins those of a case.
+    /// Refuses `--pieces` for outputs without pieces, unless it joins the pieces of a case.
     fn check_pieces(&self) -> Result<()> {
         let Some(n) = self.args.pieces else {
             return Ok(());
@@ -216,8 +216,8 @@ impl Run<'_> {
         }
     }
 
-    /// Writes the jobs. All wrong inputs are reported, those that were found before (`failed`) too; then no file gets its
-    /// name, or with `--keep-going` those of the other jobs. After a failure of the system files that are whole stay.
+    /// Writes the jobs. All wrong inputs are reported, with the ones found before (`failed`); then no file is renamed, or with
+    /// `--keep-going` only the files of the other jobs. After a failure of the system complete files stay.
     fn write(&self, jobs: Vec<Job<'_>>, failed: Vec<Error>) -> Result<Done> {
         let keeps_going = self.args.keep_going;
         let mut done = Done {
@@ -283,7 +283,7 @@ impl Run<'_> {
         }
     }
 
-    /// The files of the job.
+    /// Returns the files of the job.
     fn written_by(&self, job: &Job<'_>, lost: &Option<BTreeSet<String>>) -> Vec<Written> {
         let notes = self.notes.take();
         let notes = notes.iter().map(|note| Diagnostic::new(Level::Note, note));
@@ -460,7 +460,7 @@ impl Run<'_> {
         self.save(&mesh, None, path, format)
     }
 
-    /// The mesh of a step, changed as asked.
+    /// Returns the changed mesh of a step.
     fn read(&self, input: &Input, step: Option<usize>) -> Result<Mesh> {
         let mut mesh = match input.parts() {
             [] => self.read_one(input, step)?,
@@ -498,7 +498,7 @@ impl Run<'_> {
         self.tell(note.file(input.path()));
     }
 
-    /// Tells what the reader of an input remarks.
+    /// Reports the remarks of the reader of an input.
     fn tell_notes(&self, input: &Input, loaded: &Loaded) {
         // Of steps it has told how to choose another.
         for note in loaded.notes.iter() {
@@ -515,7 +515,7 @@ impl Run<'_> {
         }
     }
 
-    /// Makes a remark on the job.
+    /// Adds a remark on the job.
     fn tell(&self, remark: Note) {
         let mut notes = self.notes.borrow_mut();
         if notes.contains(&remark) {
@@ -527,7 +527,7 @@ impl Run<'_> {
         notes.push(remark);
     }
 
-    /// Prints what was written, of several outputs also what each lost, and what failed.
+    /// Prints the written files, for several outputs also their losses, and the failures.
     fn report(&self, done: Done) -> Result<Outcome> {
         let context = self.context;
         done.failed.iter().for_each(|error| context.error(error));
@@ -548,7 +548,7 @@ impl Run<'_> {
         Ok(outcome)
     }
 
-    /// The format that `--format` or, without it, the name of the output gives.
+    /// Returns the format of `--format`, or of the name of the output.
     fn output_format(&self, path: Option<&Path>) -> Result<&'static formats::Format> {
         match (self.context.common.one_format()?, path) {
             (Some(name), _) => formats::to_write(formats::by_name(name)?),
@@ -571,7 +571,7 @@ impl Run<'_> {
     }
 }
 
-/// Refuses a job that writes a file which is `taken` by another.
+/// Refuses a job that would write a file of another one (`taken`).
 fn clash(job: &Job<'_>, taken: &mut BTreeMap<PathBuf, PathBuf>) -> Option<Error> {
     let input = job.input.path();
     job.place.files(job.input).into_iter().find_map(|path| {

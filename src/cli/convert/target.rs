@@ -1,4 +1,4 @@
-//! Where `azimesh convert` writes: one mesh, one file with a sequence, or files and their list.
+//! Outputs of `azimesh convert`: one mesh, one file with a sequence, or files and their list.
 
 use super::{Input, Run};
 use crate::record::{Diagnostic, Failed};
@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Where meshes go.
+/// Destination of meshes.
 pub enum Place {
     /// A file, of a format that may hold a sequence.
     File {
@@ -54,7 +54,7 @@ pub struct Written {
     pub lost: BTreeSet<String>,
 }
 
-/// What was done.
+/// Results of the command.
 #[derive(Default)]
 pub struct Done {
     /// Files that were written.
@@ -127,7 +127,7 @@ impl Place {
         (path.display().to_string(), format)
     }
 
-    /// The files that an input gets here.
+    /// Returns the files of an input at this destination.
     pub fn files(&self, input: &Input) -> Vec<PathBuf> {
         match self {
             Place::File { path, .. } => vec![path.clone()],
@@ -149,7 +149,7 @@ impl Place {
     }
 }
 
-/// The name of the file of one of `n` steps.
+/// Returns the name of the file of one of `n` steps.
 fn step_name(stem: &Path, format: &Format, n: usize, step: usize) -> String {
     let digits = n.saturating_sub(1).to_string().len().max(4);
     let name = stem.file_name().unwrap_or_default().to_string_lossy();
@@ -165,7 +165,7 @@ pub fn with_ending(stem: &Path, ending: &str) -> PathBuf {
 }
 
 impl Run<'_> {
-    /// Where an output of this name goes.
+    /// Returns the destination of an output of this name.
     pub(super) fn place(&self, path: &Path) -> Result<Place> {
         if !is_series(path) {
             return Ok(Place::File {
@@ -268,7 +268,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Tells what an output cannot hold; of cells that become flat once for all meshes of a sequence.
+    /// Reports the losses of an output; cells that become flat are reported once per sequence.
     fn tell_dropped(&self, output: &Path, notes: &Notes) {
         for dropped in notes.iter() {
             if !is_flattened(dropped) || !self.is_flat_told.replace(true) {
@@ -323,7 +323,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Writes one mesh; remarks on what the format cannot hold.
+    /// Writes one mesh; returns remarks on its losses.
     pub(super) fn save(
         &self,
         mesh: &Mesh,
@@ -425,12 +425,12 @@ impl Run<'_> {
         }
     }
 
-    /// Leaves files without their names until all are whole.
+    /// Leaves files without their final names until all are complete.
     fn wait(&self, files: Staged) {
         self.waiting.borrow_mut().push(files);
     }
 
-    /// Adds the file of the step and its time to what was written last.
+    /// Adds the file of the step, with its time, to the last output.
     fn note_step(&self, input: &Input, step: Option<usize>, time: f64) {
         if let Some(last) = self.written.borrow_mut().last_mut() {
             last.time = Some(time);

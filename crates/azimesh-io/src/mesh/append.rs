@@ -1,20 +1,20 @@
-//! Several meshes made one.
+//! Merges several meshes into one.
 
 use super::{CellSet, DataArray, Group, Mesh, Origin, too_many};
 use azimesh_core::error::{Error, Result};
 
-/// What meshes that became one did not have in common.
+/// Differences between merged meshes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Merged {
-    /// Names of tags and zones that more than one mesh had.
+    /// Names of tags and zones of more than one mesh.
     pub shared: Vec<String>,
-    /// Names of arrays that not all meshes had, or not of the same type, which are left out.
+    /// Names of arrays that are missing in some mesh or differ in type; they are left out.
     pub arrays: Vec<String>,
 }
 
 impl Mesh {
-    /// Adds the nodes and cells of another mesh of the same dimension after those of this one. Groups of one name and dimension
-    /// become one; arrays that not both have go.
+    /// Appends the nodes and cells of another mesh of the same dimension. Groups of one name and dimension are merged; arrays
+    /// of one mesh only are removed.
     ///
     /// # Errors
     /// If the dimensions differ, or nodes or cells become too many.
@@ -53,7 +53,7 @@ impl Mesh {
         Ok(merged)
     }
 
-    /// Adds a group whose cells follow on `n_cells` others, to the group of its name where there is one.
+    /// Adds a group, whose cells begin after `n_cells` others, to the group of the same name if there is one.
     fn add_group(&mut self, group: &Group, n_cells: usize, shared: &mut Vec<String>) {
         let mut cells = CellSet::new();
         let ranges = group.cells.ranges();
@@ -80,7 +80,7 @@ impl Mesh {
         });
     }
 
-    /// Gives all tags and zones another name.
+    /// Renames all tags and zones.
     pub fn rename_groups(&mut self, name: impl Fn(&Group) -> String) {
         for group in &mut self.groups {
             group.name = name(group);
@@ -88,7 +88,7 @@ impl Mesh {
         self.origin = Origin::default();
     }
 
-    /// Makes a zone of the volume cells that are in none.
+    /// Makes a zone of the volume cells without a zone.
     pub fn add_zone_of_rest(&mut self, name: &str) {
         let mut has_zone = vec![false; self.cells.len()];
         for range in self.zones().flat_map(|zone| zone.cells.ranges()) {
@@ -103,7 +103,7 @@ impl Mesh {
     }
 }
 
-/// Adds the values of arrays that both have in one form; others go, and their names are listed.
+/// Appends the values of arrays of the same form; removes the others and lists their names.
 fn append_arrays(own: &mut Vec<DataArray>, other: &[DataArray], lost: &mut Vec<String>) {
     let is_one_form = |a: &DataArray, b: &DataArray| {
         (&a.name, a.n_components, a.values.type_name())

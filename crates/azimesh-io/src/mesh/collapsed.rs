@@ -1,16 +1,14 @@
-//! Cells that list a node twice, as what they are: a hexahedron with one edge of no length is a wedge, and so on.
+//! Collapsed cells, which list a node twice: a hexahedron with a collapsed edge is a wedge, and so on.
 
 use super::CellKind::{self, *};
 use super::sides::flat;
 use super::{CellRef, CellSet, Cells, Mesh, Origin};
 
 impl CellRef<'_> {
-    /// A straight cell with an edge between a node and itself as what its faces are that keep three corners: a tetrahedron, pyramid, wedge or
-    /// polyhedron; of a quadrilateral a triangle. `None` for other cells, and where nothing is left between the faces.
+    /// Returns the cell that the remaining faces of a collapsed cell bound: a tetrahedron, pyramid, wedge or polyhedron; a triangle
+    /// for a quadrilateral. `None` for other cells, and if the faces bound nothing.
     pub fn uncollapsed(&self) -> Option<Cells> {
-        let same =
-            |edge: &[u8; 2]| self.nodes[usize::from(edge[0])] == self.nodes[usize::from(edge[1])];
-        if self.kind.is_curved() || !self.kind.edges().iter().any(same) {
+        if !self.is_collapsed() {
             return None;
         }
         let mut one = Cells::new();
@@ -40,42 +38,42 @@ impl CellRef<'_> {
         }
         Some(one)
     }
+
+    /// Returns whether a straight cell has an edge between a node and itself.
+    fn is_collapsed(&self) -> bool {
+        let is_point =
+            |edge: &[u8; 2]| self.nodes[usize::from(edge[0])] == self.nodes[usize::from(edge[1])];
+        !self.kind.is_curved() && self.kind.edges().iter().any(is_point)
+    }
 }
 
-/// What [`Mesh::uncollapse`] has done.
+/// Counts of [`Mesh::uncollapse`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Uncollapsed {
-    /// Cells that are listed as what they are now, boundary faces too.
+    /// Replaced cells and boundary faces.
     pub n_cells: usize,
-    /// Boundary faces that were lines, which are gone.
+    /// Removed boundary faces, which had collapsed to lines.
     pub n_gone: usize,
-    /// Cells with a node twice and nothing between their faces, which stay.
+    /// Collapsed cells whose faces bound nothing; they are kept.
     pub n_left: usize,
 }
 
 impl Mesh {
-    /// Lists cells and boundary faces with a node twice as what they are. The numbers of cells change only where boundary faces of two
-    /// corners go.
+    /// Replaces collapsed cells and boundary faces by the cells that they are. Cells are renumbered only if boundary faces are removed.
     pub fn uncollapse(&mut self) -> Uncollapsed {
         let mut counts = Uncollapsed::default();
         let dimension = self.dimension();
         let mut cells = Cells::new();
         cells.reserve(self.cells.connectivity().len());
         let mut gone = CellSet::new();
-        let is_repeated = |cell: &CellRef<'_>| {
-            let same = |edge: &[u8; 2]| {
-                cell.nodes[usize::from(edge[0])] == cell.nodes[usize::from(edge[1])]
-            };
-            !cell.kind.is_curved() && cell.kind.edges().iter().any(same)
-        };
         for run in self.cells.runs() {
-            if !run.cell_refs().any(|cell| is_repeated(&cell)) {
+            if !run.cell_refs().any(|cell| cell.is_collapsed()) {
                 cells.append(&self.cells.select_runs(&[run.range()]));
                 continue;
             }
             for cell in run.cell_refs() {
                 let own = || self.cells.select([cell.index]);
-                match (is_repeated(&cell), cell.uncollapsed()) {
+                match (cell.is_collapsed(), cell.uncollapsed()) {
                     (true, Some(one)) => {
                         cells.append(&one);
                         counts.n_cells += 1;
@@ -104,7 +102,7 @@ impl Mesh {
     }
 }
 
-/// Nodes around a face, without those that follow on themselves.
+/// Returns the nodes around a face, without repeated neighbours.
 fn ring(nodes: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut ring: Vec<u32> = nodes.collect();
     ring.dedup();
@@ -126,7 +124,7 @@ fn sorted(face: &[u32]) -> Vec<u32> {
     nodes
 }
 
-/// The faces without pairs that lie on one another, and without those that have collapsed to a line.
+/// Removes coincident pairs of faces, and faces that have collapsed to a line.
 fn without_folds(faces: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     let keys: Vec<Vec<u32>> = faces.iter().map(|face| sorted(face)).collect();
     let is_alone = |at: usize| {
@@ -137,7 +135,7 @@ fn without_folds(faces: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     kept.map(|at| faces[at].clone()).collect()
 }
 
-/// A tetrahedron, pyramid, wedge or hexahedron of these faces, which turn as those of its kind.
+/// Returns the tetrahedron, pyramid, wedge or hexahedron of these faces, if they have its orientation.
 fn known(faces: &[Vec<u32>]) -> Option<(CellKind, Vec<u32>)> {
     let n_nodes = sorted(&faces.concat()).len();
     let mut triangles = faces.iter().filter(|face| flat(face.len()) == Triangle);
@@ -205,7 +203,7 @@ mod tests {
         assert_eq!(found.expect("it has a volume").0, Tetrahedron);
         let found = uncollapsed(Wedge, &[0, 1, 2, 3, 4, 2]);
         assert_eq!(found.expect("it has a volume").0, Pyramid);
-        // One corner of the top is that of the base under it: a polyhedron of three triangles and three quadrilaterals.
+        // A corner of the top and the corner of the base below it are one node: a polyhedron of three triangles and three quadrilaterals.
         let found = uncollapsed(Hex, &[0, 1, 2, 3, 4, 5, 6, 3]);
         assert_eq!(found.expect("it has a volume").0, Polyhedron);
         assert_eq!(uncollapsed(Hex, &[0, 1, 1, 0, 2, 3, 3, 2]), None);

@@ -1,4 +1,4 @@
-//! A part of a mesh made whole: a half by its mirror image, a sector by its copies around an axis.
+//! Completes a mesh: a half by its mirror image, a sector by copies around an axis.
 
 use super::join::{JoinCounts, RELATIVE_DISTANCE};
 use super::transform::Turned;
@@ -9,20 +9,20 @@ use azimesh_core::geometry::Transform;
 use azimesh_core::numbers::{point, short, with_verb};
 use std::collections::BTreeSet;
 
-/// How far a tag of a symmetry plane may be off it with some nodes to be taken for one, relative to its extent.
+/// Largest distance of nodes of a symmetry tag from its plane, relative to the extent of the tag.
 const NEAR_PLANE: f64 = 1e-2;
 
 /// A plane normal to an axis of coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// The axis, 0 to 2.
+    /// Number of the axis, 0 to 2.
     pub axis: usize,
-    /// The coordinate on it.
+    /// Position on the axis.
     pub at: f64,
 }
 
 impl Plane {
-    /// The reflection.
+    /// Returns the reflection across the plane.
     fn mirror(&self) -> Transform {
         let mut mirror = Transform::IDENTITY;
         mirror.rotation[self.axis][self.axis] = -1.0;
@@ -36,13 +36,13 @@ impl Plane {
 }
 
 impl Mesh {
-    /// The distance within which nodes are joined where none is given.
+    /// Returns the default joining distance.
     pub fn join_distance(&self) -> f64 {
         RELATIVE_DISTANCE * Bounds::around(&self.points).diagonal()
     }
 
-    /// Adds the mirror image of the mesh. Nodes at most `distance` off the plane are put on it and are nodes of both halves; boundary faces
-    /// between the halves go, with their tags. With a suffix boundary tags of the image have names of their own.
+    /// Adds the mirror image of the mesh. Nodes at most `distance` from the plane are put on it and shared by both halves; boundary faces
+    /// between the halves are removed with their tags. A suffix gives the boundary tags of the image their own names.
     ///
     /// # Errors
     /// If the mesh is on both sides of the plane or does not touch it, a symmetry tag has nodes off the plane, or a cell would become flat.
@@ -93,7 +93,7 @@ impl Mesh {
         Ok((counts, turned))
     }
 
-    /// Refuses a mesh that is on both sides of a plane or away from it, and cells in it.
+    /// Refuses a mesh on both sides of a plane or away from it, and cells in the plane.
     fn check_half(&self, plane: Plane, distance: f64) -> Result<()> {
         let used = self.nodes_of_cells();
         let nodes = (0..self.points.len()).filter(|node| used[*node]);
@@ -151,7 +151,7 @@ impl Mesh {
         Ok(())
     }
 
-    /// Refuses boundary tags that are a symmetry plane with some nodes off it.
+    /// Refuses symmetry tags with nodes off the plane.
     fn check_symmetry_tags(&self, plane: Plane, is_on: &[bool]) -> Result<()> {
         for tag in self.boundary_tags() {
             let runs = || {
@@ -193,12 +193,12 @@ impl Mesh {
         Ok(())
     }
 
-    /// Makes a whole of a sector: `n` copies, the first being the sector itself, of which `turn` gives the position. Faces of copies that
-    /// lie on one another become one, with nodes at most `distance` apart. Boundary tags are numbered by the copy; one of which
-    /// faces of only one copy are left keeps its name.
+    /// Completes a sector with `n` copies, the first being the sector itself; `turn` gives their positions. Coincident faces of
+    /// copies, with nodes at most `distance` from each other, are joined. Boundary tags get the number of the copy; a tag with faces
+    /// of one copy only keeps its name.
     ///
     /// # Errors
-    /// If no faces, or only some of a tag, lie on one another.
+    /// If no faces coincide, or only some faces of a tag.
     pub fn repeat(
         &mut self,
         n: usize,
@@ -266,7 +266,7 @@ impl Mesh {
     }
 }
 
-/// Returns whether a tag says that it is a symmetry plane, by its condition or its name.
+/// Returns whether the condition or the name of a tag is a word for symmetry.
 fn is_symmetry(tag: &Group) -> bool {
     let words = [Some(&tag.name), tag.condition.as_ref()];
     let mut words = words.into_iter().flatten();

@@ -7,21 +7,21 @@ use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_core::numbers::point;
 
-/// How far nodes may be off the two sides, relative to the height of the layer.
+/// Largest distance of nodes from the two sides, relative to the height of the layer.
 const OFF_SIDE: f64 = 1e-3;
 
 const NONE: u32 = u32::MAX;
 
-/// What [`Mesh::flatten`] has done.
+/// Result of [`Mesh::flatten`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Flattened {
     /// The axis along which the layer was thin, 0 to 2.
     pub axis: usize,
-    /// Arrays that turned with the mesh.
+    /// Arrays that were rotated with the mesh.
     pub turned: Turned,
-    /// Node arrays whose values differ between the sides; those of the low side are kept.
+    /// Node arrays whose values differ between the sides; the values of the low side are kept.
     pub differ: Vec<String>,
-    /// Tags of the sides, which are gone.
+    /// Removed tags of the sides.
     pub sides: Vec<String>,
 }
 
@@ -29,16 +29,16 @@ pub struct Flattened {
 struct Layer {
     low: f64,
     high: f64,
-    /// Whether a node is on the high side.
+    /// True for nodes on the high side.
     is_high: Vec<bool>,
-    /// For each node the one over or under it.
+    /// Node above or below each node.
     twin: Vec<u32>,
 }
 
 impl Mesh {
     /// Makes plane cells of a layer of prisms between two plane sides, normal to x, y or z: the sides called `empty`, else the first of
-    /// z, y and x along which the mesh is one layer. Tags and zones are those of the faces and cells; the sides go. A layer along x
-    /// or y is turned first, so that its plane is the one of x and y. Nodes of the low side keep their order.
+    /// z, y and x along which the mesh is one layer. Faces and cells keep their tags and zones; the sides are removed. A layer along x
+    /// or y is first rotated into the plane of x and y. Nodes of the low side keep their order.
     ///
     /// # Errors
     /// For meshes that are not one such layer, and curved cells.
@@ -98,7 +98,7 @@ impl Mesh {
         })
     }
 
-    /// The axis along which the mesh is thin.
+    /// Returns the axis along which the mesh is thin.
     fn thin_axis(&self) -> Result<usize> {
         let is_empty = |condition: Option<&str>| condition == Some(EMPTY);
         let is_candidate = |axis: usize, cells: &mut dyn Iterator<Item = u32>| {
@@ -131,7 +131,7 @@ impl Mesh {
         })
     }
 
-    /// The plane cells, each with the number of the cell that it comes from.
+    /// Returns the plane cells, each with the number of its original cell.
     fn flat_cells(&self, layer: &Layer) -> Result<(Cells, Vec<usize>)> {
         let (mut cells, mut sources) = (Cells::new(), Vec::new());
         for cell in self.cells.iter() {
@@ -155,7 +155,7 @@ impl Mesh {
         Ok((cells, sources))
     }
 
-    /// The plane cell of a prism: its low face, anticlockwise seen from above.
+    /// Returns the plane cell of a prism: its low face, anticlockwise seen from above.
     fn base(&self, cell: &CellRef<'_>, layer: &Layer) -> Result<(CellKind, Vec<u32>)> {
         let is_high = |node: &u32| layer.is_high[*node as usize];
         let (mut high, mut n_sides, mut is_prism) = (Vec::new(), 0, true);
@@ -189,7 +189,7 @@ impl Mesh {
         Ok((flat(low.len()), low))
     }
 
-    /// Names of node arrays whose values at the two sides are not the same.
+    /// Returns the names of node arrays whose values differ between the sides.
     fn arrays_that_differ(&self, layer: &Layer, low: &[usize]) -> Vec<String> {
         let paired = low.iter().copied().filter(|node| layer.twin[*node] != NONE);
         let low: Vec<usize> = paired.collect();
@@ -204,7 +204,7 @@ impl Mesh {
 }
 
 impl Layer {
-    /// The sides, and the nodes over one another: those that an edge between the sides joins.
+    /// Returns the sides, with pairs of nodes that an edge between the sides connects.
     fn of(mesh: &Mesh) -> Result<Self> {
         let used = mesh.nodes_of_cells();
         let nodes = mesh.points.iter().zip(&used).filter(|(_, used)| **used);
@@ -266,7 +266,7 @@ impl Layer {
     }
 }
 
-/// The edge of a face that is on the low side, where the face is between the sides: two nodes there and those over them.
+/// Returns the low edge of a face between the sides: two nodes, and the nodes above them.
 fn lower_edge(nodes: &[u32], layer: &Layer) -> Option<[u32; 2]> {
     let next = |i: usize| nodes[(i + 1) % nodes.len()];
     let is_low = |node: u32| !layer.is_high[node as usize];
@@ -276,7 +276,7 @@ fn lower_edge(nodes: &[u32], layer: &Layer) -> Option<[u32; 2]> {
     is_whole.then(|| [nodes[at], next(at)])
 }
 
-/// The two planes on which heights are; `None` where some are on neither.
+/// Returns the two planes of the heights; `None` if some height is on neither.
 fn levels(heights: &[f64]) -> Option<[f64; 2]> {
     let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
     let high = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -285,7 +285,7 @@ fn levels(heights: &[f64]) -> Option<[f64; 2]> {
     heights.iter().all(is_on).then_some([low, high])
 }
 
-/// Turns an axis of coordinates to z: quarter turns of the axes, exact.
+/// Rotates a coordinate axis to z by exact quarter turns.
 fn to_z(axis: usize) -> Transform {
     let rotation = match axis {
         0 => [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],

@@ -14,20 +14,20 @@ use std::collections::BTreeSet;
 /// Counts of [`Mesh::join_zones`] and of joins within a distance.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct JoinCounts {
-    /// Pairs of faces that are one now.
+    /// Pairs of joined faces.
     pub n_faces: usize,
-    /// Nodes that are gone.
+    /// Removed nodes.
     pub n_nodes: usize,
-    /// Groups that lost faces: the name, how many faces went and how many are left. Groups without any left are gone.
+    /// Groups that lost faces: name, number of removed and of remaining faces. Groups without faces are removed.
     pub tags: Vec<(String, usize, usize)>,
 }
 
 /// Edge of a box of the grid, in distances of a join.
 const BOX: f64 = 4.0;
-/// Nodes that are looked at in one go.
+/// Nodes per block of a parallel search.
 const CHUNK: usize = 1 << 14;
 
-/// Joining distance where none is given, relative to the diagonal of the mesh.
+/// Default joining distance, relative to the diagonal of the mesh.
 pub(super) const RELATIVE_DISTANCE: f64 = 1e-6;
 
 impl Mesh {
@@ -45,20 +45,20 @@ impl Mesh {
         self.join(&self.places(), |_| 0)
     }
 
-    /// As [`join_zones`](Self::join_zones), with corners at most `distance` apart: nodes of two parts that share no nodes are at one place
-    /// if each is the nearest of its part to the other.
+    /// Joins like [`join_zones`](Self::join_zones), with corners within `distance`: two nodes of parts that share no nodes coincide if
+    /// each is the nearest node of its part to the other.
     ///
     /// # Errors
-    /// If two nodes of one part would be one.
+    /// If two nodes of one part would be joined.
     pub fn join_within(&mut self, distance: f64) -> Result<JoinCounts> {
         self.join_parts(distance, |_| 0)
     }
 
-    /// As [`join_within`](Self::join_within); faces of two parts, of which each node has the number, are joined with their tags
-    /// unless one is a wall.
+    /// Joins like [`join_within`](Self::join_within). Faces of two parts are joined even with tags, unless one is a wall; each node has
+    /// the number of its part.
     ///
     /// # Errors
-    /// If two nodes of one part would be one.
+    /// If two nodes of one part would be joined.
     pub fn join_parts(&mut self, distance: f64, part: impl Fn(u32) -> u32) -> Result<JoinCounts> {
         let places = self.places_within(distance)?;
         Ok(self.join(&places, part))
@@ -87,8 +87,8 @@ impl Mesh {
         }
     }
 
-    /// Gives each node the number `first`, which is that of a node before it or its own. Boundary cells that were on one side each, not
-    /// `inside`, and lie between two cells then, go.
+    /// Renumbers each node to `first`, an earlier node or itself. Boundary cells that are now between two cells, and were not
+    /// `inside` before, are removed.
     pub(super) fn unite(&mut self, first: &[u32], inside: &[u32]) -> JoinCounts {
         self.cells.renumber_nodes(first);
         let is_kept = |node: &usize| first[*node] as usize == *node;
@@ -125,7 +125,7 @@ impl Mesh {
         }
     }
 
-    /// Marks edges and points below the boundary that are the same as ones before them, all of their nodes united.
+    /// Marks edges and points of lower dimension than the boundary that repeat earlier ones after the join.
     fn mark_repeated(&self, is_united: &[bool], gone: &mut [bool]) {
         let dimension = self.dimension();
         let mut known = BTreeSet::new();
@@ -141,7 +141,7 @@ impl Mesh {
         }
     }
 
-    /// For each node the first one at its place.
+    /// Returns the first node at the position of each node.
     fn places(&self) -> Vec<u32> {
         let mut places: Vec<u32> = (0..self.points.len() as u32).collect();
         for_each_shared_place(&self.points, &mut |nodes| {
@@ -152,8 +152,8 @@ impl Mesh {
         places
     }
 
-    /// Returns the representative of the position of each node: nodes of two parts that share no nodes are at one place if each is the nearest
-    /// of its part to the other, at most `distance` from it.
+    /// Returns the representative of the position of each node. Two nodes of parts that share no nodes coincide if each is the nearest
+    /// node of its part to the other, within `distance`.
     fn places_within(&self, distance: f64) -> Result<Vec<u32>> {
         let mut places = self.places();
         if distance == 0.0 {
@@ -201,7 +201,7 @@ impl Mesh {
         Ok(places)
     }
 
-    /// Pairs of nodes of different parts, each the nearest of its part to the other, at most `distance` apart; of several as near the
+    /// Returns pairs of nodes of different parts, each the nearest node of its part to the other, within `distance`. Ties go to the
     /// first.
     fn nearest_pairs(&self, nodes: &[(u32, u32, u32)], distance: f64) -> Vec<[u32; 2]> {
         let numbers = collect(nodes.len(), |i| nodes[i].2);
@@ -288,7 +288,7 @@ impl Mesh {
         pairs.collect()
     }
 
-    /// For each cell, whether it is in a boundary tag with the condition of a wall, by the words of OpenFOAM and CGNS.
+    /// Marks cells in boundary tags with the condition of a wall, by the words of OpenFOAM and CGNS.
     fn walls(&self) -> Vec<bool> {
         let mut walls = vec![false; self.cells.len()];
         let is_wall = |condition: &str| condition == "wall" || condition.starts_with("BCWall");

@@ -1,4 +1,4 @@
-//! Cells of the other orientation: their nodes in the order that a mirror image of them needs.
+//! Node orders of mirrored cells.
 
 use super::CellKind::{self, *};
 use super::lagrange;
@@ -6,10 +6,10 @@ use super::{CellRun, Cells};
 use azimesh_core::error::{Error, Result, option};
 
 impl Cells {
-    /// The cells, each with its nodes in the order of its mirror image: a cell of positive volume stays one when its points are mirrored.
+    /// Returns the cells with the node order of their mirror images, which keeps volumes positive when the points are mirrored.
     ///
     /// # Errors
-    /// For cells of which it is not known where their nodes are: Lagrange cells whose orders along their axes differ.
+    /// For Lagrange cells whose orders along their axes differ: the positions of their nodes are not known.
     pub fn mirrored(&self) -> Result<Self> {
         let mut cells = Self::new();
         cells.reserve(self.connectivity().len());
@@ -48,7 +48,7 @@ impl Cells {
     }
 }
 
-/// For each node of the mirror image of a cell its place among the nodes of the cell.
+/// Returns the permutation from the nodes of a cell to the nodes of its mirror image.
 fn order(kind: CellKind, n_nodes: usize) -> Option<Vec<usize>> {
     let n_corners = kind.n_corners(n_nodes);
     if kind >= LagrangeCurve {
@@ -72,8 +72,8 @@ fn order(kind: CellKind, n_nodes: usize) -> Option<Vec<usize>> {
     (all.len() == n_nodes).then_some(all)
 }
 
-/// The corners of the mirror image: the first two axes of the reference cell change places; of the quadrilateral with two curved
-/// edges the first axis is turned round, with which these edges stay.
+/// Returns the corners of the mirror image: the first two axes of the reference cell are exchanged. In the quadrilateral with two
+/// curved edges the first axis is reversed instead, which keeps these edges.
 fn corners(kind: CellKind, n: usize) -> Vec<usize> {
     let ring = |n: usize, from: usize| (0..n).map(move |i| from + (n - i) % n);
     match kind.linear() {
@@ -89,7 +89,7 @@ fn corners(kind: CellKind, n: usize) -> Vec<usize> {
     }
 }
 
-/// The corners, ascending, between which each further node of a cell is; `None` where that is not known.
+/// Returns the corners, ascending, between which each further node of a cell is; `None` if they are not known.
 fn between(kind: CellKind, n_nodes: usize) -> Option<Vec<Vec<usize>>> {
     let sorted = |corners: &[u8]| {
         let mut corners: Vec<usize> = corners.iter().map(|&i| i.into()).collect();
@@ -119,7 +119,7 @@ fn between(kind: CellKind, n_nodes: usize) -> Option<Vec<Vec<usize>>> {
     Some(nodes)
 }
 
-/// The order of a cell whose nodes are on a lattice.
+/// Returns the order of a cell whose nodes are on a lattice.
 fn of_lattice(kind: CellKind, order: usize) -> Option<Vec<usize>> {
     let given = lagrange::lattice(kind, order);
     let p = u16::try_from(order).ok()?;

@@ -1,9 +1,9 @@
-//! Nodes within a distance of a place.
+//! Finds nodes within a distance of a position.
 
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel::{collect, sort};
 
-/// Keys with the index of what they stand for.
+/// Keys of boxes with the nodes in them.
 pub type Keys = Vec<(u64, u32)>;
 
 /// A well-mixed number for each number: the finalizer of SplitMix64 (Steele, Lea and Flood, 2014).
@@ -17,17 +17,17 @@ pub fn mixed(x: u64) -> u64 {
 /// Nodes in boxes of a grid, by a key of the box.
 pub(super) struct Grid {
     within: f64,
-    /// Nodes in the boxes around a place with which the search of it ends.
+    /// Largest number of nodes that one search visits.
     most: usize,
     edge: f64,
     keys: Keys,
-    /// Where keys begin with these leading bits.
+    /// First keys with each value of the leading bits.
     starts: Vec<u32>,
     shift: u32,
 }
 
 impl Grid {
-    /// A grid for the nodes that are `within` a distance, with boxes of `size` such distances.
+    /// Builds a grid for searches `within` a distance, with boxes of `size` such distances.
     pub fn of(points: &[Vector], nodes: &[u32], within: f64, size: f64, most: usize) -> Self {
         let sizes = nodes.iter().flat_map(|&node| points[node as usize]);
         let largest = sizes.fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -57,8 +57,8 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for each node in the boxes that hold places at most `within` from a place;
-    /// `false`, and none or some of them, where there are too many.
+    /// Calls `visit` for each node in the boxes that are at most `within` from a position. Returns `false`, after some of
+    /// the calls, if there are too many nodes.
     pub fn visit(&self, at: Vector, mut visit: impl FnMut(u32)) -> bool {
         let low = at.map(|x| ((x - self.within) / self.edge).floor());
         let high = at.map(|x| ((x + self.within) / self.edge).floor());

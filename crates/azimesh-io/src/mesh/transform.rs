@@ -1,4 +1,4 @@
-//! Positions and vectors of a mesh turned, moved and mirrored.
+//! Rotates, moves and mirrors the positions and vectors of a mesh.
 
 use super::arrays::Values;
 use super::{DataArray, Mesh};
@@ -6,23 +6,23 @@ use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
 
-/// Names of arrays at nodes and cells after a turn.
+/// Names of arrays at nodes and cells after a rotation.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Turned {
-    /// Vectors (three components) and tensors (nine, by rows), which are turned.
+    /// Vectors (three components) and tensors (nine, by rows), which are rotated.
     pub turned: Vec<String>,
-    /// Arrays that may hold vectors or tensors in another form, which keep their components.
+    /// Arrays that may hold vectors or tensors in another form; their components are kept.
     pub kept: Vec<String>,
 }
 
 impl Mesh {
-    /// Moves all nodes; arrays of three and nine real components at nodes and cells turn with them. The matrix may mirror.
+    /// Moves all nodes and rotates arrays of three and nine real components at nodes and cells. The matrix may be a reflection.
     pub fn transform(&mut self, by: &Transform) -> Turned {
         parallel::update(&mut self.points, |_, point| *point = by.apply(*point));
         self.turn_arrays(by)
     }
 
-    /// Turns vectors and tensors and leaves the nodes.
+    /// Rotates vectors and tensors, without the nodes.
     pub(super) fn turn_arrays(&mut self, by: &Transform) -> Turned {
         let mut names = Turned::default();
         if by.rotation == Transform::IDENTITY.rotation {
@@ -45,7 +45,7 @@ impl Mesh {
     }
 }
 
-/// Turns an array of vectors or tensors; `false` where it is none.
+/// Rotates an array of vectors or tensors; returns `false` for other arrays.
 fn turn(array: &mut DataArray, by: &Transform) -> bool {
     let of_vector = |v: Vector| by.turn(v);
     // T' = R T R^T: rows of R T^T R^T are turned columns.
@@ -84,13 +84,13 @@ fn turn(array: &mut DataArray, by: &Transform) -> bool {
     true
 }
 
-/// Returns whether it may hold plane vectors or symmetric tensors, whose order of components no file gives.
+/// Returns whether an array may hold plane vectors or symmetric tensors; files do not give the order of their components.
 fn is_other_form(array: &DataArray) -> bool {
     let is_real = matches!(array.values, Values::F32(_) | Values::F64(_));
     is_real && [2, 4, 6].contains(&array.n_components)
 }
 
-/// The names of scalar arrays that are the components of a vector: equal but for an X, Y or Z at the end.
+/// Returns the names of scalar arrays that are components of a vector: names that differ only in a final X, Y or Z.
 fn parts(arrays: &[DataArray]) -> Vec<String> {
     let is_real = |array: &&DataArray| {
         array.n_components == 1 && matches!(array.values, Values::F32(_) | Values::F64(_))

@@ -21,7 +21,7 @@ rotor = 'rear'
 cyclic.collective = 2
 ";
 
-/// What a change of it is told on a mesh.
+/// Returns the error of a changed schedule on a mesh.
 fn told(old: &str, new: &str) -> String {
     assert!(TWO.contains(old), "{old}");
     let found = parse(&TWO.replace(old, new));
