@@ -11,7 +11,7 @@ class Quality(Mapping[str, Any]):
 
     Names are ``Volume`` (area in 2D), ``ScaledJacobian``, ``EdgeRatio``, ``EquiangleSkew``, ``Inverted`` (bool), ``Jacobian``,
     ``AspectRatio``, ``Condition``, ``Shape``, ``MinAngle``, ``MaxAngle``, ``Skew``, ``NonOrthogonality``, ``FaceSkewness``,
-    ``VolumeRatio`` and ``SizeSkew``. A boundary face has the values of the cell that it bounds; NaN where a cell does not have the
+    ``VolumeRatio`` and ``SizeSkew``; with curved cells also ``CurvedJacobian`` and ``CurvedScaledJacobian``. A boundary face has the values of the cell that it bounds; NaN where a cell does not have the
     metric.
 
     Attributes

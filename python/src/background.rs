@@ -1,6 +1,8 @@
 //! Work beside the interpreter: on a thread of its own, without the GIL, so that signals and other threads of Python
 //! get their turn.
 
+use crate::arguments;
+use crate::arrays::vectors;
 use crate::error::raised;
 use azimesh::{Error, Result, Stop};
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -15,6 +17,28 @@ const PAUSE: Duration = Duration::from_millis(50);
 
 /// Number of SIGINT.
 const INTERRUPT: i32 = 2;
+
+/// Asks a thing beside the interpreter.
+pub fn ask<A: Send + Sync + 'static, T: Send + 'static>(
+    py: Python<'_>,
+    asked: &Arc<A>,
+    question: impl FnOnce(&A) -> Result<T> + Send + 'static,
+) -> PyResult<T> {
+    let asked = Arc::clone(asked);
+    done(py, None, move || question(&asked))
+}
+
+/// Asks a thing beside the interpreter for the vectors (m, 3) that belong to given ones (n, 3), called `what` in errors.
+pub fn mapped<'py, A: Send + Sync + 'static>(
+    py: Python<'py>,
+    asked: &Arc<A>,
+    given: &Bound<'py, PyAny>,
+    what: &str,
+    map: impl FnOnce(&A, &[[f64; 3]]) -> Result<Vec<[f64; 3]>> + Send + 'static,
+) -> PyResult<Bound<'py, PyAny>> {
+    let given = arguments::vectors(given, what)?;
+    vectors(py, ask(py, asked, move |asked| map(asked, &given))?)
+}
 
 /// Does `work` without the GIL. A signal whose handler raises (Ctrl-C) ends it: with a `stop` the work is asked to end
 /// and is waited for, until a second signal; without, it is left to itself and its result is dropped.

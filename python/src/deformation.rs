@@ -57,6 +57,7 @@ impl Work {
     ) -> PyResult<T> {
         // Nobody has asked for this call to end.
         self.stop.ask(0);
+        let work = self.schedule.get().naming(work);
         let result = done(py, Some(&self.stop), work);
         let by_progress = self.told.as_ref().and_then(|told| told.take_raised());
         let by_motion = self.schedule.get().raised.take();

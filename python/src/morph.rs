@@ -1,11 +1,11 @@
 //! The class `Morph`.
 
 use crate::arguments;
-use crate::arrays::{indices, vectors};
-use crate::background::done;
+use crate::arrays::indices;
+use crate::background::{ask, done, mapped};
 use crate::error::{input, warn};
 use crate::mesh::{PyMesh, choice};
-use azimesh::{Kernel, Morph, MorphOptions, Nodes, Result};
+use azimesh::{Kernel, Morph, MorphOptions, Nodes};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use std::sync::Arc;
@@ -18,17 +18,6 @@ use std::sync::Arc;
 #[pyclass(frozen, weakref, module = "azimesh", name = "Morph")]
 pub struct PyMorph {
     morph: Arc<Morph>,
-}
-
-impl PyMorph {
-    fn ask<T: Send + 'static>(
-        &self,
-        py: Python<'_>,
-        question: impl FnOnce(&Morph) -> Result<T> + Send + 'static,
-    ) -> PyResult<T> {
-        let morph = Arc::clone(&self.morph);
-        done(py, None, move || question(&morph))
-    }
 }
 
 #[pymethods]
@@ -107,8 +96,13 @@ impl PyMorph {
         py: Python<'py>,
         displacements: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let given = arguments::vectors(displacements, "displacements")?;
-        vectors(py, self.ask(py, move |morph| morph.points(&given))?)
+        mapped(
+            py,
+            &self.morph,
+            displacements,
+            "displacements",
+            Morph::points,
+        )
     }
 
     /// Displacements (n, 3) of all nodes: the linear part of the morph.
@@ -117,11 +111,8 @@ impl PyMorph {
         py: Python<'py>,
         displacements: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let given = arguments::vectors(displacements, "displacements")?;
-        vectors(
-            py,
-            self.ask(py, move |morph| morph.displacements_of(&given))?,
-        )
+        let map = Morph::displacements_of;
+        mapped(py, &self.morph, displacements, "displacements", map)
     }
 
     /// The exact transpose of `displacements_of`: of derivatives (n, 3) by the positions of all nodes those (n_moving, 3) by
@@ -131,8 +122,7 @@ impl PyMorph {
         py: Python<'py>,
         d_points: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let given = arguments::vectors(d_points, "derivatives")?;
-        vectors(py, self.ask(py, move |morph| morph.pull_back(&given))?)
+        mapped(py, &self.morph, d_points, "derivatives", Morph::pull_back)
     }
 
     /// How far the base points are off at the surface before the correction, and where cells may fold for it.
@@ -142,7 +132,7 @@ impl PyMorph {
         displacements: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let given = arguments::vectors(displacements, "displacements")?;
-        let report = self.ask(py, move |morph| morph.report(&given))?;
+        let report = ask(py, &self.morph, move |morph| morph.report(&given))?;
         let found = PyDict::new(py);
         found.set_item("largest_residual", report.largest_residual)?;
         found.set_item("largest_slope", report.largest_slope)?;

@@ -3,10 +3,12 @@
 use crate::arguments;
 use crate::arrays::vectors;
 use crate::error::{input, raised};
-use azimesh::{Body, Error, Schedule, Step};
+use azimesh::{Body, Error, Result, Schedule, Step};
+use azimesh_core::error::Position;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use toml::{Table, Value};
@@ -24,6 +26,8 @@ pub struct PySchedule {
     pub schedule: Schedule,
     /// The file it came from.
     pub file: Option<PathBuf>,
+    /// The key at each line of a schedule that was a dict, as Python writes it: `schedule["body"][0]["name"]`.
+    keys: Arc<[String]>,
     pub raised: Raised,
 }
 
@@ -64,7 +68,7 @@ impl PySchedule {
             Err(_) => Self::of_file(py, source.extract()?),
         }?;
         let steps = found.schedule.steps();
-        steps.map_err(|error| raised(py, &error))?;
+        steps.map_err(|error| raised(py, &named(&found.keys, error)))?;
         Ok(found)
     }
 
@@ -95,6 +99,7 @@ impl PySchedule {
         Ok(Self {
             schedule,
             file: Some(path),
+            keys: Arc::default(),
             raised: Raised::default(),
         })
     }
@@ -106,6 +111,7 @@ impl PySchedule {
         table.entry("version").or_insert(Value::Integer(1));
         let text = toml::to_string(&table);
         let text = text.map_err(|error| input(py, format!("the schedule is no TOML: {error}")))?;
+        let keys: Arc<[String]> = keys_of_lines(&text).into();
         let raised = Raised::default();
         let told = raised.clone();
         let complete = |name: &str, body: Body| match functions.iter().find(|(of, _)| of == name) {
@@ -115,25 +121,64 @@ impl PySchedule {
         // The path of standard input, which has no folder: files are looked for in the working folder.
         let schedule = Schedule::parse_with(&text, Path::new("-"), &complete);
         Ok(Self {
-            schedule: schedule.map_err(|error| in_memory(py, error))?,
+            schedule: schedule.map_err(|error| crate::error::raised(py, &named(&keys, error)))?,
             file: None,
+            keys,
             raised,
         })
     }
+
+    /// Makes work name keys in its errors, not lines that no file has.
+    pub fn naming<T>(
+        &self,
+        work: impl FnOnce() -> Result<T> + Send + 'static,
+    ) -> impl FnOnce() -> Result<T> + Send + 'static {
+        let keys = Arc::clone(&self.keys);
+        move || work().map_err(|error| named(&keys, error))
+    }
 }
 
-/// The error without a line: there is no file that has it.
-fn in_memory(py: Python<'_>, error: Error) -> PyErr {
-    let message = format!("the schedule: {}", error.message);
-    raised(
-        py,
-        &Error {
-            path: None,
-            position: None,
-            message,
-            ..error
-        },
-    )
+/// The key at each line of a TOML text without values of several lines.
+fn keys_of_lines(text: &str) -> Vec<String> {
+    let (mut table, mut n_of) = ("schedule".to_owned(), BTreeMap::<String, usize>::new());
+    let of_line = |line: &str| {
+        let Some(header) = line.strip_prefix('[') else {
+            let key = line.split(" = ").next().unwrap_or_default();
+            return format!("{table}[\"{}\"]", key.trim_matches('"'));
+        };
+        let name = header.trim_matches(['[', ']']);
+        if header.starts_with('[') {
+            n_of.retain(|of, _| !of.starts_with(&format!("{name}.")));
+            *n_of.entry(name.to_owned()).or_default() += 1;
+        }
+        let (mut path, mut found) = (String::new(), "schedule".to_owned());
+        for key in name.split('.') {
+            path = format!("{path}.{key}").trim_start_matches('.').to_owned();
+            found += &format!("[\"{key}\"]");
+            found += &n_of
+                .get(&path)
+                .map_or_else(String::new, |n| format!("[{}]", n - 1));
+        }
+        table.clone_from(&found);
+        found
+    };
+    text.lines().map(of_line).collect()
+}
+
+/// An error on a schedule of these keys, with its key in place of its line.
+fn named(keys: &[String], error: Error) -> Error {
+    if keys.is_empty() || error.path.as_deref() != Some(Path::new("-")) {
+        return error;
+    }
+    let key = match error.position {
+        Some(Position::Line(line)) => keys.get(line as usize - 1).cloned(),
+        _ => None,
+    };
+    Error {
+        path: None,
+        position: Some(Position::Item(key.unwrap_or_else(|| "the schedule".into()))),
+        ..error
+    }
 }
 
 /// The body with displacements by `function(moment, points)`.

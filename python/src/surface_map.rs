@@ -1,10 +1,10 @@
 //! The class `SurfaceMap`.
 
 use crate::arguments;
-use crate::arrays::{owned, vectors};
-use crate::background::done;
+use crate::arrays::owned;
+use crate::background::{done, mapped};
 use crate::error::input;
-use azimesh::{Result, SurfaceMap};
+use azimesh::SurfaceMap;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -16,17 +16,6 @@ use std::sync::Arc;
 #[pyclass(frozen, weakref, module = "azimesh", name = "SurfaceMap")]
 pub struct PySurfaceMap {
     map: Arc<SurfaceMap>,
-}
-
-impl PySurfaceMap {
-    fn ask<'py>(
-        &self,
-        py: Python<'py>,
-        question: impl FnOnce(&SurfaceMap) -> Result<Vec<[f64; 3]>> + Send + 'static,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let map = Arc::clone(&self.map);
-        vectors(py, done(py, None, move || question(&map))?)
-    }
 }
 
 #[pymethods]
@@ -76,8 +65,8 @@ impl PySurfaceMap {
         py: Python<'py>,
         displacements: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let given = arguments::vectors(displacements, "displacements")?;
-        self.ask(py, move |map| map.displacements(&given))
+        let map = SurfaceMap::displacements;
+        mapped(py, &self.map, displacements, "displacements", map)
     }
 
     /// Forces (n, 3) at the given points for forces (N, 3) at the wall points: their sum and, but for "nearest", the sum of
@@ -87,7 +76,6 @@ impl PySurfaceMap {
         py: Python<'py>,
         forces: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let forces = arguments::vectors(forces, "forces")?;
-        self.ask(py, move |map| map.pull_back(&forces))
+        mapped(py, &self.map, forces, "forces", SurfaceMap::pull_back)
     }
 }

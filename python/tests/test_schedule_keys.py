@@ -109,3 +109,16 @@ def test_free_tags_go_along_and_an_unknown_key_is_told(airfoil):
     wrong = {"rotate": {"axis": [0, 0, 1], "harmonic": [{"sin": 1.0}]}}
     with pytest.raises(azimesh.Error, match="harmonics"):
         azimesh.Schedule(schedule({"rigid": wrong}))
+
+
+def test_an_error_in_a_dict_names_the_key_and_no_line(airfoil):
+    harmonics = {"cyclic": {"pitch": [{"sin": 1}, {"sinn": 1}]}}
+    for bodies, place in [
+        ([{"rigid": {"translate": [0, 0, "1"]}}], 'schedule["body"][0]["rigid"]["translate"]: '),
+        ([{"rigid": {"translate": [0, 0.1, 0]}}, harmonics], 'schedule["body"][1]["cyclic"]["pitch"][1]["sinn"]: '),
+        ([{"rigid": {"translate": [0, 0.1, 0]}, "tags": ["wing"]}], 'schedule["body"][0]["tags"]: tag "wing"'),
+    ]:
+        with pytest.raises(azimesh.Error) as error:
+            azimesh.Deformation(airfoil, azimesh.Schedule(schedule(*bodies)))
+        assert str(error.value).startswith(place)
+        assert error.value.line is None and error.value.path is None

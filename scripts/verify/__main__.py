@@ -10,7 +10,7 @@ from importlib import import_module
 
 # The longest first.
 CHECKS = [
-    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "split", "ended", "quality", "faces", "selection", "morph",
+    "formats", "fixtures", "ugrid", "vtkhdf", "cgns", "openfoam", "openfoam_write", "split", "whole", "ended", "quality", "curved", "faces", "selection", "morph",
     "surfaces", "motions", "keys", "damaged", "surface", "su2_surface", "pitching", "size_skew", "twist", "bending", "rotor", "flap", "repair", "schema", "notes", "pages",
 ]
 # These use all processors, time what they do, or open windows.

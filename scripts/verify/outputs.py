@@ -8,9 +8,9 @@ import pyvista
 from program import azimesh
 
 
-def deform(mesh, schedule, folder, expect=0):
-    """Runs deform and returns the rows of steps.csv."""
-    azimesh("deform", mesh, schedule, "-o", folder, expect=expect)
+def deform(mesh, schedule, folder, *more, expect=0):
+    """Runs deform with more arguments and returns the rows of steps.csv."""
+    azimesh("deform", mesh, schedule, "-o", folder, *more, expect=expect)
     return steps(folder)
 
 

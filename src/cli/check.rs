@@ -15,6 +15,8 @@ use serde::Serialize;
 use std::fmt::{Display, Write};
 use std::path::PathBuf;
 
+/// Columns of the angles of a body.
+const ANGLES: [&str; 4] = ["pitch_deg", "flap_deg", "lag_deg", "angle_deg"];
 /// Largest number of steps listed; of more, an even selection.
 const LISTED: usize = 12;
 
@@ -42,6 +44,7 @@ pub(super) fn run(args: &CheckArgs, context: &Context) -> Result<Outcome> {
     check_surface_files(&plan, &mesh.view(), mesh_file)?;
     let n_bytes = estimate_bytes(&plan, &mesh.view())?;
     let extremes = LargestDisplacements::new(&plan);
+    extremes.refuse_turning_out(&plan)?;
     for warning in preflight::warnings(&plan, &extremes) {
         context.warn(warning);
     }
@@ -78,6 +81,8 @@ pub(super) struct Checked {
     tolerance: f64,
     /// Choices that the schedule left open, as sentences.
     chosen: Vec<String>,
+    /// Scaled Jacobian below which cells are improved; null without `improve`.
+    improve: Option<f64>,
     /// Modes of the motion.
     modes: usize,
     /// Largest error of the modes, mesh units.
@@ -152,6 +157,8 @@ struct CheckedBody {
     flap_deg: Option<f64>,
     /// Lag; likewise.
     lag_deg: Option<f64>,
+    /// Angle of `rigid.rotate`; null without it.
+    angle_deg: Option<f64>,
     /// Displacement of its outermost point along the span; null in 2D, and where neither `rotor.span_axis` nor a cyclic or
     /// beam motion says what the span is.
     tip_displacement: Option<[f64; 3]>,
@@ -232,6 +239,7 @@ fn as_json(plan: &Plan, extremes: &LargestDisplacements, bytes: Bytes) -> Checke
         support_radius: plan.basis.radius,
         tolerance: plan.tolerance,
         chosen: sentences(&plan.choices),
+        improve: plan.schedule.output.improve,
         modes: plan.n_modes(),
         mode_truncation: plan.truncation(),
         smallest_first_cell: plan.smallest_first_cell,
@@ -357,6 +365,13 @@ impl Lines {
         if let Some(height) = plan.smallest_first_cell {
             self.push("smallest first cell", in_digits(height, 4));
         }
+        if let Some(wanted) = plan.schedule.output.improve {
+            let cells = format!(
+                "cells with a scaled Jacobian below {}, and neighbours",
+                short(wanted)
+            );
+            self.push("improved", cells);
+        }
     }
 
     fn displacements(&mut self, plan: &Plan, extremes: &LargestDisplacements, steps: &[&Step]) {
@@ -393,16 +408,20 @@ fn listed(plan: &Plan) -> Vec<&Step> {
 }
 
 fn checked_body(plan: &Plan, at: &BodyAtStep) -> CheckedBody {
-    let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
-    let angle = |i: usize| angles.map(|angles| angles[i]);
+    let [pitch_deg, flap_deg, lag_deg, angle_deg] = angles_deg(at);
     CheckedBody {
         name: plan.motion.bodies[at.body].name.clone(),
-        pitch_deg: angle(0),
-        flap_deg: angle(1),
-        lag_deg: angle(2),
+        pitch_deg,
+        flap_deg,
+        lag_deg,
+        angle_deg,
         tip_displacement: at.tip,
         max_displacement: at.largest,
     }
+}
+
+fn angles_deg(at: &BodyAtStep) -> [Option<f64>; 4] {
+    at.angles.map(|angle| angle.map(f64::to_degrees))
 }
 
 /// Formats a table for each body: its angles and its tip if it has them, and its largest displacement.
@@ -413,9 +432,13 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
     let words = motion_in_words(plan);
     for (index, body) in plan.motion.bodies.iter().enumerate() {
         let own: Vec<&BodyAtStep> = found.iter().filter(|at| at.body == index).collect();
-        let has_angles = own.iter().any(|at| at.angles.is_some());
+        let has_angle = |i: &usize| own.iter().any(|at| at.angles[*i].is_some());
+        let shown: Vec<usize> = (0..ANGLES.len()).filter(has_angle).collect();
         let has_tip = own.iter().any(|at| at.tip.is_some());
-        let angles = has_angles.then_some(" pitch_deg  flap_deg   lag_deg");
+        let angles: String = shown
+            .iter()
+            .map(|&i| format!(" {:>9}", ANGLES[i]))
+            .collect();
         let tip = has_tip.then_some("      tip_dx      tip_dy      tip_dz");
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -423,14 +446,15 @@ fn bodies_as_text(plan: &Plan, steps: &[&Step]) -> String {
             "body {}\n{:>11}{}{} {:>11}",
             one_line(&body.name),
             place_name(plan),
-            angles.unwrap_or_default(),
+            angles,
             tip.unwrap_or_default(),
             "largest"
         );
         for at in own {
-            let angles = at.angles.map(|angles| angles.map(f64::to_degrees));
-            let angles = cells(angles.as_ref(), 9, |x| fixed(x, 3));
-            let tip = cells(at.tip.as_ref(), 11, |x| fixed(x, decimals));
+            let angles = angles_deg(at);
+            let angles = shown.iter().filter_map(|&i| angles[i]);
+            let angles = cells(angles, 9, |x| fixed(x, 3));
+            let tip = cells(at.tip.into_iter().flatten(), 11, |x| fixed(x, decimals));
             let place = place_of(&plan.motion.steps[at.step]);
             let largest = fixed(at.largest, decimals);
             let _ = writeln!(text, "{place:>11}{angles}{tip} {largest:>11}");
@@ -476,8 +500,7 @@ fn fixed(x: f64, decimals: usize) -> String {
     format!("{:.decimals$}", if x.abs() < least { 0.0 } else { x })
 }
 
-/// Formats three numbers, each after a blank; empty without numbers.
-fn cells(numbers: Option<&[f64; 3]>, width: usize, text: impl Fn(f64) -> String) -> String {
-    let texts = numbers.into_iter().flatten();
-    texts.map(|x| format!(" {:>width$}", text(*x))).collect()
+/// Formats numbers, each after a blank.
+fn cells(numbers: impl Iterator<Item = f64>, width: usize, text: impl Fn(f64) -> String) -> String {
+    numbers.map(|x| format!(" {:>width$}", text(x))).collect()
 }

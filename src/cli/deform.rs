@@ -337,8 +337,7 @@ pub(super) fn report(
             complain_of_some(&finished.inverted, context);
         }
         for notes in [&finished.skipped, &finished.failures] {
-            complain_of_some(notes, context);
-            keep(notes, context);
+            complain_of_all(notes, context);
         }
     } else {
         keep(&finished.warnings[n_told..], context);
@@ -420,10 +419,17 @@ pub(super) struct Deformed {
 
 /// Warnings: in JSON all of them, printed some unless quiet.
 fn tell_warnings(warnings: &[Note], context: &Context) {
-    if !context.common.quiet {
-        complain_of_some(warnings, context);
+    if context.common.quiet {
+        keep(warnings, context);
+    } else {
+        complain_of_all(warnings, context);
     }
-    keep(warnings, context);
+}
+
+/// Failed checks: in JSON all of them, printed the first of each kind.
+pub(super) fn complain_of_all(notes: &[Note], context: &Context) {
+    complain_of_some(notes, context);
+    keep(notes, context);
 }
 
 fn keep(warnings: &[Note], context: &Context) {

@@ -3,7 +3,7 @@
 use super::Context;
 use super::unfinished::{is_of_run, unfinished};
 use crate::alloc::limit;
-use azimesh_core::error::{Error, Position, Result};
+use azimesh_core::error::{Error, Position, Result, counted};
 use azimesh_core::numbers::short;
 use azimesh_core::{Note, note};
 use azimesh_deform::motion::Schedule;
@@ -206,19 +206,28 @@ impl Input {
         })
     }
 
-    /// Opens inputs that are merged, step by step.
-    pub fn merged(paths: &[PathBuf], context: &Context) -> Result<Self> {
+    /// Opens inputs that are merged, step by step, or of which one step is merged.
+    pub fn merged(paths: &[PathBuf], step: Option<usize>, context: &Context) -> Result<Self> {
+        if paths.len() < 2 {
+            return Err(Error::input("--merge is for two meshes or more"));
+        }
         let opened = paths.iter().map(|path| Self::open(path, None, context));
         let parts = opened.collect::<Result<Vec<_>>>()?;
-        let mut sequences = parts.iter().filter(|part| part.times().is_some());
-        if let Some(first) = sequences.next()
-            && let Some(other) = sequences.find(|other| other.times() != first.times())
-        {
-            return Err(Error::input(format!(
-                "its steps or times differ from {}; merged sequences have the same times (--step I merges one step)",
-                first.path.display()
-            ))
-            .file(&other.path));
+        let sequences = parts.iter().filter_map(|part| Some((part, part.times()?)));
+        let sequences: Vec<_> = sequences.collect();
+        for (part, times) in &sequences {
+            let (first, of_first) = &sequences[0];
+            match (step, difference(times, of_first)) {
+                (Some(_), _) => part.check_step(step)?,
+                (None, None) => {}
+                (None, Some([own, its])) => {
+                    return Err(Error::input(format!(
+                        "{own}, {its} in {}; merged sequences have the same times (--step I merges one step of each)",
+                        first.path.display()
+                    ))
+                    .file(&part.path));
+                }
+            }
         }
         Ok(Self {
             path: paths[0].clone(),
@@ -332,6 +341,9 @@ impl Input {
 
     /// Returns the name without folder and endings.
     pub fn stem(&self) -> String {
+        if !self.parts().is_empty() {
+            return "merged".to_owned();
+        }
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = formats::without_compression(&name);
         let name = name.strip_suffix(".series").unwrap_or(name);
@@ -400,6 +412,17 @@ impl Input {
             }
         })
     }
+}
+
+/// Returns words for the times of two sequences, where they differ by more than rounding.
+fn difference(own: &[f64], other: &[f64]) -> Option<[String; 2]> {
+    if own.len() != other.len() {
+        return Some([own, other].map(|times| counted(times.len(), "step")));
+    }
+    let is_same = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
+    let step = own.iter().zip(other).position(|two| !is_same(two))?;
+    let times = [own[step], other[step]].map(short);
+    Some([format!("step {step} is at {}", times[0]), times[1].clone()])
 }
 
 /// Returns the file that joins the parts, given one part's name `stem_A-B.ending`.

@@ -1,6 +1,7 @@
 //! The largest displacement of each body over the steps of a schedule, and whether it leaves the region that deforms.
 
 use super::motion::{places_at, points_of};
+use super::seams::Off;
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
@@ -24,6 +25,8 @@ pub struct LargestDisplacements {
     pub farthest: Vec<(usize, f64)>,
     /// The steps at which bodies leave the deforming region.
     pub leaving: BTreeMap<usize, Vec<usize>>,
+    /// The zones that do not stay in their interfaces.
+    pub(super) off: Vec<Off>,
 }
 
 impl LargestDisplacements {
@@ -40,6 +43,7 @@ impl LargestDisplacements {
             n_steps: all.len().div_ceil(stride),
             farthest: vec![(0, 0.0); points.len()],
             leaving: BTreeMap::new(),
+            off: Off::find(plan),
         };
         for step in all.iter().step_by(stride) {
             let places = places_at(plan, step);
@@ -65,11 +69,12 @@ impl LargestDisplacements {
     }
 
     /// Refuses a body that leaves the deforming region: cells there are inverted, or left far behind. Free and periodic
-    /// boundaries follow the body, and are not refused.
+    /// boundaries follow the body, and are not refused. Refuses zones that run into others as well.
     ///
     /// # Errors
     /// Of kind `Input`, with the distance.
     pub(crate) fn refuse_leaving(&self, plan: &Plan) -> Result<()> {
+        self.refuse_turning_out(plan)?;
         let motion = &plan.motion;
         let follow =
             !motion.periodic.is_empty() || motion.surface.tags.iter().any(|tag| tag.role.is_none());
@@ -86,6 +91,11 @@ impl LargestDisplacements {
         ))
         .at(motion.bodies[body].place.clone())
         .file(&plan.schedule.path))
+    }
+
+    /// Refuses zones that run into others while they turn or move.
+    pub fn refuse_turning_out(&self, plan: &Plan) -> Result<()> {
+        self.off.iter().try_for_each(|off| off.refuse(plan))
     }
 
     /// Returns a note on a body that leaves the deforming region at `steps`.

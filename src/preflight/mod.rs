@@ -10,6 +10,7 @@ mod edges;
 mod memory;
 mod motion;
 mod output;
+mod seams;
 mod surface_files;
 mod tags;
 mod words;
@@ -41,7 +42,7 @@ pub fn warnings(plan: &Plan, extremes: &LargestDisplacements) -> Vec<Note> {
     warnings.extend(bodies::small_radius(plan, extremes));
     warnings.extend(edges::staying(plan));
     warnings.extend(edges::leaving_planes(plan));
-    warnings.extend(edges::turning_out(plan));
+    warnings.extend(extremes.off.iter().map(|off| off.note(plan)));
     warnings.extend(surface_files::begins_moved(plan));
     warnings.extend(bodies::of_several_blades(plan));
     // A rotating mesh has that velocity too.

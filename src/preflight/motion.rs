@@ -52,8 +52,8 @@ pub struct BodyAtStep {
     pub body: usize,
     /// The step.
     pub step: usize,
-    /// Pitch, flap and lag in radians, if it has a cyclic motion.
-    pub angles: Option<[f64; 3]>,
+    /// Pitch, flap and lag, if it has a cyclic motion, and the angle of `rigid.rotate`, if it has one; in radians.
+    pub angles: [Option<f64>; 4],
     /// Displacement of its outermost point along its span, in mesh units; `None` in 2D and if nothing defines the span.
     pub tip: Option<Vector>,
     /// Largest displacement of one of its points, in mesh units.
@@ -93,10 +93,12 @@ fn at_step(plan: &Plan, bodies: &[Followed], step: &Step) -> Vec<BodyAtStep> {
         let of_part = of_part.map(|&(_, x)| distance(poses[body].apply(x), x));
         let largest = of_part.fold(largest, f64::max);
         let tip = followed.tip.map(moved);
+        let cyclic = plan.motion.cyclic_angles(body, step);
+        let [pitch, flap, lag] = [0, 1, 2].map(|i| cyclic.map(|angles| angles[i]));
         BodyAtStep {
             body,
             step: step.index(),
-            angles: plan.motion.cyclic_angles(body, step),
+            angles: [pitch, flap, lag, plan.motion.axis_angle(body, step)],
             tip,
             largest: largest.max(tip.map_or(0.0, norm)),
         }
@@ -140,7 +142,7 @@ fn body_record(plan: &Plan, body: usize, steps: &[Vec<BodyAtStep>]) -> BodyRecor
     let tags = motion.surface.tags.iter().filter(|tag| moves(tag.role));
     let steps = || steps.iter().map(|at| &at[body]);
     let degrees = |axis: usize| {
-        let angles = steps().map(|at| Some(at.angles?[axis].to_degrees()));
+        let angles = steps().map(|at| Some(at.angles[axis]?.to_degrees()));
         angles.collect::<Option<Vec<f64>>>().unwrap_or_default()
     };
     let tips: Option<Vec<Vector>> = steps().map(|at| at.tip).collect();
@@ -150,6 +152,7 @@ fn body_record(plan: &Plan, body: usize, steps: &[Vec<BodyAtStep>]) -> BodyRecor
         pitch_deg: degrees(0),
         flap_deg: degrees(1),
         lag_deg: degrees(2),
+        angle_deg: degrees(3),
         tip_displacement: tips.unwrap_or_default(),
         max_displacement: steps().map(|at| at.largest).collect(),
     }

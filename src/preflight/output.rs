@@ -12,7 +12,7 @@ use azimesh_io::formats::{
     self, Compression, Encoding, Format, OutputSet, Precision, WriteOptions,
 };
 use azimesh_io::mesh::MeshView;
-use azimesh_quality::Assessment;
+use azimesh_quality::{Assessment, CURVED_COLUMNS};
 use std::path::Path;
 
 /// Allowed change of a first-cell height when coordinates are rounded to 32 bits.
@@ -29,7 +29,7 @@ pub(crate) fn before_work(
     fail_on: &[Criterion],
 ) -> Result<(Vec<Note>, u64)> {
     check_precision(plan)?;
-    check_columns(plan, fail_on)?;
+    check_columns(plan, mesh, fail_on)?;
     check_dense(plan)?;
     format_holds(plan, mesh, format)
 }
@@ -60,10 +60,11 @@ fn check_dense(plan: &Plan) -> Result<()> {
 }
 
 /// Refuses conditions on columns of steps.csv that have no value in this run.
-fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
+fn check_columns(plan: &Plan, mesh: &MeshView<'_>, fail_on: &[Criterion]) -> Result<()> {
     let quality = Assessment::default().columns();
     let is_quality =
         |name: &str| name == "repaired" || quality.iter().any(|(column, _)| *column == name);
+    let is_curved = mesh.volume_runs().any(|run| run.kind.is_curved());
     let skipped = plan.schedule.output.quality == QualityOutput::None;
     for criterion in fail_on {
         criterion.check_column()?;
@@ -76,6 +77,9 @@ fn check_columns(plan: &Plan, fail_on: &[Criterion]) -> Result<()> {
             }
             "min_first_cell_ratio" if plan.smallest_first_cell.is_none() => {
                 "no moving wall has first cells of known height"
+            }
+            column if CURVED_COLUMNS.contains(&column) && !is_curved => {
+                "the mesh has no curved cells"
             }
             column if skipped && (column == "max_normal_change_deg" || is_quality(column)) => {
                 "output.quality = \"none\" evaluates no cell"

@@ -3,6 +3,7 @@
 use super::COLUMNS;
 use azimesh_core::error::{Error, Result, nearest_name, option};
 use azimesh_core::numbers::short;
+use azimesh_core::{Note, note};
 use std::cmp::Ordering;
 use std::fmt;
 use std::str::FromStr;
@@ -112,9 +113,31 @@ impl Criterion {
         Ok(is_met.then_some(found))
     }
 
-    /// Returns the sentence for a value that satisfies it; `place` is empty, or such as " at step 3".
-    pub fn sentence(&self, place: &str, value: f64) -> String {
-        format!("{self} holds{place}: {} is {}", self.column, short(value))
+    /// Returns the note for a value that satisfies it, at a step of a sequence.
+    pub fn note(&self, step: Option<usize>, value: f64) -> Note {
+        let place = step.map_or_else(String::new, |step| format!("step {step}: "));
+        let note = note!(
+            "condition_holds",
+            "{place}{self} holds: {} is {}",
+            self.column,
+            short(value)
+        );
+        let note = note.with("metric", self.column()).with("value", value);
+        let note = note.with("limit", self.value);
+        step.iter()
+            .fold(note, |note, step| note.with("step", *step))
+    }
+
+    /// Returns a note if it holds for the columns of the mesh before it deforms.
+    pub fn note_at_rest(&self, columns: &[(&str, Option<f64>)]) -> Option<Note> {
+        let value = self.met_by(columns).ok()??;
+        let note = note!(
+            "holds_at_rest",
+            "{self} holds for the mesh before it deforms: {} is {} there",
+            self.column,
+            short(value)
+        );
+        Some(note.with("metric", self.column()).with("value", value))
     }
 
     /// Compares values: the value further beyond the limit comes first.
@@ -210,8 +233,8 @@ mod tests {
 
     #[test]
     fn a_condition_that_holds_is_told_with_value_and_limit() {
-        let told = |text: &str, value: f64| text.parse().map(|c: Criterion| c.sentence("", value));
-        let told = |text: &str, value: f64| told(text, value).expect("it is a condition");
+        let told = |text: &str, value: f64| text.parse().map(|c: Criterion| c.note(None, value));
+        let told = |text: &str, value: f64| told(text, value).expect("it is a condition").text;
         assert_eq!(told("inverted > 0", 3.0), "inverted>0 holds: inverted is 3");
         let small = told("min_volume<1e-9", -2.5e-12);
         assert_eq!(

@@ -187,6 +187,9 @@ pub struct BodyRecord {
     /// Lag; likewise.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lag_deg: Vec<f64>,
+    /// Angle of `rigid.rotate`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub angle_deg: Vec<f64>,
     /// Displacement of its outermost point along the span; in 3D, where `rotor.span_axis` or a cyclic or beam motion says what the
     /// span is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -258,6 +261,9 @@ pub struct RepairRecord {
     /// Cells below `improve`; only where there are some.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low_before: Option<usize>,
+    /// Cells below `improve` after all; only where there are some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low: Option<usize>,
     /// The steps that were repaired together: the first, and the one after the last; only with `"repair"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[usize; 2]>,
@@ -528,7 +534,11 @@ impl RepairRecord {
             let cells = counted(low, "cell");
             let nodes = self.patches.iter().flatten().map(|patch| patch.nodes);
             let nodes = counted(nodes.sum(), "node");
-            return format!("had {cells} below `improve`: {nodes} could move");
+            let left = match self.low {
+                Some(left) => format!(", and {left} are left"),
+                None => String::new(),
+            };
+            return format!("had {cells} below `improve`: {nodes} could move{left}");
         }
         if let (Some(weight), (0, 0)) = (self.weight, before) {
             let percent = (100.0 * weight).round();

@@ -121,6 +121,10 @@ columns! {
     min_volume_ratio: Option<f64> => "smallest volume ratio of neighbours", "",
     /// Smallest interpolation weight of a face.
     min_face_weight: Option<f64> => "smallest face weight", "",
+    /// Least Jacobian of a curved cell, relative to its mean in the cell with straight edges.
+    min_curved_jacobian: Option<f64> => "least Jacobian of curved cells", "",
+    /// Least scaled Jacobian of a curved cell.
+    min_curved_scaled_jacobian: Option<f64> => "least scaled Jacobian of curved cells", "",
 }
 
 impl Row {
@@ -346,7 +350,7 @@ mod tests {
         assert_eq!(
             line,
             format!(
-                "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250,,,,,,,{}\n",
+                "3,0.00001,,\"a, \"\"b\"\".vtu\",0,1e-5,0,0,0,0,,,,,,inf,,,,,,,,0.250,,,,,,,,,{}\n",
                 checksum(&row.texts())
             )
         );

@@ -65,7 +65,7 @@ impl<'a> Charts<'a> {
         self.of_run(&capitalized(&name), y, &[(column, &name)])
     }
 
-    /// Draws pitch, flap, lag and displacements of the bodies.
+    /// Draws angles and displacements of the bodies.
     pub fn motion(&self) -> Vec<Plot> {
         let bodies = self.sequence.bodies();
         let length = self.sequence.length_unit();
@@ -74,6 +74,7 @@ impl<'a> Charts<'a> {
             ("Pitch", "pitch_deg", "degrees"),
             ("Flap", "flap_deg", "degrees"),
             ("Lag", "lag_deg", "degrees"),
+            ("Angle", "angle_deg", "degrees"),
             ("Largest displacement", "max_displacement", length),
         ] {
             let columns = bodies

@@ -14,10 +14,11 @@ const MESH_UNITS: &str = "mesh units";
 /// Largest number of bodies whose motion is shown.
 const BODIES: usize = 8;
 /// Columns of the motion of a body, made from run.json: name, label, unit.
-const OF_BODY: [(&str, &str, &str); 6] = [
+const OF_BODY: [(&str, &str, &str); 7] = [
     ("pitch_deg", "pitch", "degrees"),
     ("flap_deg", "flap", "degrees"),
     ("lag_deg", "lag", "degrees"),
+    ("angle_deg", "angle", "degrees"),
     ("tip_x", "tip displacement along x", MESH_UNITS),
     ("tip_y", "tip displacement along y", MESH_UNITS),
     ("tip_z", "tip displacement along z", MESH_UNITS),
@@ -297,6 +298,7 @@ fn courses(body: &BodyRecord) -> Vec<(&'static str, Vec<f64>)> {
         ("pitch_deg", body.pitch_deg.clone()),
         ("flap_deg", body.flap_deg.clone()),
         ("lag_deg", body.lag_deg.clone()),
+        ("angle_deg", body.angle_deg.clone()),
     ];
     let angles = angles
         .into_iter()

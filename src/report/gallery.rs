@@ -239,7 +239,7 @@ impl<'a> FrameRenderer<'a> {
         self.slice.add(mesh, &plane, quality, frame);
     }
 
-    /// Describes the cut; the worst cell of the mesh, and the worst one in view, are marked.
+    /// Describes the cut; the worst cell of the mesh, and the worst one in the first view, are marked.
     fn cut(
         &self,
         mesh: &Mesh,
@@ -253,7 +253,7 @@ impl<'a> FrameRenderer<'a> {
         let outline = cut.outline(&self.view.tags);
         let window = self.view.window(&outline);
         let pieces = cut.pieces(&window);
-        let mut words = format!("{caption}: {} cells in view", pieces.len());
+        let mut words = format!("{caption}: {} cells in the first view", pieces.len());
         let mut marks = Vec::new();
         let in_view = least(pieces.iter().map(|piece| quality[piece.cell]).enumerate());
         if let Some((at, quality)) = in_view {
@@ -262,7 +262,7 @@ impl<'a> FrameRenderer<'a> {
             if worst.is_none_or(|(worst, ..)| worst != cell) {
                 marks.push((
                     window.nearest(pieces[at].centre()),
-                    format!("Worst cell in view, {cell}: scaled Jacobian {quality}"),
+                    format!("Worst cell in the first view, {cell}: scaled Jacobian {quality}"),
                 ));
             }
         }

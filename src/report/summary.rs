@@ -71,6 +71,7 @@ fn motion(sequence: &Sequence, body: &str) -> Option<String> {
         ("pitch", "pitch_deg"),
         ("flap", "flap_deg"),
         ("lag", "lag_deg"),
+        ("angle", "angle_deg"),
     ] {
         if let Some([least, most]) = range(key) {
             words.push(format!("{name} {}° to {}°", rounded(least), rounded(most)));

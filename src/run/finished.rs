@@ -4,7 +4,7 @@ use super::names::{Names, bytes_of};
 use crate::record::Criterion;
 use crate::record::{Row, Rows, SelectionRecord, Timings, WorstStep};
 use azimesh_core::error::{Error, Result, counted};
-use azimesh_core::numbers::{named_step, short};
+use azimesh_core::numbers::named_step;
 use azimesh_core::{Note, note};
 use std::collections::BTreeMap;
 
@@ -75,10 +75,11 @@ impl Finished {
             }
         }
         for criterion in fail_on {
-            let all = rows
-                .iter()
-                .map(|(step, row)| condition(criterion, *step, row));
-            let all = all.collect::<Result<Vec<_>>>()?;
+            let of_row = |(step, row): (&usize, &Row)| {
+                let held = criterion.met_by(&row.numbers())?;
+                Ok(held.map(|value| criterion.note(Some(*step), value)))
+            };
+            let all = rows.iter().map(of_row).collect::<Result<Vec<_>>>()?;
             let mut held: Vec<Note> = all.into_iter().flatten().collect();
             held.sort_by(|a, b| {
                 let [a, b] = [a, b].map(|note| note.get("value").as_f64().unwrap_or(f64::NAN));
@@ -137,21 +138,6 @@ impl Finished {
             }
         }
     }
-}
-
-/// Returns the note of a condition that holds at a step.
-fn condition(criterion: &Criterion, step: usize, row: &Row) -> Result<Option<Note>> {
-    let held = criterion.met_by(&row.numbers())?;
-    Ok(held.map(|value| {
-        let column = criterion.column();
-        let note = note!(
-            "condition_holds",
-            "step {step}: {criterion} holds: {column} is {}",
-            short(value)
-        );
-        let note = note.with("metric", column).with("value", value);
-        note.with("limit", criterion.limit()).with("step", step)
-    }))
 }
 
 /// Returns the note on the inverted cells of a step.

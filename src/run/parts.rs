@@ -255,7 +255,7 @@ fn lacking(missing: &[usize], parts: &[PartRun]) -> String {
 }
 
 /// Formats steps as a subject; consecutive ones as ranges.
-fn told(steps: &[usize]) -> String {
+pub(super) fn told(steps: &[usize]) -> String {
     match steps {
         [step] => format!("step {step} is"),
         _ => format!("steps {} are", runs(steps)),

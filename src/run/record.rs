@@ -272,6 +272,7 @@ pub(super) fn repair_record(repair: &Repair, step: &Step) -> RepairRecord {
         inverted: repair.after.inverted,
         unproven_before: (repair.before.unproven > 0).then_some(repair.before.unproven),
         low_before: (repair.low > 0).then_some(repair.low),
+        low: (repair.still_low > 0).then_some(repair.still_low),
         window: window.map(|part| [part.steps.start, part.steps.end]),
         weight: window.map(|part| part.weight),
         patches: untangled.map(|untangled| untangled.patches.iter().map(patch).collect()),

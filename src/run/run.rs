@@ -18,6 +18,7 @@ use crate::preflight::{
 use crate::record::{Criterion, Row, Rows, WorstStep};
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
 use azimesh_core::geometry::vector::Vector;
+use azimesh_core::numbers::short;
 use azimesh_core::{Note, note};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, missed_at_step};
@@ -118,6 +119,10 @@ pub fn run_after(
     }
     warnings.append(&mut earlier.notes);
     let fail_on = earlier.enter(&mut record.content, &request.fail_on);
+    if earlier.rows.is_empty() && fail_on.iter().any(|own| own.check_of_meshes().is_ok()) {
+        let columns = deformation.quality_at_rest().columns();
+        warnings.extend(fail_on.iter().filter_map(|own| own.note_at_rest(&columns)));
+    }
     warn(&warnings);
     if request.force {
         names::remove_existing(&names)?;
@@ -410,6 +415,21 @@ impl Run<'_> {
                 let note = repair.note(step.azimuth_deg(), step.time_s());
                 finished.warnings.push(note);
             }
+        }
+        let low = self
+            .earlier
+            .repairs
+            .iter()
+            .filter(|(index, repair)| repair.low.is_some() && self.rows.contains_key(index));
+        let low: Vec<usize> = low.map(|(index, _)| *index).collect();
+        if let (Some(wanted), false) = (self.plan.schedule.output.improve, low.is_empty()) {
+            let note = note!(
+                "not_reached",
+                "{} left with cells below `improve` = {}: no better positions were found",
+                parts::told(&low),
+                short(wanted)
+            );
+            finished.warnings.push(note.with("steps", low));
         }
     }
 

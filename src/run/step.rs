@@ -169,6 +169,7 @@ pub(super) fn row(step: &Step, computed: &Evaluated) -> Row {
         row.max_face_skewness = value(faces.max_face_skewness);
         row.min_volume_ratio = value(faces.min_volume_ratio);
         row.min_face_weight = value(faces.min_face_weight);
+        [row.min_curved_jacobian, row.min_curved_scaled_jacobian] = cells.min_curved.map(value);
     }
     row
 }

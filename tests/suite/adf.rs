@@ -34,8 +34,8 @@ fn every_command_takes_a_file_in_adf() {
     let folder = folder.path();
     same(folder, "adf.cgns", "hdf5.cgns");
     same(folder, "old.cgns", "new.cgns");
-    for command in [&["info"][..], &["quality"]] {
-        let of = |name: &str| json(folder, &[command, &[name]].concat());
+    for command in ["info", "quality"] {
+        let of = |name: &str| json(folder, format!("{command} {name}"));
         let (adf, mut hdf5) = (of("old.cgns"), of("new.cgns"));
         for name in ["mesh", "file", "format"] {
             if hdf5.get(name).is_some() {
@@ -44,7 +44,7 @@ fn every_command_takes_a_file_in_adf() {
         }
         assert_eq!(adf, hdf5, "{command:?}");
     }
-    succeed(folder, &["convert", "old.cgns", "copy.vtu"]);
+    succeed(folder, "convert old.cgns copy.vtu");
     same(folder, "copy.vtu", "new.cgns");
     for name in ["adf", "hdf5"] {
         let mesh = format!("{name}.cgns");
@@ -60,7 +60,7 @@ fn every_command_takes_a_file_in_adf() {
 #[test]
 fn a_copy_as_cgns_is_in_hdf5_and_that_is_told() {
     let folder = folder();
-    let run = succeed(folder.path(), &["convert", "adf.cgns", "copy.cgns"]);
+    let run = succeed(folder.path(), "convert adf.cgns copy.cgns");
     assert!(
         run.err
             .contains("was read from a CGNS file in ADF and is written in HDF5"),
@@ -76,7 +76,7 @@ fn damage_is_told_with_file_and_byte() {
     let folder = folder();
     let bytes = std::fs::read(folder.path().join("adf.cgns")).unwrap();
     std::fs::write(folder.path().join("cut.cgns"), &bytes[..5000]).unwrap();
-    let run = azimesh(folder.path(), &["info", "cut.cgns"]);
+    let run = azimesh(folder.path(), "info cut.cgns");
     assert_eq!(run.code, 2);
     assert!(run.err.contains("cut.cgns: byte "), "{run:?}");
     assert!(run.err.contains("but the file has 5000 bytes"), "{run:?}");

@@ -1,6 +1,6 @@
 //! `deform --max-memory` with less than a run needs: large arrays lie in files, and nothing else differs.
 
-use crate::support::{Run, assert_says, files, names, rewrite, succeed, without_seconds};
+use crate::support::{Args, Run, assert_says, files, names, rewrite, succeed, without_seconds};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -17,8 +17,8 @@ fn large() -> TempDir {
 fn of_nodes(n: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let sample = ["-q", "sample", "naca0012", "--nodes", n, "-o"];
-    succeed(path, &[&sample[..], &["n.vtu"]].concat());
+    let sample = format!("-q sample naca0012 --nodes {n} -o");
+    succeed(path, &format!("{sample} n.vtu"));
     let few = [
         ("stop = 360.0", "stop = 120.0"),
         ("step = 10.0", "step = 120.0"),
@@ -79,7 +79,7 @@ fn parts_with_arrays_in_files_are_joined_with_others() {
     succeed(path, &[&deform[..], &["part", "--steps", "0..1"]].concat());
     let part = ["part", "--steps", "1..2", "-v", "--max-memory", LIMIT];
     assert_in_files(&succeed(path, &[&deform[..], &part].concat()));
-    succeed(path, &["finish", "part"]);
+    succeed(path, "finish part");
     let meshes = |folder: &str| {
         let all = result(&path.join(folder));
         all.into_iter()
@@ -91,10 +91,10 @@ fn parts_with_arrays_in_files_are_joined_with_others() {
 }
 
 /// The most bytes that a run had in memory, as the system counts them.
-fn peak(folder: &Path, args: &[&str]) -> usize {
+fn peak(folder: &Path, args: impl Args) -> usize {
     let mut run = Command::new(assert_cmd::cargo::cargo_bin("azimesh"))
         .current_dir(folder)
-        .args(args)
+        .args(args.words())
         .stderr(Stdio::null())
         .stdout(Stdio::null())
         .spawn()
@@ -131,12 +131,9 @@ fn resident_memory_keeps_to_the_limit() {
 fn a_mesh_is_converted_with_arrays_in_files_to_the_same_bytes() {
     let folder = large();
     let path = folder.path();
-    let convert = ["convert", "n.vtu", "--reorder", "-v"];
-    succeed(path, &[&convert[..], &["whole.cgns"]].concat());
-    let run = succeed(
-        path,
-        &[&convert[..], &["limited.cgns", "--max-memory", "16M"]].concat(),
-    );
+    let convert = "convert n.vtu --reorder -v";
+    succeed(path, &format!("{convert} whole.cgns"));
+    let run = succeed(path, &format!("{convert} limited.cgns --max-memory 16M"));
     assert_says(&run.err, &["in files at most", "MB"]);
     let [whole, limited] =
         ["whole", "limited"].map(|name| fs::read(path.join(name).with_extension("cgns")).unwrap());

@@ -23,7 +23,7 @@ fn inverted_in_one_step() -> tempfile::TempDir {
     let warn = ("[rbf]", "[output]\non_inverted = \"warn\"\n[rbf]");
     let far = [("sin = 10.0", "sin = 170.0"), warn];
     rewrite(folder.path(), "n.toml", "case.toml", &far);
-    let select = ["-q", "select", "n.vtu", "case.toml", "-o", "base.toml"];
+    let select = "-q select n.vtu case.toml -o base.toml";
     succeed(folder.path(), &select);
     folder
 }
@@ -79,7 +79,7 @@ fn a_task_with_inverted_cells_is_finished_and_the_joined_sequence_tells() {
             let told = String::from_utf8(output.stderr).unwrap();
             assert_eq!(told.contains("a check failed"), index == 1, "{told}");
         }
-        let run = azimesh(folder, &["finish", "out"]);
+        let run = azimesh(folder, "finish out");
         assert_eq!(run.code, 1, "{run:?}");
         assert_eq!(run.out.starts_with("complete already"), again, "{run:?}");
         assert_all_there(folder, "out");
@@ -99,7 +99,7 @@ fn a_signal_for_a_task_reaches_the_run() {
         "case.toml",
         &[("step = 10.0", "step = 0.25")],
     );
-    let select = ["-q", "select", "n.vtu", "case.toml", "-o", "base.toml"];
+    let select = "-q select n.vtu case.toml -o base.toml";
     succeed(folder, &select);
     let mut child = task(folder, "out", 0, 2)
         .stderr(std::process::Stdio::null())

@@ -20,15 +20,7 @@ fn deform(folder: &Path, changes: &[(&str, &str)]) -> Sequence {
 fn select(folder: &Path, selection: &str) -> Value {
     let more = format!("[selection]\n{selection}");
     rewrite(folder, "n.toml", "case.toml", &[("[selection]", &more)]);
-    let args = [
-        "-q",
-        "select",
-        "n.vtu",
-        "case.toml",
-        "-o",
-        "base.toml",
-        "--force",
-    ];
+    let args = "-q select n.vtu case.toml -o base.toml --force";
     json(folder, &args)["layers"][0].clone()
 }
 
@@ -100,15 +92,7 @@ fn a_constant_selection_does_not_depend_on_the_motion() {
             "case.toml",
             &[constant, ("sin = 10.0", amplitude)],
         );
-        let args = [
-            "-q",
-            "select",
-            "n.vtu",
-            "case.toml",
-            "-o",
-            "base.toml",
-            "--force",
-        ];
+        let args = "-q select n.vtu case.toml -o base.toml --force";
         crate::support::succeed(path, &args);
         let text = std::fs::read_to_string(path.join("base.toml")).unwrap();
         text.lines()
@@ -146,7 +130,7 @@ fn reaching_max_points_is_a_normal_end_of_a_constant_selection_alone() {
     );
     let sequence = ("[selection]", "[selection]\nmax_points = 12");
     rewrite(folder.path(), "n.toml", "case.toml", &[sequence]);
-    let run = crate::support::azimesh(folder.path(), &["deform", "n.vtu", "case.toml", "-o", "no"]);
+    let run = crate::support::azimesh(folder.path(), "deform n.vtu case.toml -o no");
     assert_eq!(run.code, 1, "{run:?}");
     assert_says(&run.err, &["max_points"]);
     assert!(!folder.path().join("no/n_0000.vtu").exists());
@@ -177,7 +161,7 @@ fn base_points_of_a_selection_at_its_only_step_are_named_after_that_step() {
         "one.toml",
         &[real, ("step = 10.0", "step = 400.0")],
     );
-    let run = ["-q", "deform", "n.vtu", "one.toml", "-o", "out"];
+    let run = "-q deform n.vtu one.toml -o out";
     crate::support::succeed(path, &run);
     let names = crate::support::names(&path.join("out"));
     for (name, is_there) in [
@@ -187,5 +171,5 @@ fn base_points_of_a_selection_at_its_only_step_are_named_after_that_step() {
     ] {
         assert_eq!(names.contains(&name.to_owned()), is_there, "{names:?}");
     }
-    crate::support::succeed(path, &[&run[..], &["--resume"]].concat());
+    crate::support::succeed(path, &format!("{run} --resume"));
 }

@@ -35,27 +35,13 @@ fn named(tags: &[(&str, u64)]) -> Vec<(String, u64)> {
 fn tags_are_dropped_kept_and_merged() {
     let folder = squares();
     let path = folder.path();
-    let run = succeed(
-        path,
-        &[
-            "convert",
-            "m.su2",
-            "drop.vtu",
-            "--drop-tag",
-            "up",
-            "--drop-tag",
-            "side",
-        ],
-    );
+    let run = succeed(path, "convert m.su2 drop.vtu --drop-tag up --drop-tag side");
     assert_says(&run.err, &["--drop-tag: 3 boundary faces are removed"]);
     assert_eq!(tags(path, "drop.vtu"), named(&[("low", 1), ("rest", 2)]));
-    assert_eq!(json(path, &["info", "drop.vtu"])["cells"], 5);
-    succeed(
-        path,
-        &["convert", "m.su2", "keep.vtu", "--keep-tag", "side"],
-    );
+    assert_eq!(json(path, "info drop.vtu")["cells"], 5);
+    succeed(path, "convert m.su2 keep.vtu --keep-tag side");
     assert_eq!(tags(path, "keep.vtu"), named(&[("side", 2)]));
-    assert_eq!(json(path, &["info", "keep.vtu"])["open_faces"], 4);
+    assert_eq!(json(path, "info keep.vtu")["open_faces"], 4);
     let merge = [
         "convert",
         "m.su2",
@@ -96,25 +82,16 @@ fn tags_are_dropped_kept_and_merged() {
 fn the_boundary_alone_and_the_volume_alone() {
     let folder = squares();
     let path = folder.path();
-    succeed(path, &["convert", "m.su2", "edge.vtu", "--boundary-only"]);
-    let edge = json(path, &["info", "edge.vtu"]);
+    succeed(path, "convert m.su2 edge.vtu --boundary-only");
+    let edge = json(path, "info edge.vtu");
     assert_eq!((&edge["cells"], &edge["nodes"]), (&value!(6), &value!(6)));
-    succeed(path, &["convert", "m.su2", "inside.vtu", "--volume-only"]);
-    let inside = json(path, &["info", "inside.vtu"]);
+    succeed(path, "convert m.su2 inside.vtu --volume-only");
+    let inside = json(path, "info inside.vtu");
     assert_eq!(
         (&inside["cells"], &inside["boundary_tags"]),
         (&value!(2), &value!([]))
     );
-    let both = azimesh(
-        path,
-        &[
-            "convert",
-            "m.su2",
-            "no.vtu",
-            "--boundary-only",
-            "--volume-only",
-        ],
-    );
+    let both = azimesh(path, "convert m.su2 no.vtu --boundary-only --volume-only");
     assert_eq!(both.code, 2);
     let ball = crate::support::sequence::testdata("sphere_in_box_raw.vtu");
     let ball = ball.to_str().unwrap();
@@ -122,10 +99,7 @@ fn the_boundary_alone_and_the_volume_alone() {
     assert_says(&run.err, &["--boundary-only: ", "inner nodes are removed"]);
     // Tags stay tags of a surface in space, which can be deformed.
     assert_eq!(tags(path, "skin.su2"), tags(path, ball));
-    let run = azimesh(
-        path,
-        &["convert", "inside.vtu", "no.vtu", "--boundary-only"],
-    );
+    let run = azimesh(path, "convert inside.vtu no.vtu --boundary-only");
     assert_says(&run.err, &["the mesh has no boundary faces to keep"]);
 }
 
@@ -133,27 +107,21 @@ fn the_boundary_alone_and_the_volume_alone() {
 fn a_name_behind_o_that_ends_as_a_format_is_a_file() {
     let folder = squares();
     let path = folder.path();
-    succeed(path, &["convert", "m.su2", "-o", "out.vtk"]);
+    succeed(path, "convert m.su2 -o out.vtk");
     assert!(path.join("out.vtk").is_file());
     assert!(
-        succeed(path, &["diff", "m.su2", "out.vtk", "--match", "position"])
+        succeed(path, "diff m.su2 out.vtk --match position")
             .out
             .starts_with("same")
     );
-    succeed(path, &["convert", "m.su2", "out.vtk", "-o", "both.pvd"]);
+    succeed(path, "convert m.su2 out.vtk -o both.pvd");
     assert!(path.join("both.pvd").is_file());
-    succeed(
-        path,
-        &["convert", "m.su2", "-o", "folder", "--format", "msh"],
-    );
+    succeed(path, "convert m.su2 -o folder --format msh");
     assert!(path.join("folder/m.msh").is_file());
     std::fs::create_dir(path.join("old.vtu")).unwrap();
-    succeed(
-        path,
-        &["convert", "m.su2", "-o", "old.vtu", "--format", "vtu"],
-    );
+    succeed(path, "convert m.su2 -o old.vtu --format vtu");
     assert!(path.join("old.vtu/m.vtu").is_file());
-    let run = azimesh(path, &["convert", "m.su2", "-o", "plain"]);
+    let run = azimesh(path, "convert m.su2 -o plain");
     assert_eq!(run.code, 2);
     assert_says(&run.err, &["-o DIR needs --format"]);
 }
@@ -162,12 +130,12 @@ fn a_name_behind_o_that_ends_as_a_format_is_a_file() {
 fn info_tells_of_several_files_and_goes_on_past_a_bad_one() {
     let folder = squares();
     let path = folder.path();
-    succeed(path, &["convert", "m.su2", "m.vtu"]);
-    let run = azimesh(path, &["info", "m.su2", "none.vtu", "m.vtu"]);
+    succeed(path, "convert m.su2 m.vtu");
+    let run = azimesh(path, "info m.su2 none.vtu m.vtu");
     assert_eq!(run.code, 2);
     assert_says(&run.out, &["m.su2:\n", "m.vtu:\n", "boundary tags    4"]);
     assert_says(&run.err, &["none.vtu"]);
-    let found = json(path, &["info", "m.su2", "m.vtu"]);
+    let found = json(path, "info m.su2 m.vtu");
     assert_eq!(found["meshes"][1]["file"], "m.vtu");
     assert_eq!(found["meshes"][0]["nodes"], 6);
 }
@@ -181,7 +149,7 @@ fn info_flags_cells_that_no_solver_takes() {
         SQUARES.replace("9 3 2 5 4 1", "9 3 4 5 2 1"),
     )
     .unwrap();
-    let text = succeed(path, &["info", "f.su2"]).out;
+    let text = succeed(path, "info f.su2").out;
     assert_says(
         &text,
         &["negative", "1 cell of negative volume (the first is cell"],
@@ -191,12 +159,12 @@ fn info_flags_cells_that_no_solver_takes() {
         SQUARES.replace("0 2 4", "0 1 4").replace("1 2 5", "1 1 5"),
     )
     .unwrap();
-    let found = json(path, &["info", "d.su2"]);
+    let found = json(path, "info d.su2");
     assert_eq!(
         (&found["degenerate_cells"], &found["negative_cells"]),
         (&value!(1), &value!(0))
     );
-    let good = json(path, &["info", "m.su2"]);
+    let good = json(path, "info m.su2");
     assert_eq!(
         (
             &good["degenerate_cells"],
@@ -217,19 +185,19 @@ fn diff_tells_the_worst_step_and_compares_only_what_is_asked() {
         "few.toml",
         &[("step = 10.0", "step = 90.0")],
     );
-    succeed(path, &["-q", "deform", "n.vtu", "few.toml", "-o", "out"]);
-    succeed(path, &["-q", "convert", "out/n.pvd", "all.vtkhdf"]);
+    succeed(path, "-q deform n.vtu few.toml -o out");
+    succeed(path, "-q convert out/n.pvd all.vtkhdf");
     let scaled = |step: &str, by: &str| {
         let (file, copy) = (format!("out/n_000{step}.vtu"), "scaled.vtu");
         succeed(
             path,
-            &["-q", "convert", &file, copy, "--scale", by, "--force"],
+            &format!("-q convert {file} {copy} --scale {by} --force"),
         );
         succeed(path, &["-q", "convert", copy, &file, "--force"]);
     };
     scaled("1", "1.001");
     scaled("3", "1.01");
-    let run = azimesh(path, &["diff", "out", "all.vtkhdf"]);
+    let run = azimesh(path, "diff out all.vtkhdf");
     assert_eq!(run.code, 1);
     assert_says(
         &run.out,
@@ -238,7 +206,7 @@ fn diff_tells_the_worst_step_and_compares_only_what_is_asked() {
             "; the worst is step 3, nodes up to ",
         ],
     );
-    let found = json(path, &["diff", "out", "all.vtkhdf"]);
+    let found = json(path, "diff out all.vtkhdf");
     assert_eq!(found["worst_step"], 3);
     assert_eq!(found["max_distance"], found["steps"][3]["max_distance"]);
     assert!(found["max_distance"].as_f64() > found["steps"][1]["max_distance"].as_f64());
@@ -247,33 +215,12 @@ fn diff_tells_the_worst_step_and_compares_only_what_is_asked() {
         let run = succeed(path, &["diff", "out", "all.vtkhdf", "--only", only]);
         assert!(run.out.starts_with("same: 5 steps"), "{run:?}");
     }
-    assert_eq!(
-        azimesh(path, &["diff", "out", "all.vtkhdf", "--only", "nodes"]).code,
-        1
-    );
-    let tagged = [
-        "-q",
-        "convert",
-        "n.vtu",
-        "t.vtu",
-        "--rename-tag",
-        "airfoil=wing",
-    ];
+    assert_eq!(azimesh(path, "diff out all.vtkhdf --only nodes").code, 1);
+    let tagged = "-q convert n.vtu t.vtu --rename-tag airfoil=wing";
     succeed(path, &tagged);
-    assert_eq!(
-        azimesh(path, &["diff", "n.vtu", "t.vtu", "--only", "tags"]).code,
-        1
-    );
-    succeed(
-        path,
-        &[
-            "diff", "n.vtu", "t.vtu", "--only", "nodes", "--only", "cells",
-        ],
-    );
-    assert_eq!(
-        azimesh(path, &["diff", "n.vtu", "t.vtu", "--only", "zones"]).code,
-        2
-    );
+    assert_eq!(azimesh(path, "diff n.vtu t.vtu --only tags").code, 1);
+    succeed(path, "diff n.vtu t.vtu --only nodes --only cells");
+    assert_eq!(azimesh(path, "diff n.vtu t.vtu --only zones").code, 2);
 }
 
 #[test]
@@ -289,19 +236,17 @@ fn an_unfinished_folder_says_so_and_how_to_go_on() {
     let part = |steps: &str| {
         succeed(
             path,
-            &[
-                "-q", "deform", "n.vtu", "few.toml", "-o", "parts", "--steps", steps,
-            ],
+            &format!("-q deform n.vtu few.toml -o parts --steps {steps}"),
         )
     };
     part("0..2");
     part("4..5");
     let how = "steps 0..2, 4..5 of 5 are there; to finish it:  azimesh deform n.vtu few.toml -o parts --steps 2..4 ;  azimesh finish parts";
     for arguments in [
-        &["quality", "parts"][..],
-        &["diff", "parts", "parts"],
-        &["info", "parts"],
-        &["convert", "parts", "x.pvd"],
+        "quality parts",
+        "diff parts parts",
+        "info parts",
+        "convert parts x.pvd",
     ] {
         let run = azimesh(path, arguments);
         assert_eq!(run.code, 2, "{run:?}");
@@ -310,10 +255,10 @@ fn an_unfinished_folder_says_so_and_how_to_go_on() {
             &["the parts of the run in this folder are not joined", how],
         );
     }
-    let run = succeed(path, &["report", "parts"]);
+    let run = succeed(path, "report parts");
     assert_says(&run.err, &[how]);
     // A run that was killed: its record says that it is running, and there is no list of its meshes.
-    succeed(path, &["-q", "deform", "n.vtu", "few.toml", "-o", "out"]);
+    succeed(path, "-q deform n.vtu few.toml -o out");
     let record = std::fs::read_to_string(path.join("out/run.json")).unwrap();
     std::fs::write(
         path.join("out/run.json"),
@@ -321,13 +266,13 @@ fn an_unfinished_folder_says_so_and_how_to_go_on() {
     )
     .unwrap();
     let how = "not finished, 5 of 5 steps are there: if nothing runs there any more, continue it with  azimesh deform n.vtu few.toml -o out --resume";
-    let run = succeed(path, &["quality", "out"]);
+    let run = succeed(path, "quality out");
     assert_says(&run.err, &[how]);
     std::fs::remove_file(path.join("out/n.pvd")).unwrap();
-    let run = azimesh(path, &["quality", "out"]);
+    let run = azimesh(path, "quality out");
     assert_eq!(run.code, 2);
     assert_says(&run.err, &[how]);
-    let found = json(path, &["report", "out"]);
+    let found = json(path, "report out");
     let notes = &found["diagnostics"];
     assert_eq!(notes[0]["code"], "run_not_finished", "{notes:?}");
     let command = "azimesh deform n.vtu few.toml -o out --resume";

@@ -45,7 +45,7 @@ fn one_line_tells_a_moved_node_a_swapped_tag_and_a_reordered_cell() {
             changed = changed.replace("far\nMARKER_ELEMS= 2\n3 2 3", "far\nMARKER_ELEMS= 2\n3 1 2");
         }
         let folder = folder(&changed);
-        let run = azimesh(folder.path(), &["diff", "a.su2", "b.su2"]);
+        let run = azimesh(folder.path(), "diff a.su2 b.su2");
         assert_eq!(
             (run.code, run.out.lines().count()),
             (1, 1),
@@ -53,7 +53,7 @@ fn one_line_tells_a_moved_node_a_swapped_tag_and_a_reordered_cell() {
         );
         assert!(run.out.contains(line), "{what}: {run:?}");
         assert!(run.err.is_empty(), "{what}: {run:?}");
-        let more = azimesh(folder.path(), &["diff", "-v", "a.su2", "b.su2"]).out;
+        let more = azimesh(folder.path(), "diff -v a.su2 b.su2").out;
         assert!(more.lines().count() > 1, "{what}: {more}");
     }
 }
@@ -76,7 +76,7 @@ fn tolerances_are_lengths_or_fractions_of_the_diagonal() {
 #[test]
 fn a_renumbered_mesh_is_matched_by_position() {
     let folder = folder(RENUMBERED);
-    assert_eq!(azimesh(folder.path(), &["diff", "a.su2", "b.su2"]).code, 1);
+    assert_eq!(azimesh(folder.path(), "diff a.su2 b.su2").code, 1);
     let by_position = ["diff", "a.su2", "b.su2", "--match", "position"];
     let run = succeed(folder.path(), &by_position);
     assert_eq!(run.out, "same: 4 nodes, 6 cells\n");
@@ -102,32 +102,23 @@ fn sequences_are_compared_step_by_step() {
     let path = folder.path();
     let few = [("step = 10.0", "step = 90.0")];
     rewrite(path, "n.toml", "few.toml", &few);
-    succeed(path, &["-q", "deform", "n.vtu", "few.toml", "-o", "out"]);
-    succeed(path, &["-q", "convert", "out/n.pvd", "all.vtkhdf"]);
-    let run = succeed(path, &["diff", "out", "all.vtkhdf"]);
+    succeed(path, "-q deform n.vtu few.toml -o out");
+    succeed(path, "-q convert out/n.pvd all.vtkhdf");
+    let run = succeed(path, "diff out all.vtkhdf");
     assert!(run.out.starts_with("same: 5 steps, "), "{run:?}");
-    let moved = [
-        "-q",
-        "convert",
-        "out/n_0002.vtu",
-        "out/n_0003.vtu",
-        "--force",
-    ];
+    let moved = "-q convert out/n_0002.vtu out/n_0003.vtu --force";
     succeed(path, &moved);
-    let run = azimesh(path, &["diff", "out/n.pvd", "all.vtkhdf", "-v"]);
+    let run = azimesh(path, "diff out/n.pvd all.vtkhdf -v");
     assert_eq!(run.code, 1);
     assert_says(&run.out, &["different: ", "1 of 5 steps", "step 3"]);
-    let found = json(path, &["diff", "out", "all.vtkhdf"]);
+    let found = json(path, "diff out all.vtkhdf");
     assert_eq!(found["steps"][3]["same"], false);
     assert_eq!(found["steps"][4]["same"], true);
-    succeed(
-        path,
-        &["-q", "convert", "out/n.pvd", "one.vtkhdf", "--step", "0"],
-    );
-    let run = azimesh(path, &["diff", "out", "n.vtu"]);
+    succeed(path, "-q convert out/n.pvd one.vtkhdf --step 0");
+    let run = azimesh(path, "diff out n.vtu");
     assert_eq!(run.code, 2);
     assert_says(&run.err, &["sequence", "n.vtu", "one mesh"]);
-    let run = azimesh(path, &["diff", ".", "n.vtu"]);
+    let run = azimesh(path, "diff . n.vtu");
     assert!(
         run.err.contains("several sequences") || run.err.contains("sequence"),
         "{run:?}"
@@ -144,6 +135,6 @@ fn polyhedra_that_a_format_gives_back_as_other_cells_are_explained() {
     assert_eq!(run.code, 1, "{run:?}");
     let told = "the first mesh has 613 cells as polyhedra or polygons more than the second";
     assert_says(&run.err, &[told, "OpenFOAM"]);
-    let run = succeed(path, &["diff", "case", "case"]);
+    let run = succeed(path, "diff case case");
     assert!(!run.err.contains("polyhedra"), "{}", run.err);
 }

@@ -162,10 +162,10 @@ fn cube(n_nodes: usize, name: &str) -> NetCdf {
 fn node_sets_are_tags_of_the_outer_faces_where_there_are_no_side_sets() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cube.g"), cube(8, "hex").bytes()).unwrap();
-    let info = json(folder.path(), &["info", "cube.g"]);
+    let info = json(folder.path(), "info cube.g");
     assert_eq!(info["boundary_tags"][0]["name"], "floor", "{info}");
     assert_eq!(info["boundary_tags"].as_array().unwrap().len(), 1, "{info}");
-    let told = succeed(folder.path(), &["info", "cube.g"]).err;
+    let told = succeed(folder.path(), "info cube.g").err;
     assert_says(&told, &["node sets are not kept: edge"]);
     let mesh = read(&cube(8, "hex").bytes());
     assert_eq!(mesh.cells.get(1).nodes, [0, 3, 2, 1]);
@@ -175,7 +175,7 @@ fn node_sets_are_tags_of_the_outer_faces_where_there_are_no_side_sets() {
 fn elements_with_more_nodes_than_a_cell_keep_those_that_it_has() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cube.g"), cube(9, "HEX9").bytes()).unwrap();
-    let told = succeed(folder.path(), &["info", "cube.g"]).err;
+    let told = succeed(folder.path(), "info cube.g").err;
     assert_says(&told, &["1 element of type HEX9 keeps 8 of 9 nodes"]);
     let mesh = read(&cube(20, "HEX20").bytes());
     let nodes = mesh.cells.get(0).nodes;
@@ -418,16 +418,16 @@ fn the_program_reads_a_sequence_and_does_not_write_the_format() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     std::fs::write(at.join("a.exo"), small(5)).unwrap();
-    let info = json(at, &["info", "a.exo"]);
+    let info = json(at, "info a.exo");
     assert_eq!(info["format"], "Exodus II (.exo)", "{info}");
-    succeed(at, &["convert", "a.exo", "--step", "0", "a.vtu"]);
-    succeed(at, &["convert", "a.exo", "--step", "1", "b.vtu"]);
-    assert_eq!(azimesh(at, &["diff", "a.vtu", "b.vtu"]).code, 1);
+    succeed(at, "convert a.exo --step 0 a.vtu");
+    succeed(at, "convert a.exo --step 1 b.vtu");
+    assert_eq!(azimesh(at, "diff a.vtu b.vtu").code, 1);
     for args in [
-        &["convert", "a.vtu", "b.exo"][..],
-        &["convert", "a.vtu", "-o", "b.exo"],
-        &["convert", "a.vtu", "-", "--format", "exodus"],
-        &["sample", "naca0012", "-o", "n.exo"],
+        "convert a.vtu b.exo",
+        "convert a.vtu -o b.exo",
+        "convert a.vtu - --format exodus",
+        "sample naca0012 -o n.exo",
     ] {
         let run = azimesh(at, args);
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{run:?}");

@@ -1,15 +1,15 @@
 //! Parts of a sequence, written separately, joined to what one run leaves.
 
-use crate::support::{airfoil, assert_says, azimesh, files, names, rewrite, succeed};
+use crate::support::{Args, airfoil, assert_says, azimesh, files, names, rewrite, succeed};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::SystemTime;
 
 const PARTS: [&str; 3] = ["0..3", "3..4", "4..7"];
 
-fn deform(folder: &Path, format: &str, options: &[&str]) {
+fn deform(folder: &Path, format: &str, options: impl Args) {
     let args = ["-q", "deform", "n.vtu", "case.toml", "--format", format];
-    succeed(folder, &[&args[..], options].concat());
+    succeed(folder, [&args[..], &options.words()].concat());
 }
 
 /// A folder with a case of seven steps.
@@ -44,7 +44,7 @@ fn a_format_that_nothing_is_written_in_is_refused() {
 fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
     let folder = seven_steps();
     let folder = folder.path();
-    let ascii = ["-q", "convert", "n.vtu", "text.vtu", "--encoding", "ascii"];
+    let ascii = "-q convert n.vtu text.vtu --encoding ascii";
     succeed(folder, &ascii);
     let names = [
         ("\"BoundaryTag\"", "\"Face\""),
@@ -54,10 +54,10 @@ fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
     let tags = [("\"airfoil\"", "\"1\""), ("\"farfield\"", "\"2\"")];
     rewrite(folder, "case.toml", "case.toml", &tags);
     for part in PARTS {
-        let options = ["-o", "out", "--steps", part, "--tag-array", "Face"];
+        let options = format!("-o out --steps {part} --tag-array Face");
         deform(folder, "vtkhdf", &options);
     }
-    succeed(folder, &["finish", "out"]);
+    succeed(folder, "finish out");
     let told = crate::support::json(folder, &["report", "out"]);
     assert_eq!(told["diagnostics"], serde_json::json!([]));
 }
@@ -114,34 +114,31 @@ fn what_is_joined_already_is_left_as_it_is() {
         ("cgns", "far.toml", 1),
         ("vtk", "far.toml", 1),
     ] {
-        let args = ["deform", "n.vtu", schedule, "--format", format, "-o", "out"];
+        let args = format!("deform n.vtu {schedule} --format {format} -o out");
         let part = |part: &str| {
-            let run = azimesh(
-                folder,
-                &[&args[..], &["--resume", "--steps", part]].concat(),
-            );
+            let run = azimesh(folder, &format!("{args} --resume --steps {part}"));
             assert!(run.code <= code, "{run:?}");
         };
         PARTS.into_iter().for_each(part);
-        let first = azimesh(folder, &["finish", "out"]);
+        let first = azimesh(folder, "finish out");
         assert_eq!(first.code, code, "{first:?}");
         let out = folder.join("out");
         let (before, content) = (written(&out), files(&out));
-        let again = azimesh(folder, &["finish", "out"]);
+        let again = azimesh(folder, "finish out");
         assert_eq!(again.code, code, "{again:?}");
         assert_says(&again.out, &["complete already", "7 steps"]);
         assert_eq!(written(&out), before, "{format}");
         assert!(files(&out) == content, "{format}");
         // A job that is requeued says all of it again.
         PARTS.into_iter().for_each(part);
-        let again = azimesh(folder, &["finish", "out"]);
+        let again = azimesh(folder, "finish out");
         assert!(
             again.code == code && again.out.starts_with("complete already"),
             "{again:?}"
         );
-        let resumed = azimesh(folder, &[&args[..], &["--resume"]].concat());
+        let resumed = azimesh(folder, &format!("{args} --resume"));
         assert_eq!(resumed.code, code, "{resumed:?}");
-        let again = azimesh(folder, &["finish", "out"]);
+        let again = azimesh(folder, "finish out");
         assert!(
             again.code == code && again.out.starts_with("complete already"),
             "{again:?}"
@@ -162,12 +159,12 @@ fn what_an_ended_join_has_left_is_completed_without_force() {
     let folder = folder.path();
     for format in ["vtu", "vtkhdf", "cgns"] {
         in_parts(folder, format);
-        succeed(folder, &["finish", "out"]);
+        succeed(folder, "finish out");
         let out = folder.join("out");
         let wanted = left(&out);
         let path = |name: &str| out.join(name);
         let again = |what: &str| {
-            let run = succeed(folder, &["finish", "out"]);
+            let run = succeed(folder, "finish out");
             assert!(!run.out.starts_with("complete already"), "{what}: {run:?}");
             assert_same(&out, &wanted, &format!("{format}, {what}"));
         };
@@ -201,11 +198,11 @@ fn what_an_ended_join_has_left_is_completed_without_force() {
             again("half a mesh alone");
         }
         // A part that is written again, in other seconds.
-        let part = ["-o", "out", "--steps", "3..4", "--force"];
+        let part = "-o out --steps 3..4 --force";
         let text = std::fs::read_to_string(path("steps_3-4.csv")).unwrap();
         deform(folder, format, &part);
         if std::fs::read_to_string(path("steps_3-4.csv")).unwrap() != text {
-            let run = succeed(folder, &["finish", "out"]);
+            let run = succeed(folder, "finish out");
             assert!(!run.out.starts_with("complete already"), "{run:?}");
         }
         std::fs::remove_dir_all(out).unwrap();
@@ -218,7 +215,7 @@ fn the_record_of_another_run_is_replaced_by_force_only() {
     let folder = folder.path();
     for format in ["vtu", "vtkhdf"] {
         in_parts(folder, format);
-        succeed(folder, &["finish", "out"]);
+        succeed(folder, "finish out");
         let other = [("sin = 10.0", "sin = 9.0")];
         rewrite(folder, "case.toml", "case.toml", &other);
         for part in PARTS {
@@ -226,14 +223,14 @@ fn the_record_of_another_run_is_replaced_by_force_only() {
         }
         let out = folder.join("out");
         let before = left(&out);
-        let run = azimesh(folder, &["finish", "out"]);
+        let run = azimesh(folder, "finish out");
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{run:?}");
         assert_says(&run.err, &["schedule case.toml", "content", "--force"]);
         assert_same(&out, &before, format);
-        succeed(folder, &["finish", "out", "--force"]);
-        deform(folder, format, &["-o", "whole"]);
+        succeed(folder, "finish out --force");
+        deform(folder, format, "-o whole");
         assert_eq!(table(&out), table(&folder.join("whole")));
-        let run = succeed(folder, &["finish", "out"]);
+        let run = succeed(folder, "finish out");
         assert!(run.out.starts_with("complete already"), "{run:?}");
         rewrite(
             folder,
@@ -273,11 +270,11 @@ fn a_join_without_room_leaves_what_was_there() {
         let before = left(&out);
         limited("");
         assert_same(&out, &before, "nothing under a final name");
-        succeed(folder, &["finish", "out"]);
+        succeed(folder, "finish out");
         let before = left(&out);
         limited("--force");
         assert_same(&out, &before, "the old file stays");
-        let run = succeed(folder, &["finish", "out"]);
+        let run = succeed(folder, "finish out");
         assert!(run.out.starts_with("complete already"), "{run:?}");
         std::fs::remove_dir_all(out).unwrap();
     }
@@ -289,11 +286,11 @@ fn a_part_with_a_lost_record_is_named_and_mended_by_resume() {
     let folder = folder.path();
     for format in ["vtu", "cgns"] {
         in_parts(folder, format);
-        succeed(folder, &["finish", "out"]);
+        succeed(folder, "finish out");
         let out = folder.join("out");
         let wanted = files(&out);
         std::fs::write(out.join("run_4-7.json"), "{").unwrap();
-        let run = azimesh(folder, &["finish", "out"]);
+        let run = azimesh(folder, "finish out");
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(
             &run.err,
@@ -303,7 +300,7 @@ fn a_part_with_a_lost_record_is_named_and_mended_by_resume() {
         for part in ["4..7", "0..3"] {
             deform(folder, format, &["-o", "out", "--steps", part, "--resume"]);
         }
-        let run = succeed(folder, &["finish", "out"]);
+        let run = succeed(folder, "finish out");
         assert!(run.out.starts_with("complete already"), "{run:?}");
         for (name, content) in files(&out) {
             assert!(
@@ -326,9 +323,9 @@ fn parts_are_joined_to_the_files_of_one_run() {
     let folder = seven_steps();
     let folder = folder.path();
     for format in ["vtu", "vtk", "vtkhdf", "cgns"] {
-        deform(folder, format, &["-o", "whole"]);
+        deform(folder, format, "-o whole");
         in_parts(folder, format);
-        let run = succeed(folder, &["finish", "out"]);
+        let run = succeed(folder, "finish out");
         assert!(run.out.starts_with("out: 7 steps, "), "{run:?}");
         let (whole, out) = (folder.join("whole"), folder.join("out"));
         assert_eq!(table(&out), table(&whole), "{format}");
@@ -351,19 +348,10 @@ fn parts_are_joined_to_the_files_of_one_run() {
             assert!(sum > 0.0 && seconds(&record, stage) >= sum, "{stage}");
         }
         // What is joined is a sequence like any other.
-        let args = [
-            "deform",
-            "n.vtu",
-            "case.toml",
-            "--format",
-            format,
-            "-o",
-            "out",
-            "--resume",
-        ];
+        let args = format!("deform n.vtu case.toml --format {format} -o out --resume");
         let run = succeed(folder, &args);
         assert!(run.out.starts_with("complete already"), "{format}: {run:?}");
-        succeed(folder, &["finish", "out", "--force", "-q"]);
+        succeed(folder, "finish out --force -q");
         assert!(files(&out)[&first_mesh(format)] == joined[&first_mesh(format)]);
         for out in [whole, out] {
             std::fs::remove_dir_all(out).unwrap();
@@ -378,14 +366,14 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     std::fs::create_dir(folder.join("out")).unwrap();
     let refused = |reason: &[&str]| {
         let before = names(&folder.join("out"));
-        let run = azimesh(folder, &["finish", "out"]);
+        let run = azimesh(folder, "finish out");
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{run:?}");
         assert_says(&run.err, reason);
         assert_eq!(names(&folder.join("out")), before);
     };
     refused(&["out: ", "no parts"]);
-    deform(folder, "vtu", &["-o", "out", "--steps", "0..3"]);
-    deform(folder, "vtu", &["-o", "out", "--steps", "5..6"]);
+    deform(folder, "vtu", "-o out --steps 0..3");
+    deform(folder, "vtu", "-o out --steps 5..6");
     refused(&[
         "steps 3 to 4, 6 are missing",
         "run_0-3.json",
@@ -402,8 +390,8 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
         "no part has 3 to 4, 6",
     ]);
     std::fs::write(&table, rows).unwrap();
-    deform(folder, "vtu", &["-o", "out", "--steps", "6..7"]);
-    deform(folder, "vtu", &["-o", "out", "--steps", "2..5", "--force"]);
+    deform(folder, "vtu", "-o out --steps 6..7");
+    deform(folder, "vtu", "-o out --steps 2..5 --force");
     refused(&["step 2", "0..3", "2..5", "remove"]);
     for name in ["steps_2-5.csv", "run_2-5.json"] {
         std::fs::remove_file(folder.join("out").join(name)).unwrap();
@@ -416,7 +404,7 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
     refused(&["step 4", "damaged"]);
     std::fs::remove_file(&mesh).unwrap();
     refused(&["step 4", "damaged"]);
-    deform(folder, "vtu", &["-o", "out", "--steps", "3..5", "--resume"]);
+    deform(folder, "vtu", "-o out --steps 3..5 --resume");
     assert!(std::fs::read(&mesh).unwrap() == content);
     rewrite(
         folder,
@@ -442,17 +430,13 @@ fn a_damaged_file_of_a_part_is_found() {
     let at = content.len() - 100;
     content[at] ^= 1;
     std::fs::write(&path, content).unwrap();
-    let run = azimesh(folder, &["finish", "out"]);
+    let run = azimesh(folder, "finish out");
     assert!(
         run.code == 2 && run.err.contains("step 6 is damaged"),
         "{run:?}"
     );
-    deform(
-        folder,
-        "vtkhdf",
-        &["-o", "out", "--steps", "4..7", "--resume"],
-    );
-    succeed(folder, &["finish", "out"]);
+    deform(folder, "vtkhdf", "-o out --steps 4..7 --resume");
+    succeed(folder, "finish out");
 }
 
 #[test]
@@ -466,7 +450,7 @@ fn a_part_that_overlaps_another_is_refused_in_every_format() {
         ("vtu", "--resume"),
         ("cgns", "--resume"),
     ] {
-        deform(folder, format, &["-o", "out", "--steps", "0..4"]);
+        deform(folder, format, "-o out --steps 0..4");
         let before = names(&folder.join("out"));
         let args = ["deform", "n.vtu", "case.toml", "--format", format, option];
         let part = ["-o", "out", "--steps", "3..6"];
@@ -474,8 +458,8 @@ fn a_part_that_overlaps_another_is_refused_in_every_format() {
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &["3..6", "0..4", "run_0-4.json"]);
         assert_eq!(names(&folder.join("out")), before);
-        deform(folder, format, &["-o", "out", "--steps", "4..7"]);
-        succeed(folder, &["finish", "out", "-q"]);
+        deform(folder, format, "-o out --steps 4..7");
+        succeed(folder, "finish out -q");
         std::fs::remove_dir_all(folder.join("out")).unwrap();
     }
 }

@@ -25,10 +25,7 @@ fn a_mesh_is_the_same_from_text_binary_and_hdf5() {
         let run = succeed(folder.path(), &["diff", "house.msh", other]);
         assert_eq!((run.code, run.err.as_str()), (0, ""), "{run:?}");
     }
-    let run = succeed(
-        folder.path(),
-        &["diff", "polyhedra.cas.gz", "polyhedra.msh.h5"],
-    );
+    let run = succeed(folder.path(), "diff polyhedra.cas.gz polyhedra.msh.h5");
     assert_eq!(run.code, 0, "{run:?}");
     let said = info(folder.path(), "house.cas.h5");
     assert_eq!(said["format"], "Fluent mesh or case in HDF5");
@@ -61,7 +58,7 @@ fn tags_zones_and_polyhedra_survive_a_conversion() {
         let run = succeed(folder.path(), &["diff", file, out, "--match", "position"]);
         assert_eq!(run.code, 0, "{file} {out}: {run:?}");
     }
-    let run = succeed(folder.path(), &["info", "refined.msh"]);
+    let run = succeed(folder.path(), "info refined.msh");
     assert_says(&run.err, &["refined with hanging nodes", "1 refined cell"]);
 }
 
@@ -77,13 +74,13 @@ fn a_name_of_gmsh_is_read_by_its_content_and_a_forced_format_says_what_the_file_
         info(folder.path(), "house.msh")["format"],
         "Fluent mesh or case"
     );
-    let run = azimesh(folder.path(), &["info", "house.msh", "--format", "msh"]);
+    let run = azimesh(folder.path(), "info house.msh --format msh");
     assert_eq!(run.code, 2);
     assert_says(
         &run.err,
         &["it is a Fluent mesh, which is read as format fluent"],
     );
-    let run = azimesh(folder.path(), &["info", "g.msh", "--format", "fluent"]);
+    let run = azimesh(folder.path(), "info g.msh --format fluent");
     assert_eq!(run.code, 2);
     assert_says(
         &run.err,

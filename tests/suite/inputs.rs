@@ -1,14 +1,14 @@
 //! Inputs are never lost: no output takes their place, and a run records what it has read of them.
 
 use crate::support::sequence::testdata;
-use crate::support::{airfoil, assert_says, azimesh, files, rewrite, short, succeed};
+use crate::support::{Args, airfoil, assert_says, azimesh, files, rewrite, short, succeed};
 use std::fs;
 use std::path::Path;
 
 /// Runs a command that must be refused since `input` would be replaced, and changes no file of the folder.
-fn assert_refused(folder: &Path, args: &[&str], input: &str) {
+fn assert_refused(folder: &Path, args: impl Args, input: &str) {
     let before = files(folder);
-    let run = azimesh(folder, args);
+    let run = azimesh(folder, &args);
     assert_eq!(run.code, 2, "{args:?}: {run:?}");
     assert_says(&run.err, &[input, "input", "would replace"]);
     assert!(files(folder) == before, "{args:?}: {run:?}");
@@ -21,7 +21,7 @@ fn no_command_replaces_a_file_that_it_reads() {
     let folder = folder.path();
     std::os::unix::fs::symlink("n.vtu", folder.join("link.vtu")).unwrap();
     fs::hard_link(folder.join("n.vtu"), folder.join("second.vtu")).unwrap();
-    succeed(folder, &["deform", "n.vtu", "few.toml", "-o", "out"]);
+    succeed(folder, "deform n.vtu few.toml -o out");
     for out in ["n.vtu", "link.vtu", "second.vtu", "./n.vtu"] {
         assert_refused(folder, &["convert", "n.vtu", out, "--force"], out);
         assert_refused(folder, &["repair", "n.vtu", "-o", out, "--force"], out);
@@ -33,15 +33,15 @@ fn no_command_replaces_a_file_that_it_reads() {
         assert_refused(folder, &args, "n.vtu");
     }
     for out in ["few.toml", "n.vtu"] {
-        let select = ["select", "n.vtu", "few.toml", "-o", out, "--force"];
+        let select = format!("select n.vtu few.toml -o {out} --force");
         assert_refused(folder, &select, out);
     }
     let out = folder.join("out");
     for page in ["steps.csv", "run.json", "n_0001.vtu"] {
         assert_refused(&out, &["report", ".", "-o", page, "--force"], page);
     }
-    assert_refused(&out, &["convert", "n.pvd", "n.pvd", "--force"], "n.pvd");
-    let same = ["convert", "n.pvd", "-o", ".", "--format", "vtu", "--force"];
+    assert_refused(&out, "convert n.pvd n.pvd --force", "n.pvd");
+    let same = "convert n.pvd -o . --format vtu --force";
     assert_refused(&out, &same, "n_0000.vtu");
 }
 
@@ -62,7 +62,7 @@ fn with_table(folder: &Path, table: &str) {
 fn a_run_never_takes_an_input_for_a_file_of_an_earlier_run() {
     let folder = short();
     let folder = folder.path();
-    succeed(folder, &["-q", "convert", "n.vtu", "n.cgns"]);
+    succeed(folder, "-q convert n.vtu n.cgns");
     let deform = |mesh, schedule, more: &[&str]| {
         let args = [&["deform", mesh, schedule, "-o", "."], more].concat();
         for force in [&["--force"][..], &[], &["--steps", "0..2"]] {
@@ -81,12 +81,10 @@ fn a_run_never_takes_an_input_for_a_file_of_an_earlier_run() {
 fn finish_does_not_replace_the_mesh_of_its_parts() {
     let folder = short();
     let folder = folder.path();
-    succeed(folder, &["-q", "convert", "n.vtu", "n.cgns"]);
+    succeed(folder, "-q convert n.vtu n.cgns");
     for part in ["0..2", "2..5"] {
-        let args = [
-            "deform", "n.cgns", "few.toml", "-o", "out", "--format", "cgns",
-        ];
-        succeed(folder, &[&args[..], &["-q", "--steps", part]].concat());
+        let args = "deform n.cgns few.toml -o out --format cgns";
+        succeed(folder, &format!("{args} -q --steps {part}"));
     }
     // A mesh that has come to the folder since: known by its hash, whatever the path in the records.
     let mesh = fs::read(folder.join("n.cgns")).unwrap();
@@ -104,25 +102,14 @@ fn base_points_that_lie_among_the_outputs_stay_as_they_are() {
     let folder = short();
     let folder = folder.path();
     fs::create_dir(folder.join("out")).unwrap();
-    succeed(
-        folder,
-        &["-q", "select", "n.vtu", "few.toml", "-o", "out/base.toml"],
-    );
+    succeed(folder, "-q select n.vtu few.toml -o out/base.toml");
     let mut base = fs::read_to_string(folder.join("out/base.toml")).unwrap();
     base += "# mine\n";
     fs::write(folder.join("out/base.toml"), &base).unwrap();
-    let deform = [
-        "deform",
-        "n.vtu",
-        "few.toml",
-        "-o",
-        "out",
-        "--base",
-        "out/base.toml",
-    ];
+    let deform = "deform n.vtu few.toml -o out --base out/base.toml";
     succeed(folder, &deform);
-    succeed(folder, &[&deform[..], &["--resume"]].concat());
-    succeed(folder, &[&deform[..], &["--force"]].concat());
+    succeed(folder, &format!("{deform} --resume"));
+    succeed(folder, &format!("{deform} --force"));
     assert!(fs::read_to_string(folder.join("out/base.toml")).unwrap() == base);
 }
 
@@ -138,7 +125,7 @@ fn force_leaves_the_files_of_the_new_run_alone() {
     let folder = folder.path();
     with_step(folder, "45.0");
     let deform = |schedule: &str, out: &str| {
-        let args = ["deform", "n.vtu", schedule, "-o", out, "--force"];
+        let args = format!("deform n.vtu {schedule} -o {out} --force");
         succeed(folder, &args);
     };
     deform("many.toml", "out");
@@ -160,7 +147,7 @@ fn force_over_a_decomposed_case_keeps_every_piece_of_the_new_run() {
     )
     .unwrap();
     let case = case.to_str().unwrap();
-    let deform = ["deform", case, "s.toml", "-o", "out", "--force", "-q"];
+    let deform = format!("deform {case} s.toml -o out --force -q");
     let pieces = || {
         let has_points = |piece: &str| {
             folder
@@ -244,16 +231,8 @@ fn sphere() -> tempfile::TempDir {
 fn topology_of_a_case_is_restored_without_its_points() {
     let folder = sphere();
     let folder = folder.path();
-    let deform = [
-        "deform",
-        "sphere.vtu",
-        "few.toml",
-        "-o",
-        "c",
-        "--format",
-        "openfoam",
-    ];
-    azimesh(folder, &[&deform[..], &["-q"]].concat());
+    let deform = "deform sphere.vtu few.toml -o c --format openfoam";
+    azimesh(folder, &format!("{deform} -q"));
     let mesh = folder.join("c/constant/polyMesh");
     let wanted = files(&mesh);
     for (name, content) in [
@@ -265,7 +244,7 @@ fn topology_of_a_case_is_restored_without_its_points() {
             None => fs::remove_file(mesh.join(name)).unwrap(),
             Some(content) => fs::write(mesh.join(name), content).unwrap(),
         }
-        let run = azimesh(folder, &[&deform[..], &["--resume"]].concat());
+        let run = azimesh(folder, &format!("{deform} --resume"));
         assert_says(&run.err, &["constant/polyMesh", "written again"]);
         assert!(files(&mesh) == wanted, "{name}: {run:?}");
     }
@@ -290,16 +269,8 @@ fn finish_wants_the_files_beside_meshes_as_they_were_written() {
         ),
     ] {
         for part in ["0..2", "2..4"] {
-            let deform = [
-                "deform",
-                "sphere.vtu",
-                "few.toml",
-                "-o",
-                "c",
-                "--format",
-                format,
-            ];
-            azimesh(folder, &[&deform[..], &["-q", "--steps", part]].concat());
+            let deform = format!("deform sphere.vtu few.toml -o c --format {format}");
+            azimesh(folder, &format!("{deform} -q --steps {part}"));
         }
         for name in wanted {
             let path = folder.join("c").join(name);
@@ -312,16 +283,16 @@ fn finish_wants_the_files_beside_meshes_as_they_were_written() {
             let at = digit.map_or(content.len() / 2, |at| at + 1);
             changed[at] = if changed[at] == b'1' { b'2' } else { b'1' };
             fs::write(&path, changed).unwrap();
-            let run = azimesh(folder, &["finish", "c"]);
+            let run = azimesh(folder, "finish c");
             assert_eq!(run.code, 2, "{format} {name}: {run:?}");
             assert_says(&run.err, &["--resume"]);
             if !name.ends_with(".csv") {
                 fs::remove_file(&path).unwrap();
-                assert_eq!(azimesh(folder, &["finish", "c"]).code, 2, "{name}");
+                assert_eq!(azimesh(folder, "finish c").code, 2, "{name}");
             }
             fs::write(&path, content).unwrap();
         }
-        assert!(azimesh(folder, &["finish", "c"]).code < 2);
+        assert!(azimesh(folder, "finish c").code < 2);
         fs::remove_dir_all(folder.join("c")).unwrap();
     }
 }
@@ -374,6 +345,6 @@ fn two_flavours_of_ugrid_share_their_boundary_conditions() {
     let folder = folder.path();
     let solid = testdata("mixed_cells_v41_binary.msh");
     succeed(folder, &["convert", solid.to_str().unwrap(), "m.b8.ugrid"]);
-    succeed(folder, &["convert", "m.b8.ugrid", "m.lb8.ugrid", "--force"]);
-    succeed(folder, &["diff", "m.b8.ugrid", "m.lb8.ugrid"]);
+    succeed(folder, "convert m.b8.ugrid m.lb8.ugrid --force");
+    succeed(folder, "diff m.b8.ugrid m.lb8.ugrid");
 }

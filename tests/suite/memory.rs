@@ -1,7 +1,7 @@
 //! Memory that cannot be had, or that may not be taken, in every command that reads meshes; and inputs that
 //! have no end.
 
-use crate::support::{Run, assert_says, azimesh, files, names, rewrite, succeed};
+use crate::support::{Args, Run, assert_says, azimesh, files, names, rewrite, succeed};
 use flate2::{Compression, write::GzEncoder};
 use std::fs;
 use std::io::Write;
@@ -10,13 +10,13 @@ use std::process::Command;
 use tempfile::TempDir;
 
 /// Runs the program with so many kB of addresses.
-fn limited(folder: &Path, limit: usize, args: &[&str]) -> std::process::Output {
+fn limited(folder: &Path, limit: usize, args: impl Args) -> std::process::Output {
     Command::new("sh")
         .current_dir(folder)
         .args(["-c", "ulimit -v $0 && exec \"$@\""])
         .arg(limit.to_string())
         .arg(assert_cmd::cargo::cargo_bin("azimesh"))
-        .args(args)
+        .args(args.words())
         .output()
         .unwrap()
 }
@@ -24,7 +24,7 @@ fn limited(folder: &Path, limit: usize, args: &[&str]) -> std::process::Output {
 /// The least kB of addresses with which the system can start the program at all.
 fn least() -> usize {
     let starts = |limit| {
-        let output = limited(Path::new("."), limit, &["--version"]);
+        let output = limited(Path::new("."), limit, "--version");
         output.status.code() == Some(0)
     };
     let (mut few, mut enough) = (1, 1 << 20);
@@ -43,14 +43,14 @@ fn least() -> usize {
 fn meshes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let sample = ["-q", "sample", "naca0012", "--nodes", "20000", "-o"];
-    succeed(path, &[&sample[..], &["n.vtu"]].concat());
+    let sample = "-q sample naca0012 --nodes 20000 -o";
+    succeed(path, &format!("{sample} n.vtu"));
     let few = [
         ("stop = 360.0", "stop = 90.0"),
         ("step = 10.0", "step = 45.0"),
     ];
     rewrite(path, "n.toml", "few.toml", &few);
-    succeed(path, &["deform", "-q", "n.vtu", "few.toml", "-o", "done"]);
+    succeed(path, "deform -q n.vtu few.toml -o done");
     folder
 }
 
@@ -159,7 +159,7 @@ fn every_command_keeps_to_max_memory() {
 #[test]
 fn a_sequence_says_at_which_file_memory_ran_out() {
     let folder = meshes();
-    let run = azimesh(folder.path(), &["info", "n.vtu", "--max-memory", "500k"]);
+    let run = azimesh(folder.path(), "info n.vtu --max-memory 500k");
     assert!(run.err.ends_with("(reading n.vtu)\n"), "{run:?}");
 }
 
@@ -179,22 +179,14 @@ fn what_a_small_file_unpacks_to_is_limited() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     fs::write(path.join("bomb.su2"), bomb(40)).unwrap();
-    succeed(path, &["info", "bomb.su2", "--max-memory", "100M"]);
-    let limit = ["--max-memory", "10M"];
-    for args in [
-        &["info", "bomb.su2"][..],
-        &["convert", "bomb.su2", "out.vtu"],
-    ] {
-        let run = azimesh(path, &[args, &limit].concat());
+    succeed(path, "info bomb.su2 --max-memory 100M");
+    for args in ["info bomb.su2", "convert bomb.su2 out.vtu"] {
+        let run = azimesh(path, format!("{args} --max-memory 10M"));
         assert_eq!(run.code, 3, "{run:?}");
         assert_says(&run.err, &["bomb.su2", "--max-memory"]);
         assert_eq!(run.err.lines().count(), 1, "{run:?}");
     }
-    let most = limited(
-        path,
-        least() + 30_000,
-        &["info", "bomb.su2", "--max-memory", "10M"],
-    );
+    let most = limited(path, least() + 30_000, "info bomb.su2 --max-memory 10M");
     let said = String::from_utf8(most.stderr).unwrap();
     assert!(
         said.contains("--max-memory"),
@@ -215,9 +207,9 @@ fn a_pipe_without_end_is_refused_at_the_limit() {
 }
 
 /// Runs the program, which must end by itself within a minute.
-fn ends(folder: &Path, args: &[&str]) -> Run {
+fn ends(folder: &Path, args: impl Args) -> Run {
     let mut command = assert_cmd::Command::cargo_bin("azimesh").unwrap();
-    let run = command.current_dir(folder).args(args);
+    let run = command.current_dir(folder).args(args.words());
     let run = run
         .timeout(std::time::Duration::from_secs(60))
         .output()
@@ -234,18 +226,10 @@ fn a_device_is_no_mesh_no_schedule_and_no_base() {
     let folder = crate::support::short();
     let path = folder.path();
     for args in [
-        &["info", "/dev/zero"][..],
-        &["check", "n.vtu", "/dev/zero"],
-        &[
-            "deform",
-            "n.vtu",
-            "few.toml",
-            "-o",
-            "out",
-            "--base",
-            "/dev/zero",
-        ],
-        &["quality", "n.vtu", "--reference", "/dev/zero"],
+        "info /dev/zero",
+        "check n.vtu /dev/zero",
+        "deform n.vtu few.toml -o out --base /dev/zero",
+        "quality n.vtu --reference /dev/zero",
     ] {
         let run = ends(path, args);
         assert_eq!(run.code, 2, "{args:?} {run:?}");
@@ -264,17 +248,14 @@ fn files_that_are_looked_for_by_name_are_no_pipes() {
     let solid = "4 4 0 1 0 0 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 3 2\n1 2 4\n2 3 4\n3 1 4\n1\n1\n1\n1\n1 2 3 4\n";
     fs::write(path.join("solid.ugrid"), solid).unwrap();
     pipe("solid.mapbc");
-    let run = ends(path, &["info", "solid.ugrid"]);
+    let run = ends(path, "info solid.ugrid");
     assert_eq!(run.code, 0, "{run:?}");
     assert_says(&run.err, &["solid.mapbc: ", "pipe"]);
     pipe("late.vtu");
     let list = "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"late.vtu\"/>\
                 </Collection></VTKFile>";
     fs::write(path.join("all.pvd"), list).unwrap();
-    for args in [
-        &["info", "all.pvd"][..],
-        &["convert", "all.pvd", "all.vtkhdf"],
-    ] {
+    for args in ["info all.pvd", "convert all.pvd all.vtkhdf"] {
         let run = ends(path, args);
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &["late.vtu", "file"]);
@@ -283,9 +264,9 @@ fn files_that_are_looked_for_by_name_are_no_pipes() {
     pipe("run/run.json");
     pipe("run/steps.csv");
     for args in [
-        &["report", "run", "-o", "r.html"][..],
-        &["deform", "n.vtu", "few.toml", "-o", "run", "--resume"],
-        &["finish", "run"],
+        "report run -o r.html",
+        "deform n.vtu few.toml -o run --resume",
+        "finish run",
     ] {
         let run = ends(path, args);
         assert_eq!(run.code, 2, "{args:?} {run:?}");

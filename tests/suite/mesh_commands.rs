@@ -1,8 +1,7 @@
 //! `info`, `convert`, `quality` and `diff` from outside, on a mesh of two triangles.
 
-use crate::support::assert_says;
 use crate::support::sequence::{Sequence, testdata};
-use assert_cmd::Command;
+use crate::support::{Args, assert_says, json};
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -19,70 +18,24 @@ fn folder() -> TempDir {
 }
 
 /// Runs the program; gives exit code, stdout and stderr.
-fn azimesh(folder: &Path, args: &[&str]) -> (i32, String, String) {
-    let output = Command::cargo_bin("azimesh")
-        .unwrap()
-        .current_dir(folder)
-        .args(args)
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    let code = output.status.code().unwrap();
-    (code, text(output.stdout), text(output.stderr))
-}
-
-fn json(folder: &Path, args: &[&str]) -> serde_json::Value {
-    let (_, out, _) = azimesh(folder, &[args, &["--json"]].concat());
-    serde_json::from_str(&out).unwrap()
+fn azimesh(folder: &Path, args: impl Args) -> (i32, String, String) {
+    let run = crate::support::azimesh(folder, args);
+    (run.code, run.out, run.err)
 }
 
 #[test]
 fn info_tells_nodes_cells_and_tags() {
     let folder = folder();
-    let found = json(folder.path(), &["info", "square.su2"]);
+    let found = json(folder.path(), "info square.su2");
     assert_eq!(found["version"], 1);
     assert_eq!((&found["nodes"], &found["cells"]), (&4.into(), &6.into()));
     assert_eq!(found["cells_by_kind"]["triangle"], 2);
     assert_eq!(found["boundary_tags"][1]["name"], "far");
     assert_eq!(found["boundary_tags"][1]["faces"], 3);
     assert_eq!(found["faces_without_tag"], 0);
-    let (code, text, _) = azimesh(folder.path(), &["info", "square.su2"]);
+    let (code, text, _) = azimesh(folder.path(), "info square.su2");
     assert_eq!(code, 0);
     assert!(text.contains("boundary tags  2"), "{text}");
-}
-
-#[test]
-fn a_converted_mesh_is_the_same_mesh() {
-    let folder = folder();
-    for name in ["copy.vtu", "copy.msh", "copy.su2"] {
-        assert_eq!(
-            azimesh(folder.path(), &["convert", "square.su2", name]).0,
-            0,
-            "{name}"
-        );
-        let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", name, "-v"]);
-        assert_eq!(
-            (code, out.as_str()),
-            (0, "same: 4 nodes, 6 cells\n"),
-            "{name}"
-        );
-    }
-}
-
-#[test]
-fn convert_keeps_an_existing_file_unless_forced() {
-    let folder = folder();
-    let (code, _, error) = azimesh(folder.path(), &["convert", "bent.su2", "square.su2"]);
-    assert_eq!(code, 2);
-    assert!(error.contains("--force"), "{error}");
-    let kept = std::fs::read_to_string(folder.path().join("square.su2")).unwrap();
-    assert_eq!(kept, SQUARE);
-    let forced = ["convert", "bent.su2", "square.su2", "--force"];
-    assert_eq!(azimesh(folder.path(), &forced).0, 0);
-    assert_eq!(
-        azimesh(folder.path(), &["diff", "bent.su2", "square.su2"]).0,
-        0
-    );
 }
 
 #[test]
@@ -101,10 +54,10 @@ fn convert_scales_and_renames() {
         azimesh(folder.path(), &[&convert[..], &options].concat()).0,
         0
     );
-    let found = json(folder.path(), &["info", "big.su2"]);
+    let found = json(folder.path(), "info big.su2");
     assert_eq!(found["bounds"][1][0], 10.0);
     assert_eq!(found["boundary_tags"][0]["name"], "far");
-    let wrong = ["convert", "square.su2", "x.su2", "--rename-tag", "wal=w"];
+    let wrong = "convert square.su2 x.su2 --rename-tag wal=w";
     let (code, _, error) = azimesh(folder.path(), &wrong);
     assert_eq!(code, 2);
     assert_says(&error, &["wal", "\"wall\""]);
@@ -115,7 +68,7 @@ fn convert_scales_and_renames() {
 fn a_factor_that_would_turn_cells_inside_out_is_refused() {
     let folder = folder();
     for factor in ["-1", "0", "nan", "inf"] {
-        let convert = ["convert", "square.su2", "x.su2", "--scale", factor];
+        let convert = format!("convert square.su2 x.su2 --scale {factor}");
         let (code, _, error) = azimesh(folder.path(), &convert);
         assert_eq!(code, 2, "{error}");
         assert_says(&error, &["--scale", "0"]);
@@ -131,13 +84,13 @@ $EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n$El
 fn tags_of_one_name_are_renamed_together_and_merged_with_a_note() {
     let folder = folder();
     std::fs::write(folder.path().join("twins.msh"), TWINS).unwrap();
-    let convert = ["convert", "twins.msh", "x.su2", "--rename-tag", "wall=hub"];
+    let convert = "convert twins.msh x.su2 --rename-tag wall=hub";
     let (code, _, notes) = azimesh(folder.path(), &convert);
     assert_eq!(code, 0, "{notes}");
     assert_says(&notes, &["2 tags", "\"hub\""]);
-    let found = json(folder.path(), &["info", "x.su2"]);
+    let found = json(folder.path(), "info x.su2");
     assert_eq!(found["boundary_tags"][0]["faces"], 2);
-    let (_, text, _) = azimesh(folder.path(), &["info", "twins.msh"]);
+    let (_, text, _) = azimesh(folder.path(), "info twins.msh");
     let first = "format         Gmsh MSH, text (.msh), version 2.2";
     assert!(text.starts_with(first), "{text}");
     assert!(text.contains("wall         1 face\n"), "{text}");
@@ -168,10 +121,10 @@ fn quality_writes_to_standard_output_in_the_format_that_is_named() {
         "{mesh}"
     );
     assert!(table.contains("min_scaled_jacobian"), "{table}");
-    let named = ["quality", "square.su2", "-o", "x.dat", "--format", "vtu"];
+    let named = "quality square.su2 -o x.dat --format vtu";
     assert_eq!(azimesh(folder.path(), &named).0, 0);
-    assert_eq!(json(folder.path(), &["info", "x.dat"])["nodes"], 4);
-    let (code, _, error) = azimesh(folder.path(), &["quality", "square.su2", "-o", "-"]);
+    assert_eq!(json(folder.path(), "info x.dat")["nodes"], 4);
+    let (code, _, error) = azimesh(folder.path(), "quality square.su2 -o -");
     assert_eq!(
         (code, error.contains("give --format")),
         (2, true),
@@ -200,17 +153,6 @@ fn an_unknown_sample_is_answered_with_those_there_are() {
 }
 
 #[test]
-fn diff_finds_a_moved_node_with_exit_code_1() {
-    let folder = folder();
-    let (code, out, _) = azimesh(folder.path(), &["diff", "square.su2", "bent.su2"]);
-    assert_eq!(code, 1);
-    assert!(out.contains("node 2, by 2.5"), "{out}");
-    assert_eq!(out.lines().count(), 1);
-    let lenient = ["diff", "square.su2", "bent.su2", "--tolerance", "2.5"];
-    assert_eq!(azimesh(folder.path(), &lenient).0, 0);
-}
-
-#[test]
 fn quality_names_inverted_cells_and_fails_on_request() {
     let folder = folder();
     let judge = ["quality", "bent.su2", "--reference", "square.su2"];
@@ -224,7 +166,7 @@ fn quality_names_inverted_cells_and_fails_on_request() {
     assert_eq!(azimesh(folder.path(), &judge).0, 0);
     let failing = [&judge[..], &["--fail-on", "inverted>0"]].concat();
     assert_eq!(azimesh(folder.path(), &failing).0, 1);
-    let unknown = ["quality", "square.su2", "--fail-on", "invertd>0"];
+    let unknown = "quality square.su2 --fail-on invertd>0";
     let (code, _, error) = azimesh(folder.path(), &unknown);
     assert_eq!(code, 2);
     assert_says(
@@ -238,7 +180,7 @@ fn quality_names_inverted_cells_and_fails_on_request() {
         ("base_points>0", "how the steps were computed"),
         ("time_s>0", "place of a step"),
     ] {
-        let refused = ["quality", "square.su2", "--fail-on", condition];
+        let refused = format!("quality square.su2 --fail-on {condition}");
         let (code, _, error) = azimesh(folder.path(), &refused);
         assert_eq!(code, 2, "{condition}");
         assert_says(&error, &[condition, why, "steps.csv"]);
@@ -295,9 +237,7 @@ fn openfoam_turns_wedges_of_negative_volume_and_no_others() {
     let folder = folder.path();
     for (nodes, is_turned) in WEDGES.into_iter().zip([false, true]) {
         std::fs::write(folder.join("w.su2"), wedge(nodes)).unwrap();
-        let arguments = [
-            "convert", "w.su2", "case", "--format", "openfoam", "--force",
-        ];
+        let arguments = "convert w.su2 case --format openfoam --force";
         let (code, _, error) = azimesh(folder, &arguments);
         assert_eq!(code, 0, "{error}");
         assert_eq!(error.contains("turned round"), is_turned, "{error}");
@@ -310,7 +250,7 @@ fn quality_says_that_a_mesh_is_folded_in_itself() {
     let crossed =
         "NDIME= 2\nNELEM= 1\n9 0 1 2 3 0\nNPOIN= 4\n0 0 0\n1 0 1\n0 1 2\n1 1 3\nNMARK= 0\n";
     std::fs::write(folder.path().join("crossed.su2"), crossed).unwrap();
-    let (code, _, error) = azimesh(folder.path(), &["quality", "crossed.su2"]);
+    let (code, _, error) = azimesh(folder.path(), "quality crossed.su2");
     assert_eq!(code, 0);
     assert_says(&error, &["1 cell is", "inverted_reference", "--reference"]);
 }
@@ -323,7 +263,7 @@ fn cells_in_the_other_orientation_are_named_alike_by_all_commands() {
     let reversed = "NDIME= 3\nNELEM= 2\n12 4 5 6 7 0 1 2 3 0\n12 8 9 10 11 4 5 6 7 1\nNPOIN= 12\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n\
                     0 0 1\n1 0 1\n1 1 1\n0 1 1\n0 0 2\n1 0 2\n1 1 2\n0 1 2\nNMARK= 0\n";
     std::fs::write(folder.join("r.su2"), reversed).unwrap();
-    let (_, told, _) = azimesh(folder, &["info", "r.su2"]);
+    let (_, told, _) = azimesh(folder, "info r.su2");
     assert_says(
         &told,
         &[
@@ -332,17 +272,14 @@ fn cells_in_the_other_orientation_are_named_alike_by_all_commands() {
             "in the other orientation",
         ],
     );
-    let (code, _, error) = azimesh(folder, &["quality", "r.su2"]);
+    let (code, _, error) = azimesh(folder, "quality r.su2");
     assert_eq!(code, 0);
     assert_says(&error, &["2 cells are listed in the other orientation"]);
     assert!(!error.contains("not valid"), "{error}");
-    let (code, _, error) = azimesh(folder, &["repair", "r.su2", "-o", "repaired.su2"]);
+    let (code, _, error) = azimesh(folder, "repair r.su2 -o repaired.su2");
     assert_eq!(code, 0);
     assert_says(&error, &["2 cells are listed in the other orientation"]);
-    let (code, _, error) = azimesh(
-        folder,
-        &["convert", "r.su2", "case", "--format", "openfoam"],
-    );
+    let (code, _, error) = azimesh(folder, "convert r.su2 case --format openfoam");
     assert_eq!(code, 0);
     assert_says(
         &error,
@@ -352,21 +289,18 @@ fn cells_in_the_other_orientation_are_named_alike_by_all_commands() {
             "turned round",
         ],
     );
-    let (_, told, _) = azimesh(folder, &["info", "case"]);
+    let (_, told, _) = azimesh(folder, "info case");
     assert!(!told.contains("negative"), "{told}");
-    let (_, _, error) = azimesh(
-        folder,
-        &["convert", "case", "again", "--format", "openfoam"],
-    );
+    let (_, _, error) = azimesh(folder, "convert case again --format openfoam");
     assert!(!error.contains("orientation"), "{error}");
 }
 
 #[test]
 fn quality_writes_cell_arrays() {
     let folder = folder();
-    let write = ["quality", "square.su2", "-o", "judged.vtu"];
+    let write = "quality square.su2 -o judged.vtu";
     assert_eq!(azimesh(folder.path(), &write).0, 0);
-    let found = json(folder.path(), &["info", "judged.vtu"]);
+    let found = json(folder.path(), "info judged.vtu");
     let arrays = found["arrays"].as_array().unwrap();
     for name in [
         "ScaledJacobian",
@@ -383,12 +317,12 @@ fn quality_writes_cell_arrays() {
 #[test]
 fn quality_tells_the_smallest_mean_and_largest_of_every_metric() {
     let folder = folder();
-    let found = json(folder.path(), &["quality", "square.su2"]);
+    let found = json(folder.path(), "quality square.su2");
     let metrics = found["metrics"].as_object().unwrap();
     assert_eq!(metrics.len(), 11);
     assert_eq!(metrics["min_angle"]["min"], 45.0);
     assert_eq!(metrics["volume"]["mean"], 0.5);
-    let (_, text, _) = azimesh(folder.path(), &["quality", "square.su2"]);
+    let (_, text, _) = azimesh(folder.path(), "quality square.su2");
     assert!(text.contains("\nmin_angle "), "{text}");
     // No triangle has it.
     assert!(!text.contains("\nskew "), "{text}");
@@ -401,7 +335,7 @@ fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells(
     let join = "convert square.su2 bent.su2 square.su2 run/all.pvd --format vtu";
     let join: Vec<&str> = join.split(' ').collect();
     assert_eq!(azimesh(folder.path(), &join).0, 0);
-    let judge = ["quality", "run", "--worst", "3", "--fail-on", "inverted>0"];
+    let judge = "quality run --worst 3 --fail-on inverted>0";
     let found = json(folder.path(), &judge);
     let steps = found["steps"].as_array().unwrap().iter();
     let inverted: Vec<_> = steps.map(|step| &step["inverted"]).collect();
@@ -416,7 +350,7 @@ fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells(
     assert_says(&text, &["worst: step 1 (time 1), ", "nearest tag far"]);
     assert_eq!(found["worst_step"], worst[0]);
     assert_says(&error, &["inverted>0", "step 1"]);
-    let (code, _, error) = azimesh(folder.path(), &["quality", "run", "-o", "x.vtu"]);
+    let (code, _, error) = azimesh(folder.path(), "quality run -o x.vtu");
     assert_eq!(code, 2);
     assert_says(&error, &["-o"]);
 }
@@ -431,13 +365,13 @@ fn quality_of_a_long_sequence_prints_the_worst_steps_first() {
     join[5] = "bent.su2";
     join.extend(["run/all.pvd", "--format", "vtu"]);
     assert_eq!(azimesh(path, &join).0, 0);
-    let (code, text, _) = azimesh(path, &["quality", "run"]);
+    let (code, text, _) = azimesh(path, "quality run");
     assert_eq!(code, 0);
     let lines: Vec<&str> = text.lines().collect();
     assert!(lines[1].starts_with("4 "), "{text}");
     assert_says(lines[11], &["10 worst of 12 steps", "--all"]);
     assert!(lines[12].starts_with("worst: step 4 (time 4), "), "{text}");
-    let (_, text, _) = azimesh(path, &["quality", "run", "--all"]);
+    let (_, text, _) = azimesh(path, "quality run --all");
     assert_eq!(text.lines().count(), 1 + 12 + 1);
 }
 
@@ -445,7 +379,7 @@ fn quality_of_a_long_sequence_prints_the_worst_steps_first() {
 fn quality_of_a_folder_without_a_sequence_says_what_is_missing() {
     let folder = folder();
     std::fs::create_dir(folder.path().join("empty")).unwrap();
-    let (code, _, error) = azimesh(folder.path(), &["quality", "empty"]);
+    let (code, _, error) = azimesh(folder.path(), "quality empty");
     assert_eq!(code, 2);
     assert_says(&error, &["empty: ", ".pvd"]);
 }

@@ -451,20 +451,13 @@ fn no_name_moves_the_cursor_or_ends_a_line() {
         save(&mesh, &folder.join(name));
     }
     for args in [
-        &["info", "MESH", "-v"][..],
-        &["diff", "-v", "MESH", "other.vtu"],
-        &["quality", "MESH", "--worst", "2"],
-        &["convert", "MESH", "out.su2", "--force", "-v"],
-        &["convert", "MESH", "out.msh", "--force"],
-        &[
-            "convert",
-            "MESH",
-            "out.vtu",
-            "--force",
-            "--rename-tag",
-            "none=other",
-        ],
-        &["check", "MESH", "s.toml"],
+        "info MESH -v",
+        "diff -v MESH other.vtu",
+        "quality MESH --worst 2",
+        "convert MESH out.su2 --force -v",
+        "convert MESH out.msh --force",
+        "convert MESH out.vtu --force --rename-tag none=other",
+        "check MESH s.toml",
     ] {
         let [strange, plain] = ["strange.vtu", "plain.vtu"].map(|mesh| {
             save(&cubes(&["other".to_owned()]), &folder.join("other.vtu"));
@@ -473,9 +466,7 @@ fn no_name_moves_the_cursor_or_ends_a_line() {
                 "[[body]]\nname = \"b\"\ntags = [\"none\"]\n",
             )
             .unwrap();
-            let args: Vec<_> = args.iter().map(|arg| arg.replace("MESH", mesh)).collect();
-            let args: Vec<_> = args.iter().map(String::as_str).collect();
-            let run = crate::support::azimesh(folder, &args);
+            let run = crate::support::azimesh(folder, args.replace("MESH", mesh));
             (run.code, run.out, run.err)
         });
         assert_eq!(strange.0, plain.0, "{strange:?} {plain:?}");
@@ -486,9 +477,9 @@ fn no_name_moves_the_cursor_or_ends_a_line() {
             assert!(strange.lines().count() <= most, "{args:?}: {strange}");
         }
     }
-    let info = succeed(folder, &["info", "strange.vtu"]).out;
+    let info = succeed(folder, "info strange.vtu").out;
     assert!(info.contains(SEEN), "{info}");
-    let json = succeed(folder, &["info", "--json", "strange.vtu"]).out;
+    let json = succeed(folder, "info --json strange.vtu").out;
     assert!(json.chars().all(|c| c == '\n' || !c.is_control()), "{json}");
     let value: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert!(value.to_string().contains("red"), "{json}");
@@ -524,7 +515,7 @@ fn a_run_of_a_mesh_with_a_strange_name_leaves_files_with_plain_ones() {
     let names = crate::support::names(&folder.join("o"));
     assert!(names.contains(&"n___0000.vtu".to_owned()), "{names:?}");
     assert!(names.contains(&"n__.pvd".to_owned()), "{names:?}");
-    let page = succeed(folder, &["report", "o"]);
+    let page = succeed(folder, "report o");
     assert!(!page.out.contains('\u{1b}'), "{page:?}");
 }
 
@@ -594,9 +585,7 @@ fn the_sequence_of_a_mesh_with_a_hidden_name_is_found() {
     let folder = folder.path();
     std::fs::rename(folder.join("n.vtu"), folder.join(".h.vtu")).unwrap();
     for format in ["vtu", "vtkhdf"] {
-        let run = [
-            "-q", "deform", ".h.vtu", "few.toml", "-o", format, "--format", format,
-        ];
+        let run = format!("-q deform .h.vtu few.toml -o {format} --format {format}");
         succeed(folder, &run);
         let found = succeed(folder, &["info", format]);
         assert!(found.out.contains("steps"), "{found:?}");
@@ -604,9 +593,7 @@ fn the_sequence_of_a_mesh_with_a_hidden_name_is_found() {
         succeed(folder, &["diff", format, "vtu"]);
         succeed(
             folder,
-            &[
-                "-q", "convert", format, "--step", "2", "-o", "one.vtk", "--force",
-            ],
+            &format!("-q convert {format} --step 2 -o one.vtk --force"),
         );
     }
 }
@@ -617,7 +604,7 @@ fn names_of_nodes_in_cgns_and_of_solids_are_ascii_and_cgns_keeps_the_full_ones()
     let folder = folder.path();
     let names = ["Fläche ä", "Fläche ö", "a=b c"].map(str::to_owned);
     save(&cubes(&names), &folder.join("m.vtu"));
-    let run = succeed(folder, &["convert", "m.vtu", "m.cgns"]);
+    let run = succeed(folder, "convert m.vtu m.cgns");
     assert_says(
         &run.err,
         &["\"Fläche ä\"", "\"Fl_che _\"", "\"Fl_che __2\"", "ASCII"],
@@ -630,10 +617,7 @@ fn names_of_nodes_in_cgns_and_of_solids_are_ascii_and_cgns_keeps_the_full_ones()
         mesh.boundary_tags().map(|tag| tag.name.clone()).collect()
     };
     assert_eq!(tags("m.cgns"), names.iter().cloned().collect());
-    let run = succeed(
-        folder,
-        &["convert", "m.vtu", "m.stl", "--encoding", "ascii"],
-    );
+    let run = succeed(folder, "convert m.vtu m.stl --encoding ascii");
     assert_says(&run.err, &["\"a=b c\"", "\"a=b_c\"", "ASCII"]);
     let text = std::fs::read_to_string(folder.join("m.stl")).unwrap();
     assert!(

@@ -85,16 +85,7 @@ fn a_mesh_written_read_and_written_again_is_the_same() {
         let out = format!("again_{encoding}");
         succeed(
             folder,
-            &[
-                "-q",
-                "convert",
-                "in",
-                &out,
-                "--format",
-                "openfoam",
-                "--encoding",
-                encoding,
-            ],
+            &format!("-q convert in {out} --format openfoam --encoding {encoding}"),
         );
         succeed(folder, &["-q", "diff", "in", &out]);
         let again = folder.join(&out).join("constant/polyMesh");
@@ -116,11 +107,8 @@ fn a_mesh_written_read_and_written_again_is_the_same() {
         assert!(bits(&a).len() > 1000 && bits(&a) == bits(&b));
     }
     // By way of another format its faces are found again, in the same order.
-    succeed(folder, &["-q", "convert", "in", "by.vtu"]);
-    succeed(
-        folder,
-        &["-q", "convert", "by.vtu", "by", "--format", "openfoam"],
-    );
+    succeed(folder, "-q convert in by.vtu");
+    succeed(folder, "-q convert by.vtu by --format openfoam");
     let by = folder.join("by/constant/polyMesh");
     for file in ["owner", "neighbour"] {
         assert_eq!(
@@ -136,7 +124,7 @@ fn a_sequence_lies_in_a_case_beside_what_was_copied_and_the_input_stays() {
     let folder = sphere();
     let folder = folder.path();
     let before = all_files(&folder.join("in"));
-    succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out"]);
+    succeed(folder, "-q deform in s.toml -o out");
     let out = folder.join("out");
     let files = all_files(&out);
     for (name, content) in &before {
@@ -159,12 +147,7 @@ fn a_sequence_lies_in_a_case_beside_what_was_copied_and_the_input_stays() {
     }
     assert!(!files.contains_key("0.5/U") && !files.contains_key("0/polyMesh/points"));
     // The same positions as in a format of its own, bit for bit.
-    succeed(
-        folder,
-        &[
-            "-q", "deform", "in", "s.toml", "-o", "vtu", "--format", "vtu",
-        ],
-    );
+    succeed(folder, "-q deform in s.toml -o vtu --format vtu");
     for (time, step) in [("constant", 0), ("45", 1), ("90", 2)] {
         let own = read(&out.join(time));
         let other = read(&folder.join(format!("vtu/in_{step:04}.vtu")));
@@ -193,17 +176,15 @@ fn a_sequence_lies_in_a_case_beside_what_was_copied_and_the_input_stays() {
 fn a_run_in_a_case_is_resumed_and_joined_from_parts_to_the_same_files() {
     let folder = sphere();
     let folder = folder.path();
-    succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out"]);
+    succeed(folder, "-q deform in s.toml -o out");
     let wanted = meshes(&folder.join("out"));
     for steps in ["1..3", "0..1"] {
         succeed(
             folder,
-            &[
-                "-q", "deform", "in", "s.toml", "-o", "parts", "--steps", steps,
-            ],
+            &format!("-q deform in s.toml -o parts --steps {steps}"),
         );
     }
-    succeed(folder, &["-q", "finish", "parts"]);
+    succeed(folder, "-q finish parts");
     assert_eq!(meshes(&folder.join("parts")), wanted);
     type Damage = (&'static str, fn(&Path));
     let damages: [Damage; 5] = [
@@ -221,19 +202,13 @@ fn a_run_in_a_case_is_resumed_and_joined_from_parts_to_the_same_files() {
     ];
     for (name, damage) in damages {
         damage(&folder.join("out").join(name));
-        succeed(
-            folder,
-            &["-q", "deform", "in", "s.toml", "-o", "out", "--resume"],
-        );
+        succeed(folder, "-q deform in s.toml -o out --resume");
         assert_eq!(meshes(&folder.join("out")), wanted, "{name}");
     }
     // Fields of a solver beside the meshes stay, with --force too.
     fs::write(folder.join("out/90/p"), "a pressure").unwrap();
     rewrite(folder, "s.toml", "s.toml", &[("[0, 45, 90]", "[0, 30]")]);
-    succeed(
-        folder,
-        &["-q", "deform", "in", "s.toml", "-o", "out", "--force"],
-    );
+    succeed(folder, "-q deform in s.toml -o out --force");
     let left = meshes(&folder.join("out"));
     assert!(left.contains_key("30/polyMesh/points") && left.contains_key("90/p"));
     assert!(!left.contains_key("90/polyMesh/points") && !folder.join("out/45").exists());
@@ -243,7 +218,7 @@ fn a_run_in_a_case_is_resumed_and_joined_from_parts_to_the_same_files() {
 fn what_a_case_cannot_take_is_refused() {
     let folder = sphere();
     let folder = folder.path();
-    let refused = |args: &[&str], parts: &[&str]| {
+    let refused = |args: &str, parts: &[&str]| {
         let before = all_files(folder);
         let run = azimesh(folder, args);
         assert_eq!(run.code, 2, "{args:?}: {}", run.err);
@@ -251,32 +226,32 @@ fn what_a_case_cannot_take_is_refused() {
         assert_eq!(all_files(folder), before, "{args:?}");
     };
     refused(
-        &["deform", "in", "s.toml", "-o", "in"],
+        "deform in s.toml -o in",
         &["this is the case that the mesh is read from"],
     );
     refused(
-        &["deform", "in", "s.toml", "-o", "in/constant/out"],
+        "deform in s.toml -o in/constant/out",
         &["is inside the folder constant"],
     );
     refused(
-        &["convert", "in", "in", "--format", "openfoam"],
+        "convert in in --format openfoam",
         &["in: this is an input, which the output would replace"],
     );
     let plane = Path::new("testdata/naca0012.vtu").canonicalize().unwrap();
     refused(
-        &["convert", plane.to_str().unwrap(), "plane.foam"],
+        &format!("convert {} plane.foam", plane.display()),
         &["--extrude H makes one layer"],
     );
     refused(
-        &["convert", "in", "x.vtu", "--patch-type", "spere=wall"],
+        "convert in x.vtu --patch-type spere=wall",
         &["\"spere\" is not in the mesh", "sphere"],
     );
     refused(
-        &["convert", "in", "x.vtu", "--patch-type", "sphere=wal"],
+        "convert in x.vtu --patch-type sphere=wal",
         &["did you mean wall?"],
     );
     refused(
-        &["convert", "in", "list.pvd", "--format", "openfoam"],
+        "convert in list.pvd --format openfoam",
         &["give its name instead"],
     );
     rewrite(
@@ -286,7 +261,7 @@ fn what_a_case_cannot_take_is_refused() {
         &[("[0, 45, 90]", "[0, 90, 90.001]")],
     );
     refused(
-        &["deform", "in", "close.toml", "-o", "out"],
+        "deform in close.toml -o out",
         &[
             "steps 1 and 2",
             "would have one folder, 90",
@@ -316,7 +291,7 @@ fn a_folder_is_copied_once_however_many_links_lead_to_it() {
     symlink("../constant", case.join("system/constant")).unwrap();
     symlink("nowhere", case.join("system/nowhere")).unwrap();
     symlink("0", case.join("0.orig")).unwrap();
-    succeed(folder, &["-q", "deform", "in", "s.toml", "-o", "out"]);
+    succeed(folder, "-q deform in s.toml -o out");
     let system = folder.join("out/system");
     for (path, content) in [
         ("d/file", "0"),
@@ -351,7 +326,7 @@ fn a_case_that_cannot_be_copied_is_refused_before_anything_is_written() {
             .args(["-c", &make])
             .status();
         assert!(made.unwrap().success());
-        let run = azimesh(folder, &["deform", "in", "s.toml", "-o", "out"]);
+        let run = azimesh(folder, "deform in s.toml -o out");
         assert_eq!(run.code, 2, "{}", run.err);
         assert_says(&run.err, parts);
         assert!(!folder.join("out").exists());
@@ -380,7 +355,7 @@ fn what_is_copied_is_staged_until_all_of_it_is_there() {
 fn a_file_that_is_truncated_while_it_is_read_ends_the_program_with_its_name() {
     let folder = sphere();
     let folder = folder.path();
-    let select = ["-q", "select", "in", "s.toml", "-o", "base.toml"];
+    let select = "-q select in s.toml -o base.toml";
     succeed(folder, &select);
     let base = fs::read(folder.join("base.toml")).unwrap();
     let pipe = folder.join("pipe");
@@ -435,12 +410,7 @@ fn layer() -> tempfile::TempDir {
 fn a_layer_between_empty_sides_moves_in_its_plane_as_the_plane_mesh_does() {
     let folder = layer();
     let folder = folder.path();
-    succeed(
-        folder,
-        &[
-            "-q", "deform", "in", "s.toml", "-o", "out", "--steps", "3..6",
-        ],
-    );
+    succeed(folder, "-q deform in s.toml -o out --steps 3..6");
     let at_rest = read(&folder.join("in"));
     let n = at_rest.points.len() / 2;
     let mut moved = 0;
@@ -465,7 +435,7 @@ fn a_layer_is_not_moved_out_of_its_plane_nor_held_by_its_sides() {
             "azimuth.values = [0, 90]\nboundaries = {{ {boundaries} }}\n[[body]]\nname = \"airfoil\"\ntags = [\"airfoil\"]\n{motion}\n"
         );
         fs::write(folder.join("w.toml"), text).unwrap();
-        azimesh(folder, &["deform", "in", "w.toml", "-o", "out"])
+        azimesh(folder, "deform in w.toml -o out")
     };
     let turn = "rigid = { rotate = { axis = [0, 0, 1], origin = [0, 0, 0], angle = 5.0 } }";
     assert_eq!(schedule("fixed = [\"farfield\"]", turn).code, 0);
@@ -528,15 +498,7 @@ fn a_decomposed_case_is_written_in_its_pieces_and_whole_where_that_is_asked() {
         let renamed = format!("{name}_renamed");
         let run = azimesh(
             folder,
-            &[
-                "convert",
-                input,
-                &renamed,
-                "--format",
-                "openfoam",
-                "--rename-tag",
-                "floor=ground",
-            ],
+            &format!("convert {input} {renamed} --format openfoam --rename-tag floor=ground"),
         );
         assert_eq!(run.code, 0, "{}", run.err);
         assert_says(&run.err, &["the mesh is written as one", "decomposePar"]);
@@ -608,9 +570,7 @@ fn a_sequence_of_a_decomposed_case_lies_in_its_pieces() {
         let vtu = format!("{name}_vtu");
         succeed(
             folder,
-            &[
-                "-q", "deform", name, "s.toml", "-o", &vtu, "--format", "vtu",
-            ],
+            &format!("-q deform {name} s.toml -o {vtu} --format vtu"),
         );
         let last = folder.join(&vtu).join(format!("{name}_0002.vtu"));
         assert!(same_bits(&read(&folder.join(&out)), &read(&last)));
@@ -635,7 +595,7 @@ fn a_sequence_of_a_decomposed_case_lies_in_its_pieces() {
         let again = format!("{name}_again");
         succeed(
             folder,
-            &["-q", "convert", &out, &again, "--format", "openfoam"],
+            &format!("-q convert {out} {again} --format openfoam"),
         );
         let own = all_files(&folder.join(&again));
         let points = format!("{piece}/0.5/polyMesh/points");
@@ -722,18 +682,7 @@ fn zones_of_faces_and_points_are_kept_where_pieces_are_joined() {
         "pointZones",
         "type pointZone; pointLabels List<label> 1(0);",
     );
-    let args = [
-        "-q",
-        "convert",
-        "in",
-        "whole",
-        "--format",
-        "openfoam",
-        "--encoding",
-        "ascii",
-        "--pieces",
-        "1",
-    ];
+    let args = "-q convert in whole --format openfoam --encoding ascii --pieces 1";
     succeed(folder, &args);
     let text = |case: &str, name: &str| {
         fs::read_to_string(folder.join(case).join("constant/polyMesh").join(name)).unwrap()

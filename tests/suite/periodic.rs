@@ -390,7 +390,7 @@ fn even_sides_of_a_sector_are_turned_about_the_hub_and_not_onto_the_mesh() {
     for (n_layers, others) in [(0, "fixed"), (3, "slide")] {
         write(&even_sector(n_layers), &path.join("m.vtu"));
         std::fs::write(path.join("s.toml"), schedule.replace("fixed", others)).unwrap();
-        let run = succeed(path, &["check", "m.vtu", "s.toml"]);
+        let run = succeed(path, "check m.vtu s.toml");
         let map = "by a rotation by 60 degrees about the direction (0, 0, 1) through (0, 0, 0)";
         assert!(run.out.contains(map), "{}", run.out);
     }
@@ -406,7 +406,7 @@ fn sides_that_do_not_match_are_refused_with_the_node() {
     write(&mesh, &path.join("b.vtu"));
     let sides = "periodic = [ { pair = [\"left\", \"right\"] } ]\nfixed = [\"bottom\", \"top\"]";
     std::fs::write(path.join("b.toml"), format!("{BLOCK}{sides}\n")).unwrap();
-    let run = crate::support::azimesh(path, &["deform", "b.vtu", "b.toml", "-o", "out"]);
+    let run = crate::support::azimesh(path, "deform b.vtu b.toml -o out");
     assert_eq!(run.code, 2, "{run:?}");
     assert!(
         run.err.contains("left") && run.err.contains("right"),
@@ -414,5 +414,5 @@ fn sides_that_do_not_match_are_refused_with_the_node() {
         run.err
     );
     assert!(!path.join("out").exists(), "nothing is written");
-    succeed(path, &["-q", "info", "b.vtu"]);
+    succeed(path, "-q info b.vtu");
 }

@@ -64,16 +64,7 @@ fn the_pipeline_of_the_docs_passes_and_finds_what_changed() {
     // And a strict bound on quality ends it before.
     succeed(
         path,
-        &[
-            "-q",
-            "sample",
-            "naca0012",
-            "--nodes",
-            "800",
-            "-o",
-            "airfoil.su2",
-            "--force",
-        ],
+        "-q sample naca0012 --nodes 800 -o airfoil.su2 --force",
     );
     let strict = check.replace("min_scaled_jacobian<0.5", "min_scaled_jacobian<0.9");
     let output = shell(path, &strict);

@@ -66,9 +66,9 @@ fn sides_that_meet_in_part_are_no_tags_and_are_told() {
     let folder = tempfile::tempdir().unwrap();
     // The second block of this grid in a plane is one cell high, the first two.
     std::fs::write(folder.path().join("grid.p3d"), file(TEXT, true, 2)).unwrap();
-    let run = succeed(folder.path(), &["info", "grid.p3d"]);
+    let run = succeed(folder.path(), "info grid.p3d");
     assert_says(&run.err, &["block1_imax", "partly"]);
-    let info = json(folder.path(), &["info", "grid.p3d"]);
+    let info = json(folder.path(), "info grid.p3d");
     let tags = info["boundary_tags"].as_array().unwrap();
     assert!(
         !tags.iter().any(|tag| tag["name"] == "block1_imax"),
@@ -87,7 +87,7 @@ fn a_neutral_map_file_names_the_boundaries() {
     let map = NEUTRAL;
     std::fs::write(at.join("grid.p3dfmt"), file(TEXT, true, 3)).unwrap();
     std::fs::write(at.join("grid.nmf"), map).unwrap();
-    let info = json(at, &["info", "grid.p3dfmt"]);
+    let info = json(at, "info grid.p3dfmt");
     let tags: Vec<_> = info["boundary_tags"]
         .as_array()
         .unwrap()
@@ -105,7 +105,7 @@ fn a_neutral_map_file_names_the_boundaries() {
         ],
         "{info}"
     );
-    let told = succeed(at, &["info", "grid.p3dfmt"]).err;
+    let told = succeed(at, "info grid.p3dfmt").err;
     assert_says(&told, &["interfaces to other zones are not kept (1)"]);
     for (old, new, parts) in [
         (
@@ -136,7 +136,7 @@ fn a_neutral_map_file_names_the_boundaries() {
     ] {
         assert!(map.contains(old), "{old}");
         std::fs::write(at.join("grid.nmf"), map.replacen(old, new, 1)).unwrap();
-        let run = succeed(at, &["info", "grid.p3dfmt"]);
+        let run = succeed(at, "info grid.p3dfmt");
         assert_says(&run.err, parts);
         assert_says(&run.out, &["block1_imin"]);
     }
@@ -173,7 +173,7 @@ fn a_neutral_map_file_of_two_planes_names_the_edges_of_a_grid_in_one() {
     assert_eq!(tags, expected);
     let short = OF_TWO_PLANES.replace("1 2 3 4", "1 2 2 3");
     std::fs::write(at.join("grid.nmf"), short).unwrap();
-    let run = succeed(at, &["info", "grid.p2dfmt"]);
+    let run = succeed(at, "info grid.p2dfmt");
     assert_says(
         &run.err,
         &["cover 12 faces of block 1, 11 of them once", "have 12"],
@@ -216,7 +216,7 @@ fn a_neutral_map_file_of_one_plane_names_the_edges_of_its_grid() {
         let map = OF_ONE_PLANE.replace(old, new);
         assert_ne!(map, OF_ONE_PLANE);
         std::fs::write(at.join("grid.nmf"), map).unwrap();
-        assert_says(&succeed(at, &["info", "grid.p2dfmt"]).err, &[says]);
+        assert_says(&succeed(at, "info grid.p2dfmt").err, &[says]);
     }
 }
 
@@ -227,7 +227,7 @@ fn an_interface_may_be_spelled_with_underscores() {
     std::fs::write(at.join("grid.p3dfmt"), file(TEXT, true, 3)).unwrap();
     let tags = |map: &str| {
         std::fs::write(at.join("grid.nmf"), map).unwrap();
-        json(at, &["info", "grid.p3dfmt"])["boundary_tags"].clone()
+        json(at, "info grid.p3dfmt")["boundary_tags"].clone()
     };
     let other = NEUTRAL.replace("'one-to-one'", "ONE_TO_ONE");
     assert_eq!(tags(&other), tags(NEUTRAL));
@@ -247,7 +247,7 @@ fn a_neutral_map_file_of_another_grid_is_not_used_and_told() {
     ] {
         let map = OF_TWO_PLANES.replace("2 4 4\n", &format!("{sizes}\n"));
         std::fs::write(at.join("grid.nmf"), map).unwrap();
-        let run = succeed(at, &["info", "grid.p2dfmt"]);
+        let run = succeed(at, "info grid.p2dfmt");
         assert_says(&run.err, &[says]);
         assert_says(&run.out, &["imin", "jmax"]);
     }
@@ -259,7 +259,7 @@ fn a_grid_that_can_be_read_in_two_ways_is_refused_until_one_is_stated() {
     let at = folder.path();
     // One block of 2 x 2 nodes in a plane with blanking, or without it in space: 12 numbers, each time after 3 counts.
     std::fs::write(at.join("grid.xyz"), "1 2 2\n0 1 0 1  0 0 1 1  1 1 1 1\n").unwrap();
-    let run = azimesh(at, &["info", "grid.xyz"]);
+    let run = azimesh(at, "info grid.xyz");
     assert_eq!(run.code, 2, "{run:?}");
     assert_says(
         &run.err,
@@ -273,9 +273,9 @@ fn a_grid_that_can_be_read_in_two_ways_is_refused_until_one_is_stated() {
         &run.err,
         &["--format plot3d-multi or plot3d-single", "text"],
     );
-    let stated = json(at, &["info", "grid.xyz", "--format", "plot3d-multi"]);
+    let stated = json(at, "info grid.xyz --format plot3d-multi");
     assert_eq!(stated["nodes"], 4, "{stated}");
-    let other = json(at, &["info", "grid.xyz", "--format", "plot3d-3d"]);
+    let other = json(at, "info grid.xyz --format plot3d-3d");
     assert_ne!(stated["bounds"], other["bounds"]);
 }
 
@@ -341,9 +341,9 @@ fn blanking_is_told_and_the_format_is_not_written() {
         .find(|stored| stored.has_blanking)
         .unwrap();
     std::fs::write(at.join("grid.xyz"), file(stored, false, 3)).unwrap();
-    let told = succeed(at, &["convert", "grid.xyz", "grid.vtu"]).err;
+    let told = succeed(at, "convert grid.xyz grid.vtu").err;
     assert_says(&told, &["blanking is not kept"]);
-    let run = azimesh(at, &["convert", "grid.vtu", "new.p3d"]);
+    let run = azimesh(at, "convert grid.vtu new.p3d");
     assert_eq!(run.code, 2, "{run:?}");
     assert_says(&run.err, &["Plot3D", "is read, not written"]);
 }

@@ -1,7 +1,7 @@
 //! What run.json and the program tell of a run that was gone on with, of what was not judged, and of what
 //! a format cannot hold.
 
-use crate::support::{Run, airfoil, assert_says, azimesh, files, json, rewrite};
+use crate::support::{Args, Run, airfoil, assert_says, azimesh, files, json, rewrite};
 use serde_json::Value;
 use std::path::Path;
 
@@ -11,9 +11,9 @@ fn case(folder: &Path, changes: &[(&str, &str)]) {
     rewrite(folder, "n.toml", "case.toml", &all);
 }
 
-fn deform(folder: &Path, options: &[&str]) -> Run {
+fn deform(folder: &Path, options: impl Args) -> Run {
     let args = ["deform", "n.vtu", "case.toml", "-o", "out"];
-    azimesh(folder, &[&args[..], options].concat())
+    azimesh(folder, [&args[..], &options.words()].concat())
 }
 
 fn record(folder: &Path) -> Value {
@@ -27,7 +27,7 @@ fn a_run_gone_on_with_keeps_what_is_known_of_it() {
     let folder = folder.path();
     let substeps = ("[rbf]", "[output]\non_inverted = \"substeps\"\n[rbf]");
     case(folder, &[("sin = 10.0", "sin = 170.0"), substeps]);
-    let first = deform(folder, &["--fail-on", "max_skew>0.1"]);
+    let first = deform(folder, "--fail-on max_skew>0.1");
     assert_eq!(first.code, 1, "{first:?}");
     let then = record(folder);
     assert!(!then["repairs"].as_array().unwrap().is_empty());
@@ -46,7 +46,7 @@ fn a_run_gone_on_with_keeps_what_is_known_of_it() {
             assert_eq!(now[key].to_string(), then[key].to_string(), "{key}");
         }
     };
-    let again = deform(folder, &["--resume"]);
+    let again = deform(folder, "--resume");
     assert_eq!(again.code, 1, "the exit code that the run had: {again:?}");
     let now = record(folder);
     same(&now);
@@ -60,11 +60,11 @@ fn a_run_gone_on_with_keeps_what_is_known_of_it() {
     }
     assert!(seconds(&now, "total") > seconds(&then, "total"));
     std::fs::remove_file(folder.join("out/n_0005.vtu")).unwrap();
-    assert_eq!(deform(folder, &["--resume"]).code, 1);
+    assert_eq!(deform(folder, "--resume").code, 1);
     same(&record(folder));
     assert!(seconds(&record(folder), "steps") > seconds(&then, "steps"));
     // Other conditions take the place of those.
-    let lenient = deform(folder, &["--resume", "--fail-on", "max_skew>10"]);
+    let lenient = deform(folder, "--resume --fail-on max_skew>10");
     let now = record(folder);
     assert_eq!(now["failures"], serde_json::json!([]), "{lenient:?}");
     assert_eq!(now["fail_on"], serde_json::json!(["max_skew>10"]));
@@ -77,7 +77,7 @@ fn base_points_of_a_complete_run_are_restored() {
     let real = "[selection]\nmethod = \"real\"\nrefresh = 120.0";
     for selection in ["[selection]", real] {
         case(folder, &[("[selection]", selection)]);
-        assert_eq!(deform(folder, &["--force"]).code, 0);
+        assert_eq!(deform(folder, "--force").code, 0);
         let then = files(&folder.join("out"));
         let bases: Vec<&String> = then
             .keys()
@@ -93,7 +93,7 @@ fn base_points_of_a_complete_run_are_restored() {
                 0 => std::fs::remove_file(&path).unwrap(),
                 _ => std::fs::write(&path, "junk").unwrap(),
             }
-            let run = deform(folder, &["--resume"]);
+            let run = deform(folder, "--resume");
             assert_eq!(run.code, 0, "{name}: {run:?}");
             assert!(
                 run.err.contains(&format!("warning: {name} ")),
@@ -119,7 +119,7 @@ fn cells_that_were_not_judged_are_not_called_sound() {
     assert!(run.out.contains("cell quality was not computed"), "{run:?}");
     assert!(!run.out.contains("inverted"), "{run:?}");
     assert_eq!(record(folder)["inverted_steps"], Value::Null);
-    let args = ["deform", "n.vtu", "case.toml", "-o", "out", "--force"];
+    let args = "deform n.vtu case.toml -o out --force";
     let told = json(folder, &args);
     let told = (&told["inverted_steps"], &told["max_inverted"]);
     assert_eq!(told, (&Value::Null, &Value::Null));
@@ -153,7 +153,7 @@ fn what_a_format_cannot_hold_is_told_once_a_run() {
         assert_eq!(run.err.matches(told).count(), 1, "{format}: {run:?}");
     }
     // MSH holds them.
-    let run = deform(folder, &["--force", "--format", "msh"]);
+    let run = deform(folder, "--force --format msh");
     assert!(!run.err.contains("arrays"), "{run:?}");
     let mesh = files(&folder.join("out"))["n_0006.msh"].clone();
     assert!(String::from_utf8_lossy(&mesh).contains("\"Displacement\""));
@@ -164,10 +164,10 @@ fn conditions_that_are_lost_with_a_record_are_said_to_be() {
     let folder = airfoil();
     let folder = folder.path();
     case(folder, &[]);
-    assert_eq!(deform(folder, &["--fail-on", "max_skew>0.1"]).code, 1);
+    assert_eq!(deform(folder, "--fail-on max_skew>0.1").code, 1);
     let then = record(folder);
     std::fs::write(folder.join("out/run.json"), "{\n").unwrap();
-    let run = deform(folder, &["--resume"]);
+    let run = deform(folder, "--resume");
     assert_eq!(run.code, 0, "{run:?}");
     assert_says(&run.err, &["warning: ", "run.json is damaged"]);
     assert_says(&run.err, &["--fail-on", "lost"]);
@@ -203,5 +203,5 @@ fn a_limit_on_the_size_of_files_is_the_systems_failure() {
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(3), "{told}");
     assert!(told.contains("File too large"), "{told}");
-    assert_eq!(deform(folder, &["--resume"]).code, 0);
+    assert_eq!(deform(folder, "--resume").code, 0);
 }

@@ -1,15 +1,15 @@
 //! Bad input and failed checks from outside: one sentence with the place, the numbers and the names, the right exit
 //! code, and no output file left behind.
 
-use crate::support::{airfoil, assert_says, azimesh, json, names, rewrite, succeed};
+use crate::support::{Args, airfoil, assert_says, azimesh, json, names, rewrite, succeed};
 use azimesh_io::formats::{self, Commit, WriteOptions};
 use azimesh_io::mesh::{CellKind, Group, Mesh};
 use std::path::Path;
 
 /// The run is refused with exit code 2 and one sentence that says all of `parts`; no file is left.
-fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
+fn refused(folder: &Path, args: impl Args, parts: &[&str]) {
     let before = names(folder);
-    let run = azimesh(folder, args);
+    let run = azimesh(folder, &args);
     assert_eq!(run.code, 2, "{args:?}: {run:?}");
     assert_eq!(run.out, "", "{args:?}");
     assert!(run.err.starts_with("error: "), "{}", run.err);
@@ -22,10 +22,10 @@ fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
 fn schedule_refused(folder: &Path, old: &str, new: &str, parts: &[&str]) {
     rewrite(folder, "n.toml", "s.toml", &[(old, new)]);
     for command in ["deform", "select"] {
-        let args = [command, "n.vtu", "s.toml", "-q", "-o", "out"];
+        let args = format!("{command} n.vtu s.toml -q -o out");
         refused(folder, &args, parts);
     }
-    refused(folder, &["check", "n.vtu", "s.toml"], parts);
+    refused(folder, "check n.vtu s.toml", parts);
 }
 
 #[test]
@@ -66,35 +66,6 @@ fn a_wrong_schedule_is_refused_at_its_line() {
 }
 
 #[test]
-fn a_key_of_a_later_version_is_refused_and_not_ignored() {
-    let folder = airfoil();
-    let parent = "tags = [\"airfoil\"]\nparent = \"wing\"";
-    let old = "tags = [\"airfoil\"]";
-    schedule_refused(folder.path(), old, parent, &["s.toml:15: ", "parent"]);
-}
-
-#[test]
-fn a_tag_with_two_roles_is_refused() {
-    let folder = airfoil();
-    let old = "fixed = [\"farfield\"]";
-    let slide = "fixed = [\"farfield\"]\nslide = [\"farfield\"]";
-    let parts = ["s.toml:21: ", "\"farfield\"", "fixed", "slid"];
-    schedule_refused(folder.path(), old, slide, &parts);
-    let periodic = "others = \"slide\"\nperiodic = [ { pair = [\"far*\", \"farfield\"] } ]";
-    let parts = ["s.toml:21: ", "periodic"];
-    schedule_refused(folder.path(), old, periodic, &parts);
-}
-
-#[test]
-fn a_mesh_without_tags_is_refused() {
-    let folder = airfoil();
-    let triangle = "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 0\n";
-    std::fs::write(folder.path().join("bare.su2"), triangle).unwrap();
-    let args = ["deform", "bare.su2", "n.toml", "-o", "out"];
-    refused(folder.path(), &args, &["boundary tags"]);
-}
-
-#[test]
 fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     let folder = airfoil();
     let folder = folder.path();
@@ -120,14 +91,10 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
     refused(folder, &deform("folder"), &["folder: ", "directory"]);
     refused(
         folder,
-        &["convert", "n.vtu", "out.zzz"],
+        "convert n.vtu out.zzz",
         &["out.zzz: ", ".pvtu, .vtp, .vtu, .vtkhdf, .vtk, .msh,"],
     );
-    refused(
-        folder,
-        &["info", "n.vtu", "--format", "vut"],
-        &["\"vut\"", "vtu, "],
-    );
+    refused(folder, "info n.vtu --format vut", &["\"vut\"", "vtu, "]);
 }
 
 #[test]
@@ -146,7 +113,7 @@ fn a_truncated_mesh_is_refused_at_its_place() {
         let whole = std::fs::read(folder.join(name)).unwrap();
         let cut = format!("cut_{name}");
         std::fs::write(folder.join(&cut), &whole[..whole.len() / 2]).unwrap();
-        let args = ["deform", &cut, "n.toml", "-o", "out"];
+        let args = format!("deform {cut} n.toml -o out");
         refused(folder, &args, &[&cut, place]);
         refused(folder, &["convert", &cut, "out.vtu"], &[&cut, place]);
     }
@@ -156,7 +123,7 @@ fn a_truncated_mesh_is_refused_at_its_place() {
 fn a_folder_of_an_earlier_run_is_kept_unless_forced() {
     let folder = airfoil();
     let folder = folder.path();
-    let deform = ["deform", "n.vtu", "n.toml", "-q", "-o", "out"];
+    let deform = "deform n.vtu n.toml -q -o out";
     succeed(folder, &deform);
     std::fs::write(folder.join("out/notes.txt"), "mine").unwrap();
     refused(folder, &deform, &["out: ", "--force"]);
@@ -167,7 +134,7 @@ fn a_folder_of_an_earlier_run_is_kept_unless_forced() {
         "n.toml",
         &[("stop = 360.0", "stop = 20.0")],
     );
-    succeed(folder, &[&deform[..], &["--force"]].concat());
+    succeed(folder, &format!("{deform} --force"));
     let expected = [
         "base.toml",
         "base.vtp",
@@ -186,15 +153,16 @@ fn a_folder_of_an_earlier_run_is_kept_unless_forced() {
 fn outputs_are_kept_unless_forced() {
     let folder = airfoil();
     let folder = folder.path();
-    succeed(folder, &["select", "n.vtu", "n.toml", "-q", "-o", "b.toml"]);
+    succeed(folder, "select n.vtu n.toml -q -o b.toml");
     std::fs::copy(folder.join("n.vtu"), folder.join("other.vtu")).unwrap();
     for args in [
-        &["select", "n.vtu", "n.toml", "-o", "b.toml"][..],
-        &["convert", "n.vtu", "other.vtu"],
-        &["sample", "block", "-o", "n.vtu"],
+        "select n.vtu n.toml -o b.toml",
+        "convert n.vtu other.vtu",
+        "sample block -o n.vtu",
     ] {
-        refused(folder, args, &[args[args.len() - 1], "--force"]);
-        succeed(folder, &[args, &["--force"]].concat());
+        let output = args.rsplit(' ').next().unwrap();
+        refused(folder, args, &[output, "--force"]);
+        succeed(folder, format!("{args} --force"));
     }
 }
 
@@ -250,7 +218,7 @@ fn a_format_that_cannot_hold_the_mesh_is_refused_before_work_starts() {
     let su2 = "fixed = [\"farfield\"]\n[output]\nformat = \"su2\"";
     let changes = [("fixed = [\"farfield\"]", su2), ("sin = 10.0", "sin = 1.0")];
     rewrite(folder, "n.toml", "s.toml", &changes);
-    let args = ["deform", "p.vtu", "s.toml", "-q", "-o", "out"];
+    let args = "deform p.vtu s.toml -q -o out";
     refused(folder, &args, &["s.toml", "\"su2\"", "polyhedr"]);
 }
 
@@ -277,9 +245,9 @@ fn f32_is_refused_where_it_would_change_a_first_cell() {
     .unwrap();
     let args = ["deform", "fine.vtu", "s.toml", "-q", "-o", "out"];
     refused(folder, &args, &["\"f32\"", "first", "\"f64\""]);
-    succeed(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "coarse"]);
+    succeed(folder, "deform n.vtu s.toml -q -o coarse");
     // A format of 32 bits alone is no other way round it.
-    let extrude = ["-q", "convert", "--extrude", "0.1", "fine.vtu", "deep.vtu"];
+    let extrude = "-q convert --extrude 0.1 fine.vtu deep.vtu";
     succeed(folder, &extrude);
     let tags = "[\"farfield\", \"front\", \"back\"]";
     let changes = [
@@ -297,7 +265,7 @@ fn an_unreachable_tolerance_saves_the_base_points_and_writes_no_mesh() {
     let folder = folder.path();
     let few = ("tolerance = 1e-4", "max_points = 3\ntolerance = 1e-4");
     rewrite(folder, "n.toml", "s.toml", &[few]);
-    let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-q", "-o", "out"]);
+    let run = azimesh(folder, "deform n.vtu s.toml -q -o out");
     assert_eq!((run.code, run.out.as_str()), (1, ""), "{run:?}");
     assert_eq!(run.err.lines().count(), 1, "{}", run.err);
     assert_says(&run.err, &["s.toml", "1e-4", "3 base points", "max_points"]);
@@ -318,17 +286,14 @@ fn inverted_cells_give_exit_code_1_and_stop_where_asked() {
         "s.toml",
         &[("sin = 10.0", "sin = 170.0"), warn],
     );
-    let run = azimesh(folder, &["deform", "n.vtu", "s.toml", "-o", "out"]);
+    let run = azimesh(folder, "deform n.vtu s.toml -o out");
     assert_eq!(run.code, 1, "{run:?}");
     assert_says(&run.err, &["step 3", "30 degrees"]);
     assert_says(&run.err, &["-v"]);
     assert_says(&run.out, &["inverted cells"]);
     assert!(folder.join("out/n_0036.vtu").is_file());
     rewrite(folder, "s.toml", "s.toml", &[("\"warn\"", "\"stop\"")]);
-    let run = azimesh(
-        folder,
-        &["deform", "n.vtu", "s.toml", "-q", "-o", "stopped"],
-    );
+    let run = azimesh(folder, "deform n.vtu s.toml -q -o stopped");
     assert_eq!((run.code, run.err.lines().count()), (1, 1), "{run:?}");
     assert_says(&run.err, &["step"]);
     let rows = std::fs::read_to_string(folder.join("stopped/steps.csv")).unwrap();
@@ -389,8 +354,22 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     // What quality measures on meshes, deform measures at its steps.
     let of_faces = [&deform[..], &["min_face_weight<0.5", "-o", "faces"]].concat();
     assert_eq!(azimesh(folder, &of_faces).code, 1);
-    let quality = ["quality", "faces", "--fail-on", "min_face_weight<0.5"];
+    let quality = "quality faces --fail-on min_face_weight<0.5";
     assert_eq!(azimesh(folder, &quality).code, 1);
+    // The warnings of both are the same, but for the mesh before it deforms.
+    let warnings = |args: &[&str]| azimesh(folder, args).err;
+    let aloud: Vec<&str> = of_faces.into_iter().filter(|arg| *arg != "-q").collect();
+    let told = warnings(&[&aloud[..], &["--force"]].concat());
+    let at_rest =
+        "warning: min_face_weight<0.5 holds for the mesh before it deforms: min_face_weight is ";
+    assert_eq!(told.matches(at_rest).count(), 1, "{told}");
+    assert!(
+        told.ends_with(&azimesh(folder, format!("{quality} -q")).err),
+        "{told}"
+    );
+    let loose = ["deform", "n.vtu", "n.toml", "-o", "loose", "--fail-on"];
+    let told = warnings(&[&loose[..], &["min_scaled_jacobian<0.01"]].concat());
+    assert!(!told.contains("before it deforms"), "{told}");
     let failures = found;
     assert_eq!(failures.as_array().unwrap().len(), 37);
     let first = &failures[0]; // the worst
@@ -406,9 +385,7 @@ fn what_is_no_file_of_base_points_is_refused_with_what_it_should_be() {
     let folder = airfoil();
     let folder = folder.path();
     for file in ["n.vtu", "n.toml"] {
-        let args = [
-            "deform", "n.vtu", "n.toml", "-q", "-o", "out", "--base", file,
-        ];
+        let args = format!("deform n.vtu n.toml -q -o out --base {file}");
         refused(folder, &args, &[file, "base points"]);
     }
 }
@@ -420,8 +397,8 @@ fn an_output_folder_that_cannot_be_is_refused_in_a_sentence() {
     let deform = |out| ["deform", "n.vtu", "n.toml", "-q", "-o", out];
     refused(folder, &deform("n.vtu"), &["n.vtu: ", "folder"]);
     refused(folder, &deform("n.vtu/out"), &["n.vtu/out: "]);
-    refused(folder, &["convert", "n.vtu", "n.vtu/o.vtu"], &["o.vtu: "]);
-    refused(folder, &["convert", "n.vtu", "no/o.vtu"], &["no/o.vtu: "]);
+    refused(folder, "convert n.vtu n.vtu/o.vtu", &["o.vtu: "]);
+    refused(folder, "convert n.vtu no/o.vtu", &["no/o.vtu: "]);
 }
 
 #[test]
@@ -466,7 +443,7 @@ fn a_body_may_leave_the_place_of_a_boundary_that_moves_along() {
         body("farfield")
     );
     std::fs::write(path.join("far.toml"), schedule).unwrap();
-    succeed(path, &["deform", "n.vtu", "far.toml", "-o", "out"]);
+    succeed(path, "deform n.vtu far.toml -o out");
 }
 
 #[test]
@@ -476,9 +453,7 @@ fn a_name_that_is_too_long_for_files_of_steps_is_refused_before_the_work() {
     let mesh = format!("{}.vtu", "x".repeat(251));
     std::fs::rename(path.join("n.vtu"), path.join(&mesh)).unwrap();
     for format in ["vtu", "vtkhdf", "cgns", "vtk"] {
-        let args = [
-            "-q", "deform", &mesh, "n.toml", "-o", "out", "--format", format,
-        ];
+        let args = format!("-q deform {mesh} n.toml -o out --format {format}");
         refused(
             path,
             &args,
@@ -492,12 +467,8 @@ fn swapped_arguments_and_meshes_without_tags_get_the_remedy() {
     let folder = airfoil();
     let folder = folder.path();
     let order = "the first argument is the mesh, the second the schedule (TOML)";
-    for command in [
-        &["check"][..],
-        &["select", "-o", "b.toml"],
-        &["deform", "-o", "out"],
-    ] {
-        let args = [command, &["n.toml", "n.vtu"]].concat();
+    for command in ["check", "select -o b.toml", "deform -o out"] {
+        let args = format!("{command} n.toml n.vtu");
         let parts = [
             "n.vtu: the schedule is a mesh, VTK XML unstructured grid",
             order,
@@ -505,10 +476,10 @@ fn swapped_arguments_and_meshes_without_tags_get_the_remedy() {
         refused(folder, &args, &parts);
     }
     let parts = ["n.toml: this is a TOML file, such as a motion schedule; a mesh belongs here"];
-    refused(folder, &["check", "n.toml", "n.toml"], &parts);
-    refused(folder, &["info", "n.toml"], &parts);
+    refused(folder, "check n.toml n.toml", &parts);
+    refused(folder, "info n.toml", &parts);
     let mesh = "NDIME= 2\nNELEM= 1\n5 0 1 2 0\nNPOIN= 3\n0 0 0\n1 0 1\n0 1 2\nNMARK= 0\n";
     std::fs::write(folder.join("bare.su2"), mesh).unwrap();
     let parts = ["no boundary tags", "--tag-boundary connected"];
-    refused(folder, &["check", "bare.su2", "n.toml"], &parts);
+    refused(folder, "check bare.su2 n.toml", &parts);
 }

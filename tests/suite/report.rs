@@ -1,6 +1,6 @@
 //! `azimesh report` from outside: what is on the page, and what is said when something is missing.
 
-use crate::support::{airfoil, assert_says, azimesh, json, rewrite, succeed};
+use crate::support::{Args, airfoil, assert_says, azimesh, json, rewrite, succeed};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -10,19 +10,13 @@ fn sequence() -> TempDir {
     let folder = airfoil();
     let steps = [("step = 10", "step = 60")];
     rewrite(folder.path(), "n.toml", "s.toml", &steps);
-    succeed(
-        folder.path(),
-        &["-q", "deform", "n.vtu", "s.toml", "-o", "out"],
-    );
+    succeed(folder.path(), "-q deform n.vtu s.toml -o out");
     folder
 }
 
-fn page(folder: &Path, args: &[&str]) -> String {
-    succeed(
-        folder,
-        &[&["-q", "report", "out", "-o", "-"], args].concat(),
-    )
-    .out
+fn page(folder: &Path, args: impl Args) -> String {
+    let report = ["-q", "report", "out", "-o", "-"];
+    succeed(folder, [&report[..], &args.words()].concat()).out
 }
 
 /// The data of the cuts.
@@ -51,8 +45,8 @@ fn stills(html: &str) -> Vec<&str> {
 #[test]
 fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
     let folder = sequence();
-    let one = page(folder.path(), &["--threads", "1"]);
-    assert!(one == page(folder.path(), &["--threads", "3"]));
+    let one = page(folder.path(), "--threads 1");
+    assert!(one == page(folder.path(), "--threads 3"));
     let own = one.replace(
         include_str!("../../src/report/vendor/uPlot.iife.min.js"),
         "",
@@ -96,12 +90,12 @@ fn a_page_needs_nothing_else_and_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_page_is_replaced_only_with_force() {
     let folder = sequence();
-    let said = succeed(folder.path(), &["report", "out"]);
+    let said = succeed(folder.path(), "report out");
     assert_says(&said.out, &["out/report.html: ", "7 steps"]);
-    let again = azimesh(folder.path(), &["report", "out"]);
+    let again = azimesh(folder.path(), "report out");
     assert_eq!(again.code, 2);
     assert_says(&again.err, &["out/report.html: ", "--force"]);
-    let told = json(folder.path(), &["report", "out", "--force"]);
+    let told = json(folder.path(), "report out --force");
     assert_eq!(
         (told["version"].clone(), told["steps"].clone()),
         (1.into(), 7.into())
@@ -118,7 +112,7 @@ fn what_is_missing_is_noted_and_nothing_more() {
     let folder = sequence();
     fs::remove_file(folder.path().join("out/n_0003.vtu")).unwrap();
     fs::remove_file(folder.path().join("n.vtu")).unwrap();
-    let told = json(folder.path(), &["report", "out"]);
+    let told = json(folder.path(), "report out");
     let notes = &told["diagnostics"];
     assert_eq!(notes.as_array().unwrap().len(), 2, "{notes:?}");
     let codes = [&notes[0]["code"], &notes[1]["code"]];
@@ -149,7 +143,7 @@ fn a_mesh_that_has_changed_is_no_reference() {
 fn a_mesh_in_pieces_is_the_reference_until_one_has_changed() {
     let folder = sequence();
     let path = folder.path();
-    succeed(path, &["-q", "convert", "n.vtu", "p.pvtu", "--pieces", "2"]);
+    succeed(path, "-q convert n.vtu p.pvtu --pieces 2");
     let deform = ["-q", "deform", "p.pvtu", "s.toml", "-o", "out", "--force"];
     succeed(path, &deform);
     assert!(!page(path, &["--force"]).contains("class=\"notes\""));
@@ -158,12 +152,9 @@ fn a_mesh_in_pieces_is_the_reference_until_one_has_changed() {
     let last = bytes.len() - 300;
     bytes[last] ^= 1;
     fs::write(&piece, bytes).unwrap();
-    let html = page(path, &["--force"]);
+    let html = page(path, "--force");
     assert!(html.contains("class=\"notes\""), "another reference");
-    let run = azimesh(
-        path,
-        &["deform", "p.pvtu", "s.toml", "-o", "out", "--resume"],
-    );
+    let run = azimesh(path, "deform p.pvtu s.toml -o out --resume");
     assert_eq!(run.code, 2, "{run:?}");
 }
 
@@ -175,14 +166,12 @@ fn a_sequence_in_one_file_and_one_in_parts_show_the_same_cuts() {
     for format in ["vtkhdf", "cgns"] {
         for parts in [vec![], vec!["0..4", "4..7"]] {
             fs::remove_dir_all(folder.path().join("out")).unwrap();
-            let deform = [
-                "-q", "deform", "n.vtu", "s.toml", "-o", "out", "--format", format,
-            ];
+            let deform = format!("-q deform n.vtu s.toml -o out --format {format}");
             if parts.is_empty() {
                 drop(succeed(folder.path(), &deform))
             } else {
                 parts.iter().for_each(|part| {
-                    succeed(folder.path(), &[&deform[..], &["--steps", part]].concat());
+                    succeed(folder.path(), &format!("{deform} --steps {part}"));
                 })
             }
             assert!(
@@ -197,10 +186,7 @@ fn a_sequence_in_one_file_and_one_in_parts_show_the_same_cuts() {
 fn a_blade_is_cut_across_its_span_in_either_frame() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    succeed(
-        folder,
-        &["-q", "sample", "blade", "--nodes", "8000", "-o", "b.vtu"],
-    );
+    succeed(folder, "-q sample blade --nodes 8000 -o b.vtu");
     let steps = [("step = 10", "step = 120")];
     rewrite(folder, "b.toml", "rotating.toml", &steps);
     rewrite(
@@ -212,7 +198,7 @@ fn a_blade_is_cut_across_its_span_in_either_frame() {
     let mut pictures = Vec::new();
     for frame in ["rotating", "inertial"] {
         let schedule = format!("{frame}.toml");
-        let args = ["-q", "deform", "b.vtu", &schedule, "-o", "out", "--force"];
+        let args = format!("-q deform b.vtu {schedule} -o out --force");
         succeed(folder, &args);
         let html = page(folder, &[]);
         assert!(html.contains("The plane x = "), "{frame}");
@@ -239,7 +225,7 @@ fn a_blade_is_cut_across_its_span_in_either_frame() {
             (Some("outer"), Some(false), Some(inertial))
         );
         assert!(
-            html == page(folder, &["--threads", "1"]),
+            html == page(folder, "--threads 1"),
             "{frame}: the same bytes"
         );
 
@@ -264,8 +250,8 @@ fn a_blade_is_cut_across_its_span_in_either_frame() {
 fn a_folder_that_holds_no_sequence_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("empty")).unwrap();
-    let said = azimesh(folder.path(), &["report", "empty"]);
+    let said = azimesh(folder.path(), "report empty");
     assert_eq!(said.code, 2);
     assert_says(&said.err, &["empty: ", "steps.csv", "run.json"]);
-    assert_eq!(azimesh(folder.path(), &["report", "nowhere"]).code, 2);
+    assert_eq!(azimesh(folder.path(), "report nowhere").code, 2);
 }

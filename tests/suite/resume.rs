@@ -1,7 +1,9 @@
 //! A run that did not come to its end, or whose files were damaged since, is gone on with to the same
 //! bytes.
 
-use crate::support::{Run, airfoil, assert_says, azimesh, files, json, names, rewrite, succeed};
+use crate::support::{
+    Args, Run, airfoil, assert_says, azimesh, files, json, names, rewrite, succeed,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -59,9 +61,9 @@ fn case(folder: &Path, changes: &[(&str, &str)]) {
     rewrite(folder, "n.toml", "case.toml", &all);
 }
 
-fn deform(folder: &Path, out: &str, options: &[&str]) -> Run {
+fn deform(folder: &Path, out: &str, options: impl Args) -> Run {
     let args = ["deform", "n.vtu", "case.toml", "-o", out];
-    azimesh(folder, &[&args[..], options].concat())
+    azimesh(folder, [&args[..], &options.words()].concat())
 }
 
 #[test]
@@ -77,11 +79,11 @@ fn a_run_is_gone_on_with_to_the_same_bytes_in_every_format() {
         ("vtkhdf", "n.vtkhdf"),
         ("cgns", "n.cgns"),
     ] {
-        let format = ["--format", format];
+        let format = format!("--format {format}");
         let run = deform(folder, "whole", &format);
         assert_eq!(run.code, 0, "{run:?}");
         let resume = |what: &str| {
-            let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+            let run = deform(folder, "out", format!("{format} --resume"));
             assert_eq!(run.code, 0, "{what}: {run:?}");
             assert_same(&out, &whole, &format!("{format:?}, {what}"));
             run
@@ -143,12 +145,12 @@ fn arrays_precision_and_substeps_are_gone_on_with() {
         ),
     ] {
         case(folder, &[("[rbf]", more)]);
-        let format = ["--format", format];
-        let run = deform(folder, "whole", &[&format[..], &["--force"]].concat());
+        let format = format!("--format {format}");
+        let run = deform(folder, "whole", &format!("{format} --force"));
         assert_eq!(run.code, 0, "{more}: {run:?}");
         copy(&folder.join("whole"), &folder.join("out"));
         cut_table(&folder.join("out/steps.csv"), 4);
-        let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        let run = deform(folder, "out", &format!("{format} --resume"));
         assert_eq!(run.code, 0, "{more}: {run:?}");
         assert!(!run.err.contains("written again"), "{more}: {run:?}");
         assert_same(&folder.join("out"), &folder.join("whole"), more);
@@ -170,7 +172,7 @@ fn base_points_chosen_along_the_way_are_taken_up_again() {
     assert_eq!(deform(folder, "whole", &[]).code, 0);
     copy(&whole, &out);
     cut_table(&out.join("steps.csv"), 3);
-    assert_eq!(deform(folder, "out", &["--resume"]).code, 0);
+    assert_eq!(deform(folder, "out", "--resume").code, 0);
     assert_same(&out, &whole, "real");
     let (now, then) = (record(&out), record(&whole));
     assert_eq!(now["selections"], then["selections"]);
@@ -185,7 +187,7 @@ fn base_points_chosen_along_the_way_are_taken_up_again() {
     let other = other.replace("error = ", "error = 1");
     std::fs::write(&base, other).unwrap();
     cut_table(&out.join("steps.csv"), 3);
-    assert_eq!(deform(folder, "out", &["--resume"]).code, 0);
+    assert_eq!(deform(folder, "out", "--resume").code, 0);
     assert_same(&out, &whole, "real, with other base points");
 }
 
@@ -195,17 +197,11 @@ fn a_part_is_gone_on_with_alone() {
     let folder = folder.path();
     case(folder, &[]);
     for format in ["vtu", "vtkhdf"] {
-        let part = ["--format", format, "--steps", "2..6"];
-        assert_eq!(
-            deform(folder, "whole", &[&part[..], &["--force"]].concat()).code,
-            0
-        );
+        let part = format!("--format {format} --steps 2..6");
+        assert_eq!(deform(folder, "whole", &format!("{part} --force")).code, 0);
         copy(&folder.join("whole"), &folder.join("out"));
         cut_table(&folder.join("out/steps_2-6.csv"), 2);
-        assert_eq!(
-            deform(folder, "out", &[&part[..], &["--resume"]].concat()).code,
-            0
-        );
+        assert_eq!(deform(folder, "out", &format!("{part} --resume")).code, 0);
         assert_same(&folder.join("out"), &folder.join("whole"), format);
         std::fs::remove_dir_all(folder.join("whole")).unwrap();
     }
@@ -216,11 +212,11 @@ fn only_the_same_run_is_gone_on_with() {
     let folder = airfoil();
     let folder = folder.path();
     case(folder, &[]);
-    let fresh = deform(folder, "out", &["--resume"]);
+    let fresh = deform(folder, "out", "--resume");
     assert_eq!(fresh.code, 0, "there is nothing yet: {fresh:?}");
     let before = files(&folder.join("out"));
-    let refused = |options: &[&str], reason: &[&str]| {
-        let run = deform(folder, "out", &[options, &["--resume"]].concat());
+    let refused = |options: &str, reason: &[&str]| {
+        let run = deform(folder, "out", format!("{options} --resume"));
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{run:?}");
         assert_says(&run.err, reason);
         assert!(
@@ -228,35 +224,27 @@ fn only_the_same_run_is_gone_on_with() {
             "nothing is written: {reason:?}"
         );
     };
+    refused("--format su2", &["format", "\"vtu\"", "\"su2\"", "--force"]);
     refused(
-        &["--format", "su2"],
-        &["format", "\"vtu\"", "\"su2\"", "--force"],
-    );
-    refused(
-        &["--tag-array", "BoundaryTag"],
+        "--tag-array BoundaryTag",
         &["tag_array", "null", "\"BoundaryTag\""],
     );
-    succeed(
-        folder,
-        &["-q", "select", "n.vtu", "case.toml", "-o", "b.toml"],
-    );
-    refused(&["--base", "b.toml"], &["input files"]);
+    succeed(folder, "-q select n.vtu case.toml -o b.toml");
+    refused("--base b.toml", &["input files"]);
     case(folder, &[("sin = 10.0", "sin = 9.0")]);
-    refused(&[], &["schedule case.toml", "changed"]);
+    refused("", &["schedule case.toml", "changed"]);
     case(folder, &[]);
     let mesh = std::fs::read(folder.join("n.vtu")).unwrap();
-    let sample = [
-        "-q", "sample", "naca0012", "--nodes", "900", "-o", "n.vtu", "--force",
-    ];
+    let sample = "-q sample naca0012 --nodes 900 -o n.vtu --force";
     succeed(folder, &sample);
     case(folder, &[]);
-    refused(&[], &["mesh n.vtu", "changed"]);
+    refused("", &["mesh n.vtu", "changed"]);
     std::fs::write(folder.join("n.vtu"), mesh).unwrap();
-    let both = deform(folder, "out", &["--resume", "--force"]);
+    let both = deform(folder, "out", "--resume --force");
     assert_eq!(both.code, 2, "{both:?}");
     std::fs::remove_file(folder.join("out/run.json")).unwrap();
     std::fs::remove_file(folder.join("out/steps.csv")).unwrap();
-    let run = deform(folder, "out", &["--resume"]);
+    let run = deform(folder, "out", "--resume");
     assert!(
         run.code == 2 && run.err.contains("but no whole run.json"),
         "{run:?}"
@@ -283,8 +271,8 @@ fn steps_are_added_to_a_finished_run() {
     let folder = folder.path();
     let out = folder.join("out");
     for format in ["vtu", "vtkhdf", "cgns"] {
-        let format = ["--format", format];
-        let resume = || deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        let format = format!("--format {format}");
+        let resume = || deform(folder, "out", format!("{format} --resume"));
         timed(folder, "1.0");
         assert_eq!(deform(folder, "out", &format).code, 0);
         cut_table(&out.join("steps.csv"), 20);
@@ -319,9 +307,9 @@ fn steps_are_added_to_a_finished_run() {
         let run = resume();
         assert_eq!((run.code, run.err.as_str()), (0, ""), "{format:?}");
         assert!(left(&out) == after, "{format:?}");
-        let judged = json(folder, &["quality", "out"]);
+        let judged = json(folder, "quality out");
         assert_eq!(judged["steps"].as_array().unwrap().len(), 71);
-        let run = azimesh(folder, &["report", "out", "-o", "r.html", "--force"]);
+        let run = azimesh(folder, "report out -o r.html --force");
         assert!(run.out.contains("71 steps"), "{run:?}");
         assert!(!run.err.contains("not finished"), "{run:?}");
         std::fs::remove_dir_all(&out).unwrap();
@@ -335,17 +323,17 @@ fn steps_that_cannot_be_added_are_refused_with_numbers() {
     timed(folder, "0.04");
     assert_eq!(deform(folder, "out", &[]).code, 0);
     let before = files(&folder.join("out"));
-    let refused = |options: &[&str], code: i32, reason: &[&str]| {
+    let refused = |options: &str, code: i32, reason: &[&str]| {
         let run = deform(folder, "out", options);
         assert_eq!((run.code, run.out.as_str()), (code, ""), "{run:?}");
         assert_says(&run.err, reason);
         assert!(files(&folder.join("out")) == before, "{reason:?}");
     };
     timed(folder, "0.02");
-    refused(&["--resume"], 2, &["3 steps", "2 now"]);
+    refused("--resume", 2, &["3 steps", "2 now"]);
     timed(folder, "0.4");
     refused(
-        &["--steps", "3..21"],
+        "--steps 3..21",
         2,
         &["0..3", "--resume without --steps", "3..21"],
     );
@@ -356,13 +344,13 @@ fn steps_that_cannot_be_added_are_refused_with_numbers() {
         &[("step = 0.02", "step = 0.01")],
     );
     refused(
-        &["--resume"],
+        "--resume",
         2,
         &["step 1 (azimuth 7.2", "step 1 (azimuth 3.6"],
     );
     timed(folder, "0.4");
     std::fs::rename(folder.join("out/base.toml"), folder.join("b")).unwrap();
-    let run = deform(folder, "out", &["--resume"]);
+    let run = deform(folder, "out", "--resume");
     assert_eq!(run.code, 2, "{run:?}");
     assert_says(
         &run.err,
@@ -375,12 +363,12 @@ fn steps_that_cannot_be_added_are_refused_with_numbers() {
         "base points leave an error of",
         "the added steps need more",
     ];
-    refused(&["--resume"], 1, &numbers);
+    refused("--resume", 1, &numbers);
     // A comment is no change of the motion.
     timed(folder, "0.04");
     let text = std::fs::read_to_string(folder.join("case.toml")).unwrap();
     std::fs::write(folder.join("case.toml"), text + "# a comment\n").unwrap();
-    let run = deform(folder, "out", &["--resume"]);
+    let run = deform(folder, "out", "--resume");
     assert!(
         run.code == 0 && run.out.starts_with("complete already"),
         "{run:?}"
@@ -415,7 +403,7 @@ fn a_record_that_is_lost_costs_no_finished_step() {
     ] {
         let section = if more == real { "[selection]" } else { "[rbf]" };
         case(folder, &[(section, more)]);
-        let format = ["--format", format];
+        let format = format!("--format {format}");
         assert_eq!(deform(folder, "whole", &format).code, 0);
         for how in ["empty", "cut", "zeros", "missing"] {
             copy(&whole, &out);
@@ -439,7 +427,7 @@ fn a_record_that_is_lost_costs_no_finished_step() {
                     .map(|path| std::fs::metadata(path).unwrap().modified().unwrap())
             };
             let before = modified();
-            let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+            let run = deform(folder, "out", format!("{format} --resume"));
             let what = format!("{format:?}, {how}");
             assert_eq!(run.code, 0, "{what}: {run:?}");
             assert!(
@@ -453,14 +441,14 @@ fn a_record_that_is_lost_costs_no_finished_step() {
             assert!(!run.err.contains("is computed again:"), "{what}: {run:?}");
             assert_eq!(modified(), before, "{what}");
             assert_same(&out, &whole, &what);
-            let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+            let run = deform(folder, "out", format!("{format} --resume"));
             assert!(run.out.starts_with("complete already"), "{what}: {run:?}");
         }
         // Without a table nothing is known to be finished.
         copy(&whole, &out);
         lose(&out.join("run.json"), "empty");
         lose(&out.join("steps.csv"), "empty");
-        let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        let run = deform(folder, "out", format!("{format} --resume"));
         assert_eq!(run.code, 0, "{format:?}: {run:?}");
         assert_same(&out, &whole, "no rows");
         std::fs::remove_dir_all(&whole).unwrap();
@@ -473,15 +461,15 @@ fn a_lost_record_lets_no_other_inputs_in() {
     let folder = folder.path();
     for format in ["vtu", "cgns"] {
         case(folder, &[]);
-        let format = ["--format", format];
-        let resume = || deform(folder, "out", &[&format[..], &["--resume"]].concat());
-        assert_eq!(deform(folder, "out", &format).code, 0);
+        let options = format!("--format {format}");
+        let resume = || deform(folder, "out", format!("{options} --resume"));
+        assert_eq!(deform(folder, "out", &options).code, 0);
         let before = left(&folder.join("out"));
         std::fs::write(folder.join("out/run.json"), "").unwrap();
         case(folder, &[("sin = 10.0", "sin = 9.0")]);
-        assert_eq!(deform(folder, "whole", &format).code, 0);
+        assert_eq!(deform(folder, "whole", &options).code, 0);
         let run = resume();
-        if format[1] == "vtu" {
+        if format == "vtu" {
             // Whole files of another run are not written over unasked.
             assert_eq!(run.code, 2, "{run:?}");
             assert_says(&run.err, &["n_0001.vtu", "step 1", "--force"]);
@@ -519,13 +507,13 @@ fn repaired_steps_outlive_the_loss_of_the_record() {
     let substeps = ("[rbf]", "[output]\non_inverted = \"substeps\"\n[rbf]");
     case(folder, &[("sin = 10.0", "sin = 100.0"), substeps]);
     for format in ["vtu", "vtkhdf"] {
-        let format = ["--format", format];
+        let format = format!("--format {format}");
         let first = deform(folder, "whole", &format);
         assert!(first.err.contains("inverted cells: "), "{first:?}");
         copy(&folder.join("whole"), &folder.join("out"));
         cut_table(&folder.join("out/steps.csv"), 5);
         lose(&folder.join("out/run.json"), "empty");
-        let run = deform(folder, "out", &[&format[..], &["--resume"]].concat());
+        let run = deform(folder, "out", format!("{format} --resume"));
         assert_eq!(run.code, first.code, "{run:?}");
         assert!(
             !run.err.contains("again from there") && !run.err.contains("is computed again:"),
@@ -544,17 +532,16 @@ fn a_mesh_that_was_renamed_since_is_told_of() {
     let folder = folder.path();
     case(folder, &[]);
     for format in ["vtu", "cgns"] {
-        let format = ["--format", format];
-        assert_eq!(deform(folder, "out", &format).code, 0);
+        assert_eq!(deform(folder, "out", ["--format", format]).code, 0);
         let out = folder.join("out");
         cut_table(&out.join("steps.csv"), 4);
         std::fs::rename(folder.join("n.vtu"), folder.join("m.vtu")).unwrap();
         let resume = |mesh: &str| {
-            let args = ["deform", mesh, "case.toml", "-o", "out", "--resume"];
-            azimesh(folder, &[&args[..], &format].concat())
+            let args = format!("deform {mesh} case.toml -o out --resume --format {format}");
+            azimesh(folder, args)
         };
         let before = files(&out);
-        let (old, new) = match format[1] {
+        let (old, new) = match format {
             "vtu" => ("n_0000.vtu", "m_0000.vtu"),
             _ => ("n.cgns", "m.cgns"),
         };
@@ -577,20 +564,11 @@ fn what_was_wrong_with_finished_steps_is_told_again() {
     let folder = airfoil();
     let folder = folder.path();
     case(folder, &[("sin = 10.0", "sin = 170.0")]);
-    let whole = deform(folder, "out", &["--json", "--fail-on", "max_skew>0.1"]);
+    let whole = deform(folder, "out", "--json --fail-on max_skew>0.1");
     assert_eq!(whole.code, 1, "{whole:?}");
     let then: serde_json::Value = serde_json::from_str(&whole.out).unwrap();
     cut_table(&folder.join("out/steps.csv"), 4);
-    let args = [
-        "deform",
-        "n.vtu",
-        "case.toml",
-        "-o",
-        "out",
-        "--resume",
-        "--fail-on",
-        "max_skew>0.1",
-    ];
+    let args = "deform n.vtu case.toml -o out --resume --fail-on max_skew>0.1";
     let now = json(folder, &args);
     for key in [
         "steps",
@@ -621,7 +599,7 @@ fn bad_steps_are_passed_over_when_asked() {
         stopped.err.contains("stopped before writing it"),
         "{stopped:?}"
     );
-    let went_on = deform(folder, "out", &["--resume", "--keep-going"]);
+    let went_on = deform(folder, "out", "--resume --keep-going");
     assert_eq!(went_on.code, 1, "{went_on:?}");
     assert!(went_on.err.contains("; skipped"), "{went_on:?}");
     let names: Vec<String> = files(&folder.join("out")).into_keys().collect();
@@ -641,7 +619,7 @@ fn inverted_cells_are_repaired_by_substeps() {
     let substeps = ("[rbf]", "[output]\non_inverted = \"substeps\"\n[rbf]");
     for pitch in ["sin = 100.0", "sin = 170.0"] {
         case(folder, &[("sin = 10.0", pitch), substeps]);
-        let run = deform(folder, "whole", &["--force"]);
+        let run = deform(folder, "whole", "--force");
         assert!(run.err.contains("inverted cells: "), "{run:?}");
         let repairs = record(&folder.join("whole"))["repairs"].clone();
         assert!(!repairs.as_array().unwrap().is_empty());
@@ -651,20 +629,20 @@ fn inverted_cells_are_repaired_by_substeps() {
         // The same meshes in parts and when gone on with, in one file too.
         copy(&folder.join("whole"), &folder.join("out"));
         cut_table(&folder.join("out/steps.csv"), 3);
-        assert_eq!(deform(folder, "out", &["--resume"]).code, run.code);
+        assert_eq!(deform(folder, "out", "--resume").code, run.code);
         assert_same(&folder.join("out"), &folder.join("whole"), pitch);
         assert_eq!(record(&folder.join("out"))["repairs"], repairs);
-        deform(folder, "part", &["--steps", "4..7", "--force"]);
+        deform(folder, "part", "--steps 4..7 --force");
         for (name, content) in files(&folder.join("part")) {
             if name.ends_with(".vtu") {
                 assert!(files(&folder.join("whole"))[&name] == content, "{name}");
             }
         }
-        let in_one = ["--format", "vtkhdf"];
-        deform(folder, "one", &[&in_one[..], &["--force"]].concat());
+        let in_one = "--format vtkhdf";
+        deform(folder, "one", &format!("{in_one} --force"));
         copy(&folder.join("one"), &folder.join("out"));
         cut_table(&folder.join("out/steps.csv"), 5);
-        let run = deform(folder, "out", &[&in_one[..], &["--resume"]].concat());
+        let run = deform(folder, "out", &format!("{in_one} --resume"));
         assert!(!run.err.contains("written again"), "{run:?}");
         assert_same(&folder.join("out"), &folder.join("one"), pitch);
     }
@@ -704,7 +682,7 @@ fn begun_by(mut command: std::process::Command, folder: &Path, out: &str) -> std
 fn a_signal_ends_a_run_between_two_steps() {
     let folder = long();
     let folder = folder.path();
-    assert_eq!(deform(folder, "whole", &["-q"]).code, 0);
+    assert_eq!(deform(folder, "whole", "-q").code, 0);
     for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
         let mut child = begun(folder, "out");
         let asked = std::process::Command::new("kill")
@@ -723,7 +701,7 @@ fn a_signal_ends_a_run_between_two_steps() {
         let meshes = names.iter().filter(|name| name.ends_with(".vtu")).count();
         assert_eq!(table.lines().count(), 1 + meshes, "a row for each mesh");
         assert!(!names.iter().any(|name| name.starts_with('.')), "{names:?}");
-        assert_eq!(deform(folder, "out", &["-q", "--resume"]).code, 0);
+        assert_eq!(deform(folder, "out", "-q --resume").code, 0);
         assert_same(&out, &folder.join("whole"), signal);
         std::fs::remove_dir_all(out).unwrap();
     }
@@ -753,16 +731,16 @@ fn two_runs_do_not_write_the_same_steps() {
     let folder = long();
     let folder = folder.path();
     let mut child = begun(folder, "out");
-    for options in [&["--force"][..], &["--resume"], &["--steps", "100..200"]] {
+    for options in ["--force", "--resume", "--steps 100..200"] {
         let run = deform(folder, "out", options);
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{run:?}");
         assert_says(&run.err, &["another run", "0..721"]);
     }
-    let joined = azimesh(folder, &["finish", "out"]);
+    let joined = azimesh(folder, "finish out");
     assert_eq!(joined.code, 2, "{joined:?}");
     child.kill().unwrap();
     child.wait().unwrap();
-    let run = deform(folder, "out", &["-q", "--resume"]);
+    let run = deform(folder, "out", "-q --resume");
     assert_eq!(run.code, 0, "a killed run holds nothing: {run:?}");
     let names: Vec<String> = files(&folder.join("out")).into_keys().collect();
     assert!(!names.iter().any(|name| name.starts_with('.')), "{names:?}");

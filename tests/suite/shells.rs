@@ -164,8 +164,8 @@ fn markers_without_a_volume_are_tags() {
 fn a_surface_keeps_its_markers_through_su2_and_vtu() {
     let folder = tempfile::tempdir().unwrap();
     meshes(folder.path());
-    succeed(folder.path(), &["-q", "convert", "surface.su2", "b.vtu"]);
-    succeed(folder.path(), &["-q", "convert", "b.vtu", "c.su2"]);
+    succeed(folder.path(), "-q convert surface.su2 b.vtu");
+    succeed(folder.path(), "-q convert b.vtu c.su2");
     let [before, after] = ["surface.su2", "c.su2"].map(|name| {
         let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
         assert!(text.starts_with("NDIME= 3\nNELEM= 0\n"), "{name}");
@@ -231,10 +231,7 @@ fn edges_of_a_shell_cannot_slide() {
     let slides = text.replace("\"inlet\", \"outlet\"]", "\"inlet\"]\nslide = [\"outlet\"]");
     std::fs::write(&path, slides).unwrap();
     write(&shell(), &folder.path().join("shell.vtu"));
-    let run = azimesh(
-        folder.path(),
-        &["-q", "deform", "shell.vtu", "all.toml", "-o", "out"],
-    );
+    let run = azimesh(folder.path(), "-q deform shell.vtu all.toml -o out");
     assert_eq!(run.code, 2, "{run:?}");
     assert_says(&run.err, &["\"outlet\"", "slide"]);
 }

@@ -20,15 +20,7 @@ fn foreseen_and_taken(folder: &Path, mesh: &str, schedule: &str) -> (f64, f64) {
 fn bytes_of_the_output_are_foreseen() {
     let folder = airfoil();
     let folder = folder.path();
-    let args = [
-        "-q",
-        "sample",
-        "blade",
-        "--nodes",
-        "5000",
-        "-o",
-        "blade.vtu",
-    ];
+    let args = "-q sample blade --nodes 5000 -o blade.vtu";
     succeed(folder, &args);
     for (mesh, step, output) in [
         ("n.vtu", "10.0", ""),

@@ -1,6 +1,6 @@
 //! Pipes and links under names that the program opens.
 
-use crate::support::{assert_says, names, short, succeed};
+use crate::support::{Args, assert_says, names, short, succeed};
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
@@ -8,9 +8,9 @@ use std::process::{Command, Output};
 use std::time::Duration;
 
 /// Runs the program, which must end soon.
-fn ended(folder: &Path, args: &[&str]) -> Output {
+fn ended(folder: &Path, args: impl Args) -> Output {
     let mut command = assert_cmd::Command::cargo_bin("azimesh").unwrap();
-    let command = command.current_dir(folder).args(args);
+    let command = command.current_dir(folder).args(args.words());
     command.timeout(Duration::from_secs(60)).output().unwrap()
 }
 
@@ -31,13 +31,10 @@ fn copy(from: &Path, to: &Path) {
 #[test]
 fn a_pipe_under_the_name_of_a_file_of_a_run_is_refused() {
     let folder = short();
-    let run = ["-q", "deform", "n.vtu", "few.toml", "-o"];
-    succeed(folder.path(), &[&run[..], &["whole"]].concat());
+    let run = "-q deform n.vtu few.toml -o";
+    succeed(folder.path(), &format!("{run} whole"));
     for steps in ["0..2", "2..5"] {
-        succeed(
-            folder.path(),
-            &[&run[..], &["parts", "--steps", steps]].concat(),
-        );
+        succeed(folder.path(), &format!("{run} parts --steps {steps}"));
     }
     let resumed = ["deform", "n.vtu", "few.toml", "-o", "o", "--resume"];
     let part = ["deform", "n.vtu", "few.toml", "-o", "o", "--steps", "4..5"];
@@ -95,7 +92,7 @@ fn a_link_in_place_of_a_lock_file_is_refused_and_makes_no_file() {
         let aim = folder.path().join(aim);
         let was_there = aim.exists();
         symlink(&aim, &lock).unwrap();
-        let found = ended(folder.path(), &["deform", "n.vtu", "few.toml", "-o", "o"]);
+        let found = ended(folder.path(), "deform n.vtu few.toml -o o");
         let told = String::from_utf8(found.stderr).unwrap();
         assert_eq!(found.status.code(), Some(2), "{told}");
         assert_says(&told, &["o/.azimesh_0-5.lock", "link"]);
@@ -116,7 +113,7 @@ fn limited(folder: &Path, limit: &str, args: &str) -> Output {
 #[test]
 fn a_staged_folder_is_removed_where_no_more_files_can_be_opened() {
     let folder = tempfile::tempdir().unwrap();
-    succeed(folder.path(), &["-q", "sample", "block", "-o", "b.vtu"]);
+    succeed(folder.path(), "-q sample block -o b.vtu");
     let before = names(folder.path());
     let args = "-q --threads 1 convert b.vtu x.pvtu --pieces 5";
     let found = (4..16).map(|n| limited(folder.path(), &format!("-n {n}"), args));

@@ -26,7 +26,7 @@ fn solid() -> (tempfile::TempDir, String) {
     let mesh = testdata("mixed_cells_inline.vtu").display().to_string();
     succeed(
         folder.path(),
-        &["convert", &mesh, "b.vtu", "--boundary-only"],
+        &format!("convert {mesh} b.vtu --boundary-only"),
     );
     (folder, mesh)
 }
@@ -37,7 +37,7 @@ fn vtp_is_the_boundary_with_tags_and_arrays() {
     let folder = folder.path();
     let expected = told(folder, "b.vtu");
     for encoding in ["raw", "ascii"] {
-        let args = ["convert", &mesh, "b.vtp", "--force", "--encoding", encoding];
+        let args = format!("convert {mesh} b.vtp --force --encoding {encoding}");
         let run = succeed(folder, &args);
         assert_says(
             &run.err,
@@ -51,8 +51,8 @@ fn vtp_is_the_boundary_with_tags_and_arrays() {
         }
     }
     // Again, from the surface: the same.
-    succeed(folder, &["convert", "b.vtp", "c.vtp"]);
-    succeed(folder, &["diff", "b.vtp", "c.vtp"]);
+    succeed(folder, "convert b.vtp c.vtp");
+    succeed(folder, "diff b.vtp c.vtp");
 }
 
 #[test]
@@ -62,8 +62,8 @@ fn faces_of_tags_that_are_removed_are_in_no_surface() {
     let (_, _, tags) = told(folder, "b.vtu");
     // The sides: a part in one plane would be a plane mesh.
     let (kept, n) = tags[2].clone();
-    let only = ["--keep-tag", &kept, "--boundary-only"];
-    succeed(folder, &[&["convert", &mesh, "k.vtu"], &only[..]].concat());
+    let only = format!("--keep-tag {kept} --boundary-only");
+    succeed(folder, &format!("convert {mesh} k.vtu {only}"));
     let expected = told(folder, "k.vtu");
     assert_eq!((expected.1, &expected.2), (n, &vec![(kept.clone(), n)]));
     let keep = ["convert", &mesh, "k.vtp", "--keep-tag", &kept];
@@ -80,15 +80,7 @@ fn faces_of_tags_that_are_removed_are_in_no_surface() {
     assert_eq!(told(folder, "d.vtp"), expected);
     succeed(
         folder,
-        &[
-            "convert",
-            &mesh,
-            "k.stl",
-            "--encoding",
-            "ascii",
-            "--keep-tag",
-            &kept,
-        ],
+        &format!("convert {mesh} k.stl --encoding ascii --keep-tag {kept}"),
     );
     let (nodes, _, found) = told(folder, "k.stl");
     assert_eq!((nodes, found.len(), &found[0].0), (expected.0, 1, &kept));
@@ -107,7 +99,7 @@ fn stl_is_the_boundary_in_triangles_with_tags_in_text() {
     let (folder, mesh) = solid();
     let folder = folder.path();
     let (nodes, _, tags) = told(folder, "b.vtu");
-    let text = ["convert", &mesh, "t.stl", "--encoding", "ascii"];
+    let text = format!("convert {mesh} t.stl --encoding ascii");
     let run = succeed(folder, &text);
     assert_says(&run.err, &["cut into triangles (63)", "the boundary alone"]);
     let (n, triangles, found) = told(folder, "t.stl");
@@ -121,10 +113,8 @@ fn stl_is_the_boundary_in_triangles_with_tags_in_text() {
     assert_eq!(size, 84 + 50 * triangles);
     let told = json(folder, &["convert", &mesh, "j.stl"]);
     assert_eq!(told["cells"], value!(triangles));
-    let near = [
-        "diff", "t.stl", "b.stl", "--match", "position", "--only", "nodes",
-    ];
-    succeed(folder, &[&near[..], &["--tolerance", "1e-6"]].concat());
+    let near = "diff t.stl b.stl --match position --only nodes";
+    succeed(folder, &format!("{near} --tolerance 1e-6"));
 }
 
 #[test]
@@ -137,25 +127,14 @@ fn the_surface_of_a_run_is_converted_and_is_no_format_of_a_run() {
     let run = azimesh(folder, &deform);
     assert_eq!(run.code, 2, "{run:?}");
     assert_says(&run.err, &["output.format", "convert DIR"]);
-    succeed(
-        folder,
-        &["deform", "n.vtu", "n.toml", "-o", "out", "--steps", "0..2"],
-    );
-    let convert = [
-        "convert",
-        "out/n_0000.vtu",
-        "out/n_0001.vtu",
-        "-o",
-        "vtp",
-        "--format",
-        "vtp",
-    ];
+    succeed(folder, "deform n.vtu n.toml -o out --steps 0..2");
+    let convert = "convert out/n_0000.vtu out/n_0001.vtu -o vtp --format vtp";
     succeed(folder, &convert);
     assert_eq!(
         told(folder, "vtp/n_0001.vtp"),
         told(folder, "out/n_0001.vtu")
     );
-    let quality = azimesh(folder, &["quality", "vtp/n_0001.vtp"]);
+    let quality = azimesh(folder, "quality vtp/n_0001.vtp");
     assert_eq!(quality.code, 0, "{quality:?}");
 }
 
@@ -179,16 +158,13 @@ fn zones_that_share_no_nodes_are_told_of_and_joined() {
         let run = succeed(path, &[&["convert", "m.su2"], out].concat());
         assert_says(&run.err, &[told, "--join"]);
     }
-    let run = succeed(
-        path,
-        &["convert", "m.su2", "one", "--format", "openfoam", "--join"],
-    );
+    let run = succeed(path, "convert m.su2 one --format openfoam --join");
     assert_says(
         &run.err,
         &["pair by pair (1); 4 nodes are removed", "without a tag (9)"],
     );
     assert!(!run.err.contains("lie on one another"), "{}", run.err);
-    let found = json(path, &["info", "one"]);
+    let found = json(path, "info one");
     assert_eq!(
         (&found["nodes"], &found["cells"]),
         (&value!(12), &value!(12))
@@ -256,7 +232,7 @@ fn files_that_are_cut_off_or_damaged_at_their_start_are_named() {
     for (mut bytes, at) in [(adf, 6), (hdf5, 1)] {
         bytes[at] ^= 0x55;
         write("d.cgns", &bytes);
-        let run = azimesh(path, &["info", "d.cgns"]);
+        let run = azimesh(path, "info d.cgns");
         assert_eq!(run.code, 2, "{run:?}");
         let told = [
             "this is neither: it begins with",

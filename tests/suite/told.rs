@@ -14,10 +14,7 @@ fn steps_of_a_schedule_of_times_have_no_azimuth() {
         "time = {{ stop = 0.2, step = 0.1 }}\nboundaries.others = \"fixed\"\nrbf.support_radius = 10.0\n{body}"
     );
     fs::write(folder.path().join("t.toml"), schedule).unwrap();
-    succeed(
-        folder.path(),
-        &["-q", "deform", "n.vtu", "t.toml", "-o", "out"],
-    );
+    succeed(folder.path(), "-q deform n.vtu t.toml -o out");
     let table = fs::read_to_string(folder.path().join("out/steps.csv")).unwrap();
     let starts: Vec<String> = table
         .lines()
@@ -27,7 +24,7 @@ fn steps_of_a_schedule_of_times_have_no_azimuth() {
         starts,
         ["step,azimuth_deg,time_s", "0,,0", "1,,0.1", "2,,0.2"]
     );
-    let resumed = ["-q", "deform", "n.vtu", "t.toml", "-o", "out", "--resume"];
+    let resumed = "-q deform n.vtu t.toml -o out --resume";
     succeed(folder.path(), &resumed);
 }
 
@@ -40,27 +37,14 @@ fn base_points_that_miss_the_tolerance_of_another_schedule_are_told_to_be_chosen
         "few.toml",
         &[PITCH, ("tolerance = 1e-4", "tolerance = 1e-2")],
     );
-    succeed(
-        folder.path(),
-        &["-q", "select", "n.vtu", "few.toml", "-o", "base.toml"],
-    );
+    succeed(folder.path(), "-q select n.vtu few.toml -o base.toml");
     rewrite(
         folder.path(),
         "few.toml",
         "tight.toml",
         &[("tolerance = 1e-2", "tolerance = 1e-5")],
     );
-    let with = [
-        "-q",
-        "deform",
-        "n.vtu",
-        "tight.toml",
-        "--base",
-        "base.toml",
-        "-o",
-        "out",
-        "--force",
-    ];
+    let with = "-q deform n.vtu tight.toml --base base.toml -o out --force";
     let run = azimesh(folder.path(), &with);
     assert_eq!(run.code, 1, "{run:?}");
     assert!(
@@ -68,18 +52,7 @@ fn base_points_that_miss_the_tolerance_of_another_schedule_are_told_to_be_chosen
         "{run:?}"
     );
     // What the sentence advises.
-    succeed(
-        folder.path(),
-        &[
-            "-q",
-            "deform",
-            "n.vtu",
-            "tight.toml",
-            "-o",
-            "out",
-            "--force",
-        ],
-    );
+    succeed(folder.path(), "-q deform n.vtu tight.toml -o out --force");
 }
 
 #[test]
@@ -124,7 +97,7 @@ fn optional_tags_that_the_mesh_lacks_are_noted() {
         "tags = [\"airfoil\"]\noptional_tags = [\"flap_*\", \"air*\"]",
     );
     rewrite(folder.path(), "n.toml", "few.toml", &[PITCH, tags]);
-    let run = succeed(folder.path(), &["check", "n.vtu", "few.toml"]);
+    let run = succeed(folder.path(), "check n.vtu few.toml");
     let told = format!("{}{}", run.out, run.err);
     let note = "no tag of the mesh matches \"flap_*\" in `optional_tags` of body \"airfoil\"";
     assert!(told.contains(note) && !told.contains("air*"), "{told}");
@@ -136,16 +109,13 @@ fn portable_files_leave_out_what_their_readers_do_not_take() {
     let mesh = "NDIME= 2\nNELEM= 2\n9 0 1 2 3\n9 1 4 5 2\nNPOIN= 6\n0 0\n1 0\n1 1\n0 1\n2 0\n2 1\nNMARK= 2\nMARKER_TAG= wall\n\
                 MARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= inside\nMARKER_ELEMS= 1\n3 1 2\n";
     fs::write(folder.path().join("m.su2"), mesh).unwrap();
-    let run = succeed(folder.path(), &["convert", "m.su2", "same.su2"]);
+    let run = succeed(folder.path(), "convert m.su2 same.su2");
     assert!(
         run.err
             .contains("SU2 takes markers on the boundary only; --portable leaves them out"),
         "{run:?}"
     );
-    let run = succeed(
-        folder.path(),
-        &["convert", "m.su2", "portable.su2", "--portable"],
-    );
+    let run = succeed(folder.path(), "convert m.su2 portable.su2 --portable");
     assert!(
         run.err.contains("faces between two cells left out: 1"),
         "{run:?}"
@@ -205,7 +175,7 @@ fn what_readers_do_not_take_is_told_of_sequences_in_one_file_too() {
                 CELLS 2 8\n4 0 1 2 3\n2 0 1\nCELL_TYPES 2\n10\n3\nCELL_DATA 2\nSCALARS p double 1\nLOOKUP_TABLE default\n1 2\n";
     fs::write(path.join("a.vtk"), mesh).unwrap();
     fs::write(path.join("b.vtk"), mesh).unwrap();
-    let run = succeed(path, &["convert", "a.vtk", "b.vtk", "two.cgns"]);
+    let run = succeed(path, "convert a.vtk b.vtk two.cgns");
     assert!(run.err.contains("ParaView shows no cell array"), "{run:?}");
 }
 
@@ -213,18 +183,7 @@ fn what_readers_do_not_take_is_told_of_sequences_in_one_file_too() {
 fn blades_that_are_one_body_are_told_and_a_mesh_that_is_carried_round_has_velocities() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let sample = [
-        "sample",
-        "rotor",
-        "--blades",
-        "4",
-        "--nodes",
-        "20000",
-        "--first-cell",
-        "1e-3",
-        "-o",
-        "r.vtu",
-    ];
+    let sample = "sample rotor --blades 4 --nodes 20000 --first-cell 1e-3 -o r.vtu";
     succeed(path, &sample);
     let head = "time = { stop = 0.2, step = 0.1, frequency = 2.0 }\nrbf.support_radius = 5.625\n\
                 boundaries.fixed = [\"hub\", \"outer\"]\noutput.velocity = true\n";
@@ -258,7 +217,7 @@ fn check_tells_of_rotors_and_tips_where_there_are_any_and_how_to_see_all_steps()
     let schedule = "azimuth = { start = 0, stop = 90, step = 5 }\nboundaries.others = \"fixed\"\n\
                     body = [ { name = \"a\", tags = [\"airfoil\"], rigid = { translate = [0, 0.01, 0] } } ]\n";
     std::fs::write(path.join("t.toml"), schedule).unwrap();
-    let told = succeed(path, &["check", "n.vtu", "t.toml"]).out;
+    let told = succeed(path, "check n.vtu t.toml").out;
     assert_says(&told, &["at 10 of 19 steps; --json has them all"]);
     for unwanted in ["hub", "shaft", "pitch_deg", "tip_dx"] {
         assert!(!told.contains(unwanted), "{told}");
@@ -267,9 +226,30 @@ fn check_tells_of_rotors_and_tips_where_there_are_any_and_how_to_see_all_steps()
         &told,
         &["body a\nazimuth_deg     largest\n          0   0.0100000\n"],
     );
-    let told = succeed(path, &["check", "n.vtu", "n.toml"]).out;
+    let told = succeed(path, "check n.vtu n.toml").out;
     assert_says(
         &told,
         &["shaft", "pitch_deg  flap_deg   lag_deg     largest\n"],
     );
+    let turns = schedule.replace(
+        "translate = [0, 0.01, 0]",
+        "ramp = true, rotate = { axis = [0, 0, 1], angle = 9 }",
+    );
+    std::fs::write(path.join("r.toml"), turns).unwrap();
+    let told = succeed(path, &["check", "n.vtu", "r.toml"]).out;
+    let table = "body a\nazimuth_deg angle_deg     largest\n          0     0.000           0\n         10     1.000 ";
+    assert_says(&told, &[&table.replace("           0\n", "    0.000000\n")]);
+    let found = succeed(path, &["check", "n.vtu", "r.toml", "--json"]).out;
+    let found: serde_json::Value = serde_json::from_str(&found).unwrap();
+    let last = &found["steps"][18]["bodies"][0];
+    assert!((last["angle_deg"].as_f64().unwrap() - 9.0).abs() < 1e-12);
+    assert!(last["pitch_deg"].is_null());
+    succeed(path, &["-q", "deform", "n.vtu", "r.toml", "-o", "turned"]);
+    let record = std::fs::read_to_string(path.join("turned/run.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    let angles = &record["motion"]["bodies"][0]["angle_deg"];
+    assert_eq!(angles.as_array().map(Vec::len), Some(19));
+    succeed(path, &["-q", "report", "turned", "-o", "r.html"]);
+    let page = std::fs::read_to_string(path.join("r.html")).unwrap();
+    assert_says(&page, &["angle 0° to 9°", "\"Angle\""]);
 }

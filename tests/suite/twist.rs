@@ -197,7 +197,7 @@ fn a_blade_turns_about_its_span_by_180_degrees_without_inverted_cells_where_disp
 fn a_translation_is_interpolated_alike_by_twist_and_displacement() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let sample = ["-q", "sample", "naca0012", "--nodes", "1500", "-o", "n.vtu"];
+    let sample = "-q sample naca0012 --nodes 1500 -o n.vtu";
     succeed(path, &sample);
     let text = |interpolate: &str| {
         let rbf = format!("support_radius = 10.0\ninterpolate = \"{interpolate}\"");
@@ -248,7 +248,7 @@ fn twist_and_displacement_are_near_each_other_at_small_angles() {
 fn the_selection_error_of_twist_is_within_the_tolerance() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let sample = ["-q", "sample", "naca0012", "--nodes", "3000", "-o", "n.vtu"];
+    let sample = "-q sample naca0012 --nodes 3000 -o n.vtu";
     succeed(path, &sample);
     // With a radius of its own the rotation is interpolated; else it would be exact.
     let rbf = "support_radius = 10.0\nrotation_radius = 10.0\ninterpolate = \"twist\"";

@@ -1,7 +1,7 @@
 //! Steps with folded cells are repaired together with the steps around them: the same bytes whoever asks for which of
 //! them, and no jumps on the way.
 
-use crate::support::{azimesh, files, succeed, without_seconds};
+use crate::support::{Args, azimesh, files, succeed, without_seconds};
 use azimesh::{Deformation, Mesh, Schedule};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,7 +15,7 @@ const LAST: usize = 24;
 fn swing(output: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    succeed(path, &["-q", "sample", "block", "-o", "b.vtu"]);
+    succeed(path, "-q sample block -o b.vtu");
     let mut table = "time_s,dx,dy,dz,rot_x_deg,rot_y_deg,rot_z_deg\n".to_owned();
     for i in 0..=LAST {
         let part = (std::f64::consts::PI * i as f64 / LAST as f64).sin();
@@ -34,9 +34,9 @@ fn swing(output: &str) -> tempfile::TempDir {
     folder
 }
 
-fn deform(folder: &Path, out: &str, options: &[&str]) {
+fn deform(folder: &Path, out: &str, options: impl Args) {
     let args = ["-q", "deform", "b.vtu", "b.toml", "-o", out];
-    succeed(folder, &[&args[..], options].concat());
+    succeed(folder, [&args[..], &options.words()].concat());
 }
 
 fn record(folder: &Path) -> serde_json::Value {
@@ -80,7 +80,7 @@ fn interrupt(folder: &Path, from: &str, to: &str, rows: usize) {
 fn repaired_steps_are_the_same_on_any_threads_in_parts_and_when_resumed() {
     let folder = swing("velocity = true");
     let folder = folder.path();
-    deform(folder, "whole", &["--threads", "1"]);
+    deform(folder, "whole", "--threads 1");
     let repairs = record(&folder.join("whole"))["repairs"].clone();
     let repairs = repairs.as_array().unwrap();
     assert!(repairs.iter().any(|repair| repair["weight"] == 1.0));
@@ -89,24 +89,24 @@ fn repaired_steps_are_the_same_on_any_threads_in_parts_and_when_resumed() {
             .iter()
             .any(|repair| repair["weight"].as_f64() < Some(1.0))
     );
-    deform(folder, "five", &["--threads", "5"]);
+    deform(folder, "five", "--threads 5");
     assert_same(folder, "five", "whole");
     // Borders before the folded steps and among them.
     for steps in ["0..3", "3..12", "12..25"] {
         deform(folder, "parts", &["--steps", steps, "--threads", "2"]);
     }
-    succeed(folder, &["-q", "finish", "parts"]);
+    succeed(folder, "-q finish parts");
     assert_same(folder, "parts", "whole");
     for rows in [3, 14] {
         let out = format!("after_{rows}");
         interrupt(folder, "whole", &out, rows);
-        deform(folder, &out, &["--resume"]);
+        deform(folder, &out, "--resume");
         assert_same(folder, &out, "whole");
     }
-    let in_one = ["--format", "vtkhdf"];
+    let in_one = "--format vtkhdf";
     deform(folder, "one", &in_one);
     interrupt(folder, "one", "one_after", 13);
-    deform(folder, "one_after", &[&in_one[..], &["--resume"]].concat());
+    deform(folder, "one_after", &format!("{in_one} --resume"));
     assert_same(folder, "one_after", "one");
 }
 
@@ -114,7 +114,7 @@ fn repaired_steps_are_the_same_on_any_threads_in_parts_and_when_resumed() {
 fn a_step_below_improve_is_raised_and_steps_far_from_it_keep_their_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let sample = ["-q", "sample", "naca0012", "--nodes", "1200", "-o", "b.vtu"];
+    let sample = "-q sample naca0012 --nodes 1200 -o b.vtu";
     succeed(folder, &sample);
     let schedule = |output: &str| {
         let text = format!(
@@ -139,11 +139,16 @@ fn a_step_below_improve_is_raised_and_steps_far_from_it_keep_their_bytes() {
     let wanted = 0.5 * (before[9] + before[10]);
     assert!(before[9] > wanted && before[10] > before[11] && before[11] > 0.0);
     schedule(&format!("output.improve = {wanted}"));
-    deform(folder, "improved", &["--threads", "1"]);
+    deform(folder, "improved", "--threads 1");
     let after = least("improved");
     assert!(
         after[10] > before[10] && after[11] > 1.05 * before[11],
         "{after:?}"
+    );
+    let pairs = || std::iter::zip(&before, &after);
+    assert!(
+        pairs().all(|(before, after)| after >= before),
+        "{before:?} {after:?}"
     );
     let (plain, improved) = (
         outcome(&folder.join("plain")),
@@ -157,10 +162,10 @@ fn a_step_below_improve_is_raised_and_steps_far_from_it_keep_their_bytes() {
     assert_eq!(repairs[0]["step"], 5);
     assert!(repairs[6]["low_before"].as_u64() > Some(0));
     assert_eq!(repairs[0]["low_before"], serde_json::Value::Null);
-    deform(folder, "three", &["--threads", "3"]);
+    deform(folder, "three", "--threads 3");
     assert_same(folder, "three", "improved");
     interrupt(folder, "improved", "after", 8);
-    deform(folder, "after", &["--resume"]);
+    deform(folder, "after", "--resume");
     assert_same(folder, "after", "improved");
     // On the way the nodes make no jump.
     let step =
@@ -255,7 +260,7 @@ fn nodes_do_not_jump_where_a_repair_begins_and_ends() {
 fn repair_is_what_happens_unless_something_else_is_said() {
     let said = |output: &str| {
         let folder = swing(output);
-        let run = azimesh(folder.path(), &["deform", "b.vtu", "b.toml", "-o", "out"]);
+        let run = azimesh(folder.path(), "deform b.vtu b.toml -o out");
         let repairs = record(&folder.path().join("out"))["repairs"].clone();
         (run.code, repairs.is_array())
     };
@@ -276,10 +281,7 @@ fn a_mesh_of_one_layer_is_repaired_in_its_plane() {
     let steps = format!("step = {}", 0.05 * LAST as f64);
     let text = text.replace("step = 0.1", &steps);
     std::fs::write(folder.join("layer.toml"), text).unwrap();
-    succeed(
-        folder,
-        &["-q", "deform", "layer", "layer.toml", "-o", "out"],
-    );
+    succeed(folder, "-q deform layer layer.toml -o out");
     let repair = record(&folder.join("out"))["repairs"][1].clone();
     assert!(repair["inverted"].as_u64() > Some(0), "{repair}");
     assert_eq!(repair["unrepaired"], 0, "{repair}");

@@ -69,6 +69,7 @@ pub use motion::{
 pub use part::Part;
 pub use plan::Plan;
 pub use plan::layer::{Layer, LayerKind};
+pub use plan::zone::{Mover, Seam};
 pub use step::evaluator::StepEvaluator;
 pub use step::repair::Repair;
 pub use step::step_memory::Rounding;

@@ -102,3 +102,13 @@ pub use mesh::{
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+#[cfg(test)]
+mod testing {
+    /// Checks that an error, a note or a text has these words.
+    #[track_caller]
+    pub fn assert_says(text: &(impl ToString + ?Sized), words: &(impl AsRef<str> + ?Sized)) {
+        let text = text.to_string();
+        assert!(text.contains(words.as_ref()), "{text}");
+    }
+}

@@ -35,6 +35,8 @@ pub(super) struct Block {
     pub angles: [Spans; N_CLASSES],
     pub size: Column,
     pub skew: Column,
+    /// Cells that list a node twice and are measured as what they are.
+    pub collapsed: Vec<u32>,
 }
 
 impl Spans {
@@ -68,6 +70,7 @@ impl Block {
         angles: [Spans::EMPTY; N_CLASSES],
         size: [0.0; BLOCK],
         skew: [0.0; BLOCK],
+        collapsed: Vec::new(),
     };
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! All measures of a mesh, with the data that is made once for all of its steps.
 
 use super::cells::per_cell;
-use super::detail::{N_DETAILS, detail_arrays};
+use super::detail::{N_DETAILS, detail_arrays, least_curved};
 use super::faces::{self, FaceSummary};
 use super::reference::Reference;
 use super::size_skew::{self, ReferenceSizes};
@@ -34,6 +34,9 @@ pub struct Assessment {
     pub faces: FaceSummary,
 }
 
+/// Columns that only meshes with curved cells have.
+pub const CURVED_COLUMNS: [&str; 2] = ["min_curved_jacobian", "min_curved_scaled_jacobian"];
+
 impl Assessment {
     /// Names and values, with the columns of `steps.csv` among them; a metric that is not defined is `None`.
     pub fn columns(&self) -> Vec<(&'static str, Option<f64>)> {
@@ -41,6 +44,8 @@ impl Assessment {
         columns.extend(self.faces.columns());
         columns.extend(self.cells.size_skew.columns());
         columns.push(("unproven", Some(self.cells.unproven as f64)));
+        let least = self.cells.min_curved.map(|least| least.map(|e| e.value));
+        columns.extend(CURVED_COLUMNS.into_iter().zip(least));
         columns
     }
 }
@@ -77,7 +82,8 @@ impl QualityEvaluator {
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
         let mut cells = assess(mesh, points, &self.reference, &self.sizes);
         let validity = validity::assess(mesh, points, &self.reference, mesh.own_cells());
-        cells.take_validity(&validity, mesh);
+        let curved = least_curved(mesh, points, &self.reference);
+        cells.take_validity(&validity, curved, mesh);
         cells
     }
 

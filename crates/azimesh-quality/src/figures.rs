@@ -38,6 +38,10 @@ pub struct Quality {
     pub max_edge_ratio: f64,
     /// Largest equiangle skew.
     pub max_skew: f64,
+    /// Least Jacobian of a curved cell, relative to its mean in the cell with straight edges.
+    pub min_curved_jacobian: f64,
+    /// Least scaled Jacobian of a curved cell.
+    pub min_curved_scaled_jacobian: f64,
     /// Largest angle between the normal of a face and the line between the centres of its cells, in degrees.
     pub max_non_orthogonality: f64,
     /// The angle whose cosine is the mean of the cosines at inner faces, in degrees.
@@ -76,6 +80,8 @@ impl From<&Assessment> for Quality {
             p01_scaled_jacobian: value("p01_scaled_jacobian"),
             max_edge_ratio: value("max_edge_ratio"),
             max_skew: value("max_skew"),
+            min_curved_jacobian: value("min_curved_jacobian"),
+            min_curved_scaled_jacobian: value("min_curved_scaled_jacobian"),
             max_non_orthogonality: value("max_non_orthogonality"),
             mean_non_orthogonality: value("mean_non_orthogonality"),
             max_face_skewness: value("max_face_skewness"),

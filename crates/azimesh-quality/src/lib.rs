@@ -74,7 +74,7 @@ mod visit;
 mod worst;
 
 pub use cells::{CellMetrics, per_cell, scaled_jacobians};
-pub use evaluator::{Assessment, QualityEvaluator};
+pub use evaluator::{Assessment, CURVED_COLUMNS, QualityEvaluator};
 pub use figures::{Quality, quality};
 pub use flaws::{Flawed, Flaws, flaws};
 pub use reference::Reference;

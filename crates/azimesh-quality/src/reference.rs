@@ -10,6 +10,8 @@ use super::visit::{self, CHUNK};
 use azimesh_core::geometry::vector::unit;
 use azimesh_core::parallel::{self, block};
 use azimesh_io::mesh::{Adjacency, CellKind, Mesh, orientations};
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Orientation of every volume cell in the reference mesh: one byte a cell, and 12 more in a
 /// surface mesh that is not in a plane of constant z.
@@ -27,6 +29,9 @@ pub struct Reference {
     is_uniform: bool,
     /// Cells that are valid at their corners but not proven to be so between them, ascending.
     doubtful: Vec<u32>,
+    /// Cells that list a node twice and are measured as what they are, ascending.
+    collapsed: Vec<u32>,
+    maps: Arc<CurvedMaps>,
 }
 
 /// The sign of a cell that is valid in the reference, times this, where it is not: its orientation is not known later.
@@ -49,10 +54,15 @@ impl Reference {
         let solid = mesh.dimension() == 3;
         let mut signs = vec![0i8; n_cells];
         let mut sizes = parallel::collect(n_cells, |_| f64::NAN);
+        let collapsed = Mutex::new(Vec::new());
         let judge = |chunk, (signs, sizes): (&mut [i8], &mut [f64])| {
             let range = block(n_cells, CHUNK, chunk);
             let first = range.start;
             visit::volume_cells(mesh, &mesh.points, &facing, range, |start, block| {
+                if !block.collapsed.is_empty() {
+                    let mut all = collapsed.lock().unwrap_or_else(PoisonError::into_inner);
+                    all.extend(&block.collapsed);
+                }
                 for i in 0..block.n {
                     let valid = block.get(i).orientation();
                     let sign = if block.volume[i] < 0.0 { -1 } else { 1 };
@@ -71,7 +81,8 @@ impl Reference {
         };
         let chunks = signs.chunks_mut(CHUNK).zip(sizes.chunks_mut(CHUNK));
         parallel::for_items(chunks, &judge);
-        mark_curved(mesh, &mut signs);
+        let maps = CurvedMaps::new(mesh);
+        mark_curved(mesh, &maps, &mut signs);
         let own = &signs[mesh.own_cells()];
         let count = |of: &(dyn Fn(i8) -> bool + Sync)| {
             let counts = parallel::map_blocks(own.len(), CHUNK, &|range| {
@@ -99,13 +110,19 @@ impl Reference {
                 *sign = -common * INVALID;
             }
         }
+        let mut collapsed = collapsed
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner);
+        collapsed.sort_unstable();
         let mut reference = Self {
+            collapsed,
             signs,
             facing,
             n_inverted: n_invalid + n_reversed,
             n_reversed,
             is_uniform: n_invalid == 0 && n_positive.min(n_negative) == 0,
             doubtful: Vec::new(),
+            maps: Arc::new(maps),
         };
         let all = 0..n_cells;
         let validity = validity::assess(mesh, &mesh.points, &reference, all);
@@ -143,15 +160,18 @@ impl Reference {
         reference.n_reversed = 0;
         for cell in mesh.volume_runs().flat_map(|run| run.cell_refs()) {
             let index = cell.index;
-            let is_cut = !matches!(cell.kind.linear(), CellKind::Hexahedron | CellKind::Wedge);
+            let one = cell.uncollapsed();
+            let kind = one.as_ref().map_or(cell.kind, |one| one.get(0).kind);
+            let has_map = reference.maps.of(cell.kind, cell.nodes.len()).is_some();
+            let is_cut =
+                !has_map && !matches!(kind.linear(), CellKind::Hexahedron | CellKind::Wedge);
             if is_cut && reference.is_doubtful(index) {
                 doubtful.push(index as u32);
             }
             if !(is_reference && reference.is_valid(index)) {
                 let corners = &cell.nodes[..cell.kind.n_corners(cell.nodes.len())];
                 let is_double = (1..corners.len()).any(|i| corners[..i].contains(&corners[i]));
-                let is_double = is_double && cell.uncollapsed().is_none();
-                let has_map = reference.signs[index] == upright[index] * BY_MAP;
+                let is_double = is_double && one.is_none();
                 let by = match (is_double, has_map) {
                     (true, _) => BY_VOLUME,
                     (false, true) => BY_MAP,
@@ -225,14 +245,27 @@ impl Reference {
         &self.signs[first..]
     }
 
+    /// Returns the cells in a range that list a node twice and are measured as what they are.
+    pub(super) fn collapsed(&self, cells: Range<usize>) -> &[u32] {
+        let before = |end: usize| {
+            self.collapsed
+                .partition_point(|&cell| (cell as usize) < end)
+        };
+        &self.collapsed[before(cells.start)..before(cells.end)]
+    }
+
+    /// The maps of the curved cells that are checked.
+    pub fn maps(&self) -> &CurvedMaps {
+        &self.maps
+    }
+
     pub(super) fn facing(&self) -> &Facing {
         &self.facing
     }
 }
 
 /// Replaces the signs of curved cells that are proven to be valid or folded.
-fn mark_curved(mesh: &Mesh, signs: &mut [i8]) {
-    let maps = CurvedMaps::new(mesh);
+fn mark_curved(mesh: &Mesh, maps: &CurvedMaps, signs: &mut [i8]) {
     if maps.is_empty() {
         return;
     }

@@ -3,6 +3,7 @@
 use super::Extreme;
 use super::detail::{self, N_DETAILS};
 use super::reference::Reference;
+use super::validity::CurvedMaps;
 use super::visit::CHUNK;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
@@ -37,21 +38,29 @@ pub struct Statistic {
 /// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
 pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<Statistic> {
     let offset = mesh.own_offset();
+    let curved = CurvedMaps::new(mesh);
     let chunks = parallel::map_blocks_in(mesh.own_cells(), CHUNK, &|range| {
         let mut tallies = [Tally::EMPTY; N_METRICS];
-        detail::each(mesh, points, reference, range, |cell, metrics, detail| {
-            let sign = reference.sign(cell);
-            let first = [
-                metrics.volume(sign),
-                metrics.scaled_jacobian(sign),
-                metrics.edge_ratio_squared().sqrt(),
-                metrics.angles.skew().unwrap_or(f64::NAN),
-            ];
-            let values = first.into_iter().chain(detail.values());
-            for (tally, value) in tallies.iter_mut().zip(values) {
-                tally.add(value, cell + offset);
-            }
-        });
+        detail::each(
+            mesh,
+            points,
+            reference,
+            &curved,
+            range,
+            |cell, metrics, detail| {
+                let sign = reference.sign(cell);
+                let first = [
+                    metrics.volume(sign),
+                    metrics.scaled_jacobian(sign),
+                    metrics.edge_ratio_squared().sqrt(),
+                    metrics.angles.skew().unwrap_or(f64::NAN),
+                ];
+                let values = first.into_iter().chain(detail.values());
+                for (tally, value) in tallies.iter_mut().zip(values) {
+                    tally.add(value, cell + offset);
+                }
+            },
+        );
         tallies
     });
     let nothing = vec![Tally::EMPTY; N_METRICS];
@@ -63,9 +72,13 @@ pub fn statistics(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<
         }
     });
     let further = detail::NAMES.iter().map(|(name, _)| *name);
-    let names = FIRST.into_iter().chain(further);
+    let names = FIRST.into_iter().chain(further).zip(&whole);
+    // Other ranks may have curved cells.
+    let is_had = |(name, tally): &(&str, &Tally)| {
+        tally.n_cells > 0 || !detail::CURVED.iter().any(|curved| curved.0 == *name)
+    };
     names
-        .zip(&whole)
+        .filter(is_had)
         .map(|(name, tally)| tally.finish(name))
         .collect()
 }

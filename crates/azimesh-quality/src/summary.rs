@@ -2,6 +2,7 @@
 
 use super::angles::{Angles, N_CLASSES};
 use super::block::Block;
+use super::detail;
 use super::fold::{Folded, fold};
 use super::percentile::Histogram;
 use super::reference::Reference;
@@ -51,6 +52,9 @@ pub struct Summary {
     pub mean_scaled_jacobian: Option<f64>,
     /// First percentile of the scaled Jacobian, to 3.1e-5.
     pub p01_scaled_jacobian: Option<f64>,
+    /// Least Jacobian of a curved cell relative to its mean in the cell with straight edges, and least scaled Jacobian
+    /// ([`CurvedMap::least`](super::validity::CurvedMap::least)).
+    pub min_curved: [Option<Extreme>; 2],
     /// Largest ratio of longest to shortest edge; infinite where an edge has no length.
     pub max_edge_ratio: Option<Extreme>,
     /// Largest equiangle skew.
@@ -60,22 +64,32 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts the own cells of a mesh that are not proven to be valid between their corners.
-    pub(super) fn take_validity(&mut self, validity: &Validity, mesh: &Mesh) {
+    /// Counts the own cells of a mesh that are not proven to be valid between their corners; takes the least values of its
+    /// `curved` cells.
+    pub(super) fn take_validity(
+        &mut self,
+        validity: &Validity,
+        curved: [Option<Extreme>; 2],
+        mesh: &Mesh,
+    ) {
         let named = validity.inside.iter().take(N_NAMED);
         let named = named.map(|&cell| cell as usize + mesh.own_offset());
         let own = (
             validity.unproven.len(),
             validity.inside.len(),
             named.collect::<Vec<_>>(),
+            curved,
         );
-        let nothing = (0, 0, Vec::new());
-        let (unproven, inside, named) = mesh.ranks().ordered_fold(nothing, own, |all, own| {
+        let nothing = (0, 0, Vec::new(), [None; 2]);
+        let whole = mesh.ranks().ordered_fold(nothing, own, |all, own| {
             all.0 += own.0;
             all.1 += own.1;
             all.2.extend(own.2);
             all.2.truncate(N_NAMED);
+            all.3 = detail::least_of_both(all.3, own.3);
         });
+        let (unproven, inside, named, curved) = whole;
+        self.min_curved = curved;
         self.unproven = unproven;
         self.inverted += inside;
         self.inverted_cells.extend(named);
@@ -310,6 +324,7 @@ impl CellTotals {
             inverted_cells: self.inverted_cells,
             inverted_reference: reference.n_inverted(),
             unproven: 0,
+            min_curved: [None; 2],
             min_volume: self.min_volume,
             total_volume: self.volume_sum,
             min_scaled_jacobian: self.min_scaled,
@@ -348,7 +363,7 @@ fn raise(extreme: &mut Option<Extreme>, value: f64, values: &[f64], first: usize
     }
 }
 
-fn keep_less(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
+pub(super) fn keep_less(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
     if extreme.is_none_or(|e| value < e.value || (value == e.value && cell < e.cell)) {
         *extreme = Some(Extreme { value, cell });
     }

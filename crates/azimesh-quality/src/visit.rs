@@ -96,6 +96,7 @@ impl Walk<'_> {
                 &mut corners,
                 &mut self.block,
             );
+            self.block.collapsed.clear();
             // An edge between a node and itself has no length.
             if self.block.edge.low[..self.block.n].contains(&0.0) {
                 self.measure_collapsed(run, first);
@@ -122,6 +123,7 @@ impl Walk<'_> {
             if let Some(one) = listed.uncollapsed() {
                 let metrics = metrics(&one, &one.get(0), self.points, self.facing.of(cell));
                 self.block.set(i, &metrics);
+                self.block.collapsed.push(cell as u32);
             }
         }
     }

@@ -4,7 +4,7 @@
 //!
 //! Owns: kernels; dense systems for the weights, with a polynomial, constrained directions or periodic images;
 //! greedy selection of base points; evaluation at millions of points on all threads; the correction that makes
-//! a surface exact; a motion as a few modes. Results are the same on any number of threads.
+//! a surface exact; a motion as a few modes; maps between surfaces that do not match. Results are the same on any number of threads.
 //!
 //! Leaves to others: meshes and files (`azimesh-io`), schedules of motions and the order of a run
 //! (`azimesh-deform`), vectors, dense factors and parallel loops (`azimesh-core`).

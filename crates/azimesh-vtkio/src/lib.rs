@@ -42,7 +42,7 @@ use azimesh_core::note;
 use azimesh_io::formats::column::Column;
 use azimesh_io::formats::pvtu::merge::{self, Piece};
 use azimesh_io::formats::vtk::arrays::VtkArrays;
-use azimesh_io::formats::vtk::cells::{Built, CellTable, repeat_tuples};
+use azimesh_io::formats::vtk::cells::{Built, CellTable};
 use azimesh_io::formats::vtk::list::List;
 use azimesh_io::formats::vtk::number::Element;
 use azimesh_io::formats::vtk::polyhedra::PieceNodes;
@@ -311,7 +311,7 @@ fn piece_mesh(piece: &model::UnstructuredGridPiece, notes: &mut Notes) -> Result
     };
     check_tuples(&mesh.cell_arrays, piece.cells.types.len(), "cells")?;
     if let Some(origin) = origin {
-        repeat_tuples(&mut mesh.cell_arrays, &origin);
+        azimesh_io::mesh::arrays::select_tuples(&mut mesh.cell_arrays, &origin);
     }
     check_tuples(&mesh.point_arrays, mesh.points.len(), "points")?;
     Ok(mesh)

@@ -6,7 +6,7 @@ use azimesh_core::numbers::{short, with_verb};
 use azimesh_core::{Note, note};
 use azimesh_io::formats::openfoam::set_patch_types;
 use azimesh_io::formats::su2;
-use azimesh_io::mesh::join::JoinCounts;
+use azimesh_io::mesh::join::{JoinCounts, RELATIVE_DISTANCE};
 use azimesh_io::mesh::{Mesh, Plane, Turned};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -57,7 +57,7 @@ pub struct Changes {
     mirror_suffix: Option<String>,
     /// Make a whole of a sector: N copies around --axis. Periodic sides are joined and their tags go; the other tags are
     /// numbered: blade_1, blade_2
-    #[arg(long, value_name = "N", requires = "axis", value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, value_name = "N", requires = "axis", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(2..))]
     repeat: Option<u32>,
     /// Axis of --repeat: x or 0,0,1; with the angle in degrees between copies, if it is not 360/N: x,30; then X,Y,Z of a
     /// point on the axis, if it is not the origin
@@ -96,6 +96,9 @@ pub struct Changes {
     #[arg(long)]
     volume_only: bool,
 }
+
+/// Arrays that hold numbers of nodes.
+pub const NODE_NUMBERS: [&str; 2] = [su2::EXCHANGED, su2::OWN_NODES];
 
 /// Rule that gathers faces into tags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -220,7 +223,10 @@ fn distance(text: &str) -> std::result::Result<f64, String> {
 
 /// Writes `--join D` as `--join=D`, the form that cannot be taken for a mesh. A file of that name stays a mesh.
 pub fn bind_distance(arguments: &mut Vec<OsString>) {
-    let is_number = |text: &OsString| text.to_str().is_some_and(|text| distance(text).is_ok());
+    let is_number = |text: &OsString| {
+        text.to_str()
+            .is_some_and(|text| text.parse::<f64>().is_ok())
+    };
     let found = arguments
         .windows(2)
         .position(|two| two[0] == "--join" && is_number(&two[1]) && !Path::new(&two[1]).exists());
@@ -263,10 +269,20 @@ impl Changes {
         Ok(())
     }
 
+    /// Returns the joining distance that was given to options that copy or merge meshes.
+    fn given_distance(&self) -> Option<f64> {
+        self.join.filter(|distance| *distance > 0.0)
+    }
+
     /// Returns the joining distance of options that copy or merge meshes.
     pub fn join_distance(&self, mesh: &Mesh) -> f64 {
-        let given = self.join.filter(|distance| *distance > 0.0);
-        given.unwrap_or_else(|| mesh.join_distance())
+        self.given_distance()
+            .unwrap_or_else(|| mesh.join_distance())
+    }
+
+    /// Returns a remark on joined parts.
+    pub fn joined(&self, option: &str, counts: &JoinCounts) -> Note {
+        joined(option, counts, self.given_distance())
     }
 
     /// Returns whether `--join` is given.
@@ -277,6 +293,7 @@ impl Changes {
     /// Changes the mesh, which may be a merged one; returns remarks.
     pub fn apply(&self, mesh: &mut Mesh, is_merged: bool) -> Result<Vec<Note>> {
         let mut remarks = Vec::new();
+        let n_nodes = mesh.points.len();
         if let Some(factor) = self.scale {
             for point in &mut mesh.points {
                 *point = point.map(|x| x * factor);
@@ -291,7 +308,7 @@ impl Changes {
         if self.scale.is_some() || self.rotate.is_some() || self.translate.is_some() {
             // Coordinates that overflow are found before anything is written.
             mesh.validate()?;
-            remarks.extend(places(mesh));
+            remarks.extend(without(mesh, &[su2::BOXES, su2::PERIODIC]));
         }
         if self.linearize {
             let (n_cells, n_nodes) = mesh.linearize();
@@ -319,7 +336,7 @@ impl Changes {
         if let Some(plane) = self.mirror {
             let distance = self.join_distance(mesh);
             let (counts, names) = mesh.mirror(plane, self.mirror_suffix.as_deref(), distance)?;
-            remarks.push(joined("--mirror", &counts, distance));
+            remarks.push(self.joined("--mirror", &counts));
             remarks.extend(turned("--mirror", &names));
         }
         if let (Some(n), Some(axis)) = (self.repeat, &self.axis) {
@@ -328,13 +345,13 @@ impl Changes {
                 axis.angle.unwrap_or(360.0 / f64::from(n)),
             );
             let turn = |copy| axis.turn(copy as f64 * angle);
-            let (counts, names) = mesh.repeat(n as usize, turn, distance)?;
-            remarks.push(joined("--repeat", &counts, distance));
+            let (counts, names) = mesh.repeat(n as usize, &turn, distance)?;
+            remarks.push(self.joined("--repeat", &counts));
             remarks.extend(turned("--repeat", &names));
         }
         if self.mirror.is_some() || self.repeat.is_some() {
             mesh.validate()?;
-            remarks.extend(places(mesh));
+            remarks.extend(without(mesh, &[su2::BOXES, su2::PERIODIC]));
         }
         match self.join {
             Some(distance) if !is_merged && self.mirror.is_none() && self.repeat.is_none() => {
@@ -368,6 +385,9 @@ impl Changes {
         }
         if self.volume_only {
             mesh.keep_volume();
+        }
+        if is_merged || mesh.points.len() != n_nodes {
+            remarks.extend(without(mesh, &NODE_NUMBERS));
         }
         remarks.extend(negative_areas(mesh));
         Ok(remarks)
@@ -432,17 +452,19 @@ fn join(mesh: &mut Mesh, distance: f64) -> Result<Note> {
 }
 
 /// Returns a remark on joined parts.
-pub fn joined(option: &str, counts: &JoinCounts, distance: f64) -> Note {
+fn joined(option: &str, counts: &JoinCounts, distance: Option<f64>) -> Note {
     let list = |is_listed: fn(usize) -> bool| {
         let tags = counts.tags.iter().filter(|(_, _, left)| is_listed(*left));
         let names: Vec<&str> = tags.map(|(name, _, _)| &**name).collect();
         names.join(", ")
     };
-    let mut text = format!(
-        "{option}: {} joined, at most {} apart",
-        with_verb(counts.n_nodes, "node", "is"),
-        short(distance)
+    // The same words for every step of a sequence.
+    let apart = distance.map_or_else(
+        || format!("{} of the diagonal of the mesh", short(RELATIVE_DISTANCE)),
+        short,
     );
+    let nodes = with_verb(counts.n_nodes, "node", "is");
+    let mut text = format!("{option}: {nodes} joined, at most {apart} apart");
     for (words, names) in [
         ("tags that are gone", list(|left| left == 0)),
         ("tags with fewer faces", list(|left| left > 0)),
@@ -464,6 +486,10 @@ fn uncollapse(mesh: &mut Mesh) -> Note {
     for (n, words) in [
         (counts.n_gone, "boundary faces that were lines are removed"),
         (counts.n_left, "cells of no volume stay"),
+        (
+            counts.n_curved,
+            "curved cells with a node twice stay (--linearize keeps their corners, which are then replaced)",
+        ),
     ] {
         if n > 0 {
             text += &format!("; {words}: {n}");
@@ -537,13 +563,13 @@ fn negative_areas(mesh: &Mesh) -> Option<Note> {
     ))
 }
 
-/// Removes arrays that hold positions as text, which would be wrong now.
-fn places(mesh: &mut Mesh) -> Option<Note> {
-    let removed = mesh.remove_field_arrays(&[su2::BOXES, su2::PERIODIC]);
+/// Removes the arrays of these names, which hold positions or numbers of nodes that are wrong now.
+pub fn without(mesh: &mut Mesh, names: &[&str]) -> Option<Note> {
+    let removed = mesh.remove_field_arrays(names);
     (!removed.is_empty()).then(|| {
         note!(
             "places_left_out",
-            "left out, since they hold positions from before: {}",
+            "left out, since they hold positions or numbers of nodes from before: {}",
             removed.join(", ")
         )
     })

@@ -1,6 +1,5 @@
 //! Several inputs made one mesh.
 
-use super::changes::joined;
 use super::{Input, Run};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::note;
@@ -14,13 +13,14 @@ impl Run<'_> {
         let mut mesh = Mesh::default();
         let mut ends = Vec::new();
         let (mut shared, mut arrays) = (BTreeSet::new(), BTreeSet::new());
+        let stems = stems(parts);
         for (i, part) in parts.iter().enumerate() {
             let step = step.filter(|_| part.times().is_some());
             let mut next = self.read_one(part, step)?;
             if self.args.prefix_tags {
-                let stem = part.stem();
+                let stem = &stems[i];
                 next.rename_groups(|group| format!("{stem}_{}", group.name));
-                next.add_zone_of_rest(&stem);
+                next.add_zone_of_rest(stem);
             }
             if i == 0 {
                 mesh = next;
@@ -36,9 +36,13 @@ impl Run<'_> {
         let list = |names: &BTreeSet<String>| names.iter().cloned().collect::<Vec<_>>().join(", ");
         let mut remarks = Vec::new();
         if !shared.is_empty() {
+            let hint = match self.args.prefix_tags {
+                true => "",
+                false => "; --prefix-tags keeps them apart",
+            };
             remarks.push(note!(
                 "tags_shared",
-                "--merge: tags and zones of several meshes that became one each: {}; --prefix-tags keeps them apart",
+                "--merge: tags and zones of several meshes that became one each: {}{hint}",
                 list(&shared)
             ));
         }
@@ -59,7 +63,7 @@ impl Run<'_> {
                     short(distance)
                 )));
             }
-            remarks.push(joined("--join", &counts, distance));
+            remarks.push(self.args.changes.joined("--join", &counts));
         }
         let path = parts[0].path();
         remarks
@@ -67,4 +71,17 @@ impl Run<'_> {
             .for_each(|remark| self.tell(remark.file(path)));
         Ok(mesh)
     }
+}
+
+/// Returns the names of the inputs; those that several inputs have are numbered.
+fn stems(parts: &[Input]) -> Vec<String> {
+    let names: Vec<String> = parts.iter().map(Input::stem).collect();
+    let number = |(i, name): (usize, &String)| {
+        let is_same = |other: &&String| *other == name;
+        match names.iter().filter(is_same).count() {
+            1 => name.clone(),
+            _ => format!("{name}_{}", names[..=i].iter().filter(is_same).count()),
+        }
+    };
+    names.iter().enumerate().map(number).collect()
 }

@@ -13,7 +13,7 @@ use azimesh_core::error::{Error, ErrorKind, Result, counted};
 use azimesh_core::{Note, note};
 use azimesh_io::formats::{self, Loaded, Staged};
 use azimesh_io::mesh::{Mesh, Reordering};
-use changes::Changes;
+use changes::{Changes, NODE_NUMBERS, without};
 pub(super) use changes::{bind_distance, patch_type};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -32,7 +32,7 @@ azimesh convert [OPTIONS] --merge IN IN... -o OUT\n       \
 azimesh convert [OPTIONS] IN... -o DIR --format F[,F...]",
     after_help = "The format of the input is recognised by its content; --format gives that of the output if \
 its ending does not. A .pvd, a .vtk.series and a file of several steps are sequences: they are written to one \
-file of a format that holds sequences, or to numbered files with a list, OUT.pvd or a .pvd in DIR.\n\n\
+file of a format that holds sequences, or to numbered files with a list: OUT.pvd, and in DIR where the format has none.\n\n\
 With -o DIR an input may be a folder: each mesh and sequence in it is converted. Of several outputs a table on standard \
 output says what each does not hold. If an input is refused, all refusals are listed and nothing is written, or with \
 --keep-going the others (exit code 1).\n\n\
@@ -308,15 +308,12 @@ impl Run<'_> {
                     "convert needs a mesh to read and one to write, or -o DIR",
                 ));
             }
-            [_] if self.args.merge => {
-                return Err(Error::input("--merge is for two meshes or more"));
-            }
             [one, others @ ..] if others.is_empty() || self.args.merge => {
                 let place = self.place(out)?;
                 self.args.write.check(out)?;
                 let input = match others {
-                    [] => Input::open(one, None, self.context)?,
-                    _ => Input::merged(inputs, self.context)?,
+                    [] if !self.args.merge => Input::open(one, None, self.context)?,
+                    _ => Input::merged(inputs, self.args.step, self.context)?,
                 };
                 if !place.is_one_mesh() {
                     input.check_files()?;
@@ -351,18 +348,13 @@ impl Run<'_> {
 
     /// Each input, or each mesh and sequence of an input that is a folder, into a folder, in each format.
     fn write_folder(&self, folder: &Path) -> Result<Done> {
-        if self.args.merge {
-            let message = "--merge writes one mesh: give a file with the ending of a format";
-            return Err(Error::input(message).file(folder));
-        }
         let formats = self.output_formats()?;
         if folder.is_file() {
             return Err(Error::input("this is a file, not a folder").file(folder));
         }
         let mut refused = Vec::new();
         let mut inputs = Vec::new();
-        let paths = self.args.paths.iter();
-        for opened in paths.flat_map(|path| Input::open_all(path, self.context)) {
+        for opened in self.open_all()? {
             let checked = opened.and_then(|input| {
                 match self.args.step {
                     None => input.check_files()?,
@@ -376,10 +368,8 @@ impl Run<'_> {
             }
         }
         formats::guard_inputs(inputs.iter().map(Input::path));
-        let is_case = formats.len() == 1
-            && formats[0].case.is_some()
-            && self.args.paths.len() == 1
-            && inputs.len() <= 1;
+        let is_one = self.args.merge || self.args.paths.len() == 1 && inputs.len() <= 1;
+        let is_case = formats.len() == 1 && formats[0].case.is_some() && is_one;
         let mut taken = BTreeMap::new();
         let mut jobs = Vec::new();
         for input in &inputs {
@@ -406,6 +396,19 @@ impl Run<'_> {
         self.write(jobs, refused)
     }
 
+    /// Opens the inputs of a folder.
+    fn open_all(&self) -> Result<Vec<Result<Input>>> {
+        let paths = &self.args.paths;
+        Ok(match self.args.merge {
+            true => vec![Ok(Input::merged(paths, self.args.step, self.context)?)],
+            false => {
+                let paths = paths.iter();
+                let opened = paths.flat_map(|path| Input::open_all(path, self.context));
+                opened.collect()
+            }
+        })
+    }
+
     /// An input into a file or case of this stem, or into files and their lists.
     fn job<'i>(
         &self,
@@ -415,13 +418,15 @@ impl Run<'_> {
         is_one_of_several: bool,
     ) -> Job<'i> {
         let is_sequence = input.times().is_some() && self.args.step.is_none();
-        let place = match (format.case, is_sequence) {
-            (None, true) => Place::listed(&stem, format, is_one_of_several),
-            (None, false) => Place::File {
+        let place = if format.case.is_some() {
+            Place::File { path: stem, format }
+        } else if is_sequence && format.sequence.is_none() {
+            Place::listed(&stem, format, is_one_of_several)
+        } else {
+            Place::File {
                 path: target::with_ending(&stem, self.ending(format)),
                 format,
-            },
-            (Some(_), _) => Place::File { path: stem, format },
+            }
         };
         Job {
             input,
@@ -489,6 +494,9 @@ impl Run<'_> {
         let known = order.take().filter(|order| order.fits(mesh));
         let order = order.insert(known.unwrap_or_else(|| Reordering::along_curve(mesh)));
         mesh.reorder(order);
+        if let Some(note) = without(mesh, &NODE_NUMBERS) {
+            self.tell(note.file(input.path()));
+        }
         let note = note!(
             "reordered",
             "--reorder: {} and {} along a space-filling curve",

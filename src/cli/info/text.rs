@@ -53,8 +53,7 @@ impl Rows {
                 self.reversed(found);
             }
         }
-        let told =
-            counted(found.n_invalid, "cell") + " not valid; azimesh repair moves their nodes";
+        let told = counted(found.n_invalid, "cell") + " not valid; azimesh repair moves nodes";
         self.push_some("invalid", found.n_invalid, told);
     }
 

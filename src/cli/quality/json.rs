@@ -128,6 +128,18 @@ struct MeshQuality {
     mean_size_skew: Option<f64>,
     /// Cells valid at their corners, and neither proven to be so between them nor refuted.
     unproven: usize,
+    /// Least Jacobian of a curved cell, relative to its mean in the cell with straight edges; only with curved cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_curved_jacobian: Option<f64>,
+    /// Cell of `min_curved_jacobian`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_curved_jacobian_cell: Option<usize>,
+    /// Least scaled Jacobian of a curved cell; only with curved cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_curved_scaled_jacobian: Option<f64>,
+    /// Cell of `min_curved_scaled_jacobian`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_curved_scaled_jacobian_cell: Option<usize>,
     /// Sum of all volumes.
     total_volume: f64,
     /// Inverted cells, from 0, the first ones.
@@ -222,9 +234,7 @@ impl QualityResult {
             })
         });
         let failed = findings.met().into_iter().map(|(criterion, met)| {
-            let steps = met
-                .iter()
-                .filter_map(|(step, _)| Some(step.as_ref()?.index));
+            let steps = met.iter().filter_map(|(step, _)| *step);
             (criterion.to_string(), steps.collect())
         });
         Self::Sequence(Box::new(Sequence {
@@ -253,6 +263,10 @@ impl MeshQuality {
             min_scaled_jacobian_cell: cell(cells.min_scaled_jacobian),
             mean_scaled_jacobian: cells.mean_scaled_jacobian,
             p01_scaled_jacobian: cells.p01_scaled_jacobian,
+            min_curved_jacobian: value(cells.min_curved[0]),
+            min_curved_jacobian_cell: cell(cells.min_curved[0]),
+            min_curved_scaled_jacobian: value(cells.min_curved[1]),
+            min_curved_scaled_jacobian_cell: cell(cells.min_curved[1]),
             max_edge_ratio: value(cells.max_edge_ratio),
             max_edge_ratio_cell: cell(cells.max_edge_ratio),
             max_skew: value(cells.max_skew),
@@ -292,27 +306,14 @@ impl Metric {
 impl Checks {
     fn of(findings: &Findings<'_>) -> Self {
         let met = findings.met();
-        let failures = met.iter().flat_map(|(criterion, met)| {
-            met.iter().map(|(step, value)| {
-                let step = step.map(|step| step.index);
-                let place = step.map_or_else(String::new, |step| format!("step {step}: "));
-                Failure {
-                    code: "condition_holds".to_owned(),
-                    message: place + &criterion.sentence("", *value),
-                    metric: Some(criterion.column().to_owned()),
-                    value: Some(*value),
-                    limit: Some(criterion.limit()),
-                    step,
-                }
-            })
-        });
+        let failures = met.iter().flat_map(|(_, met)| met);
         Self {
             worst: findings.listed().iter().map(Worst::of).collect(),
             failed_on: met
                 .iter()
                 .map(|(criterion, _)| criterion.to_string())
                 .collect(),
-            failures: failures.collect(),
+            failures: failures.map(|(_, note)| Failure::from(note)).collect(),
         }
     }
 }

@@ -4,6 +4,7 @@ mod json;
 mod table;
 mod worst;
 
+use super::deform::complain_of_all;
 use super::input::Input;
 use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
@@ -21,9 +22,6 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use worst::{WorstCell, WorstCells};
-
-/// Largest number of steps named in a sentence.
-const MOST_NAMED: usize = 12;
 
 /// Arguments of `azimesh quality`.
 #[derive(Debug, clap::Args)]
@@ -76,9 +74,6 @@ struct Judged {
     /// Indices in `--fail-on` of the conditions that hold, each with the value of its column.
     met: Vec<(usize, f64)>,
 }
-
-/// A mesh for which a condition holds (`None` for a single mesh), and the value of its column.
-type Met = (Option<Step>, f64);
 
 /// The results.
 struct Findings<'a> {
@@ -204,7 +199,7 @@ fn complain_of_reference(reference: &Reference, context: &Context) {
     if n_folded > 0 {
         context.complain(note!(
             "not_valid",
-            "{} not valid in the mesh itself, counted as inverted and inverted_reference; azimesh repair moves their nodes, \
+            "{} not valid in the mesh itself, counted as inverted_reference; azimesh repair moves nodes, \
              --reference MESH compares with another mesh",
             with_verb(n_folded, "cell", "is")
         ));
@@ -360,20 +355,20 @@ impl<'a> Findings<'a> {
         Ok(())
     }
 
-    /// Returns the conditions that hold, with their meshes and values, the worst first.
-    fn met(&self) -> Vec<(&'a Criterion, Vec<Met>)> {
-        let of = |i: usize| {
+    /// Returns the conditions that hold, with their steps and notes, the worst first.
+    fn met(&self) -> Vec<(&'a Criterion, Vec<StepNote>)> {
+        let of = |(i, criterion): (usize, &'a Criterion)| {
             let all = self.meshes.iter().flat_map(|mesh| {
                 let own = mesh.met.iter().filter(move |(met, _)| *met == i);
-                own.map(|(_, value)| (mesh.step, *value))
+                own.map(|(_, value)| (mesh.step.map(|step| step.index), *value))
             });
-            let mut all: Vec<Met> = all.collect();
-            all.sort_by(|a, b| self.fail_on[i].worst_first(a.1, b.1));
-            all
+            let mut all: Vec<(Option<usize>, f64)> = all.collect();
+            all.sort_by(|a, b| criterion.worst_first(a.1, b.1));
+            let note = |(step, value)| (step, criterion.note(step, value));
+            (criterion, all.into_iter().map(note).collect())
         };
-        let all = self.fail_on.iter().enumerate();
-        all.map(|(i, criterion)| (criterion, of(i)))
-            .filter(|(_, met)| !met.is_empty())
+        let met = self.fail_on.iter().enumerate().map(of);
+        met.filter(|(_, notes): &(_, Vec<_>)| !notes.is_empty())
             .collect()
     }
 
@@ -389,9 +384,8 @@ impl<'a> Findings<'a> {
 
     /// Prints the results, to stderr if a mesh is written to standard output.
     fn tell(&self, context: &Context, beside: bool) -> Result<()> {
-        for (criterion, met) in self.met() {
-            context.complain(holds(criterion, &met));
-        }
+        let met = self.met().into_iter().flat_map(|(_, met)| met);
+        complain_of_all(&met.map(|(_, note)| note).collect::<Vec<Note>>(), context);
         let text = || table::as_text(self);
         match (context.common.json, beside) {
             (true, _) => context.print_json(&QualityResult::of(self))?,
@@ -402,34 +396,8 @@ impl<'a> Findings<'a> {
     }
 }
 
-/// Returns the note of a condition that holds, with its steps if there are several meshes, and the worst value.
-fn holds(criterion: &Criterion, met: &[Met]) -> Note {
-    let (worst_step, value) = *met.first().expect("it holds somewhere");
-    let steps = met
-        .iter()
-        .filter_map(|(step, _)| Some(step.as_ref()?.index.to_string()));
-    let steps: Vec<String> = steps.collect();
-    let named = steps[..steps.len().min(MOST_NAMED)].join(", ");
-    let text = match (worst_step, steps.len()) {
-        (None, _) => criterion.sentence("", value),
-        (Some(step), 1) => criterion.sentence(&format!(" at step {}", step.index), value),
-        (Some(step), n) => {
-            let more = match n - n.min(MOST_NAMED) {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
-            let holds = criterion.sentence(&format!(" at steps {named}{more}"), value);
-            format!("{holds} at step {}", step.index)
-        }
-    };
-    let column = criterion.column();
-    let note = note!("condition_holds", "{text}").with("metric", column);
-    let note = note.with("value", value).with("limit", criterion.limit());
-    match worst_step {
-        Some(step) => note.with("step", step.index),
-        None => note,
-    }
-}
+/// A condition that holds, and the index of the step of a sequence.
+type StepNote = (Option<usize>, Note);
 
 /// Returns the mesh with an array for each metric; existing arrays of the same names are replaced.
 fn with_arrays(mut mesh: Mesh, judge: &QualityEvaluator) -> Mesh {

@@ -4,7 +4,7 @@ use super::worst::WorstCell;
 use super::{Findings, Judged};
 use azimesh_core::error::one_line;
 use azimesh_core::numbers::{point, short};
-use azimesh_quality::{Assessment, Extreme, Flawed, Statistic};
+use azimesh_quality::{Assessment, CURVED_COLUMNS, Extreme, Flawed, Statistic};
 use std::fmt::Write;
 
 /// Number of rows of a sequence printed by default.
@@ -37,7 +37,7 @@ fn of_mesh(quality: &Assessment, negative: Flawed) -> String {
     let summary = &quality.cells;
     let mut text = String::new();
     let mut row = |name: &str, value: String| {
-        writeln!(text, "{name:24}{value}").expect(ANY_TEXT);
+        writeln!(text, "{name:23} {value}").expect(ANY_TEXT);
     };
     row("cells", summary.n_cells.to_string());
     row(
@@ -48,6 +48,9 @@ fn of_mesh(quality: &Assessment, negative: Flawed) -> String {
     let first = negative.first.map_or_else(String::new, first);
     row("negative_cells", format!("{}{first}", negative.n));
     for (name, value) in quality.columns() {
+        if value.is_none() && CURVED_COLUMNS.contains(&name) {
+            continue;
+        }
         let at =
             extreme(quality, name).map_or_else(String::new, |e| format!("  (cell {})", e.cell));
         let value = value.map_or_else(|| "-".into(), short);
@@ -89,14 +92,18 @@ fn of_sequence(meshes: &[Judged], findings: &Findings<'_>) -> String {
 
 fn rows_of(meshes: &[&Judged]) -> String {
     let names = ["step", "time"].into_iter();
+    let is_curved = |mesh: &&Judged| mesh.quality.cells.min_curved[1].is_some();
+    let is_shown = |name: &str| !CURVED_COLUMNS.contains(&name) || meshes.iter().any(is_curved);
     let columns = Assessment::default().columns();
     let columns = columns.iter().map(|(name, _)| *name);
+    let columns = columns.filter(|name| is_shown(name));
     let mut rows: Vec<Vec<String>> = vec![names.chain(columns).map(str::to_owned).collect()];
     for mesh in meshes {
         let place = mesh.step.map_or(Vec::new(), |step| {
             vec![step.index.to_string(), short(step.time)]
         });
         let values = mesh.quality.columns().into_iter();
+        let values = values.filter(|(name, _)| is_shown(name));
         let values = values.map(|(_, value)| value.map_or_else(|| "-".into(), short));
         rows.push(place.into_iter().chain(values).collect());
     }
@@ -179,6 +186,8 @@ fn extreme(quality: &Assessment, column: &str) -> Option<Extreme> {
     match column {
         "min_volume" => summary.min_volume,
         "min_scaled_jacobian" => summary.min_scaled_jacobian,
+        "min_curved_jacobian" => summary.min_curved[0],
+        "min_curved_scaled_jacobian" => summary.min_curved[1],
         "max_edge_ratio" => summary.max_edge_ratio,
         "max_skew" => summary.max_skew,
         "max_non_orthogonality" => faces.max_non_orthogonality,

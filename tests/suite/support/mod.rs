@@ -35,12 +35,53 @@ pub fn blade_of(nodes: usize, surface_nodes: usize, cells: CellShape) -> Mesh {
     blade(&options).unwrap().mesh
 }
 
+/// Arguments of the program: a line of words between blanks, or a text for each.
+pub trait Args: std::fmt::Debug {
+    fn words(&self) -> Vec<&str>;
+}
+
+impl Args for str {
+    fn words(&self) -> Vec<&str> {
+        self.split_whitespace().collect()
+    }
+}
+
+impl Args for String {
+    fn words(&self) -> Vec<&str> {
+        self.as_str().words()
+    }
+}
+
+impl Args for [&str] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl<const N: usize> Args for [&str; N] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl Args for Vec<&str> {
+    fn words(&self) -> Vec<&str> {
+        self.clone()
+    }
+}
+
+impl<T: Args + ?Sized> Args for &T {
+    fn words(&self) -> Vec<&str> {
+        (**self).words()
+    }
+}
+
 /// Runs the program in a folder.
-pub fn azimesh(folder: &Path, args: &[&str]) -> Run {
+pub fn azimesh(folder: &Path, args: impl Args) -> Run {
     let output = Command::cargo_bin("azimesh")
         .unwrap()
         .current_dir(folder)
-        .args(args)
+        .args(args.words())
         .output()
         .unwrap();
     Run {
@@ -51,23 +92,23 @@ pub fn azimesh(folder: &Path, args: &[&str]) -> Run {
 }
 
 /// Runs the program; it must end well.
-pub fn succeed(folder: &Path, args: &[&str]) -> Run {
-    let run = azimesh(folder, args);
+pub fn succeed(folder: &Path, args: impl Args) -> Run {
+    let run = azimesh(folder, &args);
     assert_eq!(run.code, 0, "{args:?}: {run:?}");
     run
 }
 
 /// The JSON a command prints.
-pub fn json(folder: &Path, args: &[&str]) -> serde_json::Value {
-    let run = azimesh(folder, &[args, &["--json"]].concat());
+pub fn json(folder: &Path, args: impl Args) -> serde_json::Value {
+    let args = [&args.words()[..], &["--json"]].concat();
+    let run = azimesh(folder, &args);
     serde_json::from_str(&run.out).unwrap_or_else(|error| panic!("{args:?}: {error}: {run:?}"))
 }
 
 /// A folder with a small NACA 0012, `n.vtu` and `n.toml`.
 pub fn airfoil() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let sample = ["-q", "sample", "naca0012", "--nodes", "800", "-o", "n.vtu"];
-    succeed(folder.path(), &sample);
+    succeed(folder.path(), "-q sample naca0012 --nodes 800 -o n.vtu");
     folder
 }
 
@@ -127,9 +168,9 @@ pub fn assert_says(sentence: &str, parts: &[&str]) {
     }
 }
 
-/// A row of steps.csv without its seconds, the eighth column from the end.
+/// A row of steps.csv without its seconds, the tenth column from the end.
 pub fn without_seconds(row: &str) -> String {
     let mut values: Vec<&str> = row.split(',').collect();
-    values.remove(values.len() - 8);
+    values.remove(values.len() - 10);
     values.join(",")
 }

@@ -29,6 +29,8 @@ pub(super) enum Call {
     Enter(usize, Option<BasePoints>),
     /// [`Deformation::prepare_measures`].
     Measures,
+    /// [`Deformation::quality_at_rest`].
+    AtRest,
     /// [`Deformation::evaluate`] of a step.
     Evaluate(usize, Rounding),
     /// [`Deformation::place`] at a step.
@@ -47,7 +49,7 @@ impl Call {
         match self {
             Self::Choose(_) => "selection",
             Self::Enter(..) => "fields",
-            Self::Measures | Self::Evaluate(..) | Self::Place(..) => "steps",
+            Self::Measures | Self::AtRest | Self::Evaluate(..) | Self::Place(..) => "steps",
             Self::Gather | Self::Write(_) => "writing",
             Self::End => "end",
         }
@@ -95,6 +97,7 @@ impl Deformation {
                     current = entered.ok();
                 }
                 Call::Measures => self.prepare_measures(),
+                Call::AtRest => drop(self.quality_at_rest()),
                 Call::Evaluate(step, rounding) => {
                     let step = &self.steps()[step];
                     let interval = current.as_ref().expect(ENTERED);

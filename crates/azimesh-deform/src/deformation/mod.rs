@@ -411,6 +411,15 @@ impl Deformation {
         }
     }
 
+    /// Evaluates the mesh before it deforms.
+    pub fn quality_at_rest(&self) -> Assessment {
+        self.prepare_measures();
+        self.announce(Call::AtRest);
+        let (mesh, measures) = (&self.part.mesh, self.measures());
+        let cells = measures.cells(mesh, &mesh.points);
+        measures.complete(cells, mesh, &mesh.points)
+    }
+
     /// Returns the quality measures if positions depend on them.
     fn repairs(&self) -> Option<&Measures> {
         let output = &self.plan.schedule.output;

@@ -3,7 +3,7 @@
 use super::keys::{Holds, Keys, Kind, angle, keys, patterns, string, table};
 use super::motions::{
     AxisRotation, Beam, BodyMotion, Cyclic, Displacements, Modes, Rigid, SurfaceMotion,
-    TableMotion, Translation,
+    TableMotion, Translation, order,
 };
 use super::names::{Pattern, list};
 use super::places::Places;
@@ -106,7 +106,7 @@ type Motions = Vec<Arc<dyn BodyMotion>>;
 impl Holds<Arc<dyn BodyMotion>> for Motions {
     fn hold(&mut self, motion: Arc<dyn BodyMotion>) {
         self.push(motion);
-        self.sort_by_key(|motion| motion.order());
+        self.sort_by_key(|motion| order(&**motion));
     }
 }
 

@@ -112,7 +112,7 @@ keys! {
         /// `velocity`, nor with `interpolate = "twist"` on a beam. No effect with `quality = "none"`
         pub on_inverted: OnInverted, choice::<OnInverted>(), default "repair";
         /// scaled Jacobian, at most 1: cells below it are [improved](batches.md#cells-of-low-quality), with neighbours, towards their
-        /// shape and size in the reference mesh. Not cells of higher order. Needs `on_inverted = "repair"` and `quality`
+        /// shape and size in the reference mesh. Needs `on_inverted = "repair"` and `quality`
         pub improve: Option<f64>, positive("scaled Jacobian"), or "none";
         /// `"su2"` adds a file of the moving surfaces per step for [SU2](tasks/su2.md). The mesh is a `.su2` file, or
         /// `format` is `"su2"`; steps are evenly spaced

@@ -173,15 +173,24 @@ impl Motion {
     /// Returns pitch, flap and lag of a body's cyclic motion at a step, in radians, with the positive sense given by
     /// the signs of the rotor; `None` if it has none.
     pub fn cyclic_angles(&self, body: usize, step: &Step) -> Option<[f64; 3]> {
-        let MovingBody { motions, ramp, .. } = &self.bodies[body];
         let at = self.at(body, step, 1.0);
-        let angles = motions
-            .iter()
-            .find_map(|motion| motion.cyclic_angles(at.step))?;
-        let reached = ramp
-            .as_ref()
-            .map_or(1.0, |ramp| ramp.at(step, &at.clock)[0]);
-        Some(scale(angles, reached))
+        let mut motions = self.bodies[body].motions.iter();
+        let angles = motions.find_map(|motion| motion.cyclic_angles(at.step))?;
+        Some(scale(angles, self.reached(body, &at)))
+    }
+
+    /// Returns the angle of a body's `rigid.rotate` at a step, in radians; `None` if it has none.
+    pub fn axis_angle(&self, body: usize, step: &Step) -> Option<f64> {
+        let at = self.at(body, step, 1.0);
+        let mut motions = self.bodies[body].motions.iter();
+        let angle = motions.find_map(|motion| motion.axis_angle(&at))?;
+        Some(angle * self.reached(body, &at))
+    }
+
+    /// Returns the part of a body's motions that its smooth start has reached.
+    fn reached(&self, body: usize, at: &At<'_>) -> f64 {
+        let ramp = self.bodies[body].ramp.as_ref();
+        ramp.map_or(1.0, |ramp| ramp.at(at.step, &at.clock)[0])
     }
 
     /// Returns whether a body, or a parent of it, has a blade motion along the rotor's span.

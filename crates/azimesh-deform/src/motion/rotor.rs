@@ -65,7 +65,7 @@ keys! {
         pub(super) shaft_axis: Option<Vector>, direction(), or "`[0, 0, 1]`; in 2D `[0, 1, 0]`";
         /// inertial: the mesh (or its zones) also turns with the azimuth, and nodes between a turning zone and the rest
         /// are duplicated, with a [tag on each side](tasks/rotor.md). That interface must be a surface of revolution
-        /// about the shaft; otherwise a warning says so
+        /// about the shaft; cells that run into others are refused
         pub(crate) frame: Frame, choice::<Frame>(), default "rotating";
         /// zones (globs) that deform and turn with this rotor, with `frame = "inertial"`
         pub(super) zones: Vec<Pattern>, patterns(), or "of an only rotor `zones` of `[boundaries]`, or all";

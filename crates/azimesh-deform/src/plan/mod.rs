@@ -10,11 +10,12 @@ mod ring;
 mod sections;
 pub(crate) mod surface;
 mod surface_displacements;
-mod zone;
+pub(crate) mod zone;
 
 use self::layer::{Layer, Method};
 use self::periodic::PeriodicNodes;
 use self::surface::SurfacePoints;
+use self::zone::Seam;
 use crate::motion::{BodyMap, Motion, QualityOutput, Schedule, SelectionMethod, Step};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
@@ -43,6 +44,8 @@ pub struct Plan {
     pub surface: SurfacePoints,
     /// Positions of the tagged nodes of parts that move rigidly, each with its body.
     pub rigid_points: Vec<(usize, Vector)>,
+    /// The interfaces of parts that turn or move rigidly.
+    pub seams: Vec<Seam>,
     /// The smallest first-cell height at moving walls, in mesh units.
     pub smallest_first_cell: Option<f64>,
     /// The largest relative change of a first-cell height when coordinates are rounded to 32 bits.

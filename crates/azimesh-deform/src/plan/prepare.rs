@@ -101,6 +101,7 @@ impl Plan {
             velocity: None,
             rigid_points: rigid_points(&motion, &boundary),
             points_hash: Part::points_hash(&mesh),
+            seams: cuts.seams,
             boundary,
             without_boxes,
             schedule,

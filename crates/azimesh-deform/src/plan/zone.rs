@@ -3,9 +3,65 @@
 
 use crate::motion::{Motion, Role, TagRole};
 use azimesh_core::error::{Result, counted};
+use azimesh_core::geometry::vector::Vector;
+use azimesh_io::mesh::facets::facets;
 use azimesh_io::mesh::{Boundary, CellSet, Doubled, Mesh, Neighbour, ZoneSides};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// What moves the nodes of a part of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Mover {
+    /// The body of rigid zones, by its index.
+    Body(usize),
+    /// The rotor with which zones turn, by its index.
+    Rotor(usize),
+}
+
+/// An interface of a part that moves to another one or to the rest, in the reference mesh.
+#[derive(Debug, Clone)]
+pub struct Seam {
+    /// What moves the part.
+    pub part: Mover,
+    /// What moves the cells across; `None` if they stay.
+    pub across: Option<Mover>,
+    /// The nodes of all interfaces of the part.
+    pub points: Vec<Vector>,
+    /// The facets of this interface, by the indices of the points.
+    pub facets: Vec<[u32; 3]>,
+}
+
+impl Seam {
+    /// Returns the interfaces of a part with these sides to the rest and to others, which have such interface faces.
+    fn all(part: Mover, sides: &ZoneSides, others: &[(Mover, Neighbour<'_>)]) -> Vec<Self> {
+        let key = |nodes: &[u32]| {
+            let mut key = nodes.to_vec();
+            key.sort_unstable();
+            key
+        };
+        let mut movers: BTreeMap<Vec<u32>, Mover> = BTreeMap::new();
+        for (mover, other) in others {
+            movers.extend(other.faces.iter().map(|face| (key(face.nodes), *mover)));
+        }
+        let mut seams: BTreeMap<Option<Mover>, Self> = BTreeMap::new();
+        for face in sides.interface_faces.iter() {
+            let across = movers.get(&key(face.nodes)).copied();
+            let seam = seams.entry(across).or_insert_with(|| Self {
+                part,
+                across,
+                points: sides.interface_places.clone(),
+                facets: Vec::new(),
+            });
+            for corners in facets(face.kind, face.nodes.len()) {
+                let at = corners.map(|i| sides.interface_nodes.binary_search(&face.nodes[i]));
+                if let [Ok(a), Ok(b), Ok(c)] = at {
+                    seam.facets.push([a as u32, b as u32, c as u32]);
+                }
+            }
+        }
+        seams.into_values().collect()
+    }
+}
 
 /// The copies and tags that the cuts add.
 #[derive(Default)]
@@ -16,6 +72,8 @@ pub struct Cuts {
     pub tags: Vec<String>,
     /// True if parts were connected before.
     pub is_joined: bool,
+    /// The interfaces, in the order of the cuts.
+    pub seams: Vec<Seam>,
 }
 
 impl Cuts {
@@ -37,7 +95,8 @@ impl Cuts {
         for part in (0..motion.parts.len()).rev() {
             let cells = motion.parts[part].cells.clone();
             let sides = ZoneSides::of(mesh, &cells);
-            cuts.cut(mesh, boundary, motion, (&cells, &sides), [part, 0])?;
+            let mover = Mover::Body(motion.parts[part].body);
+            cuts.cut(mesh, boundary, motion, (mover, &cells, &sides), [part, 0])?;
         }
         let mut of_parts: Vec<Option<usize>> = Vec::new();
         for part in 0..motion.zone.as_ref().map_or(0, |zone| zone.parts.len()) {
@@ -64,7 +123,7 @@ impl Cuts {
         part: usize,
     ) -> Result<Option<usize>> {
         let turning = motion.zone.as_ref().map(|zone| &zone.parts[part]);
-        let Some(turning) = turning.filter(|part| part.rotor.is_some()) else {
+        let Some((turning, rotor)) = turning.and_then(|part| Some((part, part.rotor?))) else {
             return Ok(None);
         };
         let cells = turning.cells.clone();
@@ -72,7 +131,8 @@ impl Cuts {
             true => turning.sides.clone(),
             false => ZoneSides::of(mesh, &cells),
         };
-        self.cut(mesh, boundary, motion, (&cells, &sides), [0, part + 1])?;
+        let zone = (Mover::Rotor(rotor), &cells, &sides);
+        self.cut(mesh, boundary, motion, zone, [0, part + 1])?;
         Ok(Some(self.doubled.len() - 1))
     }
 
@@ -83,19 +143,23 @@ impl Cuts {
         mesh: &mut Arc<Mesh>,
         boundary: &mut Boundary,
         motion: &mut Motion,
-        (cells, sides): (&CellSet, &ZoneSides),
+        (mover, cells, sides): (Mover, &CellSet, &ZoneSides),
         [n_rigid, first]: [usize; 2],
     ) -> Result<()> {
+        let neighbour = |mover, cells, faces| (mover, Neighbour { cells, faces });
         let rigid = motion.parts[..n_rigid].iter();
-        let rigid = rigid.map(|part| (&part.cells, &part.sides));
-        let deforming = motion.zone.iter().flat_map(|zone| &zone.parts[first..]);
-        let turning = deforming.filter(|part| part.rotor.is_some());
-        let others = rigid.chain(turning.map(|part| (&part.cells, &part.sides)));
-        let neighbours = others.map(|(cells, sides)| Neighbour {
-            cells,
-            faces: &sides.interface_faces,
+        let rigid = rigid.map(|part| {
+            let faces = &part.sides.interface_faces;
+            neighbour(Mover::Body(part.body), &part.cells, faces)
         });
-        let neighbours: Vec<_> = neighbours.collect();
+        let deforming = motion.zone.iter().flat_map(|zone| &zone.parts[first..]);
+        let turning = deforming.filter_map(|part| {
+            let faces = &part.sides.interface_faces;
+            Some(neighbour(Mover::Rotor(part.rotor?), &part.cells, faces))
+        });
+        let others: Vec<_> = rigid.chain(turning).collect();
+        self.seams.extend(Seam::all(mover, sides, &others));
+        let neighbours: Vec<_> = others.into_iter().map(|(_, other)| other).collect();
         let doubled = Doubled::between(mesh, cells, sides, &neighbours)?;
         doubled.apply(Arc::make_mut(mesh));
         *boundary = Boundary::of(mesh);

@@ -296,7 +296,8 @@ impl<'a> Stepper<'a> {
     ) -> Result<()> {
         let before = found.cells.take().unwrap_or_default();
         let weight = window.weight(step.index);
-        let plain = (weight < 1.0).then(|| points.to_vec());
+        let may_worsen = self.plan.schedule.output.improve.is_some() && n_not_valid(&before) == 0;
+        let plain = (weight < 1.0 || may_worsen).then(|| points.to_vec());
         let plain_error = found.selection_error;
         if window.substeps.is_some() {
             found.selection_error = match self.memory.take_start(step.index) {
@@ -316,10 +317,22 @@ impl<'a> Stepper<'a> {
         let (repaired, mut cells) = self.make_valid(&freedom, area, points)?;
         let mut taken = 1.0;
         if let Some(plain) = plain {
-            (taken, cells) = self.blend(&freedom, &plain, weight, points, cells)?;
-            found.selection_error = found.selection_error.max(plain_error);
-            if n_not_valid(&cells) > 0 {
-                // A step that is valid without the repair stays valid.
+            let is_good = |cells: &Summary| {
+                n_not_valid(cells) == 0 && !(may_worsen && least(cells) < least(&before))
+            };
+            if weight < 1.0 || !is_good(&cells) {
+                (taken, cells) = self.blend(
+                    &freedom,
+                    &plain,
+                    weight,
+                    points,
+                    cells,
+                    (may_worsen, &is_good),
+                )?;
+                found.selection_error = found.selection_error.max(plain_error);
+            }
+            if !is_good(&cells) {
+                // A step that is valid without the repair stays valid, and with `improve` as good.
                 points.copy_from_slice(&plain);
                 found.selection_error = plain_error;
                 (taken, cells) = (0.0, before.clone());
@@ -331,7 +344,7 @@ impl<'a> Stepper<'a> {
             (&before, self.memory.wanting(step.index).unwrap_or_default()),
             after,
             repaired,
-            &cells,
+            (&cells, self.n_low(points)),
         ));
         found.cells = Some(cells);
         Ok(())
@@ -366,8 +379,8 @@ impl<'a> Stepper<'a> {
         Ok((repaired, cells))
     }
 
-    /// Blends a repaired step `points` with its `plain` positions: by `weight`, or more if that would fold cells. Returns the
-    /// weight and the quality of the cells.
+    /// Blends a repaired step `points` with its `plain` positions: by `weight`, or more if the cells would not be good, or less
+    /// if the repair may only make valid cells worse. Returns the weight and the quality of the cells.
     fn blend(
         &self,
         freedom: &OnFirst<'_>,
@@ -375,9 +388,15 @@ impl<'a> Stepper<'a> {
         weight: f64,
         points: &mut [Vector],
         cells: Summary,
+        (may_worsen, is_good): (bool, &dyn Fn(&Summary) -> bool),
     ) -> Result<(f64, Summary)> {
         let repaired = points.to_vec();
-        for weight in [weight, 0.5 + 0.5 * weight, 0.75 + 0.25 * weight] {
+        let weights = if may_worsen {
+            [1.0, 0.6, 0.3].map(|part| part * weight)
+        } else {
+            [0.0, 0.5, 0.75].map(|part| part + (1.0 - part) * weight)
+        };
+        for weight in weights {
             parallel::update(points, |node, x| {
                 let (from, to) = (plain[node], repaired[node]);
                 for k in 0..3 {
@@ -390,7 +409,7 @@ impl<'a> Stepper<'a> {
             })?;
             self.rounding.apply(points);
             let cells = self.cells(points);
-            if n_not_valid(&cells) == 0 {
+            if is_good(&cells) {
                 return Ok((weight, cells));
             }
         }
@@ -503,6 +522,12 @@ impl<'a> Stepper<'a> {
         }
         Ok(())
     }
+}
+
+/// The least scaled Jacobian of the cells.
+fn least(cells: &Summary) -> f64 {
+    let extreme = cells.min_scaled_jacobian.as_ref();
+    extreme.map_or(f64::INFINITY, |least| least.value)
 }
 
 /// Returns the rings of the widest patch that has become valid.

@@ -34,6 +34,8 @@ pub struct Repair {
     pub window: Option<WindowPart>,
     /// Cells below the scaled Jacobian that the schedule wants, before all that.
     pub low: usize,
+    /// Those in the end.
+    pub still_low: usize,
 }
 
 /// Cells of a step that need a repair.
@@ -139,24 +141,26 @@ pub(crate) fn try_substeps(
         untangled: None,
         window: None,
         low: 0,
+        still_low: 0,
     })
 }
 
 impl Repair {
     /// Creates the repair of a step of a window with this `weight`. The quality of its cells is `before` without substeps,
-    /// `after` with them, and `cells` in the end.
+    /// `after` with them, and `cells` in the end, with `still_low` low ones.
     pub(crate) fn of_window(
         window: &Window,
         weight: f64,
         before: (&Summary, Wanting),
         after: Count,
         patches: Vec<PatchLog>,
-        cells: &Summary,
+        (cells, still_low): (&Summary, usize),
     ) -> Self {
         Self {
             substeps: window.substeps,
             before: count(before.0),
             low: before.1.low,
+            still_low,
             after,
             untangled: Some(Untangled {
                 patches,

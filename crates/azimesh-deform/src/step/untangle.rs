@@ -13,7 +13,7 @@ use azimesh_core::progress::Stop;
 use azimesh_io::mesh::{Mesh, OneLayer};
 use azimesh_quality::QualityEvaluator;
 use azimesh_quality::repair::{
-    Area, FoldedCells, Freedom, Limits, Partner, PatchLog, Task, low_cells, untangle,
+    Area, FoldedCells, Freedom, Limits, Partner, PatchLog, Task, untangle,
 };
 use azimesh_rbf::constraint::Constraint;
 
@@ -69,9 +69,7 @@ impl<'a> StepFreedom<'a> {
         let Some(wanted) = self.plan.schedule.output.improve else {
             return n_folded;
         };
-        let low = low_cells(self.mesh, &self.judge.reference, points, wanted);
-        all.extend(&low);
-        n_folded + low.len()
+        n_folded + all.add_low(self.task(), points, wanted)
     }
 
     /// The area around these cells, with `rings` rings or, where cells at `points` are to be improved, as many as that takes.

@@ -15,14 +15,13 @@
 //! # }
 //! ```
 
-use super::exterior::exterior_faces;
 use super::gmsh::Index;
 use super::names::text_of;
 use super::tokens::{Tokens, line_of, shown};
 use super::{Format, Notes};
 use crate::mesh::CellKind::{self, *};
 use crate::mesh::sides::side;
-use crate::mesh::{Group, Mesh, too_many};
+use crate::mesh::{Group, Mesh, exterior_faces, too_many};
 use azimesh_core::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -706,6 +705,7 @@ fn add_node_sets(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     fn mesh_of(text: &str) -> (Result<Mesh>, Notes) {
         let mut notes = Notes::default();
@@ -847,7 +847,7 @@ mod tests {
         ] {
             let error = mesh_of(&BOX.replacen(before, after, 1)).0;
             let error = error.expect_err(after).to_string();
-            assert!(error.contains(word), "{error}");
+            assert_says(&error, word);
             assert!(
                 error.starts_with(&format!("line {line}:")),
                 "{after}: {error}"

@@ -130,6 +130,7 @@ fn zstd(bytes: &[u8], limit: MemoryLimit, out: &mut Vec<u8>) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
     use azimesh_core::error::ErrorKind;
     use flate2::{Compression, write::GzEncoder};
     use ruzstd::encoding::{CompressionLevel, compress_to_vec};
@@ -201,7 +202,7 @@ mod tests {
             for length in [8, whole.len() / 2, whole.len() - 2] {
                 let result = decompress(&whole[..length]).expect("it is compressed");
                 let message = result.expect_err("it is cut off").to_string();
-                assert!(message.contains("data is damaged"), "{message}");
+                assert_says(&message, "data is damaged");
             }
             for at in (12..whole.len()).step_by(whole.len() / 50) {
                 let mut file = whole.clone();
@@ -225,7 +226,7 @@ mod tests {
                 let error = with_limit(n).expect_err("it is too much");
                 assert_eq!(error.kind, ErrorKind::System);
                 let limit = format!("more than {n} bytes, the limit set by `max_memory`");
-                assert!(error.message.contains(&limit), "{error}");
+                assert_says(&error.message, &limit);
             }
         }
     }

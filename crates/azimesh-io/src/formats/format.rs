@@ -124,7 +124,7 @@ pub struct Folder {
     /// Times of the steps of a sequence.
     pub steps: fn(&Location) -> Result<Vec<f64>>,
     /// The folder that a mesh written to a path shares with files that are not of the mesh.
-    pub shared: fn(&Path) -> Option<SharedFolder>,
+    pub shared: fn(&Path) -> SharedFolder,
 }
 
 impl Format {

@@ -204,6 +204,7 @@ fn read_cells(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     fn mesh_of(text: &str) -> (Result<Mesh>, Notes) {
         let mut notes = Notes::default();
@@ -247,7 +248,7 @@ mod tests {
         ] {
             let error = mesh_of(&SQUARE.replacen(before, after, 1)).0;
             let error = error.expect_err(after).to_string();
-            assert!(error.contains(word), "{error}");
+            assert_says(&error, word);
             assert!(error.starts_with(&format!("line {line}:")), "{error}");
         }
         for end in 0..SQUARE.len() {

@@ -118,6 +118,7 @@ fn group() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     #[test]
     fn input_is_read_up_to_the_limit() {
@@ -134,7 +135,7 @@ mod tests {
             let limit = MemoryLimit::new(Some(limit as u64));
             let error = limit.read_all(&text[..], &mut out).expect_err("too large");
             assert_eq!(error.kind(), ErrorKind::FileTooLarge);
-            assert!(error.to_string().contains("`max_memory`"), "{error}");
+            assert_says(&error, "`max_memory`");
             assert!(out.capacity() <= limit.bytes);
         }
     }

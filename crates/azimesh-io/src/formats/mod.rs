@@ -11,7 +11,6 @@ mod choice;
 pub mod column;
 mod decompress;
 pub mod exodus;
-mod exterior;
 pub mod fluent;
 mod format;
 pub mod gmsh;
@@ -46,8 +45,6 @@ mod staged;
 pub mod stl;
 pub mod su2;
 mod tokens;
-#[cfg(test)]
-mod toy;
 pub mod ugrid;
 pub mod vtk;
 pub mod vtkhdf;
@@ -128,8 +125,6 @@ pub static FORMATS: &[&Format] = &[
     &medit::MEDIT,
     &abaqus::ABAQUS,
     &stl::STL,
-    #[cfg(test)]
-    &toy::TOY,
 ];
 
 /// The folder of records of a run in a case, where there is one.

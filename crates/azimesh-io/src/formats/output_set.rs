@@ -124,7 +124,7 @@ impl<'a> OutputSet<'a> {
     /// Lets `write` fill the main file, or the folder where all files are in one, whose staged path it is given.
     pub(super) fn at_path<T>(
         &mut self,
-        folder: Option<Option<SharedFolder>>,
+        folder: Option<SharedFolder>,
         commit: Commit,
         write: impl FnOnce(&Path) -> Result<T>,
     ) -> Result<T> {
@@ -133,10 +133,7 @@ impl<'a> OutputSet<'a> {
             self.files.push(file);
             return Ok(written);
         };
-        let mut folder = match &shared {
-            Some(shared) => StagedFolder::new(&shared.folder, Some(&shared.own), commit)?,
-            None => StagedFolder::new(self.path, None, commit)?,
-        };
+        let mut folder = StagedFolder::new(&shared.folder, Some(&shared.own), commit)?;
         let staged = folder.temporary.path();
         let written = write(staged).map_err(|mut error| {
             // The user knows `path`, not the temporary folder.
@@ -144,7 +141,7 @@ impl<'a> OutputSet<'a> {
             error.file(self.path)
         })?;
         let failed = |error: io::Error| Error::io(self.path, &error);
-        if let Some(shared) = shared.filter(|shared| !shared.folder.join(&shared.mark).exists()) {
+        if !shared.folder.join(&shared.mark).exists() {
             fs::write(staged.join(shared.mark), "").map_err(failed)?;
         }
         folder.names = files_in(staged).map_err(failed)?;

@@ -9,7 +9,10 @@ use std::collections::BTreeSet;
 pub(super) fn remedy(kind: CellKind) -> String {
     match kind {
         kind if kind.is_curved() => format!("; {} keeps only corner nodes", option("linearize")),
-        CellKind::Polyhedron | CellKind::Polygon => format!(
+        CellKind::Polyhedron
+        | CellKind::Polygon
+        | CellKind::PentagonalPrism
+        | CellKind::HexagonalPrism => format!(
             "; {} makes tetrahedra and pyramids of polyhedra, triangles and quadrilaterals of polygons",
             option("split-polyhedra")
         ),
@@ -108,14 +111,12 @@ fn leave_out(mesh: &mut Mesh, cells: BTreeSet<usize>) {
 mod tests {
     use super::*;
     use crate::mesh::{DataArray, Values};
+    use crate::testing::assert_says;
 
     /// Two tetrahedra with a tagged face outside and one between them, an edge, and an array.
     fn mesh() -> Mesh {
         let point = |i| [f64::from(i % 2), f64::from(i / 2), f64::from(i % 3)];
-        let mut mesh = Mesh {
-            points: (0..5).map(point).collect(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points((0..5).map(point).collect());
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
         mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
@@ -132,7 +133,7 @@ mod tests {
         let mut mesh = mesh();
         let note = not_taken(&mesh.view(), "su2").expect("there is one");
         assert_eq!((&*note.code, note.get("n")), ("inner_markers", &1.into()));
-        assert!(note.text.contains("(1, the first is cell 3)"), "{note}");
+        assert_says(&note.text, "(1, the first is cell 3)");
         assert!(make_portable(&mut mesh, "su2").is_some());
         let tags: Vec<&str> = mesh.boundary_tags().map(|tag| tag.name.as_str()).collect();
         assert_eq!((tags, mesh.cells.len()), (vec!["wall"], 4));
@@ -153,10 +154,7 @@ mod tests {
 
     #[test]
     fn lagrange_pyramids_are_told_of_for_vtk_and_made_linear() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 14],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 14]);
         let nodes: Vec<u32> = (0..14).collect();
         mesh.cells.push(CellKind::LagrangePyramid, &nodes);
         for format in ["vtu", "vtk", "vtkhdf", "pvtu"] {

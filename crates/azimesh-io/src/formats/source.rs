@@ -398,10 +398,12 @@ mod tests {
 
     #[test]
     fn the_mark_of_utf_8_changes_no_text() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ]);
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
         let options = WriteOptions {
             encoding: Encoding::Ascii,

@@ -477,6 +477,7 @@ mod tests {
     use super::*;
     use crate::formats::{Notes, ReadOptions, Source, read};
     use crate::mesh::Mesh;
+    use crate::testing::assert_says;
     use std::path::Path;
 
     #[test]
@@ -543,7 +544,7 @@ mod tests {
         let error = Tokens::new(b"1\n\n2\n")
             .take_lines(usize::MAX, "nodes")
             .expect_err("two are there");
-        assert!(error.to_string().contains("after 2 of"), "{error}");
+        assert_says(&error, "after 2 of");
     }
 
     fn load(name: &str, text: String) -> (Mesh, Notes) {

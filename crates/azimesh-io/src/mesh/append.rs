@@ -1,7 +1,7 @@
 //! Merges several meshes into one.
 
 use super::{CellSet, DataArray, Group, Mesh, Origin, too_many};
-use azimesh_core::error::{Error, Result};
+use azimesh_core::error::{Error, Result, option};
 
 /// Differences between merged meshes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -22,7 +22,9 @@ impl Mesh {
         let [own, its] = [self.dimension(), other.dimension()];
         if own != its {
             return Err(Error::input(format!(
-                "this mesh has cells of dimension {its}, and those before it of dimension {own}"
+                "this mesh has cells of dimension {its}, and those before it of dimension {own}; {} H and {} change the dimension",
+                option("extrude"),
+                option("flatten")
             )));
         }
         let (n_nodes, n_cells) = (self.points.len(), self.cells.len());

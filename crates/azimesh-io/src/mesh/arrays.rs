@@ -80,6 +80,33 @@ impl DataArray {
     pub fn n_tuples(&self) -> usize {
         self.values.len() / self.n_components.max(1)
     }
+
+    /// The array with these tuples, in this order.
+    pub(crate) fn select(&self, tuples: &[usize]) -> Self {
+        Self {
+            component_names: self.component_names.clone(),
+            ..Self::tuples(
+                &*self.name,
+                self.n_components,
+                self.values.select(self.n_components, tuples),
+            )
+        }
+    }
+}
+
+/// Gives arrays these of their tuples, in this order.
+pub fn select_tuples(arrays: &mut [DataArray], tuples: &[usize]) {
+    for array in arrays {
+        array.values = array.values.select(array.n_components, tuples);
+    }
+}
+
+/// Appends these of their tuples to arrays.
+pub(crate) fn append_tuples(arrays: &mut [DataArray], tuples: &[usize]) {
+    for array in arrays {
+        let values = array.values.select(array.n_components, tuples);
+        array.values.append(&values);
+    }
 }
 
 impl Values {

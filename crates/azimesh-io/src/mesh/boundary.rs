@@ -257,10 +257,7 @@ mod tests {
 
     #[test]
     fn faces_may_be_anywhere_among_the_cells() {
-        let mut mesh = Mesh {
-            points: (0..6).map(|i| [f64::from(i), 0.5, 0.0]).collect(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points((0..6).map(|i| [f64::from(i), 0.5, 0.0]).collect());
         for at in 0..3 {
             mesh.cells.push(CellKind::Triangle, &[at, at + 1, at + 2]);
             mesh.cells.push(CellKind::Vertex, &[at]);
@@ -280,10 +277,7 @@ mod tests {
 
     #[test]
     fn nodes_inside_are_added() {
-        let mut mesh = Mesh {
-            points: (0..6).map(|i| [f64::from(i), 0.0, 0.0]).collect(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points((0..6).map(|i| [f64::from(i), 0.0, 0.0]).collect());
         mesh.cells.push(CellKind::Triangle, &[0, 2, 4]);
         mesh.cells.push(CellKind::Line, &[2, 4]);
         let mut boundary = Boundary::of(&mesh);

@@ -2,7 +2,7 @@
 
 use super::arrays::with_numbers;
 use super::faces::{Entry, entries, for_each_face};
-use super::{CellRef, DataArray, Mesh, MeshView, NodeBits, Values};
+use super::{CellRef, DataArray, Faces, Mesh, MeshView, NodeBits, Values};
 
 /// Boundary faces between two or more cells of the mesh, ascending.
 pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
@@ -15,16 +15,7 @@ pub fn inner_faces(mesh: &MeshView<'_>) -> Vec<u32> {
             .for_each(|&node| touched[node as usize] = true);
     }
     let touches = |cell: &CellRef<'_>| cell.nodes.iter().any(|&node| touched[node as usize]);
-    let mut entries = entries(mesh.cells, mesh.points.len(), dimension, touches);
-    let mut inner = Vec::new();
-    for_each_face(mesh.cells, &mut entries, |same| {
-        if same.iter().filter(|entry| !entry.is_boundary()).count() > 1 {
-            let faces = same.iter().filter(|entry| entry.is_boundary());
-            inner.extend(faces.map(|entry| entry.cell));
-        }
-    });
-    inner.sort_unstable();
-    inner
+    Faces::of_view(mesh, touches).inside
 }
 
 /// Finds the boundary faces, among some with ascending numbers, that are a side of no cell of the mesh. In a part all
@@ -143,10 +134,7 @@ mod tests {
 
     /// Two tetrahedra; faces 2 outside, 3 between them, 4 on no cell, 5 the first again.
     fn mesh() -> Mesh {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 6],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 6]);
         mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
         for face in [[2, 1, 0], [3, 2, 1], [0, 1, 5], [0, 1, 2]] {
@@ -200,18 +188,12 @@ mod tests {
 
     #[test]
     fn edges_bound_plane_cells_and_polygons_polyhedra() {
-        let mut plane = Mesh {
-            points: vec![[0.0; 3]; 4],
-            ..Mesh::default()
-        };
+        let mut plane = Mesh::of_points(vec![[0.0; 3]; 4]);
         plane.cells.push(CellKind::Line, &[3, 2]);
         plane.cells.push(CellKind::Triangle, &[0, 1, 2]);
         plane.cells.push(CellKind::Polygon, &[0, 2, 3]);
         assert_eq!(BoundedCells::of(&plane).cell_of(0), Some(2));
-        let mut solid = Mesh {
-            points: vec![[0.0; 3]; 10],
-            ..Mesh::default()
-        };
+        let mut solid = Mesh::of_points(vec![[0.0; 3]; 10]);
         let sides = (0..5).flat_map(|i| [4, i, (i + 1) % 5, 5 + (i + 1) % 5, 5 + i]);
         let stream = [7, 5, 0, 1, 2, 3, 4, 5, 9, 8, 7, 6, 5]
             .into_iter()

@@ -1,6 +1,6 @@
 //! Builds meshes in memory, and gives the properties of a mesh that users need.
 
-use super::{CellSet, Cells, DataArray, Group, Mesh};
+use super::{Cells, DataArray, Group, Mesh};
 use azimesh_core::error::Result;
 
 impl Mesh {
@@ -30,6 +30,14 @@ impl Mesh {
         };
         mesh.validate()?;
         Ok(mesh)
+    }
+
+    /// A mesh of nodes alone.
+    pub(crate) fn of_points(points: Vec<[f64; 3]>) -> Self {
+        Self {
+            points,
+            ..Self::default()
+        }
     }
 
     /// Node coordinates, in the mesh's own unit.
@@ -108,13 +116,12 @@ impl Mesh {
     ) -> Result<()> {
         let mut cells: Vec<usize> = cells.into_iter().collect();
         cells.sort_unstable();
-        self.groups.push(Group {
-            dimension: self.dimension().saturating_sub(1),
-            name: name.into(),
-            number: None,
-            condition: None,
-            cells: cells.into_iter().collect::<CellSet>(),
-        });
+        self.groups.push(Group::new(
+            self.dimension().saturating_sub(1),
+            name,
+            None,
+            cells.into_iter().collect(),
+        ));
         let checked = self.validate_groups();
         if checked.is_err() {
             self.groups.pop();

@@ -445,13 +445,7 @@ impl Cells {
 
     /// Every cell, in order.
     pub fn iter(&self) -> impl Iterator<Item = CellRef<'_>> {
-        self.runs().flat_map(|run| {
-            run.cells().enumerate().map(move |(i, nodes)| CellRef {
-                index: run.first_cell + i,
-                kind: run.kind,
-                nodes,
-            })
-        })
+        self.runs().flat_map(|run| run.cell_refs())
     }
 
     /// The cell with this index.

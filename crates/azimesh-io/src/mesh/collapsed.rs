@@ -26,8 +26,8 @@ impl CellRef<'_> {
             return None;
         }
         match known(&faces) {
-            Some((kind, nodes)) => one.push(kind, &nodes),
-            None => {
+            Some((kind, nodes)) if has_faces(kind, &nodes, &faces) => one.push(kind, &nodes),
+            _ => {
                 let mut stream = vec![faces.len() as u32];
                 for face in &faces {
                     stream.push(face.len() as u32);
@@ -41,9 +41,13 @@ impl CellRef<'_> {
 
     /// Returns whether a straight cell has an edge between a node and itself.
     fn is_collapsed(&self) -> bool {
+        !self.kind.is_curved() && self.has_collapsed_edge()
+    }
+
+    fn has_collapsed_edge(&self) -> bool {
         let is_point =
             |edge: &[u8; 2]| self.nodes[usize::from(edge[0])] == self.nodes[usize::from(edge[1])];
-        !self.kind.is_curved() && self.kind.edges().iter().any(is_point)
+        self.kind.edges().iter().any(is_point)
     }
 }
 
@@ -56,6 +60,8 @@ pub struct Uncollapsed {
     pub n_gone: usize,
     /// Collapsed cells whose faces bound nothing; they are kept.
     pub n_left: usize,
+    /// Curved cells with a collapsed edge; they are kept.
+    pub n_curved: usize,
 }
 
 impl Mesh {
@@ -67,6 +73,10 @@ impl Mesh {
         cells.reserve(self.cells.connectivity().len());
         let mut gone = CellSet::new();
         for run in self.cells.runs() {
+            if run.kind.is_curved() {
+                let collapsed = run.cell_refs().filter(CellRef::has_collapsed_edge);
+                counts.n_curved += collapsed.count();
+            }
             if !run.cell_refs().any(|cell| cell.is_collapsed()) {
                 cells.append(&self.cells.select_runs(&[run.range()]));
                 continue;
@@ -172,6 +182,14 @@ fn known(faces: &[Vec<u32>]) -> Option<(CellKind, Vec<u32>)> {
     }
 }
 
+/// Returns whether these are the faces of such a cell; a quadrilateral may also fold onto a triangle beside it.
+fn has_faces(kind: CellKind, nodes: &[u32], faces: &[Vec<u32>]) -> bool {
+    let keys: Vec<Vec<u32>> = faces.iter().map(|face| sorted(face)).collect();
+    let of_kind = kind.faces().iter();
+    let mut of_kind = of_kind.map(|face| face.iter().map(|&i| nodes[usize::from(i)]));
+    of_kind.all(|face| keys.contains(&sorted(&face.collect::<Vec<_>>())))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -206,6 +224,9 @@ mod tests {
         // A corner of the top and the corner of the base below it are one node: a polyhedron of three triangles and three quadrilaterals.
         let found = uncollapsed(Hex, &[0, 1, 2, 3, 4, 5, 6, 3]);
         assert_eq!(found.expect("it has a volume").0, Polyhedron);
+        // A quadrilateral on a triangle beside it: no pyramid.
+        let found = uncollapsed(Hex, &[0, 1, 1, 2, 3, 4, 1, 3]);
+        assert_eq!(found.expect("it has a volume").0, Polyhedron);
         assert_eq!(uncollapsed(Hex, &[0, 1, 1, 0, 2, 3, 3, 2]), None);
         assert_eq!(uncollapsed(Hex, &[0; 8]), None);
         let found = uncollapsed(Quad, &[0, 1, 1, 2]);
@@ -230,6 +251,7 @@ mod tests {
             n_cells: 2,
             n_gone: 1,
             n_left: 1,
+            n_curved: 0,
         };
         assert_eq!(counts, expected);
         let kinds: Vec<_> = mesh.cells.iter().map(|cell| cell.kind).collect();

@@ -1,5 +1,6 @@
 //! Boundary tags for a mesh that has none: its outer faces, one tag for each connected part.
 
+use super::arrays::append_tuples;
 use super::faces::Faces;
 use super::sides::side;
 use super::{CellSet, Group, Mesh};
@@ -41,10 +42,7 @@ impl Mesh {
             let first_node = nodes[0];
             untagged.push(Untagged { first_node, cell });
         }
-        for array in &mut self.cell_arrays {
-            let values = array.values.select(array.n_components, &owners);
-            array.values.append(&values);
-        }
+        append_tuples(&mut self.cell_arrays, &owners);
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for face in &untagged {
             let part = parts.of(face.first_node);
@@ -90,13 +88,7 @@ impl Mesh {
         let names = (1..).map(|i| format!("boundary_{i}"));
         let free = names.filter(|name| !taken.contains(name));
         for (cells, name) in sets.into_iter().zip(free) {
-            self.groups.push(Group {
-                dimension,
-                name,
-                number: None,
-                condition: None,
-                cells,
-            });
+            self.groups.push(Group::new(dimension, name, None, cells));
         }
     }
 }
@@ -137,10 +129,7 @@ mod tests {
 
     /// Two separate squares of two triangles each; the first has one tagged and one untagged edge.
     fn two_squares() -> Mesh {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 8],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 8]);
         for first in [0, 4] {
             let [a, b, c, d] = [0, 1, 2, 3].map(|i| first + i);
             mesh.cells.push(CellKind::Triangle, &[a, b, c]);
@@ -148,13 +137,8 @@ mod tests {
         }
         mesh.cells.push(CellKind::Line, &[0, 1]);
         mesh.cells.push(CellKind::Line, &[2, 1]);
-        mesh.groups.push(Group {
-            dimension: 1,
-            name: "boundary_1".into(),
-            number: None,
-            condition: None,
-            cells: [4].into_iter().collect(),
-        });
+        mesh.groups
+            .push(Group::new(1, "boundary_1", None, [4].into_iter().collect()));
         let id = Values::I32(vec![1, 2, 3, 4, 5, 6]);
         mesh.cell_arrays.push(DataArray::scalar("id", id));
         mesh

@@ -2,7 +2,7 @@
 
 use super::join::{JoinCounts, RELATIVE_DISTANCE};
 use super::transform::Turned;
-use super::{Faces, Group, Mesh};
+use super::{Faces, Group, Mesh, too_many};
 use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::Transform;
@@ -11,6 +11,9 @@ use std::collections::BTreeSet;
 
 /// Largest distance of nodes of a symmetry tag from its plane, relative to the extent of the tag.
 const NEAR_PLANE: f64 = 1e-2;
+
+/// More copies are tried with two first.
+const MANY_COPIES: usize = 8;
 
 /// A plane normal to an axis of coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,7 +144,8 @@ impl Mesh {
             };
             if let Some(cell) = run.cells().position(is_flat) {
                 return Err(Error::input(format!(
-                    "{}: all nodes of cell {} are on {name}, at most {} off it",
+                    "{}: all nodes of cell {} are on {name}, at most {} off it; mirror across another plane, or set a smaller distance \
+                     with {join}",
                     option("mirror"),
                     run.first_cell + cell,
                     short(distance)
@@ -202,11 +206,22 @@ impl Mesh {
     pub fn repeat(
         &mut self,
         n: usize,
-        turn: impl Fn(usize) -> Transform,
+        turn: &dyn Fn(usize) -> Transform,
         distance: f64,
     ) -> Result<(JoinCounts, Turned)> {
         let (n_nodes, dimension) = (self.points.len(), self.dimension());
+        if n.saturating_mul(n_nodes) > u32::MAX as usize - 1 {
+            return Err(Error::input(format!(
+                "{} {n}: copies of {n_nodes} nodes; {}",
+                option("repeat"),
+                too_many("nodes")
+            )));
+        }
         let sector = self.clone();
+        if n > MANY_COPIES {
+            // Sides that do not match are found before all copies are made.
+            sector.clone().repeat(2, turn, distance)?;
+        }
         let number = |name: &str, copy: usize| format!("{name}_{}", copy + 1);
         let numbered = |mesh: &mut Self, copy: usize| {
             mesh.rename_groups(|group| match group.dimension < dimension {
@@ -368,7 +383,7 @@ mod tests {
             )
         };
         let mut rotor = sector.clone();
-        let (counts, _) = rotor.repeat(4, quarter, 1e-6).expect("it is a quarter");
+        let (counts, _) = rotor.repeat(4, &quarter, 1e-6).expect("it is a quarter");
         rotor.validate().expect("it is a mesh");
         let tags = [("side_a".to_owned(), 308, 0), ("side_b".to_owned(), 308, 0)];
         assert_eq!((counts.n_faces, &*counts.tags), (308, &tags[..]));
@@ -377,12 +392,12 @@ mod tests {
         assert!(names(&rotor).starts_with(&["blade_1", "hub_wall_1"]));
         // Two of four copies are open: each side is that of one copy and keeps its name.
         let mut half = sector.clone();
-        half.repeat(2, quarter, 1e-6).expect("it is a quarter");
+        half.repeat(2, &quarter, 1e-6).expect("it is a quarter");
         assert!(names(&half).contains(&"side_a") && names(&half).contains(&"side_b"));
         let wrong = |n: usize| Transform::rotation([0.0, 0.0, 1.0], [0.0; 3], n as f64);
         let error = sector
             .clone()
-            .repeat(4, wrong, 1e-6)
+            .repeat(4, &wrong, 1e-6)
             .expect_err("it is another angle")
             .message;
         assert!(error.contains("no face of a copy"), "{error}");
@@ -390,7 +405,7 @@ mod tests {
         let node = bent.tag_nodes("side_a").expect("it is there")[5] as usize;
         bent.points[node][2] += 1e-3;
         let error = bent
-            .repeat(4, quarter, 1e-6)
+            .repeat(4, &quarter, 1e-6)
             .expect_err("a node is off")
             .message;
         assert!(

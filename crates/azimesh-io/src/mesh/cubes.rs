@@ -20,13 +20,7 @@ pub fn cubes(n: u32) -> Mesh {
     let mut groups: Vec<Group> = Vec::new();
     let mut add = |dimension: u8, name: &str, cell: usize| {
         if groups.iter().all(|group| group.name != name) {
-            groups.push(Group {
-                dimension,
-                name: name.to_owned(),
-                number: None,
-                condition: None,
-                cells: CellSet::new(),
-            });
+            groups.push(Group::new(dimension, name, None, CellSet::new()));
         }
         let group = groups.iter_mut().find(|group| group.name == name);
         group.expect("it is there").cells.push(cell);

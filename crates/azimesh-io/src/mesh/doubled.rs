@@ -1,7 +1,8 @@
 //! Copies of interface nodes for the cells of a zone, which then shares no node with the other cells and can turn against
 //! them. Both sides of the interface get boundary faces with tags of their own.
 
-use super::from_slabs::{Owners, mesh_of};
+use super::arrays::append_tuples;
+use super::from_slabs::Owners;
 use super::interface::{Interface, Neighbour, NewFaces};
 use super::numbering::Numbering;
 use super::zone_sides::ZoneSides;
@@ -142,10 +143,7 @@ impl Doubled {
 
     fn add_copies_to_arrays(&self, mesh: &mut Mesh) {
         let nodes: Vec<usize> = self.nodes.iter().map(|node| *node as usize).collect();
-        for array in &mut mesh.point_arrays {
-            let copies = array.values.select(array.n_components, &nodes);
-            array.values.append(&copies);
-        }
+        append_tuples(&mut mesh.point_arrays, &nodes);
     }
 
     /// Makes a part again from its own cells, which have other neighbours now. It has no arrays.
@@ -169,9 +167,7 @@ impl Doubled {
         }
         let own = first..first + cells.len();
         let owners = Owners::new(owners, ranks);
-        let (cells, new) = owners.part(cells, own, dimension, self.n_cells());
-        let (points, is_level) = owners.points(points, &new.nodes);
-        *mesh = mesh_of(points, cells, dimension, RankPart { is_level, ..new });
+        *mesh = owners.mesh(points, cells, own, dimension, self.n_cells());
         let mut groups = part.groups.clone();
         self.change(&mut groups);
         mesh.set_whole_groups(groups);
@@ -196,10 +192,7 @@ impl Doubled {
             .iter()
             .map(|cell| *cell as usize)
             .collect();
-        for array in &mut mesh.cell_arrays {
-            let values = array.values.select(array.n_components, &bounded);
-            array.values.append(&values);
-        }
+        append_tuples(&mut mesh.cell_arrays, &bounded);
         self.change(&mut mesh.groups);
     }
 }
@@ -225,13 +218,12 @@ mod tests {
         }
         let between = [5, 4, 7, 6];
         let mut group = |dimension: u8, name: &str, cells: &[usize]| {
-            mesh.groups.push(Group {
+            mesh.groups.push(Group::new(
                 dimension,
-                name: name.into(),
-                number: Some(7),
-                condition: None,
-                cells: cells.iter().copied().collect(),
-            });
+                name,
+                Some(7),
+                cells.iter().copied().collect(),
+            ));
         };
         group(3, "rotor", &[0]);
         group(3, "stator", &[1]);

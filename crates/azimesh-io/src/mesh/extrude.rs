@@ -1,6 +1,8 @@
 //! One layer of solid cells from a mesh in a plane.
 
-use super::{CellKind, CellSet, Cells, DataArray, EMPTY, Group, Mesh, MeshView, too_many};
+use super::arrays::select_tuples;
+use super::sides;
+use super::{CellKind, CellSet, Cells, EMPTY, Group, Mesh, MeshView, too_many};
 use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::vector::{Vector, sub};
 
@@ -85,10 +87,10 @@ impl Mesh {
             self.tag_side(name, from..from + volume.len());
         }
         let twice: Vec<usize> = (0..2 * n_nodes).map(|node| node % n_nodes).collect();
-        select(&mut self.point_arrays, &twice);
+        select_tuples(&mut self.point_arrays, &twice);
         let sides = volume.iter().chain(&volume).copied();
         let sources: Vec<usize> = (0..first).chain(sides).collect();
-        select(&mut self.cell_arrays, &sources);
+        select_tuples(&mut self.cell_arrays, &sources);
         self.space = None;
         self.origin = Default::default();
         Ok(())
@@ -144,7 +146,7 @@ impl Mesh {
                 if self.is_clockwise(&flat) != is_back {
                     nodes[1..].reverse();
                 }
-                cells.push(face_kind(nodes.len()), &nodes);
+                cells.push(sides::flat(nodes.len()), &nodes);
             }
         }
         Ok(cells)
@@ -188,14 +190,6 @@ impl Mesh {
     }
 }
 
-fn face_kind(n: usize) -> CellKind {
-    match n {
-        3 => CellKind::Triangle,
-        4 => CellKind::Quadrilateral,
-        _ => CellKind::Polygon,
-    }
-}
-
 /// A prism over a polygon that turns anticlockwise seen from above.
 fn push_prism(cells: &mut Cells, low: &[u32], up: u32) -> Result<()> {
     let n = low.len();
@@ -225,14 +219,9 @@ fn push_polyhedron(cells: &mut Cells, low: &[u32], up: u32) -> Result<()> {
     cells.push_polyhedron(&stream)
 }
 
-fn select(arrays: &mut [DataArray], sources: &[usize]) {
-    for array in arrays {
-        array.values = array.values.select(array.n_components, sources);
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::DataArray;
     use super::*;
     use crate::mesh::Values;
 

@@ -3,9 +3,10 @@
 //! A face of only one cell is an outer face. Cells of one dimension less, the boundary cells, are on outer faces, between
 //! two cells, or on no face at all. Faces are identified by their corners.
 
-use super::sides::{for_each_side, side_corners};
-use super::{CellRef, Cells, Mesh, MeshView};
+use super::sides::{for_each_side, side, side_corners};
+use super::{CellKind, CellRef, Cells, Mesh, MeshView};
 use azimesh_core::parallel::{map_blocks, sort_by_key};
+use std::ops::Range;
 
 /// Cells whose faces are compared among themselves first. Most neighbours of a cell are near it in
 /// the file, so that few faces are left for the comparison of all.
@@ -235,42 +236,44 @@ pub(super) fn boundary_cells(cells: &Cells, dimension: u8) -> Vec<Entry> {
     let runs = runs.filter(|run| run.kind.dimension() + 1 == dimension);
     let entries = runs.flat_map(|run| {
         let n_corners = run.kind.n_corners(run.n_nodes);
-        let cells = run.cells().enumerate();
-        cells.filter_map(move |(i, nodes)| {
-            Entry::new(&nodes[..n_corners], 1, run.first_cell + i, BOUNDARY)
-        })
+        let of_cell =
+            move |cell: CellRef| Entry::new(&cell.nodes[..n_corners], 1, cell.index, BOUNDARY);
+        run.cell_refs().filter_map(of_cell)
     });
     entries.collect()
+}
+
+/// Faces with one cell only and with no corner but those that `is_in`, of the cells in a range that
+/// have this dimension: kind and nodes, in the order of the cells. Faces whose nodes are not all
+/// known are left out.
+pub(crate) fn exterior_faces(
+    cells: &Cells,
+    range: Range<usize>,
+    dimension: u8,
+    is_in: impl Fn(u32) -> bool,
+) -> Vec<(CellKind, Vec<u32>)> {
+    let is_wanted = |corners: &[u32]| corners.iter().all(|&corner| is_in(corner));
+    let mut entries = sides_of(cells, range, dimension, |_| true, is_wanted);
+    let mut alone = Vec::new();
+    for_each_face(cells, &mut entries, |same| {
+        if let [face] = same {
+            alone.push((face.cell, face.face()));
+        }
+    });
+    alone.sort_unstable();
+    let whole = |(cell, face)| side(cells, &cells.get(cell as usize), face as usize);
+    alone.into_iter().filter_map(whole).collect()
 }
 
 /// Faces of a range of cells, without those that two of them share and no boundary cell can have.
 fn unpaired(
     cells: &Cells,
-    range: std::ops::Range<usize>,
+    range: Range<usize>,
     dimension: u8,
     wanted: impl Fn(&CellRef<'_>) -> bool,
     near_boundary: &[bool],
 ) -> Vec<Entry> {
-    let mut entries = Vec::new();
-    for run in cells.runs_in(range) {
-        if run.kind.dimension() != dimension {
-            continue;
-        }
-        for (i, nodes) in run.cells().enumerate() {
-            let cell = CellRef {
-                index: run.first_cell + i,
-                kind: run.kind,
-                nodes,
-            };
-            if wanted(&cell) {
-                for_each_side(cells, &cell, |face, corners| {
-                    let least = usize::from(dimension);
-                    entries.extend(Entry::new(corners, least, cell.index, face as u32));
-                });
-            }
-        }
-    }
-    entries.sort_unstable_by_key(Entry::order);
+    let mut entries = sides_of(cells, range, dimension, wanted, |_| true);
     let mut left = Vec::new();
     for_each_face(cells, &mut entries, |same| {
         if same.len() != 2 || near_boundary[same[0].corners[0] as usize] {
@@ -278,6 +281,30 @@ fn unpaired(
         }
     });
     left
+}
+
+/// The faces of the `wanted` cells of a range that have this dimension, where `takes` takes their corners; sorted.
+fn sides_of(
+    cells: &Cells,
+    range: Range<usize>,
+    dimension: u8,
+    wanted: impl Fn(&CellRef<'_>) -> bool,
+    takes: impl Fn(&[u32]) -> bool,
+) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    let least = usize::from(dimension);
+    let runs = cells.runs_in(range);
+    for run in runs.filter(|run| run.kind.dimension() == dimension) {
+        for cell in run.cell_refs().filter(&wanted) {
+            for_each_side(cells, &cell, |face, corners| {
+                if takes(corners) {
+                    entries.extend(Entry::new(corners, least, cell.index, face as u32));
+                }
+            });
+        }
+    }
+    entries.sort_unstable_by_key(Entry::order);
+    entries
 }
 
 /// Visits the entries of each face. `entries` are sorted.
@@ -309,14 +336,10 @@ pub(super) fn all_corners(cells: &Cells, entry: &Entry) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::CellKind;
     use super::*;
 
     fn mesh(n_points: usize, cells: &[(CellKind, &[u32])]) -> Mesh {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; n_points],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; n_points]);
         for (kind, nodes) in cells {
             mesh.cells.push(*kind, nodes);
         }
@@ -390,5 +413,27 @@ mod tests {
         );
         let faces = Faces::of(&mesh);
         assert_eq!((faces.outer.len(), &faces.inside[..]), (4, &[2][..]));
+    }
+
+    #[test]
+    fn cells_of_third_order_and_polyhedra_have_faces_too() {
+        let nodes: Vec<u32> = (0..20).collect();
+        let mut cells = Cells::new();
+        cells.push(CellKind::LagrangeTetrahedron, &nodes);
+        let found = exterior_faces(&cells, 0..1, 3, |node| node < 3);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].0, CellKind::LagrangeTriangle);
+        assert_eq!(found[0].1.len(), 10);
+
+        // Two pyramids on a pentagon, which is between them.
+        let mut cells = Cells::new();
+        for apex in [5, 6] {
+            let mut stream = vec![6, 5, 0, 1, 2, 3, 4];
+            (0..5).for_each(|i| stream.extend([3, i, (i + 1) % 5, apex]));
+            cells.push_polyhedron(&stream).expect("a good stream");
+        }
+        assert!(exterior_faces(&cells, 0..2, 3, |node| node < 5).is_empty());
+        let found = exterior_faces(&cells, 0..1, 3, |node| node < 5);
+        assert_eq!(found, [(CellKind::Polygon, vec![0, 1, 2, 3, 4])]);
     }
 }

@@ -52,26 +52,8 @@ impl Mesh {
         if faces_once {
             owners.check_faces(&cells, dimension)?;
         }
-        let (cells, part) = owners.part(cells, own, dimension, slabs.n_cells);
         let points = ranks.all_ok(own_points(slabs, owners.own()))?;
-        let (points, is_level) = owners.points(points, &part.nodes);
-        Ok(mesh_of(
-            points,
-            cells,
-            dimension,
-            RankPart { is_level, ..part },
-        ))
-    }
-}
-
-/// The part of a mesh of this dimension.
-pub(super) fn mesh_of(points: Vec<[f64; 3]>, cells: Cells, dimension: u8, part: RankPart) -> Mesh {
-    Mesh {
-        points,
-        cells,
-        space: (dimension > 0).then_some(dimension),
-        part: Some(Arc::new(part)),
-        ..Mesh::default()
+        Ok(owners.mesh(points, cells, own, dimension, slabs.n_cells))
     }
 }
 
@@ -132,9 +114,30 @@ impl<'a> Owners<'a> {
         self.nodes[self.ranks.rank()].clone()
     }
 
+    /// The part of this rank of a mesh of this dimension with `n_cells`, from its own nodes and its own cells, whose numbers
+    /// are `own`. All ranks call it.
+    pub fn mesh(
+        &self,
+        points: Vec<[f64; 3]>,
+        cells: Cells,
+        own: Range<usize>,
+        dimension: u8,
+        n_cells: usize,
+    ) -> Mesh {
+        let (cells, part) = self.part(cells, own, dimension, n_cells);
+        let (points, is_level) = self.points(points, &part.nodes);
+        Mesh {
+            points,
+            cells,
+            space: (dimension > 0).then_some(dimension),
+            part: Some(Arc::new(RankPart { is_level, ..part })),
+            ..Mesh::default()
+        }
+    }
+
     /// Gives the cells of a part and what it knows of the whole, from its own cells: consecutive ones of a mesh of this dimension
     /// with `n_cells`, with the numbers of nodes of that mesh. All ranks call it.
-    pub fn part(
+    fn part(
         &self,
         cells: Cells,
         own: Range<usize>,
@@ -210,7 +213,7 @@ impl<'a> Owners<'a> {
 
     /// Returns the coordinates of ascending nodes, own nodes included, and whether all nodes of the mesh have the same z.
     /// `points` are the coordinates of the own nodes.
-    pub fn points(&self, mut points: Vec<[f64; 3]>, nodes: &[u32]) -> (Vec<[f64; 3]>, bool) {
+    fn points(&self, mut points: Vec<[f64; 3]>, nodes: &[u32]) -> (Vec<[f64; 3]>, bool) {
         let own = self.own();
         let is_level = points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
         let of_ranks = self

@@ -202,16 +202,7 @@ impl<'a> Interface<'a> {
                 let cells: CellSet = untagged.map(|face| cells[face]).collect();
                 if !cells.is_empty() {
                     let name = free_name(&format!("{name}_interface"), &mut taken);
-                    added.push((
-                        None,
-                        Group {
-                            dimension,
-                            name,
-                            number: None,
-                            condition: None,
-                            cells,
-                        },
-                    ));
+                    added.push((None, Group::new(dimension, name, None, cells)));
                 }
             }
         }

@@ -7,7 +7,8 @@ use super::nodes::for_each_shared_place;
 use super::sides::side_corners;
 use super::{Faces, Mesh, Origin};
 use azimesh_core::error::{Error, Result, option};
-use azimesh_core::numbers::short;
+use azimesh_core::geometry::vector::{add, cross, dot, scale, sub};
+use azimesh_core::numbers::{point, short};
 use azimesh_core::parallel::{collect, concat_blocks};
 use std::collections::BTreeSet;
 
@@ -28,7 +29,7 @@ const BOX: f64 = 4.0;
 const CHUNK: usize = 1 << 14;
 
 /// Default joining distance, relative to the diagonal of the mesh.
-pub(super) const RELATIVE_DISTANCE: f64 = 1e-6;
+pub const RELATIVE_DISTANCE: f64 = 1e-6;
 
 impl Mesh {
     /// Number of pairs of faces that [`join_zones`](Self::join_zones) joins.
@@ -42,7 +43,9 @@ impl Mesh {
     ///
     /// `O(n log n)`; memory: about 40 bytes per node.
     pub fn join_zones(&mut self) -> JoinCounts {
-        self.join(&self.places(), |_| 0)
+        let (places, faces) = (self.places(), Faces::of(self));
+        let pairs = self.pairs(&places, &faces, |_| 0);
+        self.join(&places, &faces, &pairs)
     }
 
     /// Joins like [`join_zones`](Self::join_zones), with corners within `distance`: two nodes of parts that share no nodes coincide if
@@ -58,20 +61,20 @@ impl Mesh {
     /// the number of its part.
     ///
     /// # Errors
-    /// If two nodes of one part would be joined.
+    /// If two nodes of one part would be joined, or parts overlap at a common face.
     pub fn join_parts(&mut self, distance: f64, part: impl Fn(u32) -> u32) -> Result<JoinCounts> {
-        let places = self.places_within(distance)?;
-        Ok(self.join(&places, part))
+        let (places, faces) = (self.places_within(distance)?, Faces::of(self));
+        let pairs = self.pairs(&places, &faces, part);
+        self.check_apart(&pairs)?;
+        Ok(self.join(&places, &faces, &pairs))
     }
 
-    fn join(&mut self, places: &[u32], part: impl Fn(u32) -> u32) -> JoinCounts {
-        let faces = Faces::of(self);
-        let pairs = self.pairs(places, &faces, part);
+    fn join(&mut self, places: &[u32], faces: &Faces, pairs: &[[OuterFace; 2]]) -> JoinCounts {
         if pairs.is_empty() {
             return JoinCounts::default();
         }
         let mut first = UnionFind::new(self.points.len());
-        for [one, other] in &pairs {
+        for [one, other] in pairs {
             let nodes_of = |face: &OuterFace| self.cells.get(face.cell as usize).nodes;
             for &node in nodes_of(one) {
                 let at_place = |twin: &&u32| places[**twin as usize] == places[node as usize];
@@ -85,6 +88,43 @@ impl Mesh {
             n_faces: pairs.len(),
             ..self.unite(&first.collect::<Vec<_>>(), &faces.inside)
         }
+    }
+
+    /// Refuses pairs of faces whose cells are on the same side of them.
+    fn check_apart(&self, pairs: &[[OuterFace; 2]]) -> Result<()> {
+        if self.dimension() < self.space_dimension() {
+            return Ok(());
+        }
+        let at = |node: &u32| self.points[*node as usize];
+        let mean = |nodes: &[u32]| {
+            let sum = nodes.iter().map(at).fold([0.0; 3], add);
+            scale(sum, 1.0 / nodes.len() as f64)
+        };
+        let overlap = pairs.iter().find_map(|pair| {
+            let cells = pair.map(|face| self.cells.get(face.cell as usize));
+            side_corners(&self.cells, &cells[0], pair[0].face as usize, |corners| {
+                let edge = |i: usize| sub(at(&corners[i]), at(&corners[0]));
+                let normal = match corners.len() {
+                    2 => [edge(1)[1], -edge(1)[0], 0.0],
+                    n => (2..n)
+                        .map(|i| cross(edge(i - 1), edge(i)))
+                        .fold([0.0; 3], add),
+                };
+                let middle = mean(corners);
+                let [one, other] = cells.map(|cell| dot(normal, sub(mean(cell.nodes), middle)));
+                (one * other > 0.0).then_some(middle)
+            })
+            .map(|middle| (pair, middle))
+        });
+        let Some(([one, other], middle)) = overlap else {
+            return Ok(());
+        };
+        Err(Error::input(format!(
+            "parts overlap: cells {} and {} are on the same side of the face at {}; parts that are joined touch at their faces and share no volume",
+            one.cell,
+            other.cell,
+            point(&middle)
+        )))
     }
 
     /// Renumbers each node to `first`, an earlier node or itself. Boundary cells that are now between two cells, and were not
@@ -341,6 +381,24 @@ mod tests {
         };
         assert_eq!(numbers, &[0, 1, 2, 3, 5, 6, 10, 11, 14]);
         assert_eq!(mesh.join_zones(), JoinCounts::default());
+    }
+
+    #[test]
+    fn parts_that_overlap_are_refused() {
+        let mut mesh = squares();
+        let mut moved = mesh.clone();
+        moved.points.iter_mut().for_each(|x| x[0] += 2.0);
+        let mut beside = mesh.clone();
+        beside.append(&moved).expect("they are plane");
+        let part = |node: u32| node / 16;
+        let counts = beside.join_parts(1e-9, part).expect("they touch");
+        assert_eq!(counts.n_faces, 4 + 4 + 2);
+        mesh.append(&squares()).expect("they are plane");
+        let error = mesh.join_parts(1e-9, part).expect_err("they overlap");
+        assert!(
+            error.message.starts_with("parts overlap: cells 0 and 4 "),
+            "{error}"
+        );
     }
 
     #[test]

@@ -2,113 +2,105 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A kind of cell. The discriminant is VTK's cell type.
-///
-/// ```
-/// use azimesh_io::CellKind;
-///
-/// assert_eq!(CellKind::Wedge as u8, 13);
-/// assert_eq!(CellKind::Wedge.dimension(), 3);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[repr(u8)]
-#[allow(missing_docs)] // the names say it
-pub enum CellKind {
-    Vertex = 1,
-    Line = 3,
-    Triangle = 5,
-    Polygon = 7,
-    Quadrilateral = 9,
-    Tetrahedron = 10,
-    Hexahedron = 12,
-    Wedge = 13,
-    Pyramid = 14,
-    PentagonalPrism = 15,
-    HexagonalPrism = 16,
-    Line3 = 21,
-    Triangle6 = 22,
-    Quadrilateral8 = 23,
-    Tetrahedron10 = 24,
-    Hexahedron20 = 25,
-    Wedge15 = 26,
-    Pyramid13 = 27,
-    Quadrilateral9 = 28,
-    Hexahedron27 = 29,
-    QuadraticLinearQuadrilateral = 30,
-    QuadraticLinearWedge = 31,
-    Wedge18 = 32,
-    Hexahedron24 = 33,
-    Triangle7 = 34,
-    CubicLine = 35,
-    QuadraticPolygon = 36,
-    Pyramid19 = 37,
-    Polyhedron = 42,
-    LagrangeCurve = 68,
-    LagrangeTriangle = 69,
-    LagrangeQuadrilateral = 70,
-    LagrangeTetrahedron = 71,
-    LagrangeHexahedron = 72,
-    LagrangeWedge = 73,
-    LagrangePyramid = 74,
-    BezierCurve = 75,
-    BezierTriangle = 76,
-    BezierQuadrilateral = 77,
-    BezierTetrahedron = 78,
-    BezierHexahedron = 79,
-    BezierWedge = 80,
-    BezierPyramid = 81,
+/// Makes the kinds from a table: of each VTK's cell type, its name in messages, the kind of its corners alone, and the
+/// nodes of one cell.
+macro_rules! kinds {
+    ($(#[$attribute:meta])* $n:literal: $($kind:ident = $vtk:literal $name:literal $linear:ident $n_nodes:expr,)*) => {
+        $(#[$attribute])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[repr(u8)]
+        #[allow(missing_docs)] // the names say it
+        pub enum CellKind {
+            $($kind = $vtk,)*
+        }
+
+        impl CellKind {
+            /// Every kind, in the order of VTK's numbers.
+            pub const ALL: [CellKind; $n] = [$($kind,)*];
+
+            /// The name in messages and JSON.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $($kind => $name,)*
+                }
+            }
+
+            /// The kind of the corner nodes alone; a cell's first nodes are its corners.
+            pub fn linear(self) -> Self {
+                match self {
+                    $($kind => $linear,)*
+                }
+            }
+
+            /// Nodes of one cell; `None` for kinds that have any number: polygons, polyhedra, and the
+            /// Lagrange and Bezier cells of any order.
+            pub fn n_nodes(self) -> Option<usize> {
+                match self {
+                    $($kind => $n_nodes,)*
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    /// A kind of cell. The discriminant is VTK's cell type.
+    ///
+    /// ```
+    /// use azimesh_io::CellKind;
+    ///
+    /// assert_eq!(CellKind::Wedge as u8, 13);
+    /// assert_eq!(CellKind::Wedge.dimension(), 3);
+    /// ```
+    43:
+    Vertex = 1 "vertex" Vertex Some(1),
+    Line = 3 "line" Line Some(2),
+    Triangle = 5 "triangle" Triangle Some(3),
+    Polygon = 7 "polygon" Polygon None,
+    Quadrilateral = 9 "quadrilateral" Quadrilateral Some(4),
+    Tetrahedron = 10 "tetrahedron" Tetrahedron Some(4),
+    Hexahedron = 12 "hexahedron" Hexahedron Some(8),
+    Wedge = 13 "wedge" Wedge Some(6),
+    Pyramid = 14 "pyramid" Pyramid Some(5),
+    PentagonalPrism = 15 "pentagonal_prism" PentagonalPrism Some(10),
+    HexagonalPrism = 16 "hexagonal_prism" HexagonalPrism Some(12),
+    Line3 = 21 "line3" Line Some(3),
+    Triangle6 = 22 "triangle6" Triangle Some(6),
+    Quadrilateral8 = 23 "quadrilateral8" Quadrilateral Some(8),
+    Tetrahedron10 = 24 "tetrahedron10" Tetrahedron Some(10),
+    Hexahedron20 = 25 "hexahedron20" Hexahedron Some(20),
+    Wedge15 = 26 "wedge15" Wedge Some(15),
+    Pyramid13 = 27 "pyramid13" Pyramid Some(13),
+    Quadrilateral9 = 28 "quadrilateral9" Quadrilateral Some(9),
+    Hexahedron27 = 29 "hexahedron27" Hexahedron Some(27),
+    QuadraticLinearQuadrilateral = 30 "quadratic_linear_quadrilateral" Quadrilateral Some(6),
+    QuadraticLinearWedge = 31 "quadratic_linear_wedge" Wedge Some(12),
+    Wedge18 = 32 "wedge18" Wedge Some(18),
+    Hexahedron24 = 33 "hexahedron24" Hexahedron Some(24),
+    Triangle7 = 34 "triangle7" Triangle Some(7),
+    CubicLine = 35 "cubic_line" Line Some(4),
+    QuadraticPolygon = 36 "quadratic_polygon" Polygon None,
+    Pyramid19 = 37 "pyramid19" Pyramid Some(19),
+    Polyhedron = 42 "polyhedron" Polyhedron None,
+    LagrangeCurve = 68 "lagrange_curve" Line None,
+    LagrangeTriangle = 69 "lagrange_triangle" Triangle None,
+    LagrangeQuadrilateral = 70 "lagrange_quadrilateral" Quadrilateral None,
+    LagrangeTetrahedron = 71 "lagrange_tetrahedron" Tetrahedron None,
+    LagrangeHexahedron = 72 "lagrange_hexahedron" Hexahedron None,
+    LagrangeWedge = 73 "lagrange_wedge" Wedge None,
+    LagrangePyramid = 74 "lagrange_pyramid" Pyramid None,
+    BezierCurve = 75 "bezier_curve" Line None,
+    BezierTriangle = 76 "bezier_triangle" Triangle None,
+    BezierQuadrilateral = 77 "bezier_quadrilateral" Quadrilateral None,
+    BezierTetrahedron = 78 "bezier_tetrahedron" Tetrahedron None,
+    BezierHexahedron = 79 "bezier_hexahedron" Hexahedron None,
+    BezierWedge = 80 "bezier_wedge" Wedge None,
+    BezierPyramid = 81 "bezier_pyramid" Pyramid None,
 }
 
 use CellKind::*;
 
 impl CellKind {
-    /// Every kind, in the order of VTK's numbers.
-    pub const ALL: [CellKind; 43] = [
-        Vertex,
-        Line,
-        Triangle,
-        Polygon,
-        Quadrilateral,
-        Tetrahedron,
-        Hexahedron,
-        Wedge,
-        Pyramid,
-        PentagonalPrism,
-        HexagonalPrism,
-        Line3,
-        Triangle6,
-        Quadrilateral8,
-        Tetrahedron10,
-        Hexahedron20,
-        Wedge15,
-        Pyramid13,
-        Quadrilateral9,
-        Hexahedron27,
-        QuadraticLinearQuadrilateral,
-        QuadraticLinearWedge,
-        Wedge18,
-        Hexahedron24,
-        Triangle7,
-        CubicLine,
-        QuadraticPolygon,
-        Pyramid19,
-        Polyhedron,
-        LagrangeCurve,
-        LagrangeTriangle,
-        LagrangeQuadrilateral,
-        LagrangeTetrahedron,
-        LagrangeHexahedron,
-        LagrangeWedge,
-        LagrangePyramid,
-        BezierCurve,
-        BezierTriangle,
-        BezierQuadrilateral,
-        BezierTetrahedron,
-        BezierHexahedron,
-        BezierWedge,
-        BezierPyramid,
-    ];
-
     /// The kind with this VTK cell type.
     pub fn from_vtk(number: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| *kind as u8 == number)
@@ -119,55 +111,6 @@ impl CellKind {
         self as u8
     }
 
-    /// The name in messages and JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Vertex => "vertex",
-            Line => "line",
-            Triangle => "triangle",
-            Polygon => "polygon",
-            Quadrilateral => "quadrilateral",
-            Tetrahedron => "tetrahedron",
-            Hexahedron => "hexahedron",
-            Wedge => "wedge",
-            Pyramid => "pyramid",
-            PentagonalPrism => "pentagonal_prism",
-            HexagonalPrism => "hexagonal_prism",
-            Line3 => "line3",
-            Triangle6 => "triangle6",
-            Quadrilateral8 => "quadrilateral8",
-            Tetrahedron10 => "tetrahedron10",
-            Hexahedron20 => "hexahedron20",
-            Wedge15 => "wedge15",
-            Pyramid13 => "pyramid13",
-            Quadrilateral9 => "quadrilateral9",
-            Hexahedron27 => "hexahedron27",
-            QuadraticLinearQuadrilateral => "quadratic_linear_quadrilateral",
-            QuadraticLinearWedge => "quadratic_linear_wedge",
-            Wedge18 => "wedge18",
-            Hexahedron24 => "hexahedron24",
-            Triangle7 => "triangle7",
-            CubicLine => "cubic_line",
-            QuadraticPolygon => "quadratic_polygon",
-            Pyramid19 => "pyramid19",
-            Polyhedron => "polyhedron",
-            LagrangeCurve => "lagrange_curve",
-            LagrangeTriangle => "lagrange_triangle",
-            LagrangeQuadrilateral => "lagrange_quadrilateral",
-            LagrangeTetrahedron => "lagrange_tetrahedron",
-            LagrangeHexahedron => "lagrange_hexahedron",
-            LagrangeWedge => "lagrange_wedge",
-            LagrangePyramid => "lagrange_pyramid",
-            BezierCurve => "bezier_curve",
-            BezierTriangle => "bezier_triangle",
-            BezierQuadrilateral => "bezier_quadrilateral",
-            BezierTetrahedron => "bezier_tetrahedron",
-            BezierHexahedron => "bezier_hexahedron",
-            BezierWedge => "bezier_wedge",
-            BezierPyramid => "bezier_pyramid",
-        }
-    }
-
     /// Topological dimension, 0 to 3.
     pub fn dimension(self) -> u8 {
         match self.linear() {
@@ -176,32 +119,6 @@ impl CellKind {
             Triangle | Polygon | Quadrilateral => 2,
             _ => 3,
         }
-    }
-
-    /// Nodes of one cell; `None` for kinds that have any number: polygons, polyhedra, and the
-    /// Lagrange and Bezier cells of any order.
-    pub fn n_nodes(self) -> Option<usize> {
-        Some(match self {
-            Vertex => 1,
-            Line => 2,
-            Triangle | Line3 => 3,
-            Quadrilateral | Tetrahedron | CubicLine => 4,
-            Pyramid => 5,
-            Wedge | Triangle6 | QuadraticLinearQuadrilateral => 6,
-            Triangle7 => 7,
-            Hexahedron | Quadrilateral8 => 8,
-            Quadrilateral9 => 9,
-            Tetrahedron10 | PentagonalPrism => 10,
-            HexagonalPrism | QuadraticLinearWedge => 12,
-            Pyramid13 => 13,
-            Wedge15 => 15,
-            Wedge18 => 18,
-            Pyramid19 => 19,
-            Hexahedron20 => 20,
-            Hexahedron24 => 24,
-            Hexahedron27 => 27,
-            _ => return None,
-        })
     }
 
     /// Returns whether one cell can have `n` nodes.
@@ -228,27 +145,6 @@ impl CellKind {
     /// Returns whether it has more nodes than its corners.
     pub fn is_curved(self) -> bool {
         self.linear() != self
-    }
-
-    /// The kind of the corner nodes alone; a cell's first nodes are its corners.
-    pub fn linear(self) -> Self {
-        match self {
-            Line3 | CubicLine | LagrangeCurve | BezierCurve => Line,
-            Triangle6 | Triangle7 | LagrangeTriangle | BezierTriangle => Triangle,
-            Quadrilateral8
-            | Quadrilateral9
-            | QuadraticLinearQuadrilateral
-            | LagrangeQuadrilateral
-            | BezierQuadrilateral => Quadrilateral,
-            QuadraticPolygon => Polygon,
-            Tetrahedron10 | LagrangeTetrahedron | BezierTetrahedron => Tetrahedron,
-            Hexahedron20 | Hexahedron24 | Hexahedron27 | LagrangeHexahedron | BezierHexahedron => {
-                Hexahedron
-            }
-            Wedge15 | Wedge18 | QuadraticLinearWedge | LagrangeWedge | BezierWedge => Wedge,
-            Pyramid13 | Pyramid19 | LagrangePyramid | BezierPyramid => Pyramid,
-            linear => linear,
-        }
     }
 
     /// Faces of the linear kind as corner indices, outward in a cell of positive volume. In 2D the

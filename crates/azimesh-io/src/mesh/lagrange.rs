@@ -75,26 +75,6 @@ pub fn permutation(wanted: &[LatticePoint], given: &[LatticePoint]) -> Option<Ve
         .then_some(found)
 }
 
-/// The places of the lattice inside the edge between two corners, from the first to the second.
-pub fn inside_edge(
-    from: LatticePoint,
-    to: LatticePoint,
-    order: u16,
-) -> impl Iterator<Item = LatticePoint> {
-    (1..order).map(move |step| moved(from, [(to, step)], order))
-}
-
-/// Lattice points inside a face, from the face's own lattice: the first coordinate leads from
-/// `corner` to `first`, the second to `second`.
-pub fn inside_face(
-    [corner, first, second]: [LatticePoint; 3],
-    order: u16,
-    places: &[[u16; 2]],
-) -> impl Iterator<Item = LatticePoint> {
-    let place = move |&[i, j]: &[u16; 2]| moved(corner, [(first, i), (second, j)], order);
-    places.iter().map(place)
-}
-
 /// `from`, moved by steps towards corners that are 0 or `order` steps away along each axis.
 fn moved<const N: usize>(
     from: LatticePoint,
@@ -127,9 +107,7 @@ fn flat(places: Vec<[u16; 2]>) -> Vec<LatticePoint> {
 
 fn curve(p: u16) -> Vec<LatticePoint> {
     let ends = [[0, 0, 0], [p, 0, 0]];
-    ends.into_iter()
-        .chain(inside_edge(ends[0], ends[1], p))
-        .collect()
+    shell(p, &ends, Line.edges(), &[])
 }
 
 /// Corners, edges, then a triangle three orders lower.
@@ -169,20 +147,25 @@ fn rows(p: u16) -> Vec<[u16; 2]> {
     (1..p).flat_map(row).collect()
 }
 
-/// Corners, the edges given as pairs of them, and the faces given by the corners of their axes and the
-/// places inside.
+/// Corners, the places inside the edges between pairs of them, and those inside the faces. A face is given by the corner
+/// that its axes lead from, the two corners that they lead to, and the steps along them to each place.
 pub fn shell(
     p: u16,
     corners: &[LatticePoint],
-    edges: &[[usize; 2]],
+    edges: &[[u8; 2]],
     faces: &[([usize; 3], &[[u16; 2]])],
 ) -> Vec<LatticePoint> {
     let mut places = corners.to_vec();
-    for edge in edges {
-        places.extend(inside_edge(corners[edge[0]], corners[edge[1]], p));
+    for [from, to] in edges
+        .iter()
+        .map(|edge| edge.map(|end| corners[usize::from(end)]))
+    {
+        places.extend((1..p).map(|step| moved(from, [(to, step)], p)));
     }
     for (axes, inside) in faces {
-        places.extend(inside_face(axes.map(|corner| corners[corner]), p, inside));
+        let [corner, first, second] = axes.map(|corner| corners[corner]);
+        let place = |&[i, j]: &[u16; 2]| moved(corner, [(first, i), (second, j)], p);
+        places.extend(inside.iter().map(place));
     }
     places
 }
@@ -192,10 +175,9 @@ fn tetrahedron(p: u16) -> Vec<LatticePoint> {
         return vec![[0; 3]];
     }
     let corners = [[0, 0, 0], [p, 0, 0], [0, p, 0], [0, 0, p]];
-    let edges = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
     let inside = &inside_triangle(p)[..];
     let faces = [[0, 1, 3], [2, 3, 1], [0, 3, 2], [0, 2, 1]].map(|axes| (axes, inside));
-    let mut places = shell(p, &corners, &edges, &faces);
+    let mut places = shell(p, &corners, Tetrahedron.edges(), &faces);
     if let Some(inner) = p.checked_sub(4) {
         places.extend(shifted(tetrahedron(inner)));
     }
@@ -231,12 +213,6 @@ fn hexahedron(p: u16) -> Vec<LatticePoint> {
 fn wedge(p: u16) -> Vec<LatticePoint> {
     let base = [[0, 0, 0], [p, 0, 0], [0, p, 0]];
     let corners = [base, base.map(|[i, j, _]| [i, j, p])].concat();
-    let edges = [
-        [[0, 1], [1, 2], [2, 0]],
-        [[3, 4], [4, 5], [5, 3]],
-        [[0, 3], [1, 4], [2, 5]],
-    ]
-    .concat();
     let mut triangle = rows(p);
     triangle.retain(|[i, j]| i + j < p);
     let (triangle, square) = (&triangle[..], &rows(p)[..]);
@@ -247,7 +223,7 @@ fn wedge(p: u16) -> Vec<LatticePoint> {
         ([1, 2, 4], square),
         ([2, 0, 5], square),
     ];
-    let mut places = shell(p, &corners, &edges, &faces);
+    let mut places = shell(p, &corners, Wedge.edges(), &faces);
     for k in 1..p {
         places.extend(triangle.iter().map(|[i, j]| [*i, *j, k]));
     }

@@ -1,5 +1,6 @@
 //! Curved cells made straight: their corner nodes alone.
 
+use super::arrays::select_tuples;
 use super::{CellKind, Cells, Mesh};
 
 impl Mesh {
@@ -29,9 +30,7 @@ impl Mesh {
             new_index[old] = new as u32;
         }
         self.points = keep.iter().map(|&node| self.points[node]).collect();
-        for array in &mut self.point_arrays {
-            array.values = array.values.select(array.n_components, keep);
-        }
+        select_tuples(&mut self.point_arrays, keep);
         self.cells.renumber_nodes(&new_index);
     }
 }
@@ -69,10 +68,7 @@ mod tests {
 
     #[test]
     fn corners_stay_and_middles_go_with_their_values() {
-        let mut mesh = Mesh {
-            points: (0..8).map(|i| [f64::from(i), 0.0, 0.0]).collect(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points((0..8).map(|i| [f64::from(i), 0.0, 0.0]).collect());
         mesh.cells.push(CellKind::Triangle6, &[6, 1, 2, 3, 4, 5]);
         mesh.cells.push(CellKind::Line, &[2, 6]);
         let id = Values::I32((0..8).collect());

@@ -70,6 +70,7 @@ pub use copies::Plane;
 pub use difference::{DiffOptions, Difference, Tolerance, diff};
 pub use doubled::Doubled;
 pub use faces::Faces;
+pub(crate) use faces::exterior_faces;
 pub use groups::{CellSet, Group};
 pub use interface::Neighbour;
 pub use kind::CellKind;

@@ -95,20 +95,12 @@ mod tests {
 
     #[test]
     fn the_nodes_of_a_tag_are_found_and_a_tag_that_is_not_there_lists_those_that_are() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 4],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 4]);
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
         mesh.cells.push(CellKind::Line, &[2, 1]);
         mesh.cells.push(CellKind::Line, &[1, 0]);
-        mesh.groups.push(Group {
-            dimension: 1,
-            name: "wall".into(),
-            number: None,
-            condition: None,
-            cells: (1..3).collect(),
-        });
+        mesh.groups
+            .push(Group::new(1, "wall", None, (1..3).collect()));
         assert_eq!(mesh.tag_nodes("wall").expect("it is there"), [0, 1, 2]);
         let error = mesh.tag_nodes("wing").expect_err("it is not");
         assert_eq!(
@@ -119,15 +111,12 @@ mod tests {
 
     #[test]
     fn nodes_without_a_cell_and_nodes_at_one_place_are_counted() {
-        let mut mesh = Mesh {
-            points: vec![
-                [0.0, 1.0, 2.0],
-                [-0.0, 1.0, 2.0],
-                [2.0, 1.0, 0.0],
-                [0.0, 1.0, 2.0],
-            ],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![
+            [0.0, 1.0, 2.0],
+            [-0.0, 1.0, 2.0],
+            [2.0, 1.0, 0.0],
+            [0.0, 1.0, 2.0],
+        ]);
         mesh.cells.push(CellKind::Line, &[0, 2]);
         assert_eq!(mesh.n_orphan_nodes(), 2);
         assert_eq!(mesh.n_repeated_nodes(), 2);

@@ -189,6 +189,7 @@ fn area(boundary: &Boundary, nodes: &[u32]) -> Vector {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     fn layer() -> Mesh {
         let mut mesh = Mesh::read("testdata/naca0012.vtu").expect("it is there");
@@ -248,9 +249,9 @@ mod tests {
             .iter_mut()
             .for_each(|x| *x = [x[0], x[1] + x[2], x[2] + 0.3 * x[0]]);
         let error = OneLayer::find(&slanted).expect_err("it is slanted").message;
-        assert!(
-            error.contains("\"back\", \"front\" are called empty, but not normal"),
-            "{error}"
+        assert_says(
+            &error,
+            "\"back\", \"front\" are called empty, but not normal",
         );
         let mut none = layer();
         none.groups.iter_mut().for_each(|tag| tag.condition = None);

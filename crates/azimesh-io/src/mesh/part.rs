@@ -8,17 +8,14 @@
 //!
 //! A part that was read by slabs ([`Mesh::from_slabs`]) has no groups until it gets them by [`Mesh::set_whole_groups`].
 
-use super::node_bits::NodeBits;
-use super::{CellKind, CellSet, Group, Mesh, Origin};
+use super::from_slabs::Owners;
+use super::{CellKind, CellSet, Cells, Group, Mesh};
 use azimesh_core::error::Result;
-use azimesh_core::parallel;
 use azimesh_core::ranks::Ranks;
 use azimesh_core::ranks::raw;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::AtomicU32;
-use std::sync::atomic::Ordering::Relaxed;
 
 /// Own cells begin at multiples of this, so that no block of a sum is divided between ranks.
 pub const SLAB: usize = 1 << 15;
@@ -89,12 +86,6 @@ pub(super) fn slab(n_cells: usize, rank: usize, n: usize) -> Range<usize> {
     let n_slabs = n_cells.div_ceil(SLAB);
     let start = |rank: usize| (rank * n_slabs / n * SLAB).min(n_cells);
     start(rank)..start(rank + 1)
-}
-
-/// The rank that a cell belongs to.
-fn rank_of(n_cells: usize, cell: usize, n: usize) -> u32 {
-    let is_before = |rank: &usize| slab(n_cells, *rank, n).end <= cell;
-    (0..n).take_while(is_before).count() as u32
 }
 
 impl Mesh {
@@ -241,9 +232,21 @@ impl Mesh {
 
     /// Gives each rank a part of the mesh that rank 0 has, without its arrays.
     pub fn shared_of(whole: Option<&Self>, ranks: &Ranks) -> Self {
-        let mut cut = whole.map(|whole| Cut::new(whole, ranks.n()));
-        let mut parcel = |rank: usize| Some(cut.as_mut()?.parcel(rank));
-        let mut part = ranks.scatter(&mut parcel).opened(ranks);
+        let mut own = |rank: usize| {
+            let whole = whole?;
+            let counts @ [n_nodes, n_cells] = [whole.points.len(), whole.cells.len()];
+            Some(Slab {
+                points: whole.points[node_slab(n_nodes, rank, ranks.n())].to_vec(),
+                cells: whole.cells.select_runs(&[slab(n_cells, rank, ranks.n())]),
+                counts,
+                dimension: whole.dimension(),
+            })
+        };
+        let own = ranks.scatter(&mut own);
+        let owners = Owners::new(node_slabs(own.counts[0], ranks.n()), ranks);
+        let [_, n_cells] = own.counts;
+        let cells = slab(n_cells, ranks.rank(), ranks.n());
+        let mut part = owners.mesh(own.points, own.cells, cells, own.dimension, n_cells);
         part.set_whole_groups(ranks.broadcast(whole.map(|whole| whole.groups.clone())));
         part
     }
@@ -258,116 +261,6 @@ fn place_in(numbers: &[u32], own: &Range<usize>, number: u32) -> Option<u32> {
         return Some(own.start as u32 + at);
     }
     numbers.binary_search(&number).ok().map(|at| at as u32)
-}
-
-/// No rank.
-const NONE: u32 = u32::MAX;
-/// Nodes of one task.
-const BLOCK: usize = 1 << 16;
-
-/// A mesh that is being cut into parts, in a time that does not grow with their number.
-struct Cut<'a> {
-    mesh: &'a Mesh,
-    n_ranks: usize,
-    is_level: bool,
-    /// For each rank, ascending, the cells of others that it needs.
-    halos: Vec<Vec<u32>>,
-    /// For each node of the part that is being made its number there.
-    numbers: Vec<u32>,
-    /// The nodes of that part; none between two parts.
-    is_here: NodeBits,
-}
-
-impl<'a> Cut<'a> {
-    fn new(mesh: &'a Mesh, n_ranks: usize) -> Self {
-        let touching = Touching::new(mesh, n_ranks);
-        let dimension = mesh.dimension();
-        let needed = parallel::concat_blocks(mesh.cells.len(), SLAB, &|range| {
-            let mut found = Vec::new();
-            let own = rank_of(mesh.cells.len(), range.start, n_ranks);
-            for run in mesh.cells.runs_in(range) {
-                let Some(wanted) = nodes_to_share(run.kind, dimension) else {
-                    continue;
-                };
-                for (cell, nodes) in (run.first_cell..).zip(run.cells()) {
-                    let ranks = touching.ranks_that_share(wanted, nodes, own);
-                    found.extend(ranks.map(|rank| (rank, cell as u32)));
-                }
-            }
-            found
-        });
-        let mut halos = vec![Vec::new(); n_ranks];
-        for (rank, cell) in needed {
-            halos[rank as usize].push(cell);
-        }
-        Self {
-            mesh,
-            n_ranks,
-            is_level: mesh.is_level(),
-            halos,
-            numbers: vec![0; mesh.points.len()],
-            is_here: NodeBits::new(&(0..mesh.points.len())),
-        }
-    }
-
-    /// The part of a rank; each is asked for once.
-    fn parcel(&mut self, rank: usize) -> Parcel {
-        let mesh = self.mesh;
-        let own = slab(mesh.cells.len(), rank, self.n_ranks);
-        let halo = std::mem::take(&mut self.halos[rank]);
-        let (before, after) =
-            halo.split_at(halo.partition_point(|&cell| (cell as usize) < own.start));
-        let own_cells = (own.start as u32)..(own.end as u32);
-        let cells: Vec<u32> = before.iter().copied().chain(own_cells).collect();
-        let cells = [&cells[..], after].concat();
-        let runs: Vec<Range<usize>> = cells
-            .chunk_by(|a, b| a + 1 == *b)
-            .map(|run| run[0] as usize..run[run.len() - 1] as usize + 1)
-            .collect();
-        let own_nodes = node_slab(mesh.points.len(), rank, self.n_ranks);
-        let nodes = self.number(&runs, &own_nodes);
-        let mut cells_here = mesh.cells.select_runs(&runs);
-        cells_here.renumber_nodes(&self.numbers);
-        let here = Mesh {
-            points: parallel::collect(nodes.len(), |i| mesh.points[nodes[i] as usize]),
-            groups: Vec::new(),
-            point_arrays: Vec::new(),
-            cell_arrays: Vec::new(),
-            field_arrays: Vec::new(),
-            // A rank without cells of that dimension knows it from here.
-            space: (mesh.dimension() > 0).then(|| mesh.dimension()),
-            origin: Origin::default(),
-            part: None,
-            cells: cells_here,
-        };
-        let part = RankPart {
-            ranks: Ranks::alone(),
-            n_nodes: mesh.points.len(),
-            n_cells: mesh.cells.len(),
-            groups: Vec::new(),
-            owners: node_slabs(mesh.points.len(), self.n_ranks),
-            is_level: self.is_level,
-            own_cells: before.len()..before.len() + own.len(),
-            own_nodes: places_of(&own_nodes, &nodes),
-            nodes,
-            cells,
-        };
-        Parcel { mesh: here, part }
-    }
-
-    /// Numbers the nodes of some cells and the own ones in their order, and gives them.
-    fn number(&mut self, runs: &[Range<usize>], own: &Range<usize>) -> Vec<u32> {
-        self.is_here.add_all(own);
-        self.is_here.add_nodes_of(&self.mesh.cells, runs);
-        let nodes = self.is_here.take();
-        let before = |end: usize| nodes.partition_point(|&node| (node as usize) < end);
-        parallel::for_blocks(&mut self.numbers, BLOCK, &|first, numbers| {
-            for at in before(first)..before(first + numbers.len()) {
-                numbers[nodes[at] as usize - first] = at as u32;
-            }
-        });
-        nodes
-    }
 }
 
 /// Number of nodes of a cell at which another rank must own cells in order to hold the cell: enough for a face, or one for a
@@ -388,102 +281,14 @@ pub(super) fn count(counts: &mut Vec<(u32, u32)>, rank: u32) {
     }
 }
 
-fn zeros<T: Default>(n: usize) -> Vec<T> {
-    std::iter::repeat_with(T::default).take(n).collect()
-}
-
-/// Ranks with own cells at each node.
-struct Touching {
-    /// The first of them.
-    first: Vec<u32>,
-    /// True if there are others.
-    is_shared: Vec<bool>,
-    /// Each other, with its node; ascending.
-    others: Vec<(u32, u32)>,
-}
-
-impl Touching {
-    fn new(mesh: &Mesh, n_ranks: usize) -> Self {
-        // The last rank at a node, and `n_ranks` less the first: both begin at zero and grow.
-        let last: Vec<AtomicU32> = zeros(mesh.points.len());
-        let first: Vec<AtomicU32> = zeros(mesh.points.len());
-        let (cells, n) = (&mesh.cells, n_ranks as u32);
-        let grow = |value: &AtomicU32, to: u32| {
-            if value.load(Relaxed) < to {
-                value.fetch_max(to, Relaxed);
-            }
-        };
-        let blocks = (0..cells.len()).step_by(SLAB);
-        parallel::for_items(blocks, &|_, start| {
-            let rank = rank_of(cells.len(), start, n_ranks);
-            let runs = cells.runs_in(start..cells.len().min(start + SLAB));
-            for &node in runs.flat_map(|run| run.connectivity) {
-                grow(&last[node as usize], rank);
-                grow(&first[node as usize], n - rank);
-            }
-        });
-        let first = parallel::collect(first.len(), |node| match first[node].load(Relaxed) {
-            0 => NONE,
-            from_end => n - from_end,
-        });
-        let is_shared = parallel::collect(first.len(), |node| {
-            first[node] != NONE && first[node] != last[node].load(Relaxed)
-        });
-        let mut others = parallel::concat_blocks(cells.len(), SLAB, &|range| {
-            let rank = rank_of(cells.len(), range.start, n_ranks);
-            let nodes = cells.runs_in(range).flat_map(|run| run.connectivity);
-            let other = |node: &&u32| first[**node as usize] < rank;
-            nodes.filter(other).map(|&node| (node, rank)).collect()
-        });
-        parallel::sort(&mut others);
-        others.dedup();
-        Self {
-            first,
-            is_shared,
-            others,
-        }
-    }
-
-    /// The ranks but `own` that have own cells at so many of these nodes or more.
-    fn ranks_that_share(&self, wanted: u32, nodes: &[u32], own: u32) -> impl Iterator<Item = u32> {
-        let mut counts: Vec<(u32, u32)> = Vec::new();
-        let mut count = |rank: u32| {
-            if rank != own {
-                count(&mut counts, rank);
-            }
-        };
-        for &node in nodes {
-            count(self.first[node as usize]);
-            if self.is_shared[node as usize] {
-                let start = self.others.partition_point(|other| other.0 < node);
-                let others = self.others[start..].iter();
-                others
-                    .take_while(|other| other.0 == node)
-                    .for_each(|other| count(other.1));
-            }
-        }
-        counts
-            .into_iter()
-            .filter(move |of| of.1 >= wanted)
-            .map(|of| of.0)
-    }
-}
-
-/// Message with a part of a mesh and its data about the whole.
+/// The own nodes and cells of a rank, with the counts of the whole mesh and its dimension.
 #[derive(Serialize, Deserialize)]
-struct Parcel {
-    mesh: Mesh,
-    part: RankPart,
-}
-
-impl Parcel {
-    /// The part as a mesh.
-    fn opened(self, ranks: &Ranks) -> Mesh {
-        let Self { mut mesh, mut part } = self;
-        part.ranks = ranks.clone();
-        mesh.part = Some(Arc::new(part));
-        mesh
-    }
+struct Slab {
+    #[serde(with = "raw")]
+    points: Vec<[f64; 3]>,
+    cells: Cells,
+    counts: [usize; 2],
+    dimension: u8,
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A mesh with its cells, or its nodes and cells, in another order.
 
-use super::{CellKind, Cells, DataArray, Group, Mesh, MeshView, Origin};
+use super::arrays::select_tuples;
+use super::{CellKind, Cells, Group, Mesh, MeshView, Origin};
 use azimesh_core::geometry::curve;
 use azimesh_core::parallel::{collect, sort};
 use std::collections::BTreeMap;
@@ -101,12 +102,8 @@ impl Mesh {
         let points = std::mem::take(&mut self.points);
         self.points = collect(points.len(), |new| points[order.nodes[new]]);
         drop(points);
-        for array in &mut self.point_arrays {
-            array.values = array.values.select(array.n_components, &order.nodes);
-        }
-        for array in &mut self.cell_arrays {
-            array.values = array.values.select(array.n_components, &order.cells);
-        }
+        select_tuples(&mut self.point_arrays, &order.nodes);
+        select_tuples(&mut self.cell_arrays, &order.cells);
         let place = inverse(&order.cells);
         for group in &mut self.groups {
             let cells = group.cells.iter().map(|cell| place[cell] as usize);
@@ -173,16 +170,14 @@ impl MeshView<'_> {
             cells: group.cells.iter().map(|cell| new_index[cell]).collect(),
             ..group.clone()
         };
-        let array = |array: &&DataArray| DataArray {
-            values: array.values.select(array.n_components, order),
-            ..DataArray::clone(array)
-        };
         Mesh {
             points: self.points.to_vec(),
             cells: self.cells.select(order.iter().copied()),
             groups: self.groups.iter().map(group).collect(),
             point_arrays: self.point_arrays.iter().copied().cloned().collect(),
-            cell_arrays: self.cell_arrays.iter().map(array).collect(),
+            cell_arrays: (self.cell_arrays.iter())
+                .map(|of| of.select(order))
+                .collect(),
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
             space: self.space,
             part: None,
@@ -193,7 +188,7 @@ impl MeshView<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DiffOptions, Values, diff};
+    use super::super::{DataArray, DiffOptions, Values, diff};
     use super::*;
 
     /// Cells of two kinds, boundary faces of two tags, and a zone, all shuffled.
@@ -221,13 +216,12 @@ mod tests {
             cells.extend([line(i, 0, i + 1, 0), line(i, n - 1, i + 1, n - 1)]);
         }
         let n_nodes = n * n;
-        let mut mesh = Mesh {
-            points: (0..n_nodes)
+        let mut mesh = Mesh::of_points(
+            (0..n_nodes)
                 .map(|new| new * 37 % n_nodes)
                 .map(|old| [f64::from(old % n), f64::from(old / n), 0.0])
                 .collect(),
-            ..Mesh::default()
-        };
+        );
         let mut new_node = vec![0; n_nodes as usize];
         (0..n_nodes).for_each(|new| new_node[(new * 37 % n_nodes) as usize] = new);
         let n_cells = cells.len();
@@ -242,15 +236,16 @@ mod tests {
                 .map(|node| mesh.points[*node as usize][1])
                 .sum::<f64>()
         };
-        let group = |name: &str, dimension: u8, is_in: &dyn Fn(usize) -> bool| Group {
-            dimension,
-            name: name.into(),
-            number: None,
-            condition: None,
-            cells: (0..n_cells)
-                .filter(|cell| mesh.cells.get(*cell).kind.dimension() == dimension)
-                .filter(|cell| is_in(*cell))
-                .collect(),
+        let group = |name: &str, dimension: u8, is_in: &dyn Fn(usize) -> bool| {
+            Group::new(
+                dimension,
+                name,
+                None,
+                (0..n_cells)
+                    .filter(|cell| mesh.cells.get(*cell).kind.dimension() == dimension)
+                    .filter(|cell| is_in(*cell))
+                    .collect(),
+            )
         };
         let groups = vec![
             group("low", 1, &|cell| height(cell) == 0.0),
@@ -327,13 +322,8 @@ mod tests {
             .push_polyhedron(&tetrahedron)
             .expect("a good stream");
         mesh.cells.push(CellKind::Triangle, &[1, 2, 3]);
-        mesh.groups.push(Group {
-            dimension: 2,
-            name: "wall".into(),
-            number: None,
-            condition: None,
-            cells: [2].into_iter().collect(),
-        });
+        mesh.groups
+            .push(Group::new(2, "wall", None, [2].into_iter().collect()));
         let id = Values::I32(vec![10, 11, 12]);
         mesh.cell_arrays.push(DataArray::scalar("id", id));
         let other = mesh.view().with_cells_in_order(&[1, 2, 0]);

@@ -130,22 +130,14 @@ mod tests {
 
     #[test]
     fn a_face_listed_under_two_tags_becomes_one_face_in_both() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 3],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 3]);
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
         mesh.cells.push(CellKind::Line, &[0, 1]);
         mesh.cells.push(CellKind::Line, &[1, 2]);
         mesh.cells.push(CellKind::Line, &[1, 0]);
         for (name, cells) in [("wall", vec![1, 2]), ("probe", vec![3])] {
-            mesh.groups.push(Group {
-                dimension: 1,
-                name: name.into(),
-                number: None,
-                condition: None,
-                cells: cells.into_iter().collect(),
-            });
+            mesh.groups
+                .push(Group::new(1, name, None, cells.into_iter().collect()));
         }
         let id = Values::I32(vec![10, 11, 12, 13]);
         mesh.cell_arrays.push(DataArray::scalar("id", id));
@@ -167,22 +159,14 @@ mod tests {
 
     #[test]
     fn a_baffle_keeps_both_its_faces_in_each_of_its_tags() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 3],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 3]);
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
         for nodes in [[0, 1], [1, 0], [0, 1], [1, 0], [0, 1]] {
             mesh.cells.push(CellKind::Line, &nodes);
         }
         for (name, cells) in [("baffle", vec![1, 2]), ("probe", vec![3, 4])] {
-            mesh.groups.push(Group {
-                dimension: 1,
-                name: name.into(),
-                number: None,
-                condition: None,
-                cells: cells.into_iter().collect(),
-            });
+            mesh.groups
+                .push(Group::new(1, name, None, cells.into_iter().collect()));
         }
         mesh.merge_repeated_faces();
         // The last is in no tag.

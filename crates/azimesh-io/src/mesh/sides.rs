@@ -33,7 +33,7 @@ pub fn for_each_side(cells: &Cells, cell: &CellRef<'_>, mut visit: impl FnMut(us
 }
 
 /// Calls `read` with the corners of one face of a cell; with no corners if there is no such face.
-pub(super) fn side_corners<T>(
+pub(crate) fn side_corners<T>(
     cells: &Cells,
     cell: &CellRef<'_>,
     face: usize,
@@ -92,7 +92,7 @@ fn places(kind: CellKind, n_nodes: usize, face: usize) -> Option<(CellKind, Vec<
 }
 
 /// The kind of a face with straight edges.
-pub(super) fn flat(n_corners: usize) -> CellKind {
+pub(crate) fn flat(n_corners: usize) -> CellKind {
     match n_corners {
         1 => Vertex,
         2 => Line,

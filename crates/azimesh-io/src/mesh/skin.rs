@@ -2,7 +2,7 @@
 
 use super::faces::Faces;
 use super::sides::{flat, side_corners};
-use super::{CellRef, CellSet, Cells, DataArray, Group, Mesh, MeshView, Origin};
+use super::{CellRef, CellSet, Cells, Group, Mesh, MeshView, Origin};
 use azimesh_core::geometry::vector::{add, cross, dot, scale, sub};
 
 /// The surface of a mesh, and what of the mesh is not in it.
@@ -131,10 +131,6 @@ impl MeshView<'_> {
                 ..group.clone()
             }
         });
-        let array = |array: &&DataArray| DataArray {
-            values: array.values.select(array.n_components, sources),
-            ..(*array).clone()
-        };
         let used_before = self.cells.used_nodes(self.points.len());
         let used = cells.used_nodes(self.points.len());
         let is_kept = |node: &usize| used[*node] || !used_before[*node] && self.dimension() < 3;
@@ -142,7 +138,9 @@ impl MeshView<'_> {
         let mut mesh = Mesh {
             points: self.points.to_vec(),
             groups: groups.collect(),
-            cell_arrays: self.cell_arrays.iter().map(array).collect(),
+            cell_arrays: (self.cell_arrays.iter())
+                .map(|of| of.select(sources))
+                .collect(),
             point_arrays: self.point_arrays.iter().copied().cloned().collect(),
             field_arrays: self.field_arrays.iter().copied().cloned().collect(),
             cells,
@@ -166,21 +164,18 @@ fn is_same_way(nodes: &[u32], corners: &[u32]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{CellKind, Values};
+    use super::super::{CellKind, DataArray, Values};
     use super::*;
 
     /// A tetrahedron with two of its faces, the second the wrong way round, an edge, and a face inside.
     fn solid() -> Mesh {
-        let mut mesh = Mesh {
-            points: vec![
-                [9.0; 3],
-                [0.0; 3],
-                [1.0, 0.0, 0.0],
-                [0.0, 1.0, 0.0],
-                [0.0, 0.0, 1.0],
-            ],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![
+            [9.0; 3],
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ]);
         mesh.cells.push(CellKind::Line, &[1, 2]);
         mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
         mesh.cells.push(CellKind::Triangle, &[1, 3, 2]);
@@ -238,10 +233,7 @@ mod tests {
 
     #[test]
     fn the_skin_of_a_plane_mesh_is_the_mesh_with_edges_before_cells() {
-        let mut mesh = Mesh {
-            points: (0..6).map(|i| [f64::from(i), 0.0, 0.0]).collect(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points((0..6).map(|i| [f64::from(i), 0.0, 0.0]).collect());
         mesh.cells.push(CellKind::Triangle6, &[0, 1, 2, 3, 4, 5]);
         mesh.cells.push(CellKind::Line, &[0, 1]);
         mesh.add_tag("wall", [1]).expect("it is an edge");

@@ -1,5 +1,6 @@
 //! A part of a mesh: without some of its boundary tags or zones, its boundary alone, its volume alone.
 
+use super::arrays::select_tuples;
 use super::{CellSet, Group, Mesh, Origin, faces_on_no_cell};
 use azimesh_core::error::{Error, Result, nearest_name, option};
 use std::collections::BTreeSet;
@@ -192,9 +193,7 @@ impl Mesh {
             let cells = group.cells.iter().map(|cell| new_index[cell]);
             group.cells = cells.filter(|cell| *cell != usize::MAX).collect();
         }
-        for array in &mut self.cell_arrays {
-            array.values = array.values.select(array.n_components, keep);
-        }
+        select_tuples(&mut self.cell_arrays, keep);
         let used_before = self.nodes_of_cells();
         self.cells = self.cells.select(keep.iter().copied());
         let used = self.nodes_of_cells();
@@ -231,23 +230,19 @@ mod tests {
     /// Two tetrahedra, a zone each, with a tagged face of each and one between them.
     fn two_zones() -> Mesh {
         let point = |i| [f64::from(i % 2), f64::from(i / 2), f64::from(i % 3)];
-        let mut mesh = Mesh {
-            points: (0..5).map(point).collect(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points((0..5).map(point).collect());
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
         mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
         for face in [[0, 1, 2], [1, 2, 3], [2, 3, 4]] {
             mesh.cells.push(CellKind::Triangle, &face);
         }
         for (at, name) in ["a", "b", "low", "between", "high"].into_iter().enumerate() {
-            mesh.groups.push(Group {
-                dimension: if at < 2 { 3 } else { 2 },
-                name: name.to_owned(),
-                number: None,
-                condition: None,
-                cells: std::iter::once(at).collect(),
-            });
+            mesh.groups.push(Group::new(
+                if at < 2 { 3 } else { 2 },
+                name,
+                None,
+                std::iter::once(at).collect(),
+            ));
         }
         mesh
     }

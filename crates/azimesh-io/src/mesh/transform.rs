@@ -90,7 +90,16 @@ fn is_other_form(array: &DataArray) -> bool {
     is_real && [2, 4, 6].contains(&array.n_components)
 }
 
-/// Returns the names of scalar arrays that are components of a vector: names that differ only in a final X, Y or Z.
+/// Endings of names of components, and how many of them, from the first on, make a vector or tensor.
+const COMPONENTS: [(&[&str], usize); 4] = [
+    (&["x", "y", "z"], 2),
+    (&["X", "Y", "Z"], 2),
+    (&["XX", "XY", "XZ", "YY", "YZ", "ZZ"], 2),
+    (&["_1", "_2", "_3", "_4", "_5", "_6", "_7", "_8", "_9"], 3),
+];
+
+/// Returns the names of scalar arrays that are components of a vector or tensor: names that differ only
+/// in such an ending.
 fn parts(arrays: &[DataArray]) -> Vec<String> {
     let is_real = |array: &&DataArray| {
         array.n_components == 1 && matches!(array.values, Values::F32(_) | Values::F64(_))
@@ -98,11 +107,10 @@ fn parts(arrays: &[DataArray]) -> Vec<String> {
     let scalars = arrays.iter().filter(is_real);
     let names: Vec<&str> = scalars.map(|array| &*array.name).collect();
     let is_part = |name: &&&str| {
-        [["x", "y", "z"], ["X", "Y", "Z"]].iter().any(|axes| {
-            let stem = axes.iter().find_map(|axis| name.strip_suffix(axis));
-            let has =
-                |axis: &str| stem.is_some_and(|stem| names.contains(&&*format!("{stem}{axis}")));
-            has(axes[0]) && has(axes[1])
+        COMPONENTS.iter().any(|(ends, n_needed)| {
+            let stem = ends.iter().find_map(|end| name.strip_suffix(end));
+            let has = |stem: &str, end: &str| names.contains(&&*format!("{stem}{end}"));
+            stem.is_some_and(|stem| ends[..*n_needed].iter().all(|end| has(stem, end)))
         })
     };
     let found = names.iter().filter(is_part);
@@ -126,6 +134,9 @@ mod tests {
                 DataArray::scalar("p", reals(1)),
                 DataArray::scalar("VelocityX", reals(1)),
                 DataArray::scalar("VelocityY", reals(1)),
+                DataArray::scalar("r_1", reals(1)),
+                DataArray::scalar("r_2", reals(1)),
+                DataArray::scalar("r_3", reals(1)),
             ],
             ..Mesh::default()
         };
@@ -135,7 +146,10 @@ mod tests {
         };
         let names = mesh.transform(&quarter);
         assert_eq!(names.turned, ["U", "grad"]);
-        assert_eq!(names.kept, ["stress", "VelocityX", "VelocityY"]);
+        assert_eq!(
+            names.kept,
+            ["stress", "VelocityX", "VelocityY", "r_1", "r_2", "r_3"]
+        );
         assert_eq!(mesh.points, [[8.0, 1.0, 3.0]]);
         let values = |i: usize| mesh.point_arrays[i].values.to_f64().expect("reals");
         assert_eq!(values(0), [-2.0, 1.0, 3.0]);

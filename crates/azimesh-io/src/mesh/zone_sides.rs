@@ -1,8 +1,8 @@
 //! The nodes of some volume cells of a mesh, and where these cells meet the others.
 
 use super::bounded::faces_on_cells;
-use super::sides::for_each_side;
-use super::{CellKind, CellRun, CellSet, Cells, Faces, Mesh, NodeBits};
+use super::sides::{flat, for_each_side};
+use super::{CellRun, CellSet, Cells, Faces, Mesh, NodeBits};
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::ranks::raw::List;
@@ -159,28 +159,19 @@ pub(super) fn faces_between(
     found.sort_unstable();
     let mut single = Cells::new();
     for (_, face, _) in &found {
-        let kind = match face.len() {
-            1 => CellKind::Vertex,
-            2 => CellKind::Line,
-            3 => CellKind::Triangle,
-            4 => CellKind::Quadrilateral,
-            _ => CellKind::Polygon,
-        };
-        single.push(kind, face);
+        single.push(flat(face.len()), face);
     }
     (single, found.iter().map(|of| of.2).collect())
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::CellKind;
     use super::*;
 
     #[test]
     fn boundary_faces_with_all_nodes_on_the_rim_go_with_the_cell_of_the_zone() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 6],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 6]);
         for tetra in [[0, 1, 2, 3], [0, 1, 3, 4], [1, 2, 3, 5]] {
             mesh.cells.push(CellKind::Tetrahedron, &tetra);
         }

@@ -10,6 +10,8 @@ mod solid;
 use super::angles::Angles;
 use super::reference::Reference;
 use super::span::Span;
+use super::summary::{Extreme, keep_less};
+use super::validity::CurvedMaps;
 use super::visit::{self, CHUNK};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel::{self, block};
@@ -17,7 +19,7 @@ use azimesh_io::mesh::{CellKind, DataArray, Mesh, Values};
 use std::ops::Range;
 
 /// Number of these metrics.
-pub(super) const N_DETAILS: usize = 7;
+pub(super) const N_DETAILS: usize = 9;
 
 /// Name of each in tables, and of its cell array.
 pub(super) const NAMES: [(&str, &str); N_DETAILS] = [
@@ -28,6 +30,14 @@ pub(super) const NAMES: [(&str, &str); N_DETAILS] = [
     ("min_angle", "MinAngle"),
     ("max_angle", "MaxAngle"),
     ("skew", "Skew"),
+    CURVED[0],
+    CURVED[1],
+];
+
+/// The last of them, which only meshes with curved cells have.
+pub(super) const CURVED: [(&str, &str); 2] = [
+    ("curved_jacobian", "CurvedJacobian"),
+    ("curved_scaled_jacobian", "CurvedScaledJacobian"),
 ];
 
 /// Values of one cell; NaN where its kind does not have the metric, infinite where a flat cell has
@@ -47,6 +57,8 @@ pub(super) struct Detail {
     pub angle: Span,
     /// Largest cosine between the principal axes: 0 to 1.
     pub skew: f64,
+    /// Least Jacobian and least scaled Jacobian of a [curved cell](super::validity::CurvedMap::least).
+    pub curved: [f64; 2],
 }
 
 impl Detail {
@@ -57,6 +69,7 @@ impl Detail {
         shape: f64::NAN,
         angle: Span::UNDEFINED,
         skew: f64::NAN,
+        curved: [f64::NAN; 2],
     };
 
     /// In the order of [`NAMES`].
@@ -69,6 +82,8 @@ impl Detail {
             self.angle.low,
             self.angle.high,
             self.skew,
+            self.curved[0],
+            self.curved[1],
         ]
     }
 
@@ -117,6 +132,7 @@ pub(super) fn each(
     mesh: &Mesh,
     points: &[Vector],
     reference: &Reference,
+    curved: &CurvedMaps,
     range: Range<usize>,
     mut visit: impl FnMut(usize, &super::metrics::Metrics, &Detail),
 ) {
@@ -132,21 +148,30 @@ pub(super) fn each(
                 points,
                 facing: facing.of(cell),
             };
-            let detail = Detail::of(shape.kind, &placed, reference.sign(cell), &metrics.angles);
+            let sign = reference.sign(cell);
+            let mut detail = Detail::of(shape.kind, &placed, sign, &metrics.angles);
+            if let Some(map) = curved.of(listed.kind, listed.nodes.len()) {
+                detail.curved = map.least(listed.nodes, points, sign, metrics.volume);
+            }
             visit(cell, &metrics, &detail);
         }
     });
 }
 
 /// The metrics that [`super::per_cell`] does not have as cell arrays `Jacobian`, `AspectRatio`,
-/// `Condition`, `Shape`, `MinAngle`, `MaxAngle` (degrees) and `Skew`. Boundary faces, and cells
-/// whose kind does not have the metric, hold NaN.
+/// `Condition`, `Shape`, `MinAngle`, `MaxAngle` (degrees) and `Skew`; with curved cells also `CurvedJacobian` and
+/// `CurvedScaledJacobian`. Boundary faces, and cells whose kind does not have the metric, hold NaN.
 ///
 /// # Panics
 /// When `points` has fewer nodes than the mesh, or `reference` is of a mesh with fewer cells.
 pub fn detail_arrays(mesh: &Mesh, points: &[Vector], reference: &Reference) -> Vec<DataArray> {
     let n_cells = mesh.cells.len();
-    let mut columns = [(); N_DETAILS].map(|()| vec![f64::NAN; n_cells]);
+    let curved = CurvedMaps::new(mesh);
+    let names = match curved.is_empty() {
+        true => &NAMES[..N_DETAILS - CURVED.len()],
+        false => &NAMES,
+    };
+    let mut columns = vec![vec![f64::NAN; n_cells]; names.len()];
     let mut chunks: Vec<Vec<&mut [f64]>> = Vec::new();
     chunks.resize_with(n_cells.div_ceil(CHUNK), || Vec::with_capacity(N_DETAILS));
     for column in &mut columns {
@@ -157,16 +182,67 @@ pub fn detail_arrays(mesh: &Mesh, points: &[Vector], reference: &Reference) -> V
     parallel::for_items(chunks, &|chunk, mut parts| {
         let range = block(n_cells, CHUNK, chunk);
         let first = range.start;
-        each(mesh, points, reference, range, |cell, _, detail| {
-            for (part, value) in parts.iter_mut().zip(detail.values()) {
-                part[cell - first] = value;
-            }
-        });
+        each(
+            mesh,
+            points,
+            reference,
+            &curved,
+            range,
+            |cell, _, detail| {
+                for (part, value) in parts.iter_mut().zip(detail.values()) {
+                    part[cell - first] = value;
+                }
+            },
+        );
     });
-    let named = NAMES.iter().zip(columns);
+    let named = names.iter().zip(columns);
     named
         .map(|((_, name), column)| DataArray::scalar(*name, Values::F64(column)))
         .collect()
+}
+
+/// The least of the last two metrics over the own cells of a mesh.
+pub(super) fn least_curved(
+    mesh: &Mesh,
+    points: &[Vector],
+    reference: &Reference,
+) -> [Option<Extreme>; 2] {
+    let curved = CurvedMaps::new(mesh);
+    if curved.is_empty() {
+        return [None; 2];
+    }
+    let chunks = parallel::map_blocks_in(mesh.own_cells(), CHUNK, &|range| {
+        let mut found = [None; 2];
+        visit::volume_cells(mesh, points, reference.facing(), range, |first, block| {
+            let runs = mesh.cells.runs_in(first..first + block.n);
+            for (i, cell) in runs.flat_map(|run| run.cell_refs()).enumerate() {
+                if let Some(map) = curved.of(cell.kind, cell.nodes.len()) {
+                    let sign = reference.sign(cell.index);
+                    let values = map.least(cell.nodes, points, sign, block.volume[i]);
+                    for (found, value) in found.iter_mut().zip(values) {
+                        if !value.is_nan() {
+                            keep_less(found, value, cell.index + mesh.own_offset());
+                        }
+                    }
+                }
+            }
+        });
+        found
+    });
+    chunks.into_iter().fold([None; 2], least_of_both)
+}
+
+/// The lesser values of two parts of a mesh.
+pub(super) fn least_of_both(
+    mut all: [Option<Extreme>; 2],
+    own: [Option<Extreme>; 2],
+) -> [Option<Extreme>; 2] {
+    for (all, own) in all.iter_mut().zip(own) {
+        if let Some(own) = own {
+            keep_less(all, own.value, own.cell);
+        }
+    }
+    all
 }
 
 /// `a / b`, and infinite where `b` is not positive.

@@ -10,7 +10,7 @@ use crate::block::{BLOCK, gather};
 use azimesh_core::geometry::vector::{Vector, dot, scale, unit};
 use azimesh_core::parallel;
 use azimesh_io::mesh::sides::for_each_side;
-use azimesh_io::mesh::{CellKind, CellRef, CellRun, Mesh};
+use azimesh_io::mesh::{CellKind, CellRef, CellRun, Cells, Mesh};
 
 /// Cells that one task works on.
 const CHUNK: usize = 4096;
@@ -99,8 +99,15 @@ impl<'a> Centres<'a> {
             CellKind::Pyramid => self.fill_solid::<Pyramid, 5, 5>(run, centres),
             _ => {
                 for (cell, centre) in run.cell_refs().zip(centres.iter_mut()) {
-                    *centre = self.of_any(&cell);
+                    *centre = self.of_any(&self.mesh.cells, &cell, self.normal(&cell));
                 }
+            }
+        }
+        for &cell in self.reference.collapsed(run.range()) {
+            let listed = self.mesh.cells.get(cell as usize);
+            if let Some(one) = listed.uncollapsed() {
+                let normal = self.normal(&listed);
+                centres[cell as usize - run.first_cell] = self.of_any(&one, &one.get(0), normal);
             }
         }
         for (cell, centre) in (run.first_cell..).zip(centres) {
@@ -129,10 +136,9 @@ impl<'a> Centres<'a> {
     }
 
     /// Of a quadrilateral, a polygon, a polyhedron, or a prism on more corners.
-    fn of_any(&self, cell: &CellRef<'_>) -> Centre {
-        let normal = self.normal(cell);
+    fn of_any(&self, cells: &Cells, cell: &CellRef<'_>, normal: Vector) -> Centre {
         let mut faces: Vec<Face> = Vec::new();
-        for_each_side(&self.mesh.cells, cell, |_, corners| {
+        for_each_side(cells, cell, |_, corners| {
             let corner = |i: usize| self.points[corners[i] as usize];
             faces.push(geometry::face(corners.len(), corner, normal));
         });

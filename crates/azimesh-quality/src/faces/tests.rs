@@ -1,7 +1,7 @@
 //! Face metrics of cells whose values are known.
 
 use super::super::QualityEvaluator;
-use azimesh_io::mesh::{CellKind, Mesh};
+use azimesh_io::mesh::{CellKind, Cells, Mesh};
 
 /// Two unit cubes side by side, the second a polyhedron where `as_polyhedron`.
 fn two_cubes(as_polyhedron: bool) -> Mesh {
@@ -190,4 +190,25 @@ fn a_cell_that_turns_over_has_a_negative_ratio_and_more_than_a_right_angle() {
         faces.max_non_orthogonality.expect("a face").value
     };
     assert!(close(angle(0.75), 0.0) && close(angle(-1.5), 180.0));
+}
+
+#[test]
+fn a_collapsed_cell_has_the_centre_of_what_it_is() {
+    let mut mesh = two_cubes(false);
+    // The far side of the second cube becomes a line, whose area is zero only but for rounding.
+    (mesh.points[2], mesh.points[5]) = ([2.1, 0.3, 0.7], [1.9, 1.13, 0.57]);
+    let mut cells = Cells::new();
+    cells.push(CellKind::Hexahedron, mesh.cells.get(0).nodes);
+    cells.push(CellKind::Hexahedron, &[1, 2, 5, 4, 7, 2, 5, 10]);
+    mesh.cells = cells;
+    let mut plain = mesh.clone();
+    assert_eq!(plain.uncollapse().n_cells, 1);
+    let [found, expected] = [&mesh, &plain].map(|mesh| {
+        let judge = QualityEvaluator::new(mesh);
+        judge.assess(mesh, &mesh.points).faces.columns()
+    });
+    for ((name, found), (_, expected)) in found.into_iter().zip(expected) {
+        let [found, expected] = [found, expected].map(|value| value.expect("one inner face"));
+        assert!(close(found, expected), "{name}: {found} {expected}");
+    }
 }

@@ -7,7 +7,7 @@
 use super::nearby::Nearby;
 use super::newton::minimise;
 use super::regions::{self, Region};
-use super::solve::{GROSS, PatchTargets, patch, start_from_rim};
+use super::solve::{GROSS, PatchTargets, Weights, patch, start_from_rim};
 use super::{PatchLog, Repaired, Task, between_of, still_invalid};
 use crate::validity::{Proof, invalid};
 use azimesh_core::error::Result;
@@ -21,13 +21,13 @@ use std::collections::BTreeSet;
 const MOST_STEPS: usize = 200;
 /// A region has converged when a step lowers the functional by less than this part.
 const SETTLED: f64 = 1e-7;
-/// Weight of thin cells at fixed nodes against others where valid cells are improved: first cells keep their heights.
-const WEIGHT_AT_WALLS: f64 = 10.0;
 
 /// Folded or low cells of several positions of a mesh.
 #[derive(Debug, Clone, Default)]
 pub struct FoldedCells {
     pub(super) cells: BTreeSet<u32>,
+    /// Cells that have become worse: they move too where a region has one of `cells`.
+    pub(super) worse: BTreeSet<u32>,
 }
 
 /// Number of cells that are not valid at some positions.
@@ -58,11 +58,6 @@ impl FoldedCells {
             unproven,
         }
     }
-
-    /// Adds cells.
-    pub fn extend(&mut self, cells: &BTreeSet<u32>) {
-        self.cells.extend(cells);
-    }
 }
 
 /// Regions that are the same at all positions.
@@ -73,19 +68,20 @@ pub struct Area {
     between: BTreeSet<u32>,
     /// Cells that become regular, whatever the reference.
     regular: BTreeSet<u32>,
-    /// True if cells are to be improved that are valid.
-    improves: bool,
+    weights: Weights,
     rings: usize,
 }
 
 impl Area {
     /// A number of rings of neighbours around folded cells.
     pub fn around(task: Task<'_>, folded: &FoldedCells, rings: usize) -> Self {
-        let seeds: Vec<u32> = folded.cells.iter().copied().collect();
-        let regions = match super::refused(task.mesh) {
+        let seeds: Vec<u32> = folded.cells.union(&folded.worse).copied().collect();
+        let mut regions = match super::refused(task.mesh) {
             Some(_) => Vec::new(),
             None => regions::around(&Nearby::new(task.mesh), task.freedom, &seeds, rings).0,
         };
+        let is_wanted = |seed: &u32| folded.cells.contains(seed);
+        regions.retain(|region| region.seeds.iter().any(is_wanted));
         Self {
             regions,
             between: folded.cells.clone(),
@@ -95,8 +91,8 @@ impl Area {
     }
 
     /// To improve valid cells, and make some regular.
-    pub(super) fn improving(mut self, regular: &BTreeSet<u32>) -> Self {
-        (self.regular, self.improves) = (regular.clone(), true);
+    pub(super) fn improving(mut self, weights: Weights, regular: &BTreeSet<u32>) -> Self {
+        (self.regular, self.weights) = (regular.clone(), weights);
         self
     }
 
@@ -164,7 +160,7 @@ impl Area {
         let wishes = PatchTargets {
             between: &self.between,
             regular: &self.regular,
-            weight_at_walls: if self.improves { WEIGHT_AT_WALLS } else { 1.0 },
+            weights: self.weights,
         };
         let found = still_invalid(task, &region.cells, points);
         let first = found.first().map(|entry| entry.0);

@@ -47,7 +47,7 @@ pub(super) struct Boundary {
 }
 
 impl Boundary {
-    /// `None` where nothing can be proven: nodes of the boundary move with others, or not all cells are checked.
+    /// `None` where nothing can be proven: nodes of the boundary move with others, faces are curved, or not all cells are checked.
     pub(super) fn of(task: Task<'_>, points: &[Vector]) -> Option<Self> {
         let mesh = task.mesh;
         let reference = task.reference;
@@ -56,7 +56,10 @@ impl Boundary {
             let judged = reference.is_valid(cell) && !reference.is_doubtful(cell);
             reference.sign(cell) != 0 && !judged
         };
-        if !task.freedom.partners().is_empty() || parallel::any(mesh.cells.len(), unjudged) {
+        if !task.freedom.partners().is_empty()
+            || !reference.maps().is_empty()
+            || parallel::any(mesh.cells.len(), unjudged)
+        {
             return None;
         }
         let is_solid = mesh.dimension() == 3;

@@ -15,8 +15,6 @@
 use super::singular::{Columns, decompose, decompose_plane, positive_part};
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale};
 
-/// Weight of the size against the shape.
-const THETA: f64 = 0.5;
 /// Eigenvalues are raised to this part of the largest.
 const LEAST: f64 = 1e-8;
 
@@ -64,11 +62,11 @@ fn shrink(space: Space, chi: f64) -> f64 {
 
 /// The value, and the determinant.
 #[inline(always)]
-pub(super) fn value(space: Space, eps: f64, j: &Columns) -> (f64, f64) {
+pub(super) fn value(space: Space, theta: f64, eps: f64, j: &Columns) -> (f64, f64) {
     let (d, square) = invariants(space, j);
     let c = chi(eps, d);
-    let shape = (1.0 - THETA) / space.dimension() * square * shrink(space, c);
-    (shape + 0.5 * THETA * (d * d + 1.0) / c, d)
+    let shape = (1.0 - theta) / space.dimension() * square * shrink(space, c);
+    (shape + 0.5 * theta * (d * d + 1.0) / c, d)
 }
 
 impl Space {
@@ -111,9 +109,9 @@ pub(super) struct Density {
 impl Density {
     /// At `j`.
     #[inline(always)]
-    pub(super) fn new(space: Space, eps: f64, j: &Columns) -> Self {
+    pub(super) fn new(space: Space, theta: f64, eps: f64, j: &Columns) -> Self {
         let (d, square) = invariants(space, j);
-        let (p, a) = (2.0 / space.dimension(), (1.0 - THETA) / space.dimension());
+        let (p, a) = (2.0 / space.dimension(), (1.0 - theta) / space.dimension());
         let c = chi(eps, d);
         let root = (eps * eps + d * d).sqrt();
         let c1 = c / root;
@@ -123,10 +121,10 @@ impl Density {
         // Derivatives with respect to |J|^2 and D.
         let f_i = a * power;
         let f_id = -p * f_i * r1;
-        let size = 0.5 * THETA * (d * d + 1.0) / c;
-        let f_d = square * f_id + THETA * d / c - size * r1;
+        let size = 0.5 * theta * (d * d + 1.0) / c;
+        let f_d = square * f_id + theta * d / c - size * r1;
         let f_dd = square * f_i * p * ((p + 1.0) * r1 * r1 - r2)
-            + THETA * (1.0 - 2.0 * d * r1) / c
+            + theta * (1.0 - 2.0 * d * r1) / c
             + size * (2.0 * r1 * r1 - r2);
         let found = match space {
             Space::Plane => decompose_plane(j),
@@ -332,8 +330,8 @@ mod tests {
                 by[2] = [0.0; 3];
             }
             let (j, eps, t) = (columns(&e, space), 0.3, 1e-6);
-            let at = |t: f64| value(space, eps, &moved(&j, &by, t)).0;
-            let density = Density::new(space, eps, &j);
+            let at = |t: f64| value(space, 0.5, eps, &moved(&j, &by, t)).0;
+            let density = Density::new(space, 0.5, eps, &j);
             prop_assert!((density.value - at(0.0)).abs() < 1e-10 * at(0.0));
             let wanted = (at(t) - at(-t)) / (2.0 * t);
             let found: f64 = (0..3).map(|k| dot(density.slope[k], by[k])).sum();
@@ -354,9 +352,9 @@ mod tests {
                 j[2] = [0.0, 0.0, 1.0];
             }
             let (eps, t) = (0.1, 1e-4);
-            let found = form(&Density::new(space, eps, &j), &by);
+            let found = form(&Density::new(space, 0.5, eps, &j), &by);
             prop_assert!(found >= 0.0);
-            let at = |t: f64| value(space, eps, &moved(&j, &by, t)).0;
+            let at = |t: f64| value(space, 0.5, eps, &moved(&j, &by, t)).0;
             let wanted = (at(t) + at(-t) - 2.0 * at(0.0)) / (t * t);
             if near {
                 // Rotations have next to none, which is cut off at zero.

@@ -3,8 +3,9 @@
 //! Leaves to `elements` which simplices those are, and to `patch` where the derivatives go.
 
 use super::density::{Density, Space, value};
-use super::elements::{Simplex, edge};
+use super::elements::{Sample, Simplex, edge};
 use super::singular::Columns;
+use crate::validity::Samples;
 use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_core::linear::blocks::Block;
 use multiversion::multiversion;
@@ -46,14 +47,22 @@ pub(super) fn pair(n: usize, a: usize, b: usize) -> usize {
 /// `J = sum_k d_k g_k^T` by columns, of edges `d` and rows `g` of the inverse of the target's.
 #[inline(always)]
 fn jacobian(space: Space, simplex: &Simplex, places: &[Vector]) -> Columns {
+    let mut d = [[0.0; 3]; 3];
+    for k in 0..space.n_edges() {
+        d[k] = edge(simplex.edges[k], places);
+    }
+    of_target(space, &d, &simplex.inverse)
+}
+
+#[inline(always)]
+fn of_target(space: Space, d: &Columns, inverse: &Columns) -> Columns {
     let n = space.n_edges();
     let mut j = [[0.0; 3]; 3];
     for k in 0..n {
-        let d = edge(simplex.edges[k], places);
         for column in 0..3 {
-            let g = simplex.inverse[k][column];
+            let g = inverse[k][column];
             for axis in 0..3 {
-                j[column][axis] += d[axis] * g;
+                j[column][axis] += d[k][axis] * g;
             }
         }
     }
@@ -63,6 +72,25 @@ fn jacobian(space: Space, simplex: &Simplex, places: &[Vector]) -> Columns {
         j[2] = [0.0, 0.0, 1.0];
     }
     j
+}
+
+/// `dx/ds` by columns, of the derivatives of the functions of nodes; in a plane the third is upright.
+#[inline(always)]
+pub(super) fn columns(space: Space, slopes: &[Vector], places: &[Vector]) -> Columns {
+    let mut d = [[0.0; 3]; 3];
+    for (slope, place) in slopes.iter().zip(places) {
+        for k in 0..space.n_edges() {
+            for axis in 0..3 {
+                d[k][axis] += slope[k] * place[axis];
+            }
+        }
+    }
+    if space == Space::Plane {
+        d[0][2] = 0.0;
+        d[1][2] = 0.0;
+        d[2] = [0.0, 0.0, 1.0];
+    }
+    d
 }
 
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
@@ -75,12 +103,76 @@ pub(super) fn values(
     let (mut sum, mut least, mut n_folded) = (0.0, f64::INFINITY, 0);
     for simplex in simplices {
         let j = jacobian(space, simplex, places);
-        let (value, determinant) = value(space, eps, &j);
+        let (value, determinant) = value(space, simplex.theta, eps, &j);
         sum += simplex.weight * value;
         least = f64::min(least, determinant);
         n_folded += usize::from(determinant <= 0.0);
     }
     (sum, least, n_folded)
+}
+
+/// [`values`] of the samples of a curved cell.
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+pub(super) fn sample_values(
+    space: Space,
+    eps: f64,
+    samples: &[Sample],
+    table: &Samples,
+    places: &[Vector],
+) -> (f64, f64, usize) {
+    let (mut sum, mut least, mut n_folded) = (0.0, f64::INFINITY, 0);
+    for sample in samples {
+        let d = columns(space, table.of_nodes(sample.point as usize), places);
+        let j = of_target(space, &d, &sample.inverse);
+        let (value, determinant) = value(space, sample.theta, eps, &j);
+        sum += sample.weight * value;
+        least = f64::min(least, determinant);
+        n_folded += usize::from(determinant <= 0.0);
+    }
+    (sum, least, n_folded)
+}
+
+/// [`derivatives`] of the samples of a curved cell.
+#[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
+pub(super) fn sample_derivatives(
+    space: Space,
+    sum: Sum,
+    samples: &[Sample],
+    table: &Samples,
+    places: &[Vector],
+    found: &mut Derivatives,
+) {
+    (found.value, found.least, found.n_folded) = (0.0, f64::INFINITY, 0);
+    let n = places.len();
+    let mut right = vec![[0.0; 3]; n];
+    for sample in samples {
+        let slopes = table.of_nodes(sample.point as usize);
+        let d = columns(space, slopes, places);
+        let j = of_target(space, &d, &sample.inverse);
+        let density = Density::of(space, sample.theta, sum, &j);
+        found.count(sample.weight, &density);
+        for (a, slope) in slopes.iter().enumerate() {
+            // The derivative of the node's function in the target.
+            let mut g = [0.0; 3];
+            for k in 0..space.n_edges() {
+                g = add(g, scale(sample.inverse[k], slope[k]));
+            }
+            right[a] = density.right(g);
+            for k in 0..3 {
+                let by = scale(density.slope[k], sample.weight * g[k]);
+                found.slope[a] = add(found.slope[a], by);
+            }
+        }
+        let mut blocks = found.blocks.iter_mut();
+        for a in 0..n {
+            for (right_b, to) in right[a..].iter().zip(&mut blocks) {
+                let block = density.block(right[a], *right_b);
+                for m in 0..9 {
+                    to[m] += sample.weight * block[m];
+                }
+            }
+        }
+    }
 }
 
 #[multiversion(targets("x86_64+avx2+fma", "aarch64+neon"))]
@@ -94,13 +186,8 @@ pub(super) fn derivatives(
     (found.value, found.least, found.n_folded) = (0.0, f64::INFINITY, 0);
     for simplex in simplices {
         let j = jacobian(space, simplex, places);
-        let density = match sum {
-            Sum::Shapes { eps } => Density::new(space, eps, &j),
-            Sum::Squares => Density::of_square(space, &j),
-        };
-        found.value += simplex.weight * density.value;
-        found.least = f64::min(found.least, density.determinant);
-        found.n_folded += usize::from(density.determinant <= 0.0);
+        let density = Density::of(space, simplex.theta, sum, &j);
+        found.count(simplex.weight, &density);
         match space {
             Space::Plane => found.add::<2>(simplex, &density),
             Space::Solid => found.add::<3>(simplex, &density),
@@ -108,7 +195,24 @@ pub(super) fn derivatives(
     }
 }
 
+impl Density {
+    #[inline(always)]
+    fn of(space: Space, theta: f64, sum: Sum, j: &Columns) -> Self {
+        match sum {
+            Sum::Shapes { eps } => Self::new(space, theta, eps, j),
+            Sum::Squares => Self::of_square(space, j),
+        }
+    }
+}
+
 impl Derivatives {
+    #[inline(always)]
+    fn count(&mut self, weight: f64, density: &Density) {
+        self.value += weight * density.value;
+        self.least = f64::min(self.least, density.determinant);
+        self.n_folded += usize::from(density.determinant <= 0.0);
+    }
+
     /// Adds the derivatives of a simplex.
     #[inline(always)]
     fn add<const N: usize>(&mut self, simplex: &Simplex, density: &Density) {

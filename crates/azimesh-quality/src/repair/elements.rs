@@ -3,12 +3,16 @@
 //! Leaves to `patch` which nodes move, and to `newton` what is done with the derivatives.
 
 use super::density::Space;
-use super::derivatives::{Derivatives, Sum, derivatives, values};
+use super::derivatives::{
+    Derivatives, Sum, columns, derivatives, sample_derivatives, sample_values, values,
+};
 use super::shape::regular;
 use super::simplices::{Edges, Simplices};
 use super::singular::Columns;
+use crate::validity::Samples;
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
 use azimesh_io::mesh::CellKind;
+use std::sync::Arc;
 
 /// A simplex and its target.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +21,18 @@ pub(super) struct Simplex {
     /// Rows of the inverse of the target's edges.
     pub inverse: Columns,
     pub weight: f64,
+    /// Weight of the size against the shape.
+    pub theta: f64,
+}
+
+/// A point of a curved cell and its target.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    pub point: u32,
+    /// Rows of the inverse of the target's derivatives.
+    pub inverse: Columns,
+    pub weight: f64,
+    pub theta: f64,
 }
 
 /// Indices of the parts of a cell in the lists.
@@ -26,8 +42,10 @@ struct Element {
     n_nodes: u16,
     n_means: u16,
     first_mean: u32,
+    /// Of a curved cell its samples, whose derivatives are in this table.
     first_simplex: u32,
     n_simplices: u32,
+    table: Option<u32>,
 }
 
 /// Cells as simplices. Nodes are numbered in the patch.
@@ -38,11 +56,13 @@ pub(super) struct Elements {
     nodes: Vec<u32>,
     means: Vec<Vec<u16>>,
     simplices: Vec<Simplex>,
+    samples: Vec<Sample>,
+    tables: Vec<Arc<Samples>>,
 }
 
 /// Target shape of a cell.
 pub(super) struct Target<'a> {
-    /// Corners in the reference mesh.
+    /// Nodes in the reference mesh.
     pub reference: &'a [Vector],
     /// The orientation of the cell, 1 or -1.
     pub sign: f64,
@@ -54,16 +74,21 @@ pub(super) struct Target<'a> {
     pub regular: bool,
     /// Weight of each simplex.
     pub weight: f64,
+    /// Weight of the size against the shape.
+    pub theta: f64,
 }
 
 /// A simplex of the reference flatter than this counts as flat: its determinant over the product of its edges.
 const FLAT: f64 = 1e-12;
 
+/// The straight cell of a folded one that is flatter is no target.
+const NEARLY_FLAT: f64 = 0.1;
+
 /// A cell that is added.
 pub(super) struct NewCell<'a> {
     /// Its kind.
     pub kind: CellKind,
-    /// Its corners, as nodes of the patch.
+    /// Its nodes, as nodes of the patch.
     pub nodes: &'a [u32],
     /// Current positions.
     pub at: &'a [Vector],
@@ -140,11 +165,18 @@ impl Elements {
             nodes: Vec::new(),
             means: Vec::new(),
             simplices: Vec::new(),
+            samples: Vec::new(),
+            tables: Vec::new(),
         }
     }
 
     pub(super) fn len(&self) -> usize {
         self.list.len()
+    }
+
+    /// Returns whether cells are curved.
+    pub(super) fn are_curved(&self) -> bool {
+        !self.tables.is_empty()
     }
 
     /// Adds a cell as far as it can be given a target. Gives the number of its simplices that are folded and cannot
@@ -169,6 +201,7 @@ impl Elements {
                 first_mean: self.means.len() as u32,
                 first_simplex: first_simplex as u32,
                 n_simplices: n_simplices as u32,
+                table: None,
             });
             self.nodes.extend_from_slice(cell.nodes);
             self.means.extend(simplices.means);
@@ -200,25 +233,68 @@ impl Elements {
             return if positive { Found::None } else { Found::Stuck };
         }
         let corners = shapes.regular.as_ref().unwrap_or(&shapes.reference);
-        let inverse = self.inverse(edges, corners, target);
+        let inverse = self.inverse(vectors(self.space, edges, corners), target);
         inverse.map_or(Found::None, |inverse| {
             Found::Simplex(Simplex {
                 edges: *edges,
                 inverse,
                 weight: target.weight,
+                theta: target.theta,
             })
         })
     }
 
+    /// Adds a curved cell, like [`Self::push`], with the points `samples`.
+    pub(super) fn push_curved(&mut self, cell: &NewCell<'_>, samples: &Arc<Samples>) -> usize {
+        let (space, target) = (self.space, &cell.target);
+        let shape = curved_target(space, cell, samples);
+        let first = self.samples.len();
+        let mut n_stuck = 0;
+        for (point, shape) in shape.into_iter().enumerate() {
+            let slopes = samples.of_nodes(point);
+            let positive = relative(&columns(space, slopes, cell.at), target.sign) > 0.0;
+            if !(target.whole || (positive && relative(&shape, target.sign) > FLAT)) {
+                continue;
+            }
+            let counts = |slope: &Vector| slope.iter().any(|x| x.abs() > 1e-12);
+            let mut pairs = slopes.iter().zip(cell.can_move);
+            if !pairs.any(|(slope, can_move)| *can_move && counts(slope)) {
+                n_stuck += usize::from(!positive);
+            } else if let Some(inverse) = self.inverse(shape, target) {
+                self.samples.push(Sample {
+                    point: point as u32,
+                    inverse,
+                    weight: target.weight,
+                    theta: target.theta,
+                });
+            }
+        }
+        let n_samples = self.samples.len() - first;
+        if n_samples > 0 {
+            let known = self.tables.iter().position(|of| Arc::ptr_eq(of, samples));
+            let table = known.unwrap_or_else(|| {
+                self.tables.push(samples.clone());
+                self.tables.len() - 1
+            });
+            self.list.push(Element {
+                first_node: self.nodes.len() as u32,
+                n_nodes: cell.nodes.len() as u16,
+                n_means: 0,
+                first_mean: self.means.len() as u32,
+                first_simplex: first as u32,
+                n_simplices: n_samples as u32,
+                table: Some(table as u32),
+            });
+            self.nodes.extend_from_slice(cell.nodes);
+        }
+        n_stuck
+    }
+
     /// Rows of the inverse of the target's edges. A simplex that is folded in a reference that has no regular shape
     /// is given equal upright edges.
-    fn inverse(&self, edges: &Edges, corners: &[Vector], target: &Target<'_>) -> Option<Columns> {
+    fn inverse(&self, mut e: Columns, target: &Target<'_>) -> Option<Columns> {
         let n = self.space.n_edges();
-        let mut e = [[0.0, 0.0, 1.0]; 3];
-        for k in 0..n {
-            e[k] = edge(edges[k], corners);
-        }
-        if determinant(self.space, edges, corners, target.sign) <= FLAT {
+        if relative(&e, target.sign) <= FLAT {
             let lengths = e[..n].iter().map(|edge| dot(*edge, *edge).sqrt());
             let length = lengths.fold(0.0, f64::max);
             let length = if length > 0.0 { length } else { target.size };
@@ -256,6 +332,15 @@ impl Elements {
         &self.simplices[first..first + element.n_simplices as usize]
     }
 
+    fn samples_of(&self, element: &Element) -> Option<(&[Sample], &Samples)> {
+        let table = &self.tables[element.table? as usize];
+        let first = element.first_simplex as usize;
+        Some((
+            &self.samples[first..first + element.n_simplices as usize],
+            table,
+        ))
+    }
+
     /// The places of the points of a cell.
     #[inline(always)]
     fn gather(&self, cell: usize, at: &[Vector], places: &mut Vec<Vector>) {
@@ -275,7 +360,11 @@ impl Elements {
         places: &mut Vec<Vector>,
     ) -> (f64, f64, usize) {
         self.gather(cell, at, places);
-        values(self.space, eps, self.simplices_of(&self.list[cell]), places)
+        let element = &self.list[cell];
+        match self.samples_of(element) {
+            Some((samples, table)) => sample_values(self.space, eps, samples, table, places),
+            None => values(self.space, eps, self.simplices_of(element), places),
+        }
     }
 
     /// Value and derivatives of the functional of a cell.
@@ -288,7 +377,12 @@ impl Elements {
         found.slope.resize(n, [0.0; 3]);
         found.blocks.clear();
         found.blocks.resize(n * (n + 1) / 2, [0.0; 9]);
-        derivatives(self.space, sum, self.simplices_of(element), &places, found);
+        match self.samples_of(element) {
+            Some((samples, table)) => {
+                sample_derivatives(self.space, sum, samples, table, &places, found);
+            }
+            None => derivatives(self.space, sum, self.simplices_of(element), &places, found),
+        }
         found.places = places;
         if element.n_means > 0 {
             found.condense(usize::from(element.n_nodes), self.means_of(element));
@@ -319,12 +413,48 @@ pub(super) fn edge([from, to]: [u16; 2], points: &[Vector]) -> Vector {
     sub(points[usize::from(to)], points[usize::from(from)])
 }
 
-/// The determinant of the edges over the product of their lengths, positive for the orientation `sign`.
-fn determinant(space: Space, edges: &Edges, points: &[Vector], sign: f64) -> f64 {
+/// The derivatives of the target of a curved cell at each point: those of the reference; where they are not all positive, those
+/// of the straight cell on its corners; or else, or where that is nearly flat, those of a regular cell.
+fn curved_target(space: Space, cell: &NewCell<'_>, samples: &Samples) -> Vec<Columns> {
+    let target = &cell.target;
+    let points = 0..samples.n_points();
+    let of_corners = |corners: &[Vector]| -> Vec<Columns> {
+        let of = |point| columns(space, samples.of_corners(point), corners);
+        points.clone().map(of).collect()
+    };
+    let are_above =
+        |least: f64| move |all: &Vec<Columns>| all.iter().all(|e| relative(e, target.sign) > least);
+    let curved = || {
+        let of = |point| columns(space, samples.of_nodes(point), target.reference);
+        points.clone().map(of).collect()
+    };
+    let corners = &target.reference[..cell.kind.n_corners(cell.nodes.len())];
+    let shape = (!target.regular).then(curved).filter(are_above(FLAT));
+    shape
+        .or_else(|| {
+            let straight = (!target.regular).then(|| of_corners(corners));
+            straight.filter(are_above(NEARLY_FLAT))
+        })
+        .or_else(|| regular(cell.kind, corners, target.sign, target.size).map(|of| of_corners(&of)))
+        .unwrap_or_else(curved)
+}
+
+/// The edges of a simplex; in a plane the third is upright.
+fn vectors(space: Space, edges: &Edges, points: &[Vector]) -> Columns {
     let mut e = [[0.0, 0.0, 1.0]; 3];
     for k in 0..space.n_edges() {
         e[k] = edge(edges[k], points);
     }
+    e
+}
+
+/// The determinant of the edges over the product of their lengths, positive for the orientation `sign`.
+fn determinant(space: Space, edges: &Edges, points: &[Vector], sign: f64) -> f64 {
+    relative(&vectors(space, edges, points), sign)
+}
+
+/// The same of edges as vectors.
+fn relative(e: &Columns, sign: f64) -> f64 {
     let lengths = e.map(|edge| dot(edge, edge).sqrt());
     let product = lengths[0] * lengths[1] * lengths[2];
     sign * dot(e[0], cross(e[1], e[2])) / product.max(f64::MIN_POSITIVE)

@@ -3,7 +3,7 @@
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
-use azimesh_io::mesh::sides::for_each_side;
+use azimesh_io::mesh::sides::{for_each_side, side};
 use azimesh_io::mesh::{Across, Adjacency, Mesh};
 use azimesh_rbf::constraint::Constraint;
 use std::collections::BTreeMap;
@@ -60,6 +60,10 @@ impl Freedom {
                             && holds(corners)
                         {
                             nodes.extend_from_slice(corners);
+                            if run.kind.is_curved() {
+                                let all = side(&mesh.cells, &cell, face);
+                                nodes.extend(all.map_or(cell.nodes.to_vec(), |(_, all)| all));
+                            }
                             outer.push((cell.index as u32, face as u16));
                         }
                     });

@@ -3,6 +3,7 @@
 
 use super::area::{Area, FoldedCells};
 use super::regions::Region;
+use super::solve::OF_VALID;
 use super::{PatchLog, Task};
 use crate::{Reference, scaled_jacobians};
 use azimesh_core::error::Result;
@@ -15,8 +16,8 @@ use std::collections::BTreeSet;
 const RINGS: usize = 4;
 /// Nodes that may move at most.
 const MOST_NODES: usize = 500_000;
-/// A cell that has kept this part of its scaled Jacobian in the reference mesh is not low.
-const KEPT: f64 = 0.8;
+/// A cell that has kept this part of its scaled Jacobian in the reference mesh is neither low nor worse.
+const KEPT: f64 = 0.9;
 
 /// Improves the checked cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that
 /// improved one. Cells that are low in the reference mesh become regular. A patch whose least scaled Jacobian does not
@@ -35,33 +36,40 @@ pub fn improve(
         return Ok(logs);
     }
     let at = |points: &[Vector]| scaled_jacobians(task.mesh, points, task.reference);
-    let regular = below(&at(&task.mesh.points), wanted);
+    let at_rest = at(&task.mesh.points);
+    let regular = below(&at_rest, wanted);
     let mut values = at(points);
-    let mut last = Area::default();
-    for rings in (0..).map(|n| RINGS << n) {
-        let cells = below(&values, wanted);
-        let area = Area::around(task, &FoldedCells { cells }, rings).improving(&regular);
-        if area.n_nodes() == 0 || area.n_nodes() > MOST_NODES || area.covers_no_more_than(&last) {
-            break;
-        }
-        let before = points.to_vec();
-        let repaired = area.relax(task, points, stop)?;
-        let now = at(points);
-        let mut accepted = Vec::new();
-        for (region, log) in area.regions.iter().zip(repaired.patches) {
-            if log.invalid == 0 && least_of(region, &now) > least_of(region, &values) {
-                accepted.push(log);
-                continue;
+    for weights in OF_VALID {
+        let mut last = Area::default();
+        for rings in (0..).map(|n| RINGS << n) {
+            let low = FoldedCells {
+                cells: below(&values, wanted),
+                worse: worse(&values, &at_rest),
+            };
+            let area = Area::around(task, &low, rings).improving(weights, &regular);
+            if area.n_nodes() == 0 || area.n_nodes() > MOST_NODES || area.covers_no_more_than(&last)
+            {
+                break;
             }
-            for &node in &region.moving {
-                points[node as usize] = before[node as usize];
+            let before = points.to_vec();
+            let repaired = area.relax(task, points, stop)?;
+            let now = at(points);
+            let mut accepted = Vec::new();
+            for (region, log) in area.regions.iter().zip(repaired.patches) {
+                if log.invalid == 0 && least_of(region, &now) > least_of(region, &values) {
+                    accepted.push(log);
+                    continue;
+                }
+                for &node in &region.moving {
+                    points[node as usize] = before[node as usize];
+                }
             }
+            if !accepted.is_empty() {
+                logs = accepted;
+                values = at(points);
+            }
+            last = area;
         }
-        if !accepted.is_empty() {
-            logs = accepted;
-            values = at(points);
-        }
-        last = area;
     }
     Ok(logs)
 }
@@ -73,13 +81,31 @@ pub fn low_cells(
     points: &[Vector],
     wanted: f64,
 ) -> BTreeSet<u32> {
-    let values = scaled_jacobians(mesh, points, reference);
-    let mut low = below(&values, wanted);
-    if !low.is_empty() {
-        let at_rest = scaled_jacobians(mesh, &mesh.points, reference);
-        low.retain(|&cell| values[cell as usize] < KEPT * at_rest[cell as usize]);
+    FoldedCells::low(mesh, reference, points, wanted).cells
+}
+
+impl FoldedCells {
+    /// Adds the cells that are low at `points`, and those that have become worse; returns the number of the low ones.
+    pub fn add_low(&mut self, task: Task<'_>, points: &[Vector], wanted: f64) -> usize {
+        let Self { cells, worse } = Self::low(task.mesh, task.reference, points, wanted);
+        let n_low = cells.len();
+        self.cells.extend(cells);
+        self.worse.extend(worse);
+        n_low
     }
-    low
+
+    fn low(mesh: &Mesh, reference: &Reference, points: &[Vector], wanted: f64) -> Self {
+        let values = scaled_jacobians(mesh, points, reference);
+        let low = below(&values, wanted);
+        if low.is_empty() {
+            return Self::default();
+        }
+        let worse = worse(&values, &scaled_jacobians(mesh, &mesh.points, reference));
+        Self {
+            cells: low.intersection(&worse).copied().collect(),
+            worse,
+        }
+    }
 }
 
 impl Area {
@@ -97,26 +123,35 @@ impl Area {
         stop: &Stop,
     ) -> Result<Self> {
         let mut best = (f64::NEG_INFINITY, Self::default());
-        let mut last = Self::default();
-        for rings in (0..).map(|n| rings << n) {
-            let area = Self::around(task, cells, rings).improving(&BTreeSet::new());
-            let is_first = last.regions.is_empty();
-            if !is_first && (area.n_nodes() > MOST_NODES || area.covers_no_more_than(&last)) {
-                break;
-            }
-            area.relax(task, points, stop)?;
-            let values = scaled_jacobians(task.mesh, points, task.reference);
-            let least = values.into_iter().fold(f64::INFINITY, f64::min);
-            last = area;
-            if least > best.0 {
-                best = (least, last.clone());
-            }
-            if low_cells(task.mesh, task.reference, points, wanted).is_empty() {
-                break;
+        for weights in OF_VALID {
+            let mut last = Self::default();
+            for rings in (0..).map(|n| rings << n) {
+                let area = Self::around(task, cells, rings).improving(weights, &BTreeSet::new());
+                let is_first = last.regions.is_empty();
+                if !is_first && (area.n_nodes() > MOST_NODES || area.covers_no_more_than(&last)) {
+                    break;
+                }
+                area.relax(task, points, stop)?;
+                let values = scaled_jacobians(task.mesh, points, task.reference);
+                let least = values.into_iter().fold(f64::INFINITY, f64::min);
+                if low_cells(task.mesh, task.reference, points, wanted).is_empty() {
+                    return Ok(area);
+                }
+                last = area;
+                if least > best.0 {
+                    best = (least, last.clone());
+                }
             }
         }
         Ok(best.1)
     }
+}
+
+/// The cells that have lost much of their scaled Jacobian.
+fn worse(values: &[f64], at_rest: &[f64]) -> BTreeSet<u32> {
+    let both = (0..).zip(std::iter::zip(values, at_rest));
+    let worse = both.filter(|(_, (value, at_rest))| **value < KEPT * **at_rest);
+    worse.map(|(cell, _)| cell).collect()
 }
 
 fn below(values: &[f64], wanted: f64) -> BTreeSet<u32> {

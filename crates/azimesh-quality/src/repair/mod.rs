@@ -32,14 +32,14 @@ pub use improve::{improve, low_cells};
 pub use outcome::{PatchLog, Reason, Repaired, Unrepaired};
 
 use crate::Reference;
-use crate::validity::{Proof, invalid, state};
+use crate::validity::{CurvedMaps, Proof, invalid, state};
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, distance};
 use azimesh_core::parallel;
 use azimesh_core::progress::Stop;
-use azimesh_io::mesh::Mesh;
+use azimesh_io::mesh::{CellRun, Mesh};
 use boundary::Boundary;
-use nearby::{Nearby, corners};
+use nearby::Nearby;
 use regions::Region;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
@@ -97,6 +97,12 @@ const MOST_RINGS_OF_VALID: usize = 24;
 /// As long as it has no more nodes than these that can move.
 const MOST_NODES_OF_VALID: usize = 6000;
 
+/// Times that the nodes between corners are moved by themselves, with many samples in cells that are left.
+const TRIES_BETWEEN: usize = 3;
+
+/// Nodes of a curved cell at most: work grows with the square.
+const MOST_NODES_OF_CURVED: usize = 216;
+
 /// Moves nodes of `points` so that every checked cell becomes valid, as few of them as possible. The result is the same
 /// on any number of threads.
 ///
@@ -108,9 +114,11 @@ pub fn untangle(
     limits: Limits,
     stop: &Stop,
 ) -> Result<Repaired> {
-    let found = invalid(task.mesh, points, task.reference);
+    let mut found = invalid(task.mesh, points, task.reference);
     let mut repaired = Repaired::default();
-    let seeds: Vec<u32> = found.iter().map(|entry| entry.0).collect();
+    let cells =
+        |found: &[(u32, Proof)]| -> Vec<u32> { found.iter().map(|entry| entry.0).collect() };
+    let mut seeds = cells(&found);
     if seeds.is_empty() {
         return Ok(repaired);
     }
@@ -119,14 +127,23 @@ pub fn untangle(
         return Ok(repaired);
     }
     let (nearby, boundary) = (Nearby::new(task.mesh), OnceLock::new());
+    if !task.reference.maps().is_empty() {
+        repaired.patches = between_corners(task, &nearby, &seeds, points, limits, stop)?;
+        found = still_invalid(task, &seeds, points);
+        seeds = cells(&found);
+    }
     let mut between: BTreeSet<u32> = between_of(&found);
+    between.retain(|&cell| !has_map(task, cell));
     let mut rings = limits.first_rings;
-    let mut open = vec![Open {
-        seeds,
-        before: BTreeMap::new(),
-        least: 0.0,
-        log: PatchLog::default(),
-    }];
+    let mut open = Vec::new();
+    if !seeds.is_empty() {
+        open.push(Open {
+            seeds,
+            before: BTreeMap::new(),
+            least: 0.0,
+            log: PatchLog::default(),
+        });
+    }
     let mut n_moving = 0;
     let mut tries = 0;
     while !open.is_empty() {
@@ -163,13 +180,87 @@ pub fn untangle(
     Ok(repaired)
 }
 
+/// Moves the nodes of folded curved cells that are no corners: they have followed a field that their corners bear. Regions that
+/// do not become valid are put back.
+fn between_corners(
+    task: Task<'_>,
+    nearby: &Nearby<'_>,
+    seeds: &[u32],
+    points: &mut [Vector],
+    limits: Limits,
+    stop: &Stop,
+) -> Result<Vec<PatchLog>> {
+    let mut freedom = task.freedom.clone();
+    for run in task.mesh.volume_runs() {
+        let n_corners = run.kind.n_corners(run.n_nodes);
+        let corners = run.cells().flat_map(|nodes| &nodes[..n_corners]);
+        corners.for_each(|&corner| freedom.fix(corner));
+    }
+    let inner = Task {
+        freedom: &freedom,
+        ..task
+    };
+    let (regions, _) = regions::around(nearby, &freedom, seeds, 0);
+    let new = PatchLog {
+        least_before: f64::INFINITY,
+        ..PatchLog::default()
+    };
+    let with_log = |region| (region, new.clone());
+    let mut regions: Vec<(Region, PatchLog)> = regions.into_iter().map(with_log).collect();
+    let original = points.to_vec();
+    let mut many_samples = BTreeSet::new();
+    let mut logs = Vec::new();
+    for _ in 0..TRIES_BETWEEN {
+        let solved = parallel::try_map(regions.len(), &|i| {
+            let steps = limits.most_steps;
+            solve::region(inner, &regions[i].0, points, &many_samples, steps, stop)
+        })?;
+        let mut open = Vec::new();
+        for ((region, mut log), solved) in regions.into_iter().zip(solved) {
+            log.add(&solved, 0, &region);
+            for &(node, place) in &solved.moved {
+                points[node as usize] = place;
+            }
+            let left = still_invalid(task, &region.cells, points);
+            if !left.is_empty() {
+                many_samples.extend(left.into_iter().map(|entry| entry.0));
+                open.push((region, log));
+                continue;
+            }
+            let place = |&node: &u32| (node, original[node as usize]);
+            let before = region.moving.iter().map(place).collect();
+            log.largest_move = largest_move(&before, points);
+            logs.push(log);
+        }
+        regions = open;
+    }
+    for node in regions.into_iter().flat_map(|(region, _)| region.moving) {
+        points[node as usize] = original[node as usize];
+    }
+    Ok(logs)
+}
+
+/// Returns whether a cell is checked as a curved cell.
+fn has_map(task: Task<'_>, cell: u32) -> bool {
+    let cell = task.mesh.cells.get(cell as usize);
+    let maps = task.reference.maps();
+    maps.of(cell.kind, cell.nodes.len()).is_some()
+}
+
 /// Returns the reason why no cell of a mesh can be repaired, if there is one.
 pub fn refused(mesh: &Mesh) -> Option<Reason> {
     if mesh.dimension() < 2 || mesh.dimension() < mesh.space_dimension() {
         return Some(Reason::Surface);
     }
-    let is_curved = mesh.volume_runs().any(|run| run.kind.is_curved());
-    is_curved.then_some(Reason::Curved)
+    let maps = CurvedMaps::new(mesh);
+    let is_left_out = |run: CellRun<'_>| {
+        run.kind.is_curved()
+            && run.n_nodes > run.kind.n_corners(run.n_nodes)
+            && (run.n_nodes > MOST_NODES_OF_CURVED || maps.of(run.kind, run.n_nodes).is_none())
+    };
+    mesh.volume_runs()
+        .any(is_left_out)
+        .then_some(Reason::Curved)
 }
 
 /// Cells whose simplices between corners are needed.
@@ -282,7 +373,7 @@ impl Round<'_> {
         let is_small = open.log.n_nodes <= MOST_NODES_OF_VALID;
         let (mesh, freedom) = (self.task.mesh, self.task.freedom);
         let is_at_wall = |cell: &u32| {
-            let nodes = corners(&mesh.cells.get(*cell as usize));
+            let nodes = mesh.cells.get(*cell as usize).nodes;
             nodes.iter().any(|&node| freedom.is_fixed(node))
         };
         let (enough, worth) = if region.cells.iter().any(is_at_wall) {

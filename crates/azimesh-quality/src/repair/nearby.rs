@@ -4,7 +4,7 @@
 //! as most programs write them, a block has nodes of few pages; a block of many is looked at always.
 
 use azimesh_core::parallel;
-use azimesh_io::mesh::{CellRef, Mesh};
+use azimesh_io::mesh::Mesh;
 
 /// Cells of a block.
 const BLOCK: usize = 512;
@@ -48,11 +48,6 @@ impl Marked {
     }
 }
 
-/// The corners of a cell.
-pub(super) fn corners<'a>(cell: &CellRef<'a>) -> &'a [u32] {
-    &cell.nodes[..cell.kind.n_corners(cell.nodes.len())]
-}
-
 impl<'a> Nearby<'a> {
     /// Looks at all cells once.
     pub(super) fn new(mesh: &'a Mesh) -> Self {
@@ -71,7 +66,7 @@ impl<'a> Nearby<'a> {
         self.mesh
     }
 
-    /// The cells of the mesh's dimension with a corner in `marked` for which `wanted` holds, ascending.
+    /// The cells of the mesh's dimension with a node in `marked` for which `wanted` holds, ascending.
     pub(super) fn cells_with(
         &self,
         marked: &Marked,
@@ -90,9 +85,8 @@ impl<'a> Nearby<'a> {
                     .mesh
                     .volume_runs_in(parallel::block(n_cells, BLOCK, block))
                 {
-                    let n_corners = run.kind.n_corners(run.n_nodes);
                     for (i, nodes) in run.cells().enumerate() {
-                        let mut own = nodes[..n_corners].iter();
+                        let mut own = nodes.iter();
                         if own.any(|&node| marked.has(node) && wanted(node)) {
                             found.push((run.first_cell + i) as u32);
                         }
@@ -135,7 +129,7 @@ fn pages_of(mesh: &Mesh, cells: std::ops::Range<usize>) -> Option<Vec<u32>> {
 mod tests {
     use super::*;
     use crate::repair::tests::grid;
-    use azimesh_io::mesh::CellKind;
+    use azimesh_io::mesh::{CellKind, CellRef};
 
     #[test]
     fn the_cells_of_nodes_are_those_of_a_look_at_all() {

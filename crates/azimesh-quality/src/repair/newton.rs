@@ -28,6 +28,8 @@ const SETTLED: f64 = 0.002;
 /// The least determinant that is sought, and steps that are spent on it once the functional has settled.
 const ENOUGH: f64 = 0.02;
 const POLISH: usize = 4;
+/// The least determinant for curved cells, which are less between their samples.
+const ENOUGH_OF_CURVED: f64 = 0.2;
 /// Steps without progress after which a folded patch is given up.
 const PATIENCE: usize = 6;
 
@@ -70,6 +72,11 @@ pub(super) fn minimise(
     };
     let mut progress = Progress {
         settled: settled.unwrap_or(SETTLED),
+        enough: if patch.elements.are_curved() {
+            ENOUGH_OF_CURVED
+        } else {
+            ENOUGH
+        },
         best: state,
         waiting: 0,
         polished: 0,
@@ -116,6 +123,7 @@ pub(super) fn minimise(
 /// Decides whether a minimisation continues.
 struct Progress {
     settled: f64,
+    enough: f64,
     best: State,
     /// Steps without progress.
     waiting: usize,
@@ -127,7 +135,7 @@ impl Progress {
     /// Returns whether a step that has lowered the functional by the part `won` is the last.
     fn is_over(&mut self, after: &State, won: f64) -> bool {
         self.polished += usize::from(after.least > 0.0 && won < self.settled);
-        if (after.least > ENOUGH && self.polished > 0) || self.polished > POLISH {
+        if (after.least > self.enough && self.polished > 0) || self.polished > POLISH {
             return true;
         }
         if is_progress(after, &self.best) {

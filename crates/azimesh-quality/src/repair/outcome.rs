@@ -1,5 +1,6 @@
 //! The report of a repair: its patches, and the remaining cells with the reason.
 
+use super::MOST_NODES_OF_CURVED;
 use super::boundary::CrossedFace;
 use azimesh_core::error::option;
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,7 @@ pub enum Reason {
     NotFound,
     /// A surface in space is not repaired.
     Surface,
-    /// Cells of higher order are not repaired.
+    /// Curved cells of a kind without a proof of validity, or of very many nodes, are not repaired.
     Curved,
     /// Valid before its coordinates were rounded to 32 bits.
     Rounded,
@@ -47,7 +48,7 @@ impl Reason {
             }
             Self::Curved => {
                 return format!(
-                    "cells of higher order are not repaired; make the cells linear first (convert {})",
+                    "a mesh with curved cells of 19, 24 or more than {MOST_NODES_OF_CURVED} nodes, curved polygons or Bezier pyramids is not repaired; make its cells linear first (convert {})",
                     option("linearize")
                 );
             }

@@ -19,6 +19,8 @@ use std::collections::BTreeMap;
 const BLOCK: usize = 64;
 /// Cells whose derivatives are held at once.
 const WAVE: usize = 1024;
+/// As long as these have no more pairs of nodes than this.
+const MOST_BLOCKS: usize = 1 << 20;
 /// Set in a slot of a block that is added transposed.
 const TURNED: u32 = 1 << 31;
 
@@ -187,9 +189,11 @@ impl Patch {
         self.matrix.clear();
         let mut state = State::EMPTY;
         let n = self.elements.len();
-        let mut wave: Vec<Derivatives> = vec![Derivatives::default(); WAVE.min(n)];
-        for first in (0..n).step_by(WAVE) {
-            let n_cells = WAVE.min(n - first);
+        let n_nodes = (0..n).map(|cell| self.elements.nodes(cell).len()).max();
+        let most = WAVE.min(MOST_BLOCKS / n_nodes.unwrap_or(1).pow(2)).max(1);
+        let mut wave: Vec<Derivatives> = vec![Derivatives::default(); most.min(n)];
+        for first in (0..n).step_by(most) {
+            let n_cells = most.min(n - first);
             parallel::for_blocks(&mut wave[..n_cells], 16, &|start, found| {
                 for (i, found) in found.iter_mut().enumerate() {
                     self.elements

@@ -1,7 +1,7 @@
 //! Groups cells into patches: folded ones and rings of neighbours around them, split into parts that do not touch.
 
 use super::freedom::Freedom;
-use super::nearby::{Marked, Nearby, corners};
+use super::nearby::{Marked, Nearby};
 use azimesh_core::parallel;
 use azimesh_io::mesh::Mesh;
 
@@ -35,7 +35,7 @@ pub(super) fn around(
     let cells = nearby.cells_with(&marked, &moves);
     let mut moving: Vec<u32> = Vec::new();
     for &cell in &cells {
-        let nodes = corners(&mesh.cells.get(cell as usize));
+        let nodes = mesh.cells.get(cell as usize).nodes;
         moving.extend(nodes.iter().copied().filter(|&node| moves(node)));
     }
     parallel::sort(&mut moving);
@@ -46,7 +46,7 @@ pub(super) fn around(
 /// Marks the nodes of cells, and their partners.
 fn mark(mesh: &Mesh, freedom: &Freedom, cells: &[u32], marked: &mut Marked) {
     for &cell in cells {
-        for &node in corners(&mesh.cells.get(cell as usize)) {
+        for &node in mesh.cells.get(cell as usize).nodes {
             marked.insert(node);
         }
     }
@@ -79,7 +79,7 @@ fn split(
     let place = |node: u32| moving.binary_search(&node).ok();
     let mut first_of_cell = Vec::with_capacity(cells.len());
     for &cell in &cells {
-        let nodes = corners(&mesh.cells.get(cell as usize));
+        let nodes = mesh.cells.get(cell as usize).nodes;
         let mut own = nodes.iter().filter_map(|&node| place(node));
         let first = own.next().expect("it has a node that moves");
         own.for_each(|other| parts.join(first, other));

@@ -3,7 +3,6 @@
 use super::Task;
 use super::density::Space;
 use super::elements::{Elements, NewCell, Target};
-use super::nearby::corners;
 use super::newton::{SolveStats, minimise, relax};
 use super::patch::Patch;
 use super::regions::Region;
@@ -38,9 +37,43 @@ pub(super) struct PatchTargets<'a> {
     pub between: &'a BTreeSet<u32>,
     /// Cells that are to become regular, whatever the reference.
     pub regular: &'a BTreeSet<u32>,
-    /// Weight of thin cells that have a fixed node.
-    pub weight_at_walls: f64,
+    /// Weights of the functional.
+    pub weights: Weights,
 }
+
+/// Weights of the functional.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Weights {
+    /// Of the size against the shape.
+    pub theta: f64,
+    /// Of thin cells at fixed nodes against others.
+    pub at_walls: f64,
+}
+
+/// Folded cells become valid fastest if both count alike.
+pub(super) const OF_FOLDED: Weights = Weights {
+    theta: 0.5,
+    at_walls: 1.0,
+};
+
+impl Default for Weights {
+    fn default() -> Self {
+        OF_FOLDED
+    }
+}
+
+/// Where valid cells are improved, first cells keep their heights. If sizes count more than shapes, most of the worst cells
+/// gain more, but not always the worst one: that is tried first.
+pub(super) const OF_VALID: [Weights; 2] = [
+    Weights {
+        theta: 0.82,
+        at_walls: 10.0,
+    },
+    Weights {
+        theta: 0.5,
+        at_walls: 10.0,
+    },
+];
 
 /// Solves a region from `points`. Cells of `between` have simplices between their corners too.
 pub(super) fn region(
@@ -54,7 +87,7 @@ pub(super) fn region(
     let wishes = PatchTargets {
         between,
         regular: &BTreeSet::new(),
-        weight_at_walls: 1.0,
+        weights: OF_FOLDED,
     };
     let (mut patch, stuck) = patch(task, region, points, wishes);
     let before = patch.state(1e-9, &patch.places);
@@ -132,7 +165,7 @@ pub(super) fn patch(
         let one = listed.uncollapsed();
         let of = one.as_ref().unwrap_or(&mesh.cells);
         let cell = one.as_ref().map_or(listed, |one| one.get(0));
-        let own = corners(&cell);
+        let own = cell.nodes;
         let local: Vec<u32> = own
             .iter()
             .map(|node| nodes.binary_search(node).expect("all nodes are listed") as u32)
@@ -157,14 +190,14 @@ pub(super) fn patch(
             size,
             regular: wishes.regular.contains(&(listed.index as u32)),
             weight: if own.iter().any(|&node| task.freedom.is_fixed(node))
-                && is_thin(&places(&mesh.points))
+                && is_thin(&places(&mesh.points)[..cell.kind.n_corners(own.len())])
             {
-                wishes.weight_at_walls
+                wishes.weights.at_walls
             } else {
                 1.0
             },
+            theta: wishes.weights.theta,
         };
-        let simplices = Simplices::of(of, &cell, is_between);
         let whole = target.whole;
         let new = NewCell {
             kind: cell.kind,
@@ -173,7 +206,11 @@ pub(super) fn patch(
             can_move: &can_move,
             target,
         };
-        if elements.push(&new, simplices) > 0 && whole {
+        let n_stuck = match reference.maps().of(cell.kind, own.len()) {
+            Some(map) => elements.push_curved(&new, map.samples(is_between)),
+            None => elements.push(&new, Simplices::of(of, &cell, is_between)),
+        };
+        if n_stuck > 0 && whole {
             stuck.push(listed.index as u32);
         }
     }
@@ -190,7 +227,7 @@ fn nodes_of<'a>(
 ) -> Vec<u32> {
     let mut nodes: Vec<u32> = region.moving.clone();
     for cell in cells {
-        nodes.extend_from_slice(corners(&cell));
+        nodes.extend_from_slice(cell.nodes);
     }
     let followers = region
         .moving

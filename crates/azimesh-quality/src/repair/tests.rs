@@ -299,3 +299,128 @@ fn a_wall_that_went_through_all_of_its_layers_takes_few_steps() {
     assert_eq!(found.unrepaired, []);
     assert!(found.patches[0].steps < 80, "{:?}", found.patches);
 }
+
+/// A grid of `n` cells of second order without nodes inside faces and cells along each axis; other points are in no cell.
+fn curved_grid(kind: CellKind, n: usize) -> Mesh {
+    let is_solid = kind.dimension() == 3;
+    let side = 2 * n + 1;
+    let places = |n: usize| (0..n).flat_map(move |k| (0..n).map(move |j| (j, k)));
+    let mut mesh = Mesh::default();
+    let h = 0.5 / n as f64;
+    for (j, k) in places(side).filter(|(_, k)| is_solid || *k == 0) {
+        let row = (0..side).map(|i| [i, j, k].map(|i| i as f64 * h));
+        mesh.points.extend(row);
+    }
+    let node = |at: [usize; 3]| (at[0] + side * (at[1] + side * at[2])) as u32;
+    let ring = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]];
+    let up = |[i, j, _]: [usize; 3]| [i, j, 2];
+    let [a, b, c, d] = ring;
+    let cells: Vec<Vec<[usize; 3]>> = match kind {
+        CellKind::Triangle6 => vec![vec![a, b, c], vec![a, c, d]],
+        CellKind::Quadrilateral8 => vec![ring.to_vec()],
+        CellKind::Wedge15 => {
+            let wedge = |base: [[usize; 3]; 3]| [base, base.map(up)].concat();
+            vec![wedge([a, c, b]), wedge([a, d, c])]
+        }
+        CellKind::Hexahedron20 => vec![[ring, ring.map(up)].concat()],
+        _ => [
+            [0, 1, 2],
+            [1, 2, 0],
+            [2, 0, 1],
+            [0, 2, 1],
+            [2, 1, 0],
+            [1, 0, 2],
+        ]
+        .map(|axes| {
+            let mut at = [0; 3];
+            let path = axes.map(|axis| {
+                at[axis] = 2;
+                at
+            });
+            [vec![[0; 3]], path.to_vec()].concat()
+        })
+        .to_vec(),
+    };
+    for (i, j, k) in places(n).flat_map(|(j, k)| (0..n).map(move |i| (i, j, k))) {
+        if !is_solid && k > 0 {
+            continue;
+        }
+        for corners in &cells {
+            let at =
+                |corner: &[usize; 3]| [corner[0] + 2 * i, corner[1] + 2 * j, corner[2] + 2 * k];
+            let mut nodes: Vec<u32> = corners.iter().map(|corner| node(at(corner))).collect();
+            for edge in kind.edges() {
+                let [from, to] = edge.map(|end| at(&corners[usize::from(end)]));
+                nodes.push(node([0, 1, 2].map(|axis| (from[axis] + to[axis]) / 2)));
+            }
+            mesh.cells.push(kind, &nodes);
+        }
+    }
+    mesh
+}
+
+const CURVED: [CellKind; 5] = [
+    CellKind::Triangle6,
+    CellKind::Quadrilateral8,
+    CellKind::Tetrahedron10,
+    CellKind::Hexahedron20,
+    CellKind::Wedge15,
+];
+
+#[test]
+fn a_bent_edge_is_unbent_without_its_corners() {
+    for kind in CURVED {
+        let mesh = curved_grid(kind, 3);
+        let mut points = mesh.points.clone();
+        // The middle of an inner edge along x.
+        let middle = 3 + 7 * if kind.dimension() == 3 { 2 + 7 * 2 } else { 2 };
+        points[middle][0] += 0.13;
+        points[middle][1] += 0.2;
+        let bent = points.clone();
+        let found = repaired(&mesh, &mut points);
+        assert_eq!(found.unrepaired, [], "{kind:?}");
+        assert!(!found.patches.is_empty() && found.patches[0].rings == 0);
+        let corners = mesh
+            .cells
+            .iter()
+            .flat_map(|cell| &cell.nodes[..cell.kind.n_corners(cell.nodes.len())]);
+        for &corner in corners {
+            assert_eq!(points[corner as usize], bent[corner as usize]);
+        }
+        assert_ne!(points[middle], bent[middle]);
+    }
+}
+
+#[test]
+fn a_corner_that_left_the_middles_of_its_edges_behind_comes_back() {
+    for kind in CURVED {
+        let mesh = curved_grid(kind, 4);
+        let mut points = mesh.points.clone();
+        let corner = 4 + 9 * if kind.dimension() == 3 { 4 + 9 * 4 } else { 4 };
+        points[corner][0] += 0.22;
+        points[corner][1] += 0.16;
+        let found = repaired(&mesh, &mut points);
+        assert_eq!(found.unrepaired, [], "{kind:?}");
+        assert!(!found.patches.is_empty(), "{kind:?}");
+        let freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh));
+        for (node, (now, then)) in points.iter().zip(&mesh.points).enumerate() {
+            assert!(
+                now == then || !freedom.is_fixed(node as u32),
+                "the boundary stays"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_curved_boundary_that_folds_a_cell_is_named() {
+    let mesh = curved_grid(CellKind::Triangle6, 2);
+    let mut points = mesh.points.clone();
+    // The upper side leaves its corner to the other side, and both sides there are of one triangle.
+    points[21] = [-0.2, 1.0, 0.0];
+    let before = points.clone();
+    let found = repaired(&mesh, &mut points);
+    let reasons = found.unrepaired.iter().map(|left| left.reason);
+    assert_eq!(reasons.collect::<Vec<_>>(), [Reason::Fixed]);
+    assert_eq!(points[21], before[21]);
+}

@@ -18,10 +18,16 @@
 //! Computational Physics 233, 2013. [2] M. Bergot, G. Cohen, M. Durufle, Higher-order finite elements for hybrid meshes using new nodal
 //! pyramidal elements, Journal of Scientific Computing 42, 2010.
 
+mod samples;
+
+pub use samples::Samples;
+
 use super::Proof;
-use azimesh_core::geometry::vector::{Vector, cross, dot, norm, scale, sub};
+use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
 use azimesh_io::mesh::CellKind::{self, *};
 use azimesh_io::mesh::lagrange;
+use std::cell::RefCell;
+use std::sync::{Arc, OnceLock};
 
 /// The highest order that is checked.
 const MAX_ORDER: usize = 10;
@@ -30,6 +36,10 @@ const DEPTH: usize = 6;
 const MAX_PARTS: usize = 4096;
 /// Rounding of a coefficient, as a part of the product of the largest derivatives.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Gap between the bounds of the least Jacobian, as a part of it.
+const RELATIVE: f64 = 1e-3;
+/// Largest difference of derivatives that are the same but for rounding.
+const AFFINE: f64 = 1e-12;
 
 /// Exponents of the reference coordinates.
 type Exponents = [usize; 3];
@@ -136,20 +146,27 @@ fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// A derivative of the map: coefficients as differences of two control points, in scaled form.
+/// A derivative of the map by one coordinate.
 #[derive(Debug)]
 struct Derivative {
-    /// Control points to subtract, the factor, and the place in the determinant.
-    terms: Vec<(usize, usize, f64, usize)>,
+    space: Space,
+    /// For each coefficient the control points to subtract, and the factor; none for the normal of a plane cell.
+    terms: Vec<(usize, usize, f64)>,
+    /// The multinomial of each coefficient, and its place in the determinant.
+    places: Vec<(f64, usize)>,
 }
 
 /// The map of one kind of cell with one number of nodes.
 #[derive(Debug)]
 pub struct CurvedMap {
+    kind: CellKind,
     n_nodes: usize,
-    /// Control points of the nodes, row by row.
-    control: Vec<f64>,
-    derivatives: Vec<Derivative>,
+    order: usize,
+    /// Few and many.
+    samples: [OnceLock<Arc<Samples>>; 2],
+    /// Nodes and their shares of each control point.
+    control: Vec<Vec<(usize, f64)>>,
+    derivatives: [Derivative; 3],
     /// Places of the cross product of the first two derivatives.
     crossed: Vec<usize>,
     determinant: Space,
@@ -160,10 +177,32 @@ pub struct CurvedMap {
     /// For each edge of a simplex the lines of coefficients along it.
     lines: Vec<Vec<Vec<usize>>>,
     rounding: f64,
+    /// Volume of the reference cell.
+    volume: f64,
+    /// The scaled Jacobian of the ideal cell is 1 with this factor.
+    ideal: f64,
+    /// The polynomials of each derivative at the points where the scaled Jacobian is sampled.
+    lattice: Vec<[Vec<f64>; 3]>,
+}
+
+/// Arrays for one cell, kept for the next.
+#[derive(Debug, Default)]
+struct Workspace {
+    control: Vec<Vector>,
+    /// Coefficients of the derivatives.
+    slopes: [Vec<Vector>; 3],
+    normals: Vec<Vector>,
+    products: Vec<f64>,
+    /// Coefficients of the determinant.
+    coefficients: Vec<f64>,
+}
+
+thread_local! {
+    static WORKSPACE: RefCell<Workspace> = RefCell::default();
 }
 
 impl CurvedMap {
-    /// The map of cells with more nodes than corners; `None` for kinds and orders that are not checked.
+    /// The map of a kind of cell with so many nodes; `None` for kinds and orders that are not checked.
     pub fn new(kind: CellKind, n_nodes: usize) -> Option<Self> {
         let cell = Nodes::of(kind, n_nodes)?;
         let map = Space::new(cell.simplices, cell.degrees.clone());
@@ -190,27 +229,40 @@ impl CurvedMap {
         let strides = [1, size[0], size[0] * size[1]];
         let index = |a: Exponents| map.exponents.iter().position(|b| *b == a);
         let mut derivatives = Vec::new();
-        for (axis, space) in spaces.iter().enumerate() {
+        let crossed = sum(2).places(strides);
+        for (axis, space) in spaces.into_iter().enumerate() {
             let owner = cell
                 .simplices
                 .iter()
                 .position(|simplex| simplex.contains(&axis))?;
             let degree = cell.degrees[owner] as f64;
-            let places = space.places(strides);
             let mut terms = Vec::new();
-            for (i, a) in space.exponents.iter().enumerate() {
+            for a in &space.exponents {
                 let mut next = *a;
                 next[axis] += 1;
-                // A pyramid's scaled coefficients stay, where the factor `1 - w` is dropped.
-                let scaled = if is_pyramid && axis < 2 {
+                // Scaled coefficients stay where the factor `1 - w` of a pyramid is dropped.
+                let dropped = if is_pyramid && axis < 2 {
                     let at = cell.degrees[2];
-                    space.multinomials[i] / binomial(at - 1, a[2]) * binomial(at, a[2])
+                    binomial(at, a[2]) / binomial(at - 1, a[2])
                 } else {
-                    space.multinomials[i]
+                    1.0
                 };
-                terms.push((index(next)?, index(*a)?, degree * scaled, places[i]));
+                terms.push((index(next)?, index(*a)?, degree * dropped));
             }
-            derivatives.push(Derivative { terms });
+            let places = space.places(strides);
+            let multinomials = space.multinomials.iter().copied();
+            derivatives.push(Derivative {
+                terms,
+                places: multinomials.zip(places).collect(),
+                space,
+            });
+        }
+        if dimension == 2 {
+            derivatives.push(Derivative {
+                space: Space::new(&[], Vec::new()),
+                terms: Vec::new(),
+                places: vec![(1.0, 0)],
+            });
         }
         let corners =
             (0..determinant.exponents.len()).filter(|&i| determinant.multinomials[i] == 1.0);
@@ -229,106 +281,237 @@ impl CurvedMap {
             .chunks(n_nodes)
             .map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
         let rounding = sums.fold(1.0, f64::max);
+        let control = cell.control.chunks(n_nodes).map(|row| {
+            let shares = row.iter().copied().enumerate();
+            shares.filter(|(_, share)| *share != 0.0).collect()
+        });
+        let (volume, ideal) = match kind.linear() {
+            Triangle => (1.0 / 2.0, 2.0 / 3f64.sqrt()),
+            Tetrahedron => (1.0 / 6.0, 2f64.sqrt()),
+            Wedge => (1.0 / 2.0, 2.0 / 3f64.sqrt()),
+            Pyramid => (1.0 / 3.0, 2f64.sqrt()),
+            _ => (1.0, 1.0),
+        };
+        let degrees: Vec<usize> = cell.degrees.iter().map(|degree| 2 * degree).collect();
+        let sample = |a: &Exponents| {
+            let mut at = [0.0; 3];
+            for (simplex, &degree) in cell.simplices.iter().zip(&degrees) {
+                for &axis in *simplex {
+                    at[axis] = a[axis] as f64 / degree as f64;
+                }
+            }
+            std::array::from_fn(|axis: usize| derivatives[axis].space.values(at))
+        };
+        let lattice = Space::new(cell.simplices, degrees.clone()).exponents;
         Some(Self {
+            kind,
             n_nodes,
-            control: cell.control,
-            derivatives,
-            crossed: if dimension == 3 {
-                sum(2).places(strides)
-            } else {
-                Vec::new()
-            },
+            order: cell.degrees.iter().copied().fold(1, usize::max),
+            samples: Default::default(),
+            control: control.collect(),
+            lattice: lattice.iter().map(sample).collect(),
+            derivatives: derivatives.try_into().ok()?,
+            crossed,
             places: determinant.places(strides),
             n_places: size.iter().product(),
             corners,
             lines: lines(&determinant),
             rounding: ROUNDING * rounding,
+            volume,
+            ideal,
             determinant,
         })
     }
 
     /// Proves or refutes a cell whose positive orientation is `sign`.
     pub fn prove(&self, nodes: &[u32], points: &[Vector], sign: i8) -> Proof {
-        let (mut coefficients, size) = self.coefficients(nodes, points);
-        coefficients.iter_mut().for_each(|c| *c *= f64::from(sign));
-        self.decide(coefficients, self.rounding * size)
+        WORKSPACE.with_borrow_mut(|work| {
+            self.slopes(nodes, points, work);
+            let bound = self.rounding * self.coefficients(sign, work);
+            self.decide(&work.coefficients, bound)
+        })
+    }
+
+    /// The least Jacobian of a cell whose positive orientation is `sign`, and its least scaled Jacobian:
+    ///
+    /// ```text
+    /// jacobian = min over s of det(dx/ds) |S| / |V|,    S the reference cell
+    /// scaled   = min over s of c det(dx/ds) / product over the simplices of the lengths of its edges
+    /// ```
+    ///
+    /// `V`, the `volume`, is that of the cell with straight edges; `dx/ds` maps the edges of a simplex, and the largest product of
+    /// those that meet at one of its corners counts. The first is a lower bound, at most 1/1000 of the value below it. The second is the
+    /// least of a sample at the nodes of a lattice of twice the order; at most 0 if the first is.
+    pub fn least(&self, nodes: &[u32], points: &[Vector], sign: i8, volume: f64) -> [f64; 2] {
+        WORKSPACE.with_borrow_mut(|work| {
+            self.slopes(nodes, points, work);
+            let samples = if is_affine(&work.slopes) {
+                &self.lattice[..1]
+            } else {
+                &self.lattice
+            };
+            let mut scaled = f64::INFINITY;
+            let mut jacobian = f64::INFINITY;
+            for weights in samples {
+                let slope = |axis: usize| {
+                    let pairs = weights[axis].iter().zip(&work.slopes[axis]);
+                    pairs.fold([0.0; 3], |sum, (weight, slope)| {
+                        add(sum, scale(*slope, *weight))
+                    })
+                };
+                let axes: [Vector; 3] = std::array::from_fn(slope);
+                let determinant = f64::from(sign) * dot(cross(axes[0], axes[1]), axes[2]);
+                let lengths = |simplex: &&[usize]| largest_product(simplex, &axes);
+                let simplices = self.determinant.simplices.iter();
+                let product = simplices.map(lengths).product::<f64>().sqrt();
+                let value = if product > 0.0 {
+                    self.ideal * determinant / product
+                } else {
+                    determinant
+                };
+                scaled = scaled.min(value);
+                jacobian = jacobian.min(determinant);
+            }
+            if samples.len() > 1 {
+                self.coefficients(sign, work);
+                let [low, high] =
+                    self.bounds(&work.coefficients, 1e-6 * volume.abs() / self.volume);
+                jacobian = low;
+                if high <= 0.0 {
+                    scaled = scaled.min(0.0);
+                }
+            }
+            let size = volume.abs() / self.volume;
+            let jacobian = if size > 0.0 {
+                jacobian / size
+            } else {
+                f64::NAN
+            };
+            [jacobian, scaled]
+        })
     }
 
     /// The least value of the determinant at the corners, and its least coefficient.
     #[cfg(test)]
     pub fn range(&self, nodes: &[u32], points: &[Vector]) -> (f64, f64) {
-        let (coefficients, _) = self.coefficients(nodes, points);
-        let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+        let mut work = Workspace::default();
+        self.slopes(nodes, points, &mut work);
+        self.coefficients(1, &mut work);
+        let corners = self.corners.iter().map(|&i| work.coefficients[i]);
         (
-            least(&mut self.corners.iter().map(|&i| coefficients[i])),
-            least(&mut coefficients.iter().copied()),
+            corners.fold(f64::INFINITY, f64::min),
+            least(&work.coefficients),
         )
     }
 
-    /// The coefficients of the determinant, and the product of the largest derivatives.
-    fn coefficients(&self, nodes: &[u32], points: &[Vector]) -> (Vec<f64>, f64) {
+    /// Computes the coefficients of the derivatives.
+    fn slopes(&self, nodes: &[u32], points: &[Vector], work: &mut Workspace) {
         let origin = points[nodes[0] as usize];
-        let at = |i: usize| sub(points[nodes[i] as usize], origin);
-        let nodes: Vec<Vector> = (0..self.n_nodes).map(at).collect();
-        let point = |row: &[f64]| {
-            let pairs = row.iter().zip(&nodes).filter(|(share, _)| **share != 0.0);
-            pairs.fold([0.0; 3], |sum: Vector, (share, x)| {
-                std::array::from_fn(|k| sum[k] + share * x[k])
+        let point = |row: &Vec<(usize, f64)>| {
+            row.iter().fold([0.0; 3], |sum, &(node, share)| {
+                let x = sub(points[nodes[node] as usize], origin);
+                add(sum, scale(x, share))
             })
         };
-        let control: Vec<Vector> = self.control.chunks(self.n_nodes).map(point).collect();
-        let mut size = 1.0;
-        let derivatives: Vec<Vec<(Vector, usize)>> = self
-            .derivatives
-            .iter()
-            .map(|derivative| {
-                let mut largest = 0.0f64;
-                let terms = derivative.terms.iter().map(|&(next, this, factor, place)| {
-                    let difference = scale(sub(control[next], control[this]), factor);
-                    largest = largest.max(norm(difference));
-                    (difference, place)
-                });
-                let terms = terms.collect();
-                size *= largest;
-                terms
-            })
-            .collect();
-        let mut all = vec![0.0; self.n_places];
-        if let [x, y] = &derivatives[..] {
-            for (a, i) in x {
-                for (b, j) in y {
-                    all[i + j] += a[0] * b[1] - a[1] * b[0];
-                }
+        work.control.clear();
+        work.control.extend(self.control.iter().map(point));
+        for (derivative, slopes) in self.derivatives.iter().zip(&mut work.slopes) {
+            let terms = derivative.terms.iter();
+            let terms = terms.map(|&(next, this, factor)| {
+                scale(sub(work.control[next], work.control[this]), factor)
+            });
+            slopes.clear();
+            slopes.extend(terms);
+            if slopes.is_empty() {
+                slopes.push([0.0, 0.0, 1.0]);
             }
-        } else if let [x, y, z] = &derivatives[..] {
-            let mut normals = vec![[0.0; 3]; self.n_places];
-            for (a, i) in x {
-                for (b, j) in y {
-                    let normal = cross(*a, *b);
-                    (0..3).for_each(|k| normals[i + j][k] += normal[k]);
-                }
+        }
+    }
+
+    /// Computes the coefficients of the determinant, times `sign`; returns the product of the largest derivatives.
+    fn coefficients(&self, sign: i8, work: &mut Workspace) -> f64 {
+        let zeros = |of: &mut Vec<f64>| {
+            of.clear();
+            of.resize(self.n_places, 0.0);
+        };
+        zeros(&mut work.products);
+        work.normals.clear();
+        work.normals.resize(self.n_places, [0.0; 3]);
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            let places = self.derivatives[axis].places.iter();
+            let scaled = places.zip(&work.slopes[axis]);
+            scaled.map(|(&(multinomial, place), slope)| (scale(*slope, multinomial), place))
+        });
+        for (a, i) in x {
+            for (b, j) in y.clone() {
+                let normal = &mut work.normals[i + j];
+                *normal = add(*normal, cross(a, b));
             }
+        }
+        for (c, j) in z {
             for &i in &self.crossed {
-                for (c, j) in z {
-                    all[i + j] += dot(normals[i], *c);
-                }
+                work.products[i + j] += dot(work.normals[i], c);
             }
         }
         let pairs = self.places.iter().zip(&self.determinant.multinomials);
-        (
-            pairs
-                .map(|(&place, multinomial)| all[place] / multinomial)
-                .collect(),
-            size,
-        )
+        let sign = f64::from(sign);
+        let values = pairs.map(|(&place, multinomial)| sign * work.products[place] / multinomial);
+        work.coefficients.clear();
+        work.coefficients.extend(values);
+        let largest = |slopes: &Vec<Vector>| {
+            let squares = slopes.iter().map(|slope| dot(*slope, *slope));
+            squares.fold(0.0, f64::max).sqrt()
+        };
+        work.slopes.iter().map(largest).product()
+    }
+
+    /// A lower bound of the least value of the determinant, and a value that it has.
+    fn bounds(&self, coefficients: &[f64], tolerance: f64) -> [f64; 2] {
+        let mut parts = vec![(coefficients.to_vec(), 0)];
+        let mut n_parts = 0;
+        let [mut low, mut high] = [f64::INFINITY; 2];
+        while let Some((c, depth)) = parts.pop() {
+            n_parts += 1;
+            let corners = self.corners.iter().map(|&i| c[i]);
+            high = corners.fold(high, f64::min);
+            let own = least(&c);
+            let is_far = own < high - RELATIVE * high.abs() - tolerance;
+            if is_far && depth < DEPTH * self.lines.len() && n_parts < MAX_PARTS {
+                parts.extend(self.halves(&c).map(|half| (half, depth + 1)));
+            } else {
+                low = low.min(own);
+            }
+        }
+        [low, high]
+    }
+
+    /// The coefficients on the two halves of a part, bisected along the edge where they bend most; the half with the least one last.
+    fn halves(&self, c: &[f64]) -> [Vec<f64>; 2] {
+        let bend = |lines: &Vec<Vec<usize>>| {
+            let of = |line: &Vec<usize>| {
+                let bends = line.windows(3).map(|i| c[i[0]] - 2.0 * c[i[1]] + c[i[2]]);
+                bends.fold(0.0, |most: f64, bend| most.max(bend.abs()))
+            };
+            lines.iter().map(of).fold(0.0, f64::max)
+        };
+        let bends = self.lines.iter().map(|lines| (bend(lines), lines));
+        let most = bends.max_by(|a, b| a.0.total_cmp(&b.0));
+        let mut both = most.map(|(_, lines)| halves(c, lines)).unwrap_or_default();
+        if least(&both[0]) < least(&both[1]) {
+            both.reverse();
+        }
+        both
     }
 
     /// Bisects until every part is positive or a corner is negative.
-    fn decide(&self, coefficients: Vec<f64>, bound: f64) -> Proof {
+    fn decide(&self, coefficients: &[f64], bound: f64) -> Proof {
+        if coefficients.iter().all(|c| *c > bound) {
+            return Proof::Valid;
+        }
         if coefficients.iter().any(|c| c.is_nan()) {
             return Proof::Inside;
         }
-        let mut parts = vec![(coefficients, 0)];
+        let mut parts = vec![(coefficients.to_vec(), 0)];
         let mut n_parts = 0;
         let mut worst = Proof::Valid;
         while let Some((c, depth)) = parts.pop() {
@@ -351,11 +534,44 @@ impl CurvedMap {
                 }
                 continue;
             }
-            let lines = &self.lines[depth % self.lines.len()];
-            parts.extend(halves(&c, lines).map(|half| (half, depth + 1)));
+            parts.extend(self.halves(&c).map(|half| (half, depth + 1)));
         }
         worst
     }
+}
+
+/// The least of some coefficients.
+fn least(coefficients: &[f64]) -> f64 {
+    coefficients.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// Returns whether the derivatives are the same everywhere.
+fn is_affine(slopes: &[Vec<Vector>; 3]) -> bool {
+    slopes.iter().all(|slopes| {
+        let first = slopes[0];
+        let off = |slope: &Vector| {
+            let off = sub(*slope, first);
+            dot(off, off) <= AFFINE * AFFINE * dot(first, first)
+        };
+        slopes.iter().all(off)
+    })
+}
+
+/// The largest product of the squared lengths of the edges of a simplex at one of its corners; `axes` are its edges at the first.
+fn largest_product(simplex: &[usize], axes: &[Vector; 3]) -> f64 {
+    let square = |x: Vector| dot(x, x);
+    let first: f64 = simplex.iter().map(|&i| square(axes[i])).product();
+    if simplex.len() == 1 {
+        return first;
+    }
+    let others = simplex.iter().map(|&i| {
+        let to = |&j: &usize| match i == j {
+            true => square(axes[i]),
+            false => square(sub(axes[j], axes[i])),
+        };
+        simplex.iter().map(to).product()
+    });
+    others.fold(first, f64::max)
 }
 
 /// The coefficients on the two halves of a part, bisected along the lines of coefficients of an edge.
@@ -445,6 +661,9 @@ impl Nodes {
         let second = |kind| lagrange::lattice(kind, 2);
         // The positions of the nodes of the complete cell, its degrees, and its nodes from the nodes of the cell.
         let (places, degrees, nodes) = match kind {
+            Triangle | Quadrilateral | Tetrahedron | Hexahedron | Wedge | Pyramid => {
+                (lagrange::lattice(full, 1), vec![1; simplices.len()], None)
+            }
             Triangle6 | Quadrilateral9 | Tetrahedron10 | Hexahedron27 | Wedge18 => {
                 (second(full), vec![2; simplices.len()], None)
             }
@@ -818,6 +1037,12 @@ mod tests {
                     Proof::Valid,
                     "{kind:?} {order}"
                 );
+                let volume = corners * curved.volume;
+                let [jacobian, _] = curved.least(&nodes, &points, 1, volume);
+                assert!(
+                    (jacobian - 1.0).abs() < 1e-9,
+                    "{kind:?} {order}: {jacobian}"
+                );
                 assert_eq!(
                     curved.prove(&nodes, &points, -1),
                     Proof::Inside,
@@ -864,6 +1089,24 @@ mod tests {
                 let curved = CurvedMap::new(kind, nodes.len()).expect("a map");
                 assert_eq!(curved.prove(&nodes, &points, 1), expected, "{kind:?} {a}");
             }
+        }
+    }
+
+    #[test]
+    fn the_least_jacobian_is_where_the_map_says() {
+        // dx/dx = 1 + a (3 x^2 - 3 x + 1/2): least at 1/2, where it is 1 - a / 4.
+        let map = |[x, y, z]: Vector| [x + 2.0 * x * (x - 0.5) * (x - 1.0), y, z];
+        for (kind, full) in KINDS
+            .into_iter()
+            .filter(|(kind, _)| kind.n_nodes().is_none())
+        {
+            let (nodes, points) = cell(kind, full, 3, map);
+            let curved = CurvedMap::new(kind, nodes.len()).expect("a map");
+            let [jacobian, scaled] = curved.least(&nodes, &points, 1, curved.volume);
+            assert!((0.499..0.500001).contains(&jacobian), "{kind:?} {jacobian}");
+            assert!((-1.0..1.0).contains(&scaled), "{kind:?} {scaled}");
+            let [mirrored, _] = curved.least(&nodes, &points, -1, curved.volume);
+            assert!(mirrored < -1.0, "{kind:?} {mirrored}");
         }
     }
 

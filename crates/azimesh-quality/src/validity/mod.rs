@@ -15,7 +15,7 @@ mod polyhedron;
 mod tests;
 mod wedge;
 
-pub use curved::CurvedMap;
+pub use curved::{CurvedMap, Samples};
 pub use hexahedron::hexahedron;
 pub use polyhedron::least_tetrahedron;
 pub use wedge::wedge;
@@ -221,8 +221,7 @@ fn corners<const N: usize>(cell: &CellRef<'_>, points: &[Vector]) -> [Vector; N]
     std::array::from_fn(|i| points[cell.nodes[i] as usize])
 }
 
-/// Checks whether a cell is valid with its nodes at `points`; one that is not checked counts as valid. Curved cells
-/// are taken by their corners.
+/// Checks whether a cell is valid with its nodes at `points`; one that is not checked counts as valid.
 pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize) -> Proof {
     match corners_are_good(mesh, points, reference, cell) {
         false => Proof::Corner,
@@ -232,7 +231,7 @@ pub fn state(mesh: &Mesh, points: &[Vector], reference: &Reference, cell: usize)
             &mesh.cells.get(cell),
             points,
             reference.sign(cell),
-            &CurvedMaps::default(),
+            reference.maps(),
         ),
     }
 }

@@ -133,10 +133,6 @@ impl NamedColumns for Cyclic {
 }
 
 impl BodyMotion for Cyclic {
-    fn order(&self) -> u8 {
-        5
-    }
-
     fn has_harmonics(&self) -> bool {
         let mut series = self.series().into_iter();
         series.any(|(_, series)| !series.harmonics.is_empty())

@@ -28,10 +28,6 @@ impl fmt::Debug for Displacements {
 }
 
 impl BodyMotion for Displacements {
-    fn order(&self) -> u8 {
-        2
-    }
-
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>> {
         let nodes = on.nodes();
         let displaced = |step: &Step| {

@@ -56,7 +56,7 @@ use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::Vector;
 use azimesh_io::mesh::Boundary;
 use nodes::BodyNodes;
-use std::any::Any;
+use std::any::{Any, TypeId};
 use std::cell::{OnceCell, RefCell};
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
@@ -64,9 +64,6 @@ use std::sync::Arc;
 
 /// The declaration of a motion.
 pub(super) trait BodyMotion: Any + Debug + Send + Sync {
-    /// Its rank in the order of motions; smaller numbers act first.
-    fn order(&self) -> u8;
-
     /// The tables and files it names.
     fn files(&self) -> Vec<&TableSource> {
         Vec::new()
@@ -90,6 +87,21 @@ pub(super) trait BodyMotion: Any + Debug + Send + Sync {
 
     /// Resolves it on a mesh: reads its files and checks them against nodes and steps.
     fn resolve(&self, on: &OnMesh<'_>) -> Result<Arc<dyn ResolvedMotion>>;
+}
+
+/// Returns the place of a motion in the order in which the motions of a body act.
+pub(super) fn order(motion: &dyn BodyMotion) -> Option<usize> {
+    let kinds = [
+        TypeId::of::<Modes>(),
+        TypeId::of::<SurfaceMotion>(),
+        TypeId::of::<Displacements>(),
+        TypeId::of::<Rigid>(),
+        TypeId::of::<TableMotion>(),
+        TypeId::of::<Cyclic>(),
+        TypeId::of::<Beam>(),
+    ];
+    let own = (motion as &dyn Any).type_id();
+    kinds.iter().position(|kind| *kind == own)
 }
 
 /// Set of points of a body that share a map of a motion.
@@ -125,6 +137,11 @@ pub(super) trait ResolvedMotion: Debug + Send + Sync {
 
     /// Returns pitch, flap and lag at a step, in radians, without the signs of the rotor.
     fn cyclic_angles(&self, _step: &Step) -> Option<[f64; 3]> {
+        None
+    }
+
+    /// Returns the angle about its given axis at a part of a step, in radians.
+    fn axis_angle(&self, _at: &At<'_>) -> Option<f64> {
         None
     }
 

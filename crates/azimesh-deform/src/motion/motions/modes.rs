@@ -80,10 +80,6 @@ keys! { impl Modes "[body.modes]" = Self::new("", ""), {
 } }
 
 impl BodyMotion for Modes {
-    fn order(&self) -> u8 {
-        0
-    }
-
     fn files(&self) -> Vec<&TableSource> {
         vec![&self.shapes, &self.coordinates]
     }

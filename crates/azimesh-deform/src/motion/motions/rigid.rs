@@ -133,10 +133,6 @@ const TRANSLATION: Kind<Translation> = Kind {
 };
 
 impl BodyMotion for Rigid {
-    fn order(&self) -> u8 {
-        3
-    }
-
     fn files(&self) -> Vec<&TableSource> {
         let rotations = self.rotate.iter();
         rotations.flat_map(|turn| &turn.angle.table).collect()
@@ -257,6 +253,12 @@ impl ResolvedMotion for RigidMotion {
             rotations: rotation.into_iter().collect(),
             translation: Some(by),
         }))
+    }
+
+    fn axis_angle(&self, at: &At<'_>) -> Option<f64> {
+        let reached = at.part * self.reached(at.step, at.clock.steps.len());
+        let (_, swing) = self.rotate.as_ref()?;
+        Some(reached * swing.at(at)[0])
     }
 
     fn notes(&self) -> &[Note] {

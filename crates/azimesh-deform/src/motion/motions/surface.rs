@@ -105,10 +105,6 @@ impl NamedColumns for SurfaceMotion {
 }
 
 impl BodyMotion for SurfaceMotion {
-    fn order(&self) -> u8 {
-        1
-    }
-
     fn files(&self) -> Vec<&TableSource> {
         vec![&self.source]
     }

@@ -90,14 +90,11 @@ keys! { impl TableMotion "[body.table]" = Self::new(""), {
 
 impl NamedColumns for TableMotion {
     const COLUMNS: &'static str = "azimuth_deg azimuth_rad time_s step dx dy dz rot_x_deg rot_x_rad \
-                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad quat_w quat_x quat_y quat_z wm_x wm_y wm_z";
+                                   rot_y_deg rot_y_rad rot_z_deg rot_z_rad quat_w quat_x quat_y quat_z wm_x wm_y wm_z \
+                                   rot_1_deg rot_1_rad rot_2_deg rot_2_rad rot_3_deg rot_3_rad";
 }
 
 impl BodyMotion for TableMotion {
-    fn order(&self) -> u8 {
-        4
-    }
-
     fn files(&self) -> Vec<&TableSource> {
         vec![&self.table]
     }

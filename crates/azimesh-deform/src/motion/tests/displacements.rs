@@ -8,7 +8,7 @@ use azimesh_core::geometry::vector::{Vector, add, distance, scale};
 use azimesh_io::formats::{WriteOptions, by_name};
 use azimesh_io::mesh::{DataArray, Mesh, Values};
 
-const SURFACE: &str = "surface = { file = \"s.csv\" }";
+pub(super) const SURFACE: &str = "surface = { file = \"s.csv\" }";
 
 fn surface(plane: bool, head: &str, body: &str, file: &str) -> Result<Motion> {
     resolve(plane, head, body, &[("s.csv", file), ("s.dat", file)])
@@ -28,7 +28,7 @@ fn assert_near(found: Vector, expected: Vector) {
     assert!(distance(found, expected) < 1e-15, "{found:?} {expected:?}");
 }
 
-fn told(plane: bool, body: &str, file: &str) -> String {
+pub(super) fn told(plane: bool, body: &str, file: &str) -> String {
     let found = surface(plane, "azimuth.values = [0, 30]", body, file);
     let error = found.expect_err("it is wrong").to_string();
     let at = ["s.csv", "s.dat", "hover.toml"]
@@ -268,54 +268,6 @@ fn nodes_that_are_missing_are_an_error_or_stay() {
     let motion = surface(false, "azimuth.values = [0]", fixed, one).expect("it is good");
     assert_near(place(&motion, 0, 1), [1.1, 0.0, 0.0]);
     assert_near(place(&motion, 0, 2), [1.0, 1.0, 0.0]);
-}
-
-#[test]
-fn wrong_surface_files_are_told_their_line() {
-    for (plane, file, expected) in [
-        (
-            false,
-            "node,dx,dy\n0,0,0\n",
-            "s.csv:1: the table has no column `dz`; found: node, dx, dy",
-        ),
-        (
-            false,
-            "nod,dx,dy,dz\n0,0,0,0\n",
-            "s.csv:1: the table has no column `node`; if it is `nod`, write  columns = { node = \"nod\" }; found: nod, dx, dy, dz",
-        ),
-        (
-            false,
-            "node,dx,dy,dz\n99,0,0,0\n",
-            "s.csv:2: node 99 is not in the mesh, whose nodes are 0 to 11",
-        ),
-        (
-            false,
-            "node,dx,dy,dz\n0.5,0,0,0\n",
-            "s.csv:2: column `node` has 0.5; it must be a whole number, 0 or more",
-        ),
-        (
-            false,
-            "node,dx,dy,dz\n0,0,0,0\n0,1,0,0\n",
-            "s.csv:3: node 0 is given twice, first in line 2; keep one of the rows",
-        ),
-        (
-            false,
-            "node,dx,dy,dz\n0,0,x,0\n",
-            "s.csv:2: column `dy` has \"x\"; it must be a finite number",
-        ),
-        (
-            true,
-            "node,dx,dy,dz\n0,0,0,1\n1,0,0,0\n",
-            "s.csv:2: body \"blade\" would leave the plane of the 2D mesh; displacements along z must be 0",
-        ),
-        (
-            false,
-            "x,y,z,dx,dy,dz\n0,0,1e-3,0,0,0\n",
-            "s.csv:2: no node of body \"blade\" is in the file; nodes are numbered from 0, and positions must agree within match_tolerance = 1e-9",
-        ),
-    ] {
-        assert_eq!(told(plane, SURFACE, file), expected);
-    }
 }
 
 #[test]

@@ -4,13 +4,13 @@ mod beams;
 mod bodies;
 mod builder;
 mod displacements;
+mod errors;
 mod functions;
 mod naming;
 mod options;
 mod oscillations;
 mod page;
 mod poses;
-mod refusals;
 mod rotations;
 mod rotor_tables;
 mod rotors;
@@ -35,6 +35,21 @@ impl Schedule {
 /// A schedule named hover.toml.
 fn parse(text: &str) -> Result<Schedule> {
     Schedule::parse(text, Path::new("hover.toml"))
+}
+
+/// Cases of a text: blocks between empty lines, each an input and, in its last line, an error. A line `# name` begins a group.
+pub(in crate::motion) fn cases(text: &str) -> impl Iterator<Item = (&str, &str, &str)> {
+    let mut group = "";
+    text.trim_end().split("\n\n").filter_map(move |block| {
+        match (block.strip_prefix("# "), block.rsplit_once('\n')) {
+            (Some(name), None) => {
+                group = name;
+                None
+            }
+            (_, Some((input, error))) => Some((group, input, error)),
+            (None, None) => Some((group, "", block)),
+        }
+    })
 }
 
 /// A schedule of one body "blade" with tag "blade_1", everything else fixed. `body` continues its `[[body]]`;

@@ -1,6 +1,6 @@
 //! Rotations and translations that swing, and angles from tables.
 
-use super::tables::{assert_near, place, resolve, told};
+use super::tables::{assert_near, place, resolve};
 use crate::motion::{
     AxisRotation, Body, Cyclic, Motion, Others, Schedule, Steps, Table, Translation,
 };
@@ -197,54 +197,6 @@ fn a_step_that_rounding_puts_beside_the_end_of_a_table_is_its_end() {
             "the motion needs time 0.1001 s, but the table goes from time 0 s to time 0.0999999 s; add the missing rows"
         ),
         "{told}"
-    );
-}
-
-#[test]
-fn what_is_wrong_with_an_oscillation_is_said_in_one_sentence() {
-    let cases = [
-        (
-            "rigid.rotate = { axis = [0, 0, 1] }",
-            "hover.toml:6: rotate = { axis, origin, angle } has no `angle`; add for example  angle = 20.0",
-        ),
-        (
-            "rigid.rotate = { axis = [0, 0, 1], angle = 1, frequency = 2 }",
-            "hover.toml:6: `frequency` belongs to `harmonics`, which are not given; add for example  harmonics = [ { sin = 10.0 } ]",
-        ),
-        (
-            "rigid.rotate = { axis = [0, 0, 1], angle = 1, interpolation = \"cubic\" }",
-            "hover.toml:6: `interpolation` belongs to `table`, which is not given",
-        ),
-        (
-            "cyclic = { collective = 1, interpolation = \"cubic\" }",
-            "hover.toml:6: `interpolation` belongs to `table`, which is not given",
-        ),
-        (
-            "rigid.translate = { vector = [0, 0, 1], cos = 1 }",
-            "hover.toml:6: unknown key `cos` in translate = { vector, harmonics }; known: vector, harmonics, frequency",
-        ),
-        (
-            "rigid.rotate = { axis = [0, 0, 1], table = \"m.csv\" }",
-            "m.csv:1: the table has no column `angle_deg` or `angle_rad`; found: azimuth_deg, flap_deg",
-        ),
-    ];
-    for (body, expected) in cases {
-        let found = told(false, body, "azimuth_deg,flap_deg\n0,1\n180,2\n");
-        assert_eq!(found, expected, "{body}");
-    }
-    let none = told(false, "cyclic.table = \"m.csv\"", "azimuth_deg\n0\n180\n");
-    assert_eq!(
-        none,
-        "m.csv:1: the table has none of the columns pitch_deg, flap_deg, lag_deg"
-    );
-    let plane = told(
-        true,
-        "cyclic.table = \"m.csv\"",
-        "azimuth_deg,flap_deg\n0,0\n180,2\n",
-    );
-    assert_eq!(
-        plane,
-        "m.csv:3: body \"blade\" would leave the plane of the 2D mesh; use only pitch_deg"
     );
 }
 

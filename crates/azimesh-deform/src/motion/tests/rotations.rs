@@ -81,6 +81,52 @@ fn three_angles_turn_in_the_order_of_their_name() {
     }
 }
 
+/// `SciPy 1.17.1: Rotation.from_euler("ZXZ", [20, -35, 50], degrees=True).apply([0.3, -0.7, 1.1])`, and so on.
+const SCIPY: [(&str, Vector); 6] = [
+    (
+        "euler_xyx",
+        [
+            0.14775853338211742,
+            -1.3213616083450037,
+            -0.14889901210105602,
+        ],
+    ),
+    (
+        "euler_xzx",
+        [
+            -0.4956594112073066,
+            -1.2151052409142216,
+            -0.26046305224430116,
+        ],
+    ),
+    (
+        "euler_yxy",
+        [1.244070372975184, -0.2996653343894321, 0.3904991606273387],
+    ),
+    (
+        "euler_yzy",
+        [0.5830061524083276, -1.1673363248984534, 0.29568518871700367],
+    ),
+    (
+        "euler_zxz",
+        [0.5309823760386702, 0.6727883636351601, 1.027333214732908],
+    ),
+    (
+        "euler_zyz",
+        [0.04360797967993271, -0.2183939533471839, 1.3192431259057682],
+    ),
+];
+
+#[test]
+fn angles_about_two_axes_turn_as_scipy_does() {
+    let head = "azimuth.values = [0]";
+    let rows = "step,rot_1_deg,rot_2_rad,rot_3_deg\n0,20,-0.6108652381980153,50\n";
+    let x = [0.3, -0.7, 1.1];
+    for (order, expected) in SCIPY {
+        assert_near(place(&table(order, head, rows), 0, x), expected);
+    }
+}
+
 #[test]
 fn vectors_quaternions_and_parameters_turn_any_number_of_times_and_are_interpolated_as_vectors() {
     let head = "time.values = [0, 0.25, 0.5, 1, 2.75, 3]";
@@ -147,69 +193,4 @@ fn sections_of_a_beam_turn_in_every_form_after_their_pitch() {
         assert!(distance(map, expected) < 2e-15, "{name}: {map:?}");
         assert_eq!(still.len(), numbers.len());
     }
-}
-
-#[test]
-fn wrong_rotations_are_told_what_would_be_right() {
-    let of = |keys: &str| format!("table = {{ file = \"m.csv\"{keys} }}");
-    let quaternions = of(", rotation = \"quaternion\"");
-    let head = "azimuth_deg,quat_w,quat_x,quat_y,quat_z\n";
-    for (body, table, expected) in [
-        (
-            &quaternions,
-            format!("{head}0,1,0,0,0\n90,0,0,0,0\n"),
-            "m.csv:3: the quaternion has the length 0; it must be 1, to 0.001: no rotation is 1, 0, 0, 0",
-        ),
-        (
-            &quaternions,
-            format!("{head}0,1,0.1,0,0\n90,1,0,0,0\n"),
-            "m.csv:2: the quaternion has the length 1.00499; it must be 1, to 0.001: divide its components by their length",
-        ),
-        (
-            &quaternions,
-            "azimuth_deg,quat_w,quat_x,quat_y\n0,1,0,0\n".to_owned(),
-            "m.csv:1: the table has no column `quat_z`; found: azimuth_deg, quat_w, quat_x, quat_y",
-        ),
-        (
-            &of(""),
-            format!("{head}0,1,0,0,0\n"),
-            "m.csv:1: unknown column `quat_w`; it needs rotation = \"quaternion\"; known columns: azimuth_deg, azimuth_rad, time_s, step, dx, dy, dz, rot_x_deg, rot_x_rad, rot_y_deg, rot_y_rad, rot_z_deg, rot_z_rad",
-        ),
-        (
-            &of(", columns = { wm_x = \"RDxr\" }"),
-            "azimuth_deg,RDxr\n0,0\n".to_owned(),
-            "hover.toml:6: `wm_x` needs rotation = \"wiener_milenkovic\"",
-        ),
-        (
-            &of(", rotation = \"quaternion\", units = { rot_x_deg = \"rad\" }"),
-            format!("{head}0,1,0,0,0\n"),
-            "hover.toml:6: `rot_x_deg` needs rotation = \"vector\", or an order of angles such as \"euler_zyx\"",
-        ),
-        (
-            &of(", rotation = \"euler_zxz\""),
-            "azimuth_deg,dx\n0,0\n".to_owned(),
-            "hover.toml:6: unknown rotation \"euler_zxz\"; did you mean `euler_zyx`? known: euler_xyz, euler_xzy, euler_yxz, euler_yzx, euler_zxy, euler_zyx, vector, quaternion, wiener_milenkovic",
-        ),
-        (
-            &of(", rotation = \"vector\""),
-            "((0 ((0 0 0) (0 0 0))))".to_owned(),
-            "hover.toml:6: the angles of OpenFOAM's table are \"euler_xyz\"; leave `rotation` out",
-        ),
-        (
-            &of(", rotation = \"wiener_milenkovic\""),
-            "azimuth_deg\n0\n".to_owned(),
-            "m.csv:1: the table has none of the columns dx, dy, dz, wm_x, wm_y, wm_z",
-        ),
-    ] {
-        assert_eq!(told(false, body, &table), expected);
-    }
-    let leaving = told(
-        true,
-        &quaternions,
-        &format!("{head}0,1,0,0,0\n30,0.6,0.8,0,0\n"),
-    );
-    assert_eq!(
-        leaving,
-        "m.csv:3: `quat_x` is not 0, so body \"blade\" would leave the plane of the 2D mesh; use only dx, dy and rotations about z"
-    );
 }

@@ -1,6 +1,6 @@
 //! The azimuth from a table over time, and plane meshes that turn.
 
-use super::tables::{assert_near, place, resolve};
+use super::tables::{assert_near, place, resolve, told_at};
 use crate::motion::{Body, Motion, Others, Rotor, Schedule, Steps, Table, Translation};
 
 fn azimuths(motion: &Motion) -> Vec<(f64, f64)> {
@@ -78,47 +78,10 @@ fn a_cubic_table_of_the_azimuth_has_no_jumps_of_speed() {
 
 #[test]
 fn what_is_wrong_with_a_table_of_the_azimuth_is_said_in_one_sentence() {
-    let table = "time_s,azimuth_deg\n0,0\n1,30\n";
-    let told = |head: &str, table: &str| {
-        let error = resolve(
-            false,
-            head,
-            "rigid.translate = [0, 0, 1]",
-            &[("a.csv", table)],
-        );
-        let error = error.expect_err("it is wrong").to_string();
-        let at = error.rfind("hover.toml").or_else(|| error.rfind("a.csv"));
-        error[at.expect("it names a file")..].to_owned()
-    };
-    let rotor = "rotor.azimuth_table = \"a.csv\"";
-    let cases = [
-        (
-            format!("azimuth.values = [0]\n{rotor}"),
-            "hover.toml:3: `azimuth_table` gives times their azimuths; give the steps as [time], not as [azimuth]",
-        ),
-        (
-            format!("time = {{ values = [0], frequency = 2 }}\n{rotor}"),
-            "hover.toml:3: `azimuth_table` and `frequency` in [time] both define the azimuth; keep one of them",
-        ),
-        (
-            format!("time.values = [0, 2]\n{rotor}"),
-            "a.csv:3: the motion needs time 2 s, but the table goes from time 0 s to time 1 s; add the missing rows",
-        ),
-        (
-            format!("time.values = [0]\n{rotor}\nrotor.rpm = 300"),
-            "hover.toml:4: `rpm` and `azimuth_table` both define the azimuth; keep one of them",
-        ),
-        (
-            "time.values = [0]\nrotor.azimuth_interpolation = \"cubic\"".to_owned(),
-            "hover.toml:3: `azimuth_interpolation` belongs to `azimuth_table`, which is not given",
-        ),
-    ];
-    for (head, expected) in cases {
-        assert_eq!(told(&head, table), expected);
-    }
-    let head = format!("time.values = [0]\n{rotor}");
+    let head = "time.values = [0]\nrotor.azimuth_table = \"a.csv\"";
+    let body = "rigid.translate = [0, 0, 1]";
     assert_eq!(
-        told(&head, "time_s,psi\n0,0\n1,30\n"),
+        told_at(false, head, body, ("a.csv", "time_s,psi\n0,0\n1,30\n")),
         "a.csv:1: the table has no column `azimuth_deg` or `azimuth_rad`"
     );
     let missing = resolve(

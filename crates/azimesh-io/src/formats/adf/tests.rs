@@ -4,6 +4,7 @@ use super::Node;
 use super::fixture::{Draft, Layout, PLAIN, file, layouts, patched, place};
 use crate::formats::Source;
 use crate::mesh::Values;
+use crate::testing::assert_says;
 use azimesh_core::error::Result;
 use std::path::Path;
 
@@ -200,7 +201,7 @@ fn other_machines_and_versions_are_refused_in_words() {
     ];
     for (at, new, expected) in cases {
         let found = message(root(&patched(&good, at, new)));
-        assert!(found.contains(expected), "{found}");
+        assert_says(&found, expected);
     }
     let found = message(root(&good[..100]));
     assert!(
@@ -326,7 +327,7 @@ fn lying_sizes_are_refused_with_the_byte() {
     read(&good).unwrap();
     for (at, new, expected) in cases {
         let found = message(read(&patched(&good, at, new)));
-        assert!(found.contains(&expected), "{found}");
+        assert_says(&found, &expected);
     }
     let shared = patched(&good, at_data + 230, &pointer);
     assert!(message(read(&shared)).contains("it can have one place only"));
@@ -355,7 +356,7 @@ fn pieces_may_be_longer_than_the_data_but_not_than_themselves() {
     let wrong = patched(&good, table + 28, end.as_bytes());
     let root = root(&wrong).unwrap();
     let found = message(root.children().unwrap()[0].data());
-    assert!(found.contains("by its table and at byte"), "{found}");
+    assert_says(&found, "by its table and at byte");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::faces::{Faces, FacesView, Label, Labels};
 use super::{shapes, uniform};
-use crate::mesh::{CellKind, Cells};
+use crate::mesh::{Cells, sides::flat};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::parallel::{for_items, map_blocks, n_threads};
 use std::ops::Range;
@@ -177,12 +177,7 @@ pub(in crate::formats) fn one_by_one(
         for face in range {
             scratch.clear();
             scratch.extend(faces.get(face).iter().map(|node| node.get()));
-            let kind = match scratch.len() {
-                3 => CellKind::Triangle,
-                4 => CellKind::Quadrilateral,
-                _ => CellKind::Polygon,
-            };
-            part.push(kind, &scratch);
+            part.push(flat(scratch.len()), &scratch);
         }
         Ok(part)
     })?;

@@ -5,9 +5,7 @@
 //! rim and then its middle, and the inside of a solid is a pile of layers.
 
 use crate::mesh::CellKind::{self, *};
-use crate::mesh::lagrange::{
-    self, LatticePoint, inside_edge, inside_face, inside_triangle, permutation,
-};
+use crate::mesh::lagrange::{self, LatticePoint, inside_triangle, permutation, shell, shifted};
 
 /// For each node of a Lagrange cell in VTK's order, its position in CGNS's order.
 pub(super) fn vtk_from_cgns(kind: CellKind, order: u16) -> Vec<usize> {
@@ -17,114 +15,62 @@ pub(super) fn vtk_from_cgns(kind: CellKind, order: u16) -> Vec<usize> {
 
 /// Places in the order of the standard (SIDS, conventions for unstructured elements).
 fn places(kind: CellKind, order: u16) -> Vec<LatticePoint> {
-    let mut walk = Walk {
-        order,
-        places: corners(kind, order),
+    let faces: &[&[usize]] = match kind {
+        LagrangeQuadrilateral => &[&[0, 1, 2, 3]],
+        LagrangeTetrahedron => &[&[0, 1, 2], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]],
+        LagrangePyramid => &[
+            &[0, 1, 2, 3],
+            &[0, 1, 4],
+            &[1, 2, 4],
+            &[2, 3, 4],
+            &[3, 0, 4],
+        ],
+        LagrangeWedge => &[
+            &[0, 1, 2],
+            &[0, 1, 4, 3],
+            &[1, 2, 5, 4],
+            &[2, 0, 3, 5],
+            &[3, 4, 5],
+        ],
+        LagrangeHexahedron => &[
+            &[0, 1, 2, 3],
+            &[0, 1, 5, 4],
+            &[1, 2, 6, 5],
+            &[2, 3, 7, 6],
+            &[3, 0, 4, 7],
+            &[4, 5, 6, 7],
+        ],
+        _ => return Vec::new(),
     };
-    match kind {
-        LagrangeQuadrilateral => {
-            walk.edges(&[[0, 1], [1, 2], [2, 3], [3, 0]]);
-            walk.quadrilaterals(&[[0, 1, 2, 3]]);
+    let mut edges = kind.edges().to_vec();
+    if matches!(kind, LagrangeWedge | LagrangeHexahedron) {
+        // Edges between base and top come before those of the top.
+        let n = edges.len() / 3;
+        edges[n..].rotate_left(n);
+    }
+    let (triangle, square) = (&inside_triangle(order)[..], &rounds(order)[..]);
+    let mut corners = lagrange::lattice(kind, 1);
+    corners.iter_mut().flatten().for_each(|i| *i *= order);
+    let inside = |face: &&[usize]| match **face {
+        [a, b, c] => ([a, b, c], triangle),
+        [a, b, .., d] => ([a, b, d], square),
+        _ => unreachable!("a face has three or four corners"),
+    };
+    let faces: Vec<_> = faces.iter().map(inside).collect();
+    let mut places = shell(order, &corners, &edges, &faces);
+    let mut layers = |of_layer: &[[u16; 2]]| {
+        for k in 1..order {
+            places.extend(of_layer.iter().map(|&[i, j]| [i, j, k]));
         }
-        LagrangeTetrahedron => {
-            walk.edges(&[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]);
-            walk.triangles(&[[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
-            walk.places.extend((order == 4).then_some([1; 3]));
-        }
-        LagrangePyramid => walk.pyramid(),
-        LagrangeWedge => walk.wedge(),
-        LagrangeHexahedron => walk.hexahedron(),
+    };
+    match (kind, order) {
+        (LagrangeWedge, _) => layers(triangle),
+        (LagrangeHexahedron, _) => layers(square),
+        (LagrangeTetrahedron, 4) | (LagrangePyramid, 3) => places.push([1; 3]),
+        (LagrangePyramid, 4) => places.extend(shifted(lagrange::lattice(kind, 1))),
         _ => {}
     }
-    walk.places
-}
-
-fn corners(kind: CellKind, p: u16) -> Vec<LatticePoint> {
-    let square = [[0, 0, 0], [p, 0, 0], [p, p, 0], [0, p, 0]];
-    let triangle = [[0, 0, 0], [p, 0, 0], [0, p, 0]];
-    let raised = |[i, j, _]: LatticePoint| [i, j, p];
-    match kind {
-        LagrangeQuadrilateral => square.to_vec(),
-        LagrangeTetrahedron => [&triangle[..], &[[0, 0, p]]].concat(),
-        LagrangePyramid => [&square[..], &[[0, 0, p]]].concat(),
-        LagrangeWedge => [triangle, triangle.map(raised)].concat(),
-        LagrangeHexahedron => [square, square.map(raised)].concat(),
-        _ => Vec::new(),
-    }
-}
-
-/// A list of places that grows edge by edge and face by face; the corners come first.
-struct Walk {
-    order: u16,
-    places: Vec<LatticePoint>,
-}
-
-impl Walk {
-    fn edges(&mut self, edges: &[[usize; 2]]) {
-        for &[a, b] in edges {
-            let (a, b) = (self.places[a], self.places[b]);
-            self.places.extend(inside_edge(a, b, self.order));
-        }
-    }
-
-    fn triangles(&mut self, triangles: &[[usize; 3]]) {
-        for triangle in triangles {
-            let corners = triangle.map(|i| self.places[i]);
-            let inside = inside_triangle(self.order);
-            self.places
-                .extend(inside_face(corners, self.order, &inside));
-        }
-    }
-
-    fn quadrilaterals(&mut self, quadrilaterals: &[[usize; 4]]) {
-        for &[a, b, _, d] in quadrilaterals {
-            let corners = [a, b, d].map(|i| self.places[i]);
-            self.places
-                .extend(inside_face(corners, self.order, &rounds(self.order)));
-        }
-    }
-
-    /// Inner nodes of a solid between two faces: layer by layer, each like the faces.
-    fn layers(&mut self, of_layer: &[[u16; 2]]) {
-        for k in 1..self.order {
-            self.places.extend(of_layer.iter().map(|&[i, j]| [i, j, k]));
-        }
-    }
-
-    fn wedge(&mut self) {
-        self.edges(&[[0, 1], [1, 2], [2, 0], [0, 3], [1, 4], [2, 5]]);
-        self.edges(&[[3, 4], [4, 5], [5, 3]]);
-        self.triangles(&[[0, 1, 2]]);
-        self.quadrilaterals(&[[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]);
-        self.triangles(&[[3, 4, 5]]);
-        self.layers(&inside_triangle(self.order));
-    }
-
-    fn hexahedron(&mut self) {
-        self.edges(&[[0, 1], [1, 2], [2, 3], [3, 0]]);
-        self.edges(&[[0, 4], [1, 5], [2, 6], [3, 7]]);
-        self.edges(&[[4, 5], [5, 6], [6, 7], [7, 4]]);
-        self.quadrilaterals(&[[0, 1, 2, 3], [0, 1, 5, 4], [1, 2, 6, 5]]);
-        self.quadrilaterals(&[[2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]]);
-        self.layers(&rounds(self.order));
-    }
-
-    /// The inside is a pyramid three orders lower, one layer above the base.
-    fn pyramid(&mut self) {
-        self.edges(&[[0, 1], [1, 2], [2, 3], [3, 0]]);
-        self.edges(&[[0, 4], [1, 4], [2, 4], [3, 4]]);
-        self.quadrilaterals(&[[0, 1, 2, 3]]);
-        self.triangles(&[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]);
-        match self.order {
-            3 => self.places.push([1, 1, 1]),
-            4 => {
-                let inner = corners(LagrangePyramid, 1);
-                self.places
-                    .extend(inner.iter().map(|place| place.map(|i| i + 1)));
-            }
-            _ => {}
-        }
-    }
+    places
 }
 
 /// Places inside a quadrilateral of second to fourth order: round the rim, then the middle.

@@ -226,6 +226,7 @@ mod tests {
     use super::*;
     use crate::formats::Source;
     use crate::formats::hdf5::Tree;
+    use crate::testing::assert_says;
     use std::path::Path;
 
     /// The faces that a list gives in a grid of 3 nodes along each index.
@@ -269,7 +270,7 @@ mod tests {
         assert_eq!(last.len(), 1);
         for number in [[1, 3, 1], [1, 1, 3], [4, 1, 1]] {
             let error = listed(GridLocation::FacesAcross(0), &[number]).expect_err("no such face");
-            assert!(error.to_string().contains("which is not in"), "{error}");
+            assert_says(&error, "which is not in");
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Cells and groups of an unstructured zone.
 
-use super::super::exterior::exterior_faces;
 use super::builder::MeshBuilder;
 use super::element::{NFACE_N, NGON_N};
 use super::polyhedra::Polyhedra;
@@ -8,6 +7,7 @@ use super::regions::{Families, GridLocation, Region, regions, tag};
 use super::sections::{Cells, Section, Span, not_of_zone, part, says_nothing, sections};
 use super::zone::Zone;
 use crate::mesh::NodeBits;
+use crate::mesh::exterior_faces;
 use azimesh_core::error::Result;
 use azimesh_core::note;
 use azimesh_core::numbers::with_verb;

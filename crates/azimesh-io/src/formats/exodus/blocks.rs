@@ -203,13 +203,12 @@ pub(super) struct Named {
 impl Named {
     /// A group of its cells, of a dimension.
     pub fn group(&self, dimension: u8, cells: CellSet) -> Group {
-        Group {
+        Group::new(
             dimension,
-            name: self.name.clone(),
-            number: i32::try_from(self.id).ok(),
-            condition: None,
+            self.name.clone(),
+            i32::try_from(self.id).ok(),
             cells,
-        }
+        )
     }
 }
 

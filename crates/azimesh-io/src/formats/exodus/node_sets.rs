@@ -1,10 +1,10 @@
 //! Node sets: in files without side sets, tags of the outer faces whose corners are all in a set.
 
 use super::super::Notes;
-use super::super::exterior::exterior_faces;
 use super::super::netcdf::File;
 use super::blocks::{Named, check_number, indices, named};
 use super::sides::Faces;
+use crate::mesh::exterior_faces;
 use crate::mesh::{CellKind, Cells, Group};
 use azimesh_core::error::Result;
 

@@ -4,7 +4,7 @@ use super::super::Notes;
 use super::super::netcdf::{File, Variable};
 use super::blocks::{Block, check_number, named};
 use super::element::Side;
-use crate::mesh::sides::{for_each_side, side};
+use crate::mesh::sides::{flat, for_each_side, side, side_corners};
 use crate::mesh::{CellKind, CellRef, Cells, Group};
 use azimesh_core::error::Result;
 use std::collections::{BTreeMap, BTreeSet};
@@ -135,19 +135,6 @@ impl Sets<'_> {
 
 /// A face of a cell by its corners, where the other nodes on it are not known.
 fn of_corners(cells: &Cells, cell: &CellRef, wanted: usize) -> Option<(CellKind, Vec<u32>)> {
-    let mut corners = Vec::new();
-    for_each_side(cells, cell, |face, nodes| {
-        if face == wanted {
-            corners = nodes.to_vec();
-        }
-    });
-    let kind = match corners.len() {
-        0 => return None,
-        1 => CellKind::Vertex,
-        2 => CellKind::Line,
-        3 => CellKind::Triangle,
-        4 => CellKind::Quadrilateral,
-        _ => CellKind::Polygon,
-    };
-    Some((kind, corners))
+    let corners = side_corners(cells, cell, wanted, <[u32]>::to_vec);
+    (!corners.is_empty()).then(|| (flat(corners.len()), corners))
 }

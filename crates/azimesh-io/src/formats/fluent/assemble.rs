@@ -5,6 +5,7 @@ use super::join::{Joined, join, too_many_cells};
 use crate::formats::Notes;
 use crate::formats::by_faces::{self, Faces, Labels};
 use crate::formats::notes::{listed, quoted};
+use crate::mesh::sides::flat;
 use crate::mesh::{CellKind, CellSet, Cells, Group, Mesh};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::note;
@@ -47,7 +48,7 @@ pub(super) fn mesh(mut content: Content, bytes: &[u8], notes: &mut Notes) -> Res
         _ => solid(&mut joined)?,
     };
     for nodes in both {
-        cells.push(kind_of(nodes.len(), content.dimension), &nodes);
+        cells.push(flat(nodes.len()), &nodes);
     }
     let mut groups = groups(tags, &joined, n_faces, content.dimension);
     groups.extend(zones(&content, &joined));
@@ -194,7 +195,7 @@ fn push(cells: &mut Cells, edges: &mut [[u32; 2]]) -> std::result::Result<(), St
     if nodes.len() != n {
         return Err(open.to_owned());
     }
-    cells.push(kind_of(n, 3), &nodes);
+    cells.push(flat(n), &nodes);
     Ok(())
 }
 
@@ -249,15 +250,6 @@ fn twice(joined: &Joined, tags: &[Tag]) -> Vec<Vec<u32>> {
     faces
         .map(|face| joined.faces.nodes(face).to_vec())
         .collect()
-}
-
-fn kind_of(n_nodes: usize, dimension: u8) -> CellKind {
-    match (dimension, n_nodes) {
-        (2, _) => CellKind::Line,
-        (_, 3) => CellKind::Triangle,
-        (_, 4) => CellKind::Quadrilateral,
-        _ => CellKind::Polygon,
-    }
 }
 
 /// The zones of cells, in the order of the file.

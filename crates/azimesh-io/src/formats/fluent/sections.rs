@@ -630,6 +630,7 @@ impl<'a> Scanner<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     #[test]
     fn sections_are_passed_with_what_they_contain() {
@@ -654,13 +655,10 @@ mod tests {
         assert_eq!(scanner.section().expect("a section"), Some(2));
         let mut scanner = Scanner::new(b"\n(cad/options (1 2)\n(2 3)");
         let error = scanner.section().expect_err("no end").to_string();
-        assert!(
-            error.contains("line 2: section cad/options has no end"),
-            "{error}"
-        );
+        assert_says(&error, "line 2: section cad/options has no end");
         let mut scanner = Scanner::new(b"(+ 3)");
         let error = scanner.section().expect_err("no index").to_string();
-        assert!(error.contains("expected the index of a section"), "{error}");
+        assert_says(&error, "expected the index of a section");
     }
 
     #[test]
@@ -679,6 +677,6 @@ mod tests {
         let mut scanner = Scanner::new(b"(2041 (1)\n(\x01");
         assert_eq!(scanner.section().expect("a section"), Some(2041));
         let error = scanner.pass(2041).expect_err("no end").to_string();
-        assert!(error.contains("byte 12: the file ends within"), "{error}");
+        assert_says(&error, "byte 12: the file ends within");
     }
 }

@@ -4,6 +4,7 @@ use super::fixtures::{Small, Stored, house, refined, zone};
 use super::*;
 use crate::formats::{Notes, ReadOptions, Source};
 use crate::mesh::{CellKind, Mesh};
+use crate::testing::assert_says;
 use azimesh_core::error::Result;
 use std::path::Path;
 
@@ -183,7 +184,7 @@ fn faces_on_no_cell_are_left_out_and_told() {
     small.faces.push(zone(21, 3, &[(&[1, 2, 9], [0, 0])]));
     let (mesh, notes) = load(small.text(true)).expect("it is read");
     assert_eq!(mesh, read(house().text(true)));
-    assert!(notes[0].contains("faces on no cell"), "{notes:?}");
+    assert_says(&notes[0], "faces on no cell");
 }
 
 #[test]
@@ -320,7 +321,7 @@ fn damaged_files_are_refused_with_the_place() {
     );
     let surface =
         refused("(2 3)\n(10 (1 1 3 1 3)(0 0 0 1 0 0 0 1 0))\n(13 (1 1 1 3 3)(1 2 3 0 0))\n");
-    assert!(surface.contains("it is a surface mesh"), "{surface}");
+    assert_says(&surface, "it is a surface mesh");
     let stored = Stored {
         is_double: true,
         is_big_endian: false,
@@ -389,21 +390,18 @@ fn errors_of_text_name_the_line_of_the_wrong_number() {
     let error = refused(&text[..half]);
     let told =
         "the file ends within the section of nodes that begins in line 4: expected 9, found 4";
-    assert!(error.contains(told), "{error}");
+    assert_says(&error, told);
 }
 
 #[test]
 fn edges_that_go_round_no_cell_are_refused() {
     let text = refined().text(true).replacen("\n1 2 1 0", "\n2 1 1 0", 1);
     let error = refused(&text);
-    assert!(
-        error.contains("cell 1 has edges that do not go round it"),
-        "{error}"
-    );
+    assert_says(&error, "cell 1 has edges that do not go round it");
     let error = refused(
         &refined()
             .text(false)
             .replacen("\n2 1 2 1 0", "\n3 1 2 5 1 0", 1),
     );
-    assert!(error.contains("in a plane mesh it has 2"), "{error}");
+    assert_says(&error, "in a plane mesh it has 2");
 }

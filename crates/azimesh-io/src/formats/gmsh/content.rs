@@ -246,13 +246,7 @@ mod tests {
     use super::*;
 
     fn group(name: &str, number: Option<i32>) -> Group {
-        Group {
-            dimension: 2,
-            name: name.into(),
-            number,
-            condition: None,
-            cells: Default::default(),
-        }
+        Group::new(2, name, number, Default::default())
     }
 
     #[test]

@@ -149,7 +149,7 @@ fn lattice(kind: CellKind, p: u16) -> Vec<LatticePoint> {
     }
     // Ends of the edges, corners of the axes of the faces, number of triangles, which are the first faces, and
     // the difference to the order of the element inside.
-    let (edges, faces, n_triangles, lower): (&[usize], &[usize], usize, Option<u16>) = match kind {
+    let (edges, faces, n_triangles, lower): (&[u8], &[usize], usize, Option<u16>) = match kind {
         LagrangeTetrahedron => (
             &[0, 1, 1, 2, 2, 0, 3, 0, 3, 2, 3, 1],
             &[0, 2, 1, 0, 1, 3, 0, 3, 2, 3, 1, 2],

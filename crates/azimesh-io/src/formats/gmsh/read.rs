@@ -438,6 +438,7 @@ fn is_format_line(head: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     #[test]
     fn comments_within_a_section_are_passed_over_and_noted() {
@@ -478,7 +479,7 @@ mod tests {
             ("", "empty"),
         ] {
             let sentence = refusal(head.as_bytes()).to_string();
-            assert!(sentence.contains(word), "{sentence}");
+            assert_says(&sentence, word);
         }
     }
 }

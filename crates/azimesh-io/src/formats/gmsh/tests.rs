@@ -5,6 +5,7 @@ use super::{MSH22, MSH41};
 use crate::formats::parse;
 use crate::mesh::lagrange::n_nodes;
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use crate::testing::assert_says;
 
 fn read(bytes: &[u8]) -> Mesh {
     let mut mesh = parse(&MSH41, bytes, &ReadOptions::default()).expect("a good file");
@@ -40,15 +41,14 @@ fn sizes() -> Vec<(CellKind, usize)> {
 
 /// One cell of every kind and order that MSH holds, in groups of every dimension.
 fn every_kind() -> Mesh {
-    let mut mesh = Mesh {
-        points: (0..240)
+    let mut mesh = Mesh::of_points(
+        (0..240)
             .map(|i| {
                 let x = f64::from(i);
                 [x / 3.0, -x * 1e-9, 1e17 / (x + 0.7)]
             })
             .collect(),
-        ..Mesh::default()
-    };
+    );
     let mut of_dimension: [Vec<usize>; 4] = Default::default();
     for (kind, n) in sizes() {
         let nodes: Vec<u32> = (5..).take(n).collect();
@@ -129,7 +129,7 @@ fn what_is_left_out_is_said() {
         let error = format
             .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
             .expect_err("a polygon");
-        assert!(error.to_string().contains("polygon"), "{error}");
+        assert_says(&error, "polygon");
     }
 }
 
@@ -277,8 +277,8 @@ fn tags_entities_and_values_survive_both_versions() {
         }
     }
     let text = String::from_utf8(written(&MSH41, &mesh, Encoding::Ascii)).expect("text");
-    assert!(text.contains("\n2 9 2 1\n11 900 40 41\n"), "{text}");
-    assert!(text.contains("\n41 NaN -inf\n$EndNodeData"), "{text}");
+    assert_says(&text, "\n2 9 2 1\n11 900 40 41\n");
+    assert_says(&text, "\n41 NaN -inf\n$EndNodeData");
 }
 
 #[test]
@@ -322,10 +322,7 @@ fn several_volumes_without_groups_are_zones() {
 
 #[test]
 fn cells_that_msh_lacks_are_refused_with_the_way_out() {
-    let mut mesh = Mesh {
-        points: vec![[0.0; 3]; 8],
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(vec![[0.0; 3]; 8]);
     mesh.cells.push(CellKind::Triangle7, &[0, 1, 2, 3, 4, 5, 6]);
     let refusal = |mesh: &Mesh| {
         let refused = MSH41.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
@@ -347,16 +344,13 @@ fn elements_that_a_mesh_lacks_are_refused_by_name() {
     ] {
         let file = SQUARE_41.replace("2 4 3 1\n3 40", &format!("2 4 {number} 1\n3 40"));
         let error = parse(&MSH41, file.as_bytes(), &ReadOptions::default()).expect_err("refused");
-        assert!(error.to_string().contains(word), "{error}");
+        assert_says(&error, word);
     }
 }
 
 /// A triangle with these tags of its nodes and values at them.
 fn triangle(tags: [i64; 3], values: DataArray) -> Mesh {
-    let mut mesh = Mesh {
-        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
     let tags = Values::I64(tags.to_vec());
     mesh.point_arrays = vec![DataArray::scalar("node_number", tags), values];
@@ -408,5 +402,5 @@ fn msh_3_is_refused_with_the_versions_that_are_read() {
     let file = SQUARE_41.replace("\n4.1 0 8", "\n3 0 8");
     let error = parse(&MSH41, file.as_bytes(), &ReadOptions::default()).expect_err("refused");
     let message = "this is MSH 3; versions 1, 2, 4.0 and 4.1 are read";
-    assert!(error.to_string().contains(message), "{error}");
+    assert_says(&error, message);
 }

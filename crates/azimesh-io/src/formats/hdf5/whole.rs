@@ -82,6 +82,7 @@ pub(in crate::formats) fn first_bytes(bytes: &[u8]) -> String {
 mod tests {
     use super::super::Tree;
     use super::*;
+    use crate::testing::assert_says;
 
     #[test]
     fn a_file_that_is_cut_off_says_so_wherever_its_superblock_is() {
@@ -99,7 +100,7 @@ mod tests {
             } else {
                 format!("it has {len} bytes of the {n} that")
             };
-            assert!(told.contains(&expected), "{told}");
+            assert_says(&told, &expected);
         }
         // Superblocks of the first versions, with addresses of 4 bytes, behind 512 bytes of another program.
         for version in [0, 1] {

@@ -1,7 +1,7 @@
 //! A legacy file as a mesh: which grid it holds, and its parts in whatever order.
 
 use super::super::tokens::{line_of, shown};
-use super::super::vtk::cells::{Built, CellTable, repeat_tuples};
+use super::super::vtk::cells::{Built, CellTable};
 use super::super::vtk::list::List;
 use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::polygonal;
@@ -12,6 +12,7 @@ use super::cursor::Cursor;
 use super::values::{self, Type};
 use crate::formats::notes::blanking;
 use crate::formats::{Notes, ReadOptions};
+use crate::mesh::arrays::select_tuples;
 use crate::mesh::{Cells, DataArray, Mesh};
 use azimesh_core::error::{Error, Position, Result};
 
@@ -248,7 +249,7 @@ impl File {
         let built = table.finish(notes);
         let Built { cells, origin } = built.map_err(|error| Error::input(error.message))?;
         if let Some(origin) = origin {
-            repeat_tuples(&mut self.arrays[2], &origin);
+            select_tuples(&mut self.arrays[2], &origin);
         }
         let points = std::mem::take(&mut self.points);
         Ok(self.with(points, cells))

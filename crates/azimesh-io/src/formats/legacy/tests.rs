@@ -51,12 +51,11 @@ fn everything_in_a_mesh_survives_both_versions_as_text_and_binary() {
 #[test]
 fn a_large_text_is_read_in_parts() {
     let n = 120_000u32;
-    let mut mesh = Mesh {
-        points: (0..n)
+    let mut mesh = Mesh::of_points(
+        (0..n)
             .map(|i| [f64::from(i).sqrt(), -f64::from(i), 1.0])
             .collect(),
-        ..Mesh::default()
-    };
+    );
     for i in 3..n {
         let nodes = [i, i - 1, i - 2, i - 3];
         mesh.cells.push(CellKind::Tetrahedron, &nodes);

@@ -261,10 +261,12 @@ mod tests {
 
     /// A tetrahedron with a tag for each of these conditions, on its faces in turn.
     fn tagged(tags: &[(&str, Option<&str>)]) -> Mesh {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ]);
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
         for face in [[0, 1, 3], [1, 2, 3], [2, 0, 3]] {
             mesh.cells.push(CellKind::Triangle, &face);

@@ -403,16 +403,13 @@ mod tests {
 
     /// Two tetrahedra that share a face, the second before the first in the file.
     fn two() -> Mesh {
-        let mut mesh = Mesh {
-            points: vec![
-                [0.0; 3],
-                [1.0, 0.0, 0.0],
-                [0.0, 1.0, 0.0],
-                [0.0, 0.0, 1.0],
-                [1.0, 1.0, 1.0],
-            ],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [1.0, 1.0, 1.0],
+        ]);
         mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
         mesh.cells.push(CellKind::Triangle, &[1, 0, 3]);
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
@@ -472,10 +469,7 @@ mod tests {
             stream.push(4);
             stream.extend(nodes);
         }
-        let mut mesh = Mesh {
-            points: (0..8).map(corner).collect(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points((0..8).map(corner).collect());
         mesh.cells.push_polyhedron(&stream).expect("a good stream");
         mesh
     }

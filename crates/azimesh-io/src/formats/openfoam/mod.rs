@@ -99,11 +99,11 @@ pub static OPENFOAM: Format = Format {
         },
         shared: |path| {
             let folder = case::case_of(path);
-            Some(SharedFolder {
+            SharedFolder {
                 own: case::CasePath::new(&*folder).owned(),
                 mark: case::mark_of(path),
                 folder,
-            })
+            }
         },
     }),
     write_files: Some(write::write),

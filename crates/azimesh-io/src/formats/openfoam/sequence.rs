@@ -279,7 +279,7 @@ impl SequenceFile for Sequence {
         if *self.first.get_or_insert(cells) != cells {
             return Err(Error::input(format!(
                 "step {} has other nodes or cells than the first step; all times of an OpenFOAM case that is written \
-                 have the same",
+                 have the same; a list (OUT.pvd) has a file for each step",
                 self.times.len()
             )));
         }

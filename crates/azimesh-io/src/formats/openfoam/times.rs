@@ -186,6 +186,7 @@ pub(super) fn write_time(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     #[test]
     fn times_are_named_as_openfoam_does() {
@@ -232,7 +233,7 @@ mod tests {
             &[0.0, 1e-9, -0.0],
         ] {
             let error = names.folders(times).expect_err("two are alike");
-            assert!(error.message.contains("timePrecision"), "{error}");
+            assert_says(&error.message, "timePrecision");
         }
     }
 }

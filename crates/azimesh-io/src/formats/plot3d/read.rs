@@ -39,10 +39,7 @@ pub(super) fn read(source: &Source, stated: &Plot3d, notes: &mut Notes) -> Resul
     if is_blanked {
         notes.push(blanking());
     }
-    let mut mesh = Mesh {
-        points,
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(points);
     let blocks = blocks::append(&fit.blocks, &mut mesh.cells)?;
     if blocks.len() > 1 {
         for (i, block) in blocks.iter().enumerate() {

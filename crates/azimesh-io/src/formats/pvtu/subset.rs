@@ -64,13 +64,7 @@ impl<'m> Subsets<'m> {
 }
 
 fn select(arrays: &[&DataArray], keep: &[usize]) -> Vec<DataArray> {
-    let selected = arrays.iter().map(|array| DataArray {
-        name: array.name.clone(),
-        n_components: array.n_components,
-        component_names: array.component_names.clone(),
-        values: array.values.select(array.n_components, keep),
-    });
-    selected.collect()
+    arrays.iter().map(|array| array.select(keep)).collect()
 }
 
 /// The piece without its ghost cells, the nodes of those alone, and the arrays that mark them.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::formats::{self, Commit, Loaded, ReadOptions, Source, Staged, WriteOptions, stage};
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use crate::testing::assert_says;
 use azimesh_core::error::Result;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -25,12 +26,13 @@ fn bar(n: u32) -> Mesh {
         &[4 * n, 4 * n + 1, 4 * n + 2, 4 * n + 3],
     );
     let last = n as usize + 1;
-    let group = |dimension, name: &str, number, cells: &[usize]| Group {
-        dimension,
-        name: name.into(),
-        number: Some(number),
-        condition: None,
-        cells: cells.iter().copied().collect(),
+    let group = |dimension, name: &str, number, cells: &[usize]| {
+        Group::new(
+            dimension,
+            name,
+            Some(number),
+            cells.iter().copied().collect(),
+        )
     };
     mesh.groups = vec![
         group(2, "inlet", 1, &[0]),
@@ -282,5 +284,5 @@ fn a_missing_piece_is_named() {
     let source = Source::open(&list(folder.path())).expect("it is there");
     let result = formats::read(&source.into(), &ReadOptions::default());
     let message = result.err().expect("b.vtu is missing").to_string();
-    assert!(message.contains("b.vtu"), "{message}");
+    assert_says(&message, "b.vtu");
 }

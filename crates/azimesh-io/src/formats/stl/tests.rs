@@ -1,16 +1,14 @@
 use super::super::{Encoding, ReadOptions, Source, WriteOptions, read};
 use super::*;
 use crate::mesh::{CellKind, Values};
+use crate::testing::assert_says;
 use azimesh_core::error::Result;
 use std::path::Path;
 
 /// A hexahedron with three of its faces in two tags, one of them in both.
 fn cube() -> Mesh {
     let at = |i: u32| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)];
-    let mut mesh = Mesh {
-        points: (0..8).map(at).map(|p| p.map(|x| 0.1 * x)).collect(),
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points((0..8).map(at).map(|p| p.map(|x| 0.1 * x)).collect());
     mesh.cells
         .push(CellKind::Hexahedron, &[0, 1, 3, 2, 4, 5, 7, 6]);
     mesh.cells.push(CellKind::Quadrilateral, &[0, 1, 3, 2]);
@@ -96,10 +94,7 @@ fn binary_has_32_bits_and_no_tags_and_says_so() {
 
 #[test]
 fn arrays_and_edges_are_told_of_and_a_plane_mesh_is_its_cells() {
-    let mut mesh = Mesh {
-        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
     mesh.cells.push(CellKind::Line, &[0, 1]);
     mesh.point_arrays = vec![crate::mesh::DataArray::scalar(
@@ -136,14 +131,14 @@ fn what_is_wrong_is_told_with_its_place() {
         ("endsolid", "endfacet", 0, "facet"),
     ] {
         let error = refused(text.replacen(found, put, 1)).to_string();
-        assert!(error.contains(what), "{error}");
+        assert_says(&error, what);
         assert!(
             line == 0 || error.contains(&format!("m:{line}: ")),
             "{error}"
         );
     }
     let cut = refused(text[..text.rfind("endsolid").expect("an end")].to_owned());
-    assert!(cut.to_string().contains("\"endsolid\" is missing"), "{cut}");
+    assert_says(&cut, "\"endsolid\" is missing");
     let (mut bytes, _) = written(&cube(), Encoding::Raw);
     bytes.pop();
     let cut = STL.read_file(
@@ -152,10 +147,7 @@ fn what_is_wrong_is_told_with_its_place() {
         &mut Notes::default(),
     );
     let told = cut.expect_err("it is cut").to_string();
-    assert!(
-        told.contains("12 triangles take 684 bytes, but the file has 683"),
-        "{told}"
-    );
+    assert_says(&told, "12 triangles take 684 bytes, but the file has 683");
     bytes.push(7);
     let noted = loaded(bytes.clone()).expect("it is a mesh");
     let attributes = "attributes of triangles, such as colours, are not kept (1)";

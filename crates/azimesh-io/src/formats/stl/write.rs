@@ -6,6 +6,7 @@ use crate::formats::Notes;
 use crate::formats::names::{Places, Rule};
 use crate::formats::notes::{coordinates_rounded, quoted};
 use crate::formats::rounding::loses_digits;
+use crate::mesh::arrays::select_tuples;
 use crate::mesh::{CellKind, Cells, Mesh, MeshView, facets::facets};
 use azimesh_core::error::{Error, Result, option};
 use azimesh_core::geometry::vector::{Vector, cross, norm, scale, sub};
@@ -189,9 +190,7 @@ pub(super) fn triangles(mut mesh: Mesh, notes: &mut Notes) -> Mesh {
             .collect();
     }
     mesh.groups.retain(|group| group.dimension == 2);
-    for array in &mut mesh.cell_arrays {
-        array.values = array.values.select(array.n_components, &sources);
-    }
+    select_tuples(&mut mesh.cell_arrays, &sources);
     mesh.cells = cut;
     mesh
 }

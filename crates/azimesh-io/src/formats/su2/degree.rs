@@ -122,6 +122,7 @@ impl Element {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     const LINEAR: [i64; 7] = [3, 5, 9, 10, 12, 13, 14];
 
@@ -178,6 +179,6 @@ mod tests {
             assert!(Element::of(number).is_err());
         }
         let refusal = Element::of(2009).expect_err("a high degree");
-        assert!(refusal.contains("of degree 21"), "{refusal}");
+        assert_says(&refusal, "of degree 21");
     }
 }

@@ -48,8 +48,10 @@ const EXCHANGE: &str = "SEND_RECEIVE";
 pub const PERIODIC: &str = "su2:PERIODIC";
 /// Field array with the boxes for free-form deformation.
 pub const BOXES: &str = "su2:FFD";
+/// Field array with the numbers of exchanged nodes.
+pub const EXCHANGED: &str = "su2:SEND_RECEIVE";
 /// Field array of the second number of `NPOIN=`: the nodes that are no copies of others.
-const OWN_NODES: &str = "su2:NPOIN";
+pub const OWN_NODES: &str = "su2:NPOIN";
 
 /// A kind of text that is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,7 +71,7 @@ impl Extra {
     const ALL: [Self; 4] = [Self::Offset, Self::Exchange, Self::Periodic, Self::Boxes];
 
     fn array(self) -> &'static str {
-        ["su2:OFFSET", "su2:SEND_RECEIVE", PERIODIC, BOXES][self as usize]
+        ["su2:OFFSET", EXCHANGED, PERIODIC, BOXES][self as usize]
     }
 
     /// The kind of text that a keyword with this name belongs to.

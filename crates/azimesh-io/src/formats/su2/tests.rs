@@ -4,6 +4,7 @@ use super::super::{Notes, Source};
 use super::super::{ReadOptions, WriteOptions};
 use super::{SU2, write_surface};
 use crate::mesh::{CellKind, Group, Mesh, Values};
+use crate::testing::assert_says;
 use std::path::Path;
 
 fn read_with_notes(text: &str) -> (Mesh, Notes) {
@@ -35,10 +36,7 @@ fn tag(dimension: u8, name: &str, cells: std::ops::Range<usize>) -> Group {
 }
 
 fn solid() -> Mesh {
-    let mut mesh = Mesh {
-        points: (0..8).map(|i| [f64::from(i) / 3.0, 1e-7, -0.0]).collect(),
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points((0..8).map(|i| [f64::from(i) / 3.0, 1e-7, -0.0]).collect());
     let n = [0, 1, 2, 3, 4, 5, 6, 7];
     mesh.cells.push(CellKind::Tetrahedron, &n[..4]);
     mesh.cells.push(CellKind::Hexahedron, &n);
@@ -74,15 +72,12 @@ fn what_is_left_out_is_said() {
     let error = SU2
         .write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default())
         .expect_err("second order");
-    assert!(error.to_string().contains("tetrahedron10"), "{error}");
+    assert_says(&error, "tetrahedron10");
 }
 
 #[test]
 fn a_plane_mesh_loses_no_shape() {
-    let mut mesh = Mesh {
-        points: vec![[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0]],
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(vec![[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0]]);
     mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
     let (file, notes) = write(&mesh);
     assert!(file.starts_with("NDIME= 2\n"));
@@ -222,7 +217,7 @@ fn curved_cells_of_the_discontinuous_galerkin_solver_are_read_and_not_written() 
     assert_eq!(notes, ["solution_degrees"]);
     let refused = SU2.write_file(&mesh.view(), &mut Vec::new(), &WriteOptions::default());
     let message = refused.expect_err("it is curved").to_string();
-    assert!(message.contains("`linearize`"), "{message}");
+    assert_says(&message, "`linearize`");
 }
 
 #[test]

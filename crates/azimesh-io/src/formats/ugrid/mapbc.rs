@@ -222,6 +222,7 @@ pub(super) fn untagged(tags: &[Tag]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::assert_says;
 
     #[test]
     fn lines_with_and_without_names_are_read() {
@@ -251,7 +252,7 @@ mod tests {
             ("2\n1 4000\n1 5000\n", "line 3: face number 1 appears twice"),
         ] {
             let error = parse(file.as_bytes(), &mut Notes::default()).expect_err("it is damaged");
-            assert!(error.to_string().contains(expected), "{error}");
+            assert_says(&error, expected);
         }
     }
 

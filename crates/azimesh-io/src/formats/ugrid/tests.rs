@@ -3,6 +3,7 @@
 use super::super::{Commit, FORMATS, Notes, ReadOptions, Source, WriteOptions, save};
 use super::*;
 use crate::mesh::{CellKind, Group, Mesh};
+use crate::testing::assert_says;
 use azimesh_core::error::Result;
 
 fn tag(name: &str, number: Option<i32>, cells: std::ops::Range<usize>) -> Group {
@@ -12,8 +13,8 @@ fn tag(name: &str, number: Option<i32>, cells: std::ops::Range<usize>) -> Group 
 /// A hexahedron with a pyramid on top, a tetrahedron next to it and a wedge, in the order of UGRID;
 /// coordinates that 32 bits hold.
 fn solid() -> Mesh {
-    let mut mesh = Mesh {
-        points: [
+    let mut mesh = Mesh::of_points(
+        [
             [0.0, 0.0, 0.0],
             [1.0, 0.0, 0.0],
             [1.0, 1.0, 0.0],
@@ -28,8 +29,7 @@ fn solid() -> Mesh {
             [-0.0, 2.0, 2.5],
         ]
         .to_vec(),
-        ..Mesh::default()
-    };
+    );
     let cells = &mut mesh.cells;
     cells.push(CellKind::Triangle, &[4, 5, 8]);
     cells.push(CellKind::Triangle, &[5, 6, 8]);
@@ -172,10 +172,7 @@ fn names_and_conditions_are_beside_the_mesh() {
     assert_eq!(back.groups[0].name, "1");
     let note = notes.iter().next().expect("it is noted");
     assert_eq!(note.code, "conditions_unused");
-    assert!(
-        note.text.contains("wing.mapbc:2: expected an integer"),
-        "{note}"
-    );
+    assert_says(&note.text, "wing.mapbc:2: expected an integer");
 }
 
 #[test]
@@ -262,10 +259,7 @@ fn a_file_under_a_wrong_name_is_told_apart() {
     let message = read(&TEXT, &big[..200])
         .expect_err("it is cut off")
         .to_string();
-    assert!(
-        message.contains("expected text, found binary data"),
-        "{message}"
-    );
+    assert_says(&message, "expected text, found binary data");
 }
 
 #[test]
@@ -298,10 +292,7 @@ fn wrong_marks_of_records_are_noted_where_the_length_fits() {
     assert_eq!(notes, ["wrong_record_marks"]);
     file.pop();
     let message = read(&LR8, &file).expect_err("it is cut off").to_string();
-    assert!(
-        message.contains("does not start with a Fortran record"),
-        "{message}"
-    );
+    assert_says(&message, "does not start with a Fortran record");
 }
 
 #[test]
@@ -319,12 +310,11 @@ fn files_of_a_case_share_its_name() {
 
 #[test]
 fn a_large_text_is_read_as_a_small_one() {
-    let mut mesh = Mesh {
-        points: (0..90_000)
+    let mut mesh = Mesh::of_points(
+        (0..90_000)
             .map(|i| [f64::from(i), 1.0 / f64::from(i + 1), -2.5])
             .collect(),
-        ..Mesh::default()
-    };
+    );
     let nodes: Vec<u32> = (0..80_000).flat_map(|i| [i, i + 1, i + 2, i + 3]).collect();
     let faces: Vec<u32> = (0..50_000).flat_map(|i| [i, i + 1, i + 2]).collect();
     mesh.cells.push_run(CellKind::Triangle, 3, &faces);

@@ -8,7 +8,7 @@ use super::split::{self, TypeRun, kind, type_name};
 use crate::formats::Notes;
 use crate::formats::number::Chunk;
 use crate::mesh::too_many;
-use crate::mesh::{CellKind, Cells, DataArray};
+use crate::mesh::{CellKind, Cells};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::{block, try_map};
 
@@ -34,13 +34,6 @@ pub struct Built {
     pub cells: Cells,
     /// For each cell its index in the file; `None` when they are the same cells.
     pub origin: Option<Vec<usize>>,
-}
-
-/// Arrays of the cells of a file as arrays of the mesh's cells.
-pub fn repeat_tuples(arrays: &mut [DataArray], origin: &[usize]) {
-    for array in arrays {
-        array.values = array.values.select(array.n_components, origin);
-    }
 }
 
 impl CellTable {

@@ -7,10 +7,7 @@ use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
 pub fn rich_mesh() -> Mesh {
     let point = |i: u32| [i % 3, i, i * i].map(f64::from);
     let points = (0..30).map(point).map(|[x, y, z]| [x, y / 3.0, -0.1 * z]);
-    let mut mesh = Mesh {
-        points: points.collect(),
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(points.collect());
     let cells = &mut mesh.cells;
     cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
     cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);

@@ -253,10 +253,7 @@ mod tests {
 
     /// A tetrahedron, or else nothing, and two of its faces, with these arrays.
     fn mesh(has_volume: bool, arrays: &[(&Labels, Vec<i32>)], names: &[&str]) -> Mesh {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 4],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 4]);
         if has_volume {
             mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
         }

@@ -6,6 +6,7 @@ use crate::formats::hdf5::{Element, Tree};
 use crate::formats::notes::too_long;
 use crate::formats::{Notes, ReadOptions, parse};
 use crate::mesh::Mesh;
+use crate::testing::assert_says;
 use std::path::Path;
 
 /// A file of two steps of one vertex each, with these offsets of points and this shape of
@@ -43,8 +44,8 @@ fn less_offsets_than_steps_are_refused() {
     assert_eq!(mesh.points, [[1.0; 3]]);
     let error = two_vertices(&[0], &[2]).expect_err("one offset for two steps");
     let error = error.to_string();
-    assert!(error.contains("PointOffsets"), "{error}");
-    assert!(error.contains("1 value for 2 steps"), "{error}");
+    assert_says(&error, "PointOffsets");
+    assert_says(&error, "1 value for 2 steps");
 }
 
 #[test]
@@ -52,7 +53,7 @@ fn indices_of_several_columns_are_refused_without_a_panic() {
     for shape in [[2, 2], [2, 0]] {
         let error = two_vertices(&[0, 1], &shape).expect_err("two columns");
         let error = error.to_string();
-        assert!(error.contains("Connectivity"), "{error}");
+        assert_says(&error, "Connectivity");
         assert!(error.contains("values; they must have 1"), "{error}");
     }
 }
@@ -112,6 +113,6 @@ fn a_long_array_is_left_out_with_a_note_and_a_short_one_refused() {
     ] {
         let error = with_arrays(point, cell, n_points).err();
         let error = error.expect("something is missing").to_string();
-        assert!(error.contains(refusal), "{error}");
+        assert_says(&error, refusal);
     }
 }

@@ -5,12 +5,13 @@
 
 use super::super::hdf5::{Dataset, Group};
 use super::super::slabs::{Refusal, Slabs, whole};
-use super::super::vtk::{cells::repeat_tuples, order, split, tags};
+use super::super::vtk::{order, split, tags};
 use super::super::{Notes, ReadOptions};
 use super::cells::{self, WINDOW, column, windows};
 use super::extent::Extent;
 use super::placed;
 use crate::formats::notes::too_long;
+use crate::mesh::arrays::select_tuples;
 use crate::mesh::{CellKind, Cells, DataArray, Mesh, Values};
 use azimesh_core::error::{Error, Result, counted};
 use azimesh_core::geometry::vector::Vector;
@@ -56,7 +57,7 @@ impl Reader {
         };
         self.read_arrays(&mut mesh, notes)?;
         if let Some(origin) = &built.origin {
-            repeat_tuples(&mut mesh.cell_arrays, origin);
+            select_tuples(&mut mesh.cell_arrays, origin);
         }
         self.note_others(notes)?;
         order::turn_wedges(&mut mesh, self.has_marked_wedges()?, notes);

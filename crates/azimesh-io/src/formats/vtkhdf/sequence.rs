@@ -151,7 +151,7 @@ impl Sequence {
                 return Ok(());
             }
             return Err(Error::input(format!(
-                "step {} has other nodes, cells or shared boundary faces than the first step; all steps in one VTKHDF file must have the same",
+                "step {} has other nodes, cells or shared boundary faces than the first step; all steps in one VTKHDF file must have the same; a list (OUT.pvd) has a file for each step",
                 self.content.n_steps
             )));
         }

@@ -6,15 +6,15 @@ mod sequence;
 use super::*;
 use crate::formats::{Notes, ReadOptions, WriteOptions, parse};
 use crate::mesh::{CellKind, DataArray, Group, Mesh, Values};
+use crate::testing::assert_says;
 use std::path::Path;
 
 pub(super) fn mesh() -> Mesh {
-    let mut mesh = Mesh {
-        points: (0..14)
+    let mut mesh = Mesh::of_points(
+        (0..14)
             .map(|i| [f64::from(i % 3), f64::from(i) / 3.0, -0.1])
             .collect(),
-        ..Mesh::default()
-    };
+    );
     mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
     mesh.cells
         .push(CellKind::Hexahedron, &[2, 3, 4, 5, 6, 7, 8, 9]);
@@ -24,12 +24,13 @@ pub(super) fn mesh() -> Mesh {
     mesh.cells.push_polyhedron(&stream).expect("a good stream");
     mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
     mesh.cells.push(CellKind::Polygon, &[2, 3, 4, 5, 6]);
-    let group = |dimension, name: &str, number, cells: &[usize]| Group {
-        dimension,
-        name: name.into(),
-        number: Some(number),
-        condition: None,
-        cells: cells.iter().copied().collect(),
+    let group = |dimension, name: &str, number, cells: &[usize]| {
+        Group::new(
+            dimension,
+            name,
+            Some(number),
+            cells.iter().copied().collect(),
+        )
     };
     mesh.groups = vec![
         group(2, "wall ä", 1, &[3, 4]),
@@ -94,10 +95,7 @@ fn a_mesh_comes_back_with_everything() {
 
 #[test]
 fn an_empty_mesh_and_nodes_without_cells_come_back() {
-    let nodes = Mesh {
-        points: vec![[1.0, 2.0, 3.0]],
-        ..Mesh::default()
-    };
+    let nodes = Mesh::of_points(vec![[1.0, 2.0, 3.0]]);
     for mesh in [Mesh::default(), nodes] {
         let (bytes, _) = written(&mesh, &WriteOptions::default());
         let found = parse(&VTKHDF, &bytes, &ReadOptions::default()).expect("it can be read");
@@ -270,5 +268,5 @@ fn other_hdf5_files_are_told_apart() {
     assert!(!(VTKHDF.detect)(&other));
     let image = bytes(Some("ImageData"));
     let error = parse(&VTKHDF, &image, &ReadOptions::default()).expect_err("it is no grid");
-    assert!(error.to_string().contains("type ImageData"), "{error}");
+    assert_says(&error, "type ImageData");
 }

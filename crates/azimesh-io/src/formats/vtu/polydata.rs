@@ -117,10 +117,8 @@ fn with_faces_apart(mesh: Mesh) -> Mesh {
     let mut sources: Vec<usize> = (0..n_below).collect();
     sources.extend(&further);
     sources.extend(n_below..mesh.cells.len());
-    let mut cell_arrays = mesh.cell_arrays.clone();
-    for array in &mut cell_arrays {
-        array.values = array.values.select(array.n_components, &sources);
-    }
+    let cell_arrays = mesh.cell_arrays.iter();
+    let cell_arrays = cell_arrays.map(|array| array.select(&sources)).collect();
     Mesh {
         cells: mesh.cells.select(sources.iter().copied()),
         groups,

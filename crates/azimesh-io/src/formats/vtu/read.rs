@@ -1,7 +1,6 @@
 //! A VTK XML file as a mesh: nodes and arrays of all pieces, one after another. Structured grids, rectilinear grids and
 //! images are read as the cells that they imply.
 
-use super::super::vtk::cells::repeat_tuples;
 use super::super::vtk::number::Element;
 use super::super::vtk::structured::Grid;
 use super::super::vtk::{order, structured, tags};
@@ -11,6 +10,7 @@ use super::values::{all, data, field, points};
 use super::xml::{Array, as_utf8};
 use crate::formats::{Notes, ReadOptions};
 use crate::mesh::Mesh;
+use crate::mesh::arrays::select_tuples;
 use azimesh_core::error::{Error, Result};
 
 /// XML of this version on has hexahedra of high order in VTK's present order of nodes.
@@ -57,7 +57,7 @@ pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
     }
     add_arrays(&document, &mut mesh, notes)?;
     if let Some(origin) = &origin {
-        repeat_tuples(&mut mesh.cell_arrays, origin);
+        select_tuples(&mut mesh.cell_arrays, origin);
     }
     if document.version < FIRST_WITH_PRESENT_ORDER {
         order::swap(&mut mesh, notes);

@@ -54,12 +54,11 @@ fn everything_in_a_mesh_survives_every_way_of_writing_it() {
 #[test]
 fn a_mesh_larger_than_a_block_survives_every_way_of_writing_it() {
     let n = 70_000u32;
-    let mut mesh = Mesh {
-        points: (0..n)
+    let mut mesh = Mesh::of_points(
+        (0..n)
             .map(|i| [f64::from(i).sqrt(), -f64::from(i), 1.0 / f64::from(i + 1)])
             .collect(),
-        ..Mesh::default()
-    };
+    );
     for i in 3..n {
         match i % 7 {
             0 => mesh.cells.push(CellKind::Triangle, &[i, i - 1, i - 2]),

@@ -20,10 +20,7 @@ fn listed(mesh: &Mesh) -> Vec<(usize, usize, Across)> {
 }
 
 fn with_points(n: usize) -> Mesh {
-    Mesh {
-        points: vec![[0.0; 3]; n],
-        ..Mesh::default()
-    }
+    Mesh::of_points(vec![[0.0; 3]; n])
 }
 
 #[test]

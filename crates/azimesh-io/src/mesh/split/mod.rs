@@ -20,6 +20,7 @@ mod solid;
 #[cfg(test)]
 mod tests;
 
+use super::arrays::select_tuples;
 use super::{CellKind, CellRef, CellSet, Cells, Group, Mesh};
 use azimesh_core::error::Result;
 use azimesh_core::parallel::{SMALL_BLOCK, map_blocks};
@@ -134,9 +135,7 @@ impl Mesh {
         for group in &mut self.groups {
             *group = draft.group(group);
         }
-        for array in &mut self.cell_arrays {
-            array.values = array.values.select(array.n_components, &draft.origin);
-        }
+        select_tuples(&mut self.cell_arrays, &draft.origin);
         for array in &mut self.point_arrays {
             let n = array.n_components;
             array.values.append_means(n, new_nodes.nodes());

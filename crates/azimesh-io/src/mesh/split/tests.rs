@@ -23,10 +23,7 @@ fn prism(below: &[u32], above: &[u32]) -> Vec<u32> {
 fn tower(outline: &[[f64; 2]], heights: &[f64]) -> Mesh {
     let n = outline.len() as u32;
     let level = |&z: &f64| outline.iter().map(move |&[x, y]| [x, y, z]);
-    let mut mesh = Mesh {
-        points: heights.iter().flat_map(level).collect(),
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(heights.iter().flat_map(level).collect());
     let ring = |k: usize| (k as u32 * n..(k as u32 + 1) * n).collect::<Vec<u32>>();
     for k in 1..heights.len() {
         let stream = prism(&ring(k - 1), &ring(k));
@@ -165,20 +162,12 @@ fn two_cells_split_their_common_face_alike_and_the_boundary_follows() {
     before
         .cells
         .push(CellKind::Polygon, &[14, 15, 16, 17, 12, 13]);
-    before.groups.push(Group {
-        dimension: 2,
-        name: "ends".into(),
-        number: None,
-        condition: None,
-        cells: [2, 4].into_iter().collect(),
-    });
-    before.groups.push(Group {
-        dimension: 3,
-        name: "upper".into(),
-        number: None,
-        condition: None,
-        cells: [1].into_iter().collect(),
-    });
+    before
+        .groups
+        .push(Group::new(2, "ends", None, [2, 4].into_iter().collect()));
+    before
+        .groups
+        .push(Group::new(3, "upper", None, [1].into_iter().collect()));
     let (mesh, counts) = split(&before);
     let expected = SplitCounts {
         n_cells: 2,
@@ -283,10 +272,7 @@ fn faces_that_turn_inward_or_differently_are_turned_outward() {
                 stream.extend(face)
             }
         }
-        let mut mesh = Mesh {
-            points: plain.points.clone(),
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(plain.points.clone());
         mesh.cells.push_polyhedron(&stream).expect("a good stream");
         let counts = mesh.split_polyhedra().expect("there is room");
         assert_eq!(counts.n_not_positive, 0, "{turned:?}");
@@ -380,10 +366,12 @@ fn polygons_of_a_plane_mesh_keep_their_areas_and_the_way_they_turn() {
 
 #[test]
 fn a_concave_quadrilateral_stays_and_is_counted() {
-    let mut mesh = Mesh {
-        points: vec![[0., 0., 0.], [2., 0., 0.], [0.5, 0.5, 0.], [0., 2., 0.]],
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(vec![
+        [0., 0., 0.],
+        [2., 0., 0.],
+        [0.5, 0.5, 0.],
+        [0., 2., 0.],
+    ]);
     mesh.cells.push(CellKind::Polygon, &[0, 1, 2, 3]);
     let counts = mesh.split_polyhedra().expect("there is room");
     assert_eq!((counts.n_cells, counts.n_not_positive), (0, 1));
@@ -432,10 +420,7 @@ fn new_nodes_have_the_mean_of_a_face_or_a_cell() {
 
 #[test]
 fn a_mesh_without_polyhedra_stays_as_it_is() {
-    let mut mesh = Mesh {
-        points: vec![[0.0; 3]; 4],
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(vec![[0.0; 3]; 4]);
     mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
     let before = mesh.clone();
     assert_eq!(

@@ -3,6 +3,7 @@
 use super::*;
 use crate::formats::adf::fixture::{Draft, PLAIN, file, layouts};
 use crate::formats::cgns::node::Node;
+use crate::testing::assert_says;
 
 /// The nodes below one of an HDF5 file, links followed, as nodes of ADF.
 fn drafts(node: &Node) -> Vec<Draft> {
@@ -123,10 +124,7 @@ fn a_file_without_a_base_is_not_cgns() {
         bytes.clone()
     )));
     let message = refused(&bytes).to_string();
-    assert!(
-        message.contains("this is not a CGNS file: it has no CGNSBase_t"),
-        "{message}"
-    );
+    assert_says(&message, "this is not a CGNS file: it has no CGNSBase_t");
 }
 
 #[test]

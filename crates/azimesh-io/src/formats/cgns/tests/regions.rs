@@ -2,14 +2,12 @@
 
 use super::*;
 use crate::formats::hdf5::{Id, Tree};
+use crate::testing::assert_says;
 
 /// A hexahedron with its six faces in a tag.
 fn boxed() -> Mesh {
     let corner = |i: u32| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)];
-    let mut mesh = Mesh {
-        points: (0..8).map(corner).collect(),
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points((0..8).map(corner).collect());
     mesh.cells
         .push(CellKind::Hexahedron, &[0, 1, 3, 2, 4, 5, 7, 6]);
     for face in [
@@ -78,7 +76,7 @@ fn regions_of_nodes_or_elements_that_are_not_there_are_refused() {
         let mut bytes = good.clone();
         changes.iter().for_each(|change| change.apply(&mut bytes));
         let message = refused(&bytes).to_string();
-        assert!(message.contains(expected), "{message}");
+        assert_says(&message, expected);
     }
 }
 
@@ -109,7 +107,7 @@ fn a_coordinate_that_is_not_finite_is_told_with_its_node_as_cgns_counts() {
     let (bytes, _) = written(&mesh);
     let message = refused(&bytes).to_string();
     let expected = "/Base/Zone/GridCoordinates/CoordinateY: node 3 has the coordinate NaN";
-    assert!(message.contains(expected), "{message}");
+    assert_says(&message, expected);
 }
 
 #[test]
@@ -149,7 +147,7 @@ fn a_base_without_zones_is_refused() {
     let mut bytes = Vec::new();
     tree.write(&mut bytes).expect("it can be written");
     let message = refused(&bytes).to_string();
-    assert!(message.contains("/Base: it has no zone"), "{message}");
+    assert_says(&message, "/Base: it has no zone");
 }
 
 #[test]
@@ -164,6 +162,6 @@ fn a_link_into_a_file_that_lacks_its_target_is_told_in_full() {
     let error = read(&source.into(), &ReadOptions::default()).err();
     let message = error.expect("there is no such target").to_string();
     for part in ["linked_families.cgns: /Base/Zone/", "\"linked_grid.cgns\""] {
-        assert!(message.contains(part), "{message}");
+        assert_says(&message, part);
     }
 }

@@ -5,8 +5,9 @@ use super::super::builder::set_of;
 use super::super::element::ElementType;
 use super::RULE;
 use crate::formats::names::UniqueNames;
+use crate::formats::portable::remedy;
 use crate::mesh::{CellKind, CellRun, CellSet, Group, Mesh, MeshView};
-use azimesh_core::error::{Error, Result, option};
+use azimesh_core::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -196,11 +197,11 @@ fn form(mesh: &MeshView, run: &CellRun, dimension: u8) -> Result<Form> {
         Some(_) if run.kind.dimension() + 1 < dimension => Ok(Form::Mixed),
         Some(element) => Ok(Form::Fixed(element)),
         None => Err(Error::input(format!(
-            "cell {} is a {} with {} nodes, which CGNS cannot hold; {} keeps only corner nodes",
+            "cell {} is a {} with {} nodes, which CGNS cannot hold{}",
             run.first_cell,
             run.kind.name(),
             run.n_nodes,
-            option("linearize")
+            remedy(run.kind)
         ))),
     }
 }
@@ -362,13 +363,7 @@ mod tests {
     fn sections_of_cells_are_cut_at_zones_and_named_after_them() {
         let mut mesh = row(4);
         for (name, cells) in [("left", 0..1), ("right", 1..4)] {
-            mesh.groups.push(Group {
-                dimension: 2,
-                name: name.into(),
-                number: None,
-                condition: None,
-                cells: cells.collect(),
-            });
+            mesh.groups.push(Group::new(2, name, None, cells.collect()));
         }
         assert_eq!(names(&mesh.view())[..2], ["left", "right"]);
         mesh.groups.pop();
@@ -377,10 +372,12 @@ mod tests {
 
     #[test]
     fn straight_faces_beside_polyhedra_are_polygons_and_faces_of_these() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ]);
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
         let mut stream = vec![4];
         for face in faces {
@@ -401,10 +398,7 @@ mod tests {
 
     #[test]
     fn cells_come_before_faces_and_edges_and_keep_their_order() {
-        let mut mesh = Mesh {
-            points: vec![[0.0; 3]; 4],
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh::of_points(vec![[0.0; 3]; 4]);
         mesh.cells.push(CellKind::Vertex, &[0]);
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
         mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);

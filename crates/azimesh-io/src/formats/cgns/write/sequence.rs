@@ -72,7 +72,7 @@ impl Sequence {
                 return Ok(());
             }
             return Err(Error::input(format!(
-                "step {} has other nodes or cells than the first step; all steps in one CGNS file must have the same",
+                "step {} has other nodes or cells than the first step; all steps in one CGNS file must have the same; a list (OUT.pvd) has a file for each step",
                 self.steps.n
             )));
         }

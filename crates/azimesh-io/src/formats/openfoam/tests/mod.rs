@@ -7,6 +7,7 @@ use super::fixtures::{ASCII, BINARY, PATCHES, Small, Way, small};
 use super::topology::Topology;
 use crate::formats::{Loaded, Location, ReadOptions, read};
 use crate::mesh::{CellKind, Mesh};
+use crate::testing::assert_says;
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -43,7 +44,7 @@ fn case_of(mesh: &Small, way: Way) -> TempDir {
 fn change(case: &TempDir, name: &str, from: &str, to: &str) {
     let path = case.path().join("constant/polyMesh").join(name);
     let text = fs::read_to_string(&path).expect("a text");
-    assert!(text.contains(from), "{text}");
+    assert_says(&text, from);
     fs::write(path, text.replacen(from, to, 1)).expect("it is written");
 }
 

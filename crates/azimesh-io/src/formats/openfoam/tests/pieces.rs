@@ -5,6 +5,7 @@ use super::super::topology::Topology;
 use super::{case_of, loaded, mesh, refused};
 use crate::formats::{ReadOptions, read, step_in_case};
 use crate::mesh::Mesh;
+use crate::testing::assert_says;
 use std::fs;
 use tempfile::TempDir;
 
@@ -140,11 +141,9 @@ fn pieces_that_do_not_fit_are_refused() {
     let text = fs::read_to_string(&path).expect("a file");
     fs::write(&path, text.replace("\n2\n)", "\n7\n)")).expect("it is written");
     let error = refused(case.path());
-    assert!(
-        error.contains(
-            "a cell has number 7 in the whole, but all pieces have only 3 cells together"
-        ),
-        "{error}"
+    assert_says(
+        &error,
+        "a cell has number 7 in the whole, but all pieces have only 3 cells together",
     );
 }
 

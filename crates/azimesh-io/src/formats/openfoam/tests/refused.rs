@@ -2,6 +2,7 @@
 
 use super::super::fixtures::{ASCII, BINARY, small};
 use super::{case_of, change, refused};
+use crate::testing::assert_says;
 use std::fs;
 
 #[test]
@@ -139,10 +140,7 @@ fn a_binary_list_that_ends_elsewhere_is_refused_with_its_byte() {
         let bytes = fs::read(&path).expect("a file");
         fs::write(&path, &bytes[..bytes.len() - 20]).expect("it is written");
         let error = refused(case.path());
-        assert!(
-            error.contains(&format!("polyMesh/{name}: byte ")),
-            "{error}"
-        );
-        assert!(error.contains("the file is cut off or damaged"), "{error}");
+        assert_says(&error, &format!("polyMesh/{name}: byte "));
+        assert_says(&error, "the file is cut off or damaged");
     }
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::formats::{Begin, SequenceFile};
+use crate::testing::assert_says;
 
 /// Three steps of the mesh: nodes move, one array changes at the last step.
 fn moving(step: usize) -> Mesh {
@@ -170,7 +171,7 @@ fn a_sequence_refuses_other_cells_and_other_arrays() {
         .push(1.0, &other.view())
         .expect_err("it has another cell")
         .to_string();
-    assert!(error.contains("other nodes, cells"), "{error}");
+    assert_says(&error, "other nodes, cells");
     let mut other = mesh();
     other
         .point_arrays
@@ -179,10 +180,7 @@ fn a_sequence_refuses_other_cells_and_other_arrays() {
         .push(1.0, &other.view())
         .expect_err("it has another array")
         .to_string();
-    assert!(
-        error.contains("\"new\" is not in the first step"),
-        "{error}"
-    );
+    assert_says(&error, "\"new\" is not in the first step");
     drop(sequence);
     let source = Source::open(&path).expect("the first step is there");
     assert_eq!((VTKHDF.steps)(&source).expect("it has a step"), [0.0]);

@@ -4,12 +4,10 @@ mod position;
 
 use super::*;
 use crate::mesh::{CellKind, Cells, DataArray, Group, Values};
+use crate::testing::assert_says;
 
 fn square(faces_first: bool) -> Mesh {
-    let mut mesh = Mesh {
-        points: vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]],
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh::of_points(vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]);
     let volume = |mesh: &mut Mesh| {
         mesh.cells.push(CellKind::Triangle, &[0, 1, 2]);
         mesh.cells.push(CellKind::Triangle, &[0, 2, 3]);
@@ -23,13 +21,12 @@ fn square(faces_first: bool) -> Mesh {
     if faces_first {
         volume(&mut mesh);
     }
-    mesh.groups.push(Group {
-        dimension: 1,
-        name: "wall".into(),
-        number: None,
-        condition: None,
-        cells: [first, first + 1].into_iter().collect(),
-    });
+    mesh.groups.push(Group::new(
+        1,
+        "wall",
+        None,
+        [first, first + 1].into_iter().collect(),
+    ));
     let ids = if faces_first {
         vec![3, 4, 1, 2]
     } else {
@@ -155,7 +152,7 @@ fn one_reordered_cell_is_found() {
     }
     let found = between(&a, &b);
     assert_eq!(found.changed_cells, 2, "{found:?}");
-    assert!(found.to_string().contains("2 cells differ"), "{found}");
+    assert_says(&found, "2 cells differ");
 }
 
 #[test]
@@ -171,10 +168,7 @@ fn numbers_of_any_type_are_compared_by_their_values() {
     let reals = with(Values::F32(vec![0.0, 1.0, 2.0, f32::NAN]));
     assert!(between(&reals, &reals).is_same());
     let found = between(&with(Values::I8(vec![0, 1, 2, 3])), &reals).arrays;
-    assert!(
-        found[0].contains("1 of 4 values, first at 3: 3 and NaN"),
-        "{found:?}"
-    );
+    assert_says(&found[0], "1 of 4 values, first at 3: 3 and NaN");
     let text = with(Values::Text(
         ["a", "b", "c", "d"].map(String::from).to_vec(),
     ));

@@ -2,6 +2,7 @@
 
 use crate::mesh::difference::{Difference, Tolerance};
 use crate::mesh::{CellKind, Cells, DataArray, Group, Mesh, Values};
+use crate::testing::assert_says;
 use azimesh_core::error::ErrorKind;
 
 /// A block of `n` hexahedra along each axis with tags "low" and "high" at its ends in x, a zone, and
@@ -28,13 +29,8 @@ fn block(n: usize) -> Mesh {
         mesh.cells.push(CellKind::Hexahedron, &corners);
     }
     let mut group = |dimension: u8, name: &str, cells: std::ops::Range<usize>| {
-        mesh.groups.push(Group {
-            dimension,
-            name: name.into(),
-            number: None,
-            condition: None,
-            cells: cells.collect(),
-        });
+        mesh.groups
+            .push(Group::new(dimension, name, None, cells.collect()));
     };
     let n_cells = n * n * n;
     group(3, "all", 0..n_cells);
@@ -104,11 +100,7 @@ fn renumbered(mesh: &Mesh, seed: u64) -> Mesh {
         group.cells = group.cells.iter().map(|old| new_cell[old]).collect();
     }
     let pick = |arrays: &[DataArray], order: &[usize]| {
-        let array = |array: &DataArray| DataArray {
-            values: array.values.select(array.n_components, order),
-            ..array.clone()
-        };
-        arrays.iter().map(array).collect()
+        arrays.iter().map(|array| array.select(order)).collect()
     };
     other.point_arrays = pick(&mesh.point_arrays, &nodes);
     other.cell_arrays = pick(&mesh.cell_arrays, &cells);
@@ -161,10 +153,7 @@ fn in_a_renumbered_mesh_one_swapped_tag_and_one_changed_value_are_found() {
     b.groups[2].cells = high[1..].iter().chain(&low[..1]).copied().collect();
     let found = compare(&a, &renumbered(&b, 3));
     assert_eq!(found.groups.len(), 2, "{found:?}");
-    assert!(
-        found.groups[0].contains("\"low\": 1 of 16 cells"),
-        "{found:?}"
-    );
+    assert_says(&found.groups[0], "\"low\": 1 of 16 cells");
     assert!(
         found.cells.is_empty() && found.arrays.is_empty(),
         "{found:?}"
@@ -211,17 +200,9 @@ fn nodes_and_cells_that_one_mesh_lacks_are_counted() {
     assert_eq!(found.unpaired_nodes, [1, 1]);
     // The cell at the corner, and its face in "low".
     assert_eq!(found.changed_cells, 2, "{found:?}");
-    assert!(
-        found
-            .to_string()
-            .contains("1 node of the first mesh and 1 of the second"),
-        "{found}"
-    );
+    assert_says(&found, "1 node of the first mesh and 1 of the second");
     b.points.pop();
-    let mut c = Mesh {
-        points: a.points.clone(),
-        ..Mesh::default()
-    };
+    let mut c = Mesh::of_points(a.points.clone());
     c.points.push([9.0; 3]);
     let found = compare(&a, &c);
     assert_eq!((found.unpaired_nodes, found.changed_cells), ([0, 1], 45));
@@ -321,7 +302,7 @@ fn a_tolerance_that_tells_no_nodes_apart_is_refused() {
     let error = Difference::by_position(&a, &b, Tolerance::default(), Some(100.0));
     let error = error.expect_err("everything is near everything");
     assert_eq!(error.kind, ErrorKind::Input);
-    assert!(error.message.contains("--match-tolerance"), "{error}");
+    assert_says(&error.message, "--match-tolerance");
 }
 
 #[test]
@@ -330,10 +311,8 @@ fn polyhedra_are_known_by_their_faces() {
     let turned = [4, 3, 2, 3, 0, 3, 2, 0, 1, 3, 3, 1, 0, 3, 3, 2, 1];
     let inside_out = [4, 3, 2, 1, 0, 3, 0, 3, 1, 3, 1, 3, 2, 3, 0, 2, 3];
     let mesh = |stream: &[u32]| {
-        let mut mesh = Mesh {
-            points: vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]],
-            ..Mesh::default()
-        };
+        let mut mesh =
+            Mesh::of_points(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]]);
         mesh.cells.push_polyhedron(stream).expect("a good stream");
         mesh
     };
