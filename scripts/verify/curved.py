@@ -115,13 +115,14 @@ def check(folder, kind, order, random):
         by_gmsh = dense
     proven = ~inverted & (jacobian > 0)
     unproven = ~inverted & ~proven
-    is_folded, is_valid = np.minimum(dense, by_gmsh) < -ZERO, np.minimum(dense, by_gmsh) > ZERO
+    least = np.minimum(dense, by_gmsh)
+    is_folded, is_valid = least < -ZERO, least > (ZERO if kind != "pyramid" else TOLERANCE)  # between the points it is less
     wrong = (proven & is_folded) | (inverted & is_valid)
     place = f"{kind} of order {order}"
     assert not wrong.any(), f"{place}: cells {np.flatnonzero(wrong)[:5]}: {jacobian[wrong][:5]}, gmsh {by_gmsh[wrong][:5]}, numpy {dense[wrong][:5]}"
     assert told["inverted"] == inverted.sum() and told["unproven"] == unproven.sum(), f"{place}: {told['unproven']} unproven, {unproven.sum()} without sign"
     assert (jacobian <= dense + 1e-9 * (1 + abs(dense))).all(), f"{place}: above numpy"
-    apart = abs(jacobian - by_gmsh) / (1 + abs(by_gmsh))
+    apart = np.where(inverted, 0, abs(jacobian - by_gmsh) / (1 + abs(by_gmsh)))  # gmsh need not go on where it has found a negative value
     assert np.quantile((scaled - dense_scaled)[~inverted], 0.8) < 0.1, f"{place}: scaled Jacobian above numpy"
     flat = np.arange(CELLS) % 10 == 0
     assert abs(jacobian - 1)[flat].max() < 1e-9, f"{place}: straight cells have {jacobian[flat].min()}"

@@ -2,7 +2,8 @@
 
 use crate::support::sequence::{read, testdata, write};
 use crate::support::{assert_says, azimesh, json};
-use azimesh_io::mesh::{CellKind, CellSet, Group, Mesh};
+use azimesh_io::mesh::{CellKind, CellRef, CellSet, Group, Mesh};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A grid of squares in the unit square, its sides in the tags `lower` and `rest`.
@@ -372,4 +373,77 @@ fn curved_polygons_and_surfaces_are_refused_with_what_to_do() {
     let run = azimesh(folder.path(), &REPAIR);
     assert_eq!(run.code, 1, "{run:?}");
     assert_says(&run.err, &["surface in space", "volume mesh"]);
+}
+
+/// The mesh of [`curved`] with a square hole; its sides are in the tags `body` and `outer`.
+fn curved_with_hole() -> Mesh {
+    let mut mesh = curved(9);
+    let is_outside = |cell: CellRef<'_>| {
+        let corners = cell.nodes[..3]
+            .iter()
+            .map(|&node| mesh.points[node as usize]);
+        let centre = corners.fold([0.0; 2], |sum, x| {
+            [sum[0] + x[0] / 3.0, sum[1] + x[1] / 3.0]
+        });
+        centre.iter().any(|x| (x - 0.5).abs() > 1.0 / 6.0)
+    };
+    let keep = mesh.cells.iter().filter(|cell| is_outside(*cell));
+    let keep: Vec<usize> = keep.map(|cell| cell.index).collect();
+    mesh.cells = mesh.cells.select(keep);
+    let mut sides = BTreeMap::new();
+    for cell in mesh.cells.iter() {
+        for k in 0..3 {
+            let side = [cell.nodes[k], cell.nodes[(k + 1) % 3], cell.nodes[3 + k]];
+            sides.entry(side[2]).or_insert((side, 0)).1 += 1;
+        }
+    }
+    sides.retain(|_, (_, n_cells)| *n_cells == 1);
+    let mut tags = [Vec::new(), Vec::new()];
+    for (middle, (side, _)) in sides {
+        let is_outer = mesh.points[middle as usize][..2]
+            .iter()
+            .any(|x| *x == 0.0 || *x == 1.0);
+        tags[usize::from(is_outer)].push(mesh.cells.len());
+        mesh.cells.push(CellKind::Line3, &side);
+    }
+    for (name, cells) in ["body", "outer"].into_iter().zip(tags) {
+        mesh.add_tag(name, cells).expect("sides");
+    }
+    mesh
+}
+
+#[test]
+fn steps_of_curved_cells_are_repaired_to_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(&curved_with_hole(), &folder.join("c.vtu"));
+    let schedule = "azimuth.values = [0, 90]
+boundaries.fixed = ['outer']
+rbf.support_radius = 0.4
+[[body]]
+name = 'a'
+tags = ['body']
+rigid.rotate = { origin = [0.5, 0.5, 0], axis = [0, 0, 1], harmonics = [{ sin = 70 }] }
+";
+    std::fs::write(folder.join("c.toml"), schedule).unwrap();
+    let warn = format!("{schedule}[output]\non_inverted = 'warn'\n");
+    std::fs::write(folder.join("warn.toml"), warn).unwrap();
+    assert_eq!(azimesh(folder, "deform c.vtu warn.toml -o bare").code, 1);
+    let inverted = json(
+        folder,
+        &["quality", "bare/c_0001.vtu", "--reference", "c.vtu"],
+    );
+    assert!(inverted["inverted"].as_u64() > Some(0), "{inverted}");
+    for threads in ["1", "2"] {
+        let run = azimesh(
+            folder,
+            &format!("deform c.vtu c.toml -o {threads} --threads {threads}"),
+        );
+        assert_eq!(run.code, 0, "{run:?}");
+    }
+    let [one, two] =
+        ["1", "2"].map(|of| std::fs::read(folder.join(of).join("c_0001.vtu")).unwrap());
+    assert!(one == two);
+    let found = json(folder, &["quality", "1/c_0001.vtu", "--reference", "c.vtu"]);
+    assert_eq!(found["inverted"], 0, "{found}");
 }

@@ -23,7 +23,7 @@ mod samples;
 pub use samples::Samples;
 
 use super::Proof;
-use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
+use azimesh_core::geometry::vector::{Vector, add, cross, distance, dot, scale, sub};
 use azimesh_io::mesh::CellKind::{self, *};
 use azimesh_io::mesh::lagrange;
 use std::cell::RefCell;
@@ -34,8 +34,8 @@ const MAX_ORDER: usize = 10;
 /// Bisections of each edge at most, and parts of a cell at most.
 const DEPTH: usize = 6;
 const MAX_PARTS: usize = 4096;
-/// Rounding of a coefficient, as a part of the product of the largest derivatives.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Rounding of a sum, as a part of the sum of its largest terms.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Gap between the bounds of the least Jacobian, as a part of it.
 const RELATIVE: f64 = 1e-3;
 /// Largest difference of derivatives that are the same but for rounding.
@@ -176,7 +176,8 @@ pub struct CurvedMap {
     corners: Vec<usize>,
     /// For each edge of a simplex the lines of coefficients along it.
     lines: Vec<Vec<Vec<usize>>>,
-    rounding: f64,
+    /// Largest factors of a node in the coefficients of each derivative.
+    factors: [f64; 3],
     /// Volume of the reference cell.
     volume: f64,
     /// The scaled Jacobian of the ideal cell is 1 with this factor.
@@ -188,6 +189,8 @@ pub struct CurvedMap {
 /// Arrays for one cell, kept for the next.
 #[derive(Debug, Default)]
 struct Workspace {
+    /// Largest distance of a node from the first one.
+    extent: f64,
     control: Vec<Vector>,
     /// Coefficients of the derivatives.
     slopes: [Vec<Vector>; 3],
@@ -280,7 +283,11 @@ impl CurvedMap {
             .control
             .chunks(n_nodes)
             .map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
-        let rounding = sums.fold(1.0, f64::max);
+        let most = sums.fold(1.0, f64::max);
+        let factors = std::array::from_fn(|axis: usize| {
+            let terms = derivatives[axis].terms.iter();
+            2.0 * most * terms.fold(0.0, |most: f64, term| most.max(term.2.abs()))
+        });
         let control = cell.control.chunks(n_nodes).map(|row| {
             let shares = row.iter().copied().enumerate();
             shares.filter(|(_, share)| *share != 0.0).collect()
@@ -316,7 +323,7 @@ impl CurvedMap {
             n_places: size.iter().product(),
             corners,
             lines: lines(&determinant),
-            rounding: ROUNDING * rounding,
+            factors,
             volume,
             ideal,
             determinant,
@@ -327,7 +334,7 @@ impl CurvedMap {
     pub fn prove(&self, nodes: &[u32], points: &[Vector], sign: i8) -> Proof {
         WORKSPACE.with_borrow_mut(|work| {
             self.slopes(nodes, points, work);
-            let bound = self.rounding * self.coefficients(sign, work);
+            let bound = self.coefficients(sign, work);
             self.decide(&work.coefficients, bound)
         })
     }
@@ -413,6 +420,10 @@ impl CurvedMap {
                 add(sum, scale(x, share))
             })
         };
+        let distances = nodes
+            .iter()
+            .map(|&node| distance(points[node as usize], origin));
+        work.extent = distances.fold(0.0, f64::max);
         work.control.clear();
         work.control.extend(self.control.iter().map(point));
         for (derivative, slopes) in self.derivatives.iter().zip(&mut work.slopes) {
@@ -428,7 +439,7 @@ impl CurvedMap {
         }
     }
 
-    /// Computes the coefficients of the determinant, times `sign`; returns the product of the largest derivatives.
+    /// Computes the coefficients of the determinant, times `sign`; returns a bound of their rounding.
     fn coefficients(&self, sign: i8, work: &mut Workspace) -> f64 {
         let zeros = |of: &mut Vec<f64>| {
             of.clear();
@@ -462,7 +473,9 @@ impl CurvedMap {
             let squares = slopes.iter().map(|slope| dot(*slope, *slope));
             squares.fold(0.0, f64::max).sqrt()
         };
-        work.slopes.iter().map(largest).product()
+        let [x, y, z] = std::array::from_fn(|axis: usize| largest(&work.slopes[axis]));
+        let [a, b, c] = self.factors.map(|factor| factor * work.extent);
+        ROUNDING * (x * y * z + a * y * z + x * b * z + x * y * c)
     }
 
     /// A lower bound of the least value of the determinant, and a value that it has.
@@ -515,26 +528,21 @@ impl CurvedMap {
         let mut n_parts = 0;
         let mut worst = Proof::Valid;
         while let Some((c, depth)) = parts.pop() {
-            if c.iter().all(|c| *c > bound) {
+            let lowest = least(&c);
+            if lowest > bound {
                 continue;
             }
-            let least = self
-                .corners
-                .iter()
-                .map(|&i| c[i])
-                .fold(f64::INFINITY, f64::min);
-            if least < -bound {
+            if self.corners.iter().any(|&i| c[i] < -bound) {
                 return Proof::Inside;
             }
             n_parts += 1;
-            if least <= bound || depth == DEPTH * self.lines.len() || n_parts == MAX_PARTS {
+            if lowest >= -bound || depth == DEPTH * self.lines.len() {
                 worst = Proof::Unproven;
-                if n_parts == MAX_PARTS {
-                    return worst;
-                }
-                continue;
+            } else if n_parts == MAX_PARTS {
+                return Proof::Unproven;
+            } else {
+                parts.extend(self.halves(&c).map(|half| (half, depth + 1)));
             }
-            parts.extend(self.halves(&c).map(|half| (half, depth + 1)));
         }
         worst
     }
