@@ -23,7 +23,7 @@ const REFUSED: f64 = 0.25;
 /// The largest distance of the nodes of an interface from where it was.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Off {
-    /// What moves it.
+    /// Its mover.
     part: Mover,
     step: usize,
     distance: f64,
@@ -104,7 +104,7 @@ impl Off {
     }
 }
 
-/// The motion of a part against the cells across its interface.
+/// The motion of a part relative to the cells across its interface.
 struct Turn {
     map: Transform,
     /// Axis of the rotation and a point of it; `None` for a translation.
@@ -224,7 +224,7 @@ mod tests {
         mesh
     }
 
-    /// Whether the zones of a schedule leave their interface, and whether that is refused.
+    /// Returns whether the zones of a schedule leave their interface, and whether that is refused.
     fn told(mesh: Mesh, schedule: &str) -> [bool; 2] {
         let plan = plan_of(mesh, schedule);
         let off = Off::find(&plan);

@@ -24,7 +24,7 @@ fn folder() -> TempDir {
 }
 
 fn same(folder: &Path, one: &str, other: &str) {
-    let run = succeed(folder, &["diff", one, other]);
+    let run = succeed(folder, ["diff", one, other]);
     assert!(run.out.contains("same"), "{run:?}");
 }
 
@@ -48,8 +48,8 @@ fn every_command_takes_a_file_in_adf() {
     same(folder, "copy.vtu", "new.cgns");
     for name in ["adf", "hdf5"] {
         let mesh = format!("{name}.cgns");
-        succeed(folder, &["check", &mesh, "low.toml"]);
-        succeed(folder, &["deform", &mesh, "low.toml", "-o", name]);
+        succeed(folder, ["check", &mesh, "low.toml"]);
+        succeed(folder, ["deform", &mesh, "low.toml", "-o", name]);
     }
     for step in 0..3 {
         let of = |name: &str| format!("{name}/{name}_000{step}.vtu");

@@ -18,7 +18,7 @@ fn of_nodes(n: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let sample = format!("-q sample naca0012 --nodes {n} -o");
-    succeed(path, &format!("{sample} n.vtu"));
+    succeed(path, format!("{sample} n.vtu"));
     let few = [
         ("stop = 360.0", "stop = 120.0"),
         ("step = 10.0", "step = 120.0"),
@@ -56,7 +56,7 @@ fn a_run_with_arrays_in_files_leaves_the_same_bytes() {
     let path = folder.path();
     for format in ["vtu", "vtkhdf", "cgns"] {
         let deform = ["deform", "n.vtu", "few.toml", "--format", format, "-o"];
-        succeed(path, &[&deform[..], &["whole"]].concat());
+        succeed(path, [&deform[..], &["whole"]].concat());
         let limited = [&deform[..], &["limited", "-v", "--max-memory", LIMIT]].concat();
         assert_in_files(&succeed(path, &limited));
         let [whole, limited] = ["whole", "limited"].map(|name| result(&path.join(name)));
@@ -75,10 +75,10 @@ fn parts_with_arrays_in_files_are_joined_with_others() {
     let folder = large();
     let path = folder.path();
     let deform = ["deform", "n.vtu", "few.toml", "-o"];
-    succeed(path, &[&deform[..], &["whole"]].concat());
-    succeed(path, &[&deform[..], &["part", "--steps", "0..1"]].concat());
+    succeed(path, [&deform[..], &["whole"]].concat());
+    succeed(path, [&deform[..], &["part", "--steps", "0..1"]].concat());
     let part = ["part", "--steps", "1..2", "-v", "--max-memory", LIMIT];
-    assert_in_files(&succeed(path, &[&deform[..], &part].concat()));
+    assert_in_files(&succeed(path, [&deform[..], &part].concat()));
     succeed(path, "finish part");
     let meshes = |folder: &str| {
         let all = result(&path.join(folder));
@@ -118,7 +118,7 @@ fn peak(folder: &Path, args: impl Args) -> usize {
 fn resident_memory_keeps_to_the_limit() {
     let folder = of_nodes("1000000");
     let deform = ["deform", "n.vtu", "few.toml", "-q", "--force", "-o", "out"];
-    let whole = peak(folder.path(), &deform);
+    let whole = peak(folder.path(), deform);
     let limited = [&deform[..], &["--max-memory", LIMIT]].concat();
     // A little more may be there between two looks, and on a busy machine they may be late.
     let most = (64 << 20) / 2 * 3;
@@ -132,8 +132,8 @@ fn a_mesh_is_converted_with_arrays_in_files_to_the_same_bytes() {
     let folder = large();
     let path = folder.path();
     let convert = "convert n.vtu --reorder -v";
-    succeed(path, &format!("{convert} whole.cgns"));
-    let run = succeed(path, &format!("{convert} limited.cgns --max-memory 16M"));
+    succeed(path, format!("{convert} whole.cgns"));
+    let run = succeed(path, format!("{convert} limited.cgns --max-memory 16M"));
     assert_says(&run.err, &["in files at most", "MB"]);
     let [whole, limited] =
         ["whole", "limited"].map(|name| fs::read(path.join(name).with_extension("cgns")).unwrap());

@@ -24,7 +24,7 @@ fn inverted_in_one_step() -> tempfile::TempDir {
     let far = [("sin = 10.0", "sin = 170.0"), warn];
     rewrite(folder.path(), "n.toml", "case.toml", &far);
     let select = "-q select n.vtu case.toml -o base.toml";
-    succeed(folder.path(), &select);
+    succeed(folder.path(), select);
     folder
 }
 
@@ -100,7 +100,7 @@ fn a_signal_for_a_task_reaches_the_run() {
         &[("step = 10.0", "step = 0.25")],
     );
     let select = "-q select n.vtu case.toml -o base.toml";
-    succeed(folder, &select);
+    succeed(folder, select);
     let mut child = task(folder, "out", 0, 2)
         .stderr(std::process::Stdio::null())
         .spawn()

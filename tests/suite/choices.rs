@@ -21,7 +21,7 @@ fn select(folder: &Path, selection: &str) -> Value {
     let more = format!("[selection]\n{selection}");
     rewrite(folder, "n.toml", "case.toml", &[("[selection]", &more)]);
     let args = "-q select n.vtu case.toml -o base.toml --force";
-    json(folder, &args)["layers"][0].clone()
+    json(folder, args)["layers"][0].clone()
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn a_constant_selection_does_not_depend_on_the_motion() {
             &[constant, ("sin = 10.0", amplitude)],
         );
         let args = "-q select n.vtu case.toml -o base.toml --force";
-        crate::support::succeed(path, &args);
+        crate::support::succeed(path, args);
         let text = std::fs::read_to_string(path.join("base.toml")).unwrap();
         text.lines()
             .find(|line| line.starts_with("nodes"))
@@ -162,7 +162,7 @@ fn base_points_of_a_selection_at_its_only_step_are_named_after_that_step() {
         &[real, ("step = 10.0", "step = 400.0")],
     );
     let run = "-q deform n.vtu one.toml -o out";
-    crate::support::succeed(path, &run);
+    crate::support::succeed(path, run);
     let names = crate::support::names(&path.join("out"));
     for (name, is_there) in [
         ("base_0000.toml", true),
@@ -171,5 +171,5 @@ fn base_points_of_a_selection_at_its_only_step_are_named_after_that_step() {
     ] {
         assert_eq!(names.contains(&name.to_owned()), is_there, "{names:?}");
     }
-    crate::support::succeed(path, &format!("{run} --resume"));
+    crate::support::succeed(path, format!("{run} --resume"));
 }

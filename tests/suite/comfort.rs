@@ -16,7 +16,7 @@ fn squares() -> tempfile::TempDir {
 }
 
 fn tags(path: &Path, mesh: &str) -> Vec<(String, u64)> {
-    let found = json(path, &["info", mesh]);
+    let found = json(path, ["info", mesh]);
     let tags = found["boundary_tags"].as_array().unwrap();
     let told = |tag: &serde_json::Value| {
         let name = tag["name"].as_str().unwrap().to_owned();
@@ -51,7 +51,7 @@ fn tags_are_dropped_kept_and_merged() {
         "--merge-tags",
         "side=side,rest",
     ];
-    succeed(path, &merge);
+    succeed(path, merge);
     assert_eq!(tags(path, "merge.vtu"), named(&[("wall", 2), ("side", 4)]));
     for (arguments, told) in [
         (
@@ -70,7 +70,7 @@ fn tags_are_dropped_kept_and_merged() {
     ] {
         let run = azimesh(
             path,
-            &[&["convert", "m.su2", "no.vtu"][..], &arguments[..]].concat(),
+            [&["convert", "m.su2", "no.vtu"][..], &arguments[..]].concat(),
         );
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &[told]);
@@ -95,7 +95,7 @@ fn the_boundary_alone_and_the_volume_alone() {
     assert_eq!(both.code, 2);
     let ball = crate::support::sequence::testdata("sphere_in_box_raw.vtu");
     let ball = ball.to_str().unwrap();
-    let run = succeed(path, &["convert", ball, "skin.su2", "--boundary-only"]);
+    let run = succeed(path, ["convert", ball, "skin.su2", "--boundary-only"]);
     assert_says(&run.err, &["--boundary-only: ", "inner nodes are removed"]);
     // Tags stay tags of a surface in space, which can be deformed.
     assert_eq!(tags(path, "skin.su2"), tags(path, ball));
@@ -191,9 +191,9 @@ fn diff_tells_the_worst_step_and_compares_only_what_is_asked() {
         let (file, copy) = (format!("out/n_000{step}.vtu"), "scaled.vtu");
         succeed(
             path,
-            &format!("-q convert {file} {copy} --scale {by} --force"),
+            format!("-q convert {file} {copy} --scale {by} --force"),
         );
-        succeed(path, &["-q", "convert", copy, &file, "--force"]);
+        succeed(path, ["-q", "convert", copy, &file, "--force"]);
     };
     scaled("1", "1.001");
     scaled("3", "1.01");
@@ -212,12 +212,12 @@ fn diff_tells_the_worst_step_and_compares_only_what_is_asked() {
     assert!(found["max_distance"].as_f64() > found["steps"][1]["max_distance"].as_f64());
     // Its cells and tags are the same.
     for only in ["cells", "tags", "cells,tags,arrays"] {
-        let run = succeed(path, &["diff", "out", "all.vtkhdf", "--only", only]);
+        let run = succeed(path, ["diff", "out", "all.vtkhdf", "--only", only]);
         assert!(run.out.starts_with("same: 5 steps"), "{run:?}");
     }
     assert_eq!(azimesh(path, "diff out all.vtkhdf --only nodes").code, 1);
     let tagged = "-q convert n.vtu t.vtu --rename-tag airfoil=wing";
-    succeed(path, &tagged);
+    succeed(path, tagged);
     assert_eq!(azimesh(path, "diff n.vtu t.vtu --only tags").code, 1);
     succeed(path, "diff n.vtu t.vtu --only nodes --only cells");
     assert_eq!(azimesh(path, "diff n.vtu t.vtu --only zones").code, 2);
@@ -236,7 +236,7 @@ fn an_unfinished_folder_says_so_and_how_to_go_on() {
     let part = |steps: &str| {
         succeed(
             path,
-            &format!("-q deform n.vtu few.toml -o parts --steps {steps}"),
+            format!("-q deform n.vtu few.toml -o parts --steps {steps}"),
         )
     };
     part("0..2");

@@ -31,7 +31,7 @@ fn a_mesh_without_boundary_elements_gets_a_tag_for_each_connected_part() {
         "--tag-boundary",
         "connected",
     ];
-    let run = succeed(folder.path(), &tag);
+    let run = succeed(folder.path(), tag);
     assert_says(&run.err, &["2", "tags", "8", "faces"]);
     let found = json(folder.path(), "info t.vtu");
     let tags = found["boundary_tags"].as_array().unwrap();
@@ -66,7 +66,7 @@ fn a_turn_and_the_turn_back_leave_the_mesh_as_it_was() {
         "convert a.vtu b.vtu --rotate 0,0,1,-90,1,0,0",
     );
     let near = "diff n.vtu b.vtu --tolerance 1e-15";
-    succeed(folder.path(), &near);
+    succeed(folder.path(), near);
     let wrong = azimesh(folder.path(), "convert n.vtu c.vtu --rotate w,90");
     assert_eq!(wrong.code, 2);
 }
@@ -75,13 +75,13 @@ fn a_turn_and_the_turn_back_leave_the_mesh_as_it_was() {
 fn a_curved_mesh_becomes_linear_and_keeps_its_tags() {
     let folder = tempfile::tempdir().unwrap();
     let curved = mesh_of_testdata("curved_solids_complete_v22.msh");
-    succeed(folder.path(), &["convert", &curved, "l.vtu", "--linearize"]);
+    succeed(folder.path(), ["convert", &curved, "l.vtu", "--linearize"]);
     let found = json(folder.path(), "info l.vtu");
     assert_eq!(
         (&found["curved_cells"], &found["orphan_nodes"]),
         (&value!(0), &value!(0))
     );
-    let before = json(folder.path(), &["info", &curved]);
+    let before = json(folder.path(), ["info", &curved]);
     assert_eq!(found["cells"], before["cells"]);
     let faces = |info: &serde_json::Value| {
         let tags = info["boundary_tags"].as_array().unwrap();
@@ -97,7 +97,7 @@ fn many_meshes_go_into_a_folder_under_their_names() {
     let folder = airfoil();
     let block = mesh_of_testdata("block.vtu");
     let into = ["convert", "n.vtu", &block, "-o", "out"];
-    assert_eq!(azimesh(folder.path(), &into).code, 2);
+    assert_eq!(azimesh(folder.path(), into).code, 2);
     let into = [&into[..], &["--format", "su2"]].concat();
     succeed(folder.path(), &into);
     let out = folder.path().join("out");
@@ -105,7 +105,7 @@ fn many_meshes_go_into_a_folder_under_their_names() {
     succeed(folder.path(), "diff n.vtu out/n.su2");
     assert_eq!(azimesh(folder.path(), &into).code, 2);
     let twice = "convert n.vtu out/n.su2 -o o2 --format vtu";
-    let run = azimesh(folder.path(), &twice);
+    let run = azimesh(folder.path(), twice);
     assert_eq!(run.code, 2, "{run:?}");
     assert_says(&run.err, &["o2/n.vtu", "n.vtu and out/n.su2"]);
 }
@@ -129,7 +129,7 @@ fn a_folder_goes_into_several_formats_and_each_loss_names_its_file() {
     )
     .unwrap();
     let into = "convert in -o out --format cgns,ugrid";
-    let refused = azimesh(path, &into);
+    let refused = azimesh(path, into);
     assert_eq!(refused.code, 2, "{refused:?}");
     let lines: Vec<_> = refused
         .err
@@ -141,7 +141,7 @@ fn a_folder_goes_into_several_formats_and_each_loss_names_its_file() {
     assert_says(lines[1], &["two_0000.ugrid"]);
     assert!(!path.join("out").exists());
 
-    let run = azimesh(path, &format!("{into} --keep-going"));
+    let run = azimesh(path, format!("{into} --keep-going"));
     assert_eq!(run.code, 1, "{run:?}");
     let out = names(&path.join("out"));
     let written = [
@@ -186,7 +186,7 @@ fn losses_of_several_outputs_are_in_the_json_of_each() {
     assert_eq!(notes.len(), 2);
     assert!(notes.iter().all(|note| note["path"] == written[0]));
     assert_eq!(outputs[2]["notes"], value!([]));
-    let two = azimesh(path, &["info", &ugrid, "--format", "su2,cgns"]);
+    let two = azimesh(path, ["info", &ugrid, "--format", "su2,cgns"]);
     assert_eq!(two.code, 2, "{two:?}");
 }
 
@@ -209,7 +209,7 @@ fn every_refusal_of_a_batch_is_listed() {
     std::fs::create_dir(path.join("out")).unwrap();
     std::fs::write(path.join("out/b.vtu"), "mine").unwrap();
     let into = "convert in -o out --format vtu --json";
-    let refused = azimesh(path, &into);
+    let refused = azimesh(path, into);
     assert_eq!(refused.code, 2, "{refused:?}");
     let found: serde_json::Value = serde_json::from_str(&refused.out).unwrap();
     let errors = found["errors"].as_array().unwrap();
@@ -219,7 +219,7 @@ fn every_refusal_of_a_batch_is_listed() {
     assert_eq!(errors[3], found["error"]);
     assert_eq!(names(&path.join("out")), ["b.vtu"]);
 
-    let run = azimesh(path, &format!("{into} --keep-going"));
+    let run = azimesh(path, format!("{into} --keep-going"));
     assert_eq!(run.code, 1, "{run:?}");
     let found: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(found["failed"], value!(errors));
@@ -235,7 +235,7 @@ fn a_mesh_along_a_curve_is_the_same_by_position_in_every_format() {
     assert_says(&run.err, &["--reorder", "space-filling curve"]);
     assert_eq!(azimesh(path, "diff n.vtu r.vtu").code, 1);
     succeed(path, "diff n.vtu r.vtu --match position");
-    let quality = |mesh: &str| json(path, &["quality", mesh])["summary"]["cells"].clone();
+    let quality = |mesh: &str| json(path, ["quality", mesh])["summary"]["cells"].clone();
     assert_eq!(quality("n.vtu"), quality("r.vtu"));
     succeed(path, "convert r.vtu again.vtu --reorder");
     assert!(
@@ -243,12 +243,12 @@ fn a_mesh_along_a_curve_is_the_same_by_position_in_every_format() {
             == std::fs::read(path.join("r.vtu")).unwrap()
     );
     for one in ["r.cgns", "r.vtkhdf", "r.su2", "r.msh", "r.vtk"] {
-        succeed(path, &["convert", "n.vtu", one, "--reorder"]);
-        succeed(path, &["diff", "r.vtu", one, "--match", "position"]);
+        succeed(path, ["convert", "n.vtu", one, "--reorder"]);
+        succeed(path, ["diff", "r.vtu", one, "--match", "position"]);
     }
     let mixed = mesh_of_testdata("polyhedra_ascii.vtu");
-    succeed(path, &["convert", &mixed, "p.vtu", "--reorder"]);
-    succeed(path, &["diff", &mixed, "p.vtu", "--match", "position"]);
+    succeed(path, ["convert", &mixed, "p.vtu", "--reorder"]);
+    succeed(path, ["diff", &mixed, "p.vtu", "--match", "position"]);
 }
 
 #[test]
@@ -256,13 +256,13 @@ fn all_steps_of_a_sequence_have_the_order_of_the_first() {
     let folder = airfoil();
     let path = folder.path();
     let turn = "--rotate z,40";
-    succeed(path, &format!("convert n.vtu turned.vtu {turn}"));
+    succeed(path, format!("convert n.vtu turned.vtu {turn}"));
     succeed(path, "convert n.vtu r.vtu --reorder");
-    succeed(path, &format!("convert r.vtu expected.vtu {turn}"));
+    succeed(path, format!("convert r.vtu expected.vtu {turn}"));
     succeed(path, "convert turned.vtu own.vtu --reorder");
     assert_eq!(azimesh(path, "diff own.vtu expected.vtu").code, 1);
     for one in ["all.vtkhdf", "all.cgns", "all.pvd"] {
-        let run = succeed(path, &["convert", "n.vtu", "turned.vtu", one, "--reorder"]);
+        let run = succeed(path, ["convert", "n.vtu", "turned.vtu", one, "--reorder"]);
         assert_eq!(run.err.matches("--reorder").count(), 1, "{}", run.err);
         let step = format!("convert {one} one.vtu --step 1 --force");
         succeed(path, &step);
@@ -271,7 +271,7 @@ fn all_steps_of_a_sequence_have_the_order_of_the_first() {
         assert!(found.points == expected.points, "{one}");
     }
     let into = "convert n.vtu turned.vtu -o out --format vtu --reorder";
-    succeed(path, &into);
+    succeed(path, into);
     succeed(path, "diff out/turned.vtu own.vtu");
 }
 
@@ -279,7 +279,7 @@ fn all_steps_of_a_sequence_have_the_order_of_the_first() {
 fn parts(folder: &Path) {
     for step in ["1", "2", "3"] {
         let name = format!("p_{step}.vtu");
-        succeed(folder, &["convert", "n.vtu", &name, "--scale", step]);
+        succeed(folder, ["convert", "n.vtu", &name, "--scale", step]);
     }
 }
 
@@ -289,18 +289,18 @@ fn part_files_go_into_one_file_and_back() {
     let path = folder.path();
     parts(path);
     for one in ["all.vtkhdf", "all.cgns"] {
-        succeed(path, &["convert", "p_1.vtu", "p_2.vtu", "p_3.vtu", one]);
-        let times = &json(path, &["info", one])["times"];
+        succeed(path, ["convert", "p_1.vtu", "p_2.vtu", "p_3.vtu", one]);
+        let times = &json(path, ["info", one])["times"];
         assert_eq!(*times, value!([0.0, 1.0, 2.0]), "{one}");
         let back = format!("{one}_back");
-        succeed(path, &["convert", one, "-o", &back, "--format", "vtu"]);
+        succeed(path, ["convert", one, "-o", &back, "--format", "vtu"]);
         for (i, part) in ["p_1.vtu", "p_2.vtu", "p_3.vtu"].into_iter().enumerate() {
             let expected = read(&path.join(part)).points;
             let found = read(&path.join(&back).join(format!("all_000{i}.vtu"))).points;
             assert!(expected == found, "{one} step {i}");
         }
         assert!(names(&path.join(&back)).contains(&"all.pvd".to_owned()));
-        succeed(path, &["convert", one, "two.vtu", "--step", "1", "--force"]);
+        succeed(path, ["convert", one, "two.vtu", "--step", "1", "--force"]);
         succeed(path, "diff p_2.vtu two.vtu");
     }
 }
@@ -328,7 +328,7 @@ fn a_list_of_meshes_is_a_sequence() {
     ];
     assert_eq!(left, expected);
     let last = ["convert", "legacy/s.vtk.series", "last.vtu"];
-    assert_says(&succeed(path, &last).err, &["s.vtk.series", "last"]);
+    assert_says(&succeed(path, last).err, &["s.vtk.series", "last"]);
     succeed(path, "diff p_3.vtu last.vtu");
 }
 
@@ -348,8 +348,8 @@ fn pieces_are_read_back_as_the_mesh_they_were() {
     let folder = airfoil();
     let path = folder.path();
     let cut = |out| ["convert", "n.vtu", out, "--pieces", "3"];
-    assert_eq!(azimesh(path, &cut("p.vtu")).code, 2);
-    succeed(path, &cut("p.pvtu"));
+    assert_eq!(azimesh(path, cut("p.vtu")).code, 2);
+    succeed(path, cut("p.pvtu"));
     assert_eq!(names(&path.join("p")).len(), 3);
     succeed(path, "diff n.vtu p.pvtu");
 }
@@ -370,7 +370,7 @@ fn of_conversions_to_one_new_name_at_once_one_succeeds() {
     let convert = |scale: &str| {
         azimesh(
             folder.path(),
-            &format!("convert bare.su2 out.vtu --scale {scale}"),
+            format!("convert bare.su2 out.vtu --scale {scale}"),
         )
     };
     for _ in 0..10 {
@@ -419,11 +419,11 @@ fn cells_that_become_flat_in_32_bits_are_counted_in_every_format() {
     std::fs::write(folder.join("far.su2"), far_squares()).unwrap();
     let all = "4 of 4 (the first is cell 0)";
     for name in ["f.vtu", "f.vtk", "f.vtkhdf", "f.cgns", "f.pvd", "f.vtp"] {
-        let run = succeed(folder, &["convert", "far.su2", name, "--precision", "f32"]);
+        let run = succeed(folder, ["convert", "far.su2", name, "--precision", "f32"]);
         assert_says(&run.err, &["become flat", all]);
     }
     let pieces = "convert far.su2 f.pvtu --pieces 2 --precision f32";
-    assert_says(&succeed(folder, &pieces).err, &["become flat", all]);
+    assert_says(&succeed(folder, pieces).err, &["become flat", all]);
     let run = succeed(folder, "convert far.su2 f.stl");
     assert_says(&run.err, &["become flat", "8 of 8"]);
     let run = succeed(folder, "convert --extrude 1 far.su2 f.b4.ugrid");
@@ -431,7 +431,7 @@ fn cells_that_become_flat_in_32_bits_are_counted_in_every_format() {
     for (name, precision) in [("g.vtu", "f64"), ("g.su2", "f64"), ("g.msh", "f32")] {
         let run = succeed(
             folder,
-            &format!("convert far.su2 {name} --precision {precision}"),
+            format!("convert far.su2 {name} --precision {precision}"),
         );
         assert!(!run.err.contains("become flat"), "{run:?}");
     }
@@ -448,17 +448,17 @@ fn a_layer_becomes_plane_again_and_a_half_and_a_sector_whole_in_every_step() {
     let sector = mesh_of_testdata("rotor_sector.vtu");
     for (step, by) in [("0", "1"), ("1", "2")] {
         let name = format!("s_{step}.vtu");
-        succeed(path, &["convert", &sector, &name, "--scale", by]);
+        succeed(path, ["convert", &sector, &name, "--scale", by]);
     }
     succeed(path, "convert s_0.vtu s_1.vtu s.vtkhdf");
     let whole = "--repeat 4 --axis z";
-    succeed(path, &format!("convert s.vtkhdf r.vtkhdf {whole}"));
-    succeed(path, &format!("convert s_1.vtu r_1.vtu {whole}"));
+    succeed(path, format!("convert s.vtkhdf r.vtkhdf {whole}"));
+    succeed(path, format!("convert s_1.vtu r_1.vtu {whole}"));
     let step = ["convert", "r.vtkhdf", "step.vtu", "--step", "1"];
-    succeed(path, &step);
+    succeed(path, step);
     succeed(path, "diff step.vtu r_1.vtu");
     let volume = |mesh: &str| {
-        json(path, &["quality", mesh])["total_volume"]
+        json(path, ["quality", mesh])["total_volume"]
             .as_f64()
             .unwrap()
     };
@@ -467,7 +467,7 @@ fn a_layer_becomes_plane_again_and_a_half_and_a_sector_whole_in_every_step() {
     for wrong in ["x", "z,91", "z,0"] {
         let run = azimesh(
             path,
-            &format!("convert s_0.vtu w.vtu --repeat 4 --axis {wrong}"),
+            format!("convert s_0.vtu w.vtu --repeat 4 --axis {wrong}"),
         );
         assert_eq!(
             (run.code, path.join("w.vtu").exists()),
@@ -478,7 +478,7 @@ fn a_layer_becomes_plane_again_and_a_half_and_a_sector_whole_in_every_step() {
     let half = mesh_of_testdata("wing_on_plane.vtu");
     let run = succeed(
         path,
-        &format!("convert {half} wings.vtu --mirror z --mirror-suffix _left"),
+        format!("convert {half} wings.vtu --mirror z --mirror-suffix _left"),
     );
     assert_says(
         &run.err,
@@ -520,7 +520,7 @@ fn meshes_are_merged_with_their_names_and_joined_within_a_distance_on_request() 
         "j.su2",
         "--prefix-tags",
     ];
-    let run = succeed(path, &[&merge[..], &["--join", "1e-3"]].concat());
+    let run = succeed(path, [&merge[..], &["--join", "1e-3"]].concat());
     assert_says(
         &run.err,
         &["nodes are joined", "tags with fewer faces: a_edge, b_edge"],
@@ -554,7 +554,7 @@ fn node_numbers_that_su2_exchanges_go_where_nodes_are_renumbered() {
     ] {
         let run = succeed(
             path,
-            &[&["convert", "--force", "e.su2", "f.su2"], changes].concat(),
+            [&["convert", "--force", "e.su2", "f.su2"], changes].concat(),
         );
         let text = std::fs::read_to_string(path.join("f.su2")).unwrap();
         let kept = text.contains("SEND_RECEIVE") && text.contains("NPOIN= 9 8");

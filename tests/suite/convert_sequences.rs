@@ -14,10 +14,10 @@ fn parts() -> tempfile::TempDir {
     let path = folder.path();
     for step in ["1", "2", "3"] {
         let name = format!("p_{step}.vtu");
-        succeed(path, &["convert", "n.vtu", &name, "--scale", step]);
+        succeed(path, ["convert", "n.vtu", &name, "--scale", step]);
     }
     let finer = "-q sample naca0012 --nodes 900 -o";
-    succeed(path, &format!("{finer} other.vtu"));
+    succeed(path, format!("{finer} other.vtu"));
     succeed(path, "convert p_1.vtu p_2.vtu p_3.vtu s.pvd");
     let missing = [("s_0002.vtu", "s_9.vtu")];
     rewrite(path, "s.pvd", "list.pvd", &missing);
@@ -29,7 +29,7 @@ fn wrong_input_leaves_everything_as_it_was() {
     let folder = parts();
     let path = folder.path();
     for good in ["keep.vtkhdf", "keep.cgns"] {
-        succeed(path, &["convert", "s.pvd", good]);
+        succeed(path, ["convert", "s.pvd", good]);
     }
     std::fs::write(path.join("broken.su2"), "NDIME= 2\n").unwrap();
     let before = files(path);
@@ -66,7 +66,7 @@ fn wrong_input_leaves_everything_as_it_was() {
             "broken.su2",
         ),
     ] {
-        let run = azimesh(path, &[&["convert"], args].concat());
+        let run = azimesh(path, [&["convert"], args].concat());
         assert_eq!(run.code, 2, "{args:?}: {run:?}");
         assert!(run.err.contains(said), "{args:?}: {run:?}");
         assert!(!run.err.contains(".part"), "{args:?}: {run:?}");
@@ -89,7 +89,7 @@ fn a_sequence_goes_to_standard_output() {
             let expected = format!("expected.{format}");
             succeed(
                 path,
-                &[&["convert", "--force"], inputs, &[&expected]].concat(),
+                [&["convert", "--force"], inputs, &[&expected]].concat(),
             );
             let expected = std::fs::read(path.join(&expected)).unwrap();
             assert!(output.stdout == expected, "{inputs:?} {format}");
@@ -137,15 +137,15 @@ fn a_schedule_that_comes_back_to_an_azimuth_leaves_a_sequence_that_is_read() {
     std::fs::write(path.join("again.toml"), text).unwrap();
     for format in ["vtu", "su2", "vtk"] {
         let args = format!("deform n.vtu again.toml -o {format}");
-        let run = succeed(path, &format!("{args} --format {format}"));
+        let run = succeed(path, format!("{args} --format {format}"));
         assert_says(&run.err, &["steps 0 and 1", "same time, 0"]);
-        let times = &json(path, &["info", format])["times"];
+        let times = &json(path, ["info", format])["times"];
         assert_eq!(times.as_array().map(Vec::len), Some(5), "{format}: {times}");
-        succeed(path, &["quality", format]);
-        succeed(path, &["diff", format, format]);
+        succeed(path, ["quality", format]);
+        succeed(path, ["diff", format, format]);
         let one = format!("{format}.vtkhdf");
-        succeed(path, &["convert", format, &one]);
-        succeed(path, &["diff", format, &one]);
+        succeed(path, ["convert", format, &one]);
+        succeed(path, ["diff", format, &one]);
     }
 }
 
@@ -156,18 +156,18 @@ fn in_a_folder_the_joined_file_is_the_sequence() {
     for format in ["vtkhdf", "cgns"] {
         for steps in ["0..2", "2..5"] {
             let args = format!("deform n.vtu few.toml -o {format} --format");
-            succeed(path, &format!("{args} {format} --steps {steps}"));
+            succeed(path, format!("{args} {format} --steps {steps}"));
         }
-        let run = azimesh(path, &["quality", format]);
+        let run = azimesh(path, ["quality", format]);
         assert!(
             run.code == 2 && run.err.contains("not joined, steps 0..2, 2..5 of 5"),
             "{run:?}"
         );
-        succeed(path, &["finish", format]);
-        let times = &json(path, &["info", format])["times"];
+        succeed(path, ["finish", format]);
+        let times = &json(path, ["info", format])["times"];
         assert_eq!(times.as_array().map(Vec::len), Some(5), "{format}: {times}");
-        succeed(path, &["quality", format]);
-        succeed(path, &["diff", format, format]);
+        succeed(path, ["quality", format]);
+        succeed(path, ["diff", format, format]);
     }
 }
 
@@ -295,7 +295,7 @@ fn steps_with_arrays(path: &Path, testdata: &str, name: &str) {
     for (sequence, format) in SEQUENCES {
         let out = sequence.replacen('s', name, 1);
         let args = ["convert", &steps[0], &steps[1], &out];
-        succeed(path, &[&args[..], format].concat());
+        succeed(path, [&args[..], format].concat());
     }
 }
 
@@ -353,7 +353,7 @@ fn every_change_is_made_at_every_step_of_every_kind_of_sequence() {
             let one = format!("{name}_1.vtu");
             succeed(
                 path,
-                &[&["convert", "--force", &one, "one.vtu"], *changes].concat(),
+                [&["convert", "--force", &one, "one.vtu"], *changes].concat(),
             );
             let expected = Mesh::read(path.join("one.vtu")).unwrap();
             if changes[0] != "--translate" {
@@ -362,14 +362,14 @@ fn every_change_is_made_at_every_step_of_every_kind_of_sequence() {
             for (sequence, _) in SEQUENCES {
                 let sequence = sequence.replacen('s', name, 1);
                 let args = ["convert", "--force", &sequence, "all.pvd"];
-                let run = succeed(path, &[&args[..], changes].concat());
+                let run = succeed(path, [&args[..], changes].concat());
                 let joined = run.err.lines().filter(|line| line.contains("joined"));
                 assert_eq!(
                     joined.count(),
                     usize::from(changes.len() != 2 || changes[0] == "--mirror"),
                     "{run:?}"
                 );
-                let times = &json(path, &["info", "all.pvd"])["times"];
+                let times = &json(path, ["info", "all.pvd"])["times"];
                 assert_eq!(*times, serde_json::json!([0.0, 1.0]), "{sequence}");
                 let found = Mesh::read(path.join("all_0001.vtu")).unwrap();
                 assert_eq!(found.points, expected.points, "{sequence} {changes:?}");
@@ -386,7 +386,7 @@ fn every_change_is_made_at_every_step_of_every_kind_of_sequence() {
         }
     }
     let mirrored_tensor = ["convert", "half.cgns", "m.vtu", "--mirror", "z"];
-    let run = succeed(path, &mirrored_tensor);
+    let run = succeed(path, mirrored_tensor);
     assert_says(&run.err, &["keep them: rr_1, rr_2"]);
 }
 
@@ -395,18 +395,15 @@ fn a_sequence_of_layers_becomes_plane_and_an_exodus_sequence_moves() {
     let folder = parts();
     let path = folder.path();
     let layers = ["convert", "s.pvd", "layers.vtkhdf", "--extrude", "0.1"];
-    succeed(path, &layers);
-    succeed(
-        path,
-        &["convert", "layers.vtkhdf", "flat.cgns", "--flatten"],
-    );
-    succeed(path, &["diff", "s.pvd", "flat.cgns"]);
+    succeed(path, layers);
+    succeed(path, ["convert", "layers.vtkhdf", "flat.cgns", "--flatten"]);
+    succeed(path, ["diff", "s.pvd", "flat.cgns"]);
     std::fs::write(path.join("a.exo"), small(5)).unwrap();
-    succeed(path, &["convert", "a.exo", "b.pvd", "--translate", "1,2,3"]);
+    succeed(path, ["convert", "a.exo", "b.pvd", "--translate", "1,2,3"]);
     let back = ["convert", "b.pvd", "c.pvd", "--translate", "-1,-2,-3"];
-    succeed(path, &back);
-    let found = json(path, &["diff", "a.exo", "c.pvd", "--tolerance", "1e-12"]);
-    let same = &json(path, &["diff", "a.exo", "a.exo"])["steps"];
+    succeed(path, back);
+    let found = json(path, ["diff", "a.exo", "c.pvd", "--tolerance", "1e-12"]);
+    let same = &json(path, ["diff", "a.exo", "a.exo"])["steps"];
     assert_eq!(found["steps"], *same, "{found}");
 }
 
@@ -415,9 +412,9 @@ fn sequences_of_the_same_times_are_merged_step_by_step_and_others_refused() {
     let folder = parts();
     let path = folder.path();
     let away = ["convert", "s.pvd", "away.vtkhdf", "--translate", "100,0,0"];
-    succeed(path, &away);
+    succeed(path, away);
     let two = ["convert", "p_1.vtu", "p_2.vtu", "two.pvd"];
-    succeed(path, &two);
+    succeed(path, two);
     let late = [("timestep=\"2\"", "timestep=\"2.5\"")];
     rewrite(path, "s.pvd", "late.pvd", &late);
     let before = names(path);
@@ -426,19 +423,19 @@ fn sequences_of_the_same_times_are_merged_step_by_step_and_others_refused() {
         ("late.pvd", "late.pvd: step 2 is at 2.5, 2 in away.vtkhdf"),
     ] {
         let args = ["convert", "--merge", "away.vtkhdf", other, "m.pvd"];
-        let run = azimesh(path, &args);
+        let run = azimesh(path, args);
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &[said, "--step I merges one step of each"]);
         assert_eq!(names(path), before);
     }
     let missing = ["--step", "2"];
     let args = ["convert", "--merge", "away.vtkhdf", "two.pvd", "m.vtu"];
-    let run = azimesh(path, &[&args[..], &missing].concat());
+    let run = azimesh(path, [&args[..], &missing].concat());
     assert_says(
         &run.err,
         &["two.pvd: --step 2: the sequence has steps 0 to 1"],
     );
-    succeed(path, &[&args[..], &["--step", "1"]].concat());
+    succeed(path, [&args[..], &["--step", "1"]].concat());
     for out in [
         &["m.pvd"][..],
         &["m.cgns"],
@@ -454,7 +451,7 @@ fn sequences_of_the_same_times_are_merged_step_by_step_and_others_refused() {
             let name = format!("step_{step}.vtu");
             let number = step.to_string();
             let args = ["convert", "--force", merged, &name, "--step", &number];
-            succeed(path, &args);
+            succeed(path, args);
             let [one, found] = ["p_1.vtu", &name].map(|name| Mesh::read(path.join(name)).unwrap());
             let n = one.points.len();
             assert_eq!(found.points.len(), 3 * n);
@@ -478,19 +475,19 @@ fn in_several_formats_a_sequence_is_one_file_where_the_format_has_sequences() {
         "--format",
         "cgns,vtkhdf,su2",
     ];
-    succeed(path, &args);
+    succeed(path, args);
     let su2 = (0..3).map(|step| format!("s_000{step}.su2"));
     let mut expected: Vec<String> = su2.collect();
     expected.extend(["s.cgns", "s.vtkhdf", "s.su2.pvd"].map(str::to_owned));
     expected.sort();
     assert_eq!(names(&path.join("out")), expected);
     for one in ["out/s.cgns", "out/s.vtkhdf", "out/s.su2.pvd"] {
-        succeed(path, &["diff", "s.pvd", one, "--tolerance", "1e-12"]);
+        succeed(path, ["diff", "s.pvd", one, "--tolerance", "1e-12"]);
     }
     let other = ["convert", "p_1.vtu", "other.vtu", "varying.pvd"];
-    succeed(path, &other);
+    succeed(path, other);
     let into = ["convert", "varying.pvd", "-o", "no", "--format", "cgns"];
-    let run = azimesh(path, &into);
+    let run = azimesh(path, into);
     assert!(run.code == 2 && !path.join("no").exists(), "{run:?}");
     assert_says(&run.err, &["other nodes or cells", "a list (OUT.pvd)"]);
 }

@@ -78,11 +78,11 @@ fn a_renumbered_mesh_is_matched_by_position() {
     let folder = folder(RENUMBERED);
     assert_eq!(azimesh(folder.path(), "diff a.su2 b.su2").code, 1);
     let by_position = ["diff", "a.su2", "b.su2", "--match", "position"];
-    let run = succeed(folder.path(), &by_position);
+    let run = succeed(folder.path(), by_position);
     assert_eq!(run.out, "same: 4 nodes, 6 cells\n");
     let moved = RENUMBERED.replace("1 1 3\n", "1.000000001 1 3\n");
     std::fs::write(folder.path().join("b.su2"), moved).unwrap();
-    let found = json(folder.path(), &by_position);
+    let found = json(folder.path(), by_position);
     assert_eq!(found["same"], false);
     assert_eq!(found["moved_nodes"], 1);
     assert_eq!(found["first_moved"]["node"], 2);
@@ -107,7 +107,7 @@ fn sequences_are_compared_step_by_step() {
     let run = succeed(path, "diff out all.vtkhdf");
     assert!(run.out.starts_with("same: 5 steps, "), "{run:?}");
     let moved = "-q convert out/n_0002.vtu out/n_0003.vtu --force";
-    succeed(path, &moved);
+    succeed(path, moved);
     let run = azimesh(path, "diff out/n.pvd all.vtkhdf -v");
     assert_eq!(run.code, 1);
     assert_says(&run.out, &["different: ", "1 of 5 steps", "step 3"]);
@@ -130,8 +130,8 @@ fn polyhedra_that_a_format_gives_back_as_other_cells_are_explained() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let mesh = testdata("polyhedra_ascii.vtu").display().to_string();
-    succeed(path, &["convert", &mesh, "case", "--format", "openfoam"]);
-    let run = azimesh(path, &["diff", &mesh, "case", "--match", "position"]);
+    succeed(path, ["convert", &mesh, "case", "--format", "openfoam"]);
+    let run = azimesh(path, ["diff", &mesh, "case", "--match", "position"]);
     assert_eq!(run.code, 1, "{run:?}");
     let told = "the first mesh has 613 cells as polyhedra or polygons more than the second";
     assert_says(&run.err, &[told, "OpenFOAM"]);

@@ -15,7 +15,7 @@ fn folder() -> tempfile::TempDir {
     let text = text.split("[selection]").next().unwrap().to_owned();
     std::fs::write(path.join("missed.toml"), text + strict).unwrap();
     let args = "convert n.vtu moved.vtu --scale 2";
-    succeed(path, &args);
+    succeed(path, args);
     folder
 }
 
@@ -87,7 +87,7 @@ fn wrong_arguments_and_wrong_input_end_with_2_and_a_sentence() {
     ] {
         let run = azimesh(folder.path(), args);
         assert_eq!(run.code, 2, "{args:?}: {run:?}");
-        let is_told = run.out.is_empty() != args.contains(&"--json");
+        let is_told = run.out.is_empty() != args.contains("--json");
         assert!(is_told && !run.err.is_empty(), "{args:?}: {run:?}");
     }
     assert!(!folder.path().join("out").exists());
@@ -168,7 +168,7 @@ fn the_command_of_a_report_is_the_one_that_was_given() {
         "--steps",
         "0..2",
     ];
-    assert_eq!(azimesh(folder, &args).code, 0);
+    assert_eq!(azimesh(folder, args).code, 0);
     succeed(folder, "report out");
     let html = fs::read_to_string(folder.join("out/report.html")).unwrap();
     let shown = format!("azimesh {}", args.join(" "));

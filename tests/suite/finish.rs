@@ -26,7 +26,7 @@ fn seven_steps() -> tempfile::TempDir {
 
 fn in_parts(folder: &Path, format: &str) {
     for part in PARTS {
-        deform(folder, format, &["-o", "out", "--steps", part]);
+        deform(folder, format, ["-o", "out", "--steps", part]);
     }
 }
 
@@ -34,7 +34,7 @@ fn in_parts(folder: &Path, format: &str) {
 fn a_format_that_nothing_is_written_in_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     for command in ["finish", "report"] {
-        let run = azimesh(folder.path(), &[command, "out", "--format", "cgns"]);
+        let run = azimesh(folder.path(), [command, "out", "--format", "cgns"]);
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &["--format"]);
     }
@@ -45,7 +45,7 @@ fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
     let folder = seven_steps();
     let folder = folder.path();
     let ascii = "-q convert n.vtu text.vtu --encoding ascii";
-    succeed(folder, &ascii);
+    succeed(folder, ascii);
     let names = [
         ("\"BoundaryTag\"", "\"Face\""),
         ("\"BoundaryTagNames\"", "\"Other\""),
@@ -58,7 +58,7 @@ fn parts_of_a_mesh_with_tags_of_another_name_are_joined() {
         deform(folder, "vtkhdf", &options);
     }
     succeed(folder, "finish out");
-    let told = crate::support::json(folder, &["report", "out"]);
+    let told = crate::support::json(folder, ["report", "out"]);
     assert_eq!(told["diagnostics"], serde_json::json!([]));
 }
 
@@ -116,7 +116,7 @@ fn what_is_joined_already_is_left_as_it_is() {
     ] {
         let args = format!("deform n.vtu {schedule} --format {format} -o out");
         let part = |part: &str| {
-            let run = azimesh(folder, &format!("{args} --resume --steps {part}"));
+            let run = azimesh(folder, format!("{args} --resume --steps {part}"));
             assert!(run.code <= code, "{run:?}");
         };
         PARTS.into_iter().for_each(part);
@@ -136,7 +136,7 @@ fn what_is_joined_already_is_left_as_it_is() {
             again.code == code && again.out.starts_with("complete already"),
             "{again:?}"
         );
-        let resumed = azimesh(folder, &format!("{args} --resume"));
+        let resumed = azimesh(folder, format!("{args} --resume"));
         assert_eq!(resumed.code, code, "{resumed:?}");
         let again = azimesh(folder, "finish out");
         assert!(
@@ -200,7 +200,7 @@ fn what_an_ended_join_has_left_is_completed_without_force() {
         // A part that is written again, in other seconds.
         let part = "-o out --steps 3..4 --force";
         let text = std::fs::read_to_string(path("steps_3-4.csv")).unwrap();
-        deform(folder, format, &part);
+        deform(folder, format, part);
         if std::fs::read_to_string(path("steps_3-4.csv")).unwrap() != text {
             let run = succeed(folder, "finish out");
             assert!(!run.out.starts_with("complete already"), "{run:?}");
@@ -219,7 +219,7 @@ fn the_record_of_another_run_is_replaced_by_force_only() {
         let other = [("sin = 10.0", "sin = 9.0")];
         rewrite(folder, "case.toml", "case.toml", &other);
         for part in PARTS {
-            deform(folder, format, &["-o", "out", "--steps", part, "--force"]);
+            deform(folder, format, ["-o", "out", "--steps", part, "--force"]);
         }
         let out = folder.join("out");
         let before = left(&out);
@@ -298,7 +298,7 @@ fn a_part_with_a_lost_record_is_named_and_mended_by_resume() {
         );
         std::fs::remove_file(out.join("run_0-3.json")).unwrap();
         for part in ["4..7", "0..3"] {
-            deform(folder, format, &["-o", "out", "--steps", part, "--resume"]);
+            deform(folder, format, ["-o", "out", "--steps", part, "--resume"]);
         }
         let run = succeed(folder, "finish out");
         assert!(run.out.starts_with("complete already"), "{run:?}");
@@ -397,7 +397,7 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
         std::fs::remove_file(folder.join("out").join(name)).unwrap();
     }
     let rest = ["-o", "out", "--steps", "3..5", "--force"];
-    deform(folder, "vtu", &rest);
+    deform(folder, "vtu", rest);
     let mesh = folder.join("out/n_0004.vtu");
     let content = std::fs::read(&mesh).unwrap();
     std::fs::write(&mesh, &content[1..]).unwrap();
@@ -412,11 +412,11 @@ fn what_is_missing_or_damaged_is_named_and_nothing_is_written() {
         "case.toml",
         &[("sin = 10.0", "sin = 9.0")],
     );
-    deform(folder, "vtu", &rest);
+    deform(folder, "vtu", rest);
     refused(&["first part", "schedule case.toml", "content"]);
     std::fs::rename(folder.join("case.toml"), folder.join("other.toml")).unwrap();
     let args = ["deform", "n.vtu", "other.toml", "-q", "--format", "vtu"];
-    succeed(folder, &[&args[..], &rest].concat());
+    succeed(folder, [&args[..], &rest].concat());
     refused(&["first part", "schedule", "other.toml", "case.toml"]);
 }
 
@@ -454,7 +454,7 @@ fn a_part_that_overlaps_another_is_refused_in_every_format() {
         let before = names(&folder.join("out"));
         let args = ["deform", "n.vtu", "case.toml", "--format", format, option];
         let part = ["-o", "out", "--steps", "3..6"];
-        let run = azimesh(folder, &[&args[..], &part].concat());
+        let run = azimesh(folder, [&args[..], &part].concat());
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &["3..6", "0..4", "run_0-4.json"]);
         assert_eq!(names(&folder.join("out")), before);

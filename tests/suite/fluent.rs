@@ -15,14 +15,14 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn info(folder: &Path, file: &str) -> serde_json::Value {
-    serde_json::from_str(&succeed(folder, &["info", file, "--json"]).out).unwrap()
+    serde_json::from_str(&succeed(folder, ["info", file, "--json"]).out).unwrap()
 }
 
 #[test]
 fn a_mesh_is_the_same_from_text_binary_and_hdf5() {
     let folder = folder();
     for other in ["house.cas", "house.cas.h5"] {
-        let run = succeed(folder.path(), &["diff", "house.msh", other]);
+        let run = succeed(folder.path(), ["diff", "house.msh", other]);
         assert_eq!((run.code, run.err.as_str()), (0, ""), "{run:?}");
     }
     let run = succeed(folder.path(), "diff polyhedra.cas.gz polyhedra.msh.h5");
@@ -54,8 +54,8 @@ fn tags_zones_and_polyhedra_survive_a_conversion() {
         ("polyhedra.msh.h5", "d.cgns"),
         ("refined.msh", "e.vtu"),
     ] {
-        succeed(folder.path(), &["-q", "convert", file, out]);
-        let run = succeed(folder.path(), &["diff", file, out, "--match", "position"]);
+        succeed(folder.path(), ["-q", "convert", file, out]);
+        let run = succeed(folder.path(), ["diff", file, out, "--match", "position"]);
         assert_eq!(run.code, 0, "{file} {out}: {run:?}");
     }
     let run = succeed(folder.path(), "info refined.msh");

@@ -31,7 +31,7 @@ fn runs() -> TempDir {
     ];
     succeed(
         path,
-        &[&["-q", "sample", "rotor", "-o", "r.vtu"][..], &size].concat(),
+        [&["-q", "sample", "rotor", "-o", "r.vtu"][..], &size].concat(),
     );
     let changes = [
         ("step = 10.0", "step = 130.0"),
@@ -46,7 +46,7 @@ fn runs() -> TempDir {
         let out = ["-o", frame, "--allow-outside"];
         succeed(
             path,
-            &[&["-q", "deform", "r.vtu", &schedule][..], &out].concat(),
+            [&["-q", "deform", "r.vtu", &schedule][..], &out].concat(),
         );
     }
     folder
@@ -349,7 +349,7 @@ fn zones_that_run_into_others_are_refused_before_anything_is_written() {
     assert!(!path.join("out").exists());
     succeed(
         path,
-        &[
+        [
             "-q",
             "deform",
             "m.vtu",

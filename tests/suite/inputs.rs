@@ -23,9 +23,9 @@ fn no_command_replaces_a_file_that_it_reads() {
     fs::hard_link(folder.join("n.vtu"), folder.join("second.vtu")).unwrap();
     succeed(folder, "deform n.vtu few.toml -o out");
     for out in ["n.vtu", "link.vtu", "second.vtu", "./n.vtu"] {
-        assert_refused(folder, &["convert", "n.vtu", out, "--force"], out);
-        assert_refused(folder, &["repair", "n.vtu", "-o", out, "--force"], out);
-        assert_refused(folder, &["quality", "n.vtu", "-o", out, "--force"], out);
+        assert_refused(folder, ["convert", "n.vtu", out, "--force"], out);
+        assert_refused(folder, ["repair", "n.vtu", "-o", out, "--force"], out);
+        assert_refused(folder, ["quality", "n.vtu", "-o", out, "--force"], out);
     }
     let of_reference = ["out/n_0000.vtu", "--reference", "n.vtu", "-o", "n.vtu"];
     for command in ["repair", "quality"] {
@@ -38,11 +38,11 @@ fn no_command_replaces_a_file_that_it_reads() {
     }
     let out = folder.join("out");
     for page in ["steps.csv", "run.json", "n_0001.vtu"] {
-        assert_refused(&out, &["report", ".", "-o", page, "--force"], page);
+        assert_refused(&out, ["report", ".", "-o", page, "--force"], page);
     }
     assert_refused(&out, "convert n.pvd n.pvd --force", "n.pvd");
     let same = "convert n.pvd -o . --format vtu --force";
-    assert_refused(&out, &same, "n_0000.vtu");
+    assert_refused(&out, same, "n_0000.vtu");
 }
 
 /// A schedule of few steps whose motion is in a table, `table.toml` and the table at this path.
@@ -66,7 +66,7 @@ fn a_run_never_takes_an_input_for_a_file_of_an_earlier_run() {
     let deform = |mesh, schedule, more: &[&str]| {
         let args = [&["deform", mesh, schedule, "-o", "."], more].concat();
         for force in [&["--force"][..], &[], &["--steps", "0..2"]] {
-            assert_refused(folder, &[&args[..], force].concat(), "input");
+            assert_refused(folder, [&args[..], force].concat(), "input");
         }
     };
     deform("n.cgns", "few.toml", &["--format", "cgns"]);
@@ -84,13 +84,13 @@ fn finish_does_not_replace_the_mesh_of_its_parts() {
     succeed(folder, "-q convert n.vtu n.cgns");
     for part in ["0..2", "2..5"] {
         let args = "deform n.cgns few.toml -o out --format cgns";
-        succeed(folder, &format!("{args} -q --steps {part}"));
+        succeed(folder, format!("{args} -q --steps {part}"));
     }
     // A mesh that has come to the folder since: known by its hash, whatever the path in the records.
     let mesh = fs::read(folder.join("n.cgns")).unwrap();
     fs::rename(folder.join("n.cgns"), folder.join("out/n.cgns")).unwrap();
     for force in [&[][..], &["--force"]] {
-        let run = azimesh(folder, &[&["finish", "out"], force].concat());
+        let run = azimesh(folder, [&["finish", "out"], force].concat());
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &["n.cgns", "input", "would replace"]);
         assert!(fs::read(folder.join("out/n.cgns")).unwrap() == mesh);
@@ -107,9 +107,9 @@ fn base_points_that_lie_among_the_outputs_stay_as_they_are() {
     base += "# mine\n";
     fs::write(folder.join("out/base.toml"), &base).unwrap();
     let deform = "deform n.vtu few.toml -o out --base out/base.toml";
-    succeed(folder, &deform);
-    succeed(folder, &format!("{deform} --resume"));
-    succeed(folder, &format!("{deform} --force"));
+    succeed(folder, deform);
+    succeed(folder, format!("{deform} --resume"));
+    succeed(folder, format!("{deform} --force"));
     assert!(fs::read_to_string(folder.join("out/base.toml")).unwrap() == base);
 }
 
@@ -232,7 +232,7 @@ fn topology_of_a_case_is_restored_without_its_points() {
     let folder = sphere();
     let folder = folder.path();
     let deform = "deform sphere.vtu few.toml -o c --format openfoam";
-    azimesh(folder, &format!("{deform} -q"));
+    azimesh(folder, format!("{deform} -q"));
     let mesh = folder.join("c/constant/polyMesh");
     let wanted = files(&mesh);
     for (name, content) in [
@@ -244,7 +244,7 @@ fn topology_of_a_case_is_restored_without_its_points() {
             None => fs::remove_file(mesh.join(name)).unwrap(),
             Some(content) => fs::write(mesh.join(name), content).unwrap(),
         }
-        let run = azimesh(folder, &format!("{deform} --resume"));
+        let run = azimesh(folder, format!("{deform} --resume"));
         assert_says(&run.err, &["constant/polyMesh", "written again"]);
         assert!(files(&mesh) == wanted, "{name}: {run:?}");
     }
@@ -270,7 +270,7 @@ fn finish_wants_the_files_beside_meshes_as_they_were_written() {
     ] {
         for part in ["0..2", "2..4"] {
             let deform = format!("deform sphere.vtu few.toml -o c --format {format}");
-            azimesh(folder, &format!("{deform} -q --steps {part}"));
+            azimesh(folder, format!("{deform} -q --steps {part}"));
         }
         for name in wanted {
             let path = folder.join("c").join(name);
@@ -344,7 +344,7 @@ fn two_flavours_of_ugrid_share_their_boundary_conditions() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let solid = testdata("mixed_cells_v41_binary.msh");
-    succeed(folder, &["convert", solid.to_str().unwrap(), "m.b8.ugrid"]);
+    succeed(folder, ["convert", solid.to_str().unwrap(), "m.b8.ugrid"]);
     succeed(folder, "convert m.b8.ugrid m.lb8.ugrid --force");
     succeed(folder, "diff m.b8.ugrid m.lb8.ugrid");
 }

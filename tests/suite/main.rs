@@ -1,7 +1,6 @@
 //! The library and the program from outside, as one program of tests: a module a subject.
 
 #![allow(clippy::unwrap_used, clippy::print_stderr)] // what is skipped is told
-#![allow(clippy::needless_borrows_for_generic_args)] // lists of arguments are borrowed, lines are not
 
 mod adf;
 #[cfg(target_os = "linux")]

@@ -126,7 +126,7 @@ fn a_check_that_failed_says_why_to_those_who_are_quiet() {
         ),
     ] {
         let args: Vec<&str> = line.split(' ').collect();
-        let run = azimesh(folder, &[&args[..], &["-q"]].concat());
+        let run = azimesh(folder, [&args[..], &["-q"]].concat());
         assert_eq!((run.code, run.out.as_str()), (1, ""), "{line}: {run:?}");
         assert!(run.err.starts_with("warning: "), "{line}: {run:?}");
         assert_says(&run.err, said);
@@ -158,7 +158,7 @@ fn a_reader_that_is_gone_changes_no_exit_code_and_causes_no_noise() {
             }
             let reads = ["info", "quality", "check", "diff", "completions"].contains(&args[0]);
             let force = if reads { &[][..] } else { &["--force"] };
-            let output = unread(folder.path(), &[&args, more, force].concat());
+            let output = unread(folder.path(), [&args, more, force].concat());
             assert!(output.status.success(), "{args:?}: {output:?}");
             assert!(output.stderr.is_empty(), "{args:?}: {output:?}");
         }
@@ -201,7 +201,7 @@ fn help_fits_a_terminal_of_80_columns() {
 fn every_command_and_option_has_a_description() {
     let folder = tempfile::tempdir().unwrap();
     for command in COMMANDS {
-        let text = succeed(folder.path(), &[command, "-h"]).out;
+        let text = succeed(folder.path(), [command, "-h"]).out;
         let lines: Vec<&str> = text.lines().collect();
         for (i, line) in lines.iter().enumerate() {
             let is_option = line.starts_with("  -") || line.starts_with("      --");
@@ -262,7 +262,7 @@ fn more_memory_than_is_allowed_is_refused_with_the_figure() {
         "--max-memory",
         "10M",
     ];
-    let run = azimesh(folder.path(), &args);
+    let run = azimesh(folder.path(), args);
     assert_eq!(run.code, 2, "{run:?}");
     let needed = json(folder.path(), "check n.vtu few.toml")["memory_bytes"]
         .as_u64()
@@ -287,7 +287,7 @@ fn more_memory_than_is_allowed_is_refused_with_the_figure() {
         "--max-memory",
         &enough,
     ];
-    succeed(folder.path(), &args);
+    succeed(folder.path(), args);
 }
 
 #[test]
@@ -300,7 +300,7 @@ fn bash_takes_its_completions() {
         ("elvish", "deform"),
         ("powershell", "deform"),
     ] {
-        let run = succeed(folder.path(), &["completions", shell]);
+        let run = succeed(folder.path(), ["completions", shell]);
         assert!(
             run.out.contains(command) && run.out.contains("fail-on"),
             "{shell}"
@@ -324,7 +324,7 @@ fn bash_takes_its_completions() {
 fn there_is_a_manual_page_for_every_command() {
     let folder = tempfile::tempdir().unwrap();
     let args = "man -o pages";
-    succeed(folder.path(), &args);
+    succeed(folder.path(), args);
     let pages = names(&folder.path().join("pages"));
     for command in COMMANDS {
         let file = format!("azimesh-{command}.1");
@@ -337,7 +337,7 @@ fn there_is_a_manual_page_for_every_command() {
     }
     assert!(pages.contains(&"azimesh.1".to_owned()));
     assert_eq!(
-        azimesh(folder.path(), &args).code,
+        azimesh(folder.path(), args).code,
         2,
         "pages are not replaced unasked"
     );

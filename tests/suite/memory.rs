@@ -44,7 +44,7 @@ fn meshes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let sample = "-q sample naca0012 --nodes 20000 -o";
-    succeed(path, &format!("{sample} n.vtu"));
+    succeed(path, format!("{sample} n.vtu"));
     let few = [
         ("stop = 360.0", "stop = 90.0"),
         ("step = 10.0", "step = 45.0"),
@@ -132,12 +132,12 @@ fn every_command_keeps_to_max_memory() {
     let folder = meshes();
     let path = folder.path();
     for (args, output) in COMMANDS {
-        let run = azimesh(path, &[args, &["--max-memory", "500k"]].concat());
+        let run = azimesh(path, [args, &["--max-memory", "500k"]].concat());
         if args[0] == "convert" && run.code == 0 {
             // Its arrays lie in files, where the disk can hold them so.
             let limited = files(path);
             remove_output(path);
-            succeed(path, &[args, &["-q"]].concat());
+            succeed(path, [args, &["-q"]].concat());
             assert!(files(path) == limited, "{args:?}");
             remove_output(path);
             continue;
@@ -151,7 +151,7 @@ fn every_command_keeps_to_max_memory() {
         assert_says(&run.err, &["error: ", "memory", "--max-memory", bytes]);
         assert_eq!(run.err.lines().count(), 1, "{run:?}");
         assert_whole(path, args[0], output, code);
-        succeed(path, &[args, &["-q", "--max-memory", "500M"]].concat());
+        succeed(path, [args, &["-q", "--max-memory", "500M"]].concat());
         remove_output(path);
     }
 }

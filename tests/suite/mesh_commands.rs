@@ -51,14 +51,14 @@ fn convert_scales_and_renames() {
     ];
     let convert = ["convert", "square.su2", "big.su2"];
     assert_eq!(
-        azimesh(folder.path(), &[&convert[..], &options].concat()).0,
+        azimesh(folder.path(), [&convert[..], &options].concat()).0,
         0
     );
     let found = json(folder.path(), "info big.su2");
     assert_eq!(found["bounds"][1][0], 10.0);
     assert_eq!(found["boundary_tags"][0]["name"], "far");
     let wrong = "convert square.su2 x.su2 --rename-tag wal=w";
-    let (code, _, error) = azimesh(folder.path(), &wrong);
+    let (code, _, error) = azimesh(folder.path(), wrong);
     assert_eq!(code, 2);
     assert_says(&error, &["wal", "\"wall\""]);
     assert!(!folder.path().join("x.su2").exists());
@@ -85,7 +85,7 @@ fn tags_of_one_name_are_renamed_together_and_merged_with_a_note() {
     let folder = folder();
     std::fs::write(folder.path().join("twins.msh"), TWINS).unwrap();
     let convert = "convert twins.msh x.su2 --rename-tag wall=hub";
-    let (code, _, notes) = azimesh(folder.path(), &convert);
+    let (code, _, notes) = azimesh(folder.path(), convert);
     assert_eq!(code, 0, "{notes}");
     assert_says(&notes, &["2 tags", "\"hub\""]);
     let found = json(folder.path(), "info x.su2");
@@ -122,7 +122,7 @@ fn quality_writes_to_standard_output_in_the_format_that_is_named() {
     );
     assert!(table.contains("min_scaled_jacobian"), "{table}");
     let named = "quality square.su2 -o x.dat --format vtu";
-    assert_eq!(azimesh(folder.path(), &named).0, 0);
+    assert_eq!(azimesh(folder.path(), named).0, 0);
     assert_eq!(json(folder.path(), "info x.dat")["nodes"], 4);
     let (code, _, error) = azimesh(folder.path(), "quality square.su2 -o -");
     assert_eq!(
@@ -146,7 +146,7 @@ fn an_unknown_sample_is_answered_with_those_there_are() {
             &["4 blades"],
         ),
     ] {
-        let (code, _, error) = azimesh(folder.path(), &[&["sample"], sample].concat());
+        let (code, _, error) = azimesh(folder.path(), [&["sample"], sample].concat());
         assert_eq!(code, 2, "{error}");
         assert_says(&error, told);
     }
@@ -156,18 +156,18 @@ fn an_unknown_sample_is_answered_with_those_there_are() {
 fn quality_names_inverted_cells_and_fails_on_request() {
     let folder = folder();
     let judge = ["quality", "bent.su2", "--reference", "square.su2"];
-    let found = json(folder.path(), &[&judge[..], &["--worst", "1"]].concat());
+    let found = json(folder.path(), [&judge[..], &["--worst", "1"]].concat());
     assert_eq!(found["inverted"], 2);
     assert_eq!(found["inverted_cells"], serde_json::json!([0, 1]));
     assert_eq!(
         found["worst"][0]["tags"],
         serde_json::json!(["wall", "far"])
     );
-    assert_eq!(azimesh(folder.path(), &judge).0, 0);
+    assert_eq!(azimesh(folder.path(), judge).0, 0);
     let failing = [&judge[..], &["--fail-on", "inverted>0"]].concat();
     assert_eq!(azimesh(folder.path(), &failing).0, 1);
     let unknown = "quality square.su2 --fail-on invertd>0";
-    let (code, _, error) = azimesh(folder.path(), &unknown);
+    let (code, _, error) = azimesh(folder.path(), unknown);
     assert_eq!(code, 2);
     assert_says(
         &error,
@@ -199,7 +199,7 @@ fn every_metric_of_a_step_is_what_quality_says_of_its_mesh() {
         "--reference",
         mesh.to_str().unwrap(),
     ];
-    let found = json(folder.path(), &args);
+    let found = json(folder.path(), args);
     for column in [
         "inverted",
         "inverted_reference",
@@ -238,7 +238,7 @@ fn openfoam_turns_wedges_of_negative_volume_and_no_others() {
     for (nodes, is_turned) in WEDGES.into_iter().zip([false, true]) {
         std::fs::write(folder.join("w.su2"), wedge(nodes)).unwrap();
         let arguments = "convert w.su2 case --format openfoam --force";
-        let (code, _, error) = azimesh(folder, &arguments);
+        let (code, _, error) = azimesh(folder, arguments);
         assert_eq!(code, 0, "{error}");
         assert_eq!(error.contains("turned round"), is_turned, "{error}");
     }
@@ -299,7 +299,7 @@ fn cells_in_the_other_orientation_are_named_alike_by_all_commands() {
 fn quality_writes_cell_arrays() {
     let folder = folder();
     let write = "quality square.su2 -o judged.vtu";
-    assert_eq!(azimesh(folder.path(), &write).0, 0);
+    assert_eq!(azimesh(folder.path(), write).0, 0);
     let found = json(folder.path(), "info judged.vtu");
     let arrays = found["arrays"].as_array().unwrap();
     for name in [
@@ -311,7 +311,7 @@ fn quality_writes_cell_arrays() {
     ] {
         assert!(arrays.iter().any(|array| array["name"] == name), "{name}");
     }
-    assert_eq!(azimesh(folder.path(), &write).0, 2);
+    assert_eq!(azimesh(folder.path(), write).0, 2);
 }
 
 #[test]
@@ -336,7 +336,7 @@ fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells(
     let join: Vec<&str> = join.split(' ').collect();
     assert_eq!(azimesh(folder.path(), &join).0, 0);
     let judge = "quality run --worst 3 --fail-on inverted>0";
-    let found = json(folder.path(), &judge);
+    let found = json(folder.path(), judge);
     let steps = found["steps"].as_array().unwrap().iter();
     let inverted: Vec<_> = steps.map(|step| &step["inverted"]).collect();
     assert_eq!(inverted, [0, 2, 0]);
@@ -345,7 +345,7 @@ fn quality_of_a_sequence_has_a_row_a_step_and_names_the_step_of_the_worst_cells(
     let steps: Vec<_> = worst.iter().map(|cell| &cell["step"]).collect();
     assert_eq!(steps, [1, 1, 0]);
     assert_eq!(worst[0]["nearest_tag"], "far");
-    let (code, text, error) = azimesh(folder.path(), &judge);
+    let (code, text, error) = azimesh(folder.path(), judge);
     assert_eq!((code, text.lines().count()), (1, 1 + 3 + 1 + 3));
     assert_says(&text, &["worst: step 1 (time 1), ", "nearest tag far"]);
     assert_eq!(found["worst_step"], worst[0]);

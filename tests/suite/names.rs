@@ -492,12 +492,12 @@ fn lists_of_files_have_no_bare_control_characters() {
     let folder = folder.path();
     save(&cubes(&["a".to_owned()]), &folder.join("m.vtu"));
     save(&cubes(&["a".to_owned()]), &folder.join("n.vtu"));
-    succeed(folder, &["-q", "convert", "m.vtu", "n.vtu", "a\tb\n.pvd"]);
+    succeed(folder, ["-q", "convert", "m.vtu", "n.vtu", "a\tb\n.pvd"]);
     let list = std::fs::read_to_string(folder.join("a\tb\n.pvd")).unwrap();
     assert!(list.contains("file=\"a&#9;b&#10;_0000.vtu\""), "{list}");
-    let back = succeed(folder, &["info", "a\tb\n.pvd"]);
+    let back = succeed(folder, ["info", "a\tb\n.pvd"]);
     assert!(back.out.contains("2, times"), "{back:?}");
-    let refused = crate::support::azimesh(folder, &["convert", "m.vtu", "n.vtu", "a\u{1b}b.pvd"]);
+    let refused = crate::support::azimesh(folder, ["convert", "m.vtu", "n.vtu", "a\u{1b}b.pvd"]);
     assert_eq!(refused.code, 2, "{refused:?}");
     assert!(refused.err.contains("a\\u{1b}b"), "{refused:?}");
 }
@@ -507,7 +507,7 @@ fn a_run_of_a_mesh_with_a_strange_name_leaves_files_with_plain_ones() {
     let folder = crate::support::short();
     let folder = folder.path();
     std::fs::rename(folder.join("n.vtu"), folder.join("n\n\u{1b}.vtu")).unwrap();
-    let run = succeed(folder, &["deform", "n\n\u{1b}.vtu", "few.toml", "-o", "o"]);
+    let run = succeed(folder, ["deform", "n\n\u{1b}.vtu", "few.toml", "-o", "o"]);
     assert!(
         !run.out.contains('\u{1b}') && !run.err.contains('\u{1b}'),
         "{run:?}"
@@ -587,13 +587,13 @@ fn the_sequence_of_a_mesh_with_a_hidden_name_is_found() {
     for format in ["vtu", "vtkhdf"] {
         let run = format!("-q deform .h.vtu few.toml -o {format} --format {format}");
         succeed(folder, &run);
-        let found = succeed(folder, &["info", format]);
+        let found = succeed(folder, ["info", format]);
         assert!(found.out.contains("steps"), "{found:?}");
-        succeed(folder, &["quality", format]);
-        succeed(folder, &["diff", format, "vtu"]);
+        succeed(folder, ["quality", format]);
+        succeed(folder, ["diff", format, "vtu"]);
         succeed(
             folder,
-            &format!("-q convert {format} --step 2 -o one.vtk --force"),
+            format!("-q convert {format} --step 2 -o one.vtk --force"),
         );
     }
 }
@@ -633,6 +633,6 @@ fn names_of_nodes_in_cgns_and_of_solids_are_ascii_and_cgns_keeps_the_full_ones()
         "--rename-tag",
         "a=b c=wall",
     ];
-    succeed(folder, &rename);
+    succeed(folder, rename);
     assert!(tags("r.vtu").contains("wall"));
 }

@@ -29,7 +29,7 @@ fn sphere() -> tempfile::TempDir {
     fs::write(case.join("constant/transportProperties"), "nu 1e-5;").unwrap();
     succeed(
         folder.path(),
-        &[
+        [
             "-q",
             "convert",
             mesh.to_str().unwrap(),
@@ -85,9 +85,9 @@ fn a_mesh_written_read_and_written_again_is_the_same() {
         let out = format!("again_{encoding}");
         succeed(
             folder,
-            &format!("-q convert in {out} --format openfoam --encoding {encoding}"),
+            format!("-q convert in {out} --format openfoam --encoding {encoding}"),
         );
-        succeed(folder, &["-q", "diff", "in", &out]);
+        succeed(folder, ["-q", "diff", "in", &out]);
         let again = folder.join(&out).join("constant/polyMesh");
         for file in ["faces", "owner", "neighbour", "boundary", "cellZones"] {
             assert_eq!(
@@ -181,7 +181,7 @@ fn a_run_in_a_case_is_resumed_and_joined_from_parts_to_the_same_files() {
     for steps in ["1..3", "0..1"] {
         succeed(
             folder,
-            &format!("-q deform in s.toml -o parts --steps {steps}"),
+            format!("-q deform in s.toml -o parts --steps {steps}"),
         );
     }
     succeed(folder, "-q finish parts");
@@ -356,7 +356,7 @@ fn a_file_that_is_truncated_while_it_is_read_ends_the_program_with_its_name() {
     let folder = sphere();
     let folder = folder.path();
     let select = "-q select in s.toml -o base.toml";
-    succeed(folder, &select);
+    succeed(folder, select);
     let base = fs::read(folder.join("base.toml")).unwrap();
     let pipe = folder.join("pipe");
     let made = std::process::Command::new("mkfifo").arg(&pipe).status();
@@ -400,7 +400,7 @@ fn layer() -> tempfile::TempDir {
         "--extrude",
         "0.1",
     ];
-    succeed(folder.path(), &args);
+    succeed(folder.path(), args);
     let schedule = fs::read_to_string("testdata/naca0012.toml").unwrap();
     fs::write(folder.path().join("s.toml"), schedule).unwrap();
     folder
@@ -480,15 +480,15 @@ fn a_decomposed_case_is_written_in_its_pieces_and_whole_where_that_is_asked() {
         let (out, whole) = (folder.join(name), folder.join(format!("{name}_whole")));
         let to = |out: &Path| out.to_str().unwrap().to_owned();
         let args = ["-q", "convert", input, &to(&out), "--format", "openfoam"];
-        succeed(folder, &args);
+        succeed(folder, args);
         let (before, after) = (all_files(&case), all_files(&out));
         assert_eq!(topology_of(&before), topology_of(&after));
         assert!(!after.contains_key("constant/polyMesh/points"));
         assert!(same_bits(&read(&case), &read(&out)));
-        succeed(folder, &["-q", "diff", input, &to(&out)]);
+        succeed(folder, ["-q", "diff", input, &to(&out)]);
         succeed(
             folder,
-            &[&args[..3], &[&to(&whole)], &args[4..], &["--pieces", "1"]].concat(),
+            [&args[..3], &[&to(&whole)], &args[4..], &["--pieces", "1"]].concat(),
         );
         let files = all_files(&whole);
         assert!(files.contains_key("constant/polyMesh/points"));
@@ -498,7 +498,7 @@ fn a_decomposed_case_is_written_in_its_pieces_and_whole_where_that_is_asked() {
         let renamed = format!("{name}_renamed");
         let run = azimesh(
             folder,
-            &format!("convert {input} {renamed} --format openfoam --rename-tag floor=ground"),
+            format!("convert {input} {renamed} --format openfoam --rename-tag floor=ground"),
         );
         assert_eq!(run.code, 0, "{}", run.err);
         assert_says(&run.err, &["the mesh is written as one", "decomposePar"]);
@@ -514,7 +514,7 @@ fn a_decomposed_case_is_written_in_its_pieces_and_whole_where_that_is_asked() {
         .unwrap();
     let several = azimesh(
         folder,
-        &[
+        [
             "convert",
             case.to_str().unwrap(),
             "x",
@@ -553,7 +553,7 @@ fn a_sequence_of_a_decomposed_case_lies_in_its_pieces() {
         let before = all_files(&case);
         let out = format!("{name}_out");
         let deform = ["-q", "deform", name, "s.toml", "-o", &out];
-        succeed(folder, &deform);
+        succeed(folder, deform);
         let files = all_files(&folder.join(&out));
         assert_eq!(topology_of(&before), topology_of(&files));
         for inside in ["0/U", "0.5/polyMesh/points", "1/wantedDisplacement"] {
@@ -570,12 +570,12 @@ fn a_sequence_of_a_decomposed_case_lies_in_its_pieces() {
         let vtu = format!("{name}_vtu");
         succeed(
             folder,
-            &format!("-q deform {name} s.toml -o {vtu} --format vtu"),
+            format!("-q deform {name} s.toml -o {vtu} --format vtu"),
         );
         let last = folder.join(&vtu).join(format!("{name}_0002.vtu"));
         assert!(same_bits(&read(&folder.join(&out)), &read(&last)));
         assert!(!same_bits(&read(&folder.join(&out)), &read(&case)));
-        succeed(folder, &["-q", "report", &out]);
+        succeed(folder, ["-q", "report", &out]);
         // A piece that lost a file is written again.
         let wanted = meshes(&folder.join(&out));
         for lost in [
@@ -585,17 +585,17 @@ fn a_sequence_of_a_decomposed_case_lies_in_its_pieces() {
             "constant/polyMesh/owner",
         ] {
             fs::remove_file(folder.join(&out).join(piece).join(lost)).unwrap();
-            succeed(folder, &[&deform[..], &["--resume"]].concat());
+            succeed(folder, [&deform[..], &["--resume"]].concat());
             assert_eq!(meshes(&folder.join(&out)), wanted, "{lost}");
         }
-        succeed(folder, &[&deform[..], &["--force"]].concat());
+        succeed(folder, [&deform[..], &["--force"]].concat());
         assert_eq!(meshes(&folder.join(&out)), wanted);
         assert_eq!(all_files(&case), before);
         // As a sequence of a conversion.
         let again = format!("{name}_again");
         succeed(
             folder,
-            &format!("-q convert {out} {again} --format openfoam"),
+            format!("-q convert {out} {again} --format openfoam"),
         );
         let own = all_files(&folder.join(&again));
         let points = format!("{piece}/0.5/polyMesh/points");
@@ -621,8 +621,8 @@ fn a_report_shows_the_steps_of_a_region_in_pieces() {
         fs::create_dir_all(case.join("constant/solid")).unwrap();
         let region = format!("{name}/constant/solid");
         let out = format!("{name}_out");
-        succeed(folder, &["-q", "deform", &region, "s.toml", "-o", &out]);
-        succeed(folder, &["-q", "report", &out]);
+        succeed(folder, ["-q", "deform", &region, "s.toml", "-o", &out]);
+        succeed(folder, ["-q", "report", &out]);
         let page = fs::read_to_string(folder.join(&out).join("report.html")).unwrap();
         let n_steps = page.matches("<figcaption><button").count();
         assert!(n_steps > 1 && !page.contains("not shown:"), "{n_steps}");
@@ -683,7 +683,7 @@ fn zones_of_faces_and_points_are_kept_where_pieces_are_joined() {
         "type pointZone; pointLabels List<label> 1(0);",
     );
     let args = "-q convert in whole --format openfoam --encoding ascii --pieces 1";
-    succeed(folder, &args);
+    succeed(folder, args);
     let text = |case: &str, name: &str| {
         fs::read_to_string(folder.join(case).join("constant/polyMesh").join(name)).unwrap()
     };

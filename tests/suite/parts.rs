@@ -27,7 +27,7 @@ fn left(folder: &Path, out: &str) -> (BTreeMap<String, Vec<u8>>, Vec<String>) {
 fn in_parts_as_in_one(folder: &Path, schedule: &str, base: bool) {
     let deform = |out: &str, options: &[&str]| {
         let args = ["-q", "deform", "n.vtu", schedule, "-o", out];
-        succeed(folder, &[&args[..], options].concat());
+        succeed(folder, [&args[..], options].concat());
         left(folder, out)
     };
     let (whole, table) = deform("whole", &[]);
@@ -43,7 +43,7 @@ fn in_parts_as_in_one(folder: &Path, schedule: &str, base: bool) {
             "base.toml",
             "--force",
         ];
-        succeed(folder, &args);
+        succeed(folder, args);
         options = vec!["--base", "base.toml"];
     }
     let mut meshes = BTreeMap::new();

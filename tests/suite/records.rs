@@ -114,13 +114,13 @@ fn cells_that_were_not_judged_are_not_called_sound() {
     let folder = folder.path();
     let none = ("[rbf]", "[output]\nquality = \"none\"\n[rbf]");
     case(folder, &[none]);
-    let run = deform(folder, &[]);
+    let run = deform(folder, []);
     assert_eq!(run.code, 0, "{run:?}");
     assert!(run.out.contains("cell quality was not computed"), "{run:?}");
     assert!(!run.out.contains("inverted"), "{run:?}");
     assert_eq!(record(folder)["inverted_steps"], Value::Null);
     let args = "deform n.vtu case.toml -o out --force";
-    let told = json(folder, &args);
+    let told = json(folder, args);
     let told = (&told["inverted_steps"], &told["max_inverted"]);
     assert_eq!(told, (&Value::Null, &Value::Null));
 }
@@ -143,7 +143,7 @@ fn what_a_format_cannot_hold_is_told_once_a_run() {
             "output.format = \"su2\" holds no arrays: displacement is left out",
         ),
     ] {
-        let run = deform(folder, &["--force", "--format", format]);
+        let run = deform(folder, ["--force", "--format", format]);
         assert_eq!(run.code, 0, "{format}: {run:?}");
         let warnings = record(folder)["diagnostics"].clone();
         let warnings = warnings.as_array().unwrap().iter();

@@ -80,15 +80,15 @@ fn files_that_are_missing_empty_or_folders_are_refused_by_name() {
         ("empty.xyz", ["empty.xyz: ", "empty"]),
         ("note.dat", ["\"hello\\n\"", "SU2 mesh (.su2)"]),
     ] {
-        refused(folder, &["deform", mesh, "n.toml", "-o", "out"], &parts);
-        refused(folder, &["info", mesh], &parts);
-        refused(folder, &["convert", mesh, "out.vtu"], &parts);
-        refused(folder, &["quality", mesh], &parts);
-        refused(folder, &["diff", "n.vtu", mesh], &parts);
+        refused(folder, ["deform", mesh, "n.toml", "-o", "out"], &parts);
+        refused(folder, ["info", mesh], &parts);
+        refused(folder, ["convert", mesh, "out.vtu"], &parts);
+        refused(folder, ["quality", mesh], &parts);
+        refused(folder, ["diff", "n.vtu", mesh], &parts);
     }
     let deform = |schedule| ["deform", "n.vtu", schedule, "-o", "out"];
-    refused(folder, &deform("no.toml"), &["no.toml: ", "file"]);
-    refused(folder, &deform("folder"), &["folder: ", "directory"]);
+    refused(folder, deform("no.toml"), &["no.toml: ", "file"]);
+    refused(folder, deform("folder"), &["folder: ", "directory"]);
     refused(
         folder,
         "convert n.vtu out.zzz",
@@ -108,14 +108,14 @@ fn a_truncated_mesh_is_refused_at_its_place() {
         ("n.su2", "cut_n.su2:"),
     ] {
         if name != "n.vtu" {
-            succeed(folder, &["convert", "n.vtu", name]);
+            succeed(folder, ["convert", "n.vtu", name]);
         }
         let whole = std::fs::read(folder.join(name)).unwrap();
         let cut = format!("cut_{name}");
         std::fs::write(folder.join(&cut), &whole[..whole.len() / 2]).unwrap();
         let args = format!("deform {cut} n.toml -o out");
         refused(folder, &args, &[&cut, place]);
-        refused(folder, &["convert", &cut, "out.vtu"], &[&cut, place]);
+        refused(folder, ["convert", &cut, "out.vtu"], &[&cut, place]);
     }
 }
 
@@ -124,9 +124,9 @@ fn a_folder_of_an_earlier_run_is_kept_unless_forced() {
     let folder = airfoil();
     let folder = folder.path();
     let deform = "deform n.vtu n.toml -q -o out";
-    succeed(folder, &deform);
+    succeed(folder, deform);
     std::fs::write(folder.join("out/notes.txt"), "mine").unwrap();
-    refused(folder, &deform, &["out: ", "--force"]);
+    refused(folder, deform, &["out: ", "--force"]);
     assert!(folder.join("out/n_0036.vtu").is_file());
     rewrite(
         folder,
@@ -134,7 +134,7 @@ fn a_folder_of_an_earlier_run_is_kept_unless_forced() {
         "n.toml",
         &[("stop = 360.0", "stop = 20.0")],
     );
-    succeed(folder, &format!("{deform} --force"));
+    succeed(folder, format!("{deform} --force"));
     let expected = [
         "base.toml",
         "base.vtp",
@@ -213,13 +213,13 @@ fn a_format_that_cannot_hold_the_mesh_is_refused_before_work_starts() {
     .unwrap();
     for output in ["out.su2", "out.msh", "out.msh2"] {
         let parts = [output, "polyhedr"];
-        refused(folder, &["convert", "p.vtu", output], &parts);
+        refused(folder, ["convert", "p.vtu", output], &parts);
     }
     let su2 = "fixed = [\"farfield\"]\n[output]\nformat = \"su2\"";
     let changes = [("fixed = [\"farfield\"]", su2), ("sin = 10.0", "sin = 1.0")];
     rewrite(folder, "n.toml", "s.toml", &changes);
     let args = "deform p.vtu s.toml -q -o out";
-    refused(folder, &args, &["s.toml", "\"su2\"", "polyhedr"]);
+    refused(folder, args, &["s.toml", "\"su2\"", "polyhedr"]);
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn f32_is_refused_where_it_would_change_a_first_cell() {
         "1500",
         "--first-cell",
     ];
-    succeed(folder, &[&fine[..], &["2e-7", "-o", "fine.vtu"]].concat());
+    succeed(folder, [&fine[..], &["2e-7", "-o", "fine.vtu"]].concat());
     let single = "[boundaries]\nfixed";
     let text = std::fs::read_to_string(folder.join("fine.toml")).unwrap();
     assert!(text.contains(single));
@@ -244,11 +244,11 @@ fn f32_is_refused_where_it_would_change_a_first_cell() {
     )
     .unwrap();
     let args = ["deform", "fine.vtu", "s.toml", "-q", "-o", "out"];
-    refused(folder, &args, &["\"f32\"", "first", "\"f64\""]);
+    refused(folder, args, &["\"f32\"", "first", "\"f64\""]);
     succeed(folder, "deform n.vtu s.toml -q -o coarse");
     // A format of 32 bits alone is no other way round it.
     let extrude = "-q convert --extrude 0.1 fine.vtu deep.vtu";
-    succeed(folder, &extrude);
+    succeed(folder, extrude);
     let tags = "[\"farfield\", \"front\", \"back\"]";
     let changes = [
         ("[\"farfield\"]", tags),
@@ -256,7 +256,7 @@ fn f32_is_refused_where_it_would_change_a_first_cell() {
     ];
     rewrite(folder, "s.toml", "b4.toml", &changes);
     let args = ["deform", "deep.vtu", "b4.toml", "-q", "-o", "out"];
-    refused(folder, &args, &["\"ugrid-b4\"", "first", "\"ugrid-b8\""]);
+    refused(folder, args, &["\"ugrid-b4\"", "first", "\"ugrid-b8\""]);
 }
 
 #[test]
@@ -336,7 +336,7 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
             "--fail-on",
             condition,
         ];
-        refused(folder, &args, &[&condition[..condition.len() - 2], reason]);
+        refused(folder, args, &[&condition[..condition.len() - 2], reason]);
     }
     let met = [&deform[..], &["min_scaled_jacobian<0.9", "-o", "met"]].concat();
     assert_eq!(azimesh(folder, &met).code, 1);
@@ -355,7 +355,7 @@ fn fail_on_gives_exit_code_1_where_it_holds_and_knows_its_columns() {
     let of_faces = [&deform[..], &["min_face_weight<0.5", "-o", "faces"]].concat();
     assert_eq!(azimesh(folder, &of_faces).code, 1);
     let quality = "quality faces --fail-on min_face_weight<0.5";
-    assert_eq!(azimesh(folder, &quality).code, 1);
+    assert_eq!(azimesh(folder, quality).code, 1);
     // The warnings of both are the same, but for the mesh before it deforms.
     let warnings = |args: &[&str]| azimesh(folder, args).err;
     let aloud: Vec<&str> = of_faces.into_iter().filter(|arg| *arg != "-q").collect();
@@ -395,8 +395,8 @@ fn an_output_folder_that_cannot_be_is_refused_in_a_sentence() {
     let folder = airfoil();
     let folder = folder.path();
     let deform = |out| ["deform", "n.vtu", "n.toml", "-q", "-o", out];
-    refused(folder, &deform("n.vtu"), &["n.vtu: ", "folder"]);
-    refused(folder, &deform("n.vtu/out"), &["n.vtu/out: "]);
+    refused(folder, deform("n.vtu"), &["n.vtu: ", "folder"]);
+    refused(folder, deform("n.vtu/out"), &["n.vtu/out: "]);
     refused(folder, "convert n.vtu n.vtu/o.vtu", &["o.vtu: "]);
     refused(folder, "convert n.vtu no/o.vtu", &["no/o.vtu: "]);
 }
@@ -414,8 +414,8 @@ fn a_body_that_leaves_the_mesh_is_refused_unless_it_is_allowed_and_warned_of_bef
         "moves by up to 300",
         "--allow-outside",
     ];
-    refused(path, &args, &parts);
-    let run = azimesh(path, &[&args[1..], &["--allow-outside"]].concat());
+    refused(path, args, &parts);
+    let run = azimesh(path, [&args[1..], &["--allow-outside"]].concat());
     assert_eq!(run.code, 1, "{run:?}");
     // The inverted cells of the first step that moves end the run.
     let at = |part: &str| {
@@ -426,7 +426,7 @@ fn a_body_that_leaves_the_mesh_is_refused_unless_it_is_allowed_and_warned_of_bef
     assert!(at("leaves the bounding box") < at("error: "), "{run:?}");
     assert_eq!(run.err.matches("leaves the bounding box").count(), 1);
     // What was allowed once is not asked for again.
-    let again = azimesh(path, &[&args[..], &["--resume"]].concat());
+    let again = azimesh(path, [&args[..], &["--resume"]].concat());
     assert_eq!(again.code, 1, "{again:?}");
 }
 

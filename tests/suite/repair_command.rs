@@ -77,19 +77,16 @@ const REPAIR: [&str; 7] = [
 fn a_node_of_the_boundary_that_is_passed_is_named_with_its_cell_and_slides_where_it_may() {
     let folder = tempfile::tempdir().unwrap();
     fold(folder.path(), squares(10), 4, [0.53, 0.0, 0.0]);
-    let run = azimesh(folder.path(), &REPAIR);
+    let run = azimesh(folder.path(), REPAIR);
     assert_eq!(run.code, 1);
     assert_says(&run.err, &["no valid mesh", "cell 4 on nodes 4, 5"]);
-    let told = json(folder.path(), &REPAIR);
+    let told = json(folder.path(), REPAIR);
     assert_eq!(
         told["overtaken"],
         serde_json::json!([{ "cell": 4, "nodes": [4, 5] }])
     );
     assert_eq!(told["unrepaired"][0]["reason"], "boundary");
-    let told = json(
-        folder.path(),
-        &[&REPAIR[..], &["--slide", "lower"]].concat(),
-    );
+    let told = json(folder.path(), [&REPAIR[..], &["--slide", "lower"]].concat());
     assert_eq!(
         (&told["invalid"], &told["overtaken"]),
         (&0.into(), &serde_json::json!([]))
@@ -155,11 +152,11 @@ fn cells_that_rounded_coordinates_flatten_are_left_and_named() {
     assert_eq!(told["unrepaired"][0]["reason"], "rounded");
     // The quality of a mesh that is written is that of its coordinates.
     let write = "-o cells.vtu --precision f32 --force";
-    let written = json(folder, &format!("quality reference.vtu {write}"));
+    let written = json(folder, format!("quality reference.vtu {write}"));
     let judged = json(folder, "quality cells.vtu --reference reference.vtu");
     assert!(written["inverted"].as_u64() > Some(0));
     assert_eq!(written["inverted"], judged["inverted"]);
-    assert_eq!(azimesh(folder, &REPAIR).code, 0);
+    assert_eq!(azimesh(folder, REPAIR).code, 0);
 }
 
 #[test]
@@ -169,7 +166,7 @@ fn improvement_that_falls_short_says_so() {
     let improved = |wanted: &'static str| {
         azimesh(
             folder.path(),
-            &[&REPAIR[..], &["--improve", wanted]].concat(),
+            [&REPAIR[..], &["--improve", wanted]].concat(),
         )
     };
     let enough = improved("0.8");
@@ -234,10 +231,10 @@ fn info_quality_and_repair_count_and_measure_the_same() {
         (polyhedra.to_str().unwrap(), false, false, false),
         (curved.to_str().unwrap(), false, false, false),
     ] {
-        let info = json(path, &["info", mesh]);
-        let quality = json(path, &["quality", mesh]);
+        let info = json(path, ["info", mesh]);
+        let quality = json(path, ["quality", mesh]);
         let arguments = format!("repair {mesh} -o o.vtu --force");
-        let repair = azimesh(path, &format!("{arguments} --json"));
+        let repair = azimesh(path, format!("{arguments} --json"));
         let repair: serde_json::Value = serde_json::from_str(&repair.out).unwrap();
         let n = |found: &serde_json::Value, key: &str| found[key].as_u64().unwrap();
         let cells = n(&info, "negative_cells");
@@ -314,14 +311,14 @@ fn curved_cells_are_repaired_to_the_same_bytes_on_any_number_of_threads() {
         let mut bytes = Vec::new();
         for threads in ["1", "2"] {
             let more = ["--threads", threads];
-            let told = json(folder, &[arguments, &["--force"], &more].concat());
+            let told = json(folder, [arguments, &["--force"], &more].concat());
             assert!(told["invalid_before"].as_u64() > Some(4), "{told}");
             assert_eq!(told["invalid"], 0, "{told}");
             assert_eq!(told["patches"][0]["rings"], 0, "{told}");
             bytes.push(std::fs::read(folder.join("out.vtu")).unwrap());
         }
         assert_eq!(bytes[0], bytes[1]);
-        assert_eq!(json(folder, &["quality", "out.vtu"])["inverted"], 0);
+        assert_eq!(json(folder, ["quality", "out.vtu"])["inverted"], 0);
         let out = read(&folder.join("out.vtu"));
         let is_outer = |x: &[f64; 3]| x[..2].iter().any(|x| *x == 0.0 || *x == 1.0);
         let pairs = out.points.iter().zip(&mesh.points);
@@ -357,7 +354,7 @@ fn curved_polygons_and_surfaces_are_refused_with_what_to_do() {
         polygons.cells.push(CellKind::QuadraticPolygon, &nodes);
     }
     fold(folder.path(), polygons, 3, [-1.0, -1.0, 0.0]);
-    let run = azimesh(folder.path(), &REPAIR);
+    let run = azimesh(folder.path(), REPAIR);
     assert_eq!(run.code, 1, "{run:?}");
     assert_says(&run.err, &["curved polygons", "convert --linearize"]);
     let mut surface = Mesh {
@@ -370,7 +367,7 @@ fn curved_polygons_and_surfaces_are_refused_with_what_to_do() {
         surface.cells.push(CellKind::Triangle, &triangle);
     }
     fold(folder.path(), surface, 3, [-1.0, -1.0, 0.5]);
-    let run = azimesh(folder.path(), &REPAIR);
+    let run = azimesh(folder.path(), REPAIR);
     assert_eq!(run.code, 1, "{run:?}");
     assert_says(&run.err, &["surface in space", "volume mesh"]);
 }
@@ -431,19 +428,19 @@ rigid.rotate = { origin = [0.5, 0.5, 0], axis = [0, 0, 1], harmonics = [{ sin = 
     assert_eq!(azimesh(folder, "deform c.vtu warn.toml -o bare").code, 1);
     let inverted = json(
         folder,
-        &["quality", "bare/c_0001.vtu", "--reference", "c.vtu"],
+        ["quality", "bare/c_0001.vtu", "--reference", "c.vtu"],
     );
     assert!(inverted["inverted"].as_u64() > Some(0), "{inverted}");
     for threads in ["1", "2"] {
         let run = azimesh(
             folder,
-            &format!("deform c.vtu c.toml -o {threads} --threads {threads}"),
+            format!("deform c.vtu c.toml -o {threads} --threads {threads}"),
         );
         assert_eq!(run.code, 0, "{run:?}");
     }
     let [one, two] =
         ["1", "2"].map(|of| std::fs::read(folder.join(of).join("c_0001.vtu")).unwrap());
     assert!(one == two);
-    let found = json(folder, &["quality", "1/c_0001.vtu", "--reference", "c.vtu"]);
+    let found = json(folder, ["quality", "1/c_0001.vtu", "--reference", "c.vtu"]);
     assert_eq!(found["inverted"], 0, "{found}");
 }

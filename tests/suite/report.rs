@@ -131,7 +131,7 @@ fn a_mesh_that_has_changed_is_no_reference() {
         folder.path().join("n.vtu"),
     )
     .unwrap();
-    let html = page(folder.path(), &[]);
+    let html = page(folder.path(), []);
     let notes = html
         .split_once("class=\"notes\"")
         .expect("something is missing")
@@ -145,8 +145,8 @@ fn a_mesh_in_pieces_is_the_reference_until_one_has_changed() {
     let path = folder.path();
     succeed(path, "-q convert n.vtu p.pvtu --pieces 2");
     let deform = ["-q", "deform", "p.pvtu", "s.toml", "-o", "out", "--force"];
-    succeed(path, &deform);
-    assert!(!page(path, &["--force"]).contains("class=\"notes\""));
+    succeed(path, deform);
+    assert!(!page(path, ["--force"]).contains("class=\"notes\""));
     let piece = path.join("p/p_1.vtu");
     let mut bytes = fs::read(&piece).unwrap();
     let last = bytes.len() - 300;
@@ -161,7 +161,7 @@ fn a_mesh_in_pieces_is_the_reference_until_one_has_changed() {
 #[test]
 fn a_sequence_in_one_file_and_one_in_parts_show_the_same_cuts() {
     let folder = sequence();
-    let page_of_whole = page(folder.path(), &[]);
+    let page_of_whole = page(folder.path(), []);
     let whole = cuts(&page_of_whole);
     for format in ["vtkhdf", "cgns"] {
         for parts in [vec![], vec!["0..4", "4..7"]] {
@@ -171,11 +171,11 @@ fn a_sequence_in_one_file_and_one_in_parts_show_the_same_cuts() {
                 drop(succeed(folder.path(), &deform))
             } else {
                 parts.iter().for_each(|part| {
-                    succeed(folder.path(), &format!("{deform} --steps {part}"));
+                    succeed(folder.path(), format!("{deform} --steps {part}"));
                 })
             }
             assert!(
-                cuts(&page(folder.path(), &[])) == whole,
+                cuts(&page(folder.path(), [])) == whole,
                 "{format} {parts:?}"
             );
         }
@@ -200,7 +200,7 @@ fn a_blade_is_cut_across_its_span_in_either_frame() {
         let schedule = format!("{frame}.toml");
         let args = format!("-q deform b.vtu {schedule} -o out --force");
         succeed(folder, &args);
-        let html = page(folder, &[]);
+        let html = page(folder, []);
         assert!(html.contains("The plane x = "), "{frame}");
         let scene = html
             .split_once("id=\"scene-data\">")

@@ -146,11 +146,11 @@ fn arrays_precision_and_substeps_are_gone_on_with() {
     ] {
         case(folder, &[("[rbf]", more)]);
         let format = format!("--format {format}");
-        let run = deform(folder, "whole", &format!("{format} --force"));
+        let run = deform(folder, "whole", format!("{format} --force"));
         assert_eq!(run.code, 0, "{more}: {run:?}");
         copy(&folder.join("whole"), &folder.join("out"));
         cut_table(&folder.join("out/steps.csv"), 4);
-        let run = deform(folder, "out", &format!("{format} --resume"));
+        let run = deform(folder, "out", format!("{format} --resume"));
         assert_eq!(run.code, 0, "{more}: {run:?}");
         assert!(!run.err.contains("written again"), "{more}: {run:?}");
         assert_same(&folder.join("out"), &folder.join("whole"), more);
@@ -169,7 +169,7 @@ fn base_points_chosen_along_the_way_are_taken_up_again() {
         )],
     );
     let (whole, out) = (folder.join("whole"), folder.join("out"));
-    assert_eq!(deform(folder, "whole", &[]).code, 0);
+    assert_eq!(deform(folder, "whole", []).code, 0);
     copy(&whole, &out);
     cut_table(&out.join("steps.csv"), 3);
     assert_eq!(deform(folder, "out", "--resume").code, 0);
@@ -198,10 +198,10 @@ fn a_part_is_gone_on_with_alone() {
     case(folder, &[]);
     for format in ["vtu", "vtkhdf"] {
         let part = format!("--format {format} --steps 2..6");
-        assert_eq!(deform(folder, "whole", &format!("{part} --force")).code, 0);
+        assert_eq!(deform(folder, "whole", format!("{part} --force")).code, 0);
         copy(&folder.join("whole"), &folder.join("out"));
         cut_table(&folder.join("out/steps_2-6.csv"), 2);
-        assert_eq!(deform(folder, "out", &format!("{part} --resume")).code, 0);
+        assert_eq!(deform(folder, "out", format!("{part} --resume")).code, 0);
         assert_same(&folder.join("out"), &folder.join("whole"), format);
         std::fs::remove_dir_all(folder.join("whole")).unwrap();
     }
@@ -236,7 +236,7 @@ fn only_the_same_run_is_gone_on_with() {
     case(folder, &[]);
     let mesh = std::fs::read(folder.join("n.vtu")).unwrap();
     let sample = "-q sample naca0012 --nodes 900 -o n.vtu --force";
-    succeed(folder, &sample);
+    succeed(folder, sample);
     case(folder, &[]);
     refused("", &["mesh n.vtu", "changed"]);
     std::fs::write(folder.join("n.vtu"), mesh).unwrap();
@@ -321,7 +321,7 @@ fn steps_that_cannot_be_added_are_refused_with_numbers() {
     let folder = airfoil();
     let folder = folder.path();
     timed(folder, "0.04");
-    assert_eq!(deform(folder, "out", &[]).code, 0);
+    assert_eq!(deform(folder, "out", []).code, 0);
     let before = files(&folder.join("out"));
     let refused = |options: &str, code: i32, reason: &[&str]| {
         let run = deform(folder, "out", options);
@@ -569,7 +569,7 @@ fn what_was_wrong_with_finished_steps_is_told_again() {
     let then: serde_json::Value = serde_json::from_str(&whole.out).unwrap();
     cut_table(&folder.join("out/steps.csv"), 4);
     let args = "deform n.vtu case.toml -o out --resume --fail-on max_skew>0.1";
-    let now = json(folder, &args);
+    let now = json(folder, args);
     for key in [
         "steps",
         "inverted_steps",
@@ -580,7 +580,7 @@ fn what_was_wrong_with_finished_steps_is_told_again() {
     ] {
         assert_eq!(now[key], then[key], "{key}");
     }
-    assert_eq!(azimesh(folder, &args).code, 1);
+    assert_eq!(azimesh(folder, args).code, 1);
 }
 
 #[test]
@@ -589,7 +589,7 @@ fn bad_steps_are_passed_over_when_asked() {
     let folder = folder.path();
     let stop = ("[rbf]", "[output]\non_inverted = \"stop\"\n[rbf]");
     case(folder, &[("sin = 10.0", "sin = 170.0"), stop]);
-    let stopped = deform(folder, "out", &[]);
+    let stopped = deform(folder, "out", []);
     assert_eq!(stopped.code, 1, "{stopped:?}");
     assert!(
         stopped.err.contains("step 1 (azimuth 60 degrees) has"),
@@ -639,10 +639,10 @@ fn inverted_cells_are_repaired_by_substeps() {
             }
         }
         let in_one = "--format vtkhdf";
-        deform(folder, "one", &format!("{in_one} --force"));
+        deform(folder, "one", format!("{in_one} --force"));
         copy(&folder.join("one"), &folder.join("out"));
         cut_table(&folder.join("out/steps.csv"), 5);
-        let run = deform(folder, "out", &format!("{in_one} --resume"));
+        let run = deform(folder, "out", format!("{in_one} --resume"));
         assert!(!run.err.contains("written again"), "{run:?}");
         assert_same(&folder.join("out"), &folder.join("one"), pitch);
     }

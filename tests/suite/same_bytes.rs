@@ -16,10 +16,7 @@ fn same_on_any_number_of_threads(folder: &Path, mesh: &str, schedule: &str) {
         let out = format!("{schedule}_{threads}");
         // A turning zone here is not round.
         let options = ["-q", "--allow-outside", "--threads", threads, "-o", &out];
-        succeed(
-            folder,
-            &[&["deform", mesh, schedule][..], &options].concat(),
-        );
+        succeed(folder, [&["deform", mesh, schedule][..], &options].concat());
         let mut files = files(&folder.join(out));
         files.remove("run.json").expect("a record of the run");
         let table = files.remove("steps.csv").expect("a table of the steps");

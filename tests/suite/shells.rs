@@ -151,7 +151,7 @@ fn markers_without_a_volume_are_tags() {
     let folder = tempfile::tempdir().unwrap();
     let [_, surface, cloud] = meshes(folder.path());
     for (mesh, dimension) in [(surface, 3), (cloud, 0)] {
-        let info = json(folder.path(), &["info", mesh.to_str().unwrap()]);
+        let info = json(folder.path(), ["info", mesh.to_str().unwrap()]);
         assert_eq!(info["dimension"], dimension);
         assert_eq!(info["zones"].as_array().map(Vec::len), Some(0), "{info}");
         let tags = info["boundary_tags"].as_array().unwrap();

@@ -5,8 +5,8 @@ use std::path::Path;
 
 /// A schedule, and the bytes that `check` foresees for it and those that its meshes take.
 fn foreseen_and_taken(folder: &Path, mesh: &str, schedule: &str) -> (f64, f64) {
-    let foreseen = json(folder, &["check", mesh, schedule])["output_bytes"].clone();
-    succeed(folder, &["-q", "deform", mesh, schedule, "-o", "out"]);
+    let foreseen = json(folder, ["check", mesh, schedule])["output_bytes"].clone();
+    succeed(folder, ["-q", "deform", mesh, schedule, "-o", "out"]);
     let left = files(&folder.join("out"));
     let stem = mesh.strip_suffix(".vtu").unwrap();
     let is_mesh = |name: &&String| name.starts_with(stem) && !name.ends_with(".pvd");
@@ -21,7 +21,7 @@ fn bytes_of_the_output_are_foreseen() {
     let folder = airfoil();
     let folder = folder.path();
     let args = "-q sample blade --nodes 5000 -o blade.vtu";
-    succeed(folder, &args);
+    succeed(folder, args);
     for (mesh, step, output) in [
         ("n.vtu", "10.0", ""),
         ("n.vtu", "1.0", ""),

@@ -32,9 +32,9 @@ fn copy(from: &Path, to: &Path) {
 fn a_pipe_under_the_name_of_a_file_of_a_run_is_refused() {
     let folder = short();
     let run = "-q deform n.vtu few.toml -o";
-    succeed(folder.path(), &format!("{run} whole"));
+    succeed(folder.path(), format!("{run} whole"));
     for steps in ["0..2", "2..5"] {
-        succeed(folder.path(), &format!("{run} parts --steps {steps}"));
+        succeed(folder.path(), format!("{run} parts --steps {steps}"));
     }
     let resumed = ["deform", "n.vtu", "few.toml", "-o", "o", "--resume"];
     let part = ["deform", "n.vtu", "few.toml", "-o", "o", "--steps", "4..5"];
@@ -75,7 +75,7 @@ fn a_pipe_under_the_name_of_a_companion_file_is_refused() {
     let mesh = mesh.unwrap();
     make_pipe(&folder.path().join("b.mapbc"));
     let args = ["convert", mesh.to_str().unwrap(), "b.b8.ugrid"];
-    let found = ended(folder.path(), &args);
+    let found = ended(folder.path(), args);
     let told = String::from_utf8(found.stderr).unwrap();
     assert_eq!(found.status.code(), Some(2), "{told}");
     assert_says(&told, &["b.mapbc", "pipe"]);

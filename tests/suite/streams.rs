@@ -53,7 +53,7 @@ fn a_mesh_goes_through_a_pipe_from_one_format_into_another() {
 #[test]
 fn binary_ugrid_in_a_pipe_is_known_by_its_counts() {
     for flavour in ["ugrid-b8", "ugrid-lb4", "ugrid-lr8", "ugrid-b8l"] {
-        let binary = piped(&format!("convert - - --format {flavour}"), SOLID.as_bytes());
+        let binary = piped(format!("convert - - --format {flavour}"), SOLID.as_bytes());
         assert!(binary.status.success(), "{binary:?}");
         let text = piped("convert - - --format ugrid", &binary.stdout);
         assert_eq!(String::from_utf8(text.stdout).unwrap(), SOLID, "{flavour}");
@@ -63,7 +63,7 @@ fn binary_ugrid_in_a_pipe_is_known_by_its_counts() {
 #[test]
 fn what_needs_a_file_beside_it_is_refused_on_standard_output() {
     let args = "convert - - --format ugrid --rename-tag 1=wing";
-    let run = piped(&args, SOLID.as_bytes());
+    let run = piped(args, SOLID.as_bytes());
     assert_eq!(run.status.code(), Some(2));
     assert!(run.stdout.is_empty());
     let message = String::from_utf8(run.stderr).unwrap();
@@ -100,7 +100,7 @@ fn a_file_on_standard_input_is_read_from_where_it_stands() {
 fn a_reader_that_leaves_ends_the_program_quietly() {
     let folder = tempfile::tempdir().unwrap();
     let sample = "sample naca0012 --nodes 20000 -o n.vtu";
-    succeed(folder.path(), &sample);
+    succeed(folder.path(), sample);
     let mut child = program(folder.path(), "convert n.vtu - --format su2")
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -6,7 +6,7 @@ use serde_json::json as value;
 use std::path::Path;
 
 fn told(folder: &Path, mesh: &str) -> (u64, u64, Vec<(String, u64)>) {
-    let found = json(folder, &["info", mesh]);
+    let found = json(folder, ["info", mesh]);
     let tags = found["boundary_tags"].as_array().unwrap();
     let tag = |tag: &serde_json::Value| {
         let name = tag["name"].as_str().unwrap().to_owned();
@@ -26,7 +26,7 @@ fn solid() -> (tempfile::TempDir, String) {
     let mesh = testdata("mixed_cells_inline.vtu").display().to_string();
     succeed(
         folder.path(),
-        &format!("convert {mesh} b.vtu --boundary-only"),
+        format!("convert {mesh} b.vtu --boundary-only"),
     );
     (folder, mesh)
 }
@@ -47,7 +47,7 @@ fn vtp_is_the_boundary_with_tags_and_arrays() {
         // Faces turn outwards; nodes, tags and arrays are those of the boundary.
         let only = ["diff", "b.vtu", "b.vtp"];
         for part in ["nodes", "tags", "arrays"] {
-            succeed(folder, &[&only[..], &["--only", part]].concat());
+            succeed(folder, [&only[..], &["--only", part]].concat());
         }
     }
     // Again, from the surface: the same.
@@ -63,11 +63,11 @@ fn faces_of_tags_that_are_removed_are_in_no_surface() {
     // The sides: a part in one plane would be a plane mesh.
     let (kept, n) = tags[2].clone();
     let only = format!("--keep-tag {kept} --boundary-only");
-    succeed(folder, &format!("convert {mesh} k.vtu {only}"));
+    succeed(folder, format!("convert {mesh} k.vtu {only}"));
     let expected = told(folder, "k.vtu");
     assert_eq!((expected.1, &expected.2), (n, &vec![(kept.clone(), n)]));
     let keep = ["convert", &mesh, "k.vtp", "--keep-tag", &kept];
-    let run = succeed(folder, &keep);
+    let run = succeed(folder, keep);
     assert_says(&run.err, &["--keep-tag", "are left out ("]);
     assert_eq!(told(folder, "k.vtp"), expected);
     let drop: Vec<&str> = tags[..2].iter().map(|(name, _)| name.as_str()).collect();
@@ -80,7 +80,7 @@ fn faces_of_tags_that_are_removed_are_in_no_surface() {
     assert_eq!(told(folder, "d.vtp"), expected);
     succeed(
         folder,
-        &format!("convert {mesh} k.stl --encoding ascii --keep-tag {kept}"),
+        format!("convert {mesh} k.stl --encoding ascii --keep-tag {kept}"),
     );
     let (nodes, _, found) = told(folder, "k.stl");
     assert_eq!((nodes, found.len(), &found[0].0), (expected.0, 1, &kept));
@@ -106,15 +106,15 @@ fn stl_is_the_boundary_in_triangles_with_tags_in_text() {
     assert_eq!((n, triangles), (nodes, 270 + 2 * 63));
     let names = |tags: &[(String, u64)]| tags.iter().map(|tag| tag.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&found), names(&tags));
-    let run = succeed(folder, &["convert", "-o", "b.stl", &mesh]);
+    let run = succeed(folder, ["convert", "-o", "b.stl", &mesh]);
     assert_says(&run.err, &["binary STL has no tags", "--encoding ascii"]);
     assert_eq!(told(folder, "b.stl"), (nodes, triangles, Vec::new()));
     let size = std::fs::metadata(folder.join("b.stl")).unwrap().len();
     assert_eq!(size, 84 + 50 * triangles);
-    let told = json(folder, &["convert", &mesh, "j.stl"]);
+    let told = json(folder, ["convert", &mesh, "j.stl"]);
     assert_eq!(told["cells"], value!(triangles));
     let near = "diff t.stl b.stl --match position --only nodes";
-    succeed(folder, &format!("{near} --tolerance 1e-6"));
+    succeed(folder, format!("{near} --tolerance 1e-6"));
 }
 
 #[test]
@@ -124,12 +124,12 @@ fn the_surface_of_a_run_is_converted_and_is_no_format_of_a_run() {
     let stl = ("[rbf]", "[output]\nformat = \"stl\"\n[rbf]");
     rewrite(folder, "n.toml", "stl.toml", &[stl]);
     let deform = ["deform", "n.vtu", "stl.toml", "-o", "out"];
-    let run = azimesh(folder, &deform);
+    let run = azimesh(folder, deform);
     assert_eq!(run.code, 2, "{run:?}");
     assert_says(&run.err, &["output.format", "convert DIR"]);
     succeed(folder, "deform n.vtu n.toml -o out --steps 0..2");
     let convert = "convert out/n_0000.vtu out/n_0001.vtu -o vtp --format vtp";
-    succeed(folder, &convert);
+    succeed(folder, convert);
     assert_eq!(
         told(folder, "vtp/n_0001.vtp"),
         told(folder, "out/n_0001.vtu")
@@ -155,7 +155,7 @@ fn zones_that_share_no_nodes_are_told_of_and_joined() {
     std::fs::write(path.join("m.su2"), mesh).unwrap();
     let told = "of the outer faces without a tag, 2 lie on one another";
     for out in [&["case", "--format", "openfoam"][..], &["m.stl"]] {
-        let run = succeed(path, &[&["convert", "m.su2"], out].concat());
+        let run = succeed(path, [&["convert", "m.su2"], out].concat());
         assert_says(&run.err, &[told, "--join"]);
     }
     let run = succeed(path, "convert m.su2 one --format openfoam --join");
@@ -177,10 +177,10 @@ fn refusals_name_the_option_that_helps() {
     let path = folder.path();
     let mesh = testdata("polyhedra_ascii.vtu").display().to_string();
     for out in ["p.su2", "p.msh", "p.ugrid"] {
-        let run = azimesh(path, &["convert", &mesh, out]);
+        let run = azimesh(path, ["convert", &mesh, out]);
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(&run.err, &["cannot hold; --split-polyhedra makes"]);
-        succeed(path, &["convert", &mesh, out, "--split-polyhedra"]);
+        succeed(path, ["convert", &mesh, out, "--split-polyhedra"]);
     }
     // The turn back lays the plane flat again, with positive areas.
     for [away, turn] in [
@@ -189,7 +189,7 @@ fn refusals_name_the_option_that_helps() {
         ["y,90", "y,-90"],
         ["y,-90", "y,90"],
     ] {
-        let turned = |args: &[&str]| azimesh(path, &[args, &["--force"]].concat());
+        let turned = |args: &[&str]| azimesh(path, [args, &["--force"]].concat());
         let run = turned(&["convert", "n.vtu", "t.vtu", "--rotate", away]);
         assert_eq!(run.code, 0, "{run:?}");
         let told = format!("; --rotate {turn} turns it into one");
@@ -221,7 +221,7 @@ fn files_that_are_cut_off_or_damaged_at_their_start_are_named() {
     let hdf5 = std::fs::read(testdata("cgns/two_bases.cgns")).unwrap();
     for name in ["h.cgns", "h", "h.vtkhdf", "h.msh.h5"] {
         write(name, &hdf5[..hdf5.len() / 2]);
-        let run = azimesh(path, &["info", name]);
+        let run = azimesh(path, ["info", name]);
         assert_eq!(run.code, 2, "{run:?}");
         assert_says(
             &run.err,
@@ -246,6 +246,6 @@ fn files_that_are_cut_off_or_damaged_at_their_start_are_named() {
         ("two_bases", "CGNS in HDF5"),
     ] {
         let mesh = testdata(&format!("cgns/{name}.cgns")).display().to_string();
-        assert_says(&succeed(path, &["info", &mesh]).out, &[told]);
+        assert_says(&succeed(path, ["info", &mesh]).out, &[told]);
     }
 }

@@ -80,7 +80,7 @@ fn a_full_device_gives_exit_code_3() {
             continue;
         }
         let convert = ["convert", "n.vtu", "/dev/full", "--format", format.name];
-        let run = azimesh(folder.path(), &convert);
+        let run = azimesh(folder.path(), convert);
         assert_eq!((run.code, run.out.as_str()), (3, ""), "{run:?}");
         assert!(run.err.starts_with("error: /dev/full: "), "{}", run.err);
         assert!(run.err.contains("No space left on device"), "{}", run.err);

@@ -25,7 +25,7 @@ fn steps_of_a_schedule_of_times_have_no_azimuth() {
         ["step,azimuth_deg,time_s", "0,,0", "1,,0.1", "2,,0.2"]
     );
     let resumed = "-q deform n.vtu t.toml -o out --resume";
-    succeed(folder.path(), &resumed);
+    succeed(folder.path(), resumed);
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn base_points_that_miss_the_tolerance_of_another_schedule_are_told_to_be_chosen
         &[("tolerance = 1e-2", "tolerance = 1e-5")],
     );
     let with = "-q deform n.vtu tight.toml --base base.toml -o out --force";
-    let run = azimesh(folder.path(), &with);
+    let run = azimesh(folder.path(), with);
     assert_eq!(run.code, 1, "{run:?}");
     assert!(
         run.err.contains("leave out --base") && !run.err.contains("max_points"),
@@ -60,7 +60,7 @@ fn a_wall_that_is_called_fixed_and_moves_is_told_of_in_check_and_deform() {
     let folder = airfoil();
     let mesh = "su2/n.su2";
     fs::create_dir(folder.path().join("su2")).unwrap();
-    succeed(folder.path(), &["-q", "convert", "n.vtu", mesh]);
+    succeed(folder.path(), ["-q", "convert", "n.vtu", mesh]);
     let text = fs::read_to_string(folder.path().join(mesh)).unwrap();
     // The faces of the airfoil once more, as a tag of their own.
     let at = text.find("MARKER_TAG= airfoil").unwrap();
@@ -136,7 +136,7 @@ fn files_that_are_no_mesh_are_named_for_what_they_are() {
         ("a.su2", "this is a zip archive"),
         ("b", "this is a bzip2 file"),
     ] {
-        let run = azimesh(folder.path(), &["info", name]);
+        let run = azimesh(folder.path(), ["info", name]);
         assert_eq!(run.code, 2, "{run:?}");
         assert!(
             run.err.contains(what) && !run.err.contains("known formats"),
@@ -150,7 +150,7 @@ fn a_step_that_nobody_asked_for_is_told() {
     let folder = short();
     let path = folder.path();
     let args = ["deform", "n.vtu", "few.toml", "--format", "vtkhdf"];
-    succeed(path, &[&args[..], &["-o", "out"]].concat());
+    succeed(path, [&args[..], &["-o", "out"]].concat());
     let sequence = "out/n.vtkhdf";
     for args in [
         &["deform", sequence, "few.toml", "-o", "again"][..],
@@ -161,7 +161,7 @@ fn a_step_that_nobody_asked_for_is_told() {
         assert_eq!(told, 1, "{args:?} {run:?}");
     }
     // It says so itself, once.
-    let run = succeed(path, &["convert", sequence, "last.vtu"]);
+    let run = succeed(path, ["convert", sequence, "last.vtu"]);
     assert_says(&run.err, &["5 meshes"]);
     assert!(!run.err.contains("5 steps that"), "{run:?}");
 }
@@ -184,7 +184,7 @@ fn blades_that_are_one_body_are_told_and_a_mesh_that_is_carried_round_has_veloci
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let sample = "sample rotor --blades 4 --nodes 20000 --first-cell 1e-3 -o r.vtu";
-    succeed(path, &sample);
+    succeed(path, sample);
     let head = "time = { stop = 0.2, step = 0.1, frequency = 2.0 }\nrbf.support_radius = 5.625\n\
                 boundaries.fixed = [\"hub\", \"outer\"]\noutput.velocity = true\n";
     let body = |name: &str, tag: &str| {
@@ -202,7 +202,7 @@ fn blades_that_are_one_body_are_told_and_a_mesh_that_is_carried_round_has_veloci
     ] {
         fs::write(path.join(name), text).unwrap();
     }
-    let told = |schedule: &str| succeed(path, &["check", "r.vtu", schedule]).err;
+    let told = |schedule: &str| succeed(path, ["check", "r.vtu", schedule]).err;
     let (all, one) = (told("all.toml"), told("one.toml"));
     assert!(all.contains("several blades are several bodies"), "{all}");
     assert!(!all.contains("velocities of all bodies are 0"), "{all}");
@@ -236,20 +236,20 @@ fn check_tells_of_rotors_and_tips_where_there_are_any_and_how_to_see_all_steps()
         "ramp = true, rotate = { axis = [0, 0, 1], angle = 9 }",
     );
     std::fs::write(path.join("r.toml"), turns).unwrap();
-    let told = succeed(path, &["check", "n.vtu", "r.toml"]).out;
+    let told = succeed(path, ["check", "n.vtu", "r.toml"]).out;
     let table = "body a\nazimuth_deg angle_deg     largest\n          0     0.000           0\n         10     1.000 ";
     assert_says(&told, &[&table.replace("           0\n", "    0.000000\n")]);
-    let found = succeed(path, &["check", "n.vtu", "r.toml", "--json"]).out;
+    let found = succeed(path, ["check", "n.vtu", "r.toml", "--json"]).out;
     let found: serde_json::Value = serde_json::from_str(&found).unwrap();
     let last = &found["steps"][18]["bodies"][0];
     assert!((last["angle_deg"].as_f64().unwrap() - 9.0).abs() < 1e-12);
     assert!(last["pitch_deg"].is_null());
-    succeed(path, &["-q", "deform", "n.vtu", "r.toml", "-o", "turned"]);
+    succeed(path, ["-q", "deform", "n.vtu", "r.toml", "-o", "turned"]);
     let record = std::fs::read_to_string(path.join("turned/run.json")).unwrap();
     let record: serde_json::Value = serde_json::from_str(&record).unwrap();
     let angles = &record["motion"]["bodies"][0]["angle_deg"];
     assert_eq!(angles.as_array().map(Vec::len), Some(19));
-    succeed(path, &["-q", "report", "turned", "-o", "r.html"]);
+    succeed(path, ["-q", "report", "turned", "-o", "r.html"]);
     let page = std::fs::read_to_string(path.join("r.html")).unwrap();
     assert_says(&page, &["angle 0° to 9°", "\"Angle\""]);
 }

@@ -21,7 +21,7 @@ fn schedule(tag: &str, axis: &str, fixed: &str, rbf: &str) -> String {
 /// Runs the program, which may find inverted cells.
 fn deform(folder: &Path, mesh: &str, text: &str, out: &str) -> Sequence {
     std::fs::write(folder.join("s.toml"), text).unwrap();
-    let run = azimesh(folder, &["-q", "deform", mesh, "s.toml", "-o", out]);
+    let run = azimesh(folder, ["-q", "deform", mesh, "s.toml", "-o", out]);
     assert!(run.code <= 1, "{run:?}");
     Sequence::left_in(&folder.join(out), &folder.join(mesh))
 }
@@ -175,7 +175,7 @@ fn a_blade_turns_about_its_span_by_180_degrees_without_inverted_cells_where_disp
     let shape = "--untwisted --root 11 --radius 12 --cylinder-radius 8 --first-cell 0.02";
     let size = "--nodes 80000 --layers 60 -o b.vtu";
     let sample = format!("-q sample blade {shape} {size}");
-    succeed(path, &sample.split(' ').collect::<Vec<_>>());
+    succeed(path, sample.split(' ').collect::<Vec<_>>());
     let text = |interpolate: &str| {
         let rbf = format!("support_radius = 20.0\ninterpolate = \"{interpolate}\"");
         schedule(
@@ -198,7 +198,7 @@ fn a_translation_is_interpolated_alike_by_twist_and_displacement() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let sample = "-q sample naca0012 --nodes 1500 -o n.vtu";
-    succeed(path, &sample);
+    succeed(path, sample);
     let text = |interpolate: &str| {
         let rbf = format!("support_radius = 10.0\ninterpolate = \"{interpolate}\"");
         let turned = schedule("airfoil", "[0.0, 0.0, 1.0]", "farfield", &rbf);
@@ -219,7 +219,7 @@ fn twist_and_displacement_are_near_each_other_at_small_angles() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let size = ["--nodes", "12000", "--first-cell", "1e-2", "-o", "b.vtu"];
-    succeed(path, &[&["-q", "sample", "blade"][..], &size].concat());
+    succeed(path, [&["-q", "sample", "blade"][..], &size].concat());
     let mut text = String::from("[azimuth]\nstop = 270.0\nstep = 90.0\n");
     let _ = write!(
         text,
@@ -249,7 +249,7 @@ fn the_selection_error_of_twist_is_within_the_tolerance() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let sample = "-q sample naca0012 --nodes 3000 -o n.vtu";
-    succeed(path, &sample);
+    succeed(path, sample);
     // With a radius of its own the rotation is interpolated; else it would be exact.
     let rbf = "support_radius = 10.0\nrotation_radius = 10.0\ninterpolate = \"twist\"";
     let text = schedule("airfoil", "[0.0, 0.0, 1.0]", "farfield", rbf);

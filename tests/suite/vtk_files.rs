@@ -144,7 +144,7 @@ fn pieces_with_wedges_keep_their_sign() {
         let path = folder.path().join("m.vtu");
         wedges(is_inverted).write(&path).unwrap();
         let arguments = "convert m.vtu m.pvtu --pieces 2 --force";
-        crate::support::succeed(folder.path(), &arguments);
+        crate::support::succeed(folder.path(), arguments);
         let (positive, notes) = volumes(&folder.path().join("m.pvtu"));
         assert_eq!(positive, [!is_inverted; 2]);
         assert!(!notes.contains("wedges"), "{notes}");
@@ -214,10 +214,10 @@ fn wedges_that_are_all_inverted_are_listed_as_those_of_the_reference() {
         std::fs::write(folder.join(name), text).unwrap();
     }
     let args = "quality inverted.vtk --reference reference.vtk";
-    let found = json(folder, &args);
+    let found = json(folder, args);
     let cells = &found["inverted"];
     assert_eq!(cells, 1, "{found}");
     let repair = "repair inverted.vtk --reference reference.vtk";
-    let run = azimesh(folder, &format!("{repair} -o out.vtk"));
+    let run = azimesh(folder, format!("{repair} -o out.vtk"));
     assert!(run.out.contains("invalid cells before        1"), "{run:?}");
 }

@@ -93,7 +93,7 @@ fn repaired_steps_are_the_same_on_any_threads_in_parts_and_when_resumed() {
     assert_same(folder, "five", "whole");
     // Borders before the folded steps and among them.
     for steps in ["0..3", "3..12", "12..25"] {
-        deform(folder, "parts", &["--steps", steps, "--threads", "2"]);
+        deform(folder, "parts", ["--steps", steps, "--threads", "2"]);
     }
     succeed(folder, "-q finish parts");
     assert_same(folder, "parts", "whole");
@@ -104,9 +104,9 @@ fn repaired_steps_are_the_same_on_any_threads_in_parts_and_when_resumed() {
         assert_same(folder, &out, "whole");
     }
     let in_one = "--format vtkhdf";
-    deform(folder, "one", &in_one);
+    deform(folder, "one", in_one);
     interrupt(folder, "one", "one_after", 13);
-    deform(folder, "one_after", &format!("{in_one} --resume"));
+    deform(folder, "one_after", format!("{in_one} --resume"));
     assert_same(folder, "one_after", "one");
 }
 
@@ -115,7 +115,7 @@ fn a_step_below_improve_is_raised_and_steps_far_from_it_keep_their_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let sample = "-q sample naca0012 --nodes 1200 -o b.vtu";
-    succeed(folder, &sample);
+    succeed(folder, sample);
     let schedule = |output: &str| {
         let text = format!(
             "azimuth = {{ stop = 55, step = 5 }}\nboundaries.fixed = [\"farfield\"]\n{output}\n\
@@ -133,7 +133,7 @@ fn a_step_below_improve_is_raised_and_steps_far_from_it_keep_their_bytes() {
             .collect()
     };
     schedule("");
-    deform(folder, "plain", &[]);
+    deform(folder, "plain", []);
     let before = least("plain");
     // The last two steps are low.
     let wanted = 0.5 * (before[9] + before[10]);
@@ -213,7 +213,7 @@ fn the_library_repairs_the_steps_that_are_asked_for_in_any_order() {
         let velocities = forward.velocities_at(&forward.steps()[at]).unwrap();
         assert!(other.velocities_at(&step).unwrap() == velocities, "{step}");
     }
-    deform(folder, "out", &[]);
+    deform(folder, "out", []);
     for at in [2, 12, 17] {
         let mesh = Mesh::read(folder.join(format!("out/b_{at:04}.vtu"))).unwrap();
         assert!(mesh.points() == all[at], "{at}");
@@ -276,7 +276,7 @@ fn a_mesh_of_one_layer_is_repaired_in_its_plane() {
     let folder = folder.path();
     let case = ["--extrude", "0.1", "--format", "openfoam"];
     let convert = ["-q", "convert", "b.vtu", "layer"];
-    succeed(folder, &[&convert[..], &case].concat());
+    succeed(folder, [&convert[..], &case].concat());
     let text = std::fs::read_to_string(folder.join("b.toml")).unwrap();
     let steps = format!("step = {}", 0.05 * LAST as f64);
     let text = text.replace("step = 0.1", &steps);

@@ -36,8 +36,14 @@ pub(super) fn as_text(findings: &Findings<'_>) -> String {
 fn of_mesh(quality: &Assessment, negative: Flawed) -> String {
     let summary = &quality.cells;
     let mut text = String::new();
+    // As wide as the longest name.
+    let width = if summary.min_curved[1].is_some() {
+        26
+    } else {
+        23
+    };
     let mut row = |name: &str, value: String| {
-        writeln!(text, "{name:23} {value}").expect(ANY_TEXT);
+        writeln!(text, "{name:width$} {value}").expect(ANY_TEXT);
     };
     row("cells", summary.n_cells.to_string());
     row(

@@ -95,7 +95,7 @@ impl Sequence {
         let [mesh_name, schedule] = [mesh, schedule].map(|path| path.to_str().unwrap());
         succeed(
             folder,
-            &["-q", "deform", mesh_name, schedule, "-o", out, "--force"],
+            ["-q", "deform", mesh_name, schedule, "-o", out, "--force"],
         );
         Self::left_in(&folder.join(out), mesh)
     }

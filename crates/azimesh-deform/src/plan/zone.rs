@@ -9,7 +9,7 @@ use azimesh_io::mesh::{Boundary, CellSet, Doubled, Mesh, Neighbour, ZoneSides};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What moves the nodes of a part of the mesh.
+/// A body or rotor that moves a part of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mover {
     /// The body of rigid zones, by its index.
@@ -21,9 +21,9 @@ pub enum Mover {
 /// An interface of a part that moves to another one or to the rest, in the reference mesh.
 #[derive(Debug, Clone)]
 pub struct Seam {
-    /// What moves the part.
+    /// Mover of the part.
     pub part: Mover,
-    /// What moves the cells across; `None` if they stay.
+    /// Mover of the cells across; `None` if they stay.
     pub across: Option<Mover>,
     /// The nodes of all interfaces of the part.
     pub points: Vec<Vector>,

@@ -34,7 +34,7 @@ pub struct Repair {
     pub window: Option<WindowPart>,
     /// Cells below the scaled Jacobian that the schedule wants, before all that.
     pub low: usize,
-    /// Those in the end.
+    /// Low cells after all that.
     pub still_low: usize,
 }
 

@@ -182,7 +182,7 @@ fn known(faces: &[Vec<u32>]) -> Option<(CellKind, Vec<u32>)> {
     }
 }
 
-/// Returns whether these are the faces of such a cell; a quadrilateral may also fold onto a triangle beside it.
+/// Returns whether these are the faces of such a cell; a quadrilateral may also fold onto a neighbouring triangle.
 fn has_faces(kind: CellKind, nodes: &[u32], faces: &[Vec<u32>]) -> bool {
     let keys: Vec<Vec<u32>> = faces.iter().map(|face| sorted(face)).collect();
     let of_kind = kind.faces().iter();
@@ -224,7 +224,7 @@ mod tests {
         // A corner of the top and the corner of the base below it are one node: a polyhedron of three triangles and three quadrilaterals.
         let found = uncollapsed(Hex, &[0, 1, 2, 3, 4, 5, 6, 3]);
         assert_eq!(found.expect("it has a volume").0, Polyhedron);
-        // A quadrilateral on a triangle beside it: no pyramid.
+        // A quadrilateral on a neighbouring triangle: no pyramid.
         let found = uncollapsed(Hex, &[0, 1, 1, 2, 3, 4, 1, 3]);
         assert_eq!(found.expect("it has a volume").0, Polyhedron);
         assert_eq!(uncollapsed(Hex, &[0, 1, 1, 0, 2, 3, 3, 2]), None);

@@ -413,8 +413,8 @@ pub(super) fn edge([from, to]: [u16; 2], points: &[Vector]) -> Vector {
     sub(points[usize::from(to)], points[usize::from(from)])
 }
 
-/// The derivatives of the target of a curved cell at each point: those of the reference; where they are not all positive, those
-/// of the straight cell on its corners; or else, or where that is nearly flat, those of a regular cell.
+/// Returns the derivatives of the target of a curved cell at each point. The target is the cell in the reference; if it is
+/// folded there, the straight cell on its corners; if that is nearly flat too, a regular cell.
 fn curved_target(space: Space, cell: &NewCell<'_>, samples: &Samples) -> Vec<Columns> {
     let target = &cell.target;
     let points = 0..samples.n_points();

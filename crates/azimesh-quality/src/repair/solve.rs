@@ -62,8 +62,8 @@ impl Default for Weights {
     }
 }
 
-/// Where valid cells are improved, first cells keep their heights. If sizes count more than shapes, most of the worst cells
-/// gain more, but not always the worst one: that is tried first.
+/// Weights for valid cells of low quality; first cells keep their heights. The first ones, by which sizes count more than
+/// shapes, raise most of the low cells further, but not always the lowest one.
 pub(super) const OF_VALID: [Weights; 2] = [
     Weights {
         theta: 0.82,

@@ -76,7 +76,7 @@ impl RotationForm {
         })
     }
 
-    /// Returns the axes of three angles of which the first and the last are about one axis.
+    /// Returns the axes of three angles, the first and last about the same axis.
     fn proper(self) -> Option<[Vector; 3]> {
         let [outer, inner] = match self {
             Self::EulerXyx => [0, 1],
