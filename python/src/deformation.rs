@@ -28,8 +28,8 @@ use std::sync::Arc;
 pub struct PyDeformation {
     work: Work,
     deformation: Arc<Deformation>,
-    /// The mesh as it was given, with its file.
-    given: (Arc<Mesh>, Option<PathBuf>),
+    /// The mesh as it was given, with its file and the further files that were read for it.
+    given: (Arc<Mesh>, Option<PathBuf>, Vec<PathBuf>),
     has_base: bool,
 }
 
@@ -114,7 +114,11 @@ impl PyDeformation {
         Ok(Self {
             work,
             deformation: Arc::new(deformation),
-            given: (Arc::clone(&mesh.mesh), mesh.path.clone()),
+            given: (
+                Arc::clone(&mesh.mesh),
+                mesh.path.clone(),
+                mesh.files.clone(),
+            ),
             has_base,
         })
     }
@@ -187,7 +191,7 @@ impl PyDeformation {
         no_sync: bool,
         fail_on: Vec<String>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (mesh, path) = self.given.clone();
+        let (mesh, path, files) = self.given.clone();
         let in_memory = path.is_none() || self.work.schedule.get().file.is_none();
         if resume && in_memory {
             return Err(input(
@@ -205,6 +209,7 @@ impl PyDeformation {
         let conditions = conditions.collect::<std::result::Result<Vec<_>, _>>();
         let request = Request {
             mesh: path.unwrap_or_else(|| PathBuf::from("-")),
+            files,
             folder,
             steps: steps.map(|(start, end)| start..end),
             force,

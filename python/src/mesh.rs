@@ -8,7 +8,7 @@ use crate::{arguments, kinds};
 use azimesh::{
     CellKind, Compression, DataArray, Encoding, Group, Mesh, Precision, ReadOptions, WriteOptions,
 };
-use azimesh_io::formats::{self, Commit};
+use azimesh_io::formats::{self, Commit, KeptInputs, openfoam};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyMappingProxy, PyTuple};
@@ -24,6 +24,8 @@ pub struct PyMesh {
     pub mesh: Arc<Mesh>,
     /// Where it was read from, as it is there.
     pub path: Option<PathBuf>,
+    /// Further files that were read for it: pieces, linked files, conditions of tags.
+    pub files: Vec<PathBuf>,
     #[pyo3(get)]
     format: Option<&'static str>,
     cells: PyOnceLock<Py<PyMappingProxy>>,
@@ -36,6 +38,7 @@ impl PyMesh {
         Self {
             mesh: mesh.into(),
             path: None,
+            files: Vec::new(),
             format: None,
             cells: PyOnceLock::new(),
             cell_index: PyOnceLock::new(),
@@ -434,10 +437,19 @@ pub fn read(
 ) -> PyResult<PyMesh> {
     let options = ReadOptions { tag_array, step };
     let from = path.clone();
-    let loaded = done(py, None, move || Mesh::read_with(from, &options))?;
+    let (loaded, mut files) = done(py, None, move || {
+        let _kept = KeptInputs::begin();
+        let loaded = Mesh::read_with(from, &options)?;
+        // A case counts as one file.
+        let is_case = !openfoam::files_of_origin(&loaded.mesh).is_empty();
+        let files = (!is_case).then(formats::opened_inputs);
+        Ok((loaded, files.unwrap_or_default()))
+    })?;
+    files.retain(|file| *file != path);
     warn(py, loaded.notes.iter())?;
     Ok(PyMesh {
         path: (path.as_os_str() != "-").then_some(path),
+        files,
         format: Some(loaded.format.name),
         ..PyMesh::new(loaded.mesh)
     })

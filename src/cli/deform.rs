@@ -13,8 +13,8 @@ use azimesh_core::progress::Stop;
 use azimesh_core::ranks::Ranks;
 use azimesh_core::{Note, note};
 use azimesh_deform::motion::{QualityOutput, Schedule};
-use azimesh_deform::{Deformation, ReadWhole};
-use azimesh_io::formats::openfoam::set_patch_types;
+use azimesh_deform::{Deformation, Plan, ReadWhole};
+use azimesh_io::formats::openfoam::{files_of_origin, set_patch_types};
 use azimesh_io::formats::{self, SharedFile};
 use azimesh_io::mesh::{Mesh, OneLayer};
 use serde::Serialize;
@@ -83,6 +83,7 @@ impl DeformArgs {
         Request {
             arguments: context.arguments.clone(),
             mesh: self.mesh.clone(),
+            files: Vec::new(),
             folder: self.output.clone(),
             base: self.base.clone(),
             steps: self.steps.clone(),
@@ -179,8 +180,9 @@ fn run_first(
     with_files: bool,
     context: &Context,
 ) -> Result<Outcome> {
-    let mut request = args.request(context);
     let plan = deformation.plan();
+    let mut request = args.request(context);
+    request.files = further_files(args, plan, deformation.mesh_to_write()?);
     if let Some(limit) = context.common.max_memory {
         request.bytes_in_files =
             fit_into_memory(deformation, limit, with_files, &request, context)?;
@@ -195,6 +197,17 @@ fn run_first(
     })?;
     context.tell_of_files();
     report(&args.output, finished, n_printed, context)
+}
+
+/// Returns the files that were opened besides those that the command line and the schedule name: pieces and linked files of
+/// the mesh, conditions of its tags, files of files of the schedule. A case counts as one file.
+fn further_files(args: &DeformArgs, plan: &Plan, mesh: &Mesh) -> Vec<PathBuf> {
+    let named = [&args.mesh, &args.schedule].map(PathBuf::clone);
+    let mut named: Vec<PathBuf> = named.into_iter().chain(plan.schedule.files()).collect();
+    named.extend(files_of_origin(mesh));
+    let named = formats::Inputs::of(named);
+    let opened = formats::opened_inputs().into_iter();
+    opened.filter(|path| named.find(path).is_none()).collect()
 }
 
 /// Reads the mesh of each rank; `None` on ranks that the run does not need.

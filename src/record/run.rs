@@ -102,11 +102,11 @@ pub struct RunRecord {
 #[serde(default)]
 pub struct InputRecord {
     /// Its kind.
-    #[cfg_attr(test, schemars(extend("enum" = ["mesh", "schedule", "file", "base"])))]
+    #[cfg_attr(test, schemars(extend("enum" = ["mesh", "schedule", "file", "linked file", "base"])))]
     pub what: String,
     /// Path as given.
     pub file: String,
-    /// Its hash: of a `.pvtu` including its pieces, of a case the hash of its mesh; absent for a pipe.
+    /// Its hash, of a case the hash of its mesh; absent for a pipe.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blake3: Option<String>,
     /// Of a schedule, the hash of its keys and values but those that count its steps: runs with the same one may have more

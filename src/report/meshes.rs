@@ -2,7 +2,7 @@
 
 use super::folder::Sequence;
 use azimesh_core::error::{Error, Result};
-use azimesh_io::formats::{self, ReadOptions, check_file, hash_of_mesh_file};
+use azimesh_io::formats::{self, ReadOptions, check_file, hash_of};
 use azimesh_io::mesh::Mesh;
 use std::path::Path;
 
@@ -57,8 +57,8 @@ impl<'a> Meshes<'a> {
         for place in [Path::new(""), folder, &folder.join("..")] {
             let path = place.join(&input.file);
             match mesh_of_hash(&path, hash, &options) {
-                Ok(Some(mesh)) => return Ok(mesh),
-                Ok(None) => is_there = true,
+                Ok(Some(mesh)) if self.has_linked(place) => return Ok(mesh),
+                Ok(_) => is_there = true,
                 Err(_) => {}
             }
         }
@@ -68,6 +68,16 @@ impl<'a> Meshes<'a> {
             "it is not there any more"
         };
         Err(Error::input(why).file(Path::new(&input.file)))
+    }
+
+    /// Checks if the files that the mesh reads besides its own have not changed; `place` is the folder in which the run ran.
+    fn has_linked(&self, place: &Path) -> bool {
+        let inputs = self.sequence.record.inputs.iter();
+        let mut linked = inputs.filter(|input| input.what == "linked file");
+        linked.all(|input| {
+            let found = hash_of(&place.join(&input.file)).map(|own| own.to_string());
+            found.ok() == input.blake3
+        })
     }
 }
 
@@ -81,7 +91,7 @@ fn mesh_of_hash(path: &Path, hash: &str, options: &ReadOptions) -> Result<Option
         let is_same = formats::hash_of_input(path, &mesh).map_err(io)?.to_string() == hash;
         return Ok(is_same.then_some(mesh));
     }
-    let found = check_file(path).and_then(|()| hash_of_mesh_file(path));
+    let found = check_file(path).and_then(|()| hash_of(path));
     let found = found.map_err(io)?;
     let is_same = found.to_string() == hash;
     is_same.then(|| read(path, options)).transpose()

@@ -8,7 +8,7 @@ use azimesh_core::error::{Error, Result};
 use azimesh_core::progress::{Progress, Silent};
 use azimesh_core::{Note, note};
 use azimesh_deform::motion::{SelectionMethod, Step};
-use azimesh_deform::{BaseOrigin, Deformation, StepEvaluator, check_tolerance};
+use azimesh_deform::{BaseOrigin, Deformation, Plan, StepEvaluator, check_tolerance};
 use azimesh_io::formats::hash_of;
 use azimesh_rbf::select::Selection;
 use std::collections::BTreeMap;
@@ -65,7 +65,12 @@ impl<'a> BasePointStore<'a> {
         let intervals = plan.selection_intervals().into_iter();
         for interval in intervals.filter(|interval| interval.start < n_earlier) {
             let path = self.path_of(&interval);
-            if self.loaded.is_none() && !self.has_noted(&path) {
+            if self.has_noted(&path) {
+                // The file serves the plans of all segments.
+                self.loaded = None;
+            } else if self.loaded.is_some() {
+                self.base_points(plan, &interval)?;
+            } else {
                 return Err(Error::input(
                     "is missing or does not have the hash in run.json; without the base points of the finished steps no steps \
                      can be added to them: --force starts a new run of all steps",
@@ -84,14 +89,14 @@ impl<'a> BasePointStore<'a> {
         let clock = Instant::now();
         let (deformation, progress) = (self.deformation, self.progress());
         let mut selecting = None;
-        let interval = deformation.enter(step, progress, &mut |steps| {
+        let interval = deformation.enter(step, progress, &mut |plan, steps| {
             let origin = match &self.loaded {
                 _ if self.n_earlier > steps.start => BaseOrigin::Earlier,
                 Some(_) => BaseOrigin::Given,
                 None => BaseOrigin::Chosen,
             };
-            let selections = self.base_points(steps)?;
-            check_tolerance(deformation.plan(), &selections.1, origin)?;
+            let selections = self.base_points(plan, steps)?;
+            check_tolerance(plan, &selections.1, origin)?;
             selecting = Some(clock.elapsed().as_secs_f64());
             Ok(selections)
         })?;
@@ -109,8 +114,11 @@ impl<'a> BasePointStore<'a> {
     }
 
     /// Returns base points for an interval: given, read from the file of an earlier run, or selected and saved.
-    fn base_points(&mut self, interval: &Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> {
-        let plan = self.deformation.plan();
+    fn base_points(
+        &mut self,
+        plan: &Plan,
+        interval: &Range<usize>,
+    ) -> Result<(BaseOrigin, Vec<Selection>)> {
         let path = self.path_of(interval);
         let progress = self.progress();
         match (self.loaded.take(), self.has_noted(&path)) {
@@ -158,7 +166,7 @@ impl<'a> BasePointStore<'a> {
                 note!("base_again", "{file} {fault}; it is written again")
             }));
             let clock = Instant::now();
-            self.base_points(&interval)?;
+            self.base_points(self.deformation.plan(), &interval)?;
             self.seconds_selection += clock.elapsed().as_secs_f64();
         }
         Ok(notes)

@@ -5,6 +5,7 @@ use super::compatibility::{Pair, difference};
 use super::finished::Finished;
 use super::lock::{self, Lock};
 use super::names::{self, Names};
+use super::outputs::foreign_file;
 use super::parts::{self, Found, PartRun, damaged};
 use super::record::{self, RecordFile, latest};
 use super::table;
@@ -50,10 +51,11 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
         Standing::find(&names, format, &parts, progress)?
     };
     clear_left(&names.folder);
+    let may_replace = force || standing.is_some();
     let kept = standing.as_ref().and_then(|standing| standing.rows.clone());
     let (rows, ends) = match kept {
         Some(kept) => kept,
-        None if names.is_in_one => join_meshes(&names, format, &parts, progress)?,
+        None if names.is_in_one => join_meshes(&names, format, &parts, may_replace, progress)?,
         None => (rows(&parts), Vec::new()),
     };
     let mut finished = finished(&names, &parts, &rows)?;
@@ -61,6 +63,12 @@ pub fn finish(folder: &Path, force: bool, progress: &dyn Progress) -> Result<Fin
     let record = record(&names, &parts, &ends, &finished);
     let mut texts = vec![(names.table(), crate::record::text(&rows))];
     texts.extend(names::series(&names, &rows));
+    // A join that was interrupted leaves these texts without a record.
+    let is_own = |path: &Path, text: &str| read_file(path).is_ok_and(|own| own == text.as_bytes());
+    let is_foreign = |(path, text): &&(PathBuf, String)| path.exists() && !is_own(path, text);
+    if let Some((path, _)) = texts.iter().find(is_foreign).filter(|_| !may_replace) {
+        return Err(foreign_file(path));
+    }
     if let Some(standing) = standing.filter(|there| there.is_whole(&record.content, &texts)) {
         finished.n_kept = finished.n_steps;
         finished.timings = standing.record.seconds.unwrap_or(finished.timings);
@@ -226,6 +234,7 @@ fn join_meshes(
     names: &Names,
     format: &'static Format,
     parts: &[PartRun],
+    may_replace: bool,
     progress: &dyn Progress,
 ) -> Result<RowsAndEnds> {
     // Coordinates are written as the parts have them.
@@ -255,6 +264,11 @@ fn join_meshes(
         progress.finish();
         Ok((rows, ends))
     })?;
+    // A file that a power cut has shortened holds at least the first step.
+    let is_own = || damaged(names, &rows.0, &rows.1, progress).len() < rows.0.len();
+    if !may_replace && path.exists() && !is_own() {
+        return Err(foreign_file(&path));
+    }
     remove_record(names)?;
     file.keep()?;
     Ok(rows)

@@ -10,6 +10,7 @@ mod finish;
 mod finished;
 mod lock;
 mod names;
+mod outputs;
 mod parts;
 mod record;
 mod resume;

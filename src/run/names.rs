@@ -35,6 +35,12 @@ pub struct Names {
     pub commit: Commit,
     /// Files of base points that were passed to the run, which belong to no earlier run.
     pub given: Inputs,
+    /// Hashes of the files next to the mesh of each step that are the same for all, by `*.` and their ending.
+    pub companions: BTreeMap<String, String>,
+    /// True if each step has a file of the moving surfaces.
+    pub has_surfaces: bool,
+    /// True if each step has displacements, which have a file of their own in a case.
+    pub has_displacements: bool,
 }
 
 /// A case that holds the steps of a sequence, and the folder of [`Names`].
@@ -95,6 +101,9 @@ impl Names {
             case,
             commit: Commit::REPLACE,
             given: Inputs::default(),
+            companions: BTreeMap::new(),
+            has_surfaces: false,
+            has_displacements: false,
         }
     }
 
@@ -162,6 +171,16 @@ impl Names {
         Some((&case.folder, case.files.get(step)?))
     }
 
+    /// Checks if the steps are in a case.
+    pub(super) fn has_case(&self) -> bool {
+        self.case.is_some()
+    }
+
+    /// Checks if the mesh of a step is the one that all steps of a case share.
+    pub(super) fn is_shared(&self, step: usize) -> bool {
+        (self.in_case(step)).is_some_and(|(_, file)| CaseFormat.is_shared(file))
+    }
+
     /// Checks if a mesh on the disk has the hash of its row.
     pub(super) fn has_hash(&self, path: &Path, hash: &str) -> std::io::Result<bool> {
         match self.case {
@@ -222,13 +241,13 @@ impl Names {
     ///
     /// # Errors
     /// Of kind `Input`, with the path.
-    pub fn check_lengths(&self, has_surfaces: bool) -> Result<()> {
+    pub fn check_lengths(&self) -> Result<()> {
         let first = self.steps().start;
         let lists = self.series().into_iter().flat_map(|series| {
             let list = self.list_ending.map(|ending| series.with_extension(ending));
             std::iter::once(series).chain(list)
         });
-        let surface = has_surfaces.then(|| self.surface(first));
+        let surface = self.has_surfaces.then(|| self.surface(first));
         let files = std::iter::once(self.mesh(first)).chain(surface);
         let there = existing_folder(&self.folder);
         for path in files.map(|name| self.path(&name)).chain(lists) {
@@ -249,6 +268,12 @@ impl Names {
     /// Returns the path of a file of the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
+    }
+
+    /// Returns a path as seen from the folder, or from the case.
+    pub(super) fn shown<'a>(&self, path: &'a Path) -> &'a Path {
+        let folder = self.case.as_ref().map_or(&self.folder, |case| &case.folder);
+        path.strip_prefix(folder).unwrap_or(path)
     }
 
     /// Returns the steps that this run writes.
@@ -290,7 +315,9 @@ impl Names {
 
     /// Checks if a file belongs to a sequence of this name; for a part, whether this part writes it.
     fn is_ours(&self, name: &str) -> bool {
+        let mut companions = self.companion_endings();
         let step = step_of(name, &self.stem, self.extension)
+            .or_else(|| companions.find_map(|ending| step_of(name, &self.stem, ending)))
             .or_else(|| step_of(name, &self.surface_stem(), "dat"));
         if let Some(step) = step {
             return !self.is_part() || self.steps().contains(&step);
@@ -307,6 +334,44 @@ impl Names {
                 && (name == format!("{}.pvd", self.stem)
                     || name == format!("{}.vtk.series", self.stem)
                     || is_base(name))
+    }
+
+    /// Returns the endings of the files next to the mesh of each step.
+    fn companion_endings(&self) -> impl Iterator<Item = &str> {
+        let names = self.companions.keys();
+        names.filter_map(|name| name.strip_prefix("*."))
+    }
+
+    /// Returns the files of a step that are there, of this run or not; in a case all that are in the folder of its mesh.
+    pub(super) fn files_of_step(&self, step: usize) -> Vec<PathBuf> {
+        let mut found = match self.in_case(step) {
+            // The mesh that all steps share belongs to no step.
+            Some((_, file)) if CaseFormat.is_shared(file) => Vec::new(),
+            Some((case, file)) => CaseFormat.files_at(&case.join(file), self.has_displacements),
+            None if self.is_in_one => Vec::new(),
+            None => {
+                let mesh = self.path(&self.mesh(step));
+                let endings = self.companion_endings();
+                let mut files: Vec<_> = endings.map(|ending| companion(&mesh, ending)).collect();
+                files.push(mesh);
+                files
+            }
+        };
+        found.extend(self.has_surfaces.then(|| self.path(&self.surface(step))));
+        found.retain(|path| path.symlink_metadata().is_ok());
+        found
+    }
+
+    /// Returns the files that parts share and that are there: base points, and the mesh of a case.
+    pub(super) fn shared_files(&self) -> Vec<PathBuf> {
+        let mut found = files(self, is_base);
+        found.retain(|path| self.given.find(path).is_none());
+        if let Some(case) = &self.case {
+            let shared = case.folder.join(&case.shared);
+            let is_there = !case.shared.is_empty() && shared.exists();
+            found.extend(is_there.then_some(shared));
+        }
+        found
     }
 
     /// Checks if there are parts in the folder of a whole sequence.
@@ -332,12 +397,14 @@ fn is_base(name: &str) -> bool {
 pub fn existing_outputs(names: &Names) -> Vec<PathBuf> {
     let mut found = files(names, |name| names.is_ours(name));
     found.retain(|path| names.given.find(path).is_none());
-    if let Some(case) = &names.case {
+    if names.case.is_some() {
         // A part owns only its own steps; other parts share the rest of the case.
-        let shared = case.folder.join(&case.shared);
-        let is_there = !names.is_part() && !case.shared.is_empty() && shared.exists();
-        found.extend(is_there.then_some(shared));
+        let shared = names.shared_files().into_iter();
+        found.extend(shared.filter(|path| !names.is_part() && path.is_dir()));
         found.extend(steps_in_case(names));
+        found.extend(names.steps().flat_map(|step| names.files_of_step(step)));
+        found.sort();
+        found.dedup();
     }
     found
 }
@@ -351,7 +418,11 @@ fn steps_in_case(names: &Names) -> impl Iterator<Item = PathBuf> {
     let rows = rows.flat_map(Rows::into_values);
     // The mesh that all steps share belongs to no step.
     let own = rows.filter(|row| !CaseFormat.is_shared(row.file.trim_start_matches("../")));
-    own.flat_map(|row| CaseFormat.files_of(&names.path(&row.file)))
+    let case = names
+        .case
+        .as_ref()
+        .map_or(&names.folder, |case| &case.folder);
+    own.flat_map(|row| CaseFormat.files_of(&case.join(row.file.trim_start_matches("../"))))
 }
 
 pub(super) fn files(names: &Names, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
@@ -383,9 +454,10 @@ pub fn refuse_existing(names: &Names) -> Result<()> {
         return Ok(());
     };
     Err(Error::input(format!(
-        "holds {} of an earlier run, such as {}; --resume continues that run, --force replaces it",
+        "holds {} of an earlier run or another program, such as {}; --resume continues an earlier run, --force replaces the \
+         files, and another folder keeps them",
         counted(existing.len(), "file"),
-        first.file_name().unwrap_or_default().display()
+        names.shown(first).display()
     ))
     .file(&names.folder))
 }
@@ -403,7 +475,11 @@ pub fn refuse_inputs(names: &Names, inputs: &Inputs) -> Result<()> {
         part: None,
         ..names.clone()
     };
-    let outputs = existing_outputs(&whole);
+    let mut outputs = existing_outputs(&whole);
+    for folder in outputs.clone().iter().filter(|path| path.is_dir()) {
+        let inside = formats::files_in(folder).unwrap_or_default();
+        outputs.extend(inside.iter().map(|name| folder.join(name)));
+    }
     outputs.iter().try_for_each(|path| inputs.refuse(path))
 }
 

@@ -2,6 +2,7 @@
 
 use super::compatibility::{Pair, difference};
 use super::names::Names;
+use super::outputs::foreign_file;
 use super::record;
 use super::table;
 use crate::record::{Rows, RunRecord, file_name, parts_in};
@@ -65,6 +66,36 @@ pub(super) fn refuse_overlap(names: &Names) -> Result<()> {
          and its own --steps, or remove its files"
     ))
     .file(&names.folder))
+}
+
+/// Refuses a part of another mesh or schedule than the parts that are there, whose base points and mesh it would replace, and
+/// a first part where another program has written such files.
+pub(super) fn refuse_others(names: &Names, now: &RunRecord) -> Result<()> {
+    if !names.is_part() {
+        return Ok(());
+    }
+    // Files are found before records: a part that starts at the same time writes its record first.
+    let shared = names.shared_files();
+    let mut has_record = false;
+    for (part, path) in parts_in(&names.folder, "run", "json").unwrap_or_default() {
+        let Some(mut other) = record::read(&path)? else {
+            continue;
+        };
+        has_record = true;
+        (other.inputs.iter_mut()).for_each(|input| input.but_steps = None);
+        let is_own = part == names.steps();
+        if let Some(reason) = difference(Pair::Resumed, now, &other).filter(|_| !is_own) {
+            return Err(Error::input(format!(
+                "this is a part of another run, whose files this part would replace: {reason}; give another folder, or replace \
+                 each part with --force",
+            ))
+            .file(&path));
+        }
+    }
+    match shared.first().filter(|_| !has_record) {
+        Some(path) => Err(foreign_file(path)),
+        None => Ok(()),
+    }
 }
 
 /// Finds steps whose mesh differs from its row; `ends` has the end of each if one file holds all.

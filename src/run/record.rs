@@ -46,8 +46,11 @@ impl RecordFile {
                 ..input("schedule", &plan.schedule.path, hash_of_read)?
             },
         ];
-        for file in plan.schedule.files() {
-            inputs.push(input("file", &file, hash_of_read)?);
+        for file in &plan.schedule.files() {
+            inputs.push(input("file", file, hash_of_read)?);
+        }
+        for file in &request.files {
+            inputs.push(input("linked file", file, hash_of_read)?);
         }
         if let Some(base) = &request.base {
             inputs.push(input("base", base, hash_of_read)?);
@@ -72,7 +75,7 @@ impl RecordFile {
             modes: Some(plan.n_modes()),
             mode_truncation: Some(plan.truncation()),
             motion: Some(body_motion(plan)),
-            companions: companions(names, deformation)?,
+            companions: names.companions.clone(),
             ..RunRecord::default()
         };
         Ok(Self::of(names, content))
@@ -152,7 +155,10 @@ fn options(plan: &Plan, request: &Request) -> OptionsRecord {
 }
 
 /// Returns the files next to the mesh of each step that do not depend on the step: their endings and hashes.
-fn companions(names: &Names, deformation: &Deformation) -> Result<BTreeMap<String, String>> {
+pub(super) fn companions(
+    names: &Names,
+    deformation: &Deformation,
+) -> Result<BTreeMap<String, String>> {
     let format = formats::by_name(deformation.plan().schedule.output.format())?;
     let mesh = names.path(&format!("no mesh.{}", format.extensions[0]));
     let files = (format.companions)(&deformation.view_to_write()?, &mesh);

@@ -2,16 +2,17 @@
 
 use super::compatibility::{Pair, difference};
 use super::names::{Names, existing_outputs};
+use super::outputs;
 use super::record;
 use super::surface::SurfaceFiles;
 use super::table;
 use crate::record::{Criterion, Diagnostic, RepairRecord, Row, Rows, RunRecord};
 use azimesh_core::error::{Error, Result, counted, option};
-use azimesh_core::numbers::{named_step, with_verb};
+use azimesh_core::numbers::{in_digits, named_step, with_verb};
 use azimesh_core::{Note, note};
 use azimesh_deform::{Deformation, Plan};
 use azimesh_io::formats::Format;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
@@ -35,6 +36,10 @@ pub(super) struct Earlier {
     pub is_unverified: bool,
     /// True if steps were added to the schedule, now or before.
     pub adds_steps: bool,
+    /// Number of steps that its schedule had; `None` if its record is lost.
+    pub n_steps: Option<usize>,
+    /// The steps of its table, with files or without.
+    pub listed: BTreeSet<usize>,
 }
 
 impl Earlier {
@@ -51,12 +56,14 @@ impl Earlier {
         let path = names.record();
         let mut earlier = match record::read(&path)? {
             Some(then) => {
+                let n_steps = then.steps;
                 let then = with_added(now, then, names)?;
                 let repairs = then.repairs.iter().flatten().cloned();
                 Self {
                     repairs: repairs.map(|repair| (repair.step, repair)).collect(),
                     n_resumed: then.resumed.unwrap_or(0) + 1,
                     adds_steps: !then.extended.is_empty(),
+                    n_steps,
                     record: then,
                     ..Self::default()
                 }
@@ -66,9 +73,12 @@ impl Earlier {
         };
         let has_record = earlier.record.is_whole();
         earlier.take_rows(deformation.plan(), names)?;
-        if earlier.adds_steps && names.is_in_one {
-            check_one_file(deformation)?;
+        if earlier.adds_steps {
+            earlier
+                .check_motion(deformation.plan())
+                .map_err(|error| error.file(&path))?;
         }
+        outputs::refuse_foreign(deformation.plan(), names, &earlier)?;
         if !names.is_in_one {
             earlier.check_files(deformation, names, format, &now.companions);
         }
@@ -113,6 +123,7 @@ impl Earlier {
             if !names.steps().contains(&step) {
                 continue;
             }
+            self.listed.insert(step);
             let (name, now) = (names.mesh(step), &plan.motion.steps[step]);
             if row.file != name {
                 if names.path(&row.file).exists() {
@@ -145,6 +156,31 @@ impl Earlier {
                  another format. Use the same again, or {way_out}"
             ),
         })
+    }
+
+    /// Refuses added steps that change the motion of the finished ones: by the positions of the bodies without the added
+    /// steps, and by the displacements in the table.
+    fn check_motion(&self, plan: &Plan) -> Result<()> {
+        let n_before = self.record.extended.last().copied().unwrap_or(0);
+        let in_table = || {
+            self.rows.iter().find_map(|(step, row)| {
+                let off = (row.max_displacement - plan.largest_displacement(*step)).abs();
+                (off > plan.round_off()).then(|| (plan.motion.steps[*step], off))
+            })
+        };
+        match plan.changed_step(n_before).or_else(in_table) {
+            None => Ok(()),
+            Some((step, distance)) => Err(Error::input(format!(
+                "this run cannot be resumed: the schedule with more steps moves {step} otherwise than the finished run, by {}; \
+                 steps can be added only where the motion of the finished ones stays; --force starts a new run of all steps",
+                in_digits(distance, 3)
+            ))),
+        }
+    }
+
+    /// Returns whether the repair of a step may have moved nodes.
+    pub fn may_be_repaired(&self, step: usize) -> bool {
+        !self.listed.contains(&step) || self.repairs.contains_key(&step)
     }
 
     /// Returns the steps that its base points serve, including the added ones.
@@ -259,7 +295,6 @@ fn fault_of(names: &Names, row: &Row, companions: &BTreeMap<String, String>) -> 
 /// If it had other inputs.
 fn with_added(now: &RunRecord, mut then: RunRecord, names: &Names) -> Result<RunRecord> {
     let path = &names.record();
-    let schedule = |record: &RunRecord| record.inputs.get(1).and_then(|own| own.blake3.clone());
     if names.is_part() {
         // Parts are joined by the hash of their schedule.
         (then.inputs.iter_mut()).for_each(|input| input.but_steps = None);
@@ -274,24 +309,10 @@ fn with_added(now: &RunRecord, mut then: RunRecord, names: &Names) -> Result<Run
         ))
         .file(path));
     }
-    if schedule(now) != schedule(&then) {
+    if n_now > n_then {
         then.extended.push(n_then);
     }
     Ok(then)
-}
-
-/// Refuses to add steps to a file of all steps if the existing steps cannot be read back from it.
-fn check_one_file(deformation: &Deformation) -> Result<()> {
-    let reason = if deformation.is_on_ranks() {
-        "several ranks cannot add steps to one file of all steps; start one process"
-    } else if deformation.plan().velocity.is_some() {
-        "steps cannot be added to one file of all steps with velocities, which are not read back; --force starts a new run"
-    } else {
-        return Ok(());
-    };
-    Err(Error::input(format!(
-        "the schedule has more steps than the run in this folder: {reason}"
-    )))
 }
 
 /// Refuses a run with other inputs.

@@ -7,7 +7,7 @@ use super::finished::Finished;
 use super::lock::Lock;
 use super::names::{self, Names};
 use super::parts;
-use super::record::{RecordFile, latest};
+use super::record::{RecordFile, companions, latest};
 use super::resume::Earlier;
 use super::surface::SurfaceFiles;
 use super::table;
@@ -22,7 +22,7 @@ use azimesh_core::numbers::short;
 use azimesh_core::{Note, note};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, missed_at_step};
-use azimesh_io::formats::{self, Begin, Format, Inputs, Notes};
+use azimesh_io::formats::{self, Begin, Format, Inputs, Notes, openfoam};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -35,6 +35,8 @@ pub struct Request {
     pub arguments: Vec<String>,
     /// The mesh file, for names and hashes.
     pub mesh: PathBuf,
+    /// Further files that were read for the mesh or by files of the schedule: pieces, linked files, conditions of tags.
+    pub files: Vec<PathBuf>,
     /// The folder of the files.
     pub folder: PathBuf,
     /// Base points selected before.
@@ -91,8 +93,12 @@ pub fn run_after(
     let base = request.base.as_deref();
     let loaded = base.map(|path| base_file::load(plan, path)).transpose()?;
     // Base points may be among the outputs.
-    let inputs = [&request.mesh, &plan.schedule.path].map(PathBuf::clone);
-    let inputs = Inputs::of(inputs.into_iter().chain(plan.schedule.files()));
+    let inputs = [&request.mesh, &plan.schedule.path]
+        .into_iter()
+        .chain(&request.files);
+    let inputs = inputs.cloned().chain(plan.schedule.files());
+    let of_case = openfoam::files_of_origin(deformation.mesh_to_write()?);
+    let inputs = Inputs::of(inputs.chain(of_case));
     names::refuse_inputs(&names, &inputs)?;
     let lock = Lock::take(&names)?;
     warnings.extend(lock.warning.clone());
@@ -109,6 +115,9 @@ pub fn run_after(
         warnings.extend(check_disk(plan, &names.folder, &demand, room)?);
     }
     names::refuse_special(&names)?;
+    deformation.set_added(&earlier.record.extended, |step| {
+        earlier.may_be_repaired(step)
+    });
     let mut base_points = BasePointStore::new(deformation, &names, loaded, &earlier.record);
     if earlier.adds_steps {
         if !request.allow_outside {
@@ -191,8 +200,12 @@ fn names_of(deformation: &Deformation, format: &Format, request: &Request) -> Re
     names.commit.sync = !request.no_sync;
     let picture = request.base.as_deref().map(base_file::picture_of);
     names.given = Inputs::of(request.base.iter().chain(&picture));
+    names.companions = companions(&names, deformation)?;
+    let output = &plan.schedule.output;
+    names.has_surfaces = output.surface != SurfaceOutput::None;
+    names.has_displacements = output.displacement;
     names.place_steps(&deformation.view_to_write()?, &plan.motion.steps)?;
-    names.check_lengths(plan.schedule.output.surface != SurfaceOutput::None)?;
+    names.check_lengths()?;
     Ok(names)
 }
 
@@ -207,6 +220,7 @@ fn earlier_run(
 ) -> Result<Earlier> {
     if !request.force {
         parts::refuse_overlap(names)?;
+        parts::refuse_others(names, &record.content)?;
     }
     if request.resume {
         return Earlier::find(deformation, names, format, &record.content);
@@ -274,7 +288,7 @@ impl Run<'_> {
                 self.format,
                 self.plan.schedule.output.write_options(),
                 SurfaceFiles::of(self.plan)?,
-                self.earlier.rows.clone(),
+                (self.earlier.rows.clone(), self.earlier.listed.clone()),
                 self.deformation.stop(),
                 self.begin(),
             )?;
@@ -415,6 +429,19 @@ impl Run<'_> {
                 let note = repair.note(step.azimuth_deg(), step.time_s());
                 finished.warnings.push(note);
             }
+        }
+        for start in &self.record.content.extended {
+            let mut repairs = self.earlier.repairs.values();
+            let window = repairs.find_map(|repair| repair.window.filter(|own| own[0] == *start));
+            let note = window.map(|[start, end]| {
+                note!(
+                    "window_at_seam",
+                    "the window of repaired steps {start} to {} begins at the first step that was added: the finished steps before \
+                     it stay as they are, and the repair grows from their positions",
+                    end - 1
+                )
+            });
+            finished.warnings.extend(note);
         }
         let low = self
             .earlier

@@ -14,7 +14,6 @@ use azimesh_core::error::{Error, ErrorKind, Result};
 use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_core::note;
 use azimesh_deform::motion::{OnInverted, QualityOutput, Step};
-use azimesh_io::formats::CaseFormat;
 use azimesh_io::mesh::{Apart, MeshView};
 use azimesh_quality::TaggedSurface;
 
@@ -175,10 +174,7 @@ impl Run<'_> {
     pub(super) fn find_start(&mut self, base_points: &mut BasePointStore<'_>) -> Result<()> {
         let first = &self.plan.motion.steps[0];
         let is_moved = self.plan.largest_displacement(0) > 0.0;
-        if self.plan.schedule.output.displacement
-            && is_moved
-            && (self.names.in_case(0)).is_some_and(|(_, file)| CaseFormat.is_shared(file))
-        {
+        if self.plan.schedule.output.displacement && is_moved && self.names.is_shared(0) {
             let mut points = self.room_for_points();
             compute(base_points, first, true, &mut points)?;
             let points = self
@@ -193,7 +189,7 @@ impl Run<'_> {
     fn task(&self, step: &Step) -> Task {
         let is_kept = self.earlier.rows.contains_key(&step.index());
         let is_repaired = self.earlier.repairs.contains_key(&step.index());
-        // With more steps the modes change the last digits of a step of an earlier schedule.
+        // Steps of an earlier schedule have modes and fields of their own.
         let n_earlier = self.record.content.extended.last().copied().unwrap_or(0);
         let is_slow =
             self.plan.schedule.rbf.substeps > 1 || is_repaired || step.index() < n_earlier;

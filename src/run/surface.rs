@@ -2,6 +2,7 @@
 //! the mesh. Knows nothing of the file format.
 
 use super::names::Names;
+use super::outputs::foreign_file;
 use crate::record::Row;
 use azimesh_core::error::Result;
 use azimesh_deform::Plan;
@@ -39,6 +40,20 @@ impl SurfaceFiles {
         let mut out = OutputSet::new(&path, names.commit);
         out.main(|out| write_su2_surface(mesh, &self.nodes, out))?;
         Ok(out.finish().files)
+    }
+
+    /// Refuses to replace a file with the name of the file of a step, and other content.
+    pub fn check_own(&self, mesh: &MeshView, names: &Names, step: usize) -> Result<()> {
+        let path = names.path(&names.surface(step));
+        let Ok(found) = read_file(&path) else {
+            return Ok(());
+        };
+        let mut text = Vec::new();
+        write_su2_surface(mesh, &self.nodes, &mut text)?;
+        if found == text {
+            return Ok(());
+        }
+        Err(foreign_file(&path))
     }
 
     /// Checks if the file of a step agrees with the mesh of the step, which is whole.

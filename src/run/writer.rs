@@ -2,6 +2,7 @@
 //! Waiting for the disk is done on a separate thread, during the work on the next step.
 
 use super::names::Names;
+use super::outputs::foreign_file;
 use super::surface::SurfaceFiles;
 use super::table::Table;
 use crate::record::{Row, Rows};
@@ -12,6 +13,7 @@ use azimesh_io::formats::{
     Begin, CaseFormat, Format, Notes, OutputSet, SequenceFile, Staged, WriteOptions,
 };
 use azimesh_io::mesh::MeshView;
+use std::collections::BTreeSet;
 use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -34,6 +36,8 @@ pub(super) struct Writer<'a> {
     /// Notes on data of the meshes so far that the format could not hold.
     pub notes: Notes,
     table: Arc<Mutex<Table>>,
+    /// Steps that the table of the earlier run has.
+    listed: BTreeSet<usize>,
     stop: &'a Arc<Stop>,
     /// The written step that waits for the disk.
     under_way: Option<JoinHandle<Result<()>>>,
@@ -48,7 +52,7 @@ impl<'a> Writer<'a> {
         format: &'static Format,
         options: WriteOptions,
         surface: Option<SurfaceFiles>,
-        kept: Rows,
+        (kept, listed): (Rows, BTreeSet<usize>),
         stop: &'a Arc<Stop>,
         begin: Begin,
     ) -> Result<Self> {
@@ -67,6 +71,7 @@ impl<'a> Writer<'a> {
             ends: Vec::new(),
             notes: Notes::default(),
             table: Arc::new(Mutex::new(table)),
+            listed,
             stop,
             under_way: None,
             seconds: 0.0,
@@ -88,6 +93,7 @@ impl<'a> Writer<'a> {
             self.settle()?;
         }
         let (hash, written) = self.write_mesh(mesh, step)?;
+        self.check_own(mesh, step.index(), hash)?;
         self.settle()?;
         self.seconds += clock.elapsed().as_secs_f64();
         row.file = self.names.mesh(step.index());
@@ -106,6 +112,22 @@ impl<'a> Writer<'a> {
         let refused = |error| Error::system(format!("cannot start a thread: {error}"));
         self.under_way = Some(thread.map_err(refused)?);
         Ok(())
+    }
+
+    /// Refuses to replace a file of a step without a row, unless it has this hash: a killed run has left it.
+    fn check_own(&self, mesh: &MeshView, step: usize, hash: blake3::Hash) -> Result<()> {
+        let names = self.names;
+        if self.listed.contains(&step) {
+            return Ok(());
+        }
+        let path = names.path(&names.mesh(step));
+        let has_own_file = self.sequence.is_none() && !names.is_shared(step);
+        let is_own = || names.has_hash(&path, &hash.to_string()).unwrap_or(false);
+        if has_own_file && path.exists() && !is_own() {
+            return Err(foreign_file(&path));
+        }
+        let mut surface = self.surface.iter();
+        surface.try_for_each(|surface| surface.check_own(mesh, names, step))
     }
 
     /// Waits until every written step is on the disk and has its row.

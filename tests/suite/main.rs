@@ -17,6 +17,7 @@ mod convert_sequences;
 mod diff;
 mod exit_codes;
 mod exodus;
+mod extend;
 mod files_by_slabs;
 mod finish;
 mod fluent;

@@ -27,6 +27,10 @@ pub(super) enum Call {
     Choose(Range<usize>),
     /// [`Deformation::enter`] at the first of some steps, with these base points or the ones selected last.
     Enter(usize, Option<BasePoints>),
+    /// [`Deformation::set_added`], with the repaired ones of the last steps.
+    Added(Vec<usize>, Vec<usize>),
+    /// [`Deformation::join`] after a step.
+    Seam(usize),
     /// [`Deformation::prepare_measures`].
     Measures,
     /// [`Deformation::quality_at_rest`].
@@ -49,7 +53,12 @@ impl Call {
         match self {
             Self::Choose(_) => "selection",
             Self::Enter(..) => "fields",
-            Self::Measures | Self::AtRest | Self::Evaluate(..) | Self::Place(..) => "steps",
+            Self::Added(..)
+            | Self::Seam(_)
+            | Self::Measures
+            | Self::AtRest
+            | Self::Evaluate(..)
+            | Self::Place(..) => "steps",
             Self::Gather | Self::Write(_) => "writing",
             Self::End => "end",
         }
@@ -90,11 +99,18 @@ impl Deformation {
                     drop(current.take());
                     self.leave();
                     let step = &self.steps()[step];
-                    let entered = self.enter(step, &Silent, &mut |steps| match &base {
-                        Some(base) => Ok((BaseOrigin::Given, from_nodes(&self.plan, steps, base)?)),
+                    let entered = self.enter(step, &Silent, &mut |plan, steps| match &base {
+                        Some(base) => Ok((BaseOrigin::Given, from_nodes(plan, steps, base)?)),
                         None => Ok((BaseOrigin::Chosen, std::mem::take(&mut chosen))),
                     });
                     current = entered.ok();
+                }
+                Call::Added(after, repaired) => {
+                    self.set_added(&after, |step| repaired.contains(&step));
+                }
+                Call::Seam(step) => {
+                    let interval = current.as_ref().expect(ENTERED);
+                    let _ = self.join(interval, &self.steps()[step]);
                 }
                 Call::Measures => self.prepare_measures(),
                 Call::AtRest => drop(self.quality_at_rest()),

@@ -14,7 +14,8 @@ use super::step::evaluator::StepEvaluator;
 use super::step::measures::Measures;
 use super::step::positions::{Positions, Stepper};
 use super::step::repair::Repair;
-use super::step::step_memory::{Rounding, StepMemory};
+use super::step::segment::Segment;
+use super::step::step_memory::Rounding;
 use super::whole::{ReadWhole, Whole};
 use super::write::Nowhere;
 use crate::motion::{OnInverted, QualityOutput, Schedule, Step};
@@ -71,8 +72,8 @@ pub struct Deformation {
     base: Option<BasePoints>,
     /// The interval entered last.
     current: Mutex<Option<Arc<StepEvaluator>>>,
-    /// Results of steps, without and with rounding of coordinates.
-    known: [StepMemory; 2],
+    /// The steps by the runs that computed them: one segment, unless steps were added to a finished run.
+    segments: Mutex<Vec<Arc<Segment>>>,
     progress: Arc<dyn Progress>,
     stop: Arc<Stop>,
 }
@@ -104,8 +105,8 @@ pub struct DeformationBuilder {
     layout: Option<Mesh>,
 }
 
-/// A function that returns the base points of each layer for some steps, and their origin.
-type Select<'a> = dyn FnMut(&Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> + 'a;
+/// A function that returns the base points of each layer of a plan for some steps, and their origin.
+type Select<'a> = dyn FnMut(&Plan, &Range<usize>) -> Result<(BaseOrigin, Vec<Selection>)> + 'a;
 
 impl DeformationBuilder {
     /// Uses these base points instead of choosing them.
@@ -184,6 +185,7 @@ impl DeformationBuilder {
                 doubled.apply_to_layout(layout);
             }
         }
+        let segments = Mutex::new(Segment::all(plan.motion.steps.len(), &[], |_| false));
         Ok(Deformation {
             plan: Arc::new(plan),
             part: Arc::new(part),
@@ -193,7 +195,7 @@ impl DeformationBuilder {
             measures: OnceLock::new(),
             base: self.base,
             current: Mutex::new(None),
-            known: Default::default(),
+            segments,
             progress: self.progress,
             stop: self.stop,
         })
@@ -283,7 +285,8 @@ impl Deformation {
         let interval = self.interval(step)?;
         let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
         let found = self.position(&interval, step, &mut points)?;
-        let stepper = self.stepper(&interval, Rounding::None, self.repairs());
+        let segment = self.segment_of(step);
+        let stepper = self.stepper(&interval, &segment, Rounding::None, self.repairs());
         let velocities = stepper.velocities(step, &found, &points)?;
         Ok(velocities.expect("the schedule asks for them"))
     }
@@ -335,13 +338,13 @@ impl Deformation {
     }
 
     fn interval(&self, step: &Step) -> Result<Arc<StepEvaluator>> {
-        self.enter(step, &*self.progress, &mut |steps| {
+        self.enter(step, &*self.progress, &mut |plan, steps| {
             if let Some(base) = &self.base {
-                let selections = from_nodes(&self.plan, steps, base)?;
+                let selections = from_nodes(plan, steps, base)?;
                 return Ok((BaseOrigin::Given, selections));
             }
             let selections = self.choose(steps, &*self.progress)?;
-            check_tolerance(&self.plan, &selections, BaseOrigin::Chosen)?;
+            check_tolerance(plan, &selections, BaseOrigin::Chosen)?;
             Ok((BaseOrigin::Chosen, selections))
         })
     }
@@ -458,23 +461,85 @@ impl Deformation {
         progress: &dyn Progress,
         select: &mut Select<'_>,
     ) -> Result<Arc<StepEvaluator>> {
+        let segment = self.segment_of(step);
+        let plan = segment.plan(&self.plan)?;
+        if segment.lacks_seam() {
+            self.find_seam(&segment, progress, select)?;
+        }
         let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(interval) = &*current
+            && Arc::ptr_eq(&interval.plan, &plan)
             && interval.steps().contains(&step.index)
         {
             return Ok(Arc::clone(interval));
         }
         // Drops its fields before the next interval builds its own.
         *current = None;
-        let mut intervals = self.plan.selection_intervals().into_iter();
+        let mut intervals = plan.selection_intervals().into_iter();
         let steps = intervals.find(|steps| steps.contains(&step.index));
         let steps = steps.expect("every step is in an interval");
-        let (origin, selections) = select(&steps)?;
+        let (origin, selections) = select(&plan, &steps)?;
         let bases: Vec<Vec<usize>> = selections.iter().map(|own| own.base.clone()).collect();
         let given = (origin != BaseOrigin::Chosen).then(|| self.base_nodes(&bases));
         self.announce(Call::Enter(step.index, given));
-        let interval = StepEvaluator::new(&self.plan, &self.part, selections, &steps, progress)?;
+        let interval = StepEvaluator::new(&plan, &self.part, selections, &steps, progress)?;
         Ok(Arc::clone(current.insert(Arc::new(interval))))
+    }
+
+    /// Makes steps of earlier runs be computed as these runs did: they had these numbers of steps. `is_repaired` returns whether
+    /// the repair of a step, the last of such a run, may have moved nodes.
+    pub fn set_added(&self, added_after: &[usize], is_repaired: impl Fn(usize) -> bool) {
+        let lock = || self.segments.lock().unwrap_or_else(PoisonError::into_inner);
+        if added_after.is_empty() && lock().len() == 1 {
+            return;
+        }
+        let repaired = added_after.iter().map(|n| n - 1);
+        let repaired: Vec<usize> = repaired.filter(|step| is_repaired(*step)).collect();
+        self.announce(Call::Added(added_after.to_vec(), repaired.clone()));
+        let of_all = Segment::all(self.steps().len(), added_after, |step| {
+            repaired.contains(&step)
+        });
+        *lock() = of_all;
+        self.leave();
+    }
+
+    /// Returns the segment of a step.
+    fn segment_of(&self, step: &Step) -> Arc<Segment> {
+        let segments = self.segments.lock().unwrap_or_else(PoisonError::into_inner);
+        let own = segments.iter().find(|own| own.steps.contains(&step.index));
+        Arc::clone(own.expect("every step is in a segment"))
+    }
+
+    /// Finds the displacement by the repair of the last step before a segment.
+    fn find_seam(
+        &self,
+        segment: &Segment,
+        progress: &dyn Progress,
+        select: &mut Select<'_>,
+    ) -> Result<()> {
+        if !self.plan.has_quality() || self.plan.schedule.output.on_inverted != OnInverted::Repair {
+            segment.set_seam(None);
+            return Ok(());
+        }
+        let before = &self.steps()[segment.steps.start - 1];
+        let interval = self.enter(before, progress, select)?;
+        self.prepare_measures();
+        self.announce(Call::Seam(before.index));
+        self.join(&interval, before)
+    }
+
+    /// Lets the segment after a step, its last, begin at the positions of that.
+    fn join(&self, interval: &StepEvaluator, last: &Step) -> Result<()> {
+        let rounding = match self.plan.schedule.output.rounds()? {
+            true => Rounding::Single,
+            false => Rounding::None,
+        };
+        let segment = self.segment_of(last);
+        let stepper = self.stepper(interval, &segment, rounding, self.repairs());
+        let added = stepper.added(last)?;
+        self.segment_of(&self.steps()[last.index + 1])
+            .set_seam(added);
+        Ok(())
     }
 
     /// Drops the interval entered last.
@@ -485,16 +550,18 @@ impl Deformation {
     fn stepper<'a>(
         &'a self,
         interval: &'a StepEvaluator,
+        segment: &'a Segment,
         rounding: Rounding,
         measures: Option<&'a Measures>,
     ) -> Stepper<'a> {
         Stepper {
-            plan: &self.plan,
+            plan: &interval.plan,
             part: &self.part,
             whole: &self.whole,
             interval,
+            segment,
             measures,
-            memory: &self.known[usize::from(rounding == Rounding::Single)],
+            memory: segment.memory(rounding),
             rounding,
             stop: &self.stop,
             progress: &*self.progress,
@@ -508,7 +575,8 @@ impl Deformation {
         step: &Step,
         points: &mut [Vector],
     ) -> Result<Positions> {
-        let stepper = self.stepper(interval, Rounding::None, self.repairs());
+        let segment = self.segment_of(step);
+        let stepper = self.stepper(interval, &segment, Rounding::None, self.repairs());
         stepper.at(step, points)
     }
 
@@ -521,7 +589,9 @@ impl Deformation {
         points: &mut [Vector],
     ) -> Result<Evaluated> {
         self.announce(Call::Place(step.index, rounding));
-        self.stepper(interval, rounding, None).plain(step, points)?;
+        let segment = self.segment_of(step);
+        let stepper = self.stepper(interval, &segment, rounding, None);
+        stepper.plain(step, points)?;
         Ok(Evaluated {
             velocities: interval.velocities_at(step, points),
             ..Evaluated::default()
@@ -539,7 +609,8 @@ impl Deformation {
         self.announce(Call::Evaluate(step.index, rounding));
         let (plan, mesh) = (&self.plan, &self.part.mesh);
         let measures = plan.has_quality().then(|| self.measures());
-        let stepper = self.stepper(interval, rounding, measures);
+        let segment = self.segment_of(step);
+        let stepper = self.stepper(interval, &segment, rounding, measures);
         let found = stepper.at(step, points)?;
         let velocities = stepper.velocities(step, &found, points)?;
         Ok(Evaluated {

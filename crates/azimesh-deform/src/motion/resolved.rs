@@ -122,6 +122,17 @@ impl Motion {
         Ok(motion)
     }
 
+    /// Returns the motion over the first `n` steps, as in a schedule that has no others.
+    pub fn of_first_steps(&self, n: usize) -> Self {
+        let mut motion = self.clone();
+        motion.steps.truncate(n);
+        motion.neighbours = neighbours(&motion.steps);
+        for steps in motion.rotors.iter_mut().flat_map(|own| &mut own.steps) {
+            steps.truncate(n);
+        }
+        motion
+    }
+
     /// Resolves the motions of the next body on the mesh.
     fn resolve(&self, body: &Body, schedule: &Schedule, boundary: &Boundary) -> Result<MovingBody> {
         let is_parent = |other: &MovingBody| Some(&other.name) == body.parent.as_ref();

@@ -17,6 +17,7 @@ use self::periodic::PeriodicNodes;
 use self::surface::SurfacePoints;
 use self::zone::Seam;
 use crate::motion::{BodyMap, Motion, QualityOutput, Schedule, SelectionMethod, Step};
+use azimesh_core::error::Result;
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, distance};
 use azimesh_core::{Note, parallel};
@@ -29,6 +30,7 @@ use std::ops::Range;
 pub(crate) const SELECTED: f64 = 0.99;
 
 /// The boundary of a mesh, a schedule and the data derived from both.
+#[derive(Clone)]
 pub struct Plan {
     /// The boundary of the reference mesh; where a zone turns, its interface nodes are duplicated.
     pub boundary: Boundary,
@@ -131,6 +133,52 @@ impl Plan {
     /// Returns the exact map of every body at a step, with the rotation to the inertial frame.
     pub fn poses_at(&self, step: &Step) -> Vec<BodyMap<'_>> {
         self.motion.poses_in_place(step)
+    }
+
+    /// Returns the plan of the first `n` steps, as for a schedule that has no others.
+    ///
+    /// # Errors
+    /// If their modes cannot be found.
+    pub(crate) fn of_first_steps(&self, n: usize) -> Result<Self> {
+        let mut plan = Self {
+            layers: Vec::new(),
+            velocity: None,
+            motion: self.motion.of_first_steps(n),
+            ..self.clone()
+        };
+        plan.find_layers()?;
+        Ok(plan)
+    }
+
+    /// Returns the first of the first `n` steps that a schedule without the later steps moves otherwise, and the largest
+    /// distance between the positions of its surface nodes by both; `None` if the later steps change none of them.
+    pub fn changed_step(&self, n: usize) -> Option<(Step, f64)> {
+        let alone = self.motion.of_first_steps(n);
+        let surface = &self.surface;
+        alone.steps.iter().find_map(|step| {
+            let both = [&alone, &self.motion].map(|motion| motion.poses_in_place(step));
+            let moved = |body: usize, node: u32, x: Vector| {
+                let [a, b] = both.each_ref().map(|poses| poses[body].place(node, x));
+                distance(a, b)
+            };
+            let of_parts = parallel::largest(self.rigid_points.len(), |at| {
+                let (body, x) = self.rigid_points[at];
+                distance(both[0][body].apply(x), both[1][body].apply(x))
+            });
+            let of_surface = parallel::largest(surface.points.len(), |at| {
+                let body = surface.body[at].map(usize::from);
+                body.map_or(0.0, |body| {
+                    moved(body, surface.nodes[at], surface.points[at])
+                })
+            });
+            let largest = of_parts.max(of_surface);
+            (largest > self.round_off()).then_some((*step, largest))
+        })
+    }
+
+    /// Returns a distance, in mesh units, below which two positions of a body differ by round-off.
+    pub fn round_off(&self) -> f64 {
+        1e-9 * self.boundary.extent.diagonal()
     }
 
     /// Returns the largest prescribed displacement of a surface node or of a rigid part at a step, in the rotating frame.

@@ -126,7 +126,7 @@ impl Plan {
     }
 
     /// Finds the interpolated fields, over all steps.
-    fn find_layers(&mut self) -> Result<()> {
+    pub(super) fn find_layers(&mut self) -> Result<()> {
         let twist = self.schedule.rbf.interpolate == Interpolate::Twist;
         self.layers = if twist && !self.modes_are_exact() {
             sections::layers(self, &self.method)?

@@ -5,6 +5,7 @@ pub(crate) mod measures;
 pub(crate) mod positions;
 pub(crate) mod repair;
 mod repair_rate;
+pub(crate) mod segment;
 pub(crate) mod step_memory;
 mod substeps;
 mod untangle;

@@ -7,22 +7,25 @@
 use super::evaluator::StepEvaluator;
 use super::measures::Measures;
 use super::repair::{self, Repair, Wanting, n_not_valid};
+use super::segment::Segment;
 use super::step_memory::{RepairedStep, Rounding, StepMemory};
 use super::substeps::Parts;
 use super::untangle::StepFreedom;
-use super::window::{Window, folded_around, steps_around};
+use super::window::{FADE, Window, faded, folded_around, steps_around};
 use crate::motion::{OnInverted, Step};
 use crate::part::Part;
 use crate::plan::Plan;
 use crate::whole::{Whole, on_first};
 use azimesh_core::error::{Result, counted};
-use azimesh_core::geometry::vector::Vector;
+use azimesh_core::geometry::vector::{Vector, add, scale};
 use azimesh_core::parallel;
 use azimesh_core::progress::{Progress, Stop};
 use azimesh_quality::Summary;
 use azimesh_quality::repair::{Area, FoldedCells, Limits, PatchLog, low_cells, refused};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Least rings of neighbours around the folded cells of a window: its repair is spread over more nodes than one step needs.
@@ -50,6 +53,8 @@ pub(crate) struct Stepper<'a> {
     pub part: &'a Part,
     pub whole: &'a Whole,
     pub interval: &'a StepEvaluator,
+    /// The steps of one run, which begin windows of their own.
+    pub segment: &'a Segment,
     /// Present if quality is evaluated and folded cells are repaired.
     pub measures: Option<&'a Measures>,
     pub memory: &'a StepMemory,
@@ -183,7 +188,8 @@ impl<'a> Stepper<'a> {
         if let Some(window) = self.memory.window(step) {
             return Ok(Some(window));
         }
-        let folded = folded_around(step, self.interval.steps(), &mut |step| {
+        let within = self.window_range();
+        let folded = folded_around(step, &within, &mut |step| {
             if let Some(wanting) = self.memory.wanting(step) {
                 return Ok(wanting != Wanting::default());
             }
@@ -198,12 +204,44 @@ impl<'a> Stepper<'a> {
             self.memory.keep_verdict(step, &cells, wanting);
             Ok(wanting != Wanting::default())
         })?;
-        if folded.is_empty() {
-            return Ok(None);
-        }
-        let window = Arc::new(self.find(folded, points)?);
+        let window = if folded.is_empty() {
+            let Some(fading) = self.fading().filter(|steps| steps.contains(&step)) else {
+                return Ok(None);
+            };
+            Window::after_seam(fading)
+        } else {
+            self.find(folded, points)?
+        };
+        let window = Arc::new(window);
         self.memory.keep_window(&window);
         Ok(Some(window))
+    }
+
+    /// Returns the steps that windows may have.
+    fn window_range(&self) -> Range<usize> {
+        let Range { start, end } = self.interval.steps().clone();
+        start.max(self.segment.steps.start)..end
+    }
+
+    /// Returns the steps over which the repair of the last finished step fades; `None` if it was not repaired.
+    fn fading(&self) -> Option<Range<usize>> {
+        let Range { start, end } = self.window_range();
+        (self.segment.seam()).map(|_| start..(start + FADE).min(end))
+    }
+
+    /// Moves the `plain` positions of a step towards those of the last finished step, if the repair has displaced that.
+    fn follow_seam<'b>(&self, step: &Step, plain: &'b [Vector]) -> Cow<'b, [Vector]> {
+        let by = faded(self.segment.after_seam(step));
+        let Some(seam) = self.segment.seam().filter(|_| by > 0.0) else {
+            return Cow::Borrowed(plain);
+        };
+        let to_inertial = self.plan.motion.to_inertial(step);
+        Cow::Owned(parallel::collect(plain.len(), |node| {
+            let number = self.part.mesh.number_of_node(node as u32);
+            let turn = to_inertial.as_ref().and_then(|to| to.of_node(number));
+            let added = turn.map_or(seam[node], |turn| turn.turn(seam[node]));
+            add(plain[node], scale(added, by))
+        }))
     }
 
     /// Finds the window of folded steps. The step with most folded cells determines the substeps. The area surrounds all
@@ -255,7 +293,7 @@ impl<'a> Stepper<'a> {
             self.look_between(&mut area, hardest.1, substeps, points)?;
         }
         Ok(Window {
-            steps: steps_around(&folded, self.interval.steps()),
+            steps: steps_around(&folded, &self.window_range()),
             substeps,
             area,
             folded,
@@ -295,7 +333,8 @@ impl<'a> Stepper<'a> {
         found: &mut Positions,
     ) -> Result<()> {
         let before = found.cells.take().unwrap_or_default();
-        let weight = window.weight(step.index);
+        let growth = 1.0 - faded(self.segment.after_seam(step));
+        let weight = window.weight(step.index) * growth;
         let may_worsen = self.plan.schedule.output.improve.is_some() && n_not_valid(&before) == 0;
         let plain = (weight < 1.0 || may_worsen).then(|| points.to_vec());
         let plain_error = found.selection_error;
@@ -314,16 +353,21 @@ impl<'a> Stepper<'a> {
         })?;
         self.say_moves(step);
         let area = window.area.as_ref();
-        let (repaired, mut cells) = self.make_valid(&freedom, area, points)?;
+        let (repaired, mut cells) = if window.folded.is_empty() {
+            (Vec::new(), before.clone())
+        } else {
+            self.make_valid(&freedom, area, points)?
+        };
         let mut taken = 1.0;
         if let Some(plain) = plain {
             let is_good = |cells: &Summary| {
                 n_not_valid(cells) == 0 && !(may_worsen && least(cells) < least(&before))
             };
             if weight < 1.0 || !is_good(&cells) {
+                let from = self.follow_seam(step, &plain);
                 (taken, cells) = self.blend(
                     &freedom,
-                    &plain,
+                    &from,
                     weight,
                     points,
                     cells,
@@ -337,6 +381,9 @@ impl<'a> Stepper<'a> {
                 found.selection_error = plain_error;
                 (taken, cells) = (0.0, before.clone());
             }
+        }
+        if window.folded.is_empty() {
+            taken = (1.0 - growth) * (1.0 - taken);
         }
         found.repair = Some(Repair::of_window(
             window,

@@ -62,7 +62,10 @@ impl Stepper<'_> {
     }
 
     /// Returns the displacement by the repair of a step, in the rotating frame; `None` if it is not repaired.
-    fn added(&self, step: &Step) -> Result<Option<Vec<Vector>>> {
+    pub fn added(&self, step: &Step) -> Result<Option<Vec<Vector>>> {
+        if step.index < self.segment.steps.start {
+            return Ok(self.segment.seam().map(<[Vector]>::to_vec));
+        }
         let mut points = vec![[0.0; 3]; self.part.mesh.points.len()];
         let found = self.at(step, &mut points)?;
         if found.repair.is_none() {

@@ -1,5 +1,5 @@
 //! Steps that are repaired together: a window is a run of folded steps and some steps before and after it, over which the
-//! repair grows and fades.
+//! repair grows and fades. Where steps were added to a finished run, it begins at the positions of the last finished step.
 //!
 //! A window depends only on which steps are folded: every step in it finds the same window.
 
@@ -25,13 +25,27 @@ pub(crate) struct Window {
 }
 
 impl Window {
+    /// Creates the window of steps without folded cells that follow a repaired step of a finished run.
+    pub fn after_seam(steps: Range<usize>) -> Self {
+        Self {
+            steps,
+            folded: Vec::new(),
+            substeps: None,
+            area: None,
+        }
+    }
+
     /// Returns the weight of the repair at a step: 1 at a folded step, less with the distance from it.
     pub fn weight(&self, step: usize) -> f64 {
         let distances = self.folded.iter().map(|&folded| folded.abs_diff(step));
-        let nearest = distances.min().unwrap_or(0).min(FADE + 1);
-        let part = (FADE + 1 - nearest) as f64 / (FADE + 1) as f64;
-        part * part * (3.0 - 2.0 * part)
+        faded(distances.min().unwrap_or(FADE + 1))
     }
+}
+
+/// Returns the weight at a distance in steps: from 1 to 0, smoothly.
+pub(crate) fn faded(distance: usize) -> f64 {
+    let part = (FADE + 1 - distance.min(FADE + 1)) as f64 / (FADE + 1) as f64;
+    part * part * (3.0 - 2.0 * part)
 }
 
 /// Returns the steps of the window of some folded steps, limited to `within`.

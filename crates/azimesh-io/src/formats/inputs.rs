@@ -4,8 +4,8 @@
 //! open until they are hashed: the hash is then the hash of the bytes that were read, also if another file has taken the
 //! name meanwhile.
 
+use super::openfoam;
 use super::source::check_file;
-use super::{openfoam, pvtu};
 use crate::mesh::Mesh;
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -159,6 +159,12 @@ impl Drop for KeptInputs {
     }
 }
 
+/// The files that were opened since [`KeptInputs::begin`], ascending.
+pub fn opened_inputs() -> Vec<PathBuf> {
+    let opened = opened();
+    opened.iter().flat_map(BTreeMap::keys).cloned().collect()
+}
+
 /// Notes an input that is about to be read, and keeps it. One that is opened again as another file has no hash.
 pub(super) fn note_opened(path: &Path, file: &File) {
     note_inputs([path]);
@@ -218,33 +224,7 @@ pub fn hash_of(path: &Path) -> io::Result<blake3::Hash> {
 
 /// The hash of a mesh that was read from `path`, of the bytes that were read: of the file, or of what a case holds of the mesh.
 pub fn hash_of_input(path: &Path, mesh: &Mesh) -> io::Result<blake3::Hash> {
-    openfoam::hash_of_origin(mesh).map_or_else(|| hash_of_pieces(path, hash_of_read), Ok)
-}
-
-/// The hash of a file or folder with a mesh; a list of pieces (.pvtu, not compressed) includes the pieces.
-pub fn hash_of_mesh_file(path: &Path) -> io::Result<blake3::Hash> {
-    hash_of_pieces(path, hash_of)
-}
-
-fn hash_of_pieces(
-    path: &Path,
-    hash_of: fn(&Path) -> io::Result<blake3::Hash>,
-) -> io::Result<blake3::Hash> {
-    let pieces = if path.is_file() {
-        pvtu::pieces_of(path)?
-    } else {
-        Vec::new()
-    };
-    if pieces.is_empty() {
-        return hash_of(path);
-    }
-    let mut named = BTreeMap::new();
-    for name in pieces {
-        let hash = hash_of(&path.with_file_name(&name))?;
-        named.insert(name, hash);
-    }
-    named.insert(String::new(), hash_of(path)?);
-    Ok(hash_of_names(&named))
+    openfoam::hash_of_origin(mesh).map_or_else(|| hash_of_read(path), Ok)
 }
 
 /// The hash of some bytes of a file.
@@ -280,7 +260,7 @@ pub fn hash_of_names(files: &BTreeMap<String, blake3::Hash>) -> blake3::Hash {
 }
 
 /// Paths of all files in a folder and its subfolders, relative to it, ascending.
-pub(super) fn files_in(folder: &Path) -> io::Result<Vec<String>> {
+pub fn files_in(folder: &Path) -> io::Result<Vec<String>> {
     let mut files = Vec::new();
     let mut folders = vec![String::new()];
     while let Some(before) = folders.pop() {

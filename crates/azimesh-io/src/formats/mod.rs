@@ -55,8 +55,8 @@ pub use choice::{
 };
 pub use format::{Folder, Format, Holds, OuterFaces};
 pub use inputs::{
-    Inputs, KeptInputs, guard_inputs, hash_of, hash_of_input, hash_of_mesh_file, hash_of_range,
-    hash_of_read, note_inputs, replaced,
+    Inputs, KeptInputs, files_in, guard_inputs, hash_of, hash_of_input, hash_of_range,
+    hash_of_read, note_inputs, opened_inputs, replaced,
 };
 pub use listing::list_nodes;
 use mesh_file::note_steps;

@@ -1,7 +1,7 @@
 //! The location of a mesh that is read, and its bytes: a mapped file, a decompressed one, or standard input.
 
 use super::decompress::{decompress, is_compressed};
-use super::inputs::{note_inputs, note_opened};
+use super::inputs::note_opened;
 use super::memory_limit::MemoryLimit;
 use azimesh_core::error::{Error, Result};
 use std::fs::File;
@@ -341,8 +341,7 @@ pub fn check_file(path: &Path) -> io::Result<()> {
 /// The content of a small companion file, which must be a file: a pipe may wait for ever.
 pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     check_file(path)?;
-    note_inputs([path]);
-    std::fs::read(path)
+    read_input(path)
 }
 
 /// The content of a small input, which may be a pipe.

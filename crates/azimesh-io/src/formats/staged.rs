@@ -16,7 +16,8 @@ use std::thread;
 use std::time::Duration;
 use tempfile::TempPath;
 
-/// Temporary names are `.azimesh_PROCESS-NUMBER.part`, however long the final name is.
+/// Temporary names are `.azimesh_HOST_PROCESS-NUMBER.part`, however long the final name is. Locks of a network file system may
+/// be local to a host, so that another host does not see whether a file is in use; without a name of the host, `HOST_` is left out.
 const START: &str = ".azimesh_";
 const END: &str = ".part";
 
@@ -107,7 +108,9 @@ impl Temporary {
         clear_once(folder);
         loop {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-            let path = folder.join(format!("{START}{}-{number}{END}", std::process::id()));
+            let host = host().map_or(String::new(), |host| format!("{host}_"));
+            let name = format!("{START}{host}{}-{number}{END}", std::process::id());
+            let path = folder.join(name);
             let mut registry = registry();
             let file = match create(&path) {
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
@@ -227,8 +230,8 @@ fn remove_one_by_one(folder: &Path) -> io::Result<()> {
     fs::remove_dir(folder)
 }
 
-/// Removes the temporary files that killed programs have left in a folder: the files of processes that hold no lock
-/// there.
+/// Removes the temporary files that killed programs of this host have left in a folder: the files of processes that hold no
+/// lock there.
 pub fn clear_left(folder: &Path) {
     let mut of_processes: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -259,9 +262,20 @@ fn clear_once(folder: &Path) {
     }
 }
 
-/// The process id in a temporary name.
+/// The name of this host; `None` where the system does not show it as a file.
+fn host() -> Option<String> {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
+    Some(name.trim().to_owned()).filter(|name| !name.is_empty())
+}
+
+/// The process id in a temporary name of this host.
 fn process_of(name: &str) -> Option<&str> {
     let numbers = name.strip_prefix(START)?.strip_suffix(END)?;
+    let numbers = match numbers.rsplit_once('_') {
+        Some((own, _)) if host().as_deref() != Some(own) => return None,
+        Some((_, numbers)) => numbers,
+        None => numbers,
+    };
     let (process, number) = numbers.split_once('-')?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     (is_number(process) && is_number(number)).then_some(process)
@@ -371,7 +385,12 @@ mod tests {
         let (_, written) =
             Temporary::file_for(&folder.path().join("mesh.vtu")).expect("it is made");
         let left = [".azimesh_1-0.part", ".azimesh_77-12.part"];
-        let others = [".azimesh_0-10.lock", ".mesh.part", ".azimesh_1-x.part"];
+        let others = [
+            ".azimesh_0-10.lock",
+            ".mesh.part",
+            ".azimesh_1-x.part",
+            ".azimesh_another-host_1-0.part",
+        ];
         for name in left.iter().chain(&others) {
             fs::write(folder.path().join(name), "x").expect("it is written");
         }

@@ -12,6 +12,7 @@
 
 use super::file::path_of;
 use super::topology::{StoredPieces, Topology};
+use crate::formats::inputs::files_in;
 use crate::formats::{Location, Source};
 use crate::mesh::MeshView;
 use azimesh_core::error::{Error, Result};
@@ -178,6 +179,22 @@ impl CasePath {
         let pieces = pieces_in(&self.root).into_iter();
         let pieces = pieces.map(|pieces| format!("{}/{folder}", pieces.name));
         pieces.chain([folder.clone()]).collect()
+    }
+
+    /// All files of the mesh, whole or in pieces, at every time.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let pieces = pieces_in(&self.root).into_iter();
+        let roots = pieces.map(|pieces| self.root.join(pieces.name));
+        let mut files = Vec::new();
+        for root in roots.chain([self.root.clone()]) {
+            let times = times_in(&root).into_iter().map(|(_, name)| name);
+            for time in times.chain([CONSTANT.to_owned()]) {
+                let folder = root.join(self.folder(&time));
+                let names = files_in(&folder).unwrap_or_default();
+                files.extend(names.into_iter().map(|name| folder.join(name)));
+            }
+        }
+        files
     }
 
     /// The same region and time in a folder of pieces.

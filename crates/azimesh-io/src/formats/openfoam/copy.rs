@@ -5,6 +5,7 @@ use super::case::{CONSTANT, MESH, Place};
 use super::output::CaseFiles;
 use super::topology::{StoredPieces, Topology};
 use crate::formats::check_file;
+use crate::formats::inputs::replaced;
 use crate::mesh::MeshView;
 use azimesh_core::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -54,12 +55,36 @@ pub(super) fn check(case: &Path, mesh: &MeshView) -> Result<()> {
     }
 }
 
+/// Refuses a case in which a link leads from a folder that the sequence writes to into the case that its mesh was read from.
+/// `files` are the points of the steps.
+pub(super) fn check_links(case: &Path, mesh: &MeshView, files: &[String]) -> Result<()> {
+    let Some(origin) = mesh.origin.get::<Topology>() else {
+        return Ok(());
+    };
+    let (from, to) = (resolved(&origin.path.root), resolved(case));
+    let place = Place::of(case, mesh, false);
+    let owned = place.owned().into_iter().map(PathBuf::from);
+    let times = files.iter().filter_map(|file| Path::new(file).parent());
+    let folders = times
+        .map(Path::to_path_buf)
+        .chain(owned)
+        .chain(copied(place.pieces));
+    for folder in folders.map(|folder| case.join(folder)) {
+        let real = resolved(&folder);
+        if real.starts_with(&from) && !real.starts_with(&to) {
+            return Err(replaced(&folder, &real));
+        }
+    }
+    Ok(())
+}
+
 /// A path without links, as far as it exists.
 fn resolved(path: &Path) -> PathBuf {
     let full = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let known = full.ancestors().find_map(|above| {
         let found = fs::canonicalize(above).ok()?;
-        Some(found.join(full.strip_prefix(above).ok()?))
+        let rest = full.strip_prefix(above).ok()?;
+        Some(found.components().chain(rest.components()).collect())
     });
     known.unwrap_or(full)
 }

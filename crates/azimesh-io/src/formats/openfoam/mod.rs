@@ -66,11 +66,18 @@ pub use sequence::{Begun, CaseFormat, DISPLACEMENT};
 
 use super::{Folder, Format, Holds, SharedFolder};
 use crate::mesh::{Mesh, Origin};
+use std::path::PathBuf;
 
 /// The hash of a mesh that was read from a case; `None` of others.
 pub fn hash_of_origin(mesh: &Mesh) -> Option<blake3::Hash> {
     let origin = mesh.origin.get::<topology::Topology>();
     origin.map(|origin| origin.content)
+}
+
+/// All files of the case that a mesh was read from, at every time; none of others.
+pub fn files_of_origin(mesh: &Mesh) -> Vec<PathBuf> {
+    let origin = mesh.origin.get::<topology::Topology>();
+    origin.map_or(Vec::new(), |origin| origin.path.files())
 }
 
 /// The patch that a cyclic one is the image of, in a mesh that was read from a case.

@@ -7,7 +7,7 @@ use super::output::CaseFiles;
 use super::times::{TimeNames, WANTED, write_time};
 use super::topology::hash_of_cells;
 use super::write::check;
-use crate::formats::inputs::{hash_of, hash_of_names};
+use crate::formats::inputs::{files_in, hash_of, hash_of_names};
 use crate::formats::{
     Begin, Commit, Location, Notes, OutputSet, SequenceFile, Staged, WriteOptions,
 };
@@ -67,7 +67,9 @@ impl CaseFormat {
         let place = Place::of(case, mesh, false);
         let folders = TimeNames::of(&place.path.root, mesh)?.folders(times)?;
         let file = |folder: &String| format!("{}/points", place.folders(folder)[0]);
-        Ok(folders.iter().map(file).collect())
+        let files: Vec<String> = folders.iter().map(file).collect();
+        copy::check_links(case, mesh, &files)?;
+        Ok(files)
     }
 
     /// Checks if the file of a step replaces the mesh that all steps share.
@@ -188,6 +190,27 @@ impl CaseFormat {
         let mut steps = Case::at(&location).ok()?.steps.into_iter();
         let step = steps.position(|step| Some(step.name) == path.time)?;
         Some((location, step))
+    }
+
+    /// All files in the folders of the mesh at the time of a step, of a run or not; with `has_field` also the field that a step
+    /// has next to them.
+    pub fn files_at(&self, path: &Path, has_field: bool) -> Vec<PathBuf> {
+        let Some(points) = CasePath::of_points(path) else {
+            return Vec::new();
+        };
+        let time = points.time.clone().unwrap_or_default();
+        let mut found = self.files_of(path);
+        found.retain(|file| has_field || !file.ends_with(WANTED));
+        let (case, pieces) = whole_case(&points);
+        let roots = pieces.iter().map(|piece| case.root.join(piece));
+        for root in roots.chain([case.root.clone()]) {
+            let folder = root.join(case.folder(&time));
+            let names = files_in(&folder).unwrap_or_default();
+            found.extend(names.into_iter().map(|name| folder.join(name)));
+        }
+        found.sort();
+        found.dedup();
+        found
     }
 
     /// All files of a step that are there, as paths.

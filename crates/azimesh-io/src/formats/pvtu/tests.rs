@@ -69,26 +69,6 @@ fn load(path: &Path) -> Loaded {
 }
 
 #[test]
-fn the_hash_of_a_list_is_that_of_its_pieces_too() {
-    let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
-    let mesh = bar(20);
-    let hash = |folder: &tempfile::TempDir, mesh: &Mesh| {
-        let path = folder.path().join("bar.pvtu");
-        write_pieces(mesh, &path, 3).expect("it can be written");
-        let list = std::fs::read(&path).expect("it is there");
-        let hash = formats::hash_of_input(&path, mesh).expect("all are there");
-        (list, hash)
-    };
-    let (list, before) = hash(&folders[0], &mesh);
-    assert_eq!(hash(&folders[1], &mesh), (list.clone(), before));
-    let mut moved = mesh.clone();
-    moved.points[7][1] += 1e-9;
-    let (of_moved, after) = hash(&folders[0], &moved);
-    assert_eq!(of_moved, list);
-    assert_ne!(after, before);
-}
-
-#[test]
 fn a_mesh_cut_into_pieces_comes_back_as_it_was() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = bar(40);
