@@ -89,7 +89,9 @@ impl Grid {
         let leading = (key >> self.shift) as usize;
         let alike = &self.keys[self.starts[leading] as usize..self.starts[leading + 1] as usize];
         let from = alike.partition_point(|(other, _)| *other < key);
-        let n = alike[from..].iter().take_while(|(other, _)| *other == key);
+        // One more than the search visits is enough to end it.
+        let most = alike[from..].iter().take(self.most.saturating_add(1));
+        let n = most.take_while(|(other, _)| *other == key);
         &alike[from..from + n.count()]
     }
 }
