@@ -313,4 +313,10 @@ mod tests {
         let error = try_map(1000, &fails).expect_err("most fail");
         assert_eq!(error.message, "300");
     }
+
+    #[test]
+    fn blocks_of_a_range_are_counted_from_its_start() {
+        assert_eq!(map_blocks_in(5..12, 4, &|range| range), [5..9, 9..12]);
+        assert_eq!(map_blocks_in(5..5, 4, &|range| range), [0..0; 0]);
+    }
 }

@@ -400,4 +400,33 @@ mod tests {
         let none = Selection::to_tolerance(BASIS, &[], &[], 1, 0.1).expect("nothing to meet");
         assert!(none.base.is_empty());
     }
+
+    #[test]
+    fn the_error_of_base_points_is_that_of_the_worst_step_though_a_search_takes_samples() {
+        let cloud = |i: usize| [12.9898, 78.233, 37.719].map(|f| (i as f64 * f).sin());
+        let points: Vec<Vector> = (0..60).map(cloud).collect();
+        let points: Vec<Vector> = curve::order(&points)
+            .iter()
+            .map(|&i| points[i as usize])
+            .collect();
+        // Of 40 steps every other is in the sample; step 7 is the worst.
+        let value =
+            |x: &Vector, step: usize| (x[0] + x[1] * x[2]) * if step == 7 { 3.0 } else { 1.0 };
+        let row = |x| (0..40).map(move |step| value(x, step));
+        let values: Vec<f64> = points.iter().flat_map(row).collect();
+        let targets = Targets {
+            points: &points,
+            values: &values,
+            criterion: &Criterion::of_columns(40).expect("plain numbers"),
+            images: &[],
+            lever_arms: &[],
+        };
+        let found = from_base(&Space::radial(BASIS), targets, vec![0, 30], Measure::Max);
+        let found = found.expect("two base points");
+        let largest = found
+            .residuals
+            .iter()
+            .fold(0.0, |most: f64, of| most.max(of.abs()));
+        assert!(largest > 0.1 && (found.error - largest).abs() < 1e-12 * largest);
+    }
 }

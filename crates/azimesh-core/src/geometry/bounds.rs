@@ -97,3 +97,29 @@ impl Bounds {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_has_its_faces_and_distances_are_measured_from_them() {
+        let one = Bounds::around(&[[0.0; 3], [1.0, 2.0, 3.0]]);
+        let touching = Bounds::around(&[[1.0, 2.0, 3.0], [4.0; 3]]);
+        assert!(one.meets(&touching) && touching.meets(&one));
+        let behind = Bounds::around(&[[1.0 + 1e-15, 2.0, 3.0], [4.0; 3]]);
+        assert!(!one.meets(&behind) && !behind.meets(&one));
+        // Inside in x, below in y, above in z.
+        let point = [0.25, -3.0, 7.0];
+        assert_eq!(one.nearest(&point), [0.25, 0.0, 3.0]);
+        assert_eq!(one.distance_squared(&point), 9.0 + 16.0);
+        assert_eq!(one.distance_squared(&[0.5, 1.0, 3.0]), 0.0);
+    }
+
+    #[test]
+    fn a_flat_box_is_not_empty() {
+        let flat = Bounds::around(&[[0.0, 0.0, 5.0], [1.0, 1.0, 5.0]]);
+        assert_eq!(flat.nearest(&[2.0, 0.5, 0.0]), [1.0, 0.5, 5.0]);
+        assert_eq!(flat.distance_squared(&[0.5, 0.5, 3.0]), 4.0);
+    }
+}

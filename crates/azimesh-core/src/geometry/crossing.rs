@@ -48,6 +48,8 @@ mod tests {
     fn triangles_cross_where_an_edge_passes_through() {
         assert!(triangles_cross(&FLAT, &upright(0.2, -0.5)));
         assert!(triangles_cross(&upright(0.2, -0.5), &FLAT));
+        let [a, b, c] = FLAT;
+        assert!(triangles_cross(&[a, c, b], &upright(0.2, -0.5)));
         for (x, low) in [(0.2, 0.1), (0.2, -2.0), (0.9, -0.5), (0.2, 0.0)] {
             assert!(!triangles_cross(&FLAT, &upright(x, low)), "{x} {low}");
         }

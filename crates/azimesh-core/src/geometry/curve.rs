@@ -76,4 +76,19 @@ mod tests {
         sorted.sort_unstable();
         assert!(sorted.iter().enumerate().all(|(i, &x)| i as u32 == x));
     }
+
+    #[test]
+    fn the_first_axis_changes_fastest_along_the_curve_and_points_on_the_faces_of_the_box_are_in_it()
+    {
+        let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
+        let points: Vec<Vector> = (0..8).rev().map(corner).collect();
+        assert_eq!(order(&points), [7, 6, 5, 4, 3, 2, 1, 0]);
+        let within = Bounds::around(&points[..7]);
+        assert_eq!(
+            rough_order(8, |i| points[i], &within),
+            [7, 6, 5, 4, 3, 2, 1, 0]
+        );
+        let lower = Bounds::around(&[[0.0; 3], [1.0, 1.0, 0.5]]);
+        assert_eq!(rough_order(8, |i| points[i], &lower), [7, 6, 5, 4]);
+    }
 }

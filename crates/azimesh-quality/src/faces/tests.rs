@@ -75,6 +75,53 @@ fn two_cubes_are_orthogonal_and_a_slanted_one_is_not() {
     }
 }
 
+#[test]
+fn a_mirrored_mesh_has_the_metrics_of_the_upright_one_and_is_as_valid() {
+    for as_polyhedron in [false, true] {
+        let upright = two_cubes(as_polyhedron);
+        let mut mirrored = upright.clone();
+        mirrored.points.iter_mut().for_each(|x| x[0] = -x[0]);
+        let columns = |mesh: &Mesh, sign: f64| {
+            let judge = QualityEvaluator::new(mesh);
+            let lean = mesh
+                .points
+                .iter()
+                .map(|&[x, y, z]| [x + 0.1 * z, y + 0.4 * sign * x, z]);
+            let mut columns = judge.assess(mesh, &lean.collect::<Vec<_>>()).columns();
+            columns.retain(|(name, _)| *name != "inverted_reference");
+            columns
+        };
+        let pairs = std::iter::zip(columns(&upright, 1.0), columns(&mirrored, -1.0));
+        for ((name, wanted), (_, found)) in pairs {
+            let [wanted, found] = [wanted, found].map(|of| of.unwrap_or(-1.0));
+            assert!((wanted - found).abs() < 1e-12, "{name}: {wanted} {found}");
+            assert!(!["inverted", "unproven"].contains(&name) || found == 0.0);
+        }
+    }
+}
+
+#[test]
+fn the_skewness_of_an_outer_face_is_measured_against_two_fifths_of_the_height() {
+    // A box of 1 x 1 x 10 whose top is shifted by 1: 0.5 off the middle, and 2/5 of 5 high.
+    let mut mesh = Mesh::default();
+    for [x, z] in [[0.0, 0.0], [1.0, 10.0]] {
+        for [dx, dy] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+            mesh.points.push([x + dx, dy, z]);
+        }
+    }
+    mesh.cells
+        .push(CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]);
+    let judge = QualityEvaluator::new(&mesh);
+    let columns = judge.assess(&mesh, &mesh.points).columns();
+    let skewness = columns
+        .iter()
+        .find(|(name, _)| *name == "max_face_skewness");
+    assert!(close(
+        skewness.and_then(|of| of.1).expect("it has faces"),
+        0.25
+    ));
+}
+
 /// Every kind of cell with a neighbour of its own kind, mirrored at a face: the line between the centres
 /// then is along the normal, whichever way the kind's faces point.
 #[test]
