@@ -9,7 +9,7 @@ use azimesh_core::progress::Stop;
 use azimesh_core::{Note, note};
 use azimesh_io::formats::guard_inputs;
 use azimesh_io::mesh::facets::facets;
-use azimesh_io::mesh::{Adjacency, Mesh, in_32_bits};
+use azimesh_io::mesh::{Adjacency, Coincident, Mesh, in_32_bits};
 use azimesh_quality::repair::{
     CrossedFace, Freedom, Limits, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
 };
@@ -132,7 +132,9 @@ fn repair(
     let untangled = || untangle(task, points, limits, &stop);
     let mut repaired = context.stage("repair", untangled)?;
     let improved = match args.improve {
-        Some(wanted) => context.stage("improve", || improve(task, points, wanted, &stop))?,
+        Some(wanted) => context.stage("improve", || {
+            improve(task, evaluator, points, wanted, &stop)
+        })?,
         None => Vec::new(),
     };
     let moves = points.iter().zip(&original).map(|(a, b)| distance(*a, *b));
@@ -164,8 +166,18 @@ fn freedom(
     reference: &[[f64; 3]],
     slide: &[String],
 ) -> Result<Freedom> {
-    let mut freedom = Freedom::inner(mesh, adjacency);
+    let outer = Freedom::inner(mesh, adjacency, &Coincident::default());
+    // Two nodes inside a folded mesh may lie at one place by chance.
+    let copies = Coincident::of(
+        reference,
+        |node| if outer.is_fixed(node) { 0 } else { node + 1 },
+    );
+    let mut freedom = match copies.is_empty() {
+        true => outer,
+        false => Freedom::inner(mesh, adjacency, &copies),
+    };
     if slide.is_empty() {
+        freedom.unite(&copies);
         return Ok(freedom);
     }
     let mut nodes: Vec<u32> = Vec::new();
@@ -217,6 +229,7 @@ fn freedom(
             freedom.hold(node, sliding.constraint(at));
         }
     }
+    freedom.unite(&copies);
     Ok(freedom)
 }
 

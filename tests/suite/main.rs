@@ -14,6 +14,7 @@ mod choices;
 mod comfort;
 mod convert;
 mod convert_sequences;
+mod copies;
 mod diff;
 mod exit_codes;
 mod exodus;

@@ -3,7 +3,7 @@
 //! `AZIMESH_REPAIR_MESHES=1000` tries so many of them instead of a few.
 
 use azimesh::{CellKind, Mesh, Stop};
-use azimesh_io::mesh::Adjacency;
+use azimesh_io::mesh::{Adjacency, Coincident};
 use azimesh_quality::Reference;
 use azimesh_quality::repair::{Freedom, Limits, Repaired, Task, untangle};
 use azimesh_quality::validity::invalid;
@@ -245,7 +245,7 @@ fn repaired(seed: u64) -> Option<(Kind, usize, Repaired)> {
     if !invalid(&mesh, &goal, &reference).is_empty() {
         return None;
     }
-    let freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh));
+    let freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh), &Coincident::default());
     let (share, noise) = (random.next(), random.within(0.0, 0.4) / n as f64);
     let start = (0..mesh.points.len()).map(|i| {
         if freedom.is_fixed(i as u32) {

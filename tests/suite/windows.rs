@@ -182,6 +182,37 @@ fn a_step_below_improve_is_raised_and_steps_far_from_it_keep_their_bytes() {
     assert!(jumps.iter().all(|jump| *jump < 0.1), "{jumps:?}");
 }
 
+#[test]
+fn no_step_of_a_window_with_folded_cells_is_worse_with_improve_than_without() {
+    let rows = |output: &str| {
+        let folder = swing(output);
+        deform(folder.path(), "out", []);
+        let table = std::fs::read_to_string(folder.path().join("out/steps.csv")).unwrap();
+        let rows = table
+            .lines()
+            .map(|row| row.split(',').map(str::to_owned).collect());
+        rows.collect::<Vec<Vec<String>>>()
+    };
+    let (plain, improved) = (rows(""), rows("improve = 0.4"));
+    for name in ["min_scaled_jacobian", "min_volume", "inverted", "unproven"] {
+        let at = plain[0].iter().position(|column| column == name).unwrap();
+        let sign = if name.starts_with("min") { 1.0 } else { -1.0 };
+        let values = |of: &[Vec<String>]| -> Vec<f64> {
+            of[1..]
+                .iter()
+                .map(|row| sign * row[at].parse::<f64>().unwrap())
+                .collect()
+        };
+        let (before, after) = (values(&plain), values(&improved));
+        let mut pairs = std::iter::zip(&before, &after);
+        assert!(
+            pairs.all(|(before, after)| after >= before),
+            "{name}: {before:?} {after:?}"
+        );
+        assert_eq!(before != after, sign > 0.0, "{name}: some steps are better");
+    }
+}
+
 fn deformation(folder: &Path) -> Deformation {
     let mesh = Mesh::read(folder.join("b.vtu")).unwrap();
     Deformation::new(mesh, Schedule::read(folder.join("b.toml")).unwrap()).unwrap()

@@ -5,7 +5,7 @@ use super::part::Part;
 use super::plan::prepare::{has_boxes, leave_out_boxes};
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::Vector;
-use azimesh_io::mesh::Mesh;
+use azimesh_io::mesh::{Coincident, Mesh};
 use azimesh_quality::QualityEvaluator;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -21,6 +21,7 @@ pub(crate) struct Whole {
     read: Option<ReadWhole>,
     mesh: OnceLock<Arc<Mesh>>,
     judge: OnceLock<QualityEvaluator>,
+    copies: OnceLock<Coincident>,
 }
 
 impl Whole {
@@ -71,6 +72,11 @@ impl Whole {
         }
         let mesh = self.mesh(part)?;
         Ok(self.judge.get_or_init(|| QualityEvaluator::new(mesh)))
+    }
+
+    /// Returns the nodes that `find` says are one in the reference state of the mesh.
+    pub fn copies(&self, find: impl FnOnce() -> Coincident) -> &Coincident {
+        self.copies.get_or_init(find)
     }
 }
 

@@ -97,6 +97,26 @@ impl Summary {
         self.inverted_cells.truncate(N_NAMED);
     }
 
+    /// Returns whether something is worse than in another summary of the mesh: more cells that are not valid, or a least value
+    /// below the other's.
+    pub fn is_worse_than(&self, other: &Self) -> bool {
+        self.inverted > other.inverted
+            || self.unproven > other.unproven
+            || self.fallen(other).is_some()
+    }
+
+    /// The cell of the first least value that is below the other summary's: volume, scaled Jacobian, Jacobians of curved cells.
+    pub(super) fn fallen(&self, other: &Self) -> Option<usize> {
+        let least = |of: &Self| {
+            let [jacobian, scaled] = of.min_curved;
+            [of.min_volume, of.min_scaled_jacobian, jacobian, scaled]
+        };
+        let pairs = least(self).into_iter().zip(least(other));
+        let mut pairs = pairs.filter_map(|(own, other)| Some((own?, other?)));
+        let fallen = pairs.find(|(own, other)| own.value < other.value);
+        fallen.map(|(own, _)| own.cell)
+    }
+
     /// The columns in the order and by the names of `steps.csv`; a metric that is not defined is
     /// `None`.
     pub fn columns(&self) -> [(&'static str, Option<f64>); 8] {

@@ -563,6 +563,7 @@ impl Deformation {
             measures,
             memory: segment.memory(rounding),
             rounding,
+            improve: self.plan.schedule.output.improve,
             stop: &self.stop,
             progress: &*self.progress,
         }

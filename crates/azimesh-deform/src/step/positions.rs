@@ -10,7 +10,7 @@ use super::repair::{self, Repair, Wanting, n_not_valid};
 use super::segment::Segment;
 use super::step_memory::{RepairedStep, Rounding, StepMemory};
 use super::substeps::Parts;
-use super::untangle::StepFreedom;
+use super::untangle::{StepFreedom, copies};
 use super::window::{FADE, Window, faded, folded_around, steps_around};
 use crate::motion::{OnInverted, Step};
 use crate::part::Part;
@@ -59,6 +59,8 @@ pub(crate) struct Stepper<'a> {
     pub measures: Option<&'a Measures>,
     pub memory: &'a StepMemory,
     pub rounding: Rounding,
+    /// Cells below this scaled Jacobian are improved, after a repair without this.
+    pub improve: Option<f64>,
     pub stop: &'a Stop,
     /// Receives messages about repairs, which may take long.
     pub progress: &'a dyn Progress,
@@ -145,12 +147,17 @@ impl<'a> Stepper<'a> {
         )
     }
 
+    /// Computes a step as repaired without improving cells, then improves them: so no step becomes worse by it.
     fn in_windows(&self, step: &Step, points: &mut [Vector]) -> Result<Positions> {
         if let Some(kept) = self.memory.repaired(step.index) {
             points.copy_from_slice(&kept.points);
             return Ok(kept.found.clone());
         }
-        let window = self.window(step.index, points)?;
+        let repairs = Self {
+            improve: None,
+            ..*self
+        };
+        let window = repairs.window(step.index, points)?;
         let selection_error = self.plain(step, points)?;
         let cells = match self.memory.verdict(step.index) {
             Some(cells) => cells,
@@ -162,17 +169,23 @@ impl<'a> Stepper<'a> {
             repair: None,
         };
         // Nothing has moved, so there is no window to join.
-        if let Some(window) = window
-            && self.has_moved(points)
+        if !self.has_moved(points) {
+            return Ok(found);
+        }
+        if let Some(window) = &window {
+            repairs.repair(window, step, points, &mut found)?;
+        }
+        if self.improve.is_some()
+            && let Some(window) = self.window(step.index, &mut points.to_vec())?
         {
             self.repair(&window, step, points, &mut found)?;
-            if self.plan.velocity.is_some() {
-                self.memory.keep_repaired(RepairedStep {
-                    step: step.index,
-                    points: points.to_vec(),
-                    found: found.clone(),
-                });
-            }
+        }
+        if self.plan.velocity.is_some() && found.repair.is_some() {
+            self.memory.keep_repaired(RepairedStep {
+                step: step.index,
+                points: points.to_vec(),
+                found: found.clone(),
+            });
         }
         Ok(found)
     }
@@ -185,13 +198,13 @@ impl<'a> Stepper<'a> {
 
     /// Finds the window of a step, if any; overwrites `points`.
     fn window(&self, step: usize, points: &mut [Vector]) -> Result<Option<Arc<Window>>> {
-        if let Some(window) = self.memory.window(step) {
+        if let Some(window) = self.memory.window(self.improve.is_some(), step) {
             return Ok(Some(window));
         }
         let within = self.window_range();
         let folded = folded_around(step, &within, &mut |step| {
-            if let Some(wanting) = self.memory.wanting(step) {
-                return Ok(wanting != Wanting::default());
+            if self.memory.wanting(step).is_some() {
+                return Ok(self.wanting(step) != Wanting::default());
             }
             self.check_stop()?;
             let at = &self.plan.motion.steps[step];
@@ -202,7 +215,7 @@ impl<'a> Stepper<'a> {
                 low: self.n_low(points),
             };
             self.memory.keep_verdict(step, &cells, wanting);
-            Ok(wanting != Wanting::default())
+            Ok(self.wanting(step) != Wanting::default())
         })?;
         let window = if folded.is_empty() {
             let Some(fading) = self.fading().filter(|steps| steps.contains(&step)) else {
@@ -223,16 +236,22 @@ impl<'a> Stepper<'a> {
         start.max(self.segment.steps.start)..end
     }
 
-    /// Returns the steps over which the repair of the last finished step fades; `None` if it was not repaired.
+    /// Returns the steps over which the repair of the last finished step fades; `None` if it was not repaired. Improved cells
+    /// start from positions that follow it already.
     fn fading(&self) -> Option<Range<usize>> {
         let Range { start, end } = self.window_range();
-        (self.segment.seam()).map(|_| start..(start + FADE).min(end))
+        let seam = self.segment.seam().filter(|_| self.improve.is_none());
+        seam.map(|_| start..(start + FADE).min(end))
     }
 
     /// Moves the `plain` positions of a step towards those of the last finished step, if the repair has displaced that.
     fn follow_seam<'b>(&self, step: &Step, plain: &'b [Vector]) -> Cow<'b, [Vector]> {
         let by = faded(self.segment.after_seam(step));
-        let Some(seam) = self.segment.seam().filter(|_| by > 0.0) else {
+        let Some(seam) = self
+            .segment
+            .seam()
+            .filter(|_| by > 0.0 && self.improve.is_none())
+        else {
             return Cow::Borrowed(plain);
         };
         let to_inertial = self.plan.motion.to_inertial(step);
@@ -244,16 +263,27 @@ impl<'a> Stepper<'a> {
         }))
     }
 
+    /// Which cells of a step need a repair; low ones only if they are improved.
+    fn wanting(&self, step: usize) -> Wanting {
+        let Wanting { not_valid, low } = self.memory.wanting(step).unwrap_or_default();
+        let low = if self.improve.is_some() { low } else { 0 };
+        Wanting { not_valid, low }
+    }
+
+    /// The key of a step of the windows of this kind.
+    fn key(&self, step: &Step) -> (bool, usize) {
+        (self.improve.is_some(), step.index)
+    }
+
     /// Finds the window of folded steps. The step with most folded cells determines the substeps. The area surrounds all
     /// cells that are still folded at any step, with as many rings as the hardest step needs.
     fn find(&self, folded: Vec<usize>, points: &mut [Vector]) -> Result<Window> {
         let steps = &self.plan.motion.steps;
-        let wanting = |step: usize| self.memory.wanting(step).unwrap_or_default();
         let worst = folded
             .iter()
             .copied()
             .rev()
-            .max_by_key(|&step| wanting(step));
+            .max_by_key(|&step| self.wanting(step));
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.cells(points);
@@ -268,10 +298,11 @@ impl<'a> Stepper<'a> {
             let error = self.start(&steps[step], substeps, points)?;
             if substeps.is_some() {
                 let n_nodes = self.plan.boundary.n_nodes;
-                self.memory.keep_start(step, n_nodes, points, error);
+                let key = self.key(&steps[step]);
+                self.memory.keep_start(key, n_nodes, points, error);
             }
             let n = self.on_first(&freedom, points, |freedom, points| {
-                Ok(freedom.add(&mut all, points))
+                Ok(freedom.add(&mut all, points, self.improve))
             })?;
             if n > hardest.0 {
                 hardest = (n, &steps[step]);
@@ -286,14 +317,15 @@ impl<'a> Stepper<'a> {
         }
         let mut area = None;
         self.on_first(&freedom, points, |freedom, points| {
-            area = Some(freedom.area(&all, rings, points, self.stop)?);
+            area = Some(freedom.area(&all, rings, points, self.improve, self.stop)?);
             Ok(())
         })?;
-        if hardest.0 > 0 && wanting(hardest.1.index).not_valid > 0 {
+        if hardest.0 > 0 && self.wanting(hardest.1.index).not_valid > 0 {
             self.look_between(&mut area, hardest.1, substeps, points)?;
         }
         Ok(Window {
             steps: steps_around(&folded, &self.window_range()),
+            improves: self.improve.is_some(),
             substeps,
             area,
             folded,
@@ -324,7 +356,7 @@ impl<'a> Stepper<'a> {
         Ok(())
     }
 
-    /// Repairs a step of a window; `points` has its positions before the repair.
+    /// Repairs a step of a window; `points` has its positions by the motion or, if cells are improved, as repaired without that.
     fn repair(
         &self,
         window: &Window,
@@ -333,13 +365,17 @@ impl<'a> Stepper<'a> {
         found: &mut Positions,
     ) -> Result<()> {
         let before = found.cells.take().unwrap_or_default();
+        let plain_cells = self
+            .memory
+            .verdict(step.index)
+            .unwrap_or_else(|| before.clone());
         let growth = 1.0 - faded(self.segment.after_seam(step));
         let weight = window.weight(step.index) * growth;
-        let may_worsen = self.plan.schedule.output.improve.is_some() && n_not_valid(&before) == 0;
-        let plain = (weight < 1.0 || may_worsen).then(|| points.to_vec());
+        let improves = window.improves;
+        let plain = (weight < 1.0 || improves).then(|| points.to_vec());
         let plain_error = found.selection_error;
-        if window.substeps.is_some() {
-            found.selection_error = match self.memory.take_start(step.index) {
+        if window.substeps.is_some() || improves && found.repair.is_some() {
+            found.selection_error = match self.memory.take_start(self.key(step)) {
                 Some(start) => {
                     points.copy_from_slice(&start.points);
                     start.selection_error
@@ -358,28 +394,34 @@ impl<'a> Stepper<'a> {
         } else {
             self.make_valid(&freedom, area, points)?
         };
+        let wanting = self.memory.wanting(step.index).unwrap_or_default();
         let mut taken = 1.0;
         if let Some(plain) = plain {
             let is_good = |cells: &Summary| {
-                n_not_valid(cells) == 0 && !(may_worsen && least(cells) < least(&before))
+                let is_valid = n_not_valid(cells) == 0;
+                if improves {
+                    !cells.is_worse_than(&before)
+                } else {
+                    is_valid
+                }
             };
             if weight < 1.0 || !is_good(&cells) {
                 let from = self.follow_seam(step, &plain);
-                (taken, cells) = self.blend(
-                    &freedom,
-                    &from,
-                    weight,
-                    points,
-                    cells,
-                    (may_worsen, &is_good),
-                )?;
+                (taken, cells) =
+                    self.blend(&freedom, &from, weight, points, cells, (improves, &is_good))?;
                 found.selection_error = found.selection_error.max(plain_error);
             }
             if !is_good(&cells) {
-                // A step that is valid without the repair stays valid, and with `improve` as good.
+                // A step that is valid without the repair stays valid, and one that is better without `improve` as good.
                 points.copy_from_slice(&plain);
                 found.selection_error = plain_error;
                 (taken, cells) = (0.0, before.clone());
+                if let Some(repair) = &mut found.repair {
+                    repair.low = wanting.low;
+                    repair.still_low = self.n_low(points);
+                    found.cells = Some(cells);
+                    return Ok(());
+                }
             }
         }
         if window.folded.is_empty() {
@@ -388,7 +430,7 @@ impl<'a> Stepper<'a> {
         found.repair = Some(Repair::of_window(
             window,
             taken,
-            (&before, self.memory.wanting(step.index).unwrap_or_default()),
+            (&plain_cells, wanting),
             after,
             repaired,
             (&cells, self.n_low(points)),
@@ -427,7 +469,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Blends a repaired step `points` with its `plain` positions: by `weight`, or more if the cells would not be good, or less
-    /// if the repair may only make valid cells worse. Returns the weight and the quality of the cells.
+    /// if cells are improved. Returns the weight and the quality of the cells.
     fn blend(
         &self,
         freedom: &OnFirst<'_>,
@@ -435,10 +477,10 @@ impl<'a> Stepper<'a> {
         weight: f64,
         points: &mut [Vector],
         cells: Summary,
-        (may_worsen, is_good): (bool, &dyn Fn(&Summary) -> bool),
+        (improves, is_good): (bool, &dyn Fn(&Summary) -> bool),
     ) -> Result<(f64, Summary)> {
         let repaired = points.to_vec();
-        let weights = if may_worsen {
+        let weights = if improves {
             [1.0, 0.6, 0.3].map(|part| part * weight)
         } else {
             [0.0, 0.5, 0.75].map(|part| part + (1.0 - part) * weight)
@@ -510,7 +552,8 @@ impl<'a> Stepper<'a> {
         let made = || {
             let mesh = self.whole.mesh(self.part)?;
             let judge = self.whole.judge(self.part, own)?;
-            Ok(StepFreedom::of(self.plan, mesh, judge, step))
+            let copies = self.whole.copies(|| copies(self.plan, mesh));
+            Ok(StepFreedom::of(self.plan, mesh, judge, copies, step))
         };
         let ranks = self.part.ranks();
         ranks.all_ok(ranks.is_first().then(made).transpose())
@@ -564,17 +607,11 @@ impl<'a> Stepper<'a> {
         substeps: Option<Parts>,
         points: &mut [Vector],
     ) -> Result<()> {
-        if self.memory.copy_start(step.index, points).is_none() {
+        if self.memory.copy_start(self.key(step), points).is_none() {
             self.start(step, substeps, points)?;
         }
         Ok(())
     }
-}
-
-/// The least scaled Jacobian of the cells.
-fn least(cells: &Summary) -> f64 {
-    let extreme = cells.min_scaled_jacobian.as_ref();
-    extreme.map_or(f64::INFINITY, |least| least.value)
 }
 
 /// Returns the rings of the widest patch that has become valid.

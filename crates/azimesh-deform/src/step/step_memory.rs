@@ -58,7 +58,8 @@ pub(crate) struct StepMemory {
     verdicts: Mutex<BTreeMap<usize, (Summary, Wanting)>>,
     windows: Mutex<Vec<Arc<Window>>>,
     repaired: Mutex<VecDeque<Arc<RepairedStep>>>,
-    starts: Mutex<BTreeMap<usize, Start>>,
+    /// By whether the window improves cells, and the step.
+    starts: Mutex<BTreeMap<(bool, usize), Start>>,
 }
 
 fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -81,22 +82,30 @@ impl StepMemory {
         lock(&self.verdicts).insert(step, (cells.clone(), wanting));
     }
 
-    /// Returns the window of a step, if one was found.
-    pub fn window(&self, step: usize) -> Option<Arc<Window>> {
+    /// Returns the window of a step that improves cells or not, if it was found.
+    pub fn window(&self, improves: bool, step: usize) -> Option<Arc<Window>> {
         let windows = lock(&self.windows);
-        let window = windows.iter().find(|window| window.steps.contains(&step));
-        window.cloned()
+        let of_step =
+            |window: &&Arc<Window>| window.improves == improves && window.steps.contains(&step);
+        windows.iter().find(of_step).cloned()
     }
 
     pub fn keep_window(&self, window: &Arc<Window>) {
         let mut windows = lock(&self.windows);
-        if !windows.iter().any(|known| known.steps == window.steps) {
+        let key = |window: &Window| (window.improves, window.steps.clone());
+        if !windows.iter().any(|known| key(known) == key(window)) {
             windows.push(Arc::clone(window));
         }
     }
 
     /// Stores a step before its repair, if it fits in `STARTS`: on all ranks or on none. The mesh has `n_nodes`.
-    pub fn keep_start(&self, step: usize, n_nodes: usize, points: &[Vector], selection_error: f64) {
+    pub fn keep_start(
+        &self,
+        step: (bool, usize),
+        n_nodes: usize,
+        points: &[Vector],
+        selection_error: f64,
+    ) {
         let mut starts = lock(&self.starts);
         if (starts.len() + 1) * n_nodes * size_of::<Vector>() <= STARTS {
             let points = points.to_vec();
@@ -111,7 +120,7 @@ impl StepMemory {
     }
 
     /// Copies a stored step before its repair to `points`; returns its error.
-    pub fn copy_start(&self, step: usize, points: &mut [Vector]) -> Option<f64> {
+    pub fn copy_start(&self, step: (bool, usize), points: &mut [Vector]) -> Option<f64> {
         let starts = lock(&self.starts);
         let start = starts.get(&step)?;
         points.copy_from_slice(&start.points);
@@ -119,7 +128,7 @@ impl StepMemory {
     }
 
     /// Removes and returns a stored step before its repair.
-    pub fn take_start(&self, step: usize) -> Option<Start> {
+    pub fn take_start(&self, step: (bool, usize)) -> Option<Start> {
         lock(&self.starts).remove(&step)
     }
 
@@ -148,11 +157,14 @@ mod tests {
         let memory = StepMemory::default();
         let points = vec![[1.0, 2.0, 3.0]; STARTS / 24 / 2];
         for step in [4, 5, 6] {
-            memory.keep_start(step, points.len(), &points, 0.5);
+            memory.keep_start((false, step), points.len(), &points, 0.5);
         }
-        assert!(memory.take_start(6).is_none());
-        let start = memory.take_start(4).expect("there was room for two");
+        assert!(memory.take_start((false, 6)).is_none());
+        assert!(memory.take_start((true, 4)).is_none());
+        let start = memory
+            .take_start((false, 4))
+            .expect("there was room for two");
         assert_eq!((start.points, start.selection_error), (points, 0.5));
-        assert!(memory.take_start(4).is_none());
+        assert!(memory.take_start((false, 4)).is_none());
     }
 }

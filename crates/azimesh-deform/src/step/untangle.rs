@@ -10,7 +10,7 @@ use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
 use azimesh_core::progress::Stop;
-use azimesh_io::mesh::{Mesh, OneLayer};
+use azimesh_io::mesh::{Coincident, Mesh, OneLayer};
 use azimesh_quality::QualityEvaluator;
 use azimesh_quality::repair::{
     Area, FoldedCells, Freedom, Limits, Partner, PatchLog, Task, untangle,
@@ -28,10 +28,16 @@ pub(crate) struct StepFreedom<'a> {
 
 impl<'a> StepFreedom<'a> {
     /// Creates the freedom at a step of a plan on a whole mesh.
-    pub fn of(plan: &'a Plan, mesh: &'a Mesh, judge: &'a QualityEvaluator, step: &Step) -> Self {
+    pub fn of(
+        plan: &'a Plan,
+        mesh: &'a Mesh,
+        judge: &'a QualityEvaluator,
+        copies: &Coincident,
+        step: &Step,
+    ) -> Self {
         let to_inertial = plan.motion.to_inertial(step);
         Self {
-            freedom: freedom(plan, mesh, judge, to_inertial.as_ref()),
+            freedom: freedom(plan, mesh, judge, copies, to_inertial.as_ref()),
             plan,
             mesh,
             judge,
@@ -63,10 +69,11 @@ impl<'a> StepFreedom<'a> {
         Ok(repaired.patches)
     }
 
-    /// Adds the cells at `points` that need a repair to `all`; gives how many these are.
-    pub fn add(&self, all: &mut FoldedCells, points: &[Vector]) -> usize {
+    /// Adds the cells at `points` that need a repair to `all`, those below the scaled Jacobian `improve` too; gives how many
+    /// these are.
+    pub fn add(&self, all: &mut FoldedCells, points: &[Vector], improve: Option<f64>) -> usize {
         let n_folded = all.add(self.task(), points).all();
-        let Some(wanted) = self.plan.schedule.output.improve else {
+        let Some(wanted) = improve else {
             return n_folded;
         };
         n_folded + all.add_low(self.task(), points, wanted)
@@ -81,9 +88,10 @@ impl<'a> StepFreedom<'a> {
         cells: &FoldedCells,
         rings: usize,
         points: &mut [Vector],
+        improve: Option<f64>,
         stop: &Stop,
     ) -> Result<Area> {
-        match self.plan.schedule.output.improve {
+        match improve {
             Some(wanted) => Area::lifting(self.task(), cells, rings, points, wanted, stop),
             None => Ok(Area::around(self.task(), cells, rings)),
         }
@@ -138,17 +146,18 @@ impl<'a> StepFreedom<'a> {
 }
 
 /// Returns the freedom of the nodes. Nodes of moving and fixed boundaries are fixed, nodes of sliding planes stay on
-/// them, and periodic partners move together; outside a deforming zone nothing moves.
+/// them, and periodic partners and copies of a node move together; outside a deforming zone nothing moves.
 fn freedom(
     plan: &Plan,
     mesh: &Mesh,
     judge: &QualityEvaluator,
+    copies: &Coincident,
     to_inertial: Option<&ToInertial<'_>>,
 ) -> Freedom {
     let is_alike = plan.periodic.followers().is_empty();
     let layer = plan.one_layer.as_ref().filter(|_| is_alike);
     let mut freedom = match layer {
-        None => Freedom::inner(mesh, &judge.adjacency),
+        None => Freedom::inner(mesh, &judge.adjacency, copies),
         Some(layer) => {
             // In the plane, sides called `empty` are not a boundary.
             let high = layer.high_nodes(mesh.points.len());
@@ -156,7 +165,7 @@ fn freedom(
                 let n_high = nodes.iter().filter(|&&node| high[node as usize]).count();
                 n_high > 0 && n_high < nodes.len()
             };
-            Freedom::inside(mesh, &judge.adjacency, &is_upright)
+            Freedom::inside(mesh, &judge.adjacency, copies, &is_upright)
         }
     };
     let turned = |node: u32, constraint: Constraint| {
@@ -198,7 +207,21 @@ fn freedom(
         let outside = (0..mesh.points.len() as u32).filter(|node| !zone.sides.nodes.has(*node));
         outside.for_each(|node| freedom.fix(node));
     }
+    freedom.unite(copies);
     freedom
+}
+
+/// Returns the copies of nodes that are one node: those of one frame, inside what deforms.
+pub(crate) fn copies(plan: &Plan, mesh: &Mesh) -> Coincident {
+    let class = |node: u32| match &plan.motion.zone {
+        None => 0,
+        Some(zone) if !zone.sides.nodes.has(node) => u32::MAX,
+        Some(zone) => {
+            let rotor = zone.part_of(node).and_then(|part| part.rotor);
+            rotor.map_or(0, |rotor| rotor as u32 + 1)
+        }
+    };
+    Coincident::of(&mesh.points, class)
 }
 
 /// Restricts nodes of the low side to the plane, and pairs them with the nodes over them.

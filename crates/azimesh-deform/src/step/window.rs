@@ -16,6 +16,8 @@ pub(crate) const FADE: usize = 5;
 pub(crate) struct Window {
     /// Its steps.
     pub steps: Range<usize>,
+    /// Whether low cells are improved: of such a window, steps with low cells count as folded.
+    pub improves: bool,
     /// Its folded steps, ascending.
     pub folded: Vec<usize>,
     /// The substeps of every step; `None` if they do not help.
@@ -29,6 +31,7 @@ impl Window {
     pub fn after_seam(steps: Range<usize>) -> Self {
         Self {
             steps,
+            improves: false,
             folded: Vec::new(),
             substeps: None,
             area: None,
@@ -152,6 +155,7 @@ mod tests {
     fn a_repair_grows_and_fades_over_the_steps_around_it() {
         let window = Window {
             steps: 15..29,
+            improves: false,
             folded: vec![20, 23],
             substeps: None,
             area: None,

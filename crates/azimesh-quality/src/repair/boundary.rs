@@ -5,7 +5,8 @@
 //! face of fixed nodes where, on the inner side, the winding number is not positive: one that a body has passed
 //! over, or that is in another body. Undecided faces, within rounding, are not infeasible.
 
-use super::Task;
+use super::{Partner, Task};
+use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, cross, distance, dot, norm, scale, sub};
 use azimesh_core::parallel;
 use azimesh_io::mesh::CellRef;
@@ -47,7 +48,7 @@ pub(super) struct Boundary {
 }
 
 impl Boundary {
-    /// `None` where nothing can be proven: nodes of the boundary move with others, faces are curved, or not all cells are checked.
+    /// `None` where nothing can be proven: nodes of the boundary move with others elsewhere, faces are curved, or not all cells are checked.
     pub(super) fn of(task: Task<'_>, points: &[Vector]) -> Option<Self> {
         let mesh = task.mesh;
         let reference = task.reference;
@@ -56,7 +57,12 @@ impl Boundary {
             let judged = reference.is_valid(cell) && !reference.is_doubtful(cell);
             reference.sign(cell) != 0 && !judged
         };
-        if !task.freedom.partners().is_empty()
+        // Copies of a node at one place close the boundary as one node does.
+        let is_copy = |of: &Partner| {
+            let [x, y] = [of.leader, of.node].map(|node| mesh.points[node as usize]);
+            of.map == Transform::IDENTITY && distance(x, y) <= ROUNDING * norm(x)
+        };
+        if !task.freedom.partners().iter().all(is_copy)
             || !reference.maps().is_empty()
             || parallel::any(mesh.cells.len(), unjudged)
         {
@@ -249,13 +255,13 @@ mod tests {
     use crate::Reference;
     use crate::repair::Freedom;
     use crate::repair::shape::regular;
-    use azimesh_io::mesh::{Adjacency, CellKind, Mesh};
+    use azimesh_io::mesh::{Adjacency, CellKind, Coincident, Mesh};
 
     /// Proofs for the first cell's faces with the nodes at `points`.
     fn proven(mesh: &Mesh, points: &[Vector]) -> Vec<CrossedFace> {
         let (reference, freedom) = (
             Reference::new(mesh),
-            Freedom::inner(mesh, &Adjacency::of(mesh)),
+            Freedom::inner(mesh, &Adjacency::of(mesh), &Coincident::default()),
         );
         let task = Task {
             mesh,
@@ -286,7 +292,7 @@ mod tests {
                 mesh.cells.push(kind, &(0..n as u32).collect::<Vec<_>>());
                 let (reference, freedom) = (
                     Reference::new(&mesh),
-                    Freedom::inner(&mesh, &Adjacency::of(&mesh)),
+                    Freedom::inner(&mesh, &Adjacency::of(&mesh), &Coincident::default()),
                 );
                 let task = Task {
                     mesh: &mesh,

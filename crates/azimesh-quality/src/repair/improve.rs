@@ -5,7 +5,7 @@ use super::area::{Area, FoldedCells};
 use super::regions::Region;
 use super::solve::OF_VALID;
 use super::{PatchLog, Task};
-use crate::{Reference, scaled_jacobians};
+use crate::{QualityEvaluator, Reference, scaled_jacobians};
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::progress::Stop;
@@ -21,12 +21,13 @@ const KEPT: f64 = 0.9;
 
 /// Improves the checked cells whose scaled Jacobian is below `wanted`; a log for each patch of the last round that
 /// improved one. Cells that are low in the reference mesh become regular. A patch whose least scaled Jacobian does not
-/// rise is put back. The result is the same on any number of threads.
+/// rise, or that makes another least value of the mesh worse, is put back. The result is the same on any number of threads.
 ///
 /// # Errors
 /// If `stop` was asked for.
 pub fn improve(
     task: Task<'_>,
+    evaluator: &QualityEvaluator,
     points: &mut [Vector],
     wanted: f64,
     stop: &Stop,
@@ -39,6 +40,7 @@ pub fn improve(
     let at_rest = at(&task.mesh.points);
     let regular = below(&at_rest, wanted);
     let mut values = at(points);
+    let summary = evaluator.cells(task.mesh, points);
     for weights in OF_VALID {
         let mut last = Area::default();
         for rings in (0..).map(|n| RINGS << n) {
@@ -54,18 +56,28 @@ pub fn improve(
             let before = points.to_vec();
             let repaired = area.relax(task, points, stop)?;
             let now = at(points);
-            let mut accepted = Vec::new();
-            for (region, log) in area.regions.iter().zip(repaired.patches) {
-                if log.invalid == 0 && least_of(region, &now) > least_of(region, &values) {
-                    accepted.push(log);
-                    continue;
-                }
+            let put_back = |region: &Region, points: &mut [Vector]| {
                 for &node in &region.moving {
                     points[node as usize] = before[node as usize];
                 }
+            };
+            let mut accepted = Vec::new();
+            for (region, log) in area.regions.iter().zip(repaired.patches) {
+                if log.invalid == 0 && least_of(region, &now) > least_of(region, &values) {
+                    accepted.push((region, log));
+                } else {
+                    put_back(region, points);
+                }
+            }
+            while let Some(cell) = evaluator.cells(task.mesh, points).fallen(&summary) {
+                let has = |region: &Region| region.cells.binary_search(&(cell as u32)).is_ok();
+                let Some(at) = accepted.iter().position(|(region, _)| has(region)) else {
+                    break;
+                };
+                put_back(accepted.remove(at).0, points);
             }
             if !accepted.is_empty() {
-                logs = accepted;
+                logs = accepted.into_iter().map(|(_, log)| log).collect();
                 values = at(points);
             }
             last = area;

@@ -1,8 +1,9 @@
 //! Folded meshes become valid, and only where they were folded.
 
 use super::*;
+use crate::{QualityEvaluator, Summary};
 use azimesh_core::geometry::Transform;
-use azimesh_io::mesh::{Adjacency, CellKind};
+use azimesh_io::mesh::{Adjacency, CellKind, Coincident};
 use azimesh_rbf::constraint::Constraint;
 
 /// A grid of `n` cells along each axis in the unit square or cube.
@@ -43,10 +44,14 @@ pub(super) fn grid(kind: CellKind, n: usize) -> Mesh {
 }
 
 fn repaired(mesh: &Mesh, points: &mut [Vector]) -> Repaired {
-    repaired_with(mesh, points, &Freedom::inner(mesh, &Adjacency::of(mesh)))
+    repaired_with(
+        mesh,
+        points,
+        &Freedom::inner(mesh, &Adjacency::of(mesh), &Coincident::default()),
+    )
 }
 
-fn repaired_with(mesh: &Mesh, points: &mut [Vector], freedom: &Freedom) -> Repaired {
+pub(super) fn repaired_with(mesh: &Mesh, points: &mut [Vector], freedom: &Freedom) -> Repaired {
     let reference = Reference::new(mesh);
     let task = Task {
         mesh,
@@ -127,7 +132,7 @@ fn sliding_nodes_make_room_along_their_line() {
             .all(|left| left.reason == Reason::Boundary)
     );
     assert_eq!(stays.overtaken[0].nodes, [4, 5]);
-    let mut freedom = Freedom::inner(&mesh, &adjacency);
+    let mut freedom = Freedom::inner(&mesh, &adjacency, &Coincident::default());
     for node in (1..10).filter(|node| *node != 4) {
         freedom.hold(
             node,
@@ -168,7 +173,7 @@ fn periodic_partners_move_together() {
                 *x = by.apply([0.0, x[1], x[2]]);
             }
         }
-        let mut freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh));
+        let mut freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh), &Coincident::default());
         let mut partners = Vec::new();
         for (j, k) in (1..8).flat_map(|j| (1..8).map(move |k| (j, k))) {
             let leader = 9 * (j + 9 * k);
@@ -231,13 +236,12 @@ fn polyhedra_that_are_only_unproven_become_proven() {
 fn improvement_reaches_what_is_wanted_or_makes_nothing_worse() {
     for kind in [CellKind::Quadrilateral, CellKind::Hexahedron] {
         let mesh = grid(kind, 6);
-        let (reference, freedom) = (
-            Reference::new(&mesh),
-            Freedom::inner(&mesh, &Adjacency::of(&mesh)),
-        );
+        let evaluator = QualityEvaluator::new(&mesh);
+        let reference = &evaluator.reference;
+        let freedom = Freedom::inner(&mesh, &evaluator.adjacency, &Coincident::default());
         let task = Task {
             mesh: &mesh,
-            reference: &reference,
+            reference,
             freedom: &freedom,
         };
         let mut shaken = mesh.points.clone();
@@ -248,19 +252,81 @@ fn improvement_reaches_what_is_wanted_or_makes_nothing_worse() {
             }
         }
         let least = |points: &[Vector]| {
-            let values = crate::scaled_jacobians(&mesh, points, &reference);
+            let values = crate::scaled_jacobians(&mesh, points, reference);
             values.into_iter().fold(f64::INFINITY, f64::min)
         };
         let before = least(&shaken);
         assert!((0.05..0.8).contains(&before), "{before}");
         for (wanted, is_possible) in [(0.85, true), (1.0, false)] {
             let mut points = shaken.clone();
-            improve(task, &mut points, wanted, &Stop::default()).expect("nobody stops it");
+            improve(task, &evaluator, &mut points, wanted, &Stop::default())
+                .expect("nobody stops it");
             let after = least(&points);
             assert_eq!(after >= wanted, is_possible, "{kind:?} {after}");
-            assert!(after > before && invalid(&mesh, &points, &reference).is_empty());
+            assert!(after > before && invalid(&mesh, &points, reference).is_empty());
         }
     }
+}
+
+#[test]
+fn a_patch_without_gain_keeps_its_bits() {
+    // The middle of four cells is where their least value is largest; cells folded beyond repair are no better elsewhere.
+    for (mesh, to) in [
+        (grid(CellKind::Quadrilateral, 2), [0.5, 1.2, 0.0]),
+        (curved_grid(CellKind::Triangle6, 1), [0.5, 5.0, 0.0]),
+    ] {
+        let evaluator = QualityEvaluator::new(&mesh);
+        let freedom = Freedom::inner(&mesh, &evaluator.adjacency, &Coincident::default());
+        let task = Task {
+            mesh: &mesh,
+            reference: &evaluator.reference,
+            freedom: &freedom,
+        };
+        let mut points = mesh.points.clone();
+        let logs = improve(task, &evaluator, &mut points, 1.0, &Stop::default());
+        assert_eq!(logs.expect("nobody stops it"), []);
+        assert_eq!(points, mesh.points);
+        // The middle of the lower side passes the upper one.
+        points[1] = to;
+        let folded = points.clone();
+        let found = repaired_with(&mesh, &mut points, &freedom);
+        assert!(!found.unrepaired.is_empty());
+        assert_eq!(points, folded);
+    }
+}
+
+#[test]
+fn an_improvement_lowers_no_least_volume_and_no_least_jacobian_of_curved_cells() {
+    let mut n_moved = 0;
+    for mesh in [
+        grid(CellKind::Quadrilateral, 6),
+        curved_grid(CellKind::Triangle6, 4),
+    ] {
+        let evaluator = QualityEvaluator::new(&mesh);
+        let freedom = Freedom::inner(&mesh, &evaluator.adjacency, &Coincident::default());
+        let task = Task {
+            mesh: &mesh,
+            reference: &evaluator.reference,
+            freedom: &freedom,
+        };
+        for seed in 0..12 {
+            let mut points = mesh.points.clone();
+            for (i, x) in points.iter_mut().enumerate() {
+                if !freedom.is_fixed(i as u32) {
+                    let phase = (i * (seed + 3)) as f64;
+                    x[0] += 0.04 * (7.0 * phase).sin();
+                    x[1] += 0.04 * (5.0 * phase).cos();
+                }
+            }
+            let before = evaluator.cells(&mesh, &points);
+            improve(task, &evaluator, &mut points, 0.9, &Stop::default()).expect("nobody stops it");
+            let after = evaluator.cells(&mesh, &points);
+            assert!(!after.is_worse_than(&before), "{seed} {before:?} {after:?}");
+            let least = |of: &Summary| of.min_scaled_jacobian.map(|least| least.value);
+            n_moved += usize::from(least(&after) > least(&before));
+        }
+    }
+    assert!(n_moved > 6, "{n_moved}");
 }
 
 #[test]
@@ -402,7 +468,7 @@ fn a_corner_that_left_the_middles_of_its_edges_behind_comes_back() {
         let found = repaired(&mesh, &mut points);
         assert_eq!(found.unrepaired, [], "{kind:?}");
         assert!(!found.patches.is_empty(), "{kind:?}");
-        let freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh));
+        let freedom = Freedom::inner(&mesh, &Adjacency::of(&mesh), &Coincident::default());
         for (node, (now, then)) in points.iter().zip(&mesh.points).enumerate() {
             assert!(
                 now == then || !freedom.is_fixed(node as u32),
