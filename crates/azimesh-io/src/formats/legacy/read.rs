@@ -6,7 +6,7 @@ use super::super::vtk::list::List;
 use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::polygonal;
 use super::super::vtk::structured::Grid;
-use super::super::vtk::{order, structured, tags};
+use super::super::vtk::{ghosts, order, structured, tags};
 use super::attributes::{Section, metadata};
 use super::cursor::Cursor;
 use super::values::{self, Type};
@@ -33,6 +33,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Re
     if cursor.version < FIRST_WITH_PRESENT_ORDER {
         order::swap(&mut mesh, notes);
     }
+    ghosts::leave_out([&mut mesh], notes);
     let is_marked = cursor.title == order::TITLE.as_bytes();
     order::turn_wedges(&mut mesh, is_marked, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;

@@ -23,14 +23,14 @@
 //! # }
 //! ```
 //!
-//! Parts of the module: `subset` takes cells out of a mesh and leaves out ghost cells, `merge` makes one mesh of pieces,
+//! Parts of the module: `subset` takes cells out of a mesh, `merge` makes one mesh of pieces,
 //! `write` cuts a mesh into pieces.
 
 pub mod merge;
 mod subset;
 mod write;
 
-use super::vtk::{order, tags};
+use super::vtk::{ghosts, order, tags};
 use super::vtu::read::{Raw, raw};
 use super::vtu::xml::{Parser, as_utf8};
 use super::{Encoding, Format, Holds, Notes, ReadOptions, Source};
@@ -101,15 +101,16 @@ fn read(source: &Source, options: &ReadOptions, notes: &mut Notes) -> Result<Mes
     for name in piece_names(&as_utf8(source.bytes(), notes))? {
         let path = folder.join(&name);
         let piece = open(&path)
-            .and_then(|source| raw(source.bytes(), notes))
+            .and_then(|source| raw(source.bytes(), None, notes))
             .and_then(|raw| {
                 raw.mesh.validate()?;
                 are_marked &= raw.has_marked_wedges;
-                Ok(subset::without_ghosts(piece_of(raw), notes))
+                Ok(piece_of(raw))
             })
             .map_err(|error| error.file(&path).dataset("Piece"))?;
         pieces.push(piece);
     }
+    ghosts::leave_out(pieces.iter_mut().map(|piece| &mut piece.mesh), notes);
     let mut mesh = merge::merge(pieces, notes)?;
     order::turn_wedges(&mut mesh, are_marked, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;

@@ -8,6 +8,7 @@
 //! order      hexahedra of high order in files before VTK 9
 //! structured cells of blocks that list none
 //! list       cells as legacy files list them
+//! ghosts     copies of cells of other pieces, hidden cells
 //! tags       integer cell arrays <-> groups
 //! arrays     mesh -> list of arrays to be written
 //! ```
@@ -16,6 +17,7 @@ pub mod arrays;
 pub mod cells;
 #[cfg(test)]
 pub(super) mod fixtures;
+pub mod ghosts;
 pub mod list;
 pub mod number;
 pub mod order;

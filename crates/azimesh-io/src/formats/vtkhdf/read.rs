@@ -5,7 +5,7 @@
 
 use super::super::hdf5::{Dataset, Group};
 use super::super::slabs::{Refusal, Slabs, whole};
-use super::super::vtk::{order, split, tags};
+use super::super::vtk::{ghosts, order, split, tags};
 use super::super::{Notes, ReadOptions};
 use super::cells::{self, WINDOW, column, windows};
 use super::extent::Extent;
@@ -60,6 +60,7 @@ impl Reader {
             select_tuples(&mut mesh.cell_arrays, origin);
         }
         self.note_others(notes)?;
+        ghosts::leave_out([&mut mesh], notes);
         order::turn_wedges(&mut mesh, self.has_marked_wedges()?, notes);
         tags::extract(&mut mesh, self.tag_array.as_deref())?;
         Ok(mesh)
@@ -229,6 +230,9 @@ impl Reader {
             return Err(whole("it has what is not kept"));
         }
         for (array, rows) in of_points.iter().chain(&of_cells) {
+            if ghosts::is_mark(array.name()) {
+                return Err(whole("it may have ghost cells"));
+            }
             n_components(array, rows)?;
             if !array.is_of_numbers() {
                 return Err(whole("it has text at nodes or cells"));

@@ -3,8 +3,8 @@
 use super::super::names::tell_apart;
 use super::super::vtk::order::{OUTWARD, WEDGES};
 use super::super::vtk::structured::Grid;
-use super::super::{Compression, Notes};
-use super::xml::{Array, Layout, Parser};
+use super::super::{Compression, Notes, ReadOptions};
+use super::xml::{Array, Layout, Parser, as_utf8};
 use azimesh_core::error::Result;
 use quick_xml::events::BytesStart;
 
@@ -28,6 +28,8 @@ pub(super) struct Document<'a> {
     pub origin: [f64; 3],
     pub spacing: [f64; 3],
     pub direction: Option<[f64; 9]>,
+    /// Times of the steps; none where the file has one mesh.
+    pub times: Vec<f64>,
     /// Arrays of the mesh as a whole.
     pub field_data: Vec<Array<'a>>,
     pub pieces: Vec<Piece<'a>>,
@@ -54,6 +56,40 @@ pub(super) struct Piece<'a> {
 }
 
 impl Document<'_> {
+    /// Leaves out the arrays of all steps but one, by default the last, and pieces whose arrays are all of other steps. VTK
+    /// writes arrays in place as if all were of step 0, with pieces of their own for each step.
+    pub fn keep_step(&mut self, step: Option<usize>) -> Result<()> {
+        let n = self.times.len();
+        let options = ReadOptions {
+            step,
+            ..ReadOptions::default()
+        };
+        let Some(step) = options.step_of(n)? else {
+            return Ok(());
+        };
+        let is_of_step = |array: &Array| array.steps.is_empty() || array.steps.contains(&step);
+        let all = self.pieces.iter_mut().flat_map(Piece::arrays).flatten();
+        if all.flat_map(|array| &array.steps).all(|step| *step == 0) {
+            if self.pieces.len().is_multiple_of(n) {
+                let n_pieces = self.pieces.len() / n;
+                self.pieces.truncate((step + 1) * n_pieces);
+                self.pieces.drain(..step * n_pieces);
+            }
+            return Ok(());
+        }
+        self.pieces.retain_mut(|piece| {
+            let (mut had_any, mut has_any) = (false, false);
+            for arrays in piece.arrays() {
+                had_any |= !arrays.is_empty();
+                arrays.retain(is_of_step);
+                has_any |= !arrays.is_empty();
+            }
+            has_any || !had_any
+        });
+        self.field_data.retain(is_of_step);
+        Ok(())
+    }
+
     /// Gives arrays of one name in one place different names, in every piece the same.
     pub fn tell_arrays_apart(&mut self, notes: &mut Notes) {
         let fields = self.field_data.iter_mut();
@@ -67,6 +103,29 @@ impl Document<'_> {
             }
         }
     }
+}
+
+impl<'a> Piece<'a> {
+    fn arrays(&mut self) -> impl Iterator<Item = &mut Vec<Array<'a>>> {
+        let lists = self.lists.iter_mut().map(|(_, arrays)| arrays);
+        lists.chain([
+            &mut self.points,
+            &mut self.cells,
+            &mut self.point_data,
+            &mut self.cell_data,
+        ])
+    }
+}
+
+/// Times of the steps of a file, which its first element gives.
+pub(super) fn times(bytes: &[u8]) -> Result<Vec<f64>> {
+    const HEAD: usize = 4096;
+    let head = &bytes[..bytes.len().min(HEAD)];
+    if memchr::memmem::find(head, b"TimeValues").is_none() {
+        return Ok(Vec::new());
+    }
+    let bytes = as_utf8(bytes, &mut Notes::default());
+    parse(&bytes).map(|document| document.times)
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
@@ -93,6 +152,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
         origin: [0.0; 3],
         spacing: [1.0; 3],
         direction: None,
+        times: Vec::new(),
         field_data: Vec::new(),
         pieces: Vec::new(),
     };
@@ -152,6 +212,7 @@ impl<'a> Parser<'a> {
         document.origin = self.numbers(element, "Origin")?.unwrap_or([0.0; 3]);
         document.spacing = self.numbers(element, "Spacing")?.unwrap_or([1.0; 3]);
         document.direction = self.numbers(element, "Direction")?;
+        document.times = self.list(element, "TimeValues")?;
         self.each(name, |parser, name, element| {
             match name {
                 "FieldData" => document.field_data.extend(parser.arrays(name)?),
@@ -203,21 +264,19 @@ impl<'a> Parser<'a> {
     }
 
     /// An attribute that is a list of `N` numbers.
-    fn numbers<T: std::str::FromStr + Copy + Default, const N: usize>(
+    fn numbers<T: std::str::FromStr + Copy, const N: usize>(
         &self,
         element: &BytesStart,
         name: &str,
     ) -> Result<Option<[T; N]>> {
-        let Some(text) = self.attribute(element, name)? else {
+        let numbers = self.list(element, name)?;
+        if numbers.is_empty() {
             return Ok(None);
-        };
-        let mut numbers = [T::default(); N];
-        let mut words = text.split_whitespace();
-        let wrong = || self.error(format!("{name}=\"{text}\" is not a list of {N} numbers"));
-        for number in &mut numbers {
-            let word = words.next().and_then(|word| word.parse().ok());
-            *number = word.ok_or_else(wrong)?;
         }
-        Ok(Some(numbers))
+        let wrong = |numbers: Vec<T>| {
+            let found = numbers.len();
+            self.error(format!("{name} has {found} numbers; it must have {N}"))
+        };
+        numbers.try_into().map(Some).map_err(wrong)
     }
 }

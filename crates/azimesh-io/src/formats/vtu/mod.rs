@@ -76,6 +76,7 @@ const XML: Format = Format {
     compresses: true,
     version,
     read: |source, options, notes| read::read(source.bytes(), options, notes),
+    steps: |source| document::times(source.bytes()),
     ..Format::NEW
 };
 

@@ -3,7 +3,7 @@
 
 use super::super::vtk::number::Element;
 use super::super::vtk::structured::Grid;
-use super::super::vtk::{order, structured, tags};
+use super::super::vtk::{ghosts, order, structured, tags};
 use super::cells;
 use super::document::{self, Document};
 use super::values::{all, data, field, points};
@@ -18,8 +18,9 @@ pub(super) const FIRST_WITH_PRESENT_ORDER: (u32, u32) = (2, 1);
 
 /// Reads a mesh. Pieces share no nodes; arrays that not all pieces have are left out.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions, notes: &mut Notes) -> Result<Mesh> {
-    let raw = raw(bytes, notes)?;
+    let raw = raw(bytes, options.step, notes)?;
     let mut mesh = raw.mesh;
+    ghosts::leave_out([&mut mesh], notes);
     order::turn_wedges(&mut mesh, raw.has_marked_wedges, notes);
     tags::extract(&mut mesh, options.tag_array.as_deref())?;
     Ok(mesh)
@@ -36,10 +37,11 @@ pub(in crate::formats) struct Raw {
     pub global_cells: Option<String>,
 }
 
-/// Reads a file without interpreting its arrays.
-pub(in crate::formats) fn raw(bytes: &[u8], notes: &mut Notes) -> Result<Raw> {
+/// Reads a step of a file, by default the last one, without interpreting its arrays.
+pub(in crate::formats) fn raw(bytes: &[u8], step: Option<usize>, notes: &mut Notes) -> Result<Raw> {
     let bytes = &*as_utf8(bytes, notes);
     let mut document = document::parse(bytes)?;
+    document.keep_step(step)?;
     document.tell_arrays_apart(notes);
     let (mut mesh, mut origin) = (Mesh::default(), None);
     match document.grid {

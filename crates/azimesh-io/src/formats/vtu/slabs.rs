@@ -7,7 +7,7 @@ use super::super::vtk::number::Element;
 use super::super::vtk::polyhedra::PieceNodes;
 use super::super::vtk::split::{is_collection, kind, type_name};
 use super::super::vtk::structured::Grid;
-use super::super::vtk::{order, tags};
+use super::super::vtk::{ghosts, order, tags};
 use super::document::{self, Document, Piece};
 use super::read::{FIRST_WITH_PRESENT_ORDER, add_arrays};
 use super::stored::Stored;
@@ -56,6 +56,14 @@ pub(super) fn open<'a>(bytes: &'a [u8], options: &ReadOptions) -> Found<impl Sla
     }
     if document.grid != Grid::Unstructured {
         return Err(whole("it is no unstructured grid"));
+    }
+    if document.times.len() > 1 {
+        return Err(whole("it has several steps"));
+    }
+    let mut arrays =
+        (document.pieces.iter()).flat_map(|of| of.point_data.iter().chain(&of.cell_data));
+    if arrays.any(|array| ghosts::is_mark(&array.name)) {
+        return Err(whole("it may have ghost cells"));
     }
     if document.layout.compression != Compression::None {
         return Err(whole("its arrays are compressed"));

@@ -10,6 +10,7 @@ use super::super::tokens::n_words;
 use super::super::vtk::number::{cuts, parse_words, word_end};
 use super::xml::{Array, DataEncoding, Layout};
 use azimesh_core::error::{Error, Result, counted};
+use azimesh_core::numbers::with_verb;
 use azimesh_core::parallel::{map, map_items};
 use std::borrow::Cow;
 use std::io::Read;
@@ -173,7 +174,9 @@ fn base64_run(text: &[u8], n_bytes: usize) -> Result<(Cow<'_, [u8]>, &[u8])> {
     let short = || {
         let found = text.len();
         Error::input(format!(
-            "{n_bytes} bytes in base64 are needed, but only {found} characters are left"
+            "{} in base64 are needed, but only {} left",
+            counted(n_bytes, "byte"),
+            with_verb(found, "character", "is")
         ))
     };
     let n = n_bytes.div_ceil(3).checked_mul(4);
@@ -228,9 +231,10 @@ fn plain<'a>(encoding: DataEncoding, stored: &'a [u8], layout: &Layout) -> Resul
         })?;
         return Ok(Data::Plain(bytes));
     }
-    // Padding after the header means that the values are a separate base64 text. Without it, the header's last
-    // characters belong to the values too.
-    let is_separate = stored[..stored.len() - rest.len()].ends_with(b"=");
+    // The padding of a header alone means that the values are a separate base64 text. Else the header's last characters
+    // belong to the values too, which may end there: with other padding.
+    let padding = if width == 4 { "==" } else { "=" };
+    let is_separate = stored[..stored.len() - rest.len()].ends_with(padding.as_bytes());
     let (text, skip) = if is_separate {
         (rest, 0)
     } else {

@@ -240,3 +240,97 @@ fn the_version_is_not_that_of_xml() {
     assert_eq!((VTU.version)(head).as_deref(), Some("2.1"));
     assert_eq!((VTU.version)(b"<?xml version=\"1.0\"?>"), None);
 }
+
+/// A point and a vertex at z = 10 for each of `z`, with its values of step `i`.
+fn steps(z: &[u8], step_of: impl Fn(usize) -> usize, one_piece: bool) -> String {
+    let array = |i: usize, kind: &str, name: &str, values: &str| {
+        let n = if name == "Points" { 3 } else { 1 };
+        let step = step_of(i);
+        format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{n}\" TimeStep=\"{step}\">{values}</DataArray>"
+        )
+    };
+    let each = |make: &dyn Fn(usize) -> String| (0..z.len()).map(make).collect::<String>();
+    let piece = |points: String, cells: String| {
+        format!(
+            "<Piece NumberOfPoints=\"1\" NumberOfCells=\"1\"><Points>{points}</Points><Cells>{cells}</Cells></Piece>"
+        )
+    };
+    let points = |i: usize| array(i, "Float64", "Points", &format!("0 0 {}", z[i]));
+    let cells = |i: usize| {
+        array(i, "Int64", "connectivity", "0")
+            + &array(i, "Int64", "offsets", "1")
+            + &array(i, "UInt8", "types", "1")
+    };
+    let pieces = if one_piece {
+        piece(each(&points), each(&cells))
+    } else {
+        each(&|i| piece(points(i), cells(i)))
+    };
+    let times: String = (0..z.len())
+        .map(|i| format!("{} ", 0.5 * i as f64))
+        .collect();
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid TimeValues=\"\n{times}\n\">{pieces}</UnstructuredGrid></VTKFile>"
+    )
+}
+
+#[test]
+fn one_of_the_steps_in_a_file_is_read() {
+    let z = [0, 10, 20];
+    for text in [
+        steps(&z, |i| i, true),
+        steps(&z, |i| i, false),
+        steps(&z, |_| 0, false),
+    ] {
+        let bytes = text.as_bytes();
+        assert_eq!(document::times(bytes).expect("times"), [0.0, 0.5, 1.0]);
+        for (step, expected) in [(None, 20.0), (Some(0), 0.0), (Some(1), 10.0)] {
+            let options = ReadOptions {
+                step,
+                ..ReadOptions::default()
+            };
+            let mesh = parse(&VTU, bytes, &options).expect("it can be read");
+            assert_eq!(
+                (mesh.points, mesh.cells.len()),
+                (vec![[0.0, 0.0, expected]], 1)
+            );
+        }
+        let none = ReadOptions {
+            step: Some(3),
+            ..ReadOptions::default()
+        };
+        assert!(parse(&VTU, bytes, &none).is_err());
+    }
+}
+
+/// A field array of so many bytes 1, 2, 3 ... in base64, behind a header of `width` bytes, which may be encoded alone.
+fn in_base64(n: u8, width: usize, is_alone: bool) -> String {
+    let encode = |bytes: &[u8]| base64_simd::STANDARD.encode_to_string(bytes);
+    let header = &u64::from(n).to_le_bytes()[..width];
+    let values: Vec<u8> = (1..=n).collect();
+    let text = match is_alone {
+        true => encode(header) + &encode(&values),
+        false => encode(&[header, &values[..]].concat()),
+    };
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\" header_type=\"UInt{}\"><UnstructuredGrid><FieldData><DataArray type=\"UInt8\" \
+         Name=\"f\" NumberOfTuples=\"{n}\" format=\"binary\">\n{text}\n</DataArray></FieldData>\
+         <Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/></UnstructuredGrid></VTKFile>",
+        8 * width
+    )
+}
+
+#[test]
+fn arrays_of_a_few_bytes_are_read_from_base64() {
+    for n in 0..10 {
+        for (width, is_alone) in [(4, false), (4, true), (8, false), (8, true)] {
+            let mesh = read(in_base64(n, width, is_alone).as_bytes());
+            let expected = Values::U8((1..=n).collect());
+            assert_eq!(
+                mesh.field_arrays[0].values, expected,
+                "{n} {width} {is_alone}"
+            );
+        }
+    }
+}

@@ -32,6 +32,8 @@ pub(super) struct Array<'a> {
     pub component_names: Vec<String>,
     /// Number of tuples, which only arrays of field data give.
     pub n_tuples: Option<u64>,
+    /// Steps that it belongs to, from 0; none for all steps.
+    pub steps: Vec<usize>,
     pub encoding: DataEncoding,
     pub layout: Layout,
     /// The values as stored; of an appended array, all from its offset to the end of the section.
@@ -239,6 +241,7 @@ impl<'a> Parser<'a> {
             n_components,
             component_names,
             n_tuples,
+            steps: self.list(element, "TimeStep")?,
             encoding,
             layout: self.layout,
             before: &self.bytes[..stored.start],
@@ -356,6 +359,21 @@ impl<'a> Parser<'a> {
                 "{name}=\"{value}\" is not a whole number, zero or more"
             ))
         })
+    }
+
+    /// An attribute that is a list of numbers; empty where there is none.
+    pub(super) fn list<T: std::str::FromStr>(
+        &self,
+        element: &BytesStart,
+        name: &str,
+    ) -> Result<Vec<T>> {
+        let text = self.attribute(element, name)?.unwrap_or_default();
+        let number = |word: &str| {
+            let wrong =
+                |_| self.error(format!("{name} has \"{word}\", which is not such a number"));
+            word.parse().map_err(wrong)
+        };
+        text.split_whitespace().map(number).collect()
     }
 
     pub fn error(&self, message: impl Into<String>) -> Error {
