@@ -43,10 +43,10 @@ pub(super) fn not_taken(mesh: &MeshView<'_>, format: &str) -> Option<Note> {
             let n = far_below(mesh).count();
             let note = note!(
                 "lower_cells",
-                "with cells of lower dimension than boundary faces ({n}) ParaView shows no cell array of a CGNS file; {portable} \
-                 leaves these cells out"
+                "with cells of lower dimension than boundary faces ({n}) ParaView shows no cell array of a CGNS file, and Gmsh \
+                 may refuse it; {portable} leaves these cells out"
             );
-            (n > 0 && !mesh.cell_arrays.is_empty()).then(|| note.with("n", n))
+            (n > 0).then(|| note.with("n", n))
         }
         "vtu" | "pvtu" | "vtk" | "vtk42" | "vtkhdf" => {
             let pyramids = mesh.cells.runs().filter(|run| is_pyramid(run.kind));
@@ -142,7 +142,11 @@ mod tests {
     }
 
     #[test]
-    fn edges_beside_cell_arrays_are_told_of_for_cgns_and_left_out() {
+    fn edges_are_told_of_for_cgns_and_left_out_with_and_without_cell_arrays() {
+        let mut bare = mesh();
+        bare.cell_arrays.clear();
+        assert!(make_portable(&mut bare, "cgns").is_some());
+        assert_eq!(bare.cells.len(), 4);
         let mut mesh = mesh();
         let note = not_taken(&mesh.view(), "cgns").expect("there is one");
         assert_eq!((&*note.code, note.get("n")), ("lower_cells", &1.into()));
