@@ -2,6 +2,8 @@
 
 use super::arrays::with_numbers;
 use super::faces::{Entry, entries, for_each_face};
+use super::sides::side_corners;
+use super::walls::{face_on_side, wall};
 use super::{CellRef, DataArray, Faces, Mesh, MeshView, NodeBits, Values};
 
 /// Boundary faces between two or more cells of the mesh, ascending.
@@ -66,8 +68,8 @@ pub(super) fn faces_on_cells(
     found
 }
 
-/// The cell that each boundary face bounds: of a face between two cells the one that comes first in the
-/// mesh.
+/// The cell that each boundary face bounds: of a face between two cells the one that comes first in the mesh, of a wall of no
+/// thickness the one on its side.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BoundedCells {
     /// Boundary face and cell, ascending; without faces on no cell.
@@ -90,12 +92,22 @@ impl BoundedCells {
         let mut entries = entries(mesh.cells, mesh.points.len(), dimension, |_| true);
         let mut pairs = Vec::new();
         for_each_face(mesh.cells, &mut entries, |same| {
-            let cells = same.iter().filter(|entry| !entry.is_boundary());
-            let Some(cell) = cells.map(|entry| entry.cell).min() else {
+            let mut sides = same.iter().filter(|entry| !entry.is_boundary());
+            let Some(first) = sides.next() else {
                 return;
             };
             let faces = same.iter().filter(|entry| entry.is_boundary());
-            pairs.extend(faces.map(|face| (face.cell, cell)));
+            let faces = faces.map(|face| face.cell);
+            pairs.extend(faces.clone().map(|face| (face, first.cell)));
+            if let (Some(other), Some(wall)) = (sides.next(), wall(mesh.cells, faces.clone())) {
+                let cell = mesh.cells.get(first.cell as usize);
+                let own = |corners: &[u32]| face_on_side(mesh.cells, wall, corners);
+                let own = side_corners(mesh.cells, &cell, first.face() as usize, own);
+                let across = pairs.iter_mut().rev().take(faces.count());
+                across
+                    .filter(|(face, _)| *face != own && wall.contains(face))
+                    .for_each(|pair| pair.1 = other.cell);
+            }
         });
         pairs.sort_unstable();
         Self { pairs }

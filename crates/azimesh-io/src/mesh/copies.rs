@@ -82,10 +82,10 @@ impl Mesh {
         let own: BTreeSet<String> = self.groups.iter().map(|tag| tag.name.clone()).collect();
         self.append(&image)?;
         drop(image);
-        let inside = Faces::of(self).inside;
+        let between = Faces::of(self).between();
         let twins = (0..n).map(|node| if is_on[node as usize] { node } else { n + node });
         let first: Vec<u32> = (0..n).chain(twins).collect();
-        let mut counts = self.unite(&first, &inside);
+        let mut counts = self.unite(&first, &between);
         if let Some(suffix) = suffix {
             let is_image = |name: &str| {
                 name.strip_suffix(suffix)

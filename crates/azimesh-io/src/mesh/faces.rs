@@ -4,6 +4,7 @@
 //! two cells, or on no face at all. Faces are identified by their corners.
 
 use super::sides::{for_each_side, side, side_corners};
+use super::walls::{face_on_side, wall};
 use super::{CellKind, CellRef, Cells, Mesh, MeshView};
 use azimesh_core::parallel::{map_blocks, sort_by_key};
 use std::ops::Range;
@@ -19,17 +20,19 @@ pub struct OuterFace {
     pub cell: u32,
     /// Index of its face.
     pub face: u32,
-    /// Its first boundary cell.
+    /// Its first boundary cell; of a wall of no thickness the one on this side.
     pub boundary: Option<u32>,
 }
 
 /// The faces of a mesh by how many cells have them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Faces {
-    /// Faces that one cell has, in the order of the cells and their faces.
+    /// Faces that one cell has, and both sides of walls of no thickness, in the order of the cells and their faces.
     pub outer: Vec<OuterFace>,
     /// Boundary cells between two cells, ascending.
     pub inside: Vec<u32>,
+    /// Boundary cells of walls of no thickness, ascending.
+    pub of_walls: Vec<u32>,
     /// Boundary cells on no face of a cell, ascending.
     pub dangling: Vec<u32>,
     /// Number of non-manifold faces: faces of more than two cells.
@@ -175,29 +178,50 @@ impl Faces {
         }
         let mut entries = entries(mesh.cells, mesh.points.len(), dimension, wanted);
         let mut faces = Self::default();
-        for_each_face(mesh.cells, &mut entries, |same| faces.add(same));
+        for_each_face(mesh.cells, &mut entries, |same| faces.add(mesh.cells, same));
         faces.outer.sort_unstable();
         faces.inside.sort_unstable();
+        faces.of_walls.sort_unstable();
         faces.dangling.sort_unstable();
         faces
     }
 
-    fn add(&mut self, same: &[Entry]) {
+    fn add(&mut self, cells: &Cells, same: &[Entry]) {
         let boundary = same.iter().filter(|entry| entry.is_boundary());
         let boundary = boundary.map(|entry| entry.cell);
-        let mut cells = same.iter().filter(|entry| !entry.is_boundary());
-        match (cells.next(), cells.count()) {
-            (None, _) => self.dangling.extend(boundary),
-            (Some(side), 0) => self.outer.push(OuterFace {
-                cell: side.cell,
-                face: side.face(),
-                boundary: boundary.min(),
-            }),
-            (Some(_), others) => {
-                self.n_non_manifold += usize::from(others > 1);
+        let sides: Vec<&Entry> = same.iter().filter(|entry| !entry.is_boundary()).collect();
+        let wall = wall(cells, boundary.clone());
+        let outer = |side: &Entry, boundary| OuterFace {
+            cell: side.cell,
+            face: side.face(),
+            boundary,
+        };
+        match (&sides[..], wall) {
+            ([], _) => self.dangling.extend(boundary),
+            ([side], None) => self.outer.push(outer(side, boundary.min())),
+            ([one, others @ ..], Some(wall)) if others.len() < 2 => {
+                let cell = cells.get(one.cell as usize);
+                let own = |corners: &[u32]| face_on_side(cells, wall, corners);
+                let own = side_corners(cells, &cell, one.face() as usize, own);
+                let across = wall.into_iter().find(|face| *face != own);
+                self.outer.push(outer(one, Some(own)));
+                for other in others {
+                    self.outer.push(outer(other, across));
+                    self.of_walls.extend(boundary.clone());
+                }
+            }
+            (sides, _) => {
+                self.n_non_manifold += usize::from(sides.len() > 2);
                 self.inside.extend(boundary);
             }
         }
+    }
+
+    /// Boundary cells between two cells, walls among them, ascending.
+    pub fn between(&self) -> Vec<u32> {
+        let mut all = [&self.inside[..], &self.of_walls].concat();
+        all.sort_unstable();
+        all
     }
 
     /// Outer faces without a boundary cell.

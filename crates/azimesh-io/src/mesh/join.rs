@@ -86,7 +86,7 @@ impl Mesh {
         let first = (0..self.points.len() as u32).map(|node| first.of(node));
         JoinCounts {
             n_faces: pairs.len(),
-            ..self.unite(&first.collect::<Vec<_>>(), &faces.inside)
+            ..self.unite(&first.collect::<Vec<_>>(), &faces.between())
         }
     }
 
@@ -128,8 +128,8 @@ impl Mesh {
     }
 
     /// Renumbers each node to `first`, an earlier node or itself. Boundary cells that are now between two cells, and were not
-    /// `inside` before, are removed.
-    pub(super) fn unite(&mut self, first: &[u32], inside: &[u32]) -> JoinCounts {
+    /// `between` two cells before, are removed.
+    pub(super) fn unite(&mut self, first: &[u32], between: &[u32]) -> JoinCounts {
         self.cells.renumber_nodes(first);
         let is_kept = |node: &usize| first[*node] as usize == *node;
         let nodes: Vec<usize> = (0..first.len()).filter(is_kept).collect();
@@ -139,8 +139,8 @@ impl Mesh {
             is_united[*first as usize] |= *first as usize != node;
         }
         let mut gone = vec![false; self.cells.len()];
-        for cell in Faces::of(self).inside {
-            gone[cell as usize] = inside.binary_search(&cell).is_err();
+        for cell in Faces::of(self).between() {
+            gone[cell as usize] = between.binary_search(&cell).is_err();
         }
         self.mark_repeated(&is_united, &mut gone);
         let before: Vec<usize> = self.groups.iter().map(|group| group.cells.len()).collect();

@@ -52,6 +52,7 @@ mod streams;
 mod subset;
 mod transform;
 mod view;
+mod walls;
 mod zone_sides;
 
 pub use adjacency::{Across, Adjacency};
@@ -91,6 +92,7 @@ pub use skin::Skin;
 pub use split::SplitCounts;
 pub use transform::Turned;
 pub use view::{ByRanks, MeshView};
+pub use walls::n_walls;
 pub use zone_sides::ZoneSides;
 
 use azimesh_core::error::{Error, Result};

@@ -2,6 +2,7 @@
 
 use super::faces::Faces;
 use super::sides::{flat, side_corners};
+use super::walls::is_same_way;
 use super::{CellRef, CellSet, Cells, Group, Mesh, MeshView, Origin};
 use azimesh_core::geometry::vector::{add, cross, dot, scale, sub};
 
@@ -153,13 +154,6 @@ impl MeshView<'_> {
         }
         mesh
     }
-}
-
-/// Returns whether the second list goes round as the first, from whatever corner.
-fn is_same_way(nodes: &[u32], corners: &[u32]) -> bool {
-    let from = corners.iter().position(|corner| *corner == nodes[0]);
-    let after = from.map(|at| corners[(at + 1) % corners.len()]);
-    after.is_none_or(|after| after == nodes[1])
 }
 
 #[cfg(test)]

@@ -174,9 +174,11 @@ impl Shared {
         }
     }
 
-    /// Makes repeated cells one cell in several groups.
+    /// Makes repeated cells one cell in several groups, but for boundary faces: the caller of the reader merges those.
     pub fn merge(&self, mesh: &mut Mesh) {
-        for &dimension in &self.dimensions {
+        let boundary = mesh.dimension().checked_sub(1);
+        let dimensions = self.dimensions.iter();
+        for &dimension in dimensions.filter(|dimension| Some(**dimension) != boundary) {
             mesh.merge_repeated_cells(dimension);
         }
     }

@@ -9,7 +9,7 @@ use crate::formats::Notes;
 use crate::formats::names::names_in;
 use crate::formats::notes::quoted;
 use crate::formats::portable::remedy;
-use crate::mesh::{CellRun, Group, MeshView};
+use crate::mesh::{CellRun, Group, MeshView, n_walls};
 use azimesh_core::error::{Error, Result};
 use azimesh_core::{Note, note};
 use std::io::Write;
@@ -40,6 +40,12 @@ pub(super) fn write(mesh: &MeshView, out: &mut dyn Write, options: &WriteOptions
         ));
     }
     note_dropped(mesh, &mut notes);
+    notes.count(n_walls(mesh), |n| {
+        note!(
+            "walls_share_nodes",
+            "walls without thickness share the nodes of both sides ({n} faces), and SU2 lets the flow pass through them"
+        )
+    });
     let markers = parts.zones.iter().flat_map(|part| &part.markers);
     notes.extend(markers.filter_map(|marker| RULE.note("tag", &marker.name, &marker.written)));
     if n_zones > 1 {

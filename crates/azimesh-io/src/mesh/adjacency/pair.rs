@@ -5,6 +5,7 @@
 use super::super::Cells;
 use super::super::faces::{self, BOUNDARY, Entry, all_corners};
 use super::super::sides::{for_each_side, side_corners};
+use super::super::walls::{Walls, face_on_side};
 use super::{Chunk, Cuts, ELSEWHERE, INNER, NONE, OUTER, code_at};
 use azimesh_core::parallel::{Scratch, map, map_blocks, map_items};
 use std::ops::Range;
@@ -18,14 +19,17 @@ const PARTS: usize = 64;
 pub(super) fn chunks(cells: &Cells, dimension: u8, cuts: &Cuts) -> Vec<Chunk> {
     let n_nodes = n_nodes(cells);
     let desks = Scratch::new(Desk::default);
+    let boundary = faces::boundary_cells(cells, dimension);
+    let walls = Walls::of(cells, &boundary);
     let drafts = map(cuts.n(), &|chunk| {
-        desks.with(|desk| desk.draft(cells, dimension, cuts.range(chunk), n_nodes))
+        desks.with(|desk| desk.draft(cells, &walls, dimension, cuts.range(chunk), n_nodes))
     });
-    let boundary = Open::new(&faces::boundary_cells(cells, dimension), n_nodes);
+    let boundary = Open::new(&boundary, n_nodes);
     let settled = map(PARTS, &|part| {
         desks.with(|desk| {
             desk.settle(
                 cells,
+                &walls,
                 drafts.iter().map(|(_, open)| open.part(part)),
                 boundary.part(part),
             )
@@ -126,6 +130,7 @@ struct Desk {
 /// Marks in place of indices of cells, which are smaller.
 const SOUGHT: u32 = u32::MAX;
 const NOT_MINE: u32 = u32::MAX - 1;
+const ON_WALL: u32 = u32::MAX - 2;
 /// Marks in slots in place of positions of entries.
 const FREE: u32 = u32::MAX;
 const USED: u32 = u32::MAX - 1;
@@ -138,6 +143,7 @@ impl Desk {
     fn draft(
         &mut self,
         cells: &Cells,
+        walls: &Walls,
         dimension: u8,
         range: Range<usize>,
         n_nodes: usize,
@@ -152,7 +158,11 @@ impl Desk {
             for cell in run.cell_refs() {
                 for_each_side(cells, &cell, |face, corners| {
                     let entry = Entry::new(corners, least, cell.index, face as u32);
-                    self.across.push(entry.map_or(NOT_MINE, |_| SOUGHT));
+                    let mark = |entry: Entry| match walls.at(cells, &entry) {
+                        Some(_) => ON_WALL,
+                        None => SOUGHT,
+                    };
+                    self.across.push(entry.map_or(NOT_MINE, mark));
                     self.entries.push(entry.unwrap_or(Entry::COLLAPSED));
                 });
             }
@@ -162,7 +172,7 @@ impl Desk {
         for (side, (&across, entry)) in self.across.iter().zip(&self.entries).enumerate() {
             let code = match across {
                 NOT_MINE => ELSEWHERE,
-                SOUGHT => {
+                SOUGHT | ON_WALL => {
                     open.push(*entry);
                     OPEN
                 }
@@ -176,10 +186,11 @@ impl Desk {
     }
 
     /// Pairs a part of the open sides of all chunks. A side without a partner gets the first boundary cell with its
-    /// corners, if any.
+    /// corners, if any, and one on a wall of no thickness the face that turns like it.
     fn settle<'a>(
         &mut self,
         cells: &Cells,
+        walls: &Walls,
         open: impl Iterator<Item = &'a [[u32; 2]]>,
         boundary: &[[u32; 2]],
     ) -> Vec<Settled> {
@@ -187,12 +198,23 @@ impl Desk {
         let entries = |open: &'a [[u32; 2]]| open.iter().map(|side| entry_of(cells, *side));
         self.entries.extend(open.flat_map(entries));
         self.across.clear();
-        self.across.resize(self.entries.len(), SOUGHT);
+        let on_wall = |entry: &Entry| walls.at(cells, entry).map_or(SOUGHT, |_| ON_WALL);
+        self.across.extend(self.entries.iter().map(on_wall));
         self.pair(cells);
-        let mut settled: Vec<Settled> = (self.across.iter())
-            .map(|&across| match across {
+        let sides = self.across.iter().zip(&self.entries);
+        let mut settled: Vec<Settled> = sides
+            .map(|(&across, entry)| match across {
                 NOT_MINE => (ELSEWHERE, NONE),
                 SOUGHT => (OUTER, NONE),
+                ON_WALL => {
+                    let wall = walls.at(cells, entry).expect("it is on one");
+                    let cell = cells.get(entry.cell as usize);
+                    let own = |corners: &[u32]| face_on_side(cells, wall, corners);
+                    (
+                        OUTER,
+                        side_corners(cells, &cell, entry.face() as usize, own),
+                    )
+                }
                 across => (INNER, across),
             })
             .collect();
@@ -213,7 +235,7 @@ impl Desk {
         self.slots.clear();
         self.slots.resize(n_slots, FREE);
         for at in 0..self.entries.len() {
-            if self.across[at] == NOT_MINE {
+            if [NOT_MINE, ON_WALL].contains(&self.across[at]) {
                 continue;
             }
             let entry = self.entries[at];
