@@ -763,3 +763,56 @@ fn expected_normals(case: &Path, face: usize) -> Vec<[f64; 3]> {
     both.sort_by(|a, b| a.partial_cmp(b).unwrap());
     both
 }
+
+#[test]
+fn a_wall_without_thickness_stays_a_wall_where_other_tags_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let point = |i: u32| [f64::from(i % 3), f64::from(i / 3 % 2), f64::from(i / 6)];
+    let mut mesh = Mesh::of_points((0..12).map(point).collect());
+    for cube in [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]] {
+        mesh.cells.push(azimesh::CellKind::Hexahedron, &cube);
+    }
+    let faces = [
+        ("left", [1, 4, 10, 7]),
+        ("right", [1, 7, 10, 4]),
+        ("in", [0, 6, 9, 3]),
+        ("out", [2, 5, 11, 8]),
+    ];
+    for (at, (name, face)) in faces.into_iter().enumerate() {
+        mesh.cells.push(azimesh::CellKind::Quadrilateral, &face);
+        mesh.add_tag(name, [at + 2]).unwrap();
+    }
+    mesh.write(folder.path().join("m.vtu")).unwrap();
+    for (from, to, option) in [
+        ("m.vtu", "a", &["--patch-type", "left=wall"][..]),
+        ("a", "b", &["--merge-tags", "ends=in,out"]),
+        ("a", "c", &["--merge-tags", "plate=left,right"]),
+        ("c", "c.pvtu", &["--pieces", "2"]),
+        ("c.pvtu", "d", &[]),
+        ("a", "e", &["--drop-tag", "in"]),
+    ] {
+        let arguments = [&["-q", "convert", from, to], option].concat();
+        let format: &[&str] = if to.len() == 1 {
+            &["--format", "openfoam"]
+        } else {
+            &[]
+        };
+        succeed(folder.path(), [&arguments[..], format].concat());
+        let quality = azimesh(folder.path(), ["quality", "--json", to]);
+        let json: serde_json::Value = serde_json::from_str(&quality.out).unwrap();
+        assert_eq!(json["inner_faces"], 0, "{to}: {json}");
+    }
+    let boundary = |case: &str| {
+        let path = folder.path().join(case).join("constant/polyMesh/boundary");
+        let text = fs::read_to_string(path).unwrap();
+        let sizes = text.split("nFaces").skip(1).map(|rest| {
+            let number = rest.split(';').next().unwrap().trim();
+            number.parse().unwrap()
+        });
+        sizes.collect::<Vec<usize>>()
+    };
+    assert_eq!(boundary("a"), [1, 1, 1, 1, 8]);
+    assert_eq!(boundary("b"), [1, 1, 2, 8]);
+    assert_eq!(boundary("c"), [2, 1, 1, 8]);
+    assert_eq!(boundary("d"), [2, 1, 1, 8]);
+}

@@ -1,10 +1,11 @@
 //! Patches of a mesh that is written: one for each boundary tag, with its name and type, and one for the outer faces of
 //! no tag. Owns the words of OpenFOAM for types of patches, and for types of other formats.
 
+use super::faces::FaceList;
 use super::topology::{Patch, Topology};
 use crate::formats::Notes;
 use crate::formats::names::{Rule, UniqueNames};
-use crate::mesh::{Group, Mesh, MeshView};
+use crate::mesh::{Group, Mesh, MeshView, inner_faces};
 use azimesh_core::error::{Error, Result, nearest_name, option};
 use azimesh_core::{Note, note};
 use std::collections::BTreeMap;
@@ -39,6 +40,8 @@ pub(super) struct Patches {
     pub of_cell: Vec<u32>,
     /// Faces in more than one tag.
     n_several: usize,
+    /// Faces of each tag between two cells, which are zones.
+    pub inside: BTreeMap<usize, FaceList>,
 }
 
 impl Patches {
@@ -65,7 +68,39 @@ impl Patches {
             list,
             of_cell,
             n_several,
+            inside: BTreeMap::new(),
         })
+    }
+
+    /// Finds the faces of tags between two cells, where the patches, of these sizes, lack faces of their tags.
+    pub fn find_inside(&mut self, mesh: &MeshView, sizes: &[usize]) {
+        if self
+            .wanted(sizes.len())
+            .iter()
+            .zip(sizes)
+            .all(|(wanted, n)| wanted <= n)
+        {
+            return;
+        }
+        for face in inner_faces(mesh) {
+            let patch = self.of_cell[face as usize] as usize;
+            if patch + 1 < self.list.len() {
+                let faces = self.inside.entry(patch).or_default();
+                faces.push(mesh.cells.get(face as usize).nodes);
+            }
+        }
+    }
+
+    /// Number of boundary faces in each patch, as their tags say.
+    fn wanted(&self, n: usize) -> Vec<usize> {
+        let mut wanted = vec![0; n];
+        for &patch in &self.of_cell {
+            wanted[patch as usize] += 1;
+        }
+        if let Some(rest) = wanted.last_mut() {
+            *rest = 0;
+        }
+        wanted
     }
 
     /// Notes on faces that are in no patch, or in another than some of their tags say; `sizes` has the sizes
@@ -79,11 +114,21 @@ impl Patches {
                 self.n_several
             ));
         }
-        let mut wanted = vec![0; sizes.len()];
-        for &patch in &self.of_cell {
-            wanted[patch as usize] += 1;
-        }
-        for ((tag, &wanted), &n) in mesh.boundary_tags().zip(&wanted).zip(sizes) {
+        let wanted = self.wanted(sizes.len());
+        for (patch, (tag, (&wanted, &n))) in mesh
+            .boundary_tags()
+            .zip(wanted.iter().zip(sizes))
+            .enumerate()
+        {
+            let n_inside = self.inside.get(&patch).map_or(0, FaceList::len);
+            notes.extend((n_inside > 0).then(|| {
+                note!(
+                    "face_zone",
+                    "faces of the tag \"{}\" between two cells are in a faceZone of its name ({n_inside})",
+                    tag.name
+                )
+            }));
+            let n = n + n_inside;
             if n < wanted {
                 notes.push(note!(
                     "not_outside",
@@ -108,10 +153,14 @@ impl Patches {
     /// The content of the file `boundary` behind its header. `sizes` has the sizes of the patches, `n_inner` is the number
     /// of faces before them.
     pub fn text(&self, n_inner: usize, sizes: &[usize]) -> String {
-        let n = self.list.len() - usize::from(sizes.last() == Some(&0));
-        let mut text = format!("{n}\n(\n");
+        let all = self.list.iter().zip(sizes).enumerate();
+        let is_written = |(at, (_, n)): &(usize, (&Patch, &usize))| {
+            **n > 0 || at + 1 < self.list.len() && !self.inside.contains_key(at)
+        };
+        let written: Vec<_> = all.filter(is_written).collect();
+        let mut text = format!("{}\n(\n", written.len());
         let mut start = n_inner;
-        for (patch, &n_faces) in self.list.iter().zip(sizes).take(n) {
+        for (_, (patch, &n_faces)) in written {
             push_text(&mut text, patch, n_faces, start);
             start += n_faces;
         }

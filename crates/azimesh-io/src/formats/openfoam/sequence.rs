@@ -270,7 +270,8 @@ fn files_in_case(points: &Path) -> Option<(PathBuf, Vec<String>)> {
 pub(super) struct Sequence {
     folder: PathBuf,
     options: WriteOptions,
-    times: Vec<f64>,
+    /// The folders of the steps so far, and their times.
+    times: BTreeMap<String, f64>,
     /// Hash of the cells of the first mesh.
     first: Option<blake3::Hash>,
     n_bytes: u64,
@@ -286,7 +287,7 @@ impl Sequence {
         Ok(Self {
             folder: path.to_path_buf(),
             options: options.clone(),
-            times: Vec::new(),
+            times: BTreeMap::new(),
             first: None,
             n_bytes: 0,
             notes: Notes::default(),
@@ -306,9 +307,7 @@ impl SequenceFile for Sequence {
                 self.times.len()
             )));
         }
-        self.times.push(time);
-        let folders = TimeNames::default().folders(&self.times)?;
-        let folder = &folders[folders.len() - 1];
+        let folder = &TimeNames::default().new_folder(time, &mut self.times)?;
         let mut place = Place::of(&self.folder, mesh, self.options.pieces.is_some());
         place.path.root.clone_from(&self.folder);
         let commit = Commit {

@@ -1,5 +1,5 @@
-//! The folders of times and their files. Folders are named as OpenFOAM writes numbers: with `timePrecision` digits, in
-//! `timeFormat`. They have the points, and the displacement of the points that solvers interpolate between times.
+//! The folders of times and their files. Folders are named as OpenFOAM writes numbers: in `timeFormat`, with `timePrecision`
+//! digits or as many more as give the time back. They have the points, and the displacement of the points that solvers interpolate between times.
 
 use super::boundary::patches_of;
 use super::case::CONSTANT;
@@ -11,6 +11,7 @@ use crate::formats::Notes;
 use crate::formats::records::write_all;
 use crate::mesh::{MeshView, Values};
 use azimesh_core::error::{Error, Result};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Name of the field that OpenFOAM's mover `interpolator` reads.
@@ -74,8 +75,28 @@ impl TimeNames {
         }
     }
 
-    /// The name of a time: of general ones, as `%g` of C writes it.
+    /// The name of a time, with as many digits as give the time back to 1e-12 of itself.
     pub fn name(&self, time: f64) -> String {
+        const ROUNDED: f64 = 1e-12;
+        let is_same = |name: &String| {
+            let read: f64 = name.parse().unwrap_or(f64::NAN);
+            (read - time).abs() <= ROUNDED * time.abs()
+        };
+        let mut names = (0..17).map(|more| self.with_more_digits(more).rounded(time));
+        let name = names.find(is_same);
+        name.unwrap_or_else(|| self.rounded(time))
+    }
+
+    fn with_more_digits(self, more: usize) -> Self {
+        match self {
+            Self::General(digits) => Self::General(digits + more),
+            Self::Fixed(digits) => Self::Fixed(digits + more),
+            Self::Scientific(digits) => Self::Scientific(digits + more),
+        }
+    }
+
+    /// The name of a time in these digits: of general ones, as `%g` of C writes it.
+    fn rounded(&self, time: f64) -> String {
         // Zero has no sign.
         let time = time + 0.0;
         let digits = match *self {
@@ -95,32 +116,24 @@ impl TimeNames {
 
     /// The folder of each step: its time, and [`CONSTANT`] for a first step at time 0.
     pub fn folders(&self, times: &[f64]) -> Result<Vec<String>> {
-        let name = |(step, time): (usize, &f64)| match (step, *time) {
-            (0, 0.0) => CONSTANT.to_owned(),
-            (_, time) => self.name(time),
-        };
-        let names: Vec<String> = times.iter().enumerate().map(name).collect();
-        let mut order: Vec<usize> = (0..names.len()).collect();
-        order.sort_by_key(|step| (&names[*step], *step));
-        let same = order.windows(2).find(|two| names[two[0]] == names[two[1]]);
-        let same = same.map(|two| (two[0], two[1]));
+        let mut known = BTreeMap::new();
+        let folders = times.iter().map(|time| self.new_folder(*time, &mut known));
+        folders.collect()
+    }
+
+    /// The folder of the next step, which is added to those `known`, with their times.
+    pub fn new_folder(&self, time: f64, known: &mut BTreeMap<String, f64>) -> Result<String> {
+        let name = self.name(time);
         // A later step at time 0 would be a second mesh of that time.
-        let zero = self.name(0.0);
-        let zeros = (0..names.len()).filter(|&step| names[step] == zero || names[step] == CONSTANT);
-        let zeros: Vec<usize> = zeros.collect();
-        match same.or(zeros.get(1).map(|second| (zeros[0], *second))) {
-            None => Ok(names),
-            Some((a, b)) => Err(Error::input(format!(
-                "steps {a} and {b} are at the times {} and {}, which would have one folder, {}; raise timePrecision in \
-                 system/controlDict, which is {}, or give steps of other times",
-                times[a],
-                times[b],
-                self.name(times[b]),
-                match self {
-                    Self::General(n) | Self::Fixed(n) | Self::Scientific(n) => n,
-                }
-            ))),
+        if let Some(other) = known.insert(name.clone(), time) {
+            return Err(Error::input(format!(
+                "two steps are at the times {other} and {time}, which would have one folder, {name}; give steps of other times"
+            )));
         }
+        Ok(match known.len() == 1 && time == 0.0 {
+            true => CONSTANT.to_owned(),
+            false => name,
+        })
     }
 }
 
@@ -195,21 +208,26 @@ mod tests {
             (0.0, "0"),
             (-0.0, "0"),
             (0.1, "0.1"),
-            (1.0 / 3.0, "0.333333"),
+            (1.0 / 3.0, "0.333333333333"),
+            (10.0 + 1.0 / 360.0, "10.00277777778"),
             (360.0, "360"),
             (123_456.0, "123456"),
-            (1_234_567.0, "1.23457e+06"),
+            (1_234_567.0, "1234567"),
+            (1.25e7, "1.25e+07"),
             (1e-5, "1e-05"),
-            (0.000_123_456_7, "0.000123457"),
+            (0.000_123_456_7, "0.0001234567"),
             (-2.5, "-2.5"),
-            (999_999.9, "1e+06"),
+            (999_999.9, "999999.9"),
             (1e100, "1e+100"),
         ] {
             assert_eq!(names.name(time), name);
         }
         let of = |text: &str| TimeNames::of_dictionary(text.as_bytes()).expect("it is good");
         let fixed = of("timeFormat fixed;\ntimePrecision 3; // digits\n");
-        assert_eq!(fixed.name(0.5), "0.500");
+        assert_eq!(
+            (&*fixed.name(0.5), &*fixed.name(0.0625)),
+            ("0.500", "0.0625")
+        );
         let scientific = of("timeFormat scientific;\n");
         assert_eq!(scientific.name(1234.5), "1.234500e+03");
         let text = "FoamFile { timePrecision 2; }\n/* timePrecision 3; */ timePrecision 9;\nfunctions { a { timePrecision 4; } }";
@@ -228,12 +246,12 @@ mod tests {
             ["-1", "0"]
         );
         for times in [
-            &[0.0, 1.0, 1.000_000_1][..],
+            &[0.0, 1.0, 1.000_000_000_000_1][..],
             &[0.0, 1.0, 0.0],
             &[0.0, 1e-9, -0.0],
         ] {
             let error = names.folders(times).expect_err("two are alike");
-            assert_says(&error.message, "timePrecision");
+            assert_says(&error.message, "one folder");
         }
     }
 }

@@ -160,7 +160,7 @@ impl CaseFiles<'_, '_> {
         origin: Option<&Topology>,
         notes: &mut Notes,
     ) -> Result<()> {
-        let patches = Patches::of(mesh, origin, notes)?;
+        let mut patches = Patches::of(mesh, origin, notes)?;
         // Zones of faces and points are kept where the mesh has the same cells still and they can be read.
         let kept = origin.filter(|origin| origin.has_cells_of(mesh));
         let kept = kept.and_then(|origin| KeptZones::of(origin).ok());
@@ -177,6 +177,7 @@ impl CaseFiles<'_, '_> {
         });
         let n_patches = patches.list.len() - 1;
         let ordered = OrderedFaces::of(mesh, &patches.of_cell, n_patches)?;
+        patches.find_inside(mesh, &ordered.patch_sizes);
         notes.extend(patches.notes_on_faces(mesh, &ordered.patch_sizes));
         notes.count(ordered.n_reversed, |n| {
             note!(
@@ -201,7 +202,11 @@ impl CaseFiles<'_, '_> {
         }
         let boundary = patches.text(ordered.neighbour.len(), &ordered.patch_sizes);
         self.groups(mesh, &boundary)?;
-        kept.map_or(Ok(()), |kept| kept.write(self, &ordered.faces))
+        let mut zones = kept.unwrap_or_default();
+        for (patch, faces) in patches.inside {
+            zones.add_tag(&patches.list[patch].name, faces);
+        }
+        zones.write(self, &ordered.faces)
     }
 
     fn faces(&mut self, faces: &FaceList) -> Result<()> {

@@ -188,6 +188,11 @@ impl KeptZones {
         Ok(())
     }
 
+    /// Adds a zone of the faces of a tag.
+    pub fn add_tag(&mut self, name: &str, faces: FaceList) {
+        self.faces.push((name.to_owned(), faces));
+    }
+
     /// Writes the zones, for faces in the order of a list.
     pub fn write(self, files: &mut CaseFiles, faces: &FaceList) -> Result<()> {
         write(files, "face", &self.numbered(faces))?;

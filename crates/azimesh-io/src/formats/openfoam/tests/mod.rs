@@ -367,3 +367,49 @@ fn the_files_are_left_for_the_writer_as_they_are() {
     let topology = found.origin.get::<Topology>().expect("it is left");
     assert!(topology.has_cells_of(&found.view()) && !topology.has_groups_of(&found.view()));
 }
+
+#[test]
+fn a_tag_between_two_cells_is_written_as_a_zone_of_faces_and_not_as_a_patch() {
+    let mut mesh = Mesh::of_points(vec![
+        [0.0; 3],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 1.0, 1.0],
+    ]);
+    mesh.cells.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
+    mesh.cells.push(CellKind::Tetrahedron, &[1, 2, 3, 4]);
+    for face in [[2, 1, 3], [0, 2, 1], [1, 3, 2]] {
+        mesh.cells.push(CellKind::Triangle, &face);
+    }
+    for (name, faces) in [("disk", vec![2]), ("low", vec![3]), ("none", vec![])] {
+        mesh.add_tag(name, faces).expect("they are faces");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("case.foam");
+    let options = crate::WriteOptions {
+        encoding: crate::Encoding::Ascii,
+        ..Default::default()
+    };
+    let notes = mesh
+        .view()
+        .write_with(&path, &options)
+        .expect("it is written");
+    assert!(
+        notes.has("face_zone") && !notes.has("not_outside"),
+        "{notes:?}"
+    );
+    let tags = self::mesh(&path);
+    let tags: Vec<_> = tags
+        .boundary_tags()
+        .map(|tag| (&*tag.name, tag.cells.len()))
+        .collect();
+    assert_eq!(tags, [("low", 1), ("none", 0), ("defaultFaces", 5)]);
+    let zones =
+        fs::read_to_string(folder.path().join("constant/polyMesh/faceZones")).expect("a file");
+    assert_says(&zones, "disk");
+    // The one inner face is the first.
+    let compact: String = zones.split_whitespace().collect();
+    assert_says(&compact, "faceLabelsList<label>1(0);");
+    assert_says(&compact, "flipMapList<bool>1(1);");
+}
