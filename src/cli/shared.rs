@@ -22,7 +22,10 @@ pub(super) fn why_not_run(schedule: &Schedule) -> Option<&'static str> {
         return Some("its format is not known");
     };
     let surfaces = (output.surface != SurfaceOutput::None).then_some("it writes surfaces");
-    why_not_written(format, &output.write_options()).or(surfaces)
+    let cells = (!output.boundary_faces).then_some("it writes the volume cells alone");
+    why_not_written(format, &output.write_options())
+        .or(surfaces)
+        .or(cells)
 }
 
 /// Returns the reason why ranks do not write a mesh with this layout together.

@@ -58,6 +58,8 @@ pub(super) fn compute(
 /// The mesh of a step for writing.
 pub(super) struct StepMesh<'a> {
     mesh: &'a Mesh,
+    /// The volume cells alone, and which they are, where the schedule leaves out boundary faces.
+    volume: Option<(Mesh, Vec<usize>)>,
     points: &'a [Vector],
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
@@ -98,15 +100,21 @@ impl<'a> StepMesh<'a> {
         let arrays = arrays.into_iter().filter(|(_, values)| !values.is_empty());
         let array = |(name, values)| DataArray::tuples(name, 3, Values::F64(values));
         let has_cells = holds.arrays && output.quality == QualityOutput::Cells;
+        let volume = (!output.boundary_faces).then(|| mesh.volume_alone());
+        let mut at_cells = match has_cells {
+            true => deformation.cell_arrays(points)?,
+            false => Vec::new(),
+        };
+        if let Some((_, kept)) = &volume {
+            let arrays = at_cells.iter();
+            at_cells = arrays.map(|array| array.select(kept)).collect();
+        }
         Ok(Self {
             mesh,
+            volume,
             points,
             at_points: arrays.map(array).collect(),
-            at_cells: if has_cells {
-                deformation.cell_arrays(points)?
-            } else {
-                Vec::new()
-            },
+            at_cells,
             hides_other: !holds.arrays && holds.displacement,
         })
     }
@@ -122,7 +130,8 @@ impl<'a> StepMesh<'a> {
             displacement: made(DISPLACEMENT),
             velocity: made(VELOCITY),
         });
-        let view = self.mesh.view();
+        let volume = self.volume.as_ref().map(|(volume, _)| volume);
+        let view = volume.unwrap_or(self.mesh).view();
         let mut view = match by_ranks {
             Some(by_ranks) => view.by_ranks(by_ranks),
             None => view.with_points(self.points),

@@ -221,3 +221,46 @@ fn wedges_that_are_all_inverted_are_listed_as_those_of_the_reference() {
     let run = azimesh(folder, format!("{repair} -o out.vtk"));
     assert!(run.out.contains("invalid cells before        1"), "{run:?}");
 }
+
+#[test]
+fn volume_cells_alone_are_written_where_the_schedule_leaves_out_boundary_faces() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = testdata("sphere_in_box_raw.vtu");
+    let schedule = "azimuth.values = [0, 90]\noutput = { boundary_faces = false, quality = \"cells\", format = \"FORMAT\" }\n\
+        boundaries.others = \"fixed\"\nrbf.support_radius = 3.0\n\
+        [[body]]\nname = \"sphere\"\ntags = [\"sphere\"]\nrigid = { translate = [0.1, 0.0, 0.0] }\n";
+    let run = |out: &str, format: &str, key: &str| {
+        let text = schedule
+            .replace("FORMAT", format)
+            .replace("boundary_faces = false, ", key);
+        std::fs::write(folder.path().join("s.toml"), text).unwrap();
+        let mesh = mesh.to_str().unwrap();
+        azimesh(folder.path(), ["-q", "deform", mesh, "s.toml", "-o", out])
+    };
+    let key = "boundary_faces = false, ";
+    assert_eq!(run("all", "vtu", "").code, 0);
+    let all = read(&folder.path().join("all/sphere_in_box_raw_0001.vtu"));
+    for (out, format, file) in [
+        ("alone", "vtu", "sphere_in_box_raw_0001.vtu"),
+        ("file", "vtkhdf", "sphere_in_box_raw.vtkhdf"),
+    ] {
+        assert_eq!(run(out, format, key).code, 0);
+        let alone = read(&folder.path().join(out).join(file));
+        assert_eq!(alone.points, all.points);
+        let volume = all.cells.runs().filter(|run| run.kind.dimension() == 3);
+        let volume: Vec<usize> = volume.flat_map(|run| run.range()).collect();
+        assert!(volume.len() < all.cells.len());
+        assert_eq!(alone.cells, all.cells.select(volume.iter().copied()));
+        let quality = |mesh: &azimesh_io::mesh::Mesh| {
+            let mut arrays = mesh.cell_arrays.iter();
+            arrays
+                .find(|array| array.name == "ScaledJacobian")
+                .expect("it has one")
+                .clone()
+        };
+        assert_eq!(quality(&alone), quality(&all).select(&volume));
+    }
+    let refused = run("msh", "msh", key);
+    assert_eq!(refused.code, 2);
+    crate::support::assert_says(&refused.err, "boundary_faces");
+}

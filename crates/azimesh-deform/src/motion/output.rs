@@ -117,6 +117,9 @@ keys! {
         /// `"su2"` adds a file of the moving surfaces per step for [SU2](tasks/su2.md). The mesh is a `.su2` file, or
         /// `format` is `"su2"`; steps are evenly spaced
         pub surface: SurfaceOutput, choice::<SurfaceOutput>(), default "none";
+        /// false leaves boundary faces and their tags out of `"vtu"` and `"vtkhdf"`: the volume cells alone, with all nodes.
+        /// [Slices](formats.md#slices-in-paraview)
+        pub boundary_faces: bool, boolean(), default true;
         /// title of the [report](report.md)
         pub title: Option<String>, string::<String>(), or "the mesh's name";
         /// name of the mesh unit, such as `"m"` or `"mm"`, for the [report](report.md) and for [tables in other
@@ -169,6 +172,13 @@ impl OutputOptions {
                 false => format!("should be greater than 0 and at most 1, found {wanted}"),
             };
             return Err(places.error("output.improve", message));
+        }
+        if !self.boundary_faces && !["vtu", "vtkhdf"].contains(&self.format()) {
+            let message = format!(
+                "= false is for the formats \"vtu\" and \"vtkhdf\"; this one is \"{}\"",
+                self.format()
+            );
+            return Err(places.error("output.boundary_faces", message));
         }
         let known = formats::by_name(self.format()).and_then(formats::to_write);
         let known = known.map(|_| ());

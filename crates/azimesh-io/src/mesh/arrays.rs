@@ -82,7 +82,7 @@ impl DataArray {
     }
 
     /// The array with these tuples, in this order.
-    pub(crate) fn select(&self, tuples: &[usize]) -> Self {
+    pub fn select(&self, tuples: &[usize]) -> Self {
         Self {
             component_names: self.component_names.clone(),
             ..Self::tuples(

@@ -171,6 +171,16 @@ impl Mesh {
         self.keep_cells(&keep);
     }
 
+    /// The volume cells and their zones alone, with all nodes; and which cells these are.
+    pub fn volume_alone(&self) -> (Self, Vec<usize>) {
+        let dimension = self.dimension();
+        let keep = self.cells_of(|of| of == dimension);
+        let mut volume = self.clone();
+        volume.groups.retain(|group| group.dimension == dimension);
+        volume.select_cells(&keep);
+        (volume, keep)
+    }
+
     fn cells_of(&self, is_kept: impl Fn(u8) -> bool) -> Vec<usize> {
         let runs = self
             .cells
@@ -185,6 +195,18 @@ impl Mesh {
         if keep.len() == self.cells.len() {
             return;
         }
+        let used_before = self.nodes_of_cells();
+        self.select_cells(keep);
+        let used = self.nodes_of_cells();
+        let nodes = (0..self.points.len()).filter(|&node| used[node] || !used_before[node]);
+        let nodes: Vec<usize> = nodes.collect();
+        if nodes.len() < self.points.len() {
+            self.keep_nodes(&nodes);
+        }
+    }
+
+    /// Keeps these cells only, which are ascending, and all nodes.
+    fn select_cells(&mut self, keep: &[usize]) {
         let mut new_index = vec![usize::MAX; self.cells.len()];
         for (new, &old) in keep.iter().enumerate() {
             new_index[old] = new;
@@ -194,14 +216,7 @@ impl Mesh {
             group.cells = cells.filter(|cell| *cell != usize::MAX).collect();
         }
         select_tuples(&mut self.cell_arrays, keep);
-        let used_before = self.nodes_of_cells();
         self.cells = self.cells.select(keep.iter().copied());
-        let used = self.nodes_of_cells();
-        let nodes = (0..self.points.len()).filter(|&node| used[node] || !used_before[node]);
-        let nodes: Vec<usize> = nodes.collect();
-        if nodes.len() < self.points.len() {
-            self.keep_nodes(&nodes);
-        }
         self.origin = Origin::default();
     }
 
