@@ -258,14 +258,13 @@ fn what_a_case_cannot_take_is_refused() {
         folder,
         "s.toml",
         "close.toml",
-        &[("[0, 45, 90]", "[0, 90, 90.001]")],
+        &[("[0, 45, 90]", "[0, 90, 90.00000000001]")],
     );
     refused(
         "deform in close.toml -o out",
         &[
-            "steps 1 and 2",
+            "two steps are at the times 90 and 90.00000000001",
             "would have one folder, 90",
-            "timePrecision",
         ],
     );
 }
@@ -768,7 +767,10 @@ fn expected_normals(case: &Path, face: usize) -> Vec<[f64; 3]> {
 fn a_wall_without_thickness_stays_a_wall_where_other_tags_change() {
     let folder = tempfile::tempdir().unwrap();
     let point = |i: u32| [f64::from(i % 3), f64::from(i / 3 % 2), f64::from(i / 6)];
-    let mut mesh = Mesh::of_points((0..12).map(point).collect());
+    let mut mesh = Mesh {
+        points: (0..12).map(point).collect(),
+        ..Mesh::default()
+    };
     for cube in [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]] {
         mesh.cells.push(azimesh::CellKind::Hexahedron, &cube);
     }
@@ -787,8 +789,8 @@ fn a_wall_without_thickness_stays_a_wall_where_other_tags_change() {
         ("m.vtu", "a", &["--patch-type", "left=wall"][..]),
         ("a", "b", &["--merge-tags", "ends=in,out"]),
         ("a", "c", &["--merge-tags", "plate=left,right"]),
-        ("c", "c.pvtu", &["--pieces", "2"]),
-        ("c.pvtu", "d", &[]),
+        ("c", "cut.pvtu", &["--pieces", "2"]),
+        ("cut.pvtu", "d", &[]),
         ("a", "e", &["--drop-tag", "in"]),
     ] {
         let arguments = [&["-q", "convert", from, to], option].concat();

@@ -262,5 +262,5 @@ fn volume_cells_alone_are_written_where_the_schedule_leaves_out_boundary_faces()
     }
     let refused = run("msh", "msh", key);
     assert_eq!(refused.code, 2);
-    crate::support::assert_says(&refused.err, "boundary_faces");
+    crate::support::assert_says(&refused.err, &["boundary_faces"]);
 }

@@ -175,7 +175,7 @@ impl OutputOptions {
         }
         if !self.boundary_faces && !["vtu", "vtkhdf"].contains(&self.format()) {
             let message = format!(
-                "= false is for the formats \"vtu\" and \"vtkhdf\"; this one is \"{}\"",
+                "boundary_faces = false is for the formats \"vtu\" and \"vtkhdf\"; this one is \"{}\"",
                 self.format()
             );
             return Err(places.error("output.boundary_faces", message));

@@ -146,6 +146,7 @@ fn every_key_of_this_version_is_read() {
             improve: None,
             surface: SurfaceOutput::Su2,
             title: Some("M427, \u{3bc} = 0.15".into()),
+            boundary_faces: true,
             length_unit: Some("m".into()),
         }
     );
