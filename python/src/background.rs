@@ -40,14 +40,24 @@ pub fn mapped<'py, A: Send + Sync + 'static>(
     vectors(py, ask(py, asked, move |asked| map(asked, &given))?)
 }
 
-/// Does `work` without the GIL. A signal whose handler raises (Ctrl-C) ends it: with a `stop` the work is asked to end
-/// and is waited for, until a second signal; without, it is left to itself and its result is dropped.
+/// The end of work by a signal.
+pub struct Ending<'a> {
+    /// Requests the end.
+    pub stop: &'a Stop,
+    /// Receives what the handler of the signal raised.
+    pub report: &'a dyn Fn(PyErr),
+    /// Waits for the work to end, as it may write files; until a second signal.
+    pub wait: bool,
+}
+
+/// Does `work` without the GIL. A signal whose handler raises (Ctrl-C) ends it as `ending` has it. Without one the work
+/// continues, and its result is dropped.
 ///
 /// # Errors
 /// That of the work; what a signal's handler raised.
 pub fn done<T: Send + 'static>(
     py: Python<'_>,
-    stop: Option<&Arc<Stop>>,
+    ending: Option<Ending<'_>>,
     work: impl FnOnce() -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (sender, receiver) = channel();
@@ -76,9 +86,13 @@ pub fn done<T: Send + 'static>(
                 let Err(error) = py.check_signals() else {
                     continue;
                 };
-                match stop {
-                    Some(stop) if interrupted.is_none() => stop.ask(INTERRUPT),
-                    _ => return Err(error),
+                let Some(ending) = ending.as_ref().filter(|_| interrupted.is_none()) else {
+                    return Err(error);
+                };
+                ending.stop.ask(INTERRUPT);
+                (ending.report)(error.clone_ref(py));
+                if !ending.wait {
+                    return Err(error);
                 }
                 interrupted = Some(error);
             }

@@ -2,7 +2,7 @@
 
 use crate::arguments;
 use crate::arrays::{frozen, indices, vectors};
-use crate::background::done;
+use crate::background::{Ending, done};
 use crate::error::{input, raised};
 use crate::mesh::PyMesh;
 use crate::progress::Told;
@@ -16,6 +16,7 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyIterator, PyList};
+use std::cell::Cell;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -55,10 +56,34 @@ impl Work {
         py: Python<'_>,
         work: impl FnOnce() -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
+        self.ended(py, true, work)
+    }
+
+    /// Does `work`; a signal makes it end, and if `wait` holds it is waited for.
+    fn ended<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        wait: bool,
+        work: impl FnOnce() -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
         // Nobody has asked for this call to end.
         self.stop.ask(0);
+        self.schedule.get().raised.take();
         let work = self.schedule.get().naming(work);
-        let result = done(py, Some(&self.stop), work);
+        let is_abandoned = Cell::new(false);
+        let ending = Ending {
+            stop: &self.stop,
+            report: &|error| {
+                is_abandoned.set(!wait);
+                // Functions of Python are not called any more.
+                self.schedule.get().raised.keep(error);
+            },
+            wait,
+        };
+        let result = done(py, Some(ending), work);
+        if is_abandoned.get() {
+            return result;
+        }
         let by_progress = self.told.as_ref().and_then(|told| told.take_raised());
         let by_motion = self.schedule.get().raised.take();
         match by_progress.or(by_motion) {
@@ -110,7 +135,8 @@ impl PyDeformation {
                 rotation_nodes: rotation_base_points.map(of_rotation).transpose()?,
             });
         }
-        let deformation = work.done(py, move || builder.build())?;
+        // Nothing is written, so a signal need not wait.
+        let deformation = work.ended(py, false, move || builder.build())?;
         Ok(Self {
             work,
             deformation: Arc::new(deformation),

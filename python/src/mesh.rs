@@ -234,7 +234,10 @@ impl PyMesh {
             let (found, n) = (points.len(), self.mesh.points.len());
             return Err(input(
                 py,
-                format!("there are {found} points; the mesh has {n} nodes"),
+                format!(
+                    "there are {found} points; the mesh has {n} nodes (where zones turn, nodes of their interface are there twice: \
+                     use `deformation.mesh.with_points`)"
+                ),
             ));
         }
         self.changed(py, |mesh| mesh.points = points)

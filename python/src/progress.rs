@@ -47,7 +47,7 @@ impl Told {
         let (stage, n_done, total) = {
             let mut state = self.state();
             let is_due = state.told.is_none_or(|told| told.elapsed() > PAUSE);
-            if state.raised.is_some() || !(now || is_due) {
+            if state.raised.is_some() || self.stop.signal().is_some() || !(now || is_due) {
                 return;
             }
             state.told = Some(Instant::now());

@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use toml::{Table, Value};
 
+/// Lists and dicts within one another, at most.
+const DEEPEST: usize = 32;
 /// Key of a body whose displacements come from a function.
 const FUNCTION: &str = "displacements";
 
@@ -40,7 +42,7 @@ impl Raised {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    fn keep(&self, error: PyErr) {
+    pub fn keep(&self, error: PyErr) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.get_or_insert(error);
     }
@@ -107,7 +109,7 @@ impl PySchedule {
     fn of_keys(keys: &Bound<'_, PyDict>) -> PyResult<Self> {
         let py = keys.py();
         let mut functions = Vec::new();
-        let mut table = as_table(keys, "", &mut functions)?;
+        let mut table = as_table(keys, "", 0, &mut functions)?;
         table.entry("version").or_insert(Value::Integer(1));
         let text = toml::to_string(&table);
         let text = text.map_err(|error| input(py, format!("the schedule is no TOML: {error}")))?;
@@ -223,7 +225,12 @@ fn called(
 type Functions = Vec<(String, Arc<Py<PyAny>>)>;
 
 /// The keys of a dict; functions of bodies are taken out.
-fn as_table(keys: &Bound<'_, PyDict>, place: &str, functions: &mut Functions) -> PyResult<Table> {
+fn as_table(
+    keys: &Bound<'_, PyDict>,
+    place: &str,
+    depth: usize,
+    functions: &mut Functions,
+) -> PyResult<Table> {
     let mut table = Table::new();
     let mut function = None;
     for (key, value) in keys {
@@ -232,7 +239,7 @@ fn as_table(keys: &Bound<'_, PyDict>, place: &str, functions: &mut Functions) ->
             function = Some(value.unbind());
             continue;
         }
-        let value = as_value(&value, &key, functions)?;
+        let value = as_value(&value, &key, depth + 1, functions)?;
         table.insert(key, value);
     }
     if let Some(function) = function {
@@ -245,13 +252,24 @@ fn as_table(keys: &Bound<'_, PyDict>, place: &str, functions: &mut Functions) ->
     Ok(table)
 }
 
-fn as_value(value: &Bound<'_, PyAny>, key: &str, functions: &mut Functions) -> PyResult<Value> {
+fn as_value(
+    value: &Bound<'_, PyAny>,
+    key: &str,
+    depth: usize,
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    if depth > DEEPEST {
+        let message = format!(
+            "the schedule's `{key}` has more than {DEEPEST} lists and dicts within one another; does one contain itself?"
+        );
+        return Err(input(value.py(), message));
+    }
     if let Ok(keys) = value.cast::<PyDict>() {
-        return Ok(Value::Table(as_table(keys, key, functions)?));
+        return Ok(Value::Table(as_table(keys, key, depth, functions)?));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let elements = value.try_iter()?;
-        let elements = elements.map(|element| as_value(&element?, key, functions));
+        let elements = elements.map(|element| as_value(&element?, key, depth + 1, functions));
         return Ok(Value::Array(elements.collect::<PyResult<_>>()?));
     }
     if value.is_instance_of::<PyBool>() {
@@ -268,7 +286,7 @@ fn as_value(value: &Bound<'_, PyAny>, key: &str, functions: &mut Functions) -> P
     }
     // Arrays and numbers of numpy.
     if value.hasattr("tolist")? {
-        return as_value(&value.call_method0("tolist")?, key, functions);
+        return as_value(&value.call_method0("tolist")?, key, depth + 1, functions);
     }
     // Paths.
     if let Ok(path) = value.extract::<PathBuf>() {

@@ -217,3 +217,45 @@ def test_a_page_of_a_run_is_written(airfoil, pitch, tmp_path):
     assert page.read_text().startswith("<!doctype html>")
     with pytest.raises(azimesh.Error, match="no folder"):
         azimesh.report(tmp_path / "none")
+
+
+def test_ctrl_c_does_not_wait_for_functions_of_python(airfoil):
+    calls = []
+
+    def slow(moment, points):
+        calls.append(moment.index)
+        time.sleep(0.1)
+        return 0.0 * points
+
+    schedule = azimesh.Schedule({
+        "azimuth": {"stop": 40.0, "step": 1.0},
+        "body": [{"name": "a", "tags": ["airfoil"], "displacements": slow}],
+        "boundaries": {"fixed": ["farfield"]},
+    })
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        threading.Timer(0.4, os.kill, (os.getpid(), signal.SIGINT)).start()
+        started = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            azimesh.Deformation(airfoil, schedule)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert time.monotonic() - started < 1.5
+    assert len(calls) < 20
+    n = len(calls)
+    time.sleep(0.5)
+    assert len(calls) <= n + 1
+
+
+def test_progress_may_print_the_deformation(airfoil):
+    printed = []
+    schedule = azimesh.Schedule({
+        "azimuth": {"values": [0.0, 90.0]},
+        "body": [{"name": "a", "tags": ["airfoil"], "cyclic": {"pitch": [{"sin": 5.0}]}}],
+        "boundaries": {"fixed": ["farfield"]},
+        "selection": {"method": "real"},
+    })
+    made = None
+    made = azimesh.Deformation(airfoil, schedule, progress=lambda *stage: printed.append(repr(made)) if made else None)
+    made[1].points
+    assert any("Deformation" in text for text in printed)

@@ -122,3 +122,14 @@ def test_an_error_in_a_dict_names_the_key_and_no_line(airfoil):
             azimesh.Deformation(airfoil, azimesh.Schedule(schedule(*bodies)))
         assert str(error.value).startswith(place)
         assert error.value.line is None and error.value.path is None
+
+
+def test_a_dict_or_list_that_contains_itself_is_refused():
+    inner = {}
+    inner["body"] = inner
+    nested = []
+    for _ in range(100_000):
+        nested = [nested]
+    for keys in [inner, {"body": nested}]:
+        with pytest.raises(azimesh.Error, match="contain itself"):
+            azimesh.Schedule(keys)

@@ -14,7 +14,8 @@ use azimesh_quality::repair::{
     CrossedFace, Freedom, Limits, PatchLog, Reason, Repaired, Task, Unrepaired, improve, untangle,
 };
 use azimesh_quality::{Flaws, QualityEvaluator};
-use azimesh_rbf::slide::Sliding;
+use azimesh_rbf::images::Images;
+use azimesh_rbf::slide::{Sliding, SlidingFacets};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -214,7 +215,9 @@ fn freedom(
         own.collect()
     };
     let (now, then) = (of(&mesh.points), of(reference));
-    let mut sliding = Sliding::new(&then, &pieces, &numbers, &slides);
+    let alone = Images::default();
+    let facets = SlidingFacets::flat(pieces, numbers);
+    let mut sliding = Sliding::new(&then, &facets, &slides, &alone);
     let has_left = |at: usize| {
         let way = sub(now[at], then[at]);
         let kept = sliding.constraint(at).remove(way);
@@ -222,7 +225,7 @@ fn freedom(
         sliding.is_linear(at) && distance(way, kept) > 1e-6 * norm(way) + rounding
     };
     if (0..nodes.len()).any(has_left) {
-        sliding = Sliding::new(&now, &pieces, &numbers, &slides);
+        sliding = Sliding::new(&now, &facets, &slides, &alone);
     }
     for (at, &node) in nodes.iter().enumerate() {
         if sliding.is_linear(at) {

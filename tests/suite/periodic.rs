@@ -198,7 +198,7 @@ const PITCH: &str = r#"
 values = [0.0]
 
 [boundaries]
-fixed = ["hub_wall", "outer", "bottom", "top"]
+WALLS
 PERIODIC
 
 [rbf]
@@ -269,11 +269,21 @@ fn annulus(sector: &Mesh) -> (Mesh, Vec<Vec<u32>>) {
 
 #[test]
 fn a_sector_with_periodic_sides_moves_as_in_the_whole_annulus() {
+    assert_as_in_the_annulus("fixed = [\"hub_wall\", \"outer\", \"bottom\", \"top\"]");
+}
+
+#[test]
+fn a_sector_whose_hub_and_casing_slide_moves_as_in_the_whole_annulus() {
+    assert_as_in_the_annulus("slide = [\"hub_wall\", \"outer\", \"bottom\", \"top\"]");
+}
+
+fn assert_as_in_the_annulus(walls: &str) {
+    let pitch = PITCH.replace("WALLS", walls);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let sector_mesh = testdata("rotor_sector.vtu");
     let sides = "periodic = [ { pair = [\"side_a\", \"side_b\"] } ]";
-    let text = body("blade", 0.0) + &PITCH.replace("PERIODIC", sides);
+    let text = body("blade", 0.0) + &pitch.replace("PERIODIC", sides);
     std::fs::write(path.join("sector.toml"), text).unwrap();
     let sector = Sequence::of(path, &sector_mesh, &path.join("sector.toml"), "sector");
 
@@ -287,7 +297,7 @@ fn a_sector_with_periodic_sides_moves_as_in_the_whole_annulus() {
             body(&format!("blade_{copy}"), 90.0 * f64::from(copy))
         );
     }
-    text += &PITCH.replace("PERIODIC", "");
+    text += &pitch.replace("PERIODIC", "");
     std::fs::write(path.join("whole.toml"), text).unwrap();
     let annulus = Sequence::of(
         path,
@@ -415,4 +425,82 @@ fn sides_that_do_not_match_are_refused_with_the_node() {
     );
     assert!(!path.join("out").exists(), "nothing is written");
     succeed(path, "-q info b.vtu");
+}
+
+/// The angle by which each node of a tag of a sector has turned about z, by its angle at rest, both in degrees.
+fn turns(sequence: &Sequence, step: usize, tag: &str) -> Vec<[f64; 2]> {
+    let angle = |[x, y, _]: Vector| y.atan2(x).to_degrees();
+    let points = sequence.points(step);
+    let nodes = nodes_of(&sequence.reference, &[tag]).into_iter();
+    let mut turns: Vec<[f64; 2]> = nodes
+        .map(|node| {
+            let at_rest = angle(sequence.reference.points[node]);
+            [at_rest, angle(points[node]) - at_rest]
+        })
+        .collect();
+    turns.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    turns
+}
+
+#[test]
+fn a_curved_wall_slides_through_periodic_sides_in_both_senses() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for n_layers in [0, 2] {
+        write(&even_sector(n_layers), &path.join("m.vtu"));
+        for sense in [1.0, -1.0] {
+            let others = if n_layers == 0 { "" } else { ", \"ends\"" };
+            let schedule = format!(
+                "steps = 2\nbody = [ {{ name = \"o\", tags = [\"outer\"], rigid = {{ rotate = {{ axis = [0, 0, 1], angle = {} }} }} }} ]\n\
+                 boundaries = {{ slide = [\"hub\"{others}], periodic = [ {{ pair = [\"side_a\", \"side_b\"] }} ] }}\n",
+                12.0 * sense
+            );
+            std::fs::write(path.join("s.toml"), schedule).unwrap();
+            let out = format!("out_{n_layers}_{sense}");
+            let sector = Sequence::of(path, &path.join("m.vtu"), &path.join("s.toml"), &out);
+            let off = sector.numbers("max_surface_error");
+            assert!(off.iter().all(|off| *off < 1e-14), "{off:?}");
+            let pairs = pairs_near(&sector.reference);
+            let points = sector.points(1);
+            for (a, b) in pairs {
+                assert!(distance(sixth(points[a]), points[b]) < 1e-14);
+            }
+            let turned = turns(&sector, 1, "hub");
+            let mean = turned.iter().map(|turn| turn[1]).sum::<f64>() / turned.len() as f64;
+            assert!(sense * mean > 6.0, "{mean}");
+            for [at_rest, turn] in turned {
+                assert!((turn - mean).abs() < 0.3, "{at_rest}: {turn}, {mean}");
+            }
+            // Eight facets of 7.5 degrees, and their images.
+            let half = 3.75f64.to_radians();
+            for node in nodes_of(&sector.reference, &["hub"]) {
+                let [x, y, _] = points[node];
+                let from_middle = y.atan2(x).rem_euclid(2.0 * half) - half;
+                let off = x.hypot(y) * from_middle.cos() - half.cos();
+                assert!(off.abs() < 1e-14, "node {node} is {off:e} off the hub");
+            }
+        }
+    }
+}
+
+/// A turn by 60 degrees about z.
+fn sixth([x, y, z]: Vector) -> Vector {
+    let (sin, cos) = std::f64::consts::FRAC_PI_3.sin_cos();
+    [cos * x - sin * y, sin * x + cos * y, z]
+}
+
+/// The pairs of a sector of 60 degrees.
+fn pairs_near(mesh: &Mesh) -> Vec<(usize, usize)> {
+    let other = nodes_of(mesh, &["side_b"]);
+    let partner = |a: usize| {
+        let image = sixth(mesh.points[a]);
+        let near = other
+            .iter()
+            .find(|&&b| distance(mesh.points[b], image) < 1e-9);
+        (a, *near.unwrap())
+    };
+    nodes_of(mesh, &["side_a"])
+        .into_iter()
+        .map(partner)
+        .collect()
 }

@@ -4,6 +4,7 @@ use crate::support::rewrite;
 use crate::support::sequence::{
     Sequence, Vector, diagonal, distance, faces_of, nodes_of, read, same, testdata, write,
 };
+use azimesh_io::mesh::{CellKind, Mesh};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -337,5 +338,136 @@ fn the_sphere_of_su2_moves_between_two_symmetry_planes() {
     }
     for nodes in [&flat, &tilted] {
         assert!(farthest(&slice, &points, nodes) > 0.1);
+    }
+}
+
+const AROUND: usize = 12;
+
+/// An annulus of cells of second order from radius 1 to 2, in the plane or one cell high, with sides `hub`, `outer` and `ends`.
+fn curved_annulus(high: bool) -> Mesh {
+    let (n, m) = (2 * AROUND, 6);
+    let n_layers = if high { 3 } else { 1 };
+    let mut mesh = Mesh::default();
+    for k in 0..n_layers {
+        for j in 0..=m {
+            for i in 0..n {
+                let (sin, cos) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+                let r = 1.0 + j as f64 / m as f64;
+                mesh.points.push([r * cos, r * sin, 0.2 * k as f64]);
+            }
+        }
+    }
+    let node = |i: usize, j: usize, k: usize| ((k * (m + 1) + j) * n + i % n) as u32;
+    // Nodes of VTK's cells, in half cells.
+    let edge = [0, 2, 1];
+    let square = [
+        [0, 0],
+        [2, 0],
+        [2, 2],
+        [0, 2],
+        [1, 0],
+        [2, 1],
+        [1, 2],
+        [0, 1],
+        [1, 1],
+    ];
+    let mut sides = [
+        ("hub", Vec::new()),
+        ("outer", Vec::new()),
+        ("ends", Vec::new()),
+    ];
+    for j in (0..m).step_by(2) {
+        for i in (0..n).step_by(2) {
+            let flat = |k: usize| square.map(|[a, b]| node(i + a, j + b, k));
+            if !high {
+                mesh.cells.push(CellKind::Quadrilateral9, &flat(0));
+            } else {
+                let [low, middle, top] = [0, 1, 2].map(flat);
+                let nodes = [
+                    &low[..4],
+                    &top[..4],
+                    &low[4..8],
+                    &top[4..8],
+                    &middle[..4],
+                    &[
+                        middle[7], middle[5], middle[4], middle[6], low[8], top[8], middle[8],
+                    ],
+                ];
+                mesh.cells.push(CellKind::Hexahedron27, &nodes.concat());
+                sides[2].1.extend([low.to_vec(), top.to_vec()]);
+            }
+            for (side, at, is_there) in [(0, 0, j == 0), (1, m, j + 2 == m)] {
+                if is_there && high {
+                    sides[side]
+                        .1
+                        .push(square.map(|[a, b]| node(i + a, at, b)).to_vec());
+                } else if is_there {
+                    sides[side]
+                        .1
+                        .push(edge.map(|a| node(i + a, at, 0)).to_vec());
+                }
+            }
+        }
+    }
+    for (name, faces) in sides.into_iter().filter(|(_, faces)| !faces.is_empty()) {
+        let first = mesh.cells.len();
+        for nodes in faces {
+            let kind = match nodes.len() {
+                3 => CellKind::Line3,
+                _ => CellKind::Quadrilateral9,
+            };
+            mesh.cells.push(kind, &nodes);
+        }
+        mesh.add_tag(name, first..mesh.cells.len()).unwrap();
+    }
+    mesh
+}
+
+#[test]
+fn nodes_of_a_wall_of_second_order_slide_on_its_curved_edges_and_faces() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for high in [false, true] {
+        write(&curved_annulus(high), &path.join("m.vtu"));
+        let slide = if high { "\"hub\", \"ends\"" } else { "\"hub\"" };
+        let schedule = format!(
+            "steps = 2\nbody = [ {{ name = \"o\", tags = [\"outer\"], rigid = {{ rotate = {{ axis = [0, 0, 1], angle = 20 }}, translate = [0.2, 0, 0] }} }} ]\n\
+             boundaries.slide = [{slide}]\n"
+        );
+        std::fs::write(path.join("s.toml"), schedule).unwrap();
+        let out = Sequence::of(
+            path,
+            &path.join("m.vtu"),
+            &path.join("s.toml"),
+            &format!("out{high}"),
+        );
+        let off = out.numbers("max_surface_error");
+        assert!(off.iter().all(|off| *off < 1e-13), "{off:?}");
+        let points = out.points(1);
+        let hub = nodes_of(&out.reference, &["hub"]);
+        assert!(farthest(&out, &points, &hub) > 0.1);
+        // An edge is a parabola through its ends and its middle.
+        let half = std::f64::consts::PI / AROUND as f64;
+        let mut largest: f64 = 0.0;
+        for node in hub {
+            let [x, y, z] = points[node];
+            let from_middle = y.atan2(x).rem_euclid(2.0 * half) - half;
+            let (along, radius) = (
+                x.hypot(y) * from_middle.sin(),
+                x.hypot(y) * from_middle.cos(),
+            );
+            let curve = 1.0 - (1.0 - half.cos()) * (along / half.sin()).powi(2);
+            assert!(
+                (radius - curve).abs() < 1e-12,
+                "node {node}: {:e}",
+                radius - curve
+            );
+            assert!(!high || (-1e-15..0.4 + 1e-15).contains(&z));
+            largest = largest.max((x.hypot(y) - 1.0).abs());
+        }
+        assert!(
+            largest > 1e-5,
+            "nodes leave the circle that the reference nodes are on"
+        );
     }
 }

@@ -83,6 +83,7 @@ pub use statistics::{Statistic, statistics};
 pub use summary::assess;
 pub use summary::{Extreme, Summary};
 pub use tagged::TaggedSurface;
+pub use validity::curved::FaceTerms;
 pub use worst::{Candidate, worst};
 
 #[cfg(doctest)]

@@ -18,6 +18,7 @@ use azimesh_core::geometry::{Bounds, curve, vector::Vector};
 use azimesh_core::parallel::{self, SMALL_BLOCK, collect_in_blocks};
 use azimesh_core::ranks::raw;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// `rho` in units of the largest residual.
@@ -32,7 +33,7 @@ const MARGIN: f64 = 1e-9;
 /// A surface with residuals at its nodes.
 pub struct Correction<'a> {
     fading: Fading<'a>,
-    residuals: &'a [f64],
+    residuals: Cow<'a, [f64]>,
     n_modes: usize,
 }
 
@@ -71,7 +72,11 @@ impl<'a> Fading<'a> {
     /// The surface of `facets` (triangles, or edges with the second corner repeated) between `points`.
     /// The `fade_radius` of each is lowered to half the gap to the nearest facet of a surface that is not
     /// connected to its own.
-    pub fn new(points: &'a [Vector], facets: &[[u32; 3]], mut fade_radius: Vec<f64>) -> Self {
+    pub fn new(
+        points: impl Into<Cow<'a, [Vector]>>,
+        facets: &[[u32; 3]],
+        mut fade_radius: Vec<f64>,
+    ) -> Self {
         let surface = ClosestSurface::new(points, facets);
         let gaps = gaps(&surface, &fade_radius);
         for (fade_radius, gap) in fade_radius.iter_mut().zip(&gaps) {
@@ -154,10 +159,14 @@ impl<'a> Correction<'a> {
     }
 
     /// Residuals (N_s, r) at the nodes of a surface where they fade out.
-    pub fn fading(fading: Fading<'a>, residuals: &'a [f64], n_modes: usize) -> Self {
+    pub fn fading(
+        fading: Fading<'a>,
+        residuals: impl Into<Cow<'a, [f64]>>,
+        n_modes: usize,
+    ) -> Self {
         Self {
             fading,
-            residuals,
+            residuals: residuals.into(),
             n_modes,
         }
     }
@@ -305,6 +314,16 @@ mod tests {
         assert!((field.values[0] - 0.02).abs() < 1e-15);
         assert!((field.values[1] - 0.02 * Kernel::WendlandC2.value(0.5)).abs() < 1e-15);
         assert_eq!(field.values[2], 0.0);
+    }
+
+    #[test]
+    fn a_box_within_the_fade_radius_may_be_reached() {
+        let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+        let residuals = [0.01, 0.03];
+        let correction = Correction::new(&points, &[[0, 1, 1]], &residuals, 1, 0.03);
+        let at = |y: f64| Bounds::around(&[[0.4, y, 0.0], [0.6, y + 1.0, 0.0]]);
+        assert!(correction.may_reach(&at(0.899)));
+        assert!(!correction.may_reach(&at(0.901)));
     }
 
     #[test]

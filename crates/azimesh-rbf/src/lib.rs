@@ -76,6 +76,7 @@ pub mod criterion;
 pub mod distinct;
 pub mod evaluate;
 pub mod field;
+pub mod images;
 pub mod interpolant;
 pub mod kernel;
 pub mod modes;

@@ -237,3 +237,45 @@ pub(super) fn subtract_rows(values: &mut [f64], rows: &[f64], factors: &[f64]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::Constraint;
+    use crate::{Basis, Kernel};
+    use std::sync::Arc;
+
+    #[test]
+    fn residuals_of_sliding_points_are_along_their_constraints() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let held = Constraint::of_normals(&[[0.6, 0.8, 0.0]]);
+        let constraints = vec![Constraint::ALL, held, held];
+        let basis = Basis {
+            kernel: Kernel::WendlandC2,
+            radius: 3.0,
+        };
+        let space = Space {
+            constraints: Some(Arc::new(constraints)),
+            ..Space::radial(basis)
+        };
+        let criterion =
+            Criterion::new(3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]).expect("it is good");
+        let values = [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let targets = Targets {
+            points: &points,
+            values: &values,
+            criterion: &criterion,
+            images: &[],
+            lever_arms: &[],
+        };
+        let mut chosen = Chosen::default();
+        let mut candidates = Candidates::new(&space, targets, &chosen, &values, &[0, 1, 2]);
+        candidates.pick(0.0, 1, &mut chosen);
+        assert_eq!(chosen.base, [0]);
+        for row in candidates.chunks[0].residuals.as_chunks::<3>().0[1..].iter() {
+            assert!(row.iter().any(|e| e.abs() > 0.1));
+            let free = held.remove(*row);
+            assert!(free.iter().all(|e| e.abs() < 1e-15), "{row:?}");
+        }
+    }
+}

@@ -27,7 +27,7 @@ use azimesh_quality::{Assessment, Quality};
 use azimesh_rbf::select::Selection;
 use follow::Call;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// A mesh that deforms by a schedule: node positions, velocities and quality at every step.
 ///
@@ -72,6 +72,8 @@ pub struct Deformation {
     base: Option<BasePoints>,
     /// The interval entered last.
     current: Mutex<Option<Arc<StepEvaluator>>>,
+    /// Held while an interval is entered, so that it is done once.
+    entering: Mutex<()>,
     /// The steps by the runs that computed them: one segment, unless steps were added to a finished run.
     segments: Mutex<Vec<Arc<Segment>>>,
     progress: Arc<dyn Progress>,
@@ -195,6 +197,7 @@ impl DeformationBuilder {
             measures: OnceLock::new(),
             base: self.base,
             current: Mutex::new(None),
+            entering: Mutex::new(()),
             segments,
             progress: self.progress,
             stop: self.stop,
@@ -302,7 +305,7 @@ impl Deformation {
 
     /// Returns the base points of the interval entered last; `None` before the first.
     pub fn base_points(&self) -> BasePoints {
-        let current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let current = self.current();
         let bases = current.as_ref().map(|interval| &interval.bases[..]);
         self.base_nodes(bases.unwrap_or_default())
     }
@@ -466,15 +469,15 @@ impl Deformation {
         if segment.lacks_seam() {
             self.find_seam(&segment, progress, select)?;
         }
-        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(interval) = &*current
+        let _entering = self.entering.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(interval) = &*self.current()
             && Arc::ptr_eq(&interval.plan, &plan)
             && interval.steps().contains(&step.index)
         {
             return Ok(Arc::clone(interval));
         }
         // Drops its fields before the next interval builds its own.
-        *current = None;
+        self.leave();
         let mut intervals = plan.selection_intervals().into_iter();
         let steps = intervals.find(|steps| steps.contains(&step.index));
         let steps = steps.expect("every step is in an interval");
@@ -483,7 +486,7 @@ impl Deformation {
         let given = (origin != BaseOrigin::Chosen).then(|| self.base_nodes(&bases));
         self.announce(Call::Enter(step.index, given));
         let interval = StepEvaluator::new(&plan, &self.part, selections, &steps, progress)?;
-        Ok(Arc::clone(current.insert(Arc::new(interval))))
+        Ok(Arc::clone(self.current().insert(Arc::new(interval))))
     }
 
     /// Makes steps of earlier runs be computed as these runs did: they had these numbers of steps. `is_repaired` returns whether
@@ -544,7 +547,11 @@ impl Deformation {
 
     /// Drops the interval entered last.
     pub(super) fn leave(&self) {
-        *self.current.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *self.current() = None;
+    }
+
+    fn current(&self) -> MutexGuard<'_, Option<Arc<StepEvaluator>>> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn stepper<'a>(

@@ -7,12 +7,14 @@ pub(crate) mod velocity;
 
 use self::rank_correction::add_correction;
 use super::plan::layer::{Layer, LayerKind};
+use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, add};
 use azimesh_core::parallel;
 use azimesh_core::progress::Progress;
 use azimesh_core::ranks::Ranks;
 use azimesh_rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use azimesh_rbf::field::{BLOCK, Field};
+use azimesh_rbf::images::Images;
 use azimesh_rbf::select::Selection;
 
 /// The state of the mesh that is deformed: the reference mesh, or the result of a substep.
@@ -26,6 +28,34 @@ pub struct MeshState<'a> {
     pub surface: &'a [Vector],
     /// Facets between them.
     pub facets: &'a [[u32; 3]],
+    /// Their periodic images.
+    pub images: &'a Images,
+    /// A box around the nodes that deform.
+    pub region: Bounds,
+}
+
+impl<'a> MeshState<'a> {
+    /// Builds the correction by residuals (N_s, r) of the surface of at most `error`, which its images have too, and finds the
+    /// narrowest gap.
+    fn correction(
+        &self,
+        residuals: &'a [f64],
+        n_modes: usize,
+        error: f64,
+    ) -> (Correction<'a>, Option<Narrow>) {
+        let fade_radius = FADE_RADIUS_PER_ERROR * error;
+        let within = self.region.grown(fade_radius);
+        let all = self.images.within(self.surface, self.facets, &within);
+        let residuals = all.values(residuals, n_modes);
+        let radii = vec![fade_radius; all.points.len()];
+        let fading = Fading::new(all.points.clone(), &all.facets, radii);
+        let narrow = fading.narrowest_gap.map(|gap| Narrow {
+            point: all.source(gap.node),
+            width: gap.width,
+            fade_radius,
+        });
+        (Correction::fading(fading, residuals, n_modes), narrow)
+    }
 }
 
 /// Base points of a layer, with the largest error that the correction has to remove.
@@ -71,11 +101,11 @@ impl Fields {
         let mut fields: Vec<Field> = layers.iter().zip(chosen).map(evaluate).collect();
         for (field, (layer, chosen)) in fields.iter_mut().zip(layers.iter().zip(chosen)) {
             if correct && layer.modes.n_modes > 0 {
-                let fade_radius = vec![FADE_RADIUS_PER_ERROR * chosen.error; state.surface.len()];
-                let fading = Fading::new(state.surface, state.facets, fade_radius);
-                narrow = narrowest(narrow, chosen, &fading);
                 let residuals = &chosen.selection.residuals;
-                let correction = Correction::fading(fading, residuals, layer.modes.n_modes);
+                let (correction, found) =
+                    state.correction(residuals, layer.modes.n_modes, chosen.error);
+                let both = narrow.into_iter().chain(found);
+                narrow = both.min_by(|a, b| a.width.total_cmp(&b.width));
                 add_correction(&correction, field, state.nodes, ranks);
             }
         }
@@ -128,17 +158,6 @@ fn evaluate(
         Some(nodes) => layer.add_rings(values, |row| state.nodes[nodes[row] as usize]),
     }
     field
-}
-
-/// Returns the narrower of two gaps: one of this layer, one of an earlier layer.
-fn narrowest(before: Option<Narrow>, chosen: &Chosen<'_>, fading: &Fading<'_>) -> Option<Narrow> {
-    let found = fading.narrowest_gap.map(|gap| Narrow {
-        point: gap.node,
-        width: gap.width,
-        fade_radius: FADE_RADIUS_PER_ERROR * chosen.error,
-    });
-    let both = before.into_iter().chain(found);
-    both.min_by(|a, b| a.width.total_cmp(&b.width))
 }
 
 /// Adds the displacements by the rotations of a layer at a step.

@@ -10,7 +10,6 @@ use crate::plan::surface::SurfacePoints;
 use azimesh_core::geometry::Transform;
 use azimesh_core::geometry::vector::{Vector, distance, norm, sub};
 use azimesh_core::parallel::{self, SMALL_BLOCK, collect_in_blocks};
-use azimesh_rbf::correct::{Correction, FADE_RADIUS_PER_ERROR, Fading};
 use azimesh_rbf::slide::Sliding;
 
 /// Returns the sliding nodes of a rank, each with its surface point.
@@ -37,7 +36,8 @@ pub(crate) fn place(plan: &Plan, part: &Part, state: MeshState<'_>, out: &mut [V
             let i = nodes.partition_point(|of| of.0 < node);
             sub(placed[i], out[node])
         };
-        fade_inward(plan, part, state, &changes(plan, part, change), out);
+        let changes = changes(plan, part, change);
+        fade_inward(part, state, &changes, out);
     }
     for ((node, _), x) in nodes.iter().zip(placed) {
         out[*node] = x;
@@ -61,18 +61,10 @@ fn changes(plan: &Plan, part: &Part, change: impl Fn(usize) -> Vector + Sync) ->
 }
 
 /// Adds the changes (N_s, 3) of the surface to the nodes of this rank, fading out.
-fn fade_inward(
-    plan: &Plan,
-    part: &Part,
-    state: MeshState<'_>,
-    changes: &[f64],
-    out: &mut [Vector],
-) {
+fn fade_inward(part: &Part, state: MeshState<'_>, changes: &[f64], out: &mut [Vector]) {
     let (sizes, _) = changes.as_chunks::<3>();
     let largest = sizes.iter().map(|change| norm(*change)).fold(0.0, f64::max);
-    let fade_radius = vec![FADE_RADIUS_PER_ERROR * largest; plan.surface.nodes.len()];
-    let fading = Fading::new(state.surface, state.facets, fade_radius);
-    let correction = Correction::fading(fading, changes, 3);
+    let (correction, _) = state.correction(changes, 3, largest);
     add_faded(
         &correction,
         state.nodes,

@@ -249,6 +249,7 @@ fn set_surface_velocities(plan: &Plan, part: &Part, step: &Step, out: &mut [Vect
 #[cfg(test)]
 mod tests {
     use crate::motion::Schedule;
+    use crate::part::Part;
     use crate::{Plan, StepEvaluator, choose};
     use azimesh_core::geometry::vector::{Vector, distance, norm, sub};
     use azimesh_core::progress::Silent;
@@ -283,6 +284,23 @@ mod tests {
         plan.motion.steps[steps].iter().map(at).collect()
     }
 
+    /// Computes the velocities of all nodes at the first step of a schedule.
+    fn at_first_step(mesh: Mesh, text: &str) -> (Arc<Part>, Arc<Plan>, Vec<Vector>) {
+        let schedule = Schedule::parse(text, Path::new("s.toml")).expect("it is good");
+        let (plan, part) = Plan::new(mesh, schedule).expect("they fit");
+        let (plan, part) = (Arc::new(plan), Arc::new(part));
+        let selections = choose(&plan, &(0..1), &Ranks::alone(), &Silent).expect("they are found");
+        let interval =
+            StepEvaluator::new(&plan, &part, selections, &(0..1), &Silent).expect("it can be made");
+        let step = &plan.motion.steps[0];
+        let mut points = part.mesh.points.clone();
+        interval.points_at(step, &mut points).expect("it deforms");
+        let velocities = interval.velocities_at(step, &points);
+        let velocities = velocities.expect("they are asked for");
+        drop(interval);
+        (part, plan, velocities)
+    }
+
     /// Computes velocities of a pitching airfoil at the first of some times.
     fn at_first(times: &str, selection: &str) -> Vec<Vector> {
         moved(times, selection, "pitch = [ { sin = 5.0 } ]")
@@ -308,6 +326,26 @@ mod tests {
             let largest = steps[1].1.iter().copied().map(norm).fold(0.0, f64::max);
             assert!(off < 1e-6 * largest, "{selection}: {off} of {largest}");
         }
+    }
+
+    #[test]
+    fn velocities_of_followers_are_turned_and_fixed_nodes_are_at_rest() {
+        let mesh = Mesh::read("testdata/rotor_sector.vtu").expect("it is good");
+        let text = "time = { values = [0.1], frequency = 1.0 }\noutput.velocity = true\n\
+             boundaries = { fixed = [\"outer\", \"bottom\"], slide = [\"hub_wall\", \"top\"], periodic = [ { pair = [\"side_a\", \"side_b\"] } ] }\n\
+             body = [ { name = \"b\", tags = [\"blade\"], cyclic = { pitch = [ { sin = 5.0 } ] } } ]\n";
+        let (part, plan, v) = at_first_step(mesh, text);
+        let followers = plan.periodic.followers();
+        assert!(followers.len() > 10);
+        for follower in followers {
+            let turned = follower.map.turn(v[follower.leader as usize]);
+            assert_eq!(v[follower.node as usize], turned);
+        }
+        let fixed = ["outer", "bottom"].map(|tag| part.mesh.tag_nodes(tag).expect("it is there"));
+        for node in fixed.concat() {
+            assert!(v[node as usize].iter().all(|v| *v == 0.0));
+        }
+        assert!(v.iter().copied().map(norm).fold(0.0, f64::max) > 0.1);
     }
 
     #[test]

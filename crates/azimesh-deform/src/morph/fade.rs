@@ -3,8 +3,10 @@
 
 use super::surface::MorphSurface;
 use azimesh_core::geometry::vector::{Vector, dot, sub};
+use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_core::parallel::{SMALL_BLOCK, collect_in_blocks};
 use azimesh_rbf::correct::{Faded, Fading};
+use azimesh_rbf::images::Images;
 
 /// The fade radius as a multiple of the distance between base points.
 const FADE_RADIUS_PER_SPACING: f64 = 1.0;
@@ -13,8 +15,11 @@ const FADE_RADIUS_PER_SPACING: f64 = 1.0;
 pub struct FadeRows {
     /// `rho` at each surface point, in mesh units.
     pub fade_radius: Vec<f64>,
-    /// Nodes within the fade radius, ascending, that are not on the surface themselves.
+    /// Nodes within the fade radius, ascending, that are not on the surface themselves. Their corners are surface points, then
+    /// points of periodic images.
     pub rows: Vec<Faded>,
+    /// The point that each point of an image is of, and its map.
+    pub added: Vec<(u32, Transform)>,
 }
 
 /// Computes the fade radius at every surface point: the distance of the third nearest base point in the plane, or the
@@ -24,6 +29,7 @@ pub struct FadeRows {
 /// Points at rest that no base point influences have no residual and no fade radius.
 pub fn fade_rows(
     surface: &MorphSurface,
+    images: &Images,
     base: &[Vector],
     radius: f64,
     nodes: &[Vector],
@@ -40,14 +46,20 @@ pub fn fade_rows(
             0.0
         }
     });
-    let fading = Fading::new(places, &surface.points.facets, fade_radius);
+    let largest = fade_radius.iter().copied().fold(0.0, f64::max);
+    let within = Bounds::around(nodes).grown(largest);
+    let all = images.within(places, &surface.points.facets, &within);
+    let radii = (0..all.points.len()).map(|at| fade_radius[all.source(at)]);
+    let mut fading = Fading::new(all.points.clone(), &all.facets, radii.collect());
     let mut rows = fading.faded(nodes);
     rows.retain(|row| !skipped[row.point as usize]);
     rows.sort_unstable_by_key(|row| row.point);
     rows.shrink_to_fit();
+    fading.fade_radius.truncate(places.len());
     FadeRows {
         fade_radius: fading.fade_radius,
         rows,
+        added: all.added,
     }
 }
 

@@ -19,7 +19,7 @@ pub use options::{MorphOptions, Nodes};
 use crate::plan::checks::check_length;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, add, norm, scale, sub};
-use azimesh_core::geometry::{Bounds, curve};
+use azimesh_core::geometry::{Bounds, Transform, curve};
 use azimesh_core::numbers::short;
 use azimesh_core::parallel;
 use azimesh_core::{Note, note};
@@ -29,6 +29,7 @@ use azimesh_rbf::constrained::FactoredSystem;
 use azimesh_rbf::constraint::Constraint;
 use azimesh_rbf::correct::Faded;
 use azimesh_rbf::field::{BLOCK, evaluate_along};
+use azimesh_rbf::images::Images;
 use azimesh_rbf::interpolant::Interpolant;
 use azimesh_rbf::space::Space;
 use azimesh_rbf::transposed::transposed;
@@ -109,6 +110,8 @@ pub struct Morph {
     order: Vec<u32>,
     fade_radius: Vec<f64>,
     rows: Vec<Faded>,
+    /// The surface point that each added point of the rows is an image of, and its map.
+    added: Vec<(u32, Transform)>,
 }
 
 /// Errors of the base points at the surface, before the correction.
@@ -175,8 +178,16 @@ impl Morph {
         for node in surface.nodes().chain(pairs.following()) {
             is_placed[node as usize] = true;
         }
-        let FadeRows { fade_radius, rows } =
-            fade_rows(&surface, &sources, basis.radius, &mesh.points, &is_placed);
+        let images = Images {
+            maps: space.images,
+            leaders: pairs.leaders.clone(),
+        };
+        let (nodes, radius) = (&mesh.points, basis.radius);
+        let FadeRows {
+            fade_radius,
+            rows,
+            added,
+        } = fade_rows(&surface, &images, &sources, radius, nodes, &is_placed);
         surface.points.facets = Vec::new();
         Ok(Self {
             mesh,
@@ -191,6 +202,7 @@ impl Morph {
             order,
             fade_radius,
             rows,
+            added,
         })
     }
 
@@ -388,6 +400,10 @@ impl Morph {
 
     /// Adds the residuals, fading out.
     fn correct(&self, residuals: &[Vector], out: &mut [Vector]) {
+        let mut residuals = residuals.to_vec();
+        for (point, map) in &self.added {
+            residuals.push(map.turn(residuals[*point as usize]));
+        }
         parallel::for_blocks(out, BLOCK, &|first, out| {
             let before = |end: usize| self.rows.partition_point(|row| (row.point as usize) < end);
             for row in &self.rows[before(first)..before(first + out.len())] {
@@ -402,12 +418,18 @@ impl Morph {
     /// Applies the transpose of the correction and of its residuals: adds to the derivatives with respect to surface values,
     /// and subtracts from the derivatives at the nodes of the residuals.
     fn pull_back_correction(&self, g: &mut [Vector], by_values: &mut [Vector]) {
-        let mut by_residuals = vec![[0.0; 3]; by_values.len()];
+        let n = by_values.len();
+        let mut by_residuals = vec![[0.0; 3]; n + self.added.len()];
         for row in &self.rows {
             for (&corner, weight) in row.corners.iter().zip(row.weights) {
                 let sum = &mut by_residuals[corner as usize];
                 *sum = add(*sum, scale(g[row.point as usize], weight));
             }
+        }
+        for ((point, map), at) in self.added.iter().zip(n..) {
+            let of_image = map.inverse().turn(by_residuals[at]);
+            let sum = &mut by_residuals[*point as usize];
+            *sum = add(*sum, of_image);
         }
         let nodes = &self.surface.points.nodes;
         for (at, (by_residual, &node)) in by_residuals.iter().zip(nodes).enumerate() {

@@ -3,7 +3,7 @@
 use super::options::Nodes;
 use crate::motion::Role;
 use crate::motion::periodic::{Follower, Periodic, Side, followers, images};
-use crate::plan::periodic::{inward, is_image};
+use crate::plan::periodic::{inward, is_image, leaders};
 use crate::plan::surface::SurfacePoints;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::transform::Matrix;
@@ -20,6 +20,8 @@ pub struct Pairs {
     followers: Vec<Follower>,
     /// For each surface point, whether it is the image of another; empty without images.
     pub is_image: Vec<bool>,
+    /// For each surface point the point that it is the image of, or itself; empty without images.
+    pub leaders: Vec<u32>,
 }
 
 impl Pairs {
@@ -63,13 +65,15 @@ impl Pairs {
                 follower.leader, follower.node
             )));
         }
-        let is_image = is_image(surface.0, points, &followers);
+        let leaders = leaders(surface.0, points, &followers);
+        let is_image = is_image(&leaders);
         followers.retain(|follower| role(follower.node) != Some(Role::Fixed));
         Ok(Self {
             periodic,
             bounds: Some(bounds),
             followers,
             is_image,
+            leaders,
         })
     }
 

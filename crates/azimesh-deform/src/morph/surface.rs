@@ -338,7 +338,13 @@ fn check_sliding(points: &SurfacePoints, nodes: &SurfaceNodes, in_plane: bool) -
     };
     let mut on_face = vec![false; points.points.len()];
     let is_face = |[_, b, c]: &&[u32; 3]| in_plane || b != c;
-    for &corner in points.sliding_facets.0.iter().filter(is_face).flatten() {
+    for &corner in points
+        .sliding_facets
+        .corners
+        .iter()
+        .filter(is_face)
+        .flatten()
+    {
         on_face[corner as usize] = true;
     }
     let mut known = nodes.nodes.iter().zip(&nodes.roles).zip(&points.point_of);

@@ -12,6 +12,7 @@ use azimesh_core::ranks::raw::List;
 use azimesh_core::{Note, note};
 use azimesh_io::mesh::sides::for_each_side;
 use azimesh_io::mesh::{Boundary, Mesh, Numbering};
+use azimesh_rbf::images::Images;
 use std::sync::Arc;
 
 /// Allowed mismatch of a body on both sides of a pair at any step, as a part of the extent.
@@ -26,6 +27,8 @@ pub struct PeriodicNodes {
     followers: Vec<Follower>,
     /// For each surface point, whether it is the image of another; empty without images.
     pub is_image: Vec<bool>,
+    /// For each surface point the point that it is the image of, or itself; empty without images.
+    leaders: Vec<u32>,
     /// A note for each pair.
     pub found: Vec<Note>,
 }
@@ -77,14 +80,24 @@ impl PeriodicNodes {
         let place = || tags[0].place.clone();
         let followers = followers(&pairs, &bounds).map_err(|error| error.at(place()))?;
         let images = images(&pairs, radius, &bounds).map_err(|error| error.at(place()))?;
+        let leaders = leaders(&motion.surface.nodes.nodes, surface, &followers);
         let nodes = Self {
-            is_image: is_image(&motion.surface.nodes.nodes, surface, &followers),
+            is_image: is_image(&leaders),
+            leaders,
             images: Arc::new(images),
             followers,
             found,
         };
         nodes.check(boundary, motion)?;
         Ok(nodes)
+    }
+
+    /// The images of the surface points.
+    pub fn of_surface(&self) -> Images {
+        Images {
+            maps: self.images.clone(),
+            leaders: self.leaders.clone(),
+        }
     }
 
     /// Checks that paired nodes have one role, and that bodies on both sides move identically.
@@ -240,25 +253,28 @@ fn role(motion: &Motion, node: u32) -> Option<Role> {
     Some(surface.roles[at])
 }
 
-/// Marks the surface points whose leader is a surface point too; `nodes` are all surface nodes.
-pub(crate) fn is_image(
-    nodes: &[u32],
-    surface: &SurfacePoints,
-    followers: &[Follower],
-) -> Vec<bool> {
+/// Returns the leader of each surface point among the surface points; the point itself where it follows none. `nodes` are
+/// all surface nodes.
+pub(crate) fn leaders(nodes: &[u32], surface: &SurfacePoints, followers: &[Follower]) -> Vec<u32> {
     let point = |node: u32| {
         let at = nodes.binary_search(&node).ok()?;
-        Some(surface.point_of[at] as usize)
+        Some(surface.point_of[at])
     };
-    let mut is_image = vec![false; surface.nodes.len()];
+    let mut leaders: Vec<u32> = (0..surface.nodes.len() as u32).collect();
     for follower in followers {
         if let (Some(image), Some(leader)) = (point(follower.node), point(follower.leader))
             && image != leader
         {
-            is_image[image] = true;
+            leaders[image as usize] = leader;
         }
     }
-    is_image
+    leaders
+}
+
+/// Marks the points that follow another.
+pub(crate) fn is_image(leaders: &[u32]) -> Vec<bool> {
+    let leaders = leaders.iter().zip(0..);
+    leaders.map(|(&leader, at)| leader != at).collect()
 }
 
 #[cfg(test)]

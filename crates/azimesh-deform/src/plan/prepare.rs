@@ -61,7 +61,7 @@ impl Plan {
         }
         let in_schedule = |error: Error| error.file(&schedule.path);
         let interface = motion.zone.as_ref().map(|zone| &zone.sides.interface_faces);
-        let surface =
+        let mut surface =
             SurfacePoints::new(&boundary, &motion.surface, interface).map_err(in_schedule)?;
         check_finite(&motion, surface.rigid()).map_err(in_schedule)?;
         let mut choices = motion.notes();
@@ -87,6 +87,7 @@ impl Plan {
         choices.extend(repeated_time(&motion.steps));
         let periodic = PeriodicNodes::find(&mesh, &boundary, &motion, &surface, basis.radius)
             .map_err(in_schedule)?;
+        surface.set_images(&motion.surface.nodes, periodic.of_surface());
         choices.extend(periodic.found.iter().cloned());
         check_combination(&schedule, &motion, &surface, &periodic).map_err(in_schedule)?;
         let one_layer = OneLayer::find(&mesh)?;

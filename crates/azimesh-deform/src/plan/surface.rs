@@ -7,9 +7,11 @@ use azimesh_core::geometry::{curve, vector::Vector};
 use azimesh_core::parallel::{BLOCK, collect, concat_blocks, filter_map};
 use azimesh_io::mesh::facets::facets;
 use azimesh_io::mesh::{Boundary, CellKind, CellRef, Cells, Numbering};
+use azimesh_quality::FaceTerms;
 use azimesh_rbf::constraint::Constraint;
+use azimesh_rbf::images::Images;
 use azimesh_rbf::modes::RigidSurface;
-use azimesh_rbf::slide::Sliding;
+use azimesh_rbf::slide::{CurvedFace, FaceMap, Sliding, SlidingFacets};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -31,8 +33,10 @@ pub struct SurfacePoints {
     pub n_coincident: usize,
     /// For each surface node of the motion, its point.
     pub point_of: Vec<u32>,
-    /// Facets of sliding boundaries, and the tag of each.
-    pub sliding_facets: (Vec<[u32; 3]>, Vec<u32>),
+    /// Facets of sliding boundaries.
+    pub sliding_facets: SlidingFacets,
+    /// The periodic images of the points.
+    pub images: Images,
     /// Constraints of sliding points; `None` if there are none.
     pub sliding: Option<Sliding>,
 }
@@ -73,10 +77,17 @@ impl SurfacePoints {
         for (role, &point) in nodes.roles.iter().zip(&self.point_of) {
             slides[point as usize] |= *role == Role::Sliding;
         }
-        let (facets, tags) = &self.sliding_facets;
         slides
             .contains(&true)
-            .then(|| Sliding::new(points, facets, tags, &slides))
+            .then(|| Sliding::new(points, &self.sliding_facets, &slides, &self.images))
+    }
+
+    /// Continues the surface by periodic images.
+    pub fn set_images(&mut self, nodes: &SurfaceNodes, images: Images) {
+        self.images = images;
+        if self.sliding.is_some() && !self.images.maps.is_empty() {
+            self.sliding = self.find_sliding(nodes, &self.points);
+        }
     }
 
     fn add_facets(&mut self, boundary: &Boundary, of: &Surface, interface: Option<&Cells>) {
@@ -104,13 +115,29 @@ impl SurfacePoints {
                 .flat_map(|&cell| facets(boundary.face(cell as usize)))
                 .collect()
         });
-        for ((&cell, role), &tag) in faces.cells.iter().zip(&faces.roles).zip(&faces.tags) {
-            if *role == Role::Sliding {
-                for facet in facets(boundary.face(cell as usize)) {
-                    self.sliding_facets.0.push(facet);
-                    self.sliding_facets.1.push(tag);
-                }
+        let mut maps = BTreeMap::new();
+        let sliding = &mut self.sliding_facets;
+        for (at, &cell) in faces.cells.iter().enumerate() {
+            if faces.roles[at] != Role::Sliding {
+                continue;
             }
+            let face = boundary.face(cell as usize);
+            let nodes: Vec<u32> = face.nodes.iter().map(|&node| point_at(node)).collect();
+            let map: &Option<Arc<FaceMap>> = maps
+                .entry((face.kind, nodes.len()))
+                .or_insert_with(|| face_map(face));
+            let map = map.clone().filter(|_| !nodes.contains(&u32::MAX));
+            let number = map
+                .as_ref()
+                .map_or(u32::MAX, |_| sliding.curved.len() as u32);
+            for facet in facets(face) {
+                sliding.corners.push(facet);
+                sliding.tags.push(faces.tags[at]);
+                sliding.faces.push(number);
+            }
+            sliding
+                .curved
+                .extend(map.map(|map| CurvedFace { nodes, map }));
         }
         self.facets.extend(interface().flat_map(facets));
     }
@@ -205,6 +232,16 @@ fn check_roles(nodes: &[u32], roles: &[Role], same: &[u32]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Returns the polynomial map of a kind of face; `None` if its facets stand for it.
+fn face_map(face: CellRef<'_>) -> Option<Arc<FaceMap>> {
+    let terms = FaceTerms::new(face.kind, face.nodes.len())?;
+    Some(Arc::new(FaceMap {
+        places: terms.places,
+        exponents: terms.exponents,
+        shares: terms.shares,
+    }))
 }
 
 /// Returns the facets of every kind of face among the cells, by kind and number of nodes.

@@ -345,6 +345,8 @@ pub(crate) fn reference<'a>(plan: &'a Plan, part: &'a Part) -> MeshState<'a> {
         deforming: part.deforming.as_deref(),
         surface: &plan.surface.points,
         facets: &plan.surface.facets,
+        images: &plan.surface.images,
+        region: plan.region,
     }
 }
 

@@ -6,7 +6,7 @@ use crate::fields::{Chosen, Fields, MeshState};
 use crate::motion::Step;
 use crate::plan::layer;
 use azimesh_core::error::Result;
-use azimesh_core::geometry::vector::Vector;
+use azimesh_core::geometry::vector::{Vector, distance};
 use azimesh_core::parallel;
 use azimesh_core::progress::Silent;
 use azimesh_rbf::Kernel;
@@ -108,9 +108,12 @@ impl StepEvaluator {
                 error: selection.error,
             })
             .collect();
+        let before = surface.iter().zip(&plan.surface.points);
+        let moved = before.map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max);
         let state = MeshState {
             nodes,
             surface: &surface,
+            region: plan.region.grown(2.0 * moved),
             ..reference(plan, &self.part)
         };
         let (correct, ranks) = (plan.schedule.selection.correction, self.part.ranks());

@@ -18,8 +18,10 @@
 //! Computational Physics 233, 2013. [2] M. Bergot, G. Cohen, M. Durufle, Higher-order finite elements for hybrid meshes using new nodal
 //! pyramidal elements, Journal of Scientific Computing 42, 2010.
 
+mod face;
 mod samples;
 
+pub use face::FaceTerms;
 pub use samples::Samples;
 
 use super::Proof;
@@ -47,6 +49,7 @@ type Exponents = [usize; 3];
 /// Coordinates of each simplex of a product.
 type Simplices = &'static [&'static [usize]];
 
+const INTERVAL: Simplices = &[&[0]];
 const TRIANGLE: Simplices = &[&[0, 1]];
 const SQUARE: Simplices = &[&[0], &[1]];
 const TETRAHEDRON: Simplices = &[&[0, 1, 2]];
@@ -646,11 +649,14 @@ struct Nodes {
     simplices: Simplices,
     degrees: Vec<usize>,
     control: Vec<f64>,
+    /// Places of the nodes of the complete cell.
+    places: Vec<Exponents>,
 }
 
 impl Nodes {
     fn of(kind: CellKind, n_nodes: usize) -> Option<Self> {
         let simplices = match kind.linear() {
+            Line => INTERVAL,
             Triangle => TRIANGLE,
             Quadrilateral => SQUARE,
             Tetrahedron => TETRAHEDRON,
@@ -659,6 +665,7 @@ impl Nodes {
             _ => return None,
         };
         let full = match kind.linear() {
+            Line => LagrangeCurve,
             Triangle => LagrangeTriangle,
             Quadrilateral => LagrangeQuadrilateral,
             Tetrahedron => LagrangeTetrahedron,
@@ -672,7 +679,7 @@ impl Nodes {
             Triangle | Quadrilateral | Tetrahedron | Hexahedron | Wedge | Pyramid => {
                 (lagrange::lattice(full, 1), vec![1; simplices.len()], None)
             }
-            Triangle6 | Quadrilateral9 | Tetrahedron10 | Hexahedron27 | Wedge18 => {
+            Line3 | Triangle6 | Quadrilateral9 | Tetrahedron10 | Hexahedron27 | Wedge18 => {
                 (second(full), vec![2; simplices.len()], None)
             }
             Quadrilateral8 | Hexahedron20 | Wedge15 | Pyramid13 => (
@@ -699,7 +706,9 @@ impl Nodes {
                 let places = [base, base.map(up), middle, middle.map(up)].concat();
                 (places, vec![2, 1], None)
             }
-            LagrangeTriangle
+            CubicLine => (lagrange::lattice(full, 3), vec![3], None),
+            LagrangeCurve
+            | LagrangeTriangle
             | LagrangeQuadrilateral
             | LagrangeTetrahedron
             | LagrangeHexahedron
@@ -782,6 +791,7 @@ impl Nodes {
             simplices,
             degrees,
             control,
+            places: steps(&places),
         })
     }
 }

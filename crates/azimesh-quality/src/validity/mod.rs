@@ -8,7 +8,7 @@
 //! Most cells pass a bound that costs little; the full proof is for the others.
 
 mod bound;
-mod curved;
+pub(crate) mod curved;
 mod hexahedron;
 mod polyhedron;
 #[cfg(test)]

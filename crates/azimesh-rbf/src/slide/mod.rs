@@ -9,14 +9,18 @@
 
 mod patches;
 mod rims;
+mod shape;
 
 use super::constraint::Constraint;
-use azimesh_core::geometry::Bounds;
-use azimesh_core::geometry::closest::ClosestSurface;
+use super::images::Images;
 use azimesh_core::geometry::vector::{Vector, cross, distance, dot, norm, scale, sub, unit};
+use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_core::parallel::{self, SMALL_BLOCK};
 use patches::{Patches, SHARP, Sector, UnionFind};
-use std::collections::BTreeMap;
+pub use shape::{CurvedFace, FaceMap};
+use shape::{Piece, Polynomial, Shape};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Directions of creases closer than this cosine are one crease.
 const ONE_WAY: f64 = 0.999;
@@ -25,6 +29,31 @@ const STRAIGHT: f64 = 1e-6;
 /// Not a sliding point.
 const NONE: u32 = u32::MAX;
 
+/// The facets of sliding boundaries.
+#[derive(Debug, Clone, Default)]
+pub struct SlidingFacets {
+    /// Triangles; in the plane edges, with the second corner repeated.
+    pub corners: Vec<[u32; 3]>,
+    /// A number for the tag of each.
+    pub tags: Vec<u32>,
+    /// The curved face that each is a part of, or `u32::MAX`.
+    pub faces: Vec<u32>,
+    /// Curved faces.
+    pub curved: Vec<CurvedFace>,
+}
+
+impl SlidingFacets {
+    /// Facets of flat faces.
+    pub fn flat(corners: Vec<[u32; 3]>, tags: Vec<u32>) -> Self {
+        Self {
+            faces: vec![NONE; corners.len()],
+            corners,
+            tags,
+            curved: Vec::new(),
+        }
+    }
+}
+
 /// The sliding points of a surface.
 #[derive(Debug, Clone)]
 pub struct Sliding {
@@ -32,7 +61,9 @@ pub struct Sliding {
     index: Vec<u32>,
     points: Vec<SlidingPoint>,
     /// Curved patches and edges to project to.
-    shapes: Vec<ClosestSurface<'static>>,
+    shapes: Vec<Shape>,
+    /// The maps of the images of continued shapes, with their inverses.
+    images: Vec<(Transform, Transform)>,
     #[cfg(test)]
     n_patches: usize,
     /// Points of planar patches that do not slide themselves, with the normals of the planes.
@@ -72,14 +103,20 @@ struct Edge {
 }
 
 impl Sliding {
-    /// Finds the sliding points among `points`, for which `sliding` holds. `facets` are the facets of all sliding tags
-    /// (triangles; in the plane edges, with the second corner repeated), `tags` a number for the tag of each. A sliding point
-    /// without a facet of positive area stays at rest.
+    /// Finds the sliding points among `points`, for which `sliding` holds. A sliding point without a facet of positive area
+    /// stays at rest. Periodic `images` continue the surface.
     ///
     /// `O(n log n)` for n facets.
-    pub fn new(points: &[Vector], facets: &[[u32; 3]], tags: &[u32], sliding: &[bool]) -> Self {
-        let patches = Patches::new(points, facets, tags);
-        let nodes: Vec<u32> = (0..points.len() as u32)
+    pub fn new(
+        points: &[Vector],
+        facets: &SlidingFacets,
+        sliding: &[bool],
+        images: &Images,
+    ) -> Self {
+        let continued = images.around(points, &facets.corners);
+        let patches = Patches::new(&continued, &facets.tags);
+        let points = &*continued.points;
+        let nodes: Vec<u32> = (0..sliding.len() as u32)
             .filter(|&i| sliding[i as usize])
             .collect();
         let tracks = parallel::concat_blocks(nodes.len(), SMALL_BLOCK, &|range| {
@@ -90,12 +127,14 @@ impl Sliding {
             points,
             patches: &patches,
             facets: patches.by_patch(),
-            curves: Curves::new(points, &nodes, &tracks),
+            given: facets,
+            polynomials: BTreeMap::new(),
+            curves: Curves::new(points, &nodes, &tracks, images, sliding.len()),
             shapes: Vec::new(),
             shape_of_patch: BTreeMap::new(),
             shape_of_curve: BTreeMap::new(),
         };
-        let mut index = vec![NONE; points.len()];
+        let mut index = vec![NONE; sliding.len()];
         let mut sliding_points = Vec::with_capacity(nodes.len());
         for (&node, track) in nodes.iter().zip(tracks) {
             index[node as usize] = sliding_points.len() as u32;
@@ -110,6 +149,11 @@ impl Sliding {
             index,
             points: sliding_points,
             shapes: build.shapes,
+            images: images
+                .maps
+                .iter()
+                .map(|map| (*map, map.inverse()))
+                .collect(),
             #[cfg(test)]
             n_patches: patches.planes.len(),
             rims: patches.rims(sliding),
@@ -145,14 +189,24 @@ impl Sliding {
             Path::Plane => point.constraint.hold(point.reference, x),
             _ if x == point.reference => x,
             Path::Shape { shape, planes } => {
-                let shape = &self.shapes[shape as usize];
                 // The reference is on the shape, so the nearest point is not farther.
                 let within = 1.001 * distance(x, point.reference);
-                let foot = shape.nearest(&x, within);
-                let on_shape = foot.map_or(point.reference, |foot| shape.point(&foot));
-                planes.hold(point.reference, on_shape)
+                let on_shape = self.nearest(&self.shapes[shape as usize], x, within);
+                planes.hold(point.reference, on_shape.unwrap_or(point.reference))
             }
         }
+    }
+
+    /// The nearest point of a shape with its images.
+    fn nearest(&self, shape: &Shape, x: Vector, within: f64) -> Option<Vector> {
+        let own = shape.nearest(&x, within);
+        let images = self.images.iter().filter(|_| shape.is_continued);
+        let of_images = images.filter_map(|(map, back)| {
+            let (distance, foot) = shape.nearest(&back.apply(x), within)?;
+            Some((distance, map.apply(foot)))
+        });
+        let all = own.into_iter().chain(of_images);
+        all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
     }
 
     /// Returns whether points must be projected at every step, since a sliding surface or edge is curved.
@@ -204,7 +258,7 @@ fn track(patches: &Patches, points: &[Vector], point: u32) -> Track {
         ([], _) => Track::Plane(Constraint::ALL),
         ([one], _) => match planes.first() {
             Some(plane) => Track::Plane(Constraint::of_normals(&[*plane])),
-            None => Track::Patch(one.patch, one.normal),
+            None => Track::Patch(patches.whole[one.patch as usize], one.normal),
         },
         (_, []) if !patches.in_plane && planes.len() == sectors.len() => {
             Track::Plane(Constraint::of_normals(&planes))
@@ -243,16 +297,29 @@ struct Curves {
     of_point: BTreeMap<u32, u32>,
     /// Direction of each curve that is straight.
     straight: BTreeMap<u32, Vector>,
+    /// Curves that images continue.
+    continued: BTreeSet<u32>,
 }
 
 impl Curves {
-    /// Two edges form one curve when a sliding point is within it where they meet.
-    fn new(points: &[Vector], nodes: &[u32], tracks: &[Track]) -> Self {
+    /// Two edges form one curve when a sliding point is within it where they meet, and where an image continues one by the other.
+    fn new(
+        points: &[Vector],
+        nodes: &[u32],
+        tracks: &[Track],
+        images: &Images,
+        n_own: usize,
+    ) -> Self {
+        let is_image = |point: u32| point as usize >= n_own;
         let mut pairs: Vec<(u32, u32)> = Vec::new();
         let mut within = vec![false; points.len()];
+        let mut through = Vec::new();
         for (&node, track) in nodes.iter().zip(tracks) {
             if let Track::Edge(edge) = track {
                 within[node as usize] = true;
+                if edge.ends.iter().any(|&end| is_image(end)) {
+                    through.push(node);
+                }
                 pairs.extend(edge.ends.iter().map(|&e| (e.min(node), e.max(node))));
             }
         }
@@ -264,6 +331,9 @@ impl Curves {
                 curve.join(a, b);
             }
         }
+        for &node in &through {
+            curve.join(node, images.leaders[node as usize]);
+        }
         let inner = |(a, b): (u32, u32)| if within[a as usize] { a } else { b };
         let mut edges: Vec<(u32, [u32; 3])> = pairs
             .iter()
@@ -274,9 +344,12 @@ impl Curves {
         let straight = edges
             .chunk_by(|a, b| a.0 == b.0)
             .filter_map(|edges| Some((edges[0].0, line(points, edges)?)));
+        let straight = straight.collect();
+        edges.retain(|(_, edge)| !edge.iter().any(|&end| is_image(end)));
         Self {
             of_point: inner.map(|&node| (node, curve.root(node))).collect(),
-            straight: straight.collect(),
+            continued: through.iter().map(|&node| curve.root(node)).collect(),
+            straight,
             edges,
         }
     }
@@ -320,8 +393,11 @@ struct Build<'a> {
     patches: &'a Patches,
     /// Facets with the patch of each, by patch.
     facets: Vec<(u32, [u32; 3])>,
+    given: &'a SlidingFacets,
+    /// Curved faces at their positions.
+    polynomials: BTreeMap<u32, Arc<Polynomial>>,
     curves: Curves,
-    shapes: Vec<ClosestSurface<'static>>,
+    shapes: Vec<Shape>,
     shape_of_patch: BTreeMap<u32, u32>,
     shape_of_curve: BTreeMap<u32, u32>,
 }
@@ -360,19 +436,81 @@ impl Build<'_> {
     }
 
     fn patch(&mut self, patch: u32) -> u32 {
-        let shapes = &mut self.shapes;
-        *self.shape_of_patch.entry(patch).or_insert_with(|| {
-            shapes.push(shape(self.points, facets_of(&self.facets, patch)));
-            shapes.len() as u32 - 1
-        })
+        if let Some(&known) = self.shape_of_patch.get(&patch) {
+            return known;
+        }
+        let facets = facets_of(&self.facets, patch);
+        let made = self.shape(facets, self.patches.continued[patch as usize]);
+        self.shape_of_patch.insert(patch, made);
+        made
     }
 
     fn curve(&mut self, curve: u32) -> u32 {
-        let shapes = &mut self.shapes;
-        *self.shape_of_curve.entry(curve).or_insert_with(|| {
-            shapes.push(shape(self.points, facets_of(&self.curves.edges, curve)));
-            shapes.len() as u32 - 1
-        })
+        if let Some(&known) = self.shape_of_curve.get(&curve) {
+            return known;
+        }
+        let edges = facets_of(&self.curves.edges, curve);
+        let made = self.shape(edges, self.curves.continued.contains(&curve));
+        self.shape_of_curve.insert(curve, made);
+        made
+    }
+
+    /// Makes a shape of these facets with their own points; returns its index.
+    fn shape(&mut self, mut facets: Vec<[u32; 3]>, is_continued: bool) -> u32 {
+        let faces: Vec<u32> = facets.iter().map(|facet| self.face(facet)).collect();
+        let mut pieces = Vec::new();
+        if faces.iter().any(|&face| face != NONE) {
+            let with_face = facets.iter().zip(&faces);
+            pieces = with_face
+                .map(|(facet, &face)| self.piece(facet, face))
+                .collect();
+        }
+        let mut used: Vec<u32> = facets.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        for corner in facets.iter_mut().flatten() {
+            *corner = used.binary_search(corner).expect("it is used") as u32;
+        }
+        let own: Vec<Vector> = used.iter().map(|&i| self.points[i as usize]).collect();
+        let made = Shape::new(own, &facets, pieces, is_continued);
+        self.shapes.push(made);
+        self.shapes.len() as u32 - 1
+    }
+
+    /// The first curved face with all corners of a facet or an edge.
+    fn face(&self, [a, b, c]: &[u32; 3]) -> u32 {
+        let mut around = self.patches.given_at(*a).filter(|&at| {
+            let corners = self.given.corners[at as usize];
+            corners.contains(b) && corners.contains(c) && self.given.faces[at as usize] != NONE
+        });
+        around
+            .next()
+            .map_or(NONE, |at| self.given.faces[at as usize])
+    }
+
+    /// The piece of a curved face, or the flat one, above a facet.
+    fn piece(&mut self, facet: &[u32; 3], face: u32) -> Piece {
+        let place = |nodes: &[u32], map: &FaceMap| {
+            let at = facet.map(|corner| nodes.iter().position(|&node| node == corner));
+            at.map(|at| map.places[at.expect("it is a node of the face")])
+        };
+        let Some(curved) = self.given.curved.get(face as usize) else {
+            let corners = facet.map(|corner| self.points[corner as usize]);
+            let map = Arc::new(FaceMap::flat());
+            return Piece {
+                corners: place(facet, &map),
+                polynomial: Arc::new(Polynomial::new(&map, &corners)),
+            };
+        };
+        let points = self.points;
+        let polynomial = self.polynomials.entry(face).or_insert_with(|| {
+            let nodes = curved.nodes.iter().map(|&node| points[node as usize]);
+            Arc::new(Polynomial::new(&curved.map, &nodes.collect::<Vec<_>>()))
+        });
+        Piece {
+            polynomial: polynomial.clone(),
+            corners: place(&curved.nodes, &curved.map),
+        }
     }
 }
 
@@ -397,18 +535,6 @@ fn across(planes: &Constraint, tangent: Vector) -> Constraint {
             Constraint::of_normals(&[one, cross(one, tangent)])
         }
     }
-}
-
-/// These facets with their own points.
-fn shape(points: &[Vector], mut facets: Vec<[u32; 3]>) -> ClosestSurface<'static> {
-    let mut used: Vec<u32> = facets.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    for corner in facets.iter_mut().flatten() {
-        *corner = used.binary_search(corner).expect("it is used") as u32;
-    }
-    let own: Vec<Vector> = used.iter().map(|&i| points[i as usize]).collect();
-    ClosestSurface::new(own, &facets)
 }
 
 #[cfg(test)]

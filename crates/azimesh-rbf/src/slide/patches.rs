@@ -6,6 +6,7 @@
 //! turns by more. The fold is measured from the facets' own sides of the hinge, so that neither
 //! their orientation nor two planes at a small angle matter.
 
+use crate::images::Continued;
 use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, cross, dot, norm, scale, sub, unit};
 use azimesh_core::parallel;
@@ -26,8 +27,14 @@ const NONE: u32 = u32::MAX;
 /// A surface in smooth patches. Facets without an area are left out, but the facets on either side of
 /// them is still joined.
 pub(super) struct Patches {
-    /// Corners of each facet; an edge of the plane repeats its second.
+    /// Corners of each facet, own ones first, then periodic images; an edge of the plane repeats its second.
     pub facets: Vec<[u32; 3]>,
+    /// The position of each facet in the given list.
+    given: Vec<u32>,
+    /// For each facet the own facet that it is an image of; itself for own ones.
+    source: Vec<u32>,
+    /// Number of own facets.
+    n_own: usize,
     /// True if the facets are edges of a plane mesh.
     pub in_plane: bool,
     /// Unit normals; their sense is arbitrary.
@@ -36,8 +43,12 @@ pub(super) struct Patches {
     areas: Vec<f64>,
     /// Patch of each facet.
     pub patch: Vec<u32>,
-    /// Normal of each patch that is planar.
+    /// Normal of each patch that is planar, with all patches that images join to it.
     pub planes: Vec<Option<Vector>>,
+    /// For each patch the first of those that images join to it.
+    pub whole: Vec<u32>,
+    /// For each patch whether images continue it smoothly.
+    pub continued: Vec<bool>,
     /// For each side of each facet what is smoothly joined there.
     joints: Vec<[u32; 3]>,
     /// For each side of each facet whether it is a crease.
@@ -56,25 +67,32 @@ pub(super) struct Sector {
 }
 
 impl Patches {
-    /// Cuts `facets` with their tags into patches. `O(n log n)`.
-    pub fn new(points: &[Vector], facets: &[[u32; 3]], tags: &[u32]) -> Self {
+    /// Cuts facets with the tags of their own ones into patches. `O(n log n)`.
+    pub fn new(surface: &Continued<'_>, tags: &[u32]) -> Self {
+        let (points, facets) = (&*surface.points, &*surface.facets);
         let in_plane = facets.iter().all(|[_, b, c]| b == c);
         let bounds = Bounds::around(facets.iter().flatten().map(|&i| &points[i as usize]));
         let far = largest_coordinate(&bounds);
         let thin = FLAT * (bounds.diagonal() + far);
         let mut patches = Self {
             facets: Vec::new(),
+            given: Vec::new(),
+            source: Vec::new(),
+            n_own: 0,
             in_plane,
             normals: Vec::new(),
             areas: Vec::new(),
             patch: Vec::new(),
             planes: Vec::new(),
+            whole: Vec::new(),
+            continued: Vec::new(),
             joints: Vec::new(),
             creased: Vec::new(),
             first: Vec::new(),
             around: Vec::new(),
         };
         let mut kept_tags = Vec::new();
+        let mut place = vec![NONE; tags.len()];
         let mut flat = Vec::new();
         for at in without_repeats(facets) {
             let facet = facets[at];
@@ -83,13 +101,24 @@ impl Patches {
                     patches.facets.push(facet);
                     patches.normals.push(normal);
                     patches.areas.push(area);
-                    kept_tags.push(tags[at]);
+                    patches.given.push(at as u32);
+                    let own = match at.checked_sub(tags.len()) {
+                        None => at,
+                        Some(image) => surface.of_facets[image] as usize,
+                    };
+                    if at == own {
+                        place[own] = patches.n_own as u32;
+                        patches.n_own += 1;
+                    }
+                    patches.source.push(place[own]);
+                    kept_tags.push(tags[own]);
                 }
                 None => flat.push(facet),
             }
         }
         patches.join(points, &kept_tags, &flat);
         patches.find_planes(points);
+        patches.join_images();
         patches.list_around(points.len());
         patches
     }
@@ -235,6 +264,33 @@ impl Patches {
         unit(normal.map(|x| if x.abs() < ZERO { 0.0 } else { x }))
     }
 
+    /// Finds the patches that are parts of one, by their images. It is planar if each of them is.
+    fn join_images(&mut self) {
+        let n = self.planes.len();
+        let mut whole = UnionFind::new(n);
+        let mut has_own = vec![false; n];
+        self.patch[..self.n_own]
+            .iter()
+            .for_each(|&patch| has_own[patch as usize] = true);
+        let images = self.n_own..self.facets.len();
+        let mut continued = vec![false; n];
+        for image in images.filter(|&image| self.source[image] != NONE) {
+            let patch = self.patch[image];
+            whole.join(patch, self.patch[self.source[image] as usize]);
+            continued[patch as usize] |= has_own[patch as usize];
+        }
+        self.whole = (0..n as u32).map(|patch| whole.root(patch)).collect();
+        let mut is_planar = vec![true; n];
+        self.continued = vec![false; n];
+        for (patch, &whole) in self.whole.iter().enumerate() {
+            is_planar[whole as usize] &= self.planes[patch].is_some();
+            self.continued[whole as usize] |= continued[patch];
+        }
+        for (plane, &whole) in self.planes.iter_mut().zip(&self.whole) {
+            plane.take_if(|_| !is_planar[whole as usize]);
+        }
+    }
+
     /// Area-weighted mean of the normals of these facets, in the sense of the largest.
     fn mean_normal(&self, facets: &[u32]) -> Vector {
         let area = |at: u32| self.areas[at as usize];
@@ -273,16 +329,24 @@ impl Patches {
         }
     }
 
-    /// Facets with the patch of each, by patch.
+    /// Own facets with the whole patch of each, by patch.
     pub fn by_patch(&self) -> Vec<(u32, [u32; 3])> {
-        let mut facets: Vec<_> = self
-            .patch
-            .iter()
-            .copied()
-            .zip(self.facets.iter().copied())
-            .collect();
+        let whole = self.patch.iter().map(|&patch| self.whole[patch as usize]);
+        let mut facets: Vec<_> = whole.zip(self.own().iter().copied()).collect();
         facets.sort_by_key(|entry| entry.0);
         facets
+    }
+
+    /// The facets that are no images.
+    pub fn own(&self) -> &[[u32; 3]] {
+        &self.facets[..self.n_own]
+    }
+
+    /// The positions of the own facets at a point in the given list.
+    pub fn given_at(&self, point: u32) -> impl Iterator<Item = u32> {
+        let facets = self.facets_at(point).iter();
+        let own = facets.filter(|&&at| (at as usize) < self.n_own);
+        own.map(|&at| self.given[at as usize])
     }
 
     fn facets_at(&self, point: u32) -> &[u32] {

@@ -7,7 +7,7 @@ impl Patches {
     /// Points of planar patches for which `sliding` does not hold, with the normal of each plane; each once.
     pub fn rims(&self, sliding: &[bool]) -> Vec<(u32, Vector)> {
         let mut found: Vec<(u32, u32)> = Vec::new();
-        for (facet, &patch) in self.facets.iter().zip(&self.patch) {
+        for (facet, &patch) in self.own().iter().zip(&self.patch) {
             if self.planes[patch as usize].is_some() {
                 let held = facet.iter().filter(|&&point| !sliding[point as usize]);
                 found.extend(held.map(|&point| (point, patch)));

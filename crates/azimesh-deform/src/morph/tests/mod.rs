@@ -200,6 +200,12 @@ fn the_field_between_periodic_sides_repeats() {
     let walls = ["hub_wall", "outer", "bottom", "top"];
     let morph = Morph::new(read("rotor_sector.vtu"), sector(&walls, &[])).expect("it is good");
     let d = noise(2, morph.moving().len());
+    let n = morph.surface.points.points.len() as u32;
+    let mut corners = morph.rows.iter().flat_map(|row| row.corners);
+    assert!(
+        corners.any(|corner| corner >= n),
+        "the correction reaches from images"
+    );
     // Without the last step, which makes pairs identical.
     let values = morph.surface.values(&d).expect("they are good");
     let mut found = vec![[0.0; 3]; morph.mesh().points.len()];

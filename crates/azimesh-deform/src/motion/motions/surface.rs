@@ -290,7 +290,7 @@ impl SurfaceMotion {
         let found = displacements(&arrays);
         let (name, values) = found.map_err(|message| Error::input(message).file(path))?;
         if let Some(method) = self.map {
-            let given = GivenPoints::of_mesh(&mesh, values);
+            let given = GivenPoints::of_mesh(&mesh, values, method, on.in_plane());
             let (sets, notes) = given.carry(method, path, on)?;
             return Ok(NodeSets::one(sets, notes, on));
         }

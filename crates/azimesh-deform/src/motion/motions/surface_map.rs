@@ -9,7 +9,9 @@ use azimesh_core::geometry::Bounds;
 use azimesh_core::geometry::vector::{Vector, norm};
 use azimesh_core::numbers::short;
 use azimesh_core::{Note, note};
-use azimesh_io::mesh::{Mesh, facets::facets};
+use azimesh_io::mesh::facets::facets;
+use azimesh_io::mesh::sides::side;
+use azimesh_io::mesh::{CellKind, Faces, Mesh};
 use azimesh_rbf::SurfaceMap;
 use std::collections::HashMap;
 use std::path::Path;
@@ -19,6 +21,18 @@ const REACH: f64 = 0.1;
 /// Limits of the largest displacement of a node over the largest displacement of a given point: above the first a
 /// note reports it, above the second it is an error.
 const GROWTH: [f64; 2] = [2.0, 10.0];
+
+/// Two units of length, their ratio, and the factor within which the ratio of two extents suggests them.
+const UNITS: [(f64, f64, &str, &str); 6] = [
+    (1000.0, 1.6, "mm", "m"),
+    (304.8, 1.1, "mm", "ft"),
+    (39.37, 1.1, "in", "m"),
+    (25.4, 1.1, "mm", "in"),
+    (12.0, 1.1, "in", "ft"),
+    (3.28, 1.1, "ft", "m"),
+];
+/// A ratio of extents above this one is no accident.
+const NO_ACCIDENT: f64 = 20.0;
 
 /// Method of transferring displacements from points that are not nodes of the body to its nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,25 +111,20 @@ impl GivenPoints {
         })
     }
 
-    /// Reads a mesh: the nodes of its faces, or all nodes if it has no faces.
-    pub fn of_mesh(mesh: &Mesh, displacements: &[Vector]) -> Self {
-        let dimension = if mesh.space_dimension() == 3 { 2 } else { 1 };
+    /// Reads a mesh: all nodes; for `plane` the faces of its solids, its shells and their nodes.
+    pub fn of_mesh(
+        mesh: &Mesh,
+        displacements: &[Vector],
+        method: MapMethod,
+        in_plane: bool,
+    ) -> Self {
+        let mut used: Vec<u32> = (0..mesh.points.len() as u32).collect();
         let mut all = Vec::new();
-        for run in mesh
-            .cells
-            .runs()
-            .filter(|run| run.kind.dimension() == dimension)
-        {
-            let pieces = facets(run.kind, run.n_nodes);
-            for nodes in run.connectivity.chunks_exact(run.n_nodes) {
-                all.extend(pieces.iter().map(|piece| piece.map(|i| nodes[i])));
-            }
-        }
-        let mut used: Vec<u32> = all.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
-        if used.is_empty() {
-            used = (0..mesh.points.len() as u32).collect();
+        if method == MapMethod::Plane {
+            all = outer_facets(mesh, if in_plane { 1 } else { 2 });
+            used = all.iter().flatten().copied().collect();
+            used.sort_unstable();
+            used.dedup();
         }
         let number = |node: u32| used.partition_point(|&other| other < node) as u32;
         let of = |values: &[Vector]| {
@@ -156,9 +165,9 @@ impl GivenPoints {
             MapMethod::Plane => SurfaceMap::plane(&self.points, &self.facets, wall),
         };
         let map = map.map_err(|error| error.file(path))?;
-        let extent = Bounds::around(&self.points).diagonal();
+        let extents = [&self.points, wall].map(|of| Bounds::around(of).diagonal());
         let mut notes = vec![
-            self.distances(&map, extent, on)
+            self.distances(&map, extents, on)
                 .map_err(|error| error.file(path))?
                 .file(path),
         ];
@@ -188,17 +197,34 @@ impl GivenPoints {
         Ok((sets, notes))
     }
 
-    /// Returns a note on the distance between the two surfaces; an error where they cannot match.
-    fn distances(&self, map: &SurfaceMap, extent: f64, on: &OnMesh<'_>) -> Result<Note> {
+    /// Returns a note on the distance between points and nodes, whose extents are given; an error where they cannot match.
+    fn distances(
+        &self,
+        map: &SurfaceMap,
+        [extent, of_nodes]: [f64; 2],
+        on: &OnMesh<'_>,
+    ) -> Result<Note> {
         let distances = map.distances();
         let farthest = distances.iter().copied().fold(0.0, f64::max);
+        let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let (body, n_points) = (&on.body.name, self.points.len());
-        if farthest > extent {
+        let all_far = nearest > of_nodes && nearest > REACH * extent;
+        let units = units_off(extent, of_nodes);
+        let unit_is_wrong = units.is_some() && extent > NO_ACCIDENT * of_nodes;
+        if farthest > extent || all_far || unit_is_wrong && farthest > 0.5 * of_nodes {
+            let hint = match units {
+                Some((given, mesh)) => format!(
+                    "the points may be in {given} and the mesh in {mesh}; give the unit of x, y and z in `units` of a table, or \
+                     scale the file"
+                ),
+                None => "check the unit of their coordinates and their origin".to_owned(),
+            };
             return Err(Error::input(format!(
-                "nodes of body \"{body}\" are up to {} from the {n_points} points, which extend over {}: check the unit of \
-                 their coordinates and their origin",
+                "nodes of body \"{body}\" are {} to {} from the {n_points} points, which extend over {}, the nodes over {}: {hint}",
+                short(nearest),
                 short(farthest),
-                short(extent)
+                short(extent),
+                short(of_nodes)
             )));
         }
         let n_far = distances
@@ -225,4 +251,51 @@ impl GivenPoints {
             .with("largest_distance", farthest)
             .with("far_nodes", n_far))
     }
+}
+
+/// Returns the facets between the nodes of the outer faces of a mesh of this dimension: sides of solids, and shells on no solid.
+fn outer_facets(mesh: &Mesh, dimension: u8) -> Vec<[u32; 3]> {
+    let mut all = Vec::new();
+    let mut add = |kind: CellKind, nodes: &[u32]| {
+        let pieces = facets(kind, nodes.len()).into_iter();
+        all.extend(pieces.map(|piece| piece.map(|i| nodes[i])));
+    };
+    let mut shells = |is_shell: &dyn Fn(usize) -> bool| {
+        for run in mesh
+            .cells
+            .runs()
+            .filter(|run| run.kind.dimension() == dimension)
+        {
+            for (at, nodes) in run.cells().enumerate() {
+                if is_shell(run.first_cell + at) {
+                    add(run.kind, nodes);
+                }
+            }
+        }
+    };
+    if mesh.dimension() != dimension + 1 {
+        shells(&|_| true);
+        return all;
+    }
+    let faces = Faces::of(mesh);
+    shells(&|cell| faces.dangling.binary_search(&(cell as u32)).is_ok());
+    for face in &faces.outer {
+        let cell = mesh.cells.get(face.cell as usize);
+        if let Some((kind, nodes)) = side(&mesh.cells, &cell, face.face as usize) {
+            add(kind, &nodes);
+        }
+    }
+    all
+}
+
+/// Returns the units of points and mesh that the extents of the points and of the nodes suggest.
+fn units_off(of_points: f64, of_nodes: f64) -> Option<(&'static str, &'static str)> {
+    let ratio = of_points / of_nodes;
+    UNITS
+        .into_iter()
+        .find_map(|(factor, within, small, large)| {
+            let agrees = |of: f64| (1.0 / within..within).contains(&(ratio / of));
+            let as_given = agrees(factor).then_some((small, large));
+            as_given.or_else(|| agrees(1.0 / factor).then_some((large, small)))
+        })
 }

@@ -352,3 +352,17 @@ fn a_corner_between_two_pairs_has_one_leader_and_combined_images() {
     assert_eq!(corner.map, Transform::translation([3.0, 6.0, 0.0]));
     assert_eq!(images(&pairs, 2.0, &bounds).expect("a few").len(), 24);
 }
+
+#[test]
+fn two_nodes_near_one_place_need_two_partners() {
+    let mut a = side(4, 3, 1.0);
+    a.push(add(a[5], [1e-9, 0.0, 0.0]));
+    let (mut points, first, second) = joined(&a, |x| add(x, [0.0, 0.0, 9.0]));
+    let copy = add(a[12], [0.0, 0.0, 9.0]);
+    let at = points
+        .iter()
+        .rposition(|x| *x == copy)
+        .expect("it is there");
+    points[at] = add(copy, [0.0, 0.5, 0.0]);
+    find(&points, &first, &second, None).expect_err("a partner is taken");
+}

@@ -6,7 +6,7 @@ use crate::motion::Motion;
 use azimesh_core::error::Result;
 use azimesh_core::geometry::vector::{Vector, add, distance, scale};
 use azimesh_io::formats::{WriteOptions, by_name};
-use azimesh_io::mesh::{DataArray, Mesh, Values};
+use azimesh_io::mesh::{CellKind, DataArray, Mesh, Values};
 
 pub(super) const SURFACE: &str = "surface = { file = \"s.csv\" }";
 
@@ -174,6 +174,117 @@ fn displacements_of_other_points_are_carried_to_the_nodes() {
     }
 }
 
+/// Places the nodes of a body by a mesh in place of a table, with the array `d = (0, 0, x)`.
+fn by_mesh(method: &str, mesh: &Mesh) -> Result<Motion> {
+    let mut mesh = mesh.clone();
+    let values = mesh.points.iter().flat_map(|x| [0.0, 0.0, x[0]]);
+    let values = Values::F64(values.collect());
+    mesh.point_arrays
+        .push(DataArray::tuples("Displacement", 3, values));
+    let mut bytes = Vec::new();
+    let format = by_name("vtu").expect("it is known");
+    let written = format.write_file(&mesh.view(), &mut bytes, &WriteOptions::default());
+    written.expect("it can be written");
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = format!(
+        "boundaries.others = \"fixed\"\nazimuth.values = [0]\n[[body]]\nname = \"blade\"\ntags = [\"blade_1\"]\n\
+         surface = {{ file = \"m.vtu\", map = \"{method}\" }}\n"
+    );
+    std::fs::write(folder.path().join("s.toml"), text).expect("it can be written");
+    std::fs::write(folder.path().join("m.vtu"), bytes).expect("it can be written");
+    crate::motion::Schedule::read(folder.path().join("s.toml"))?.resolve_on(&two_cubes())
+}
+
+/// A box from -0.5 to 1.5 as eight hexahedra, or the sheet z = 0 of it.
+fn structure(solid: bool) -> Mesh {
+    let mut mesh = Mesh::default();
+    let at = |i: usize| [-0.5, 0.45, 1.5][i];
+    let heights = if solid { 3 } else { 1 };
+    for k in 0..heights {
+        let z = if solid { at(k) } else { 0.0 };
+        mesh.points
+            .extend((0..9).map(|n| [at(n % 3), at(n / 3), z]));
+    }
+    let square = |n: u32| [n, n + 1, n + 4, n + 3];
+    for first in [0, 1, 3, 4] {
+        for k in 0..heights as u32 - u32::from(solid) {
+            let low = square(first + 9 * k);
+            match solid {
+                true => mesh
+                    .cells
+                    .push(CellKind::Hexahedron, &[low, low.map(|n| n + 9)].concat()),
+                false => mesh.cells.push(CellKind::Quadrilateral, &low),
+            }
+        }
+    }
+    mesh
+}
+
+#[test]
+fn points_of_a_structure_count_whatever_its_tags() {
+    for solid in [true, false] {
+        let bare = structure(solid);
+        let mut tagged = bare.clone();
+        // The root of the structure, or its outline there: one side of the box.
+        let first = tagged.cells.len();
+        match solid {
+            true => tagged.cells.push(CellKind::Quadrilateral, &[0, 3, 12, 9]),
+            false => tagged.cells.push(CellKind::Line, &[0, 3]),
+        }
+        tagged
+            .add_tag("root", first..first + 1)
+            .expect("it has a face");
+        for method in ["rbf", "nearest", "plane"] {
+            let moved = |mesh: &Mesh| {
+                let motion = by_mesh(method, mesh).expect("it maps");
+                (0..4)
+                    .map(|node| place(&motion, 0, node)[2])
+                    .collect::<Vec<_>>()
+            };
+            let found = moved(&tagged);
+            assert_eq!(found, moved(&bare), "{method}");
+            let xs = [0.0, 1.0, 1.0, 0.0];
+            if method == "rbf" {
+                let off = found.iter().zip(xs).map(|(z, x)| (z - x).abs());
+                assert!(off.fold(0.0, f64::max) < 1e-12, "{found:?}");
+            }
+            assert!(found[1] > found[0] + 0.3, "{method}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn points_in_another_unit_are_refused_with_both_extents() {
+    let text = |factor: f64, shift: f64| {
+        let rows =
+            PLATE.map(|[x, y]| format!("0,{},{},0,0,0,0.1\n", factor * x + shift, factor * y));
+        "time_s,x,y,z,dx,dy,dz\n".to_owned() + &rows.concat()
+    };
+    let body = "surface = { file = \"s.csv\", map = \"nearest\" }";
+    let found = |factor, shift| surface(false, "time.values = [0]", body, &text(factor, shift));
+    found(1.0, 0.0).expect("they match");
+    for (factor, shift, expected) in [
+        (1000.0, 0.0, "the points may be in mm and the mesh in m"),
+        (1000.0, 500.0, "the points may be in mm and the mesh in m"),
+        (0.001, 0.0, "the points may be in m and the mesh in mm"),
+        (16.6, 30.0, "the points may be in mm and the mesh in in"),
+        (
+            5.0,
+            20.0,
+            "check the unit of their coordinates and their origin",
+        ),
+    ] {
+        let error = found(factor, shift)
+            .expect_err("they do not match")
+            .to_string();
+        assert!(error.contains(expected), "{factor} {shift}: {error}");
+        assert!(
+            error.contains("which extend over ") && error.contains(", the nodes over "),
+            "{error}"
+        );
+    }
+}
+
 #[test]
 fn maps_that_cannot_be_are_refused() {
     let told = |body: &str, file: &str| {
@@ -203,7 +314,11 @@ fn maps_that_cannot_be_are_refused() {
             &less,
             "s.csv:6: the point (0.5, 0.4, -0.1) of this row has no row at time 1 s",
         ),
-        (rbf, &far, "s.csv: nodes of body \"blade\" are up to "),
+        (
+            rbf,
+            &far,
+            "s.csv: nodes of body \"blade\" are 100 to 100.001 from the 5 points",
+        ),
         (
             rbf,
             "x,y,z,dx,dy,dz\n0,0,0,0,0,0\n1,1,1,0,0,0\n",
