@@ -2,7 +2,7 @@
 
 use super::zones::DeformingZone;
 use azimesh_core::parallel;
-use azimesh_io::mesh::{Boundary, Group};
+use azimesh_io::mesh::{Boundary, Coincident, Group};
 
 /// Role of a surface node, strongest first. A node on two tags takes the stronger role. A node on two bodies moves
 /// with the body named first: with the parent, of a parent and its child.
@@ -116,7 +116,39 @@ fn surface_nodes(
     parallel::sort(&mut all);
     all.dedup_by_key(|of| of.0);
     let (nodes, roles) = all.into_iter().unzip();
-    SurfaceNodes { nodes, roles }
+    let mut surface = SurfaceNodes { nodes, roles };
+    let is_on_interface = |node: &u32| {
+        zone.is_some_and(|zone| zone.sides.interface_nodes.binary_search(node).is_ok())
+    };
+    surface.unite_copies(is_on_interface, boundary);
+    surface
+}
+
+impl SurfaceNodes {
+    /// Lets sliding nodes move or stay with their copies: nodes at one place, as blocks of a structured grid have where they meet.
+    /// Other nodes at one place keep their roles: they may be two walls that touch, and are refused later.
+    fn unite_copies(&mut self, is_on_interface: impl Fn(&u32) -> bool, boundary: &Boundary) {
+        let own = (0..self.nodes.len()).filter(|at| !is_on_interface(&self.nodes[*at]));
+        let own: Vec<usize> = own.collect();
+        let place = |i: usize| boundary.position(self.nodes[own[i]]);
+        let places = parallel::collect(own.len(), place);
+        let copies = Coincident::of(&places, |_| 0);
+        let pairs = || {
+            let pairs = copies.pairs();
+            pairs.map(|(at, first)| (own[at as usize], own[first as usize]))
+        };
+        // From each to the first, then from the first to each.
+        for (at, first) in pairs() {
+            if self.roles[first] == Role::Sliding {
+                self.roles[first] = self.roles[at];
+            }
+        }
+        for (at, first) in pairs() {
+            if self.roles[at] == Role::Sliding {
+                self.roles[at] = self.roles[first];
+            }
+        }
+    }
 }
 
 /// Returns nodes on the tags of two bodies, with the body that they do not move with.

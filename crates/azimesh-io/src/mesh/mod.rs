@@ -85,7 +85,7 @@ pub(crate) use numbering::among;
 pub use one_layer::{EMPTY, OneLayer};
 pub use orientations::orientations;
 pub use origin::Origin;
-pub(crate) use outward::{turn_outward, turned};
+pub(crate) use outward::{check_listed, turn_outward, turned};
 pub use part::RankPart;
 pub use reorder::Reordering;
 pub use skin::Skin;

@@ -1,6 +1,18 @@
 //! Orientation of the faces of a polyhedron: their normals point out of it.
 
+use azimesh_core::error::{Error, Result};
 use azimesh_core::geometry::vector::{Vector, add, cross, dot, scale, sub};
+
+/// Refuses polyhedra that list `n_listed` nodes of their `n_uses` faces, which have `n_nodes` altogether. Some files have a face in
+/// more than its two cells; a large face in each of many cells would take any amount of memory.
+pub(crate) fn check_listed(n_listed: usize, n_uses: usize, n_nodes: usize) -> Result<()> {
+    if n_listed <= n_nodes.saturating_add(n_uses).saturating_mul(8) {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "its polyhedra list {n_listed} nodes of faces, and all faces together have {n_nodes}; a face belongs to at most two polyhedra"
+    )))
+}
 
 /// Turns faces so that their normals point out of the cell between them, in a mesh with these points.
 pub(crate) fn turn_outward(sides: &mut [Vec<u32>], points: &[Vector]) {
@@ -103,4 +115,16 @@ fn area_and_centre(side: &[u32], at: &dyn Fn(u32) -> Vector) -> (Vector, Vector)
         add(sum, cross(sub(a, centre), sub(b, centre)))
     });
     (area, centre)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_face_of_many_polyhedra_is_refused() {
+        check_listed(2_000, 500, 1_000).expect("each face is in two");
+        let error = check_listed(1_000_000, 1_000, 1_000).expect_err("each is in a thousand");
+        assert!(error.message.contains("at most two polyhedra"));
+    }
 }

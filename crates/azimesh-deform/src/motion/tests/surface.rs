@@ -41,6 +41,33 @@ fn a_node_on_two_tags_takes_the_stronger_role() {
 }
 
 #[test]
+fn sliding_copies_of_a_node_go_with_it() {
+    let mut mesh = two_cubes();
+    // The upper cube has nodes of its own, where it stands on the lower one; its side has the hub's edge.
+    mesh.cells = azimesh_io::mesh::Cells::default();
+    for (kind, nodes) in [
+        (CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7][..]),
+        (CellKind::Hexahedron, &[12, 13, 14, 15, 8, 9, 10, 11]),
+        (CellKind::Quadrilateral, &[0, 1, 2, 3]),
+        (CellKind::Quadrilateral, &[0, 3, 7, 4]),
+        (CellKind::Quadrilateral, &[12, 15, 11, 8]),
+        (CellKind::Quadrilateral, &[8, 9, 10, 11]),
+    ] {
+        mesh.cells.push(kind, nodes);
+    }
+    let mut copies = mesh.points[4..8].to_vec();
+    copies[3][2] += 1e-15;
+    mesh.points.extend(copies);
+    let free = "[boundaries]\nslide = [\"side\"]\nothers = \"free\"";
+    let motion = resolve(&mesh, &format!("{HUB}{free}")).expect("it fits");
+    let roles = roles(&motion);
+    for node in [0, 3, 4, 7, 12, 15] {
+        assert!(roles.contains(&(node, Moving(0))), "{node}: {roles:?}");
+    }
+    assert!(roles.contains(&(8, Sliding)));
+}
+
+#[test]
 fn a_node_on_two_bodies_goes_with_the_first_in_the_schedule() {
     let free = "[boundaries]\nothers = \"free\"";
     let motion = resolve(&two_cubes(), &format!("{HUB}{BLADE}{free}")).expect("it fits");

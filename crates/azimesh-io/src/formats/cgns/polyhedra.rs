@@ -9,7 +9,7 @@ use super::element::{NFACE_N, NGON_N};
 use super::node::Node;
 use super::sections::{Cells, Section, Span, node_indices, part};
 use super::zone::Zone;
-use crate::mesh::{CellKind, Values};
+use crate::mesh::{CellKind, Values, check_listed};
 use azimesh_core::error::Result;
 use std::ops::Range;
 
@@ -40,6 +40,8 @@ struct Solids {
     first: i64,
     starts: Vec<usize>,
     faces: Vec<i64>,
+    /// True if the parents of the faces alone give them.
+    from_parents: bool,
 }
 
 impl Polyhedra {
@@ -56,9 +58,8 @@ impl Polyhedra {
         for section in sections.iter().filter(|s| s.element_type == NFACE_N) {
             solids.push(Solids::read(section)?);
         }
-        let any_solid = sections
-            .iter()
-            .any(|section| section.dimension() != Some(2));
+        let may_be_solid = |s: &Section| s.dimension().is_none_or(|dimension| dimension == 3);
+        let any_solid = sections.iter().any(|s| may_be_solid(s) && s.n_elements > 0);
         if zone.cell_dimension == 3 && !any_solid {
             solids.extend(Solids::from_parents(sections)?);
         }
@@ -72,6 +73,7 @@ impl Polyhedra {
     }
 
     fn count(&mut self, zone: &Node) -> Result<()> {
+        let mut n_listed = 0;
         for solids in &self.solids {
             for (i, number) in solids.faces.iter().enumerate() {
                 let Some(face) = self.faces.find(number.unsigned_abs()) else {
@@ -81,10 +83,12 @@ impl Polyhedra {
                         solids.first.saturating_add(of - 1)
                     )));
                 };
+                n_listed += self.faces.get(face).len();
                 self.n_cells[face] = (self.n_cells[face] + 1).min(2);
             }
         }
-        Ok(())
+        let n_uses = self.solids.iter().map(|solids| solids.faces.len()).sum();
+        check_listed(n_listed, n_uses, self.faces.nodes.len()).map_err(|e| zone.refuse(e.message))
     }
 
     /// Number of faces with fewer than three nodes.
@@ -179,19 +183,15 @@ impl Polyhedra {
 
     /// Appends the polyhedra of a section.
     pub fn append_section(&self, section: &Section, found: &mut MeshBuilder) -> Result<Span> {
-        let of = self.solids.iter().find(|s| s.first == section.first);
+        let is_it = |s: &&Solids| s.first == section.first && s.len() == section.n_elements;
+        let mut read = self.solids.iter().filter(|solids| !solids.from_parents);
+        let of = read.find(is_it);
         self.append(of.expect("every section was read"), section.node, found)
     }
 
     /// Appends the polyhedra that are given by their faces alone.
-    pub fn append_others(
-        &self,
-        sections: &[Section],
-        zone: &Node,
-        found: &mut MeshBuilder,
-    ) -> Result<Vec<Span>> {
-        let has_section = |solids: &&Solids| sections.iter().any(|s| s.first == solids.first);
-        let others = self.solids.iter().filter(|solids| !has_section(solids));
+    pub fn append_others(&self, zone: &Node, found: &mut MeshBuilder) -> Result<Vec<Span>> {
+        let others = self.solids.iter().filter(|solids| solids.from_parents);
         others
             .map(|solids| self.append(solids, zone, found))
             .collect()
@@ -199,7 +199,7 @@ impl Polyhedra {
 
     fn append(&self, solids: &Solids, node: &Node, found: &mut MeshBuilder) -> Result<Span> {
         let first_cell = found.cells.len();
-        let n = solids.starts.len() - 1;
+        let n = solids.len();
         found.cells.check_space(n)?;
         let mut stream: Vec<u32> = Vec::new();
         for (i, ends) in solids.starts.windows(2).enumerate() {
@@ -284,6 +284,10 @@ impl Faces {
 }
 
 impl Solids {
+    fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
     fn read(section: &Section) -> Result<Self> {
         let (starts, faces) = lists(section, integers)?;
         let first = section.first;
@@ -291,15 +295,16 @@ impl Solids {
             first,
             starts,
             faces,
+            from_parents: false,
         })
     }
 
-    /// The polyhedra that the faces name as those on their two sides.
-    fn from_parents(sections: &[Section]) -> Result<Option<Self>> {
+    /// The polyhedra that the faces name as those on their two sides, those with consecutive numbers together.
+    fn from_parents(sections: &[Section]) -> Result<Vec<Self>> {
         let mut sides: Vec<(i64, i64)> = Vec::new();
         for section in sections.iter().filter(|s| s.element_type == NGON_N) {
             let Some(node) = section.node.child("ParentElements")? else {
-                return Ok(None);
+                return Ok(Vec::new());
             };
             let parents = node.integers()?;
             if parents.len() != 2 * section.n_elements {
@@ -317,19 +322,24 @@ impl Solids {
         }
         sides.retain(|(cell, _)| *cell > 0);
         sides.sort_by_key(|(cell, face)| (*cell, face.unsigned_abs()));
-        let Some(&(first, _)) = sides.first() else {
-            return Ok(None);
-        };
-        let mut starts = vec![0];
+        let mut all: Vec<Self> = Vec::new();
         for of_cell in sides.chunk_by(|a, b| a.0 == b.0) {
-            starts.push(starts[starts.len() - 1] + of_cell.len());
+            let number = of_cell[0].0;
+            let next = |solids: &Self| solids.first.saturating_add(solids.len() as i64);
+            if all.last().is_none_or(|last| next(last) != number) {
+                all.push(Self {
+                    first: number,
+                    starts: vec![0],
+                    faces: Vec::new(),
+                    from_parents: true,
+                });
+            }
+            if let Some(last) = all.last_mut() {
+                last.faces.extend(of_cell.iter().map(|(_, face)| *face));
+                last.starts.push(last.faces.len());
+            }
         }
-        let faces = sides.into_iter().map(|(_, face)| face).collect();
-        Ok(Some(Self {
-            first,
-            starts,
-            faces,
-        }))
+        Ok(all)
     }
 }
 

@@ -209,10 +209,15 @@ fn read_zone(
         }
     }
     leave_others(zone.node, OF_ZONE, found)?;
+    leave_coordinates(&zone, step, found)?;
     for connectivity in zone.node.labelled("ZoneGridConnectivity_t")? {
         for interface in connectivity.children()? {
-            if interface.label().starts_with("GridConnectivity") {
-                found.leave("interfaces to other zones", 1);
+            match interface.label() {
+                label if label.starts_with("GridConnectivity") => {
+                    found.leave("interfaces to other zones", 1);
+                }
+                "Descriptor_t" | "UserDefinedData_t" => {}
+                label => found.leave(label, 1),
             }
         }
     }
@@ -228,6 +233,28 @@ const OF_ZONE: &str = "ZoneType_t UserDefinedData_t GridCoordinates_t Elements_t
     ZoneSubRegion_t FlowSolution_t DiscreteData_t FamilyName_t ZoneIterativeData_t \
     ArbitraryGridMotion_t DataClass_t DimensionalUnits_t Ordinal_t Descriptor_t \
     ZoneGridConnectivity_t";
+
+/// Counts coordinates of a zone that are not those of a step, and the units of those that are read.
+fn leave_coordinates(zone: &Zone, step: &Step, found: &mut MeshBuilder) -> Result<()> {
+    let read = zone.coordinates(step)?;
+    if step
+        .pointer(zone.node, "GridCoordinatesPointers")?
+        .is_none()
+    {
+        let all = zone.node.labelled("GridCoordinates_t")?;
+        let others = all.filter(|node| node.path() != read.path()).count();
+        if others > 0 {
+            found.leave("GridCoordinates_t", others);
+        }
+    }
+    for node in read.children()?.iter().chain([read]) {
+        let units = node.labelled("DimensionalUnits_t")?.count();
+        if units > 0 {
+            found.leave("DimensionalUnits_t", units);
+        }
+    }
+    Ok(())
+}
 
 /// Counts children that are not read.
 fn leave_others(node: &Node, kept: &str, found: &mut MeshBuilder) -> Result<()> {

@@ -52,14 +52,17 @@ fn add_groups(
     found: &mut MeshBuilder,
 ) -> Result<()> {
     check_count(zone, sections, of_zone.clone(), found)?;
+    let mut by_number: Vec<usize> = (0..spans.len()).collect();
+    by_number.sort_by_key(|&i| spans[i].first);
     for region in regions {
-        check(region, zone, &spans)?;
+        check(region, zone, (&spans, &by_number))?;
     }
     let names = sections.iter().zip(0..);
     let mut members = Members {
         zone,
         sections,
         spans: &spans,
+        by_number,
         by_name: names.map(|(section, i)| (section.node.name(), i)).collect(),
         is_covered: vec![false; spans.len()],
     };
@@ -100,7 +103,7 @@ fn read_cells(
         NFACE_N => polyhedra.append_section(section, found),
         _ => section.read(zone, found),
     })?;
-    spans.extend(polyhedra.append_others(sections, zone.node, found)?);
+    spans.extend(polyhedra.append_others(zone.node, found)?);
     Ok(spans)
 }
 
@@ -161,7 +164,7 @@ fn check_count(
 }
 
 /// Refuses a region of nodes or elements that the zone does not have.
-fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
+fn check(region: &Region, zone: &Zone, spans: (&[Span], &[usize])) -> Result<()> {
     let ranges = region.ranges();
     if region.is_range && region.numbers.len() != 2 {
         return Err(region.node.refuse(format!(
@@ -183,8 +186,8 @@ fn check(region: &Region, zone: &Zone, spans: &[Span]) -> Result<()> {
     let Some(number) = ranges.iter().find_map(|range| not_in(range, spans)) else {
         return Ok(());
     };
-    let first = spans.first().map_or(0, |span| span.first);
-    let last = spans.iter().map(|span| span.end() - 1).max().unwrap_or(0);
+    let first = spans.1.first().map_or(0, |&i| spans.0[i].first);
+    let last = spans.0.iter().map(|span| span.end() - 1).max().unwrap_or(0);
     Err(region.node.refuse(format!(
         "it has element {number}, which is in no section; the sections have elements {first} to {last}"
     )))
@@ -199,10 +202,10 @@ fn not_within(range: &Range<i64>, whole: Range<i64>) -> Option<i64> {
 }
 
 /// The first number of a range that belongs to no element.
-fn not_in(range: &Range<i64>, spans: &[Span]) -> Option<i64> {
-    let first = spans.partition_point(|span| span.end() <= range.start);
+fn not_in(range: &Range<i64>, (spans, by_number): (&[Span], &[usize])) -> Option<i64> {
+    let first = by_number.partition_point(|&i| spans[i].end() <= range.start);
     let mut next = range.start;
-    for span in &spans[first..] {
+    for span in by_number[first..].iter().map(|&i| &spans[i]) {
         if next >= range.end || span.first > next {
             break;
         }
@@ -230,6 +233,8 @@ struct Members<'a> {
     zone: &'a Zone<'a>,
     sections: &'a [Section<'a>],
     spans: &'a [Span],
+    /// The spans in the order of their elements.
+    by_number: Vec<usize>,
     by_name: BTreeMap<&'a str, usize>,
     /// Sections with elements of a region.
     is_covered: Vec<bool>,
@@ -272,8 +277,10 @@ impl Members<'_> {
     fn cells_in(&mut self, elements: &[Range<i64>]) -> Vec<Range<usize>> {
         let mut cells = Vec::new();
         for range in elements {
-            let first = self.spans.partition_point(|span| span.end() <= range.start);
-            for (i, span) in self.spans.iter().enumerate().skip(first) {
+            let ends_before = |&i: &usize| self.spans[i].end() <= range.start;
+            let first = self.by_number.partition_point(ends_before);
+            for &i in &self.by_number[first..] {
+                let span = &self.spans[i];
                 if span.first >= range.end {
                     break;
                 }

@@ -139,7 +139,8 @@ impl<'a> Zone<'a> {
         self.first_node..self.first_node + n
     }
 
-    fn coordinates(&self, step: &Step) -> Result<&'a Node> {
+    /// The coordinates of a step.
+    pub fn coordinates(&self, step: &Step) -> Result<&'a Node> {
         if let Some(name) = step.pointer(self.node, "GridCoordinatesPointers")? {
             return self.node.need(&name);
         }

@@ -2,7 +2,7 @@
 
 use super::super::netcdf::{File, Variable};
 use super::blocks::{check_number, indices};
-use crate::mesh::{CellKind, Cells, turn_outward};
+use crate::mesh::{CellKind, Cells, check_listed, turn_outward};
 use azimesh_core::error::{Error, Result};
 use std::ops::Range;
 
@@ -38,13 +38,25 @@ pub(super) fn polyhedra(
     let of_cells = Lists::read(file, &format!("ebepecnt{place}"), of_cells)?;
     let space = cells.check_space(of_cells.len());
     space.map_err(|e| numbers.refuse(e.message))?;
+    let list_of = |face: u32| {
+        let block = blocks.partition_point(|(faces, ..)| faces.end <= face as usize);
+        let (range, lists, name) = &blocks[block];
+        (face as usize - range.start, lists, name)
+    };
+    let length = |face: &u32| {
+        let (at, lists, _) = list_of(*face);
+        lists.get(at).len()
+    };
+    let n_nodes = blocks.iter().map(|(_, lists, _)| lists.entries.len()).sum();
+    let uses = &of_cells.entries;
+    let listed = check_listed(uses.iter().map(length).sum(), uses.len(), n_nodes);
+    listed.map_err(|e| numbers.refuse(e.message))?;
     let (mut sides, mut stream) = (Vec::new(), Vec::new());
     for cell in 0..of_cells.len() {
         sides.clear();
         for &face in of_cells.get(cell) {
-            let block = blocks.partition_point(|(faces, ..)| faces.end <= face as usize);
-            let (range, lists, name) = &blocks[block];
-            let nodes = lists.face(face as usize - range.start, name)?;
+            let (at, lists, name) = list_of(face);
+            let nodes = lists.face(at, name)?;
             sides.push(nodes.to_vec());
         }
         turn_outward(&mut sides, points);

@@ -1,7 +1,7 @@
 //! The faces of all polyhedra, each once, with the element numbers that CGNS gives them.
 
 use super::plan::{Numbering, is_polygon};
-use crate::mesh::{CellKind, MeshView};
+use crate::mesh::{CellKind, MeshView, turn_outward};
 use azimesh_core::parallel::{collect, sort};
 
 /// Faces of polyhedra.
@@ -23,6 +23,8 @@ struct Met<'a> {
     nodes: &'a [u32],
     /// Element number of a polygon cell.
     cell: Option<usize>,
+    /// True if it goes round inward in its polyhedron.
+    is_inward: bool,
 }
 
 impl FaceTable {
@@ -42,19 +44,17 @@ impl FaceTable {
         let n_cells = met.iter().filter(|face| face.cell.is_some()).count();
         for (i, face) in met.iter().enumerate() {
             let first = first_of[i];
-            if first == i {
-                numbers[i] = match face.cell {
-                    Some(element) => element as i64,
-                    None => table.add(face.nodes),
-                };
+            let number = match (first == i, face.cell) {
+                (true, Some(element)) => element as i64,
+                (true, None) => table.add(face.nodes),
+                _ => numbers[first].abs(),
+            };
+            let is_turned = first != i && is_turned(met[first].nodes, face.nodes);
+            numbers[i] = if is_turned != face.is_inward {
+                -number
             } else {
-                let sign = if is_turned(met[first].nodes, face.nodes) {
-                    -1
-                } else {
-                    1
-                };
-                numbers[i] = sign * numbers[first];
-            }
+                number
+            };
         }
         table.used = numbers.split_off(n_cells);
         table
@@ -67,6 +67,7 @@ impl FaceTable {
             met.extend(run.cell_refs().map(|cell| Met {
                 nodes: cell.nodes,
                 cell: Some(numbering.element(cell.index)),
+                is_inward: false,
             }));
         }
         let n_polygons = met.len();
@@ -74,8 +75,21 @@ impl FaceTable {
         let polyhedra = runs.filter(|run| run.kind == CellKind::Polyhedron);
         for cell in polyhedra.flat_map(|run| run.range()) {
             self.polyhedra.push((cell as u32, met.len() - n_polygons));
-            let faces = mesh.cells.polyhedron_faces(cell);
-            met.extend(faces.map(|nodes| Met { nodes, cell: None }));
+            let faces: Vec<&[u32]> = mesh.cells.polyhedron_faces(cell).collect();
+            let mut outward: Vec<Vec<u32>> = faces.iter().map(|face| face.to_vec()).collect();
+            if faces
+                .iter()
+                .copied()
+                .flatten()
+                .all(|&node| (node as usize) < mesh.points.len())
+            {
+                turn_outward(&mut outward, mesh.points);
+            }
+            met.extend(faces.iter().zip(&outward).map(|(nodes, outward)| Met {
+                nodes,
+                cell: None,
+                is_inward: is_turned(nodes, outward),
+            }));
         }
         met
     }
@@ -136,4 +150,39 @@ fn is_turned(face: &[u32], other: &[u32]) -> bool {
         Some(nodes[(at + 1) % nodes.len()])
     };
     after(other, face[0]) != after(face, face[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+
+    #[test]
+    fn faces_that_go_round_inward_are_negative() {
+        let corner = |i: u32| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)];
+        let outward = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        for (is_reversed, sign) in [(false, 1), (true, -1)] {
+            let mut mesh = Mesh::of_points((0..8).map(corner).collect());
+            let mut stream = vec![6];
+            for mut face in outward {
+                if is_reversed {
+                    face.reverse();
+                }
+                stream.push(4);
+                stream.extend(face);
+            }
+            mesh.cells.push_polyhedron(&stream).expect("it is a cube");
+            let view = mesh.view();
+            let table = FaceTable::of(&view, &Numbering::of(&view));
+            let expected: Vec<i64> = (2..8).map(|face| sign * face).collect();
+            assert_eq!(table.of_polyhedron(&view, 0), expected);
+        }
+    }
 }

@@ -227,7 +227,7 @@ fn hdf5_for_adf() -> Note {
 fn cells_by_type() -> Note {
     note!(
         "cells_by_type",
-        "cells are written in the order of their types: in their own order there would be too many sections"
+        "cells are written in the order of their types and tags, which takes fewer sections than their own order"
     )
 }
 
