@@ -371,7 +371,6 @@ fn a_window_of_added_steps_begins_at_the_positions_that_are_there() {
             assert!(after[name] == *content, "{name}");
         }
         let found = moves(&o, last - 1..46);
-        println!("{last}: {usual:.4}, {found:.4?}");
         assert!(largest(found) < 3.0 * usual);
         for step in [last, last + 1, 46] {
             fs::remove_file(o.join(format!("b_{step:04}.vtu"))).unwrap();
