@@ -108,7 +108,7 @@ mod tests {
                         .sum();
                     let wanted = f64::from(u8::from(node == other));
                     assert!(
-                        (share - wanted).abs() < 1e-9,
+                        (share - wanted).abs() < 1e-8,
                         "{kind:?} {n}: {node} {other} {share}"
                     );
                 }
