@@ -25,6 +25,11 @@ impl FaceTerms {
         if !kind.is_curved() || is_bezier || kind.dimension() == 3 {
             return None;
         }
+        // VTK has a second name for the triangle with a node inside.
+        let kind = match (kind, n_nodes) {
+            (LagrangeTriangle, 7) => Triangle7,
+            _ => kind,
+        };
         let nodes = Nodes::of(kind, n_nodes)?;
         if nodes.degrees.iter().any(|&degree| degree > MAX_ORDER) {
             return None;
