@@ -146,22 +146,42 @@ class Dense:
                 found += [(nodes[0], nodes[1], last)] if len(nodes) < 4 else [nodes[:3], (nodes[0], *nodes[2:])]
         return np.array(found)
 
+    def continued(self):
+        """Points, facets, and the node and turn of each point: the surface, then what its images add to it."""
+        facets, known = self.facets(), list(self.surface)
+        points, of = list(self.x), [(node, self.turns[0]) for node in range(self.n)]
+        everywhere = [facets]
+        for turn in self.turns[1:]:
+            place = {}
+            for node in np.unique(facets):
+                x = turn @ self.x[node]
+                away = np.linalg.norm(np.array(points)[known] - x, axis=1)
+                place[node] = known[away.argmin()] if away.min() < 1e-6 else len(points)
+                if place[node] == len(points):
+                    points.append(x)
+                    of.append((node, turn))
+                    known.append(place[node])
+            everywhere.append(np.vectorize(place.get)(facets))
+        return np.array(points), np.vstack(everywhere), of
+
     def correction(self, residual):
-        """What the residuals add at every node."""
-        facets = self.facets()
-        reach = self.reach(facets)
+        """What the residuals of the surface and its images add at every node."""
+        points, facets, of = self.continued()
+        reach = self.reach(points, facets)
+        rho_at = np.array([reach[node] for node, _ in of])
         added = np.zeros_like(residual)
         for node in range(self.n):
-            corners, weights, away = closest(self.x[node], self.x, facets)
-            rho = weights @ reach[corners]
+            corners, weights, away = closest(self.x[node], points, facets)
+            rho = weights @ rho_at[corners]
             if rho > 0.0 and away < rho:
                 xi = away / rho
                 fade = (1 - xi) ** 4 * (4 * xi + 1)
                 for corner, weight in zip(corners, weights):
-                    added[3 * node : 3 * node + 3] += fade * weight * residual[3 * corner : 3 * corner + 3]
+                    source, turn = of[corner]
+                    added[3 * node : 3 * node + 3] += fade * weight * turn @ residual[3 * source : 3 * source + 3]
         return added
 
-    def reach(self, facets):
+    def reach(self, points, facets):
         """The distance of the base point that is third or fourth nearest, at most half the gap; by node."""
         base = np.vstack(self.images)
         nearest = np.sort(np.linalg.norm(self.x[self.surface][:, None] - base[None], axis=2), axis=1)
@@ -170,10 +190,10 @@ class Dense:
         beyond = (nearest[:, 0] >= self.case.radius) & ~np.isin(self.surface, self.moving)
         reach[self.surface[beyond]] = 0.0
         part = components(facets)
-        for node in np.unique(facets):
+        for node in np.unique(facets[facets < self.n]):
             others = facets[part[facets[:, 0]] != part[node]]
             if len(others):
-                reach[node] = min(reach[node], 0.5 * closest(self.x[node], self.x, others)[2])
+                reach[node] = min(reach[node], 0.5 * closest(self.x[node], points, others)[2])
         return reach
 
 
