@@ -69,7 +69,7 @@ impl Context {
 
     /// Plans a schedule on the mesh in a file; also returns the mesh.
     pub fn plan(&self, path: &Path, schedule: Schedule) -> Result<(Plan, Arc<Mesh>)> {
-        let mesh = self.read_any(path)?;
+        let mesh = self.read_mesh(path)?;
         let (plan, part) = Plan::new(mesh, schedule).map_err(|error| error.file(path))?;
         Ok((plan, part.mesh))
     }

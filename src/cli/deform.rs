@@ -214,7 +214,7 @@ fn further_files(args: &DeformArgs, plan: &Plan, mesh: &Mesh) -> Vec<PathBuf> {
 fn read(args: &DeformArgs, schedule: &Schedule, context: &Context) -> Result<Option<RankMesh>> {
     let ranks = &context.ranks;
     let whole = || {
-        let mut mesh = context.read_any(&args.mesh)?;
+        let mut mesh = context.read_mesh(&args.mesh)?;
         set_patch_types(&mut mesh, &args.patch_type).map_err(|error| error.file(&args.mesh))?;
         Ok(mesh)
     };
@@ -275,7 +275,8 @@ fn read_together(
     }
     let format = formats::by_name(schedule.output.format()).map_err(|error| error.message)?;
     // Created before the read: ranks use it to check that they read the same file.
-    let file = SharedFile::new(&args.mesh, None, &context.read_options());
+    let given = context.input_format().map_err(|error| error.message)?;
+    let file = SharedFile::new(&args.mesh, given, &context.read_options());
     let shared = context.read_together(|| file.clone(), format)?;
     if OneLayer::has_sides(&shared.part) {
         return Err("it is one layer of cells".to_owned());

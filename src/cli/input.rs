@@ -16,20 +16,27 @@ use std::path::{Path, PathBuf};
 
 /// Opening meshes with the common options.
 impl Context {
-    /// Reads a mesh in a given format, or in the format of its content.
-    pub fn read_mesh_as(&self, path: &Path, format: Option<&'static Format>) -> Result<Mesh> {
-        let options = self.read_options();
-        let read = |location: &Location| match format {
-            Some(format) => formats::read_as(format, location, &options),
-            None => formats::read(location, &options),
-        };
-        let loaded = self.reading(path, || read(&self.open(path)?))?;
+    /// Reads a mesh.
+    pub fn read_mesh(&self, path: &Path) -> Result<Mesh> {
+        let loaded = self.reading(path, || {
+            self.read_location(&self.open(path)?, &self.read_options())
+        })?;
         Ok(self.with_notes(loaded, path))
     }
 
-    /// Returns the format of `--format`, if it is given.
+    fn read_location(&self, location: &Location, options: &ReadOptions) -> Result<Loaded> {
+        formats::read_as(self.format_of_input(location)?, location, options)
+    }
+
+    /// Returns the format of the option, or of the content.
+    fn format_of_input(&self, location: &Location) -> Result<&'static Format> {
+        self.input_format()?
+            .map_or_else(|| formats::of(location), Ok)
+    }
+
+    /// Returns the format of meshes that are read, if an option gives it.
     pub fn input_format(&self) -> Result<Option<&'static Format>> {
-        let name = self.common.one_format()?;
+        let name = self.common.input_format.as_deref();
         name.map(formats::by_name).transpose()
     }
 
@@ -47,11 +54,6 @@ impl Context {
                 None => error,
             }
         })
-    }
-
-    /// Reads a mesh in the format of its content, when `--format` is about the output.
-    pub fn read_any(&self, path: &Path) -> Result<Mesh> {
-        self.read_mesh_as(path, None)
     }
 
     /// Prints the reader's notes on the mesh of a path, and returns the mesh.
@@ -107,8 +109,8 @@ enum Meshes {
 }
 
 impl Input {
-    /// Opens a mesh file, of a given format or the format of its content, a list of mesh files, or the sequence of a folder.
-    pub fn open(path: &Path, format: Option<&'static Format>, context: &Context) -> Result<Self> {
+    /// Opens a mesh file, a list of mesh files, or the sequence of a folder.
+    pub fn open(path: &Path, context: &Context) -> Result<Self> {
         let meshes = if formats::is_series(path) && !path.is_dir() {
             let list = formats::read_series(path)?;
             formats::note_inputs(list.iter().map(|entry| &entry.path));
@@ -116,9 +118,9 @@ impl Input {
         } else {
             let location = context.open(path)?;
             if location.file().is_err() && formats::recognize(&location).is_none() {
-                return Self::of_folder(path, format, context);
+                return Self::of_folder(path, context);
             }
-            let format = format.map_or_else(|| formats::of(&location), Ok)?;
+            let format = context.format_of_input(&location)?;
             let times = format.steps(&location).map_err(|error| error.file(path))?;
             Meshes::File {
                 location,
@@ -133,13 +135,9 @@ impl Input {
     }
 
     /// Like [`open`](Self::open), on the first rank only: the others receive the content type.
-    pub fn open_shared(
-        path: &Path,
-        format: Option<&'static Format>,
-        context: &Context,
-    ) -> Result<Self> {
+    pub fn open_shared(path: &Path, context: &Context) -> Result<Self> {
         let opened = if context.ranks.is_first() {
-            Some(Self::open(path, format, context)).transpose()
+            Some(Self::open(path, context)).transpose()
         } else {
             Ok(None)
         };
@@ -164,22 +162,22 @@ impl Input {
             Ok(Vec::new())
         };
         match members {
-            Ok(members) if members.is_empty() => vec![Self::open(path, None, context)],
+            Ok(members) if members.is_empty() => vec![Self::open(path, context)],
             Ok(members) => members
                 .iter()
-                .map(|member| Self::open(member, None, context))
+                .map(|member| Self::open(member, context))
                 .collect(),
             Err(error) => vec![Err(error)],
         }
     }
 
     /// Opens the sequence of a folder; reports how to continue a run that is not finished.
-    fn of_folder(path: &Path, format: Option<&'static Format>, context: &Context) -> Result<Self> {
+    fn of_folder(path: &Path, context: &Context) -> Result<Self> {
         let unfinished = unfinished(path);
         match (sequence_in(path), unfinished) {
-            (Ok(sequence), None) => Self::open(&sequence, format, context),
+            (Ok(sequence), None) => Self::open(&sequence, context),
             (Ok(sequence), Some(how)) => {
-                let input = Self::open(&sequence, format, context)?;
+                let input = Self::open(&sequence, context)?;
                 context.note(how.file(path));
                 Ok(input)
             }
@@ -211,7 +209,7 @@ impl Input {
         if paths.len() < 2 {
             return Err(Error::input("--merge is for two meshes or more"));
         }
-        let opened = paths.iter().map(|path| Self::open(path, None, context));
+        let opened = paths.iter().map(|path| Self::open(path, context));
         let parts = opened.collect::<Result<Vec<_>>>()?;
         let sequences = parts.iter().filter_map(|part| Some((part, part.times()?)));
         let sequences: Vec<_> = sequences.collect();
@@ -374,7 +372,8 @@ impl Input {
             }
             Meshes::Listed(list) => {
                 let last = list.len().saturating_sub(1);
-                SharedFile::new(self.path_of(step.unwrap_or(last)), None, &options)
+                let format = context.input_format().map_err(|error| error.message)?;
+                SharedFile::new(self.path_of(step.unwrap_or(last)), format, &options)
             }
             Meshes::Merged(_) => Err("one rank merges meshes".to_owned()),
             Meshes::Elsewhere(_) => Err("another rank has it".to_owned()),
@@ -397,14 +396,14 @@ impl Input {
                     self.check_file(entry)?;
                     let location = context.open(&entry.path)?;
                     // A list may name any file: the content of a file that is not a mesh is not shown.
-                    if location.file().is_ok() && formats::of(&location).is_err() {
+                    if location.file().is_ok() && context.format_of_input(&location).is_err() {
                         let list = self.path.display();
                         let message = format!(
                             "{list} lists this file, but it is not a mesh of a known format"
                         );
                         return Err(Error::input(message).file(&entry.path));
                     }
-                    formats::read(&location, &options)
+                    context.read_location(&location, &options)
                 }
                 Meshes::Merged(_) | Meshes::Elsewhere(_) => {
                     Err(Error::system("its parts are read elsewhere"))

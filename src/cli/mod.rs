@@ -35,6 +35,7 @@ use azimesh_core::error::{Error, ErrorKind, Result, counted, name_options_as_fla
 use azimesh_core::note;
 use azimesh_core::numbers::amount;
 use azimesh_core::ranks::Ranks;
+use azimesh_io::formats::by_name;
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
@@ -64,9 +65,13 @@ pub struct Common {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// Format of the mesh, whatever the file name says; convert -o DIR takes several, as cgns,su2
+    /// Format that is written, whatever the file name says; convert -o DIR takes several, as cgns,su2. In commands that write no
+    /// mesh it is that of the input
     #[arg(long, global = true, value_name = "F", value_delimiter = ',')]
     pub format: Vec<String>,
+    /// Format of the meshes that are read, whatever their content and their names say
+    #[arg(long, global = true, value_name = "F")]
+    pub input_format: Option<String>,
     /// VTK cell array that holds the boundary tags
     #[arg(long, global = true, value_name = "NAME")]
     pub tag_array: Option<String>,
@@ -131,8 +136,43 @@ impl Command {
         }
     }
 
-    /// Refuses common options that have no effect here.
+    /// Returns whether it writes no mesh, so that `--format` is about the input.
+    fn only_reads(&self) -> bool {
+        match self {
+            Self::Quality(args) => args.is_shared(),
+            Self::Info(_) | Self::Check(_) | Self::Select(_) | Self::Diff(_) => true,
+            _ => false,
+        }
+    }
+
+    /// Refuses common options that have no effect here, and formats that are not known.
     fn takes(&self, common: &Common) -> Result<()> {
+        let reads_mesh = !matches!(
+            self,
+            Self::Finish(_)
+                | Self::Report(_)
+                | Self::Sample(_)
+                | Self::Completions(_)
+                | Self::Man(_)
+        );
+        let known = common.input_format.iter().chain(&common.format);
+        known
+            .map(|name| by_name(name))
+            .collect::<Result<Vec<_>>>()?;
+        if common.input_format.is_some() && !reads_mesh {
+            let message =
+                "--input-format does nothing here: no mesh is read whose format could be chosen";
+            return Err(Error::input(message));
+        }
+        if self.only_reads()
+            && let (Some(given), Some(input)) = (common.one_format()?, &common.input_format)
+            && given != input
+        {
+            return Err(Error::input(format!(
+                "--format {given} and --input-format {input}: this command writes no mesh, and both are the format of the input; \
+                 give one of them"
+            )));
+        }
         let why = match self {
             Self::Finish(_) => {
                 "steps are joined as they were written; `azimesh convert` gives a sequence another format"
@@ -202,6 +242,11 @@ pub fn run_with(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     let mut context = Context::new(cli.common).on_ranks(&ranks, n_on_node);
     context.arguments = shown;
     let ready = prepare(&cli.command, &context);
+    if cli.command.only_reads() {
+        let common = &mut context.common;
+        let given = common.format.first().cloned();
+        common.input_format = common.input_format.take().or(given);
+    }
     warn_of_ranks(&context);
     let ready = ready.and_then(|()| context.start_threads());
     let ready = ranks.all_ok(ready);

@@ -45,25 +45,11 @@ fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Formats of a command that reads a mesh and writes one, from its arguments.
-#[derive(Clone, Copy)]
-pub struct Formats {
-    /// Of the input; `None` if its content decides.
-    pub input: Option<&'static Format>,
-    /// Of the output.
-    pub output: &'static Format,
-}
-
-impl Formats {
-    /// Applies `--format` to the output if its name does not determine the format, else to the input.
-    pub fn of(output: &Path, context: &Context) -> Result<Self> {
-        let (input, output) = match (formats::by_extension(output), context.input_format()?) {
-            (Ok(output), input) => (input, output),
-            (Err(error), _) if formats::is_only_read(output) => return Err(error),
-            (Err(_), Some(output)) => (None, formats::to_write(output)?),
-            (Err(error), None) => return Err(error),
-        };
-        Ok(Self { input, output })
+/// The format of an output: of `--format`, or of the name.
+pub fn format_of(output: &Path, context: &Context) -> Result<&'static Format> {
+    match context.common.one_format()? {
+        Some(name) => formats::to_write(formats::by_name(name)?),
+        None => formats::by_extension(output),
     }
 }
 

@@ -74,11 +74,11 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
     context.check_json_beside(&args.output)?;
     guard_inputs(std::iter::once(&args.mesh).chain(&args.reference));
     args.write.check(&args.output)?;
-    let formats = output::Formats::of(&args.output, context)?;
-    let mut mesh = context.read_mesh_as(&args.mesh, formats.input)?;
+    let format = output::format_of(&args.output, context)?;
+    let mut mesh = context.read_mesh(&args.mesh)?;
     let given = match &args.reference {
         Some(path) => {
-            let given = context.read_mesh_as(path, formats.input)?;
+            let given = context.read_mesh(path)?;
             if !mesh.cells.follow(&given.cells) {
                 let message = "its cells differ from the reference mesh, which must have the same cells in the same order";
                 return Err(Error::input(message).file(&args.mesh));
@@ -96,7 +96,7 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
         reference: &evaluator.reference,
         freedom: &freedom,
     };
-    let is_rounded = formats.output.rounds(args.write.precision);
+    let is_rounded = format.rounds(args.write.precision);
     let findings = repair(
         args,
         context,
@@ -105,8 +105,7 @@ pub(super) fn run(args: &RepairArgs, context: &Context) -> Result<Outcome> {
         is_rounded,
         &mut mesh.points,
     )?;
-    args.write
-        .save(&mesh, &args.output, formats.output, context)?;
+    args.write.save(&mesh, &args.output, format, context)?;
     findings.tell(context, args)?;
     Ok(if findings.repaired.unrepaired.is_empty() {
         Outcome::Fine

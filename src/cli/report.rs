@@ -39,7 +39,14 @@ pub(super) fn run(args: &ReportArgs, context: &Context) -> Result<Outcome> {
     let commit = Commit::with_force(args.force);
     let records = formats::records_in(&args.folder);
     let records = records.as_deref().unwrap_or(&args.folder);
-    formats::guard_inputs(["steps.csv", "run.json"].map(|name| records.join(name)));
+    // All that the run has left, but for earlier pages.
+    let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "html");
+    for folder in [records, &args.folder] {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let files = entries.map(|entry| entry.path());
+        formats::guard_inputs(files.filter(|path| path.is_file() && !is_page(path)));
+    }
+    formats::guard_inputs([&args.folder]);
     commit.check(&output)?;
     let unfinished = unfinished(&args.folder);
     let page = context.stage("reading", || {

@@ -170,7 +170,7 @@ impl<'a> Writer<'a> {
             self.is_resuming = file.is_resuming();
             let sequence = Arc::clone(sequence);
             let commit = move || lock(&sequence).commit().map_err(|error| error.file(&path));
-            (hash, Staged::new(move || commit().map(|()| None)))
+            (hash, Staged::act(commit))
         } else {
             let (hash, notes, written) =
                 write_alone(mesh, names, at, self.format, &self.options, |path| {

@@ -219,11 +219,11 @@ fn a_signal_ends_a_conversion_and_leaves_no_hidden_file() {
     let made = Command::new("mkfifo").arg(path.join("late.vtu")).status();
     assert!(made.unwrap().success());
     let before = names(path);
-    for (signal, code, out, kept) in [
-        ("-TERM", 143, &["all.vtkhdf"][..], &[][..]),
-        ("-INT", 130, &["all.cgns"], &[]),
-        ("-HUP", 129, &["all.vtkhdf"], &[]),
-        ("-TERM", 143, &["all.pvd"], &["all_0000.vtu"]),
+    for (signal, code, out) in [
+        ("-TERM", 143, "all.vtkhdf"),
+        ("-INT", 130, "all.cgns"),
+        ("-HUP", 129, "all.vtkhdf"),
+        ("-TERM", 143, "all.pvd"),
     ] {
         if signal == "-HUP" && is_hangup_ignored() {
             continue;
@@ -231,7 +231,7 @@ fn a_signal_ends_a_conversion_and_leaves_no_hidden_file() {
         let mut child = Command::new(env!("CARGO_BIN_EXE_azimesh"))
             .current_dir(path)
             .args(["convert", "p_1.vtu", "late.vtu"])
-            .args(out)
+            .arg(out)
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
@@ -241,10 +241,7 @@ fn a_signal_ends_a_conversion_and_leaves_no_hidden_file() {
         let sent = Command::new("kill").args([signal, &id]).status();
         assert!(sent.unwrap().success());
         assert_eq!(child.wait().unwrap().code(), Some(code), "{out:?}");
-        let mut expected = before.clone();
-        expected.extend(kept.iter().map(|name| (*name).to_owned()));
-        expected.sort();
-        assert_eq!(names(path), expected, "{out:?}");
+        assert_eq!(names(path), before, "{out:?}");
     }
 }
 

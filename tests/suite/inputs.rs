@@ -2,6 +2,7 @@
 
 use crate::support::sequence::testdata;
 use crate::support::{Args, airfoil, assert_says, azimesh, files, rewrite, short, succeed};
+use azimesh_io::formats::files_in;
 use std::fs;
 use std::path::Path;
 
@@ -37,12 +38,103 @@ fn no_command_replaces_a_file_that_it_reads() {
         assert_refused(folder, &select, out);
     }
     let out = folder.join("out");
-    for page in ["steps.csv", "run.json", "n_0001.vtu"] {
+    for page in [
+        "steps.csv",
+        "run.json",
+        "n_0001.vtu",
+        "base.toml",
+        "base.vtp",
+        "n.pvd",
+    ] {
         assert_refused(&out, ["report", ".", "-o", page, "--force"], page);
     }
     assert_refused(&out, "convert n.pvd n.pvd --force", "n.pvd");
     let same = "convert n.pvd -o . --format vtu --force";
     assert_refused(&out, same, "n_0000.vtu");
+}
+
+/// A case with time folders, of which a conversion reads the last, and another one with a link to its mesh.
+#[cfg(unix)]
+#[test]
+fn no_command_replaces_a_file_of_a_case_that_it_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let case = testdata("openfoam/ascii");
+    let names = files_in(&case).unwrap();
+    for name in &names {
+        let path = at.join("case").join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::copy(case.join(name), path).unwrap();
+    }
+    fs::create_dir(at.join("linked")).unwrap();
+    for name in ["constant", "1"] {
+        std::os::unix::fs::symlink(format!("../case/{name}"), at.join("linked").join(name))
+            .unwrap();
+    }
+    let schedule = "steps = 2\n[[body]]\nname = \"floor\"\ntags = [\"floor\"]\n\
+                    [body.rigid]\ntranslate = [0.0, 0.0, 0.01]\n[boundaries]\nothers = \"free\"\n";
+    fs::write(at.join("s.toml"), schedule).unwrap();
+    let points = "case/constant/polyMesh/points";
+    for command in [
+        format!("convert case {points} --format vtu"),
+        format!("convert case/case.foam {points} --format vtu"),
+        "convert case case/0.5/polyMesh/points --format vtu --step 0".to_owned(),
+        format!("repair case -o {points} --format vtu"),
+        format!("quality case/1 -o {points} --format vtu"),
+        format!("select case s.toml -o {points}"),
+        "convert case linked --format openfoam --scale 2".to_owned(),
+        "convert case linked --format openfoam --step 0".to_owned(),
+        "deform case s.toml -o linked".to_owned(),
+    ] {
+        assert_refused(at, format!("{command} --force"), "polyMesh");
+        for name in &names {
+            let content = |case: &Path| fs::read(case.join(name)).unwrap();
+            assert!(
+                content(&case) == content(&at.join("case")),
+                "{command}: {name}"
+            );
+        }
+    }
+    fs::remove_dir_all(at.join("case/1")).unwrap();
+    fs::remove_dir_all(at.join("case/0.5")).unwrap();
+    assert_refused(at, "deform case s.toml -o linked --force", "polyMesh");
+}
+
+#[cfg(unix)]
+#[test]
+fn standard_input_is_an_input_under_its_own_name_too() {
+    let folder = airfoil();
+    let at = folder.path();
+    let before = files(at);
+    let run = |command: &str, to: std::process::Stdio| {
+        let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_azimesh"));
+        program.current_dir(at).args(command.split(' ')).stdout(to);
+        program.stdin(fs::File::open(at.join("n.vtu")).unwrap());
+        let output = program.output().unwrap();
+        let err = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{command}: {err}");
+        assert_says(&err, &["would replace"]);
+        assert!(files(at) == before, "{command}");
+    };
+    for input in ["-", "/dev/stdin", "/proc/self/fd/0"] {
+        for command in [
+            "convert IN n.vtu --scale 2",
+            "repair IN -o n.vtu",
+            "quality IN -o ./n.vtu",
+        ] {
+            if cfg!(target_os = "linux") || input == "-" {
+                run(
+                    &format!("{} --force", command.replace("IN", input)),
+                    std::process::Stdio::null(),
+                );
+            }
+        }
+    }
+    let append = fs::File::options()
+        .append(true)
+        .open(at.join("n.vtu"))
+        .unwrap();
+    run("convert n.vtu - --format vtu", append.into());
 }
 
 /// A schedule of few steps whose motion is in a table, `table.toml` and the table at this path.
@@ -347,4 +439,26 @@ fn two_flavours_of_ugrid_share_their_boundary_conditions() {
     succeed(folder, ["convert", solid.to_str().unwrap(), "m.b8.ugrid"]);
     succeed(folder, "convert m.b8.ugrid m.lb8.ugrid --force");
     succeed(folder, "diff m.b8.ugrid m.lb8.ugrid");
+    for more in ["", " --force", " --keep-going --force"] {
+        succeed(
+            folder,
+            format!("convert m.b8.ugrid -o both --format ugrid-b8,ugrid-lb8{more}"),
+        );
+        assert_eq!(files(&folder.join("both")).len(), 3, "{more}");
+        succeed(folder, "diff both/m.b8.ugrid both/m.lb8.ugrid");
+    }
+    // A file of other conditions stays, and so do the meshes.
+    fs::write(folder.join("both/m.mapbc"), "0\n").unwrap();
+    fs::remove_file(folder.join("both/m.b8.ugrid")).unwrap();
+    fs::remove_file(folder.join("both/m.lb8.ugrid")).unwrap();
+    let taken = azimesh(
+        folder,
+        "convert m.b8.ugrid -o both --format ugrid-b8,ugrid-lb8",
+    );
+    assert_eq!(taken.code, 2, "{taken:?}");
+    assert_says(&taken.err, &["m.mapbc", "exists already"]);
+    assert_eq!(files(&folder.join("both")).len(), 1);
+    let twice = azimesh(folder, "convert m.b8.ugrid m.b8.ugrid -o new --format cgns");
+    assert_eq!(twice.code, 2, "{twice:?}");
+    assert_says(&twice.err, &["m.b8.ugrid is given twice"]);
 }

@@ -271,12 +271,72 @@ fn a_grid_that_can_be_read_in_two_ways_is_refused_until_one_is_stated() {
     );
     assert_says(
         &run.err,
-        &["--format plot3d-multi or plot3d-single", "text"],
+        &["--input-format plot3d-multi or plot3d-single", "text"],
     );
     let stated = json(at, "info grid.xyz --format plot3d-multi");
     assert_eq!(stated["nodes"], 4, "{stated}");
     let other = json(at, "info grid.xyz --format plot3d-3d");
     assert_ne!(stated["bounds"], other["bounds"]);
+    assert_eq!(
+        json(at, "info grid.xyz --input-format plot3d-multi"),
+        stated
+    );
+}
+
+#[test]
+fn every_command_reads_a_mesh_in_the_format_that_is_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("grid.xyz"), "1 2 2\n0 1 0 1  0 0 1 1  1 1 1 1\n").unwrap();
+    let schedule = "steps = 2\n[[body]]\nname = \"side\"\ntags = [\"imin\"]\n\
+                    [body.rigid]\ntranslate = [-0.1, 0.0, 0.0]\n[boundaries]\nothers = \"fixed\"\n";
+    std::fs::write(at.join("s.toml"), schedule).unwrap();
+    for command in [
+        "convert grid.xyz c.vtu",
+        "convert grid.xyz -o all --format vtu",
+        "repair grid.xyz -o r.vtu",
+        "quality grid.xyz",
+        "quality grid.xyz -o q.vtu --reference grid.xyz",
+        "diff grid.xyz grid.xyz",
+        "check grid.xyz s.toml",
+        "select grid.xyz s.toml -o base.toml",
+        "deform grid.xyz s.toml -o out --format vtk",
+    ] {
+        let refused = azimesh(at, command);
+        assert_eq!(refused.code, 2, "{command}: {refused:?}");
+        assert_says(&refused.err, &["can be read in 2 ways"]);
+        succeed(at, format!("{command} --input-format plot3d-multi"));
+    }
+    assert_eq!(json(at, "info c.vtu")["nodes"], 4);
+    assert!(at.join("out/grid_0001.vtk").exists());
+}
+
+#[test]
+fn formats_that_are_not_known_are_refused_by_every_command() {
+    let folder = crate::support::short();
+    let at = folder.path();
+    for command in [
+        "info n.vtu",
+        "check n.vtu few.toml",
+        "select n.vtu few.toml -o base.toml",
+        "deform n.vtu few.toml -o out",
+        "diff n.vtu n.vtu",
+        "quality n.vtu",
+        "convert n.vtu o.vtu",
+        "repair n.vtu -o o.vtu",
+    ] {
+        for option in ["--format", "--input-format"] {
+            let run = azimesh(at, format!("{command} {option} nonsense"));
+            assert_eq!(run.code, 2, "{command} {option}: {run:?}");
+            assert_says(&run.err, &["nonsense"]);
+        }
+    }
+    let both = azimesh(at, "info n.vtu --format vtu --input-format su2");
+    assert_eq!(both.code, 2, "{both:?}");
+    assert_says(&both.err, &["--format vtu and --input-format su2"]);
+    let useless = azimesh(at, "report out --input-format vtu");
+    assert_eq!(useless.code, 2, "{useless:?}");
+    assert_says(&useless.err, &["--input-format does nothing here"]);
 }
 
 #[test]

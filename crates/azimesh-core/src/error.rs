@@ -241,11 +241,13 @@ pub fn is_unseen(c: char) -> bool {
     c.is_control() || turns || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
-/// The name of an option in a sentence: a flag for the program, a word for the library alone.
+/// The name of an option in a sentence: a flag for the program, a word for the library alone, whose readers have `format` for
+/// `input-format`.
 pub fn option(name: &str) -> String {
     if ARE_FLAGS.load(Ordering::Relaxed) {
         format!("--{name}")
     } else {
+        let name = name.strip_prefix("input-").unwrap_or(name);
         format!("`{}`", name.replace('-', "_"))
     }
 }

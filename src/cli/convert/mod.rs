@@ -6,7 +6,7 @@ mod merge;
 mod target;
 
 use super::input::Input;
-use super::output::OutputArgs;
+use super::output::{self, OutputArgs};
 use super::{Context, Outcome};
 use crate::record::{Diagnostic, Level};
 use azimesh_core::error::{Error, ErrorKind, Result, counted};
@@ -250,7 +250,7 @@ impl Run<'_> {
                 lost,
             });
             if keeps_going {
-                Staged::keep_all(std::mem::take(&mut whole))?;
+                Staged::all(std::mem::take(&mut whole)).keep()?;
             }
             if is_over {
                 break;
@@ -258,7 +258,7 @@ impl Run<'_> {
         }
         let is_kept = done.failed.is_empty() || is_over;
         if is_kept {
-            Staged::keep_all(whole)?;
+            Staged::all(whole).keep()?;
         }
         if done.failed.is_empty() || keeps_going && !is_over && !done.written.is_empty() {
             return Ok(done);
@@ -312,7 +312,7 @@ impl Run<'_> {
                 let place = self.place(out)?;
                 self.args.write.check(out)?;
                 let input = match others {
-                    [] if !self.args.merge => Input::open(one, None, self.context)?,
+                    [] if !self.args.merge => Input::open(one, self.context)?,
                     _ => Input::merged(inputs, self.args.step, self.context)?,
                 };
                 if !place.is_one_mesh() {
@@ -558,10 +558,12 @@ impl Run<'_> {
 
     /// Returns the format of `--format`, or of the name of the output.
     fn output_format(&self, path: Option<&Path>) -> Result<&'static formats::Format> {
-        match (self.context.common.one_format()?, path) {
-            (Some(name), _) => formats::to_write(formats::by_name(name)?),
-            (None, Some(path)) => formats::by_extension(path),
-            (None, None) => Err(Error::input("-o DIR needs --format")),
+        match path {
+            Some(path) => output::format_of(path, self.context),
+            None if self.context.common.format.is_empty() => {
+                Err(Error::input("-o DIR needs --format"))
+            }
+            None => output::format_of(Path::new("-"), self.context),
         }
     }
 
@@ -580,11 +582,14 @@ impl Run<'_> {
 }
 
 /// Refuses a job that would write a file of another one (`taken`).
-fn clash(job: &Job<'_>, taken: &mut BTreeMap<PathBuf, PathBuf>) -> Option<Error> {
+fn clash(job: &Job<'_>, taken: &mut BTreeMap<PathBuf, (PathBuf, &str)>) -> Option<Error> {
     let input = job.input.path();
+    let format = job.place.named().1.name;
     job.place.files(job.input).into_iter().find_map(|path| {
-        let other = taken.insert(path.clone(), input.to_path_buf())?;
-        let message = if other == input {
+        let (other, its) = taken.insert(path.clone(), (input.to_path_buf(), format))?;
+        let message = if other == input && its == format {
+            format!("{} is given twice, and both would be written to this file; give it once", input.display())
+        } else if other == input {
             "two of the formats would be written to this file; convert to one of them at a time".to_owned()
         } else {
             let [other, input] = [&other, input].map(Path::display);

@@ -71,9 +71,8 @@ enum Matching {
 
 pub(super) fn run(args: &DiffArgs, context: &Context) -> Result<Outcome> {
     args.check()?;
-    let format = context.input_format()?;
-    let a = Input::open(&args.a, format, context)?;
-    let b = Input::open(&args.b, format, context)?;
+    let a = Input::open(&args.a, context)?;
+    let b = Input::open(&args.b, context)?;
     let same = match (a.times(), b.times()) {
         (None, None) => one_mesh(args, &a, &b, context)?,
         (Some(ours), Some(theirs)) => {

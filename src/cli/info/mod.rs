@@ -7,7 +7,6 @@ mod text;
 use super::input::Input;
 use super::{Context, Outcome};
 use azimesh_core::error::Result;
-use azimesh_io::formats;
 use facts::Facts;
 pub use json::Info;
 use json::{MeshInfo, NamedInfo};
@@ -27,9 +26,8 @@ pub struct InfoArgs {
 
 /// Prints each mesh; if one cannot be read, the others all the same.
 pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
-    let format = context.input_format()?;
     if let [mesh] = &args.meshes[..] {
-        let told = tell(mesh, format, args.step, context)?;
+        let told = tell(mesh, args.step, context)?;
         match told {
             Told::Json(info) => context.print_json(&Info::One(info))?,
             Told::Text(text) => context.print_result(&text)?,
@@ -38,7 +36,7 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     }
     let (mut all, mut failed) = (Vec::new(), Vec::new());
     for path in &args.meshes {
-        match tell(path, format, args.step, context) {
+        match tell(path, args.step, context) {
             Ok(Told::Json(info)) => all.push(NamedInfo {
                 info: *info,
                 file: path.display().to_string(),
@@ -69,13 +67,8 @@ enum Told {
     Text(String),
 }
 
-fn tell(
-    path: &Path,
-    format: Option<&'static formats::Format>,
-    step: Option<usize>,
-    context: &Context,
-) -> Result<Told> {
-    let input = Input::open(path, format, context)?;
+fn tell(path: &Path, step: Option<usize>, context: &Context) -> Result<Told> {
+    let input = Input::open(path, context)?;
     input.check_step(step)?;
     let loaded = input.read(step, context)?;
     let facts = context.stage("inspecting", || Ok(Facts::of(&input, step, &loaded)))?;

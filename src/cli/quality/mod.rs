@@ -93,16 +93,16 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     for criterion in &args.fail_on {
         criterion.check_of_meshes()?;
     }
-    let formats = formats(args, context)?;
-    let input = Input::open_shared(&args.mesh, formats.0, context)?;
+    let format = output_format(args, context)?;
+    let input = Input::open_shared(&args.mesh, context)?;
     let findings = match input.times() {
         Some(_) if args.output.is_some() => {
             let message = "this is a sequence, and -o writes one mesh: give one of its files, or set \
                            output.quality = \"cells\" for deform";
             return Err(Error::input(message).file(&args.mesh));
         }
-        Some(times) => judge_sequence(args, context, &input, &times, formats)?,
-        None => judge_mesh(args, context, input, formats)?,
+        Some(times) => judge_sequence(args, context, &input, &times)?,
+        None => judge_mesh(args, context, input, format)?,
     };
     let beside = args
         .output
@@ -116,9 +116,6 @@ pub(super) fn run(args: &QualityArgs, context: &Context) -> Result<Outcome> {
     })
 }
 
-/// Formats from the arguments: of the input, if its content does not decide, and of the output.
-type Formats = (Option<&'static Format>, Option<&'static Format>);
-
 impl QualityArgs {
     /// Returns whether several ranks share the work: if no mesh is written.
     pub fn is_shared(&self) -> bool {
@@ -126,28 +123,25 @@ impl QualityArgs {
     }
 }
 
-/// Applies `--format` to the output if its name does not determine the format, else to the input. Also refuses to replace
-/// a file.
-fn formats(args: &QualityArgs, context: &Context) -> Result<Formats> {
-    let given = context.input_format()?;
+/// The format of the mesh that is written, if one is. Also refuses to replace a file.
+fn output_format(args: &QualityArgs, context: &Context) -> Result<Option<&'static Format>> {
     let Some(path) = &args.output else {
-        return Ok((given, None));
+        return Ok(None);
     };
     context.check_json_beside(path)?;
     guard_inputs(std::iter::once(&args.mesh).chain(&args.reference));
     args.write.check(path)?;
-    let both = output::Formats::of(path, context)?;
-    Ok((both.input, Some(both.output)))
+    output::format_of(path, context).map(Some)
 }
 
 fn judge_mesh<'a>(
     args: &'a QualityArgs,
     context: &Context,
     input: Input,
-    (of_input, of_output): Formats,
+    format: Option<&'static Format>,
 ) -> Result<Findings<'a>> {
     let mut mesh = read(args, &input, None, context, &mut BTreeSet::new())?;
-    let given = given_reference(args, context, of_input)?;
+    let given = given_reference(args, context)?;
     if let Some(given) = &given {
         let checked = context.ranks.all_ok(given.check(&mut mesh));
         checked.map_err(|error| error.file(&args.mesh))?;
@@ -174,7 +168,7 @@ fn judge_mesh<'a>(
         context.note(remark);
     }
     // Results for a written mesh refer to its coordinates in the file.
-    if of_output.is_some_and(|format| format.rounds(args.write.precision)) {
+    if format.is_some_and(|format| format.rounds(args.write.precision)) {
         mesh.points.iter_mut().for_each(|x| *x = in_32_bits(*x));
     }
     let mut findings = Findings::new(args);
@@ -185,7 +179,7 @@ fn judge_mesh<'a>(
     }
     let every = || Ok(statistics(&mesh, &mesh.points, &judge.reference));
     findings.metrics = Some(context.stage("metrics", every)?);
-    if let (Some(path), Some(format)) = (&args.output, of_output) {
+    if let (Some(path), Some(format)) = (&args.output, format) {
         let with_arrays = with_arrays(mesh, &judge);
         args.write.save(&with_arrays, path, format, context)?;
     }
@@ -219,9 +213,8 @@ fn judge_sequence<'a>(
     context: &Context,
     input: &Input,
     times: &[f64],
-    (of_input, _): Formats,
 ) -> Result<Findings<'a>> {
-    let mut given = given_reference(args, context, of_input)?;
+    let mut given = given_reference(args, context)?;
     let mut findings = Findings::new(args);
     if context.ranks.n() == 1 {
         // The worst step is named with its cell.
@@ -281,16 +274,15 @@ struct Given {
     part: Option<Arc<RankPart>>,
 }
 
-fn given_reference(
-    args: &QualityArgs,
-    context: &Context,
-    format: Option<&'static Format>,
-) -> Result<Option<Given>> {
+fn given_reference(args: &QualityArgs, context: &Context) -> Result<Option<Given>> {
     let Some(path) = &args.reference else {
         return Ok(None);
     };
-    let whole = || context.read_mesh_as(path, format);
-    let file = || SharedFile::new(path, format, &context.read_options());
+    let whole = || context.read_mesh(path);
+    let file = || {
+        let format = context.input_format().map_err(|error| error.message)?;
+        SharedFile::new(path, format, &context.read_options())
+    };
     let (mesh, reason) = context.read_shared(file, whole)?;
     if let Some(reason) = reason {
         context.tell_why_whole(path, &reason);

@@ -30,6 +30,11 @@ type Identity = (u64, u64);
 type Identity = PathBuf;
 
 #[cfg(unix)]
+use std::os::fd::AsFd as Stream;
+#[cfg(windows)]
+use std::os::windows::io::AsHandle as Stream;
+
+#[cfg(unix)]
 fn identity_of(_: &Path, found: &Metadata) -> Option<Identity> {
     use std::os::unix::fs::MetadataExt;
     Some((found.dev(), found.ino()))
@@ -41,7 +46,16 @@ fn identity_of(path: &Path, _: &Metadata) -> Option<Identity> {
 
 /// The identity of a file or folder; `None` of a device or a pipe, and of what is not there.
 fn identity(path: &Path) -> Option<Identity> {
-    let found = fs::metadata(path).ok()?;
+    identity_in(path, fs::metadata(path).ok()?)
+}
+
+/// The identity of a file from which standard input comes, or to which standard output goes.
+fn identity_of_stream(stream: &impl Stream) -> Option<Identity> {
+    let file = File::from(stream.as_fd().try_clone_to_owned().ok()?);
+    identity_in(Path::new("-"), file.metadata().ok()?)
+}
+
+fn identity_in(path: &Path, found: Metadata) -> Option<Identity> {
     let is_stored = found.is_file() || found.is_dir();
     is_stored.then(|| identity_of(path, &found)).flatten()
 }
@@ -54,15 +68,35 @@ impl Inputs {
         inputs
     }
 
+    /// Adds an input; of a case all files, also those that are not read.
     fn add(&mut self, path: &Path) {
-        if let Some(identity) = identity(path) {
+        let identity = match path.to_str() {
+            Some("-") => identity_of_stream(&io::stdin()),
+            _ => identity(path),
+        };
+        let mut add = |identity, path: &Path| {
             self.0.entry(identity).or_insert_with(|| path.to_path_buf());
+        };
+        let shown = if path.as_os_str() == "-" {
+            Path::new("<stdin>")
+        } else {
+            path
+        };
+        identity.into_iter().for_each(|own| add(own, shown));
+        for file in openfoam::files_of_case(path) {
+            self::identity(&file)
+                .into_iter()
+                .for_each(|own| add(own, &file));
         }
     }
 
-    /// The input that a path leads to.
+    /// The input that the path of an output leads to.
     pub fn find(&self, path: &Path) -> Option<&Path> {
-        self.0.get(&identity(path)?).map(PathBuf::as_path)
+        let identity = match path.to_str() {
+            Some("-") => identity_of_stream(&io::stdout()),
+            _ => identity(path),
+        };
+        self.0.get(&identity?).map(PathBuf::as_path)
     }
 
     /// Refuses an output at a path that leads to an input.
@@ -73,6 +107,11 @@ impl Inputs {
 
 /// The refusal of an output that would replace an input.
 pub fn replaced(output: &Path, input: &Path) -> Error {
+    let output = if output.as_os_str() == "-" {
+        Path::new("<stdout>")
+    } else {
+        output
+    };
     let which = if output == input {
         "this is an input".to_owned()
     } else {

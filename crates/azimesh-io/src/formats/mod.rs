@@ -23,6 +23,7 @@ mod listing;
 pub mod medit;
 mod memory_limit;
 mod mesh_file;
+mod moves;
 mod names;
 mod netcdf;
 mod notes;

@@ -2,11 +2,12 @@
 //! its name.
 
 use super::inputs::{files_in, hash_of_names, refuse_guarded};
+use super::moves::Move;
 use super::save::{
     Out, PIECE, Staged, exists, fill_file, is_special, refuse_special, stage_bytes, stage_file,
     stage_path,
 };
-use super::staged::{Commit, Temporary, folder_of, sync_file, sync_folder};
+use super::staged::{Commit, Temporary, folder_of, sync_file};
 use crate::mesh::NumbersApart;
 use azimesh_core::error::{Error, Result};
 use azimesh_core::parallel::with_own_thread;
@@ -27,9 +28,6 @@ pub struct OutputSet<'a> {
     commit: Option<Commit>,
     folder: Option<StagedFolder>,
     files: Vec<Staged>,
-    /// Content of the main file of a set with a folder, which refers to the files in it: staged only when those
-    /// have their names, since a signal commits staged files and removes a staged folder.
-    list: Option<Vec<u8>>,
     is_hashed: bool,
     hash: Option<blake3::Hash>,
     n_bytes: u64,
@@ -75,7 +73,6 @@ impl<'a> OutputSet<'a> {
             commit: None,
             folder: None,
             files: Vec::new(),
-            list: None,
             is_hashed: false,
             hash: None,
             n_bytes: 0,
@@ -102,18 +99,12 @@ impl<'a> OutputSet<'a> {
 
     /// Writes the main file, front to back.
     pub fn main<T>(&mut self, write: impl FnOnce(&mut dyn Out) -> Result<T>) -> Result<T> {
-        let (written, hash) = match (self.commit, &self.folder) {
-            (None, _) => self.count(&mut io::sink(), write)?,
-            (Some(commit), None) => {
+        let (written, hash) = match self.commit {
+            None => self.count(&mut io::sink(), write)?,
+            Some(commit) => {
                 let path = self.path;
                 let (counted, file) = stage_file(path, commit, |out| self.count(out, write))?;
                 self.files.push(file);
-                counted
-            }
-            (Some(_), Some(_)) => {
-                let mut list = Vec::new();
-                let counted = self.count(&mut list, write)?;
-                self.list = Some(list);
                 counted
             }
         };
@@ -149,11 +140,11 @@ impl<'a> OutputSet<'a> {
         Ok(written)
     }
 
-    /// Writes a small companion file, which is not part of the hash. One that may be replaced and has these bytes stays: the
-    /// input may have it too.
+    /// Writes a small companion file, which is not part of the hash. One that has these bytes stays: the input, or a mesh of
+    /// another format, may have it too.
     pub fn companion(&mut self, path: &Path, bytes: &[u8]) -> Result<()> {
         let is_there = || path.is_file() && fs::read(path).is_ok_and(|there| there == bytes);
-        if let Some(commit) = self.commit.filter(|own| !(own.replace && is_there())) {
+        if let Some(commit) = self.commit.filter(|_| !is_there()) {
             refuse_special(path)?;
             self.files.push(stage_bytes(bytes, path, commit)?);
         }
@@ -215,19 +206,9 @@ impl<'a> OutputSet<'a> {
 
     /// The files, all of them complete.
     pub fn finish(self) -> Output {
-        let files = match (self.folder, self.commit) {
-            (Some(folder), Some(commit)) => {
-                let (path, list, files) = (self.path.to_path_buf(), self.list, self.files);
-                Staged::new(move || {
-                    folder.commit(commit, || {
-                        Staged::keep_all(files)?;
-                        let list = list.map(|list| stage_bytes(&list, &path, commit));
-                        list.transpose()?.map_or(Ok(()), Staged::keep)
-                    })
-                })
-            }
-            _ => Staged::all(self.files),
-        };
+        // The main file comes last, its companions directly before it.
+        let folder = self.folder.map(Staged::folder).into_iter();
+        let files = Staged::all(folder.chain(self.files).collect());
         let of_folder = || self.is_hashed.then(|| hash_of_names(&self.of_folder));
         Output {
             files,
@@ -315,7 +296,7 @@ use std::os::unix::fs::symlink as link_folder;
 use std::os::windows::fs::symlink_dir as link_folder;
 
 /// Files in a staged folder that are moved to their folder, which may exist.
-struct StagedFolder {
+pub(super) struct StagedFolder {
     temporary: Temporary,
     target: PathBuf,
     /// Names of the files, which may contain folders.
@@ -324,6 +305,8 @@ struct StagedFolder {
     owned: Vec<String>,
     /// True if they are; otherwise those that are there by then are kept.
     replace: bool,
+    /// True if files and names are synced to the disk.
+    sync: bool,
 }
 
 impl StagedFolder {
@@ -343,8 +326,8 @@ impl StagedFolder {
         }
         for folder in &places {
             refuse_guarded(folder)?;
-            let mut files = fs::read_dir(folder).into_iter().flatten().flatten();
-            files.try_for_each(|file| refuse_guarded(&file.path()))?;
+            let mut files = files_in(folder).unwrap_or_default().into_iter();
+            files.try_for_each(|file| refuse_guarded(&folder.join(file)))?;
         }
         let is_inside = owned.is_some() && target.is_dir();
         let inside = is_inside.then(|| target.join("files"));
@@ -355,6 +338,7 @@ impl StagedFolder {
             names: Vec::new(),
             owned: owned.unwrap_or_default().to_vec(),
             replace: commit.replace || owned.is_none(),
+            sync: commit.sync,
         })
     }
 
@@ -366,22 +350,52 @@ impl StagedFolder {
         Ok(path)
     }
 
-    /// Moves the files, then calls `last`. After an error the files that were there before are restored. A system that
-    /// stops between two renames leaves a mixture of old and new files: no file system renames several files at once.
-    fn commit(self, commit: Commit, last: impl FnOnce() -> Result<()>) -> Result<Option<PathBuf>> {
-        if commit.sync {
+    /// The moves that put the files in place, once they are synced.
+    pub fn moves(&self) -> Result<Vec<Move>> {
+        if self.sync {
             self.sync_files()?;
         }
-        let mut undo = Undo::new();
-        let mut done = self.move_all(&mut undo);
-        if commit.sync {
-            done = done.and_then(|()| self.sync_names());
+        let (target, staged) = (&self.target, self.temporary.path());
+        let to_move = |from: PathBuf, to: PathBuf| Move {
+            from,
+            to,
+            replace: true,
+            sync: self.sync,
+        };
+        let owned = self.owned.iter();
+        let there: Vec<&String> = owned.filter(|name| target.join(name).exists()).collect();
+        let mut moves = Vec::new();
+        for name in there.iter().filter(|_| self.replace) {
+            let (from, to) = (staged.join(name), target.join(name));
+            moves.push(match from.exists() {
+                true => to_move(from, to),
+                // It is removed with the staged folder.
+                false => to_move(to, staged.join("old").join(name)),
+            });
         }
-        if let Err(error) = done.and_then(|()| last()) {
-            undo.into_iter().rev().for_each(|undo| undo());
-            return Err(error);
+        let is_with_owned = |name: &&String| {
+            let mut there = there.iter();
+            there.any(|own| Path::new(name).starts_with(own))
+        };
+        let names = self.names.iter().filter(|name| !is_with_owned(name));
+        let pieces: BTreeSet<&Path> = names.map(|name| self.new_piece(name)).collect();
+        for piece in pieces {
+            let to = target.join(piece);
+            refuse_guarded(&to)?;
+            moves.push(to_move(staged.join(piece), to));
         }
-        Ok(commit.sync.then(|| folder_of(&self.target).to_path_buf()))
+        Ok(moves)
+    }
+
+    /// The folders that are to be synced to the disk once the files are in place.
+    pub fn synced(&self) -> BTreeSet<PathBuf> {
+        let of_name = |name| Path::new(name).ancestors().skip(1);
+        let names = self.names.iter().filter(|_| self.sync);
+        let folders = names
+            .flat_map(of_name)
+            .map(|folder| self.target.join(folder));
+        let above = self.sync.then(|| folder_of(&self.target).to_path_buf());
+        folders.chain(above).collect()
     }
 
     /// Syncs what is in the files.
@@ -394,67 +408,12 @@ impl StagedFolder {
         })
     }
 
-    /// Syncs the names of all files and folders.
-    fn sync_names(&self) -> Result<()> {
-        let of_name = |name| Path::new(name).ancestors().skip(1);
-        let folders: BTreeSet<&Path> = self.names.iter().flat_map(of_name).collect();
-        folders.into_iter().try_for_each(|folder| {
-            let folder = self.target.join(folder);
-            sync_folder(&folder).map_err(|error| Error::io(&folder, &error))
-        })
-    }
-
-    fn move_all(&self, undo: &mut Undo) -> Result<()> {
-        let (target, old) = (&self.target, self.temporary.path().join("old"));
-        let owned = self.owned.iter();
-        let there: Vec<&String> = owned.filter(|name| target.join(name).exists()).collect();
-        for name in there.iter().filter(|_| self.replace) {
-            rename(&target.join(name), &old.join(name), undo)?;
-        }
-        let is_kept = |name: &&String| {
-            !self.replace && there.iter().any(|own| Path::new(name).starts_with(own))
-        };
-        for name in self.names.iter().filter(|name| !is_kept(name)) {
-            let Some(piece) = self.new_piece(name) else {
-                continue;
-            };
-            let (from, to) = (self.temporary.path().join(piece), target.join(piece));
-            if to.exists() {
-                rename(&to, &old.join(piece), undo)?;
-            }
-            rename(&from, &to, undo)?;
-        }
-        Ok(())
-    }
-
-    /// The largest part of a name that is to be moved in one piece: the first folder on the way that is not there yet,
-    /// or else the file. `None` where it has been moved with another one.
-    fn new_piece<'n>(&self, name: &'n str) -> Option<&'n Path> {
+    /// The part of a name that is moved in one piece: the first folder on the way that is not there yet, or else the file.
+    fn new_piece<'n>(&self, name: &'n str) -> &'n Path {
         let path = Path::new(name);
-        // A link may lead to what has been moved.
-        fs::symlink_metadata(self.temporary.path().join(path)).ok()?;
         let folders = path.ancestors().skip(1);
         let new = folders.take_while(|folder| !self.target.join(folder).exists());
         let first = new.filter(|folder| !folder.as_os_str().is_empty()).last();
-        Some(first.unwrap_or(path))
+        first.unwrap_or(path)
     }
-}
-
-/// Actions that restore the state before, in reverse order. A file that cannot be restored matters less than the error that
-/// is reported.
-type Undo = Vec<Box<dyn FnOnce()>>;
-
-/// Renames `from` to `to`, whose folder is made where it is not there.
-fn rename(from: &Path, to: &Path, undo: &mut Undo) -> Result<()> {
-    let io = |error: io::Error| Error::io(to, &error);
-    let missing = folder_of(to).ancestors().take_while(|path| !path.exists());
-    let missing: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
-    fs::create_dir_all(folder_of(to)).map_err(io)?;
-    for folder in missing.into_iter().rev() {
-        undo.push(Box::new(move || drop(fs::remove_dir(folder))));
-    }
-    fs::rename(from, to).map_err(io)?;
-    let (from, to) = (from.to_path_buf(), to.to_path_buf());
-    undo.push(Box::new(move || drop(fs::rename(to, from))));
-    Ok(())
 }

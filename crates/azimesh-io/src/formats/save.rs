@@ -1,7 +1,9 @@
 //! Writes a file completely or not at all: it is staged under a temporary name and renamed when it is complete.
 
 use super::inputs::refuse_guarded;
-use super::staged::{Commit, Temporary, folder_of, sync_folder};
+use super::moves::{Move, make_all};
+use super::output_set::StagedFolder;
+use super::staged::{Commit, Temporary, folder_of, sync_file, sync_folder};
 use crate::mesh::NumbersApart;
 use azimesh_core::error::{Error, ErrorKind, Result, option};
 use azimesh_core::ranks::hash::HashedBytes;
@@ -14,39 +16,76 @@ use std::path::{Path, PathBuf};
 /// to stall for a third of a second now and then.
 pub(super) const PIECE: usize = 1 << 20;
 
-/// Renames files to their final names; returns the folder that is to be synced after that.
-type GiveNames = Box<dyn FnOnce() -> Result<Option<PathBuf>> + Send>;
-
 /// Staged files: complete, but still under temporary names. They are removed when this is dropped.
 #[must_use]
-pub struct Staged(GiveNames);
+pub struct Staged(Vec<Part>);
+
+/// A part of an output, until it has its name.
+enum Part {
+    File {
+        temporary: Temporary,
+        target: PathBuf,
+        commit: Commit,
+    },
+    Folder(StagedFolder),
+    /// Called once files and folders have their names.
+    Act(Box<dyn FnOnce() -> Result<()> + Send>),
+}
 
 impl Staged {
-    /// `give` renames the files and returns their folder if that is to be synced; dropping it removes them.
-    pub fn new(give: impl FnOnce() -> Result<Option<PathBuf>> + Send + 'static) -> Self {
-        Self(Box::new(give))
+    /// Nothing but a call once files that it is kept with have their names.
+    pub fn act(act: impl FnOnce() -> Result<()> + Send + 'static) -> Self {
+        Self(vec![Part::Act(Box::new(act))])
+    }
+
+    /// The files of a staged folder.
+    pub(super) fn folder(folder: StagedFolder) -> Self {
+        Self(vec![Part::Folder(folder)])
     }
 
     /// Several staged outputs as one, in order.
     pub fn all(files: Vec<Self>) -> Self {
-        Self::new(|| Self::keep_all(files).map(|()| None))
+        Self(files.into_iter().flat_map(|one| one.0).collect())
     }
 
-    /// Renames the files to their final names.
+    /// Renames the files to their final names: all of them, or none after an error. A signal that ends the program waits.
     pub fn keep(self) -> Result<()> {
-        Self::keep_all([self])
-    }
-
-    /// Renames the files of several outputs, in order.
-    pub fn keep_all(files: impl IntoIterator<Item = Self>) -> Result<()> {
+        let mut moves = Vec::new();
         let mut folders = BTreeSet::new();
-        let given = files.into_iter().try_for_each(|file| {
-            folders.extend((file.0)()?);
-            Ok(())
-        });
+        for part in &self.0 {
+            match part {
+                Part::File {
+                    temporary,
+                    target,
+                    commit,
+                } => {
+                    if commit.sync {
+                        let synced = sync_file(temporary.path());
+                        synced.map_err(|error| Error::io(target, &error))?;
+                        folders.insert(folder_of(target).to_path_buf());
+                    }
+                    moves.push(Move {
+                        from: temporary.path().to_path_buf(),
+                        to: target.clone(),
+                        replace: commit.replace,
+                        sync: commit.sync,
+                    });
+                }
+                Part::Folder(folder) => {
+                    moves.extend(folder.moves()?);
+                    folders.extend(folder.synced());
+                }
+                Part::Act(_) => {}
+            }
+        }
+        make_all(moves)?;
         let sync =
             |folder: &PathBuf| sync_folder(folder).map_err(|error| Error::io(folder, &error));
-        given.and(folders.iter().try_for_each(sync))
+        folders.iter().try_for_each(sync)?;
+        self.0.into_iter().try_for_each(|part| match part {
+            Part::Act(act) => act(),
+            Part::File { .. } | Part::Folder(_) => Ok(()),
+        })
     }
 }
 
@@ -73,7 +112,7 @@ pub(super) fn stage_file<T>(
     if let Some(stream) = stream(path, commit)? {
         let standard = (path.as_os_str() == "-").then(|| Path::new("<stdout>"));
         let written = fill(stream, None, standard.unwrap_or(path), write)?;
-        return Ok((written, Staged::new(|| Ok(None))));
+        return Ok((written, Staged(Vec::new())));
     }
     // Links are followed.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
@@ -81,17 +120,13 @@ pub(super) fn stage_file<T>(
     let (file, mut temporary) = Temporary::file_for(&target).map_err(failed)?;
     let copy = file.try_clone().map_err(failed)?;
     let written = fill(Box::new(file), Some((copy, temporary.path())), path, write)?;
-    temporary.set_complete(&target, commit);
-    let path = path.to_path_buf();
-    let give = move || {
-        let named = temporary.commit(&target, commit);
-        named.map_err(|error| match error.kind() {
-            io::ErrorKind::AlreadyExists => exists(&path),
-            _ => Error::io(&path, &error),
-        })?;
-        Ok(commit.sync.then(|| folder_of(&target).to_path_buf()))
+    temporary.close();
+    let staged = Part::File {
+        temporary,
+        target,
+        commit,
     };
-    Ok((written, Staged::new(give)))
+    Ok((written, Staged(vec![staged])))
 }
 
 /// Stages a file as [`stage_file`] does; `write` is given its path. What goes to standard output, a device or a pipe is
@@ -171,10 +206,10 @@ impl Commit {
     /// Refuses an existing file, or a symbolic link to a file that does not exist, unless it is to be replaced.
     /// Standard output, devices and pipes are accepted. A guarded input is refused always.
     pub fn check(self, path: &Path) -> Result<()> {
+        refuse_guarded(path)?;
         if path.as_os_str() == "-" {
             return Ok(());
         }
-        refuse_guarded(path)?;
         match fs::metadata(path) {
             _ if self.replace => Ok(()),
             Ok(found) if found.is_file() => Err(exists(path)),

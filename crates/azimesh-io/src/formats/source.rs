@@ -3,6 +3,7 @@
 use super::decompress::{decompress, is_compressed};
 use super::inputs::note_opened;
 use super::memory_limit::MemoryLimit;
+use super::staged::complete_above;
 use azimesh_core::error::{Error, Result};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -268,6 +269,9 @@ impl Location {
 
     /// [`Location::open`] with a limit in bytes for decompressed content and the content of a pipe.
     pub fn open_within(path: &Path, max_memory: Option<u64>) -> Result<Self> {
+        if path.as_os_str() != "-" {
+            complete_above(path)?;
+        }
         if path.is_dir() {
             return Ok(Self::Folder(path.to_path_buf()));
         }

@@ -5,6 +5,8 @@
 //! so that only the last one of each folder stays locked: a program that holds a lock in a folder is still
 //! using all its temporary files there.
 
+use super::moves::{LIST, complete_left, rename_to};
+use azimesh_core::error::Result;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -13,8 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread;
-use std::time::Duration;
-use tempfile::TempPath;
+use std::time::{Duration, SystemTime};
 
 /// Temporary names are `.azimesh_HOST_PROCESS-NUMBER.part`, however long the final name is. Locks of a network file system may
 /// be local to a host, so that another host does not see whether a file is in use; without a name of the host, `HOST_` is left out.
@@ -48,24 +49,27 @@ impl Commit {
 }
 
 /// The temporary files of this process.
-struct Registry {
-    /// Every temporary file or folder, and the name it is to get once it is complete.
-    entries: BTreeMap<PathBuf, Option<(PathBuf, Commit)>>,
+pub(super) struct Registry {
+    /// Every temporary file or folder.
+    entries: BTreeSet<PathBuf>,
     /// By folder, the file that was completed there last: locked while it is open.
     locked: BTreeMap<PathBuf, File>,
     /// Folders that were cleared of the files of killed programs.
     cleared: BTreeSet<PathBuf>,
+    /// Folders whose lists of moves were looked for, and when they were changed last.
+    completed: BTreeMap<PathBuf, Option<SystemTime>>,
 }
 
 static REGISTRY: Mutex<Registry> = Mutex::new(Registry {
-    entries: BTreeMap::new(),
+    entries: BTreeSet::new(),
     locked: BTreeMap::new(),
     cleared: BTreeSet::new(),
+    completed: BTreeMap::new(),
 });
 /// The number of the next temporary name.
 static NUMBER: AtomicU64 = AtomicU64::new(0);
 
-fn registry() -> MutexGuard<'static, Registry> {
+pub(super) fn registry() -> MutexGuard<'static, Registry> {
     REGISTRY.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -107,10 +111,7 @@ impl Temporary {
     fn create(folder: &Path, create: impl Fn(&Path) -> io::Result<File>) -> io::Result<Self> {
         clear_once(folder);
         loop {
-            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-            let host = host().map_or(String::new(), |host| format!("{host}_"));
-            let name = format!("{START}{host}{}-{number}{END}", std::process::id());
-            let path = folder.join(name);
+            let path = next_path(folder);
             let mut registry = registry();
             let file = match create(&path) {
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
@@ -120,25 +121,28 @@ impl Temporary {
             if lock(&file) == Some(false) || !is_same(&file, &path) {
                 continue;
             }
-            registry.entries.insert(path.clone(), None);
+            registry.entries.insert(path.clone());
             let file = Some(file);
             return Ok(Self { path, file });
         }
+    }
+
+    /// A name in the folder of `target`, without a file. What gets it is removed when this is dropped.
+    pub fn name_for(target: &Path) -> Self {
+        let path = next_path(folder_of(target));
+        registry().entries.insert(path.clone());
+        Self { path, file: None }
     }
 
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Marks it as complete: from here on a signal commits it instead of removing it.
-    pub fn set_complete(&mut self, target: &Path, commit: Commit) {
-        let mut registry = registry();
-        let wanted = Some((target.to_path_buf(), commit));
-        registry.entries.insert(self.path.clone(), wanted);
+    /// Closes a complete file.
+    pub fn close(&mut self) {
         if let Some(file) = self.file.take() {
-            registry
-                .locked
-                .insert(folder_of(&self.path).to_path_buf(), file);
+            let folder = folder_of(&self.path).to_path_buf();
+            registry().locked.insert(folder, file);
         }
     }
 
@@ -148,7 +152,7 @@ impl Temporary {
             sync_file(&self.path)?;
         }
         let mut registry = registry();
-        rename(&self.path, target, commit)?;
+        rename_to(&self.path, target, commit.replace)?;
         registry.entries.remove(&self.path);
         Ok(())
     }
@@ -163,22 +167,17 @@ impl Drop for Temporary {
         registry
             .locked
             .retain(|folder, _| !folder.starts_with(&self.path));
-        if registry.entries.remove(&self.path).is_some() {
+        if registry.entries.remove(&self.path) {
             remove(&self.path);
         }
     }
 }
 
-fn rename(temporary: &Path, target: &Path, commit: Commit) -> io::Result<()> {
-    if !commit.replace {
-        let named = TempPath::try_from_path(temporary)?.persist_noclobber(target);
-        return named.map_err(|failed| failed.error);
-    }
-    if let Ok(replaced) = fs::metadata(target) {
-        // File systems without permissions refuse this, and nothing is lost.
-        let _ = fs::set_permissions(temporary, replaced.permissions());
-    }
-    fs::rename(temporary, target)
+/// The next temporary name in a folder.
+fn next_path(folder: &Path) -> PathBuf {
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let host = host().map_or(String::new(), |host| format!("{host}_"));
+    folder.join(format!("{START}{host}{}-{number}{END}", std::process::id()))
 }
 
 /// The folder that contains a path.
@@ -208,7 +207,7 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-fn remove(path: &Path) {
+pub(super) fn remove(path: &Path) {
     // The error that led here is the one to report.
     let _ = if path.is_dir() {
         fs::remove_dir_all(path).or_else(|_| remove_one_by_one(path))
@@ -231,11 +230,18 @@ fn remove_one_by_one(folder: &Path) -> io::Result<()> {
 }
 
 /// Removes the temporary files that killed programs of this host have left in a folder: the files of processes that hold no
-/// lock there.
+/// lock there. What a killed program was renaming is completed before that, and stays where it cannot be.
 pub fn clear_left(folder: &Path) {
+    if complete_left(folder).is_err() {
+        return;
+    }
     let mut of_processes: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        if let Some(process) = entry.file_name().to_str().and_then(process_of) {
+        if let Some(process) = entry
+            .file_name()
+            .to_str()
+            .and_then(|name| process_of(name, END))
+        {
             let files = of_processes.entry(process.to_owned()).or_default();
             files.push(entry.path());
         }
@@ -268,9 +274,41 @@ fn host() -> Option<String> {
     Some(name.trim().to_owned()).filter(|name| !name.is_empty())
 }
 
+/// The lists of moves in a folder that programs of this host have left, each locked while it is open.
+pub(super) fn lists_of_killed(folder: &Path) -> Vec<(PathBuf, File)> {
+    let ending = format!(".{LIST}");
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let lists = entries.filter_map(|entry| {
+        process_of(entry.file_name().to_str()?, &ending)?;
+        let file = File::open(entry.path()).ok()?;
+        let is_left = lock(&file) == Some(true) && is_same(&file, &entry.path());
+        is_left.then_some((entry.path(), file))
+    });
+    lists.collect()
+}
+
+/// Completes what killed programs were renaming in the folders of a file that is about to be read, or of a folder with a case.
+///
+/// # Errors
+/// Of [`complete_left`].
+pub(super) fn complete_above(path: &Path) -> Result<()> {
+    let is_folder = path.is_dir();
+    let path = std::path::absolute(path).unwrap_or_default();
+    // CASE/TIME/REGION/polyMesh; the folder of the pieces is next to their list.
+    let (first, n) = if is_folder { (0, 4) } else { (1, 2) };
+    for folder in path.ancestors().skip(first).take(n) {
+        let changed = fs::metadata(folder).and_then(|found| found.modified()).ok();
+        let before = registry().completed.insert(folder.to_path_buf(), changed);
+        if before != Some(changed) {
+            complete_left(folder)?;
+        }
+    }
+    Ok(())
+}
+
 /// The process id in a temporary name of this host.
-fn process_of(name: &str) -> Option<&str> {
-    let numbers = name.strip_prefix(START)?.strip_suffix(END)?;
+fn process_of<'a>(name: &'a str, ending: &str) -> Option<&'a str> {
+    let numbers = name.strip_prefix(START)?.strip_suffix(ending)?;
     let numbers = match numbers.rsplit_once('_') {
         Some((own, _)) if host().as_deref() != Some(own) => return None,
         Some((_, numbers)) => numbers,
@@ -283,7 +321,7 @@ fn process_of(name: &str) -> Option<&str> {
 
 /// Locks a file while it is open. `Some(false)`: another process holds the lock; `None`: the file system
 /// has no locks. Nothing is locked on Windows, where others could not read a locked file.
-fn lock(file: &File) -> Option<bool> {
+pub(super) fn lock(file: &File) -> Option<bool> {
     match file.try_lock() {
         _ if !cfg!(unix) => None,
         Ok(()) => Some(true),
@@ -311,7 +349,7 @@ pub fn is_same(_file: &File, _path: &Path) -> bool {
 
 /// Registers a file that was not made by this module, to be removed when a signal ends the program.
 pub fn register_temporary(path: &Path) {
-    registry().entries.insert(path.to_path_buf(), None);
+    registry().entries.insert(path.to_path_buf());
 }
 
 /// Removes a file of [`register_temporary`] from the list.
@@ -319,8 +357,8 @@ pub fn unregister_temporary(path: &Path) {
     registry().entries.remove(path);
 }
 
-/// For a program that a signal ends: commits the temporary files that are complete and removes the others. After
-/// that, a thread that creates or commits a file blocks until the process ends.
+/// For a program that a signal ends: removes the temporary files, once those that are being renamed have their names. After
+/// that, a thread that creates or renames a file blocks until the process ends.
 pub fn end_staged() {
     end_all(registry());
 }
@@ -338,17 +376,8 @@ pub fn end_staged_soon() {
 }
 
 fn end_all(mut registry: MutexGuard<'static, Registry>) {
-    for (temporary, wanted) in mem::take(&mut registry.entries) {
-        let name = |(target, commit): (PathBuf, Commit)| {
-            if commit.sync {
-                sync_file(&temporary)?;
-            }
-            rename(&temporary, &target, commit)?;
-            sync_folder(folder_of(&target))
-        };
-        if wanted.is_none_or(|wanted| name(wanted).is_err()) {
-            remove(&temporary);
-        }
+    for temporary in mem::take(&mut registry.entries) {
+        remove(&temporary);
     }
     mem::forget(registry);
 }
@@ -419,7 +448,7 @@ mod tests {
         let staged = Temporary::folder_for(&target).expect("it is made");
         let inside = staged.path().join("mesh.vtu");
         let mut file = Temporary::file_for(&inside).expect("it is made").1;
-        file.set_complete(&inside, Commit::REPLACE);
+        file.close();
         file.commit(&inside, Commit::REPLACE).expect("it is named");
         let is_locked = |path: &Path| registry().locked.contains_key(path);
         let path = staged.path().to_path_buf();
@@ -435,7 +464,7 @@ mod tests {
             .map(|i| {
                 let target = folder.path().join(format!("mesh_{i}.vtu"));
                 let (_, mut temporary) = Temporary::file_for(&target).expect("it is made");
-                temporary.set_complete(&target, Commit::REPLACE);
+                temporary.close();
                 temporary
             })
             .collect();

@@ -16,6 +16,7 @@ use crate::formats::inputs::files_in;
 use crate::formats::{Location, Source};
 use crate::mesh::MeshView;
 use azimesh_core::error::{Error, Result};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -373,6 +374,45 @@ impl<'m> Place<'m> {
         }
         owned
     }
+}
+
+/// All files of the case that a path names, whole and in pieces: meshes, fields and settings.
+pub(crate) fn files_of_case(path: &Path) -> Vec<PathBuf> {
+    let location = match path.is_dir() {
+        true => Location::Folder(path.to_path_buf()),
+        false if is_mark(path) => Source::from_bytes(path, Vec::new()).into(),
+        false => return Vec::new(),
+    };
+    let Some(CasePath { mut root, .. }) = CasePath::of(&location) else {
+        return Vec::new();
+    };
+    if let Some((name, above)) = parent_of(&root)
+        && name.starts_with("processors")
+    {
+        root = above;
+    }
+    let mut folders: Vec<PathBuf> = is_mesh(&root).then(|| root.clone()).into_iter().collect();
+    let pieces = pieces_in(&root).into_iter();
+    let pieces: Vec<PathBuf> = pieces.map(|pieces| root.join(pieces.name)).collect();
+    for root in pieces.iter().chain([&root]) {
+        let times = times_in(root).into_iter().map(|(_, name)| name);
+        let further = [CONSTANT, "system"].map(str::to_owned);
+        folders.extend(times.chain(further).map(|name| root.join(name)));
+    }
+    // Links may lead to a folder again.
+    let mut known = BTreeSet::new();
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        let is_new = fs::canonicalize(&folder).is_ok_and(|real| known.insert(real));
+        let entries = fs::read_dir(folder).into_iter().filter(|_| is_new);
+        for path in entries.flatten().flatten().map(|entry| entry.path()) {
+            match path.is_dir() {
+                true => folders.push(path),
+                false => files.push(path),
+            }
+        }
+    }
+    files
 }
 
 /// Checks if a path is a `.foam` file.

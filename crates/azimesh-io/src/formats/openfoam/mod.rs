@@ -62,6 +62,7 @@ mod fixtures;
 mod tests;
 
 pub use boundary::set_patch_types;
+pub(super) use case::files_of_case;
 pub use sequence::{Begun, CaseFormat, DISPLACEMENT};
 
 use super::{Folder, Format, Holds, SharedFolder};

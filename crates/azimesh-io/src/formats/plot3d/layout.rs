@@ -122,7 +122,7 @@ pub(super) fn one(mut fits: Vec<Fit>, stated: &Plot3d, why_none: String) -> Resu
             let all: Vec<String> = fits.iter().map(|fit| fit.layout.to_string()).collect();
             let flavours = Plot3d::that_tell(&first.layout, &second.layout);
             let state = flavours.map_or(String::new(), |[one, other]| {
-                format!("; give {} {one} or {other}", option("format"))
+                format!("; give {} {one} or {other}", option("input-format"))
             });
             Err(Error::input(format!(
                 "the file can be read in {} ways: {}{state}",

@@ -252,7 +252,7 @@ fn records<'a>(bytes: &'a [u8], binary: &Binary, notes: &mut Notes) -> Result<Re
 /// A hint at the flavour that the file may be instead.
 fn hint(bytes: &[u8], flavour: &Ugrid) -> String {
     let other = flavour.other(bytes);
-    let other = other.map(|name| format!("; it would fit {} {name}", option("format")));
+    let other = other.map(|name| format!("; it would fit {} {name}", option("input-format")));
     format!(" (read as {}{})", flavour.name, other.unwrap_or_default())
 }
 
@@ -330,7 +330,10 @@ fn read_plain(bytes: &[u8], flavour: &Ugrid, notes: &mut Notes) -> Result<(Mesh,
 /// Adds to an error what the file may be instead.
 fn binary_instead(mut error: Error, bytes: &[u8], flavour: &Ugrid) -> Error {
     if let Some(name) = flavour.other(bytes) {
-        error.message += &format!(" (read as text; it would fit {} {name})", option("format"));
+        error.message += &format!(
+            " (read as text; it would fit {} {name})",
+            option("input-format")
+        );
     } else if bytes.iter().take(64).any(|byte| *byte == 0) {
         let start = shown(&bytes[..bytes.len().min(16)]);
         error.message = format!("expected text, found binary data: {start}");
