@@ -116,7 +116,8 @@ fn face_of(kind: CellKind, number: usize) -> Option<usize> {
     order.get(number.checked_sub(1)?).copied()
 }
 
-/// A line `*NAME, PARAMETER=VALUE` and the lines that continue it.
+/// A line `*NAME, PARAMETER=VALUE` and the lines that continue it: those with a parameter. CalculiX has no such lines,
+/// and reads data after a comma at the end.
 struct Keyword<'a> {
     line: Tokens<'a>,
     name: String,
@@ -137,6 +138,7 @@ impl<'a> Keyword<'a> {
             .ends_with(b",")
             && let Some(next) = lexer.peek_line()
             && !next.rest().starts_with(b"*")
+            && (next.rest().contains(&b'=') || plain(next.rest()).starts_with("GENERATE"))
         {
             lexer.line();
         }
@@ -206,7 +208,7 @@ fn integer(word: &mut Tokens, what: &str) -> Result<i64> {
 }
 
 /// Numbers from the first to the last with a step.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Stretch {
     first: i64,
     last: i64,
@@ -298,7 +300,11 @@ impl Items {
             let other = self.sets.find(at, name);
             let other = other.ok_or_else(|| word.error(missing()))?;
             let more = self.sets.all[other].1.clone();
-            self.sets.all[set].1.extend(more);
+            let all = &mut self.sets.all[set].1;
+            all.extend(more);
+            // A union: sets of sets that are named twice do not double.
+            all.sort_unstable();
+            all.dedup();
             Ok(())
         })
     }
@@ -400,10 +406,11 @@ impl Reader {
         notes: &mut Notes,
     ) -> Result<Option<String>> {
         let (name, line) = (keyword.name.as_str(), &keyword.line);
-        let is_elsewhere = matches!(name, "NODE" | "ELEMENT") && keyword.get("INPUT").is_some();
+        let is_elsewhere = matches!(name, "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE")
+            && keyword.get("INPUT").is_some();
         if is_elsewhere || REFUSED.split(' ').any(|refused| refused == name) {
             return Err(line.error(format!(
-                "*{name} makes nodes or elements, or reads another file, which is not supported; write a file with all \
+                "*{name} makes nodes, elements or sets, or reads another file, which is not supported; write a file with all \
                  of them"
             )));
         }
@@ -745,6 +752,38 @@ mod tests {
     }
 
     #[test]
+    fn a_set_that_is_named_twice_counts_once() {
+        for (name, first) in [("Elset", 7), ("Nset", 1)] {
+            let mut text = format!("{BOX}*{name}, {name}=s0\n{first}\n");
+            for i in 1..60 {
+                let before = i - 1;
+                text += &format!("*{name}, {name}=s{i}\ns{before}, s{before}\n");
+            }
+            let mesh = mesh_of(&text).0.expect("a mesh");
+            let last = mesh.groups.iter().find(|group| group.name == "s59");
+            let n = last.map(|group| group.cells.len());
+            assert_eq!(n, (name == "Elset").then_some(1), "{name}");
+        }
+    }
+
+    #[test]
+    fn data_follow_a_keyword_that_ends_with_a_comma() {
+        let groups = |text: &str| {
+            let groups = mesh_of(text).0.expect("a mesh").groups;
+            let groups = groups.into_iter();
+            groups
+                .map(|group| (group.name, group.cells.iter().collect::<Vec<_>>()))
+                .collect::<Vec<_>>()
+        };
+        for line in ["name=top\n", "nset=all\n", "generate\n7"] {
+            let with_comma = line.replacen('\n', ",\n", 1);
+            let text = BOX.replacen(line, &with_comma, 1);
+            assert_ne!(text, BOX);
+            assert_eq!(groups(&text), groups(BOX), "{line}");
+        }
+    }
+
+    #[test]
     fn node_sets_are_tags_where_there_are_no_others() {
         let start = BOX.find("*Surface").expect("a surface");
         let mesh = mesh_of(&BOX[..start]).0.expect("a mesh");
@@ -844,6 +883,9 @@ mod tests {
             ("3, 1, 1, 0", "2, 1, 1, 0", 8, "node 2 is given twice"),
             ("*Elset", "*Part, name=Q\n*Elset", 18, "\"P\" and \"Q\""),
             ("*Elset", "*Include, input=a.inp\n*Elset", 18, "*INCLUDE"),
+            ("elset=copy", "elset=copy, input=a", 18, "*ELSET"),
+            ("nset=low", "nset=low, input=a", 20, "*NSET"),
+            ("name=top", "name=top, input=a", 22, "*SURFACE"),
         ] {
             let error = mesh_of(&BOX.replacen(before, after, 1)).0;
             let error = error.expect_err(after).to_string();
