@@ -48,8 +48,10 @@ const KINDS: [(&[u8], CellKind); 10] = [
     (b"TetrahedraP2", Tetrahedron10),
 ];
 
-/// Sections of cells of higher order with an order of nodes that differs between programs.
-const REFUSED: &str = "QuadrilateralsQ2 HexahedraQ2 PrismsP2 PyramidsP2 TetrahedraP3";
+/// Beginnings of the sections of other cells: of higher order, where programs differ in the order of nodes, and
+/// polyhedra.
+const REFUSED: &str = "EdgesP TrianglesP QuadrilateralsQ TetrahedraP HexahedraQ PrismsP PyramidsP Polyhedra Polygons \
+    InnerPoly BoundaryPoly";
 
 fn recognizes(head: &[u8]) -> bool {
     let mut words = Tokens::between(head, 0..head.len().min(4096));
@@ -80,6 +82,10 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     let mut references = None;
     let mut tags = BTreeMap::new();
     let mut left = BTreeSet::new();
+    if bytes.trim_ascii_start().starts_with(b"MFEM") {
+        let message = "this is a mesh of MFEM, which is not read; write it as VTU or Gmsh's MSH";
+        return Err(words.error(message));
+    }
     if words.clone().word() != Some(b"MeshVersionFormatted") {
         let message = "the file does not begin with MeshVersionFormatted; binary Medit (.meshb) is not read, which meshio converts";
         return Err(words.error(message));
@@ -108,7 +114,11 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
                         return Err(words.error(message));
                     };
                     read_cells(&mut words, *kind, n_nodes, &mut mesh.cells, &mut tags)?;
-                } else if REFUSED.split(' ').any(|refused| refused.as_bytes() == name) {
+                } else if REFUSED
+                    .split(' ')
+                    .any(|refused| name.starts_with(refused.as_bytes()))
+                    && !name.ends_with(b"Ordering")
+                {
                     let message = "are not read; write the mesh in first order, or as MSH";
                     return Err(words.error(format!("{} {message}", name.escape_ascii())));
                 } else if name.first().is_some_and(u8::is_ascii_alphabetic) {
@@ -138,13 +148,15 @@ fn read_plain(bytes: &[u8], notes: &mut Notes) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// Moves to the next word that begins with a letter.
+/// Moves to the next word that begins with a letter and is not in quotes.
 fn pass_numbers(words: &mut Tokens) {
     let mut next = words.clone();
-    while next
-        .word()
-        .is_some_and(|word| !word[0].is_ascii_alphabetic())
-    {
+    let mut in_quotes = false;
+    while let Some(word) = next.word() {
+        if !in_quotes && word[0].is_ascii_alphabetic() {
+            break;
+        }
+        in_quotes ^= word.iter().filter(|byte| **byte == b'"').count() % 2 == 1;
         *words = next.clone();
     }
 }
@@ -236,12 +248,35 @@ mod tests {
     }
 
     #[test]
+    fn text_in_quotes_has_no_keywords() {
+        for text in ["a End b", "Triangles 2", "Dimension 3", "Date: 1", "one"] {
+            let section = format!("Identifier \"{text}\"\nDimension\n");
+            let (mesh, notes) = mesh_of(&SQUARE.replacen("Dimension\n", &section, 1));
+            let mesh = mesh.expect(text);
+            assert_eq!((mesh.dimension(), mesh.cells.len()), (2, 4), "{text}");
+            let note = notes.iter().next().expect("a note").to_string();
+            assert!(!note.contains("Date"), "{note}");
+        }
+    }
+
+    #[test]
+    fn a_mesh_of_mfem_is_refused_by_its_name() {
+        let error = mesh_of("MFEM mesh v1.0\n\ndimension\n2\n").0;
+        assert_says(&error.expect_err("MFEM").to_string(), "MFEM");
+    }
+
+    #[test]
     fn damage_is_refused_with_its_line() {
         for (before, after, line, word) in [
             ("Dimension\n2", "Dimension\n4", 4, "2 or 3"),
             ("1 3 4 8", "1 3 5 8", 16, "node 5"),
             ("Vertices 4", "Vertices 99999999999", 5, "more than"),
             ("Edges", "HexahedraQ2", 10, "first order"),
+            ("Corners", "TrianglesP3", 17, "first order"),
+            ("Corners", "EdgesP3", 17, "first order"),
+            ("Corners", "Polyhedra", 17, "first order"),
+            ("Corners", "InnerPolygonHeaders", 17, "first order"),
+            ("Corners", "BoundaryPolygonVertices", 17, "first order"),
             ("1 1 7", "1 x 7", 8, "a coordinate"),
             ("1 3 4 8", "1 3 4 8 9", 16, "more nodes"),
             ("Dimension\n2\n", "", 3, "before Dimension"),
