@@ -394,3 +394,41 @@ fn keep_greater(extreme: &mut Option<Extreme>, value: f64, cell: usize) {
         *extreme = Some(Extreme { value, cell });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_summary_is_worse_if_a_count_rises_or_any_least_value_falls() {
+        let at = |value: f64| Some(Extreme { value, cell: 7 });
+        let one = Summary {
+            inverted: 1,
+            unproven: 1,
+            min_volume: at(0.5),
+            min_scaled_jacobian: at(0.5),
+            min_curved: [at(0.5); 2],
+            ..Summary::default()
+        };
+        let changes: [fn(&mut Summary, f64); 4] = [
+            |of, by| of.min_volume.as_mut().expect("set").value += by,
+            |of, by| of.min_scaled_jacobian.as_mut().expect("set").value += by,
+            |of, by| of.min_curved[0].as_mut().expect("set").value += by,
+            |of, by| of.min_curved[1].as_mut().expect("set").value += by,
+        ];
+        assert!(!one.is_worse_than(&one));
+        for change in changes {
+            let (mut worse, mut better) = (one.clone(), one.clone());
+            change(&mut worse, -1e-12);
+            change(&mut better, 1e-12);
+            assert!(worse.is_worse_than(&one) && !better.is_worse_than(&one));
+            assert_eq!((worse.fallen(&one), better.fallen(&one)), (Some(7), None));
+        }
+        let counts: [fn(&mut Summary); 2] = [|of| of.inverted += 1, |of| of.unproven += 1];
+        for raise in counts {
+            let mut worse = one.clone();
+            raise(&mut worse);
+            assert!(worse.is_worse_than(&one) && !one.is_worse_than(&worse));
+        }
+    }
+}
