@@ -66,7 +66,7 @@ pub struct Common {
     #[arg(long, global = true)]
     pub json: bool,
     /// Format that is written, whatever the file name says; convert -o DIR takes several, as cgns,su2. In commands that write no
-    /// mesh it is that of the input
+    /// mesh it means the same as --input-format
     #[arg(long, global = true, value_name = "F", value_delimiter = ',')]
     pub format: Vec<String>,
     /// Format of the meshes that are read, whatever their content and their names say

@@ -23,6 +23,7 @@ use azimesh_core::{Note, note};
 use azimesh_deform::motion::{Step, SurfaceOutput};
 use azimesh_deform::{Deformation, Plan, missed_at_step};
 use azimesh_io::formats::{self, Begin, Format, Inputs, Notes, openfoam};
+use azimesh_io::mesh::Mesh;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -137,6 +138,9 @@ pub fn run_after(
         names::remove_existing(&names)?;
     }
     let rows = earlier.rows.clone();
+    let is_whole = plan.schedule.output.boundary_faces;
+    let volume = || Ok(deformation.mesh_to_write()?.volume_alone());
+    let volume = (!is_whole).then(volume).transpose()?;
     let mut run = Run {
         deformation,
         plan,
@@ -156,6 +160,7 @@ pub fn run_after(
         first_inverted: BTreeMap::new(),
         lock,
         displaced_from: None,
+        volume,
     };
     run.save_record()?;
     run.record.keep_room();
@@ -262,6 +267,8 @@ pub(super) struct Run<'a> {
     lock: Lock,
     /// Reference positions of displacements, if they differ from the mesh that was read.
     pub displaced_from: Option<Vec<Vector>>,
+    /// The volume cells and their numbers, where the schedule leaves out boundary faces.
+    pub volume: Option<(Mesh, Vec<usize>)>,
 }
 
 impl Run<'_> {

@@ -58,8 +58,6 @@ pub(super) fn compute(
 /// The mesh of a step for writing.
 pub(super) struct StepMesh<'a> {
     mesh: &'a Mesh,
-    /// The volume cells alone, and which they are, where the schedule leaves out boundary faces.
-    volume: Option<(Mesh, Vec<usize>)>,
     points: &'a [Vector],
     at_points: Vec<DataArray>,
     at_cells: Vec<DataArray>,
@@ -70,14 +68,15 @@ pub(super) struct StepMesh<'a> {
 impl<'a> StepMesh<'a> {
     /// Creates the mesh of a step with its nodes at `points`, and the arrays that the schedule asks for and the format holds; the
     /// format would report any other array as left out, which is already known. Takes the velocities of all nodes. Displacements
-    /// are relative to `origin`, or else to the mesh that was read. If all ranks write the mesh together, arrays at nodes hold
-    /// no values.
+    /// are relative to `origin`, or else to the mesh that was read. `volume` has the volume cells and their numbers, if these
+    /// alone are written. If all ranks write the mesh together, arrays at nodes hold no values.
     pub fn new(
         deformation: &'a Deformation,
         format: &Format,
         points: &'a [Vector],
         velocities: &mut Vec<Vector>,
         origin: Option<&[Vector]>,
+        volume: Option<&'a (Mesh, Vec<usize>)>,
     ) -> Result<Self> {
         let (plan, mesh) = (deformation.plan(), deformation.mesh_to_write()?);
         let (output, holds) = (&plan.schedule.output, &format.holds);
@@ -100,18 +99,16 @@ impl<'a> StepMesh<'a> {
         let arrays = arrays.into_iter().filter(|(_, values)| !values.is_empty());
         let array = |(name, values)| DataArray::tuples(name, 3, Values::F64(values));
         let has_cells = holds.arrays && output.quality == QualityOutput::Cells;
-        let volume = (!output.boundary_faces).then(|| mesh.volume_alone());
         let mut at_cells = match has_cells {
             true => deformation.cell_arrays(points)?,
             false => Vec::new(),
         };
-        if let Some((_, kept)) = &volume {
+        if let Some((_, kept)) = volume {
             let arrays = at_cells.iter();
             at_cells = arrays.map(|array| array.select(kept)).collect();
         }
         Ok(Self {
-            mesh,
-            volume,
+            mesh: volume.map_or(mesh, |(volume, _)| volume),
             points,
             at_points: arrays.map(array).collect(),
             at_cells,
@@ -130,8 +127,7 @@ impl<'a> StepMesh<'a> {
             displacement: made(DISPLACEMENT),
             velocity: made(VELOCITY),
         });
-        let volume = self.volume.as_ref().map(|(volume, _)| volume);
-        let view = volume.unwrap_or(self.mesh).view();
+        let view = self.mesh.view();
         let mut view = match by_ranks {
             Some(by_ranks) => view.by_ranks(by_ranks),
             None => view.with_points(self.points),

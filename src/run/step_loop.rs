@@ -152,7 +152,8 @@ impl Run<'_> {
         velocities: &mut Vec<Vector>,
     ) -> Result<StepMesh<'a>> {
         let origin = self.displaced_from.as_deref();
-        StepMesh::new(self.deformation, self.format, points, velocities, origin)
+        let (deformation, volume) = (self.deformation, self.volume.as_ref());
+        StepMesh::new(deformation, self.format, points, velocities, origin, volume)
     }
 
     /// Writes a step; this rank has positions and velocities of its own nodes.

@@ -1,6 +1,8 @@
 //! Steps that are added to a finished run, and files of other programs under the names that a run writes.
 
-use crate::support::{Args, Run, assert_says, azimesh, rewrite, succeed, without_seconds};
+use crate::support::{
+    Args, Run, all_files, assert_says, azimesh, rewrite, succeed, without_seconds,
+};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -38,23 +40,13 @@ fn assert_code(run: &Run, code: i32, what: &str) {
 
 /// All files below a folder; tables without seconds, and without the records of runs and lists.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(next) = folders.pop() {
-        for entry in fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let name = path.strip_prefix(folder).unwrap().to_str().unwrap();
-            let mut content = fs::read(&path).unwrap();
-            if content.starts_with(b"step,") {
-                let text = String::from_utf8(content).unwrap();
-                content = text.lines().map(without_seconds).collect::<String>().into();
-            }
-            found.insert(name.to_owned(), content);
-        }
+    let mut found = all_files(folder);
+    for content in found
+        .values_mut()
+        .filter(|content| content.starts_with(b"step,"))
+    {
+        let text = String::from_utf8(std::mem::take(content)).unwrap();
+        *content = text.lines().map(without_seconds).collect::<String>().into();
     }
     found
 }

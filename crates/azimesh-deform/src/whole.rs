@@ -20,7 +20,7 @@ pub(crate) struct Whole {
     /// `None` on the other ranks, and if one process has the mesh.
     read: Option<ReadWhole>,
     mesh: OnceLock<Arc<Mesh>>,
-    judge: OnceLock<QualityEvaluator>,
+    evaluator: OnceLock<QualityEvaluator>,
     copies: OnceLock<Coincident>,
 }
 
@@ -62,7 +62,7 @@ impl Whole {
     ///
     /// # Errors
     /// Like [`mesh`](Self::mesh).
-    pub fn judge<'a>(
+    pub fn evaluator<'a>(
         &'a self,
         part: &'a Part,
         own: &'a QualityEvaluator,
@@ -71,7 +71,7 @@ impl Whole {
             return Ok(own);
         }
         let mesh = self.mesh(part)?;
-        Ok(self.judge.get_or_init(|| QualityEvaluator::new(mesh)))
+        Ok(self.evaluator.get_or_init(|| QualityEvaluator::new(mesh)))
     }
 
     /// Returns the nodes that `find` says are one in the reference state of the mesh.

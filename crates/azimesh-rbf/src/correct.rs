@@ -12,6 +12,7 @@
 //! Source: T. C. S. Rendall and C. B. Allen, Int. J. Numer. Meth. Engng 81, 2010, for the idea.
 
 use super::field::Field;
+use super::images::Continued;
 use super::kernel::Kernel;
 use azimesh_core::geometry::closest::{ClosestPoint, ClosestSurface};
 use azimesh_core::geometry::{Bounds, curve, vector::Vector};
@@ -91,6 +92,18 @@ impl<'a> Fading<'a> {
             surface,
             fade_radius,
         }
+    }
+
+    /// [`Fading::new`] for a surface with its periodic images, which have the `fade_radius` of the points that they are images
+    /// of. The images reach to twice the largest fade radius around the nodes that deform, so that every gap is found.
+    pub fn continued(all: &Continued<'a>, fade_radius: impl Fn(usize) -> f64) -> Self {
+        let n = all.points.len();
+        let radii = (0..n).map(|at| fade_radius(all.source(at))).collect();
+        let mut fading = Self::new(all.points.clone(), &all.facets, radii);
+        for at in 0..n {
+            fading.fade_radius[at] = fading.fade_radius[all.source(at)];
+        }
+        fading
     }
 
     /// Returns the part of the residuals that is added at the `points` within the fade radius, in the order of a space-filling

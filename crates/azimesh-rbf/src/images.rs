@@ -22,7 +22,7 @@ pub struct Images {
 /// A surface followed by images of some of its facets.
 #[derive(Debug, Clone)]
 pub struct Continued<'a> {
-    /// The points of the surface, then those of the images.
+    /// The points of the surface, then the points of the images.
     pub points: Cow<'a, [Vector]>,
     /// The facets of the surface, then the images.
     pub facets: Cow<'a, [[u32; 3]]>,
@@ -37,7 +37,7 @@ impl Images {
     /// Continues a surface by the images of facets that touch it.
     pub fn around<'a>(&self, points: &'a [Vector], facets: &'a [[u32; 3]]) -> Continued<'a> {
         let mut all = Joined::new(self, points, facets);
-        let stays = |x: Vector| {
+        let is_on_axis = |x: Vector| {
             let mut maps = self.maps.iter();
             maps.any(|map| distance(map.apply(x), x) <= all.tolerance)
         };
@@ -47,7 +47,7 @@ impl Images {
             points.len()
         };
         let may_touch = parallel::collect(n_points, |at| {
-            all.known.contains_key(&self.leaders[at]) || stays(points[at])
+            all.known.contains_key(&self.leaders[at]) || is_on_axis(points[at])
         });
         for map in self.maps.iter() {
             let near = |at: &usize| facets[*at].iter().any(|&corner| may_touch[corner as usize]);
@@ -152,7 +152,7 @@ impl<'a> Continued<'a> {
             .map_or(point, |added| self.added[added].0 as usize)
     }
 
-    /// Returns values (N, r) at the points of the surface, followed by those of the images. With images they are
+    /// Returns values (N, r) at the points of the surface, followed by the values at the images. With images they are
     /// vectors: column `3 m + a` is component `a` of vector `m`.
     pub fn values(&self, values: &'a [f64], n_columns: usize) -> Cow<'a, [f64]> {
         if self.added.is_empty() {

@@ -27,21 +27,21 @@ pub struct InfoArgs {
 /// Prints each mesh; if one cannot be read, the others all the same.
 pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
     if let [mesh] = &args.meshes[..] {
-        let told = tell(mesh, args.step, context)?;
-        match told {
-            Told::Json(info) => context.print_json(&Info::One(info))?,
-            Told::Text(text) => context.print_result(&text)?,
+        let description = describe(mesh, args.step, context)?;
+        match description {
+            Description::Json(info) => context.print_json(&Info::One(info))?,
+            Description::Text(text) => context.print_result(&text)?,
         }
         return Ok(Outcome::Fine);
     }
     let (mut all, mut failed) = (Vec::new(), Vec::new());
     for path in &args.meshes {
-        match tell(path, args.step, context) {
-            Ok(Told::Json(info)) => all.push(NamedInfo {
+        match describe(path, args.step, context) {
+            Ok(Description::Json(info)) => all.push(NamedInfo {
                 info: *info,
                 file: path.display().to_string(),
             }),
-            Ok(Told::Text(text)) => {
+            Ok(Description::Text(text)) => {
                 context.print_result(&format!("{}:\n{text}\n", path.display()))?;
             }
             Err(error) => failed.push(error),
@@ -62,12 +62,12 @@ pub(super) fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
 }
 
 /// Text about one mesh.
-enum Told {
+enum Description {
     Json(Box<MeshInfo>),
     Text(String),
 }
 
-fn tell(path: &Path, step: Option<usize>, context: &Context) -> Result<Told> {
+fn describe(path: &Path, step: Option<usize>, context: &Context) -> Result<Description> {
     let input = Input::open(path, context)?;
     input.check_step(step)?;
     let loaded = input.read(step, context)?;
@@ -76,8 +76,8 @@ fn tell(path: &Path, step: Option<usize>, context: &Context) -> Result<Told> {
         context.note(note.clone().file(path));
     }
     Ok(if context.common.json {
-        Told::Json(Box::new(MeshInfo::of(&facts)))
+        Description::Json(Box::new(MeshInfo::of(&facts)))
     } else {
-        Told::Text(text::of(&facts))
+        Description::Text(text::of(&facts))
     })
 }

@@ -437,8 +437,10 @@ impl Deformation {
     /// Returns every metric as a cell array of the mesh that is written.
     pub fn cell_arrays(&self, points: &[Vector]) -> Result<Vec<DataArray>> {
         self.prepare_measures();
-        let judge = self.whole.judge(&self.part, &self.measures().judge)?;
-        Ok(judge.arrays(self.whole.mesh(&self.part)?, points))
+        let evaluator = self
+            .whole
+            .evaluator(&self.part, &self.measures().evaluator)?;
+        Ok(evaluator.arrays(self.whole.mesh(&self.part)?, points))
     }
 
     /// Returns its stop request.

@@ -44,11 +44,10 @@ impl<'a> MeshState<'a> {
         error: f64,
     ) -> (Correction<'a>, Option<Narrow>) {
         let fade_radius = FADE_RADIUS_PER_ERROR * error;
-        let within = self.region.grown(fade_radius);
+        let within = self.region.grown(2.0 * fade_radius);
         let all = self.images.within(self.surface, self.facets, &within);
         let residuals = all.values(residuals, n_modes);
-        let radii = vec![fade_radius; all.points.len()];
-        let fading = Fading::new(all.points.clone(), &all.facets, radii);
+        let fading = Fading::continued(&all, |_| fade_radius);
         let narrow = fading.narrowest_gap.map(|gap| Narrow {
             point: all.source(gap.node),
             width: gap.width,

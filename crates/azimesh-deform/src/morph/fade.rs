@@ -47,10 +47,9 @@ pub fn fade_rows(
         }
     });
     let largest = fade_radius.iter().copied().fold(0.0, f64::max);
-    let within = Bounds::around(nodes).grown(largest);
+    let within = Bounds::around(nodes).grown(2.0 * largest);
     let all = images.within(places, &surface.points.facets, &within);
-    let radii = (0..all.points.len()).map(|at| fade_radius[all.source(at)]);
-    let mut fading = Fading::new(all.points.clone(), &all.facets, radii.collect());
+    let mut fading = Fading::continued(&all, |point| fade_radius[point]);
     let mut rows = fading.faded(nodes);
     rows.retain(|row| !skipped[row.point as usize]);
     rows.sort_unstable_by_key(|row| row.point);

@@ -9,30 +9,30 @@ use azimesh_quality::{Assessment, Quality, QualityEvaluator, Summary};
 
 /// Data of the reference mesh for the quality of every step.
 pub(crate) struct Measures {
-    pub(crate) judge: QualityEvaluator,
+    pub(crate) evaluator: QualityEvaluator,
     walls: WallAngles,
 }
 
 impl Measures {
     /// Computes the measures of the reference mesh of a plan. All ranks call it.
     pub fn new(plan: &Plan, mesh: &Mesh) -> Self {
-        let judge = QualityEvaluator::new(mesh);
+        let evaluator = QualityEvaluator::new(mesh);
         let faces = plan.moving_faces.iter();
         let here: Vec<u32> = faces.filter_map(|&face| mesh.cell_here(face)).collect();
         Self {
-            walls: WallAngles::find(mesh, &judge.adjacency, &here),
-            judge,
+            walls: WallAngles::find(mesh, &evaluator.adjacency, &here),
+            evaluator,
         }
     }
 
     /// Evaluates the quality of the cells with their nodes at `points`. All ranks call it.
     pub fn cells(&self, mesh: &Mesh, points: &[Vector]) -> Summary {
-        self.judge.cells(mesh, points)
+        self.evaluator.cells(mesh, points)
     }
 
     /// Completes the assessment of the cells. All ranks call it.
     pub fn complete(&self, cells: Summary, mesh: &Mesh, points: &[Vector]) -> Assessment {
-        self.judge.complete(cells, mesh, points)
+        self.evaluator.complete(cells, mesh, points)
     }
 
     /// Returns the largest change of the angle between a moving wall and its first cell, in degrees. All ranks call it.

@@ -6,7 +6,7 @@
 
 use super::evaluator::StepEvaluator;
 use super::measures::Measures;
-use super::repair::{self, Repair, Wanting, n_not_valid};
+use super::repair::{self, CellsToRepair, Repair, n_not_valid};
 use super::segment::Segment;
 use super::step_memory::{RepairedStep, Rounding, StepMemory};
 use super::substeps::Parts;
@@ -203,19 +203,19 @@ impl<'a> Stepper<'a> {
         }
         let within = self.window_range();
         let folded = folded_around(step, &within, &mut |step| {
-            if self.memory.wanting(step).is_some() {
-                return Ok(self.wanting(step) != Wanting::default());
+            if self.memory.to_repair(step).is_some() {
+                return Ok(self.to_repair(step) != CellsToRepair::default());
             }
             self.check_stop()?;
             let at = &self.plan.motion.steps[step];
             self.plain(at, points)?;
             let cells = self.cells(points);
-            let wanting = Wanting {
+            let to_repair = CellsToRepair {
                 not_valid: n_not_valid(&cells),
                 low: self.n_low(points),
             };
-            self.memory.keep_verdict(step, &cells, wanting);
-            Ok(self.wanting(step) != Wanting::default())
+            self.memory.keep_verdict(step, &cells, to_repair);
+            Ok(self.to_repair(step) != CellsToRepair::default())
         })?;
         let window = if folded.is_empty() {
             let Some(fading) = self.fading().filter(|steps| steps.contains(&step)) else {
@@ -244,7 +244,7 @@ impl<'a> Stepper<'a> {
         seam.map(|_| start..(start + FADE).min(end))
     }
 
-    /// Moves the `plain` positions of a step towards those of the last finished step, if the repair has displaced that.
+    /// Moves the `plain` positions of a step towards the positions of the last finished step, if the repair displaced them.
     fn follow_seam<'b>(&self, step: &Step, plain: &'b [Vector]) -> Cow<'b, [Vector]> {
         let by = faded(self.segment.after_seam(step));
         let Some(seam) = self
@@ -263,11 +263,11 @@ impl<'a> Stepper<'a> {
         }))
     }
 
-    /// Which cells of a step need a repair; low ones only if they are improved.
-    fn wanting(&self, step: usize) -> Wanting {
-        let Wanting { not_valid, low } = self.memory.wanting(step).unwrap_or_default();
+    /// Returns the number of cells of a step that need a repair; cells of low quality only if they are improved.
+    fn to_repair(&self, step: usize) -> CellsToRepair {
+        let CellsToRepair { not_valid, low } = self.memory.to_repair(step).unwrap_or_default();
         let low = if self.improve.is_some() { low } else { 0 };
-        Wanting { not_valid, low }
+        CellsToRepair { not_valid, low }
     }
 
     /// The key of a step of the windows of this kind.
@@ -283,7 +283,7 @@ impl<'a> Stepper<'a> {
             .iter()
             .copied()
             .rev()
-            .max_by_key(|&step| self.wanting(step));
+            .max_by_key(|&step| self.to_repair(step));
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.cells(points);
@@ -320,7 +320,7 @@ impl<'a> Stepper<'a> {
             area = Some(freedom.area(&all, rings, points, self.improve, self.stop)?);
             Ok(())
         })?;
-        if hardest.0 > 0 && self.wanting(hardest.1.index).not_valid > 0 {
+        if hardest.0 > 0 && self.to_repair(hardest.1.index).not_valid > 0 {
             self.look_between(&mut area, hardest.1, substeps, points)?;
         }
         Ok(Window {
@@ -394,7 +394,7 @@ impl<'a> Stepper<'a> {
         } else {
             self.make_valid(&freedom, area, points)?
         };
-        let wanting = self.memory.wanting(step.index).unwrap_or_default();
+        let to_repair = self.memory.to_repair(step.index).unwrap_or_default();
         let mut taken = 1.0;
         if let Some(plain) = plain {
             let is_good = |cells: &Summary| {
@@ -417,7 +417,7 @@ impl<'a> Stepper<'a> {
                 found.selection_error = plain_error;
                 (taken, cells) = (0.0, before.clone());
                 if let Some(repair) = &mut found.repair {
-                    repair.low = wanting.low;
+                    repair.low = to_repair.low;
                     repair.still_low = self.n_low(points);
                     found.cells = Some(cells);
                     return Ok(());
@@ -430,7 +430,7 @@ impl<'a> Stepper<'a> {
         found.repair = Some(Repair::of_window(
             window,
             taken,
-            (&plain_cells, wanting),
+            (&plain_cells, to_repair),
             after,
             repaired,
             (&cells, self.n_low(points)),
@@ -536,7 +536,7 @@ impl<'a> Stepper<'a> {
         let Some(wanted) = self.plan.schedule.output.improve else {
             return 0;
         };
-        let reference = &self.measures.expect(MEASURED).judge.reference;
+        let reference = &self.measures.expect(MEASURED).evaluator.reference;
         let own = low_cells(&self.part.mesh, reference, points, wanted).len();
         self.part.ranks().allgather(own).into_iter().sum()
     }
@@ -548,12 +548,12 @@ impl<'a> Stepper<'a> {
 
     /// Returns the directions in which nodes may move at a step; `None` on all ranks but the first.
     fn freedom(&self, step: &Step) -> Result<OnFirst<'a>> {
-        let own = &self.measures.expect(MEASURED).judge;
+        let own = &self.measures.expect(MEASURED).evaluator;
         let made = || {
             let mesh = self.whole.mesh(self.part)?;
-            let judge = self.whole.judge(self.part, own)?;
+            let evaluator = self.whole.evaluator(self.part, own)?;
             let copies = self.whole.copies(|| copies(self.plan, mesh));
-            Ok(StepFreedom::of(self.plan, mesh, judge, copies, step))
+            Ok(StepFreedom::of(self.plan, mesh, evaluator, copies, step))
         };
         let ranks = self.part.ranks();
         ranks.all_ok(ranks.is_first().then(made).transpose())

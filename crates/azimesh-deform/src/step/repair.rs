@@ -40,7 +40,7 @@ pub struct Repair {
 
 /// Cells of a step that need a repair.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Wanting {
+pub(crate) struct CellsToRepair {
     /// Not valid, or not proven to be so.
     pub not_valid: usize,
     /// Below the scaled Jacobian that the schedule wants.
@@ -151,7 +151,7 @@ impl Repair {
     pub(crate) fn of_window(
         window: &Window,
         weight: f64,
-        before: (&Summary, Wanting),
+        before: (&Summary, CellsToRepair),
         after: Count,
         patches: Vec<PatchLog>,
         (cells, still_low): (&Summary, usize),

@@ -1,5 +1,5 @@
-//! Steps of a deformation that one run has computed. A run to which steps were added has several segments: each is computed
-//! from the plan that its run had, so that a step has the same bytes whenever it is computed again.
+//! A segment: steps of a deformation that one run has computed. A run to which steps were added has several. Each is computed
+//! with the plan of its own run, so that computing a step again gives the same bytes.
 
 use super::step_memory::{Rounding, StepMemory};
 use crate::motion::Step;

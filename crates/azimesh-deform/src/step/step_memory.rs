@@ -5,7 +5,7 @@
 //! All of it can be recomputed: it saves time and never changes a result. No lock is held during computations.
 
 use super::positions::Positions;
-use super::repair::Wanting;
+use super::repair::CellsToRepair;
 use super::window::Window;
 use azimesh_core::geometry::vector::Vector;
 use azimesh_core::parallel;
@@ -55,7 +55,7 @@ pub(crate) struct Start {
 /// Stored results of the steps for one rounding of their coordinates.
 #[derive(Default)]
 pub(crate) struct StepMemory {
-    verdicts: Mutex<BTreeMap<usize, (Summary, Wanting)>>,
+    verdicts: Mutex<BTreeMap<usize, (Summary, CellsToRepair)>>,
     windows: Mutex<Vec<Arc<Window>>>,
     repaired: Mutex<VecDeque<Arc<RepairedStep>>>,
     /// By whether the window improves cells, and the step.
@@ -74,12 +74,12 @@ impl StepMemory {
     }
 
     /// Which cells of a step need a repair.
-    pub fn wanting(&self, step: usize) -> Option<Wanting> {
+    pub fn to_repair(&self, step: usize) -> Option<CellsToRepair> {
         lock(&self.verdicts).get(&step).map(|verdict| verdict.1)
     }
 
-    pub fn keep_verdict(&self, step: usize, cells: &Summary, wanting: Wanting) {
-        lock(&self.verdicts).insert(step, (cells.clone(), wanting));
+    pub fn keep_verdict(&self, step: usize, cells: &Summary, to_repair: CellsToRepair) {
+        lock(&self.verdicts).insert(step, (cells.clone(), to_repair));
     }
 
     /// Returns the window of a step that improves cells or not, if it was found.

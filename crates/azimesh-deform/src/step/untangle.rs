@@ -21,7 +21,7 @@ use azimesh_rbf::constraint::Constraint;
 pub(crate) struct StepFreedom<'a> {
     plan: &'a Plan,
     mesh: &'a Mesh,
-    judge: &'a QualityEvaluator,
+    evaluator: &'a QualityEvaluator,
     to_inertial: Option<ToInertial<'a>>,
     freedom: Freedom,
 }
@@ -31,16 +31,16 @@ impl<'a> StepFreedom<'a> {
     pub fn of(
         plan: &'a Plan,
         mesh: &'a Mesh,
-        judge: &'a QualityEvaluator,
+        evaluator: &'a QualityEvaluator,
         copies: &Coincident,
         step: &Step,
     ) -> Self {
         let to_inertial = plan.motion.to_inertial(step);
         Self {
-            freedom: freedom(plan, mesh, judge, copies, to_inertial.as_ref()),
+            freedom: freedom(plan, mesh, evaluator, copies, to_inertial.as_ref()),
             plan,
             mesh,
-            judge,
+            evaluator,
             to_inertial,
         }
     }
@@ -49,7 +49,7 @@ impl<'a> StepFreedom<'a> {
     pub fn task(&self) -> Task<'_> {
         Task {
             mesh: self.mesh,
-            reference: &self.judge.reference,
+            reference: &self.evaluator.reference,
             freedom: &self.freedom,
         }
     }
@@ -150,14 +150,14 @@ impl<'a> StepFreedom<'a> {
 fn freedom(
     plan: &Plan,
     mesh: &Mesh,
-    judge: &QualityEvaluator,
+    evaluator: &QualityEvaluator,
     copies: &Coincident,
     to_inertial: Option<&ToInertial<'_>>,
 ) -> Freedom {
     let is_alike = plan.periodic.followers().is_empty();
     let layer = plan.one_layer.as_ref().filter(|_| is_alike);
     let mut freedom = match layer {
-        None => Freedom::inner(mesh, &judge.adjacency, copies),
+        None => Freedom::inner(mesh, &evaluator.adjacency, copies),
         Some(layer) => {
             // In the plane, sides called `empty` are not a boundary.
             let high = layer.high_nodes(mesh.points.len());
@@ -165,7 +165,7 @@ fn freedom(
                 let n_high = nodes.iter().filter(|&&node| high[node as usize]).count();
                 n_high > 0 && n_high < nodes.len()
             };
-            Freedom::inside(mesh, &judge.adjacency, copies, &is_upright)
+            Freedom::inside(mesh, &evaluator.adjacency, copies, &is_upright)
         }
     };
     let turned = |node: u32, constraint: Constraint| {
@@ -211,7 +211,7 @@ fn freedom(
     freedom
 }
 
-/// Returns the copies of nodes that are one node: those of one frame, inside what deforms.
+/// Returns the copies of nodes that are one node. Copies in different frames and outside the deforming zones are not.
 pub(crate) fn copies(plan: &Plan, mesh: &Mesh) -> Coincident {
     let class = |node: u32| match &plan.motion.zone {
         None => 0,

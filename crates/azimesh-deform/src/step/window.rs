@@ -16,7 +16,7 @@ pub(crate) const FADE: usize = 5;
 pub(crate) struct Window {
     /// Its steps.
     pub steps: Range<usize>,
-    /// Whether low cells are improved: of such a window, steps with low cells count as folded.
+    /// True if cells of low quality are improved: steps with such cells then count as folded.
     pub improves: bool,
     /// Its folded steps, ascending.
     pub folded: Vec<usize>,

@@ -28,7 +28,7 @@ type Undo = Vec<Box<dyn FnOnce()>>;
 /// Makes all moves, in order. After an error the files that were there before have their names again.
 pub(super) fn make_all(mut moves: Vec<Move>) -> Result<()> {
     drop_equal(&mut moves)?;
-    // One rename of a file has no state in between.
+    // A single rename is one call: nothing can be seen between.
     let is_one = |only: &Move| !only.from.is_dir() || only.to.symlink_metadata().is_err();
     if let [only] = &moves[..]
         && is_one(only)
@@ -445,7 +445,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_was_written_after_the_program_was_killed_stays() {
+    fn files_written_after_the_program_was_killed_are_kept() {
         let folder = folder();
         killed_after(1, folder.path());
         let listed = fs::metadata(folder.path().join(".azimesh_1-9.moves")).expect("it is there");

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_are_told_of_for_cgns_and_left_out_with_and_without_cell_arrays() {
+    fn edges_get_a_note_in_cgns_and_are_left_out_with_and_without_cell_arrays() {
         let mut bare = mesh();
         bare.cell_arrays.clear();
         assert!(make_portable(&mut bare, "cgns").is_some());

@@ -62,7 +62,7 @@ impl Mesh {
         several
     }
 
-    /// Those of some boundary faces, ascending, that two cells have.
+    /// Returns the boundary faces of this ascending list that are between two cells.
     fn between_cells(&self, faces: &[usize]) -> BTreeSet<usize> {
         if faces.is_empty() {
             return BTreeSet::new();
@@ -104,7 +104,7 @@ impl Mesh {
             let further: Vec<_> = groups.iter_mut().filter(is_in).skip(1).collect();
             let mut one = Cells::new();
             one.push(cell.kind, cell.nodes);
-            // A curved face of which no mirror image is known stays one.
+            // A curved face without a known mirror image gets no second face.
             let Some(image) = one.mirrored().ok().filter(|_| !further.is_empty()) else {
                 continue;
             };
@@ -157,7 +157,7 @@ impl Mesh {
         new_index
     }
 
-    /// Cells of a dimension with the same nodes, those of each place in order.
+    /// Returns sets of cells of a dimension that have the same nodes, each ascending.
     fn coincident(&self, dimension: u8) -> Vec<Vec<usize>> {
         let mut faces: Vec<(Vec<u32>, usize)> = self
             .cells

@@ -171,7 +171,7 @@ impl Mesh {
         self.keep_cells(&keep);
     }
 
-    /// The volume cells and their zones alone, with all nodes; and which cells these are.
+    /// The volume cells and their zones, with all nodes, and the numbers of these cells here.
     pub fn volume_alone(&self) -> (Self, Vec<usize>) {
         let dimension = self.dimension();
         let keep = self.cells_of(|of| of == dimension);

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_without_thickness_stay_in_files() {
+    fn every_format_keeps_walls_without_thickness() {
         let folder = tempfile::tempdir().expect("a folder");
         let all = [
             "m.vtu",
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_without_thickness_stay_where_a_mesh_changes() {
+    fn every_change_of_a_mesh_keeps_walls_without_thickness() {
         let mut merged = plate(false);
         merged
             .merge_tags("plate", &["left", "right"])

@@ -37,8 +37,8 @@ fn close(a: f64, b: f64) -> bool {
 fn two_cubes_are_orthogonal_and_a_slanted_one_is_not() {
     for as_polyhedron in [false, true] {
         let mesh = two_cubes(as_polyhedron);
-        let judge = QualityEvaluator::new(&mesh);
-        let good = judge.assess(&mesh, &mesh.points).faces;
+        let evaluator = QualityEvaluator::new(&mesh);
+        let good = evaluator.assess(&mesh, &mesh.points).faces;
         assert_eq!((good.n_inner, good.n_outer), (1, 10));
         let value = |name: &str, quality: &super::FaceSummary| {
             let found = quality.columns().into_iter().find(|(n, _)| *n == name);
@@ -61,13 +61,13 @@ fn two_cubes_are_orthogonal_and_a_slanted_one_is_not() {
                 }
             })
             .collect();
-        let bad = judge.assess(&mesh, &moved).faces;
+        let bad = evaluator.assess(&mesh, &moved).faces;
         let angle = (1.0f64 / 1.5).atan().to_degrees();
         assert!(close(value("max_non_orthogonality", &bad), angle));
         assert!(close(value("mean_non_orthogonality", &bad), angle));
         assert!(close(value("min_volume_ratio", &bad), 0.5));
         assert!(close(value("min_face_weight", &bad), 1.0 / 3.0));
-        let arrays = super::per_cell(&mesh, &moved, &judge.reference, &judge.adjacency);
+        let arrays = super::per_cell(&mesh, &moved, &evaluator.reference, &evaluator.adjacency);
         assert!(close(arrays.non_orthogonality[0], angle));
         assert!(close(arrays.non_orthogonality[1], angle));
         assert!(close(arrays.volume_ratio[0], 0.5));
@@ -83,11 +83,11 @@ fn a_mirrored_mesh_has_the_metrics_of_the_upright_one_and_is_as_valid() {
         mirrored.points.iter_mut().for_each(|x| x[0] = -x[0]);
         // Leaning cells, and a corner pushed so far in that a polyhedron is not proven.
         let columns = |mesh: &Mesh, sign: f64, push: f64| {
-            let judge = QualityEvaluator::new(mesh);
+            let evaluator = QualityEvaluator::new(mesh);
             let lean = |[x, y, z]: [f64; 3]| [x + 0.1 * sign * z, y + 0.4 * sign * x, z];
             let mut points: Vec<_> = mesh.points.iter().map(|x| lean(*x)).collect();
             points[11] = [0, 1, 2].map(|k| points[11][k] - push * [sign, 1.0, 1.0][k]);
-            let mut columns = judge.assess(mesh, &points).columns();
+            let mut columns = evaluator.assess(mesh, &points).columns();
             columns.retain(|(name, _)| *name != "inverted_reference");
             columns
         };
@@ -116,8 +116,8 @@ fn the_skewness_of_an_outer_face_is_measured_against_two_fifths_of_the_height() 
     }
     mesh.cells
         .push(CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]);
-    let judge = QualityEvaluator::new(&mesh);
-    let columns = judge.assess(&mesh, &mesh.points).columns();
+    let evaluator = QualityEvaluator::new(&mesh);
+    let columns = evaluator.assess(&mesh, &mesh.points).columns();
     let skewness = columns
         .iter()
         .find(|(name, _)| *name == "max_face_skewness");
@@ -224,13 +224,13 @@ fn a_cell_and_its_mirror_image_are_orthogonal_for_every_kind() {
 #[test]
 fn a_cell_that_turns_over_has_a_negative_ratio_and_more_than_a_right_angle() {
     let mesh = two_cubes(false);
-    let judge = QualityEvaluator::new(&mesh);
+    let evaluator = QualityEvaluator::new(&mesh);
     let moved: Vec<_> = mesh
         .points
         .iter()
         .map(|&[x, y, z]| [if x > 1.5 { 0.75 } else { x }, y, z])
         .collect();
-    let faces = judge.assess(&mesh, &moved).faces;
+    let faces = evaluator.assess(&mesh, &moved).faces;
     assert!(faces.min_volume_ratio.expect("a face").value < 0.0);
     let angle = |x: f64| {
         let moved: Vec<_> = mesh
@@ -238,7 +238,7 @@ fn a_cell_that_turns_over_has_a_negative_ratio_and_more_than_a_right_angle() {
             .iter()
             .map(|&p| if p[0] > 1.5 { [x, p[1], p[2]] } else { p })
             .collect();
-        let faces = judge.assess(&mesh, &moved).faces;
+        let faces = evaluator.assess(&mesh, &moved).faces;
         faces.max_non_orthogonality.expect("a face").value
     };
     assert!(close(angle(0.75), 0.0) && close(angle(-1.5), 180.0));
@@ -256,8 +256,8 @@ fn a_collapsed_cell_has_the_centre_of_what_it_is() {
     let mut plain = mesh.clone();
     assert_eq!(plain.uncollapse().n_cells, 1);
     let [found, expected] = [&mesh, &plain].map(|mesh| {
-        let judge = QualityEvaluator::new(mesh);
-        judge.assess(mesh, &mesh.points).faces.columns()
+        let evaluator = QualityEvaluator::new(mesh);
+        evaluator.assess(mesh, &mesh.points).faces.columns()
     });
     for ((name, found), (_, expected)) in found.into_iter().zip(expected) {
         let [found, expected] = [found, expected].map(|value| value.expect("one inner face"));

@@ -243,7 +243,7 @@ fn for_each_outer(
     }
 }
 
-/// Outer faces that lie on another one: cells with the numbers of their faces.
+/// Returns the outer faces that coincide with another: each as its cell and the number of its face.
 fn paired_faces(mesh: &Mesh, adjacency: &Adjacency, copies: &Coincident) -> BTreeSet<(u32, u16)> {
     if copies.is_empty() {
         return BTreeSet::new();

@@ -1,8 +1,8 @@
 //! Curved patches and edges of a sliding surface, and their nearest points.
 //!
-//! Where faces have more nodes than corners, the facets between these find the piece of the surface, and the nearest point of its
-//! polynomial follows by Gauss-Newton steps in the reference coordinates. Of the pieces that share a corner with the nearest facet
-//! the nearest one counts.
+//! A face with more nodes than corners is divided into facets between its nodes, and each facet stands for a piece of the face.
+//! The nearest facet is found first. Gauss-Newton steps in the reference coordinates then give the nearest point of the polynomial,
+//! for each piece that shares a corner with this facet; the nearest of these points is the result.
 
 use azimesh_core::geometry::closest::ClosestSurface;
 use azimesh_core::geometry::vector::{Vector, add, distance, dot, scale, sub};
@@ -17,13 +17,13 @@ const LAST: f64 = 1e-14;
 const BEYOND: f64 = 0.25;
 
 /// A place on a face, in its reference coordinates; the second one of an edge is 0.
-type Place = [f64; 2];
+type FaceCoordinates = [f64; 2];
 
 /// The map of a kind of face or edge: `x(s) = sum_m s^m sum_i shares[m][i] x_i`.
 #[derive(Debug)]
 pub struct FaceMap {
     /// The reference coordinates of each node.
-    pub places: Vec<Place>,
+    pub places: Vec<FaceCoordinates>,
     /// The exponents `m`.
     pub exponents: Vec<[i32; 2]>,
     /// The share of each node in each coefficient (terms, nodes).
@@ -55,7 +55,7 @@ pub struct CurvedFace {
 pub(super) struct Shape {
     surface: ClosestSurface<'static>,
     /// A piece for each facet; empty if the facets are the surface.
-    pieces: Vec<Piece>,
+    pieces: Vec<FacePiece>,
     /// The pieces at each point.
     around: Vec<Vec<u32>>,
     /// True if its periodic images belong to it.
@@ -71,9 +71,9 @@ pub(super) struct Polynomial {
 
 /// The part of a face above a facet: corners in its reference coordinates. An edge repeats its second.
 #[derive(Debug, Clone)]
-pub(super) struct Piece {
+pub(super) struct FacePiece {
     pub polynomial: Arc<Polynomial>,
-    pub corners: [Place; 3],
+    pub corners: [FaceCoordinates; 3],
 }
 
 impl Shape {
@@ -81,7 +81,7 @@ impl Shape {
     pub fn new(
         points: Vec<Vector>,
         facets: &[[u32; 3]],
-        pieces: Vec<Piece>,
+        pieces: Vec<FacePiece>,
         is_continued: bool,
     ) -> Self {
         let mut around = vec![Vec::new(); if pieces.is_empty() { 0 } else { points.len() }];
@@ -138,7 +138,7 @@ impl Polynomial {
     }
 
     /// The position at a place, and its derivatives.
-    fn at(&self, [s, t]: Place) -> [Vector; 3] {
+    fn at(&self, [s, t]: FaceCoordinates) -> [Vector; 3] {
         let mut all = [[0.0; 3]; 3];
         for ([i, j], c) in self.map.exponents.iter().zip(&self.coefficients) {
             let slope = |x: f64, n: i32| {
@@ -161,20 +161,20 @@ impl Polynomial {
     }
 }
 
-impl Piece {
+impl FacePiece {
     /// The nearest point of the piece: inside, or on one of its sides.
     fn nearest(&self, x: &Vector) -> Vector {
         let [a, b, c] = self.corners;
-        let way = |from: Place, to: Place| [to[0] - from[0], to[1] - from[1]];
-        let on_side = |(from, to): (Place, Place)| {
-            let clamp = |[u, _]: Place| [u.clamp(0.0, 1.0), 0.0];
+        let way = |from: FaceCoordinates, to: FaceCoordinates| [to[0] - from[0], to[1] - from[1]];
+        let on_side = |(from, to): (FaceCoordinates, FaceCoordinates)| {
+            let clamp = |[u, _]: FaceCoordinates| [u.clamp(0.0, 1.0), 0.0];
             self.descend(x, from, [way(from, to), [0.0; 2]], [0.5, 0.0], clamp)
                 .1
         };
         if b == c {
             return on_side((a, b));
         }
-        let clamp = |at: Place| at.map(|u| u.clamp(-BEYOND, 1.0 + BEYOND));
+        let clamp = |at: FaceCoordinates| at.map(|u| u.clamp(-BEYOND, 1.0 + BEYOND));
         let ways = [way(a, b), way(a, c)];
         let ([u, v], foot) = self.descend(x, a, ways, [1.0 / 3.0; 2], clamp);
         if u >= -LAST && v >= -LAST && u + v <= 1.0 + LAST {
@@ -191,15 +191,15 @@ impl Piece {
     fn descend(
         &self,
         x: &Vector,
-        origin: Place,
-        ways: [Place; 2],
-        start: Place,
-        clamp: impl Fn(Place) -> Place,
-    ) -> (Place, Vector) {
-        let at = |[u, v]: Place| {
+        origin: FaceCoordinates,
+        ways: [FaceCoordinates; 2],
+        start: FaceCoordinates,
+        clamp: impl Fn(FaceCoordinates) -> FaceCoordinates,
+    ) -> (FaceCoordinates, Vector) {
+        let at = |[u, v]: FaceCoordinates| {
             let place = |k: usize| origin[k] + u * ways[0][k] + v * ways[1][k];
             let [x, by_s, by_t] = self.polynomial.at([place(0), place(1)]);
-            let along = |way: Place| add(scale(by_s, way[0]), scale(by_t, way[1]));
+            let along = |way: FaceCoordinates| add(scale(by_s, way[0]), scale(by_t, way[1]));
             (x, ways.map(along))
         };
         let mut here = start;
@@ -227,7 +227,7 @@ impl Piece {
 }
 
 /// The step that brings a point linearly nearest to a way from it; along the first slope alone if the second is none.
-fn gauss_newton([a, b]: [Vector; 2], way: Vector) -> Place {
+fn gauss_newton([a, b]: [Vector; 2], way: Vector) -> FaceCoordinates {
     let [aa, ab, bb] = [dot(a, a), dot(a, b), dot(b, b)];
     let [ra, rb] = [dot(a, way), dot(b, way)];
     let det = aa * bb - ab * ab;

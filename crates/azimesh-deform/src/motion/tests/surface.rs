@@ -43,7 +43,7 @@ fn a_node_on_two_tags_takes_the_stronger_role() {
 #[test]
 fn sliding_copies_of_a_node_go_with_it() {
     let mut mesh = two_cubes();
-    // The upper cube has nodes of its own, where it stands on the lower one; its side has the hub's edge.
+    // Where the cubes meet, the upper one has copies of the nodes; the edge of the hub is on its side.
     mesh.cells = azimesh_io::mesh::Cells::default();
     for (kind, nodes) in [
         (CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7][..]),

@@ -234,7 +234,7 @@ const OF_ZONE: &str = "ZoneType_t UserDefinedData_t GridCoordinates_t Elements_t
     ArbitraryGridMotion_t DataClass_t DimensionalUnits_t Ordinal_t Descriptor_t \
     ZoneGridConnectivity_t";
 
-/// Counts coordinates of a zone that are not those of a step, and the units of those that are read.
+/// Counts the coordinates of a zone that are not read, and the units of the coordinates that are.
 fn leave_coordinates(zone: &Zone, step: &Step, found: &mut MeshBuilder) -> Result<()> {
     let read = zone.coordinates(step)?;
     if step

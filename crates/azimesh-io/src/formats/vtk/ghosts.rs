@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::mesh::CellKind;
 
-    /// Three lines in a row with marks, the last of which has a node of its own.
+    /// Three lines in a row with marks; only the last line has a node that no other has.
     fn lines(array: &str, marks: [u8; 3]) -> Mesh {
         let mut mesh = Mesh::of_points((0..4).map(|i| [f64::from(i), 0.0, 0.0]).collect());
         for i in 0..3 {
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_of_hidden_cells_stay_in_every_piece() {
+    fn every_piece_has_the_marks_of_hidden_cells() {
         let (pieces, notes) = left(vec![lines(TYPE, [1, 32, 0]), lines(TYPE, [0, 1, 1])]);
         let marks = |mesh: &Mesh| mesh.cell_arrays[0].values.clone();
         assert_eq!(marks(&pieces[0]), Values::U8(vec![32, 0]));

@@ -84,7 +84,7 @@ mod tests {
     use azimesh_io::mesh::lagrange;
 
     #[test]
-    fn the_map_of_a_face_goes_through_its_nodes() {
+    fn the_map_of_a_face_interpolates_its_nodes() {
         let fixed = [
             Line3,
             CubicLine,
