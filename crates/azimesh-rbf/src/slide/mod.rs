@@ -18,7 +18,7 @@ use azimesh_core::geometry::{Bounds, Transform};
 use azimesh_core::parallel::{self, SMALL_BLOCK};
 use patches::{Patches, SHARP, Sector, UnionFind};
 pub use shape::{CurvedFace, FaceMap};
-use shape::{Piece, Polynomial, Shape};
+use shape::{FacePiece, Polynomial, Shape};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -489,7 +489,7 @@ impl Build<'_> {
     }
 
     /// The piece of a curved face, or the flat one, above a facet.
-    fn piece(&mut self, facet: &[u32; 3], face: u32) -> Piece {
+    fn piece(&mut self, facet: &[u32; 3], face: u32) -> FacePiece {
         let place = |nodes: &[u32], map: &FaceMap| {
             let at = facet.map(|corner| nodes.iter().position(|&node| node == corner));
             at.map(|at| map.places[at.expect("it is a node of the face")])
@@ -497,7 +497,7 @@ impl Build<'_> {
         let Some(curved) = self.given.curved.get(face as usize) else {
             let corners = facet.map(|corner| self.points[corner as usize]);
             let map = Arc::new(FaceMap::flat());
-            return Piece {
+            return FacePiece {
                 corners: place(facet, &map),
                 polynomial: Arc::new(Polynomial::new(&map, &corners)),
             };
@@ -507,7 +507,7 @@ impl Build<'_> {
             let nodes = curved.nodes.iter().map(|&node| points[node as usize]);
             Arc::new(Polynomial::new(&curved.map, &nodes.collect::<Vec<_>>()))
         });
-        Piece {
+        FacePiece {
             polynomial: polynomial.clone(),
             corners: place(&curved.nodes, &curved.map),
         }
