@@ -203,19 +203,19 @@ impl<'a> Stepper<'a> {
         }
         let within = self.window_range();
         let folded = folded_around(step, &within, &mut |step| {
-            if self.memory.to_repair(step).is_some() {
-                return Ok(self.to_repair(step) != CellsToRepair::default());
+            if self.memory.repair_count(step).is_some() {
+                return Ok(self.repair_count(step) != CellsToRepair::default());
             }
             self.check_stop()?;
             let at = &self.plan.motion.steps[step];
             self.plain(at, points)?;
             let cells = self.cells(points);
-            let to_repair = CellsToRepair {
+            let repair_count = CellsToRepair {
                 not_valid: n_not_valid(&cells),
                 low: self.n_low(points),
             };
-            self.memory.keep_verdict(step, &cells, to_repair);
-            Ok(self.to_repair(step) != CellsToRepair::default())
+            self.memory.keep_verdict(step, &cells, repair_count);
+            Ok(self.repair_count(step) != CellsToRepair::default())
         })?;
         let window = if folded.is_empty() {
             let Some(fading) = self.fading().filter(|steps| steps.contains(&step)) else {
@@ -264,8 +264,8 @@ impl<'a> Stepper<'a> {
     }
 
     /// Returns the number of cells of a step that need a repair; cells of low quality only if they are improved.
-    fn to_repair(&self, step: usize) -> CellsToRepair {
-        let CellsToRepair { not_valid, low } = self.memory.to_repair(step).unwrap_or_default();
+    fn repair_count(&self, step: usize) -> CellsToRepair {
+        let CellsToRepair { not_valid, low } = self.memory.repair_count(step).unwrap_or_default();
         let low = if self.improve.is_some() { low } else { 0 };
         CellsToRepair { not_valid, low }
     }
@@ -283,7 +283,7 @@ impl<'a> Stepper<'a> {
             .iter()
             .copied()
             .rev()
-            .max_by_key(|&step| self.to_repair(step));
+            .max_by_key(|&step| self.repair_count(step));
         let worst = &steps[worst.unwrap_or(folded[0])];
         let mut error = self.plain(worst, points)?;
         let mut cells = self.cells(points);
@@ -320,7 +320,7 @@ impl<'a> Stepper<'a> {
             area = Some(freedom.area(&all, rings, points, self.improve, self.stop)?);
             Ok(())
         })?;
-        if hardest.0 > 0 && self.to_repair(hardest.1.index).not_valid > 0 {
+        if hardest.0 > 0 && self.repair_count(hardest.1.index).not_valid > 0 {
             self.look_between(&mut area, hardest.1, substeps, points)?;
         }
         Ok(Window {
@@ -394,7 +394,7 @@ impl<'a> Stepper<'a> {
         } else {
             self.make_valid(&freedom, area, points)?
         };
-        let to_repair = self.memory.to_repair(step.index).unwrap_or_default();
+        let repair_count = self.memory.repair_count(step.index).unwrap_or_default();
         let mut taken = 1.0;
         if let Some(plain) = plain {
             let is_good = |cells: &Summary| {
@@ -417,7 +417,7 @@ impl<'a> Stepper<'a> {
                 found.selection_error = plain_error;
                 (taken, cells) = (0.0, before.clone());
                 if let Some(repair) = &mut found.repair {
-                    repair.low = to_repair.low;
+                    repair.low = repair_count.low;
                     repair.still_low = self.n_low(points);
                     found.cells = Some(cells);
                     return Ok(());
@@ -430,7 +430,7 @@ impl<'a> Stepper<'a> {
         found.repair = Some(Repair::of_window(
             window,
             taken,
-            (&plain_cells, to_repair),
+            (&plain_cells, repair_count),
             after,
             repaired,
             (&cells, self.n_low(points)),

@@ -74,12 +74,12 @@ impl StepMemory {
     }
 
     /// Which cells of a step need a repair.
-    pub fn to_repair(&self, step: usize) -> Option<CellsToRepair> {
+    pub fn repair_count(&self, step: usize) -> Option<CellsToRepair> {
         lock(&self.verdicts).get(&step).map(|verdict| verdict.1)
     }
 
-    pub fn keep_verdict(&self, step: usize, cells: &Summary, to_repair: CellsToRepair) {
-        lock(&self.verdicts).insert(step, (cells.clone(), to_repair));
+    pub fn keep_verdict(&self, step: usize, cells: &Summary, repair_count: CellsToRepair) {
+        lock(&self.verdicts).insert(step, (cells.clone(), repair_count));
     }
 
     /// Returns the window of a step that improves cells or not, if it was found.
