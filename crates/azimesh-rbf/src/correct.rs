@@ -12,7 +12,7 @@
 //! Source: T. C. S. Rendall and C. B. Allen, Int. J. Numer. Meth. Engng 81, 2010, for the idea.
 
 use super::field::Field;
-use super::images::Continued;
+use super::images::{Continued, Images};
 use super::kernel::Kernel;
 use azimesh_core::geometry::closest::{ClosestPoint, ClosestSurface};
 use azimesh_core::geometry::{Bounds, curve, vector::Vector};
@@ -94,16 +94,25 @@ impl<'a> Fading<'a> {
         }
     }
 
-    /// [`Fading::new`] for a surface with its periodic images, which have the `fade_radius` of the points that they are images
-    /// of. The images reach to twice the largest fade radius around the nodes that deform, so that every gap is found.
-    pub fn continued(all: &Continued<'a>, fade_radius: impl Fn(usize) -> f64) -> Self {
+    /// [`Fading::new`] for a surface with those of its periodic images that are near the nodes in a box, and this continued
+    /// surface. Images have the fade radius of the points that they are images of. They reach to twice the largest one, where
+    /// the widest gap that matters ends.
+    pub fn continued(
+        images: &Images,
+        points: &'a [Vector],
+        facets: &'a [[u32; 3]],
+        region: &Bounds,
+        fade_radius: &[f64],
+    ) -> (Self, Continued<'a>) {
+        let largest = fade_radius.iter().copied().fold(0.0, f64::max);
+        let all = images.within(points, facets, &region.grown(2.0 * largest));
         let n = all.points.len();
-        let radii = (0..n).map(|at| fade_radius(all.source(at))).collect();
+        let radii = (0..n).map(|at| fade_radius[all.source(at)]).collect();
         let mut fading = Self::new(all.points.clone(), &all.facets, radii);
-        for at in 0..n {
+        for at in points.len()..n {
             fading.fade_radius[at] = fading.fade_radius[all.source(at)];
         }
-        fading
+        (fading, all)
     }
 
     /// Returns the part of the residuals that is added at the `points` within the fade radius, in the order of a space-filling
@@ -311,6 +320,33 @@ fn gaps(surface: &ClosestSurface<'_>, fade_radius: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use azimesh_core::geometry::Transform;
+    use std::sync::Arc;
+
+    #[test]
+    fn gaps_to_periodic_images_limit_the_fade_radius() {
+        let points = [0.1, 0.2, 0.65, 0.7].map(|x| [x, 0.0, 0.0]);
+        let facets = [[0, 1, 1], [2, 3, 3]];
+        let along = |x: f64| Transform {
+            translation: [x, 0.0, 0.0],
+            ..Transform::IDENTITY
+        };
+        let images = Images {
+            maps: Arc::new(vec![along(1.0), along(-1.0)]),
+            leaders: vec![0, 1, 2, 3],
+        };
+        let region = Bounds::around(&[[0.0; 3], [1.0, 0.0, 0.0]]);
+        let (fading, all) = Fading::continued(&images, &points, &facets, &region, &[0.25; 4]);
+        // Between the first and the last point the way over the side is 0.4 long, the other gap 0.45.
+        let expected = [0.2, 0.225, 0.225, 0.2];
+        assert_eq!(all.points.len(), 8);
+        for (at, found) in fading.fade_radius.iter().enumerate() {
+            assert!(
+                (found - expected[all.source(at)]).abs() < 1e-15,
+                "{at}: {found}"
+            );
+        }
+    }
 
     #[test]
     fn the_residual_is_whole_at_the_surface_and_gone_at_rho() {

@@ -44,10 +44,10 @@ impl<'a> MeshState<'a> {
         error: f64,
     ) -> (Correction<'a>, Option<Narrow>) {
         let fade_radius = FADE_RADIUS_PER_ERROR * error;
-        let within = self.region.grown(2.0 * fade_radius);
-        let all = self.images.within(self.surface, self.facets, &within);
+        let radii = vec![fade_radius; self.surface.len()];
+        let (fading, all) =
+            Fading::continued(self.images, self.surface, self.facets, &self.region, &radii);
         let residuals = all.values(residuals, n_modes);
-        let fading = Fading::continued(&all, |_| fade_radius);
         let narrow = fading.narrowest_gap.map(|gap| Narrow {
             point: all.source(gap.node),
             width: gap.width,

@@ -46,10 +46,8 @@ pub fn fade_rows(
             0.0
         }
     });
-    let largest = fade_radius.iter().copied().fold(0.0, f64::max);
-    let within = Bounds::around(nodes).grown(2.0 * largest);
-    let all = images.within(places, &surface.points.facets, &within);
-    let mut fading = Fading::continued(&all, |point| fade_radius[point]);
+    let (region, facets) = (Bounds::around(nodes), &surface.points.facets);
+    let (mut fading, all) = Fading::continued(images, places, facets, &region, &fade_radius);
     let mut rows = fading.faded(nodes);
     rows.retain(|row| !skipped[row.point as usize]);
     rows.sort_unstable_by_key(|row| row.point);
